@@ -1,0 +1,1 @@
+//! Case files, process and protocol of OpenFOAM's `pimpleFoam`.

@@ -1,0 +1,1 @@
+//! Wall shear stress measures, volumes and periodicity; does not know where the fields came from.

@@ -1,0 +1,41 @@
+//! # fsi-driver: blood and wall of an artery, solved together
+//!
+//! Blood pulsing through a soft artery bends the wall, and the wall bends the flow. This library couples a
+//! p-version finite element solver for the wall to OpenFOAM's `pimpleFoam` for the blood by a partitioned,
+//! implicit iteration, after Radtke, König and Düster, *The influence of geometric imperfections in
+//! cardiovascular FSI simulations* (Comput. Math. Appl., 2017), called "the paper" throughout.
+//!
+//! ## The way of the data
+//! ```text
+//! case.toml ─► case ─► geometry ─┬─► pfem  (Solid: load at quadrature points ─► displacement)       ┐
+//!                                └─► fluid (Fluid: displacement of wall points ─► traction at faces) ┤
+//!                                                                                                    ▼
+//!                       coupling: one time step = repeat { transfer, solve, accelerate } until converged
+//!                                                                                                    ▼
+//!                                                      output (history, VTU) ─► hemodynamics
+//! ```
+//! Nothing flows back except through the coupling loop: a module knows the ones on its left, nothing on its right.
+//!
+//! ## Vocabulary
+//! * **Interface** or **wet surface**: where blood touches the deformable wall. The fluid sees it as the patch
+//!   `wallFsi` (points and faces of its mesh), the structure as the inner faces of its elements (quadrature points).
+//! * **Traction**: force per *deformed* area that the fluid exerts on the wall, in Pa.
+//! * **Coupling iteration**: one application of the fluid and of the structure to a trial displacement of the
+//!   interface; **time step**: coupling iterations until the trial is a fixed point, then both sides accept it.
+//! * **Trial** and **state**: what a repeated iteration throws away, and what an accepted step keeps; two types.
+//!
+//! All quantities are in SI units. Names carry a unit only at the border (`case.toml`, headers of CSV files).
+
+pub mod case;
+pub mod commands;
+pub mod coupling;
+pub mod fluid;
+pub mod geometry;
+pub mod hemodynamics;
+pub mod output;
+pub mod pfem;
+
+/// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A second-order tensor of space, such as a deformation gradient or a stress.
+pub type Mat3 = nalgebra::Matrix3<f64>;

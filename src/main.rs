@@ -1,0 +1,4 @@
+//! Command line of `fsi-driver`.
+fn main() -> std::process::ExitCode {
+    fsi_driver::commands::main()
+}

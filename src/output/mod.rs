@@ -1,0 +1,1 @@
+//! What a run leaves: VTU/PVD, CSV, JSON.

@@ -1,0 +1,79 @@
+//! The structure as a black box: load on the wet surface in, displacement of the wet surface out.
+
+use crate::Vec3;
+
+/// A quadrature point of the wet surface in the reference configuration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Reference position, m.
+    pub position: Vec3,
+    /// Unit normal out of the solid.
+    pub normal: Vec3,
+    /// Quadrature weight times reference area, m².
+    pub area: f64,
+}
+
+/// Load on the wet surface per deformed area, at its quadrature points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceLoad {
+    /// Pressure that follows the surface, Pa; positive against the outward normal of the solid.
+    pub pressure: Vec<f64>,
+    /// The rest of the traction, with a direction fixed in space, Pa.
+    pub shear: Vec<Vec3>,
+}
+
+/// A structural solver that can repeat a time step from the same old state with different loads.
+pub trait Solid {
+    /// The solution of one time step; thrown away, or handed to [`Solid::accept`].
+    type Trial;
+    /// Where a point of the fluid lies on the wet surface, prepared for fast evaluation.
+    type Location;
+
+    /// Quadrature points of the wet surface.
+    fn wet_points(&self) -> &[SurfacePoint];
+
+    /// Finds the closest points of the wet surface in the reference configuration.
+    fn locate(&self, points: &[Vec3]) -> Result<Vec<Self::Location>, SolidError>;
+
+    /// Solves a time step of length `dt` (s) from the accepted state under `load`; `tolerance` is the relative
+    /// residual that Newton's method must reach. `start` is an earlier trial of this step to start from.
+    fn solve(
+        &mut self,
+        load: &SurfaceLoad,
+        dt: f64,
+        tolerance: f64,
+        start: Option<&Self::Trial>,
+    ) -> Result<Self::Trial, SolidError>;
+
+    /// Displacement (m) of a trial at located points.
+    fn displacement(&self, trial: &Self::Trial, at: &[Self::Location]) -> Vec<Vec3>;
+
+    /// Deformed area element `dA` (quadrature weight included, m²) of a trial at each wet point.
+    fn deformed_areas(&self, trial: &Self::Trial) -> Vec<f64>;
+
+    /// Makes a trial the state from which the next time step starts.
+    fn accept(&mut self, trial: Self::Trial);
+}
+
+/// Why the structural solver failed.
+#[derive(Debug, thiserror::Error)]
+pub enum SolidError {
+    /// Newton's method found no equilibrium.
+    #[error("the structure found no equilibrium: {0}")]
+    NoEquilibrium(String),
+    /// An element is, or became, inside out.
+    #[error(
+        "element {element} has the Jacobian {jacobian:.3e} at {position:?} m: the mesh is too coarse for its shape, or the load too large for one step"
+    )]
+    Inverted {
+        /// Index of the element.
+        element: usize,
+        /// Determinant of the deformation gradient or of the mapping.
+        jacobian: f64,
+        /// Reference position, m.
+        position: [f64; 3],
+    },
+    /// The model is not well posed.
+    #[error("{0}")]
+    Model(String),
+}
