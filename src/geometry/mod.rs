@@ -2,6 +2,8 @@
 
 pub mod hex_mesh;
 pub mod poly_mesh;
+pub mod wall;
 
 pub use hex_mesh::{HexFace, HexMesh, HexShape};
 pub use poly_mesh::{Patch, PolyMesh};
+pub use wall::tube_mesh;
