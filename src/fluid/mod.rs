@@ -68,7 +68,11 @@ pub trait Fluid {
 
     /// Solves the current time step for the trial displacement (m, one vector a point of the interface).
     /// The first call after [`Fluid::accept`] opens the next time step.
-    fn solve(&mut self, displacement: &[Vec3], effort: FluidEffort) -> Result<FluidTrial, FluidError>;
+    fn solve(
+        &mut self,
+        displacement: &[Vec3],
+        effort: FluidEffort,
+    ) -> Result<FluidTrial, FluidError>;
 
     /// Keeps the last trial as the new state. `write` asks the solver to leave its fields on disk.
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError>;

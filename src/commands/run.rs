@@ -1,0 +1,299 @@
+//! `fsi-driver --case DIR`: a coupled run.
+
+use super::Failure;
+use super::run_folder::RunFolder;
+use crate::case::{self, Case, Preset};
+use crate::coupling::acceleration::{Acceleration, Aitken, Constant, IqnLs};
+use crate::coupling::convergence::Criterion;
+use crate::coupling::predictor::Predictor;
+use crate::coupling::transfer::Transfer;
+use crate::coupling::{Coupling, CouplingError, Settings, flatten};
+use crate::fluid::openfoam::{Installation, OpenFoam};
+use crate::fluid::{Fluid, FluidEffort, FluidError};
+use crate::geometry::Vessel;
+use crate::output::progress::{Progress, human};
+use crate::output::record::{Record, RecordSettings, Summary, WallPeaks};
+use crate::output::vtu::{Grid, Values};
+use crate::output::write_atomically;
+use crate::pfem::{Solid, Structure};
+use crate::Vec3;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Options of a coupled run.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder of the case, with its case.toml.
+    #[arg(long, value_name = "DIR")]
+    case: PathBuf,
+    /// Resolution and length of the run.
+    #[arg(long, value_enum, default_value_t = Preset::Paper)]
+    preset: Preset,
+    /// Folder of the results [default: <case>/run-<preset>].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// End of the simulated time in seconds [default: time.end_s of the case].
+    #[arg(long, value_name = "S")]
+    end_time: Option<f64>,
+    /// Number of MPI ranks of the fluid [default: fluid.ranks of the case].
+    #[arg(long, value_name = "N")]
+    ranks: Option<usize>,
+    /// Values that replace those of the case, such as coupling.e_rel=1e-6 or fluid.transport=files.
+    #[arg(long = "set", value_name = "KEY=VALUE", num_args = 1..)]
+    overrides: Vec<String>,
+    /// Replace the results of an earlier run in the same folder.
+    #[arg(long)]
+    force: bool,
+    /// Show no progress.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs a coupled case from its first to its last time step.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let case = load(arguments)?;
+    let installation = Installation::find().map_err(|e| Failure::Input(e.to_string()))?;
+    let interrupt = interrupt_flag().map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
+    let out = arguments.out.clone().unwrap_or_else(|| arguments.case.join(format!("run-{}", arguments.preset)));
+    let folder = RunFolder::create(&out, arguments.force)?;
+    write_atomically(&folder.resolved_case(), case.to_toml_string().as_bytes()).map_err(written)?;
+
+    let clock = Instant::now();
+    let mut run = assemble(&case, &folder, installation, interrupt.clone(), arguments)?;
+    let steps = (case.time.end / case.time.step).round() as usize;
+    if !arguments.quiet {
+        eprintln!(
+            "{}: {} fluid cells, {} structural degrees of freedom, {steps} steps; ready in {:.1} s",
+            arguments.case.display(),
+            run.cells,
+            run.coupling.solid.dofs(),
+            clock.elapsed().as_secs_f64(),
+        );
+    }
+    let outcome = advance(&mut run, &case, steps, &interrupt, arguments.quiet);
+    conclude(run, outcome, &folder, arguments.quiet)
+}
+
+/// Everything that a running case consists of.
+struct Run {
+    coupling: Coupling<OpenFoam, Structure>,
+    record: Record,
+    cells: usize,
+    fluid_peak_memory: f64,
+}
+
+fn load(arguments: &Arguments) -> Result<Case, Failure> {
+    let mut overrides = Vec::new();
+    if let Some(end) = arguments.end_time {
+        overrides.push(("time.end_s".to_owned(), format!("{end:?}")));
+    }
+    if let Some(ranks) = arguments.ranks {
+        overrides.push(("fluid.ranks".to_owned(), ranks.to_string()));
+    }
+    for pair in &arguments.overrides {
+        let (key, value) = pair.split_once('=').ok_or_else(|| {
+            Failure::Input(format!("--set {pair}: expected KEY=VALUE, such as coupling.e_rel=1e-6"))
+        })?;
+        overrides.push((key.trim().to_owned(), value.trim().to_owned()));
+    }
+    Case::load(&arguments.case, arguments.preset, &overrides).map_err(|e| Failure::Input(e.to_string()))
+}
+
+/// Set by Ctrl-C, SIGTERM and SIGHUP; a second one ends the process at once (OpenFOAM then ends by itself).
+fn interrupt_flag() -> std::io::Result<Arc<AtomicBool>> {
+    let flag = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register_conditional_shutdown(signal, 130, flag.clone())?;
+        signal_hook::flag::register(signal, flag.clone())?;
+    }
+    Ok(flag)
+}
+
+fn assemble(
+    case: &Case,
+    folder: &RunFolder,
+    installation: Installation,
+    interrupt: Arc<AtomicBool>,
+    arguments: &Arguments,
+) -> Result<Run, Failure> {
+    let vessel = Vessel::new(case);
+    let mesh = vessel.fluid_mesh(&case.fluid.mesh);
+    let cells = mesh.cells();
+    let volume = mesh.volume();
+    let solid = structure(case, &vessel)?;
+
+    mesh.write(&folder.openfoam()).map_err(written)?;
+    let fluid = OpenFoam::start(/* TODO */).map_err(|e| Failure::Run(e.to_string()))?;
+    let transfer = Transfer::new(fluid.interface(), &solid).map_err(|e| Failure::Run(e.to_string()))?;
+    let record = Record::create(&RecordSettings {
+        history: &folder.history(),
+        iterations: &folder.iterations(),
+        structure: &folder.structure(),
+        case: &arguments.case,
+        time_step: case.time.step,
+        rigid_volume: vessel.rigid_volume(&mesh),
+        volume,
+        fluid_cells: cells,
+        structure_dofs: solid.dofs(),
+    })
+    .map_err(written)?;
+    let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
+    let coupling = Coupling {
+        fluid,
+        solid,
+        transfer,
+        acceleration: acceleration(&case.coupling),
+        predictor: Predictor::new(degree(case.coupling.predictor), rest),
+        criterion: Criterion {
+            relative: case.coupling.e_rel,
+            absolute: case.coupling.e_abs,
+            max_iterations: case.coupling.max_iterations,
+        },
+        settings: Settings {
+            time_step: case.time.step,
+            fluid_effort: FluidEffort {
+                max_correctors: case.fluid.max_correctors,
+                pressure_residual: case.fluid.pressure_residual,
+            },
+            newton_tolerance: case.structure.newton_tolerance,
+        },
+    };
+    Ok(Run { coupling, record, cells, fluid_peak_memory: 0.0 })
+}
+
+fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
+    match settings.acceleration {
+        case::Acceleration::Constant => Box::new(Constant::new(settings.relaxation)),
+        case::Acceleration::Aitken => Box::new(Aitken::new(settings.relaxation)),
+        case::Acceleration::IqnLs => {
+            Box::new(IqnLs::new(settings.relaxation, settings.reuse_steps, settings.filter))
+        }
+    }
+}
+
+fn degree(predictor: case::Predictor) -> usize {
+    match predictor {
+        case::Predictor::Constant => 0,
+        case::Predictor::Linear => 1,
+        case::Predictor::Quadratic => 2,
+    }
+}
+
+/// Takes the steps one by one; ends early at an interrupt or a failure.
+fn advance(run: &mut Run, case: &Case, steps: usize, interrupt: &AtomicBool, quiet: bool) -> Result<(), Failure> {
+    let mut progress = Progress::new(steps as u64, quiet);
+    for step in 1..=steps {
+        if interrupt.load(Ordering::Relaxed) {
+            return Err(Failure::Interrupted(String::new()));
+        }
+        let clock = Instant::now();
+        let due = |interval: f64| step == steps || is_due(step, case.time.step, interval);
+        let mut peaks = WallPeaks::default();
+        let mut sample = None;
+        let outcome = run.coupling.step(due(case.output.fluid_interval), |solid, trial| {
+            peaks.von_mises = solid.max_von_mises(trial).0;
+            sample = due(case.output.structure_interval).then(|| solid.sample(trial, case.structure.p));
+        });
+        let accepted = outcome.map_err(|e| match e {
+            CouplingError::Fluid(FluidError::Interrupted) => Failure::Interrupted(String::new()),
+            e => Failure::Run(format!("step {step} (t = {:.6} s): {e}", step as f64 * case.time.step)),
+        })?;
+        peaks.displacement = accepted.displacement.iter().map(|d| d.norm()).fold(0.0, f64::max);
+        if let Some(sample) = sample {
+            let grid = Grid {
+                points: &sample.points,
+                hexes: &sample.hexes,
+                point_data: vec![
+                    ("displacement_m", Values::Vectors(&sample.displacement)),
+                    ("von_mises_Pa", Values::Scalars(&sample.von_mises)),
+                ],
+                cell_data: vec![("material", Values::Integers(&sample.region))],
+            };
+            run.record.structure.add(accepted.fluid.time, &grid).map_err(written)?;
+        }
+        let row = run.record.step(&accepted, peaks, clock.elapsed().as_secs_f64()).map_err(written)?;
+        run.fluid_peak_memory = run.fluid_peak_memory.max(run.coupling.fluid.peak_memory());
+        progress.step(row.time_s, row.coupling_iterations, row.residual, row.wall_s);
+    }
+    progress.finish();
+    Ok(())
+}
+
+/// Whether the end of `step` is a multiple of `interval`, or the first step end after one.
+fn is_due(step: usize, time_step: f64, interval: f64) -> bool {
+    let passed = |step: usize| (step as f64 * time_step / interval * (1.0 + 1e-9)).floor();
+    passed(step) > passed(step - 1)
+}
+
+/// Ends OpenFOAM, writes the summary, and names the files.
+fn conclude(run: Run, outcome: Result<(), Failure>, folder: &RunFolder, quiet: bool) -> Result<(), Failure> {
+    let Run { coupling, record, fluid_peak_memory, .. } = run;
+    let log = coupling.fluid.log().to_owned();
+    let ended = coupling.fluid.finish();
+    let outcome = outcome.and(ended.map_err(|e| Failure::Run(e.to_string())));
+    let (status, reason) = match &outcome {
+        Ok(()) => ("complete", None),
+        Err(failure @ Failure::Interrupted(_)) => ("interrupted", Some(failure.to_string())),
+        Err(failure) => ("failed", Some(failure.to_string())),
+    };
+    let summary = record.finish(&folder.summary(), status, reason, fluid_peak_memory).map_err(written)?;
+    match outcome {
+        Ok(()) => {
+            if !quiet {
+                print!("{}", farewell(&summary, folder));
+            }
+            Ok(())
+        }
+        Err(Failure::Interrupted(_)) => Err(Failure::Interrupted(format!(
+            "{} steps (t = {:.4} s) are in {}",
+            summary.steps,
+            summary.time_s,
+            folder.root().display()
+        ))),
+        Err(failure) => Err(failure),
+    }
+}
+
+fn farewell(summary: &Summary, folder: &RunFolder) -> String {
+    let shown = |path: PathBuf| path.display().to_string();
+    format!(
+        "{} steps to t = {:.4} s in {}: {:.2} coupling iterations a step (at most {}), outlet pressure {:.0} Pa\n\
+         \n\
+         {:<44} a row a time step: flow, pressure, volume, displacement, stress\n\
+         {:<44} a row a coupling iteration\n\
+         {:<44} the run in figures\n\
+         {:<44} the wall over time: open it in ParaView\n\
+         {:<44} the blood over time: open it in ParaView\n\
+         {:<44} every value that was used\n",
+        summary.steps,
+        summary.time_s,
+        human(summary.wall_s),
+        summary.mean_coupling_iterations,
+        summary.max_coupling_iterations,
+        summary.p_out_Pa,
+        shown(folder.history()),
+        shown(folder.iterations()),
+        shown(folder.summary()),
+        shown(folder.structure()),
+        shown(folder.openfoam().join("fluid.foam")),
+        shown(folder.resolved_case()),
+    )
+}
+
+fn written(error: std::io::Error) -> Failure {
+    Failure::Run(format!("cannot write the results: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_due;
+
+    #[test]
+    fn output_is_due_once_per_interval_despite_rounding() {
+        let due = |interval: f64| (1..=1500).filter(|&n| is_due(n, 0.002, interval)).count();
+        assert_eq!((due(0.002), due(0.02), due(0.1), due(0.003)), (1500, 150, 30, 1000));
+    }
+}
