@@ -5,27 +5,42 @@ use super::load::{Stack, shorten};
 use super::{Case, Extension, Material, flow_curve::FlowCurve};
 use crate::interpolation::BicubicSurface;
 use std::f64::consts::TAU;
+use std::fmt::Write as _;
 
 /// The imperfection must leave at least this share of the artery's inner radius.
 const LEAST_LUMEN: f64 = 0.2;
 /// A cell of the rigid extension may bend by this angle at most.
 const MAX_BEND_DEG: f64 = 30.0;
 
-/// Appends what makes no sense; silent about conflicts with values that were refused already.
+/// Appends what makes no sense; silent about conflicts with values that were refused already. Of the keys that
+/// conflict the first is named with its place, and the one that was written last.
 pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
-    let mut report = |keys: &[&str], nonsense: bool, message: String| {
-        // The first key is to blame; a default that the user never wrote is blamed last.
+    let mut report = |keys: &[&str], nonsense: bool, mut message: String| {
         if !nonsense || keys.iter().any(|key| stack.is_wrong(key)) {
             return;
         }
-        if let Some(entry) = stack.place(keys[0]) {
-            errors.push(CaseError::Nonsense {
-                place: entry.place.clone(),
-                key: keys[0].to_owned(),
-                found: shorten(&entry.value),
+        let Some(entry) = stack.entry(keys[0]) else {
+            return;
+        };
+        // Perhaps the value that was changed is another one of them.
+        if let Some(other) = stack
+            .last_written(keys)
+            .filter(|other| other.key != keys[0])
+        {
+            let _ = write!(
                 message,
-            });
+                " (`{}` = {} stands in {})",
+                other.key,
+                shorten(&other.value),
+                other.place
+            );
         }
+        errors.push(CaseError::Nonsense {
+            place: entry.place.clone(),
+            key: keys[0].to_owned(),
+            found: shorten(&entry.value),
+            message,
+        });
     };
     vessel(case, &mut report);
     times(case, &mut report);
@@ -151,15 +166,13 @@ fn divides(a: f64, b: f64) -> bool {
 
 fn times(case: &Case, report: &mut Report<'_>) {
     let step = case.time.step;
-    let periods = format!(
-        "expected a whole part of time.period_s = {:?}, such as {:?}",
-        case.time.period,
-        case.time.period / 500.0
-    );
+    let period = case.time.period;
+    let whole = divides(step, period);
+    let example = period / 500.0;
     report(
         &["time.step_s", "time.period_s"],
-        !divides(step, case.time.period),
-        periods,
+        !whole,
+        format!("expected a whole part of time.period_s = {period:?}, such as {example:?}"),
     );
     for (key, value) in [
         ("time.end_s", case.time.end),
@@ -171,7 +184,7 @@ fn times(case: &Case, report: &mut Report<'_>) {
     ] {
         report(
             &[key, "time.step_s"],
-            !divides(step, value),
+            whole && !divides(step, value),
             format!("expected a multiple of time.step_s = {step:?}"),
         );
     }
@@ -220,7 +233,7 @@ fn discretization(case: &Case, report: &mut Report<'_>) {
         Extension::Straight => 0.0,
         Extension::Arc => g.arc_angle_deg,
         // κ L with κ = a/(a² + b²) and L = 2π √(a² + b²).
-        Extension::Helix => 360.0 * TAU * g.helix_radius / g.extension_length,
+        Extension::Helix => 360.0 * (TAU * g.helix_radius / g.extension_length).min(1.0),
     };
     let least = (turn / MAX_BEND_DEG).ceil() as usize;
     report(

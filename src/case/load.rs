@@ -174,9 +174,7 @@ fn presets(
 /// The entry with its value in the form that the key asks for, or an error.
 fn check_entry(mut entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
     let Some(key) = schema::find(&entry.key) else {
-        let paths = schema::all_paths();
-        let suggestion =
-            schema::closest(&entry.key, paths.iter().map(String::as_str)).map(str::to_owned);
+        let suggestion = schema::suggest(&entry.key);
         errors.push(CaseError::UnknownKey {
             place: entry.place,
             key: entry.key,
@@ -278,21 +276,27 @@ pub(super) struct Stack {
 impl Stack {
     fn put(&mut self, rank: usize, entry: Entry) {
         self.wrong.remove(&entry.key);
-        if let Some((table, "material")) = schema::split_material(&entry.key) {
-            if self
-                .top
-                .get(&entry.key)
-                .is_none_or(|(_, below)| below.value != entry.value)
-            {
-                self.material_since.insert(table, rank);
-            }
+        let same = self
+            .top
+            .get(&entry.key)
+            .is_some_and(|(_, below)| below.value == entry.value);
+        if let Some((table, "material")) = schema::split_material(&entry.key)
+            && !same
+        {
+            self.material_since.insert(table, rank);
         }
         self.top.insert(entry.key.clone(), (rank, entry));
     }
 
-    /// Where the value of `key` was written.
-    pub(super) fn place(&self, key: &str) -> Option<&Entry> {
+    /// The value of `key` that counts.
+    pub(super) fn entry(&self, key: &str) -> Option<&Entry> {
         self.top.get(key).map(|(_, entry)| entry)
+    }
+
+    /// The one of these keys whose value stands in the highest layer; the first of several.
+    pub(super) fn last_written(&self, keys: &[&str]) -> Option<&Entry> {
+        let found = keys.iter().rev().filter_map(|key| self.top.get(*key));
+        found.max_by_key(|(rank, _)| *rank).map(|(_, entry)| entry)
     }
 
     /// Whether the value of `key` was refused.

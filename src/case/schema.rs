@@ -473,13 +473,35 @@ pub fn all_paths() -> Vec<String> {
     paths
 }
 
-/// The allowed name that `found` is most likely a misspelling of.
+/// The key that was most likely meant by the unknown `path`: one spelt nearly the same, or the same in another table.
+pub fn suggest(path: &str) -> Option<String> {
+    fn name(path: &str) -> &str {
+        path.rsplit('.').next().unwrap_or_default()
+    }
+    let (paths, wanted) = (all_paths(), name(path));
+    let near = paths
+        .iter()
+        .map(|known| (edit_distance(path, known), known))
+        .min();
+    let near = near
+        .filter(|(distance, _)| *distance <= tolerance(wanted))
+        .map(|(_, known)| known);
+    near.or_else(|| paths.iter().find(|known| name(known) == wanted))
+        .cloned()
+}
+
+/// The allowed word that `found` is most likely a misspelling of.
 pub fn closest<'a>(found: &str, allowed: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let best = allowed
         .into_iter()
-        .map(|name| (edit_distance(found, name), name))
+        .map(|word| (edit_distance(found, word), word))
         .min()?;
-    (best.0 <= 2.max(found.chars().count() / 3)).then_some(best.1)
+    (best.0 <= tolerance(found)).then_some(best.1)
+}
+
+/// Wrong letters with which a word is still recognized.
+fn tolerance(word: &str) -> usize {
+    1.max(word.chars().count() / 3)
 }
 
 /// Levenshtein's distance: how many letters must be inserted, removed or replaced.

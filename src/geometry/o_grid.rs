@@ -12,7 +12,7 @@ use crate::case::{Case, FluidMesh};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Distance of the core's corners from the centre, relative to the lumen's radius.
-const CORNER: f64 = 0.62;
+const CORNER: f64 = 0.56;
 /// Shape of the core's sides: 0 straight, 1 arcs of a circle.
 const BULGE: f64 = 0.4;
 
