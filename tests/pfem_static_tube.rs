@@ -90,6 +90,7 @@ fn run(space: Space, mapping: MappingKind, points: usize, kind: LoadKind) -> (us
 }
 
 #[test]
+#[ignore = "by hand"]
 fn explore() {
     let p: usize = std::env::var("P").map_or(4, |v| v.parse().unwrap());
     let q: usize = std::env::var("Q").map_or(p + 2, |v| v.parse().unwrap());

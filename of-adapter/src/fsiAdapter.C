@@ -114,7 +114,7 @@ void Foam::functionObjects::fsiAdapter::awaitStep()
     else
     {
         Info<< "fsi: the driver ends the run" << nl << endl;
-        time_.stopAt(Time::saNoWriteNow);
+        time_.setEndTime(time_.value());
     }
 }
 

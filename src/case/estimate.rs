@@ -5,9 +5,12 @@ use super::{Case, FluidMesh, Structure};
 impl FluidMesh {
     /// Number of fluid cells.
     pub fn cells(&self) -> usize {
-        self.core
-            * (self.core + 4 * self.radial)
-            * (self.axial_extension + 2 * self.axial_per_section)
+        self.core * (self.core + 4 * self.radial) * self.slices()
+    }
+
+    /// Number of cells along the centre-line.
+    pub fn slices(&self) -> usize {
+        self.axial_extension + 2 * self.axial_per_section
     }
 }
 

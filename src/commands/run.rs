@@ -2,26 +2,31 @@
 
 use super::Failure;
 use super::run_folder::RunFolder;
-use crate::case::{self, Case, Preset};
+use crate::case::{self, Case, Preset, ResolvedCase};
 use crate::coupling::acceleration::{Acceleration, Aitken, Constant, IqnLs};
 use crate::coupling::convergence::Criterion;
 use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::Transfer;
 use crate::coupling::{Coupling, CouplingError, Settings, flatten};
-use crate::fluid::openfoam::{Installation, OpenFoam};
+use crate::fluid::openfoam::case_files::CaseFiles;
+use crate::fluid::openfoam::session::Terms;
+use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings, install};
 use crate::fluid::{Fluid, FluidEffort, FluidError};
 use crate::geometry::Vessel;
 use crate::output::progress::{Progress, human};
-use crate::output::record::{Record, RecordSettings, Summary, WallPeaks};
+use crate::output::record::{Record, RecordSettings, Summary, WallPeaks, peak_memory};
 use crate::output::vtu::{Grid, Values};
 use crate::output::write_atomically;
-use crate::pfem::{Solid, Structure};
+use crate::pfem::mapping::MappingKind;
+use crate::pfem::newton::NewtonOptions;
+use crate::pfem::supports::Support;
+use crate::pfem::{SolidError, Space, SpaceKind, Structure, StructureOptions, discretization};
 use crate::Vec3;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Options of a coupled run.
 #[derive(Debug, clap::Args)]
@@ -55,21 +60,21 @@ pub struct Arguments {
 /// Runs a coupled case from its first to its last time step.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = load(arguments)?;
-    let installation = Installation::find().map_err(|e| Failure::Input(e.to_string()))?;
+    install::check(&["pimpleFoam"]).map_err(|e| Failure::Input(e.to_string()))?;
     let interrupt = interrupt_flag().map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
     let out = arguments.out.clone().unwrap_or_else(|| arguments.case.join(format!("run-{}", arguments.preset)));
     let folder = RunFolder::create(&out, arguments.force)?;
     write_atomically(&folder.resolved_case(), case.to_toml_string().as_bytes()).map_err(written)?;
 
     let clock = Instant::now();
-    let mut run = assemble(&case, &folder, installation, interrupt.clone(), arguments)?;
-    let steps = (case.time.end / case.time.step).round() as usize;
+    let mut run = assemble(&case, &folder, interrupt.clone(), arguments)?;
+    let steps = case.steps();
     if !arguments.quiet {
         eprintln!(
             "{}: {} fluid cells, {} structural degrees of freedom, {steps} steps; ready in {:.1} s",
             arguments.case.display(),
             run.cells,
-            run.coupling.solid.dofs(),
+            run.coupling.solid.body().degrees_of_freedom(),
             clock.elapsed().as_secs_f64(),
         );
     }
@@ -85,7 +90,7 @@ struct Run {
     fluid_peak_memory: f64,
 }
 
-fn load(arguments: &Arguments) -> Result<Case, Failure> {
+fn load(arguments: &Arguments) -> Result<ResolvedCase, Failure> {
     let mut overrides = Vec::new();
     if let Some(end) = arguments.end_time {
         overrides.push(("time.end_s".to_owned(), format!("{end:?}")));
@@ -115,29 +120,48 @@ fn interrupt_flag() -> std::io::Result<Arc<AtomicBool>> {
 fn assemble(
     case: &Case,
     folder: &RunFolder,
-    installation: Installation,
     interrupt: Arc<AtomicBool>,
     arguments: &Arguments,
 ) -> Result<Run, Failure> {
     let vessel = Vessel::new(case);
     let mesh = vessel.fluid_mesh(&case.fluid.mesh);
-    let cells = mesh.cells();
-    let volume = mesh.volume();
-    let solid = structure(case, &vessel)?;
-
+    let solid = structure(case, &vessel).map_err(run_failure)?;
     mesh.write(&folder.openfoam()).map_err(written)?;
-    let fluid = OpenFoam::start(/* TODO */).map_err(|e| Failure::Run(e.to_string()))?;
-    let transfer = Transfer::new(fluid.interface(), &solid).map_err(|e| Failure::Run(e.to_string()))?;
+    CaseFiles {
+        templates: &case.fluid.templates,
+        blood: &case.blood,
+        inflow: &case.inflow,
+        windkessel: &case.windkessel,
+        ramp: &case.ramp,
+        time: &case.time,
+        ranks: case.fluid.ranks,
+    }
+    .write(&folder.openfoam())
+    .map_err(run_failure)?;
+    let fluid = OpenFoam::start(OpenFoamSettings {
+        case: folder.openfoam(),
+        log: folder.openfoam_log(),
+        ranks: case.fluid.ranks,
+        transport: case.fluid.transport,
+        answer_limit: Duration::from_secs_f64(case.fluid.answer_limit),
+        terms: Terms { start_time: 0.0, time_step: case.time.step, interface: None },
+        interrupt,
+    })
+    .map_err(run_failure)?;
+    let transfer = Transfer::new(fluid.interface(), &solid).map_err(run_failure)?;
+    let volumes = mesh.cell_volumes();
+    let rigid = volumes.len() / case.fluid.mesh.slices() * case.fluid.mesh.axial_extension;
     let record = Record::create(&RecordSettings {
         history: &folder.history(),
         iterations: &folder.iterations(),
         structure: &folder.structure(),
         case: &arguments.case,
         time_step: case.time.step,
-        rigid_volume: vessel.rigid_volume(&mesh),
-        volume,
-        fluid_cells: cells,
-        structure_dofs: solid.dofs(),
+        // Cells are numbered cross-section by cross-section, those of the extension first.
+        rigid_volume: volumes[..rigid].iter().sum(),
+        volume: volumes.iter().sum(),
+        fluid_cells: volumes.len(),
+        structure_dofs: solid.body().degrees_of_freedom(),
     })
     .map_err(written)?;
     let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
@@ -161,7 +185,29 @@ fn assemble(
             newton_tolerance: case.structure.newton_tolerance,
         },
     };
-    Ok(Run { coupling, record, cells, fluid_peak_memory: 0.0 })
+    Ok(Run { coupling, record, cells: volumes.len(), fluid_peak_memory: 0.0 })
+}
+
+/// The wall of a vessel: clamped at both ends, loaded from the inside.
+fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
+    let settings = &case.structure;
+    let mut discretization = discretization::Options::new(Space::isotropic(SpaceKind::Trunk, settings.p));
+    if let Some(degree) = settings.p_geometry {
+        discretization.mapping = MappingKind::Blended(degree);
+    }
+    if let Some(points) = settings.quadrature_points {
+        discretization.quadrature_points = [points; 3];
+    }
+    let materials = [&case.wall.graft, &case.wall.media, &case.wall.adventitia].map(Clone::clone);
+    let options = StructureOptions {
+        discretization,
+        density: case.wall.density,
+        damping: case.wall.damping,
+        newton: NewtonOptions { max_iterations: settings.newton_max_iterations, ..NewtonOptions::default() },
+        wet_surface: "inner".into(),
+        supports: vec![Support::Clamped("start".into()), Support::Clamped("end".into())],
+    };
+    Structure::new(&vessel.solid_mesh(settings), &materials, &options)
 }
 
 fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
@@ -194,7 +240,7 @@ fn advance(run: &mut Run, case: &Case, steps: usize, interrupt: &AtomicBool, qui
         let mut peaks = WallPeaks::default();
         let mut sample = None;
         let outcome = run.coupling.step(due(case.output.fluid_interval), |solid, trial| {
-            peaks.von_mises = solid.max_von_mises(trial).0;
+            peaks.von_mises = solid.max_von_mises(trial).map_or(f64::NAN, |(stress, _)| stress);
             sample = due(case.output.structure_interval).then(|| solid.sample(trial, case.structure.p));
         });
         let accepted = outcome.map_err(|e| match e {
@@ -215,7 +261,8 @@ fn advance(run: &mut Run, case: &Case, steps: usize, interrupt: &AtomicBool, qui
             run.record.structure.add(accepted.fluid.time, &grid).map_err(written)?;
         }
         let row = run.record.step(&accepted, peaks, clock.elapsed().as_secs_f64()).map_err(written)?;
-        run.fluid_peak_memory = run.fluid_peak_memory.max(run.coupling.fluid.peak_memory());
+        let memory = peak_memory(&run.coupling.fluid.process_id().to_string());
+        run.fluid_peak_memory = run.fluid_peak_memory.max(memory.unwrap_or(0.0));
         progress.step(row.time_s, row.coupling_iterations, row.residual, row.wall_s);
     }
     progress.finish();
@@ -231,9 +278,8 @@ fn is_due(step: usize, time_step: f64, interval: f64) -> bool {
 /// Ends OpenFOAM, writes the summary, and names the files.
 fn conclude(run: Run, outcome: Result<(), Failure>, folder: &RunFolder, quiet: bool) -> Result<(), Failure> {
     let Run { coupling, record, fluid_peak_memory, .. } = run;
-    let log = coupling.fluid.log().to_owned();
-    let ended = coupling.fluid.finish();
-    let outcome = outcome.and(ended.map_err(|e| Failure::Run(e.to_string())));
+    drop(coupling); // ends OpenFOAM
+    
     let (status, reason) = match &outcome {
         Ok(()) => ("complete", None),
         Err(failure @ Failure::Interrupted(_)) => ("interrupted", Some(failure.to_string())),
@@ -281,6 +327,10 @@ fn farewell(summary: &Summary, folder: &RunFolder) -> String {
         shown(folder.openfoam().join("fluid.foam")),
         shown(folder.resolved_case()),
     )
+}
+
+fn run_failure(error: impl std::fmt::Display) -> Failure {
+    Failure::Run(error.to_string())
 }
 
 fn written(error: std::io::Error) -> Failure {

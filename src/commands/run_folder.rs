@@ -72,6 +72,11 @@ impl RunFolder {
     pub fn openfoam(&self) -> PathBuf {
         self.root.join("openfoam")
     }
+
+    /// OpenFOAM's own output.
+    pub fn openfoam_log(&self) -> PathBuf {
+        self.root.join("openfoam.log")
+    }
 }
 
 #[cfg(test)]

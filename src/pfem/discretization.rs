@@ -78,7 +78,7 @@ impl Discretization {
         let mapping = Mapping::new(mesh, options.mapping);
         let count = mesh.hexes.len();
         let points = options.quadrature_points;
-        let elements = Elements::new(&numbering, &options.space, &mapping, count, points)?;
+        let elements = Elements::gauss(&numbering, &options.space, &mapping, count, points)?;
         let supports = Supports::new(mesh, &numbering, &mapping, supports)?;
         let pattern = Pattern::new(&numbering, supports.held());
         if pattern.is_empty() {
@@ -108,6 +108,11 @@ impl Discretization {
         }
     }
 
+    /// Region of each element.
+    pub fn regions(&self) -> &[usize] {
+        &self.regions
+    }
+
     /// Number of displacement coefficients, held ones included.
     pub fn coefficients(&self) -> usize {
         3 * self.numbering.functions
@@ -122,7 +127,7 @@ impl Discretization {
     /// from hiding errors of the volume between the points.
     pub fn energy(&self, displacement: &[f64], points: [usize; 3]) -> Result<f64, SolidError> {
         let count = self.regions.len();
-        Elements::new(&self.numbering, &self.space, &self.mapping, count, points)?
+        Elements::gauss(&self.numbering, &self.space, &self.mapping, count, points)?
             .energy(self.body(), displacement)
     }
 

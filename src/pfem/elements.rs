@@ -125,7 +125,7 @@ pub struct Body<'a> {
 
 impl Elements {
     /// Prepares quadrature with `points` Gauss points in each local direction.
-    pub fn new(
+    pub fn gauss(
         numbering: &Numbering,
         space: &Space,
         mapping: &Mapping,
@@ -133,6 +133,17 @@ impl Elements {
         points: [usize; 3],
     ) -> Result<Self, SolidError> {
         let rules = points.map(Rule::gauss_legendre);
+        Self::new(numbering, space, mapping, elements, &rules)
+    }
+
+    /// Prepares the points of a tensor product of three rules.
+    pub fn new(
+        numbering: &Numbering,
+        space: &Space,
+        mapping: &Mapping,
+        elements: usize,
+        rules: &[Rule; 3],
+    ) -> Result<Self, SolidError> {
         let axes = [
             &rules[0].points[..],
             &rules[1].points[..],
@@ -319,6 +330,30 @@ impl Elements {
             Ok(extremes)
         })?;
         Ok(parts.iter().fold(Extremes::default(), |a, b| a.with(b)))
+    }
+
+    /// Displacement (m) and von Mises stress (Pa) at all points, element by element.
+    pub fn fields(&self, body: Body, displacement: &[f64]) -> Result<Vec<(Vec3, f64)>, SolidError> {
+        let n = self.shapes.modes;
+        let parts = self.chunks(body, displacement, |chunk, gradients| {
+            let mut fields = Vec::with_capacity(chunk.len() * self.shapes.points);
+            let mut local = vec![0.0; 3 * n];
+            for (c, &e) in chunk.iter().enumerate() {
+                let material = &body.materials[body.regions[e]];
+                gather(body.numbering, e, displacement, &mut local);
+                for (q, point) in self.points[e].iter().enumerate() {
+                    let F = self.deformation(body, e, q, gradients, c)?;
+                    let values = &self.shapes.values[q * n..(q + 1) * n];
+                    let component = |i: usize| -> f64 {
+                        values.iter().zip(&local[i * n..]).map(|(v, u)| v * u).sum()
+                    };
+                    let u = Vec3::new(component(0), component(1), component(2));
+                    fields.push((u, von_mises(&material.stress(&F, &point.frame), &F)));
+                }
+            }
+            Ok(fields)
+        })?;
+        Ok(parts.into_iter().flatten().collect())
     }
 
     /// Runs `f` on chunks of elements and their displacement gradients, in parallel; results in order.

@@ -18,6 +18,7 @@ pub mod material;
 pub mod newton;
 pub mod numbering;
 pub mod quadrature;
+pub mod samples;
 pub mod solid;
 pub mod space;
 pub mod sparse;
@@ -28,6 +29,7 @@ pub mod supports;
 pub mod surface;
 
 pub use discretization::Discretization;
+pub use samples::{Sampler, Samples};
 pub use solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
 pub use space::{Space, SpaceKind};
 pub use structure::{Structure, StructureOptions};
