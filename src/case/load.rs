@@ -63,8 +63,6 @@ impl Deref for ResolvedCase {
 
 /// Files that stand on each other, at most.
 const MAX_DEPTH: usize = 10;
-/// From so many missing keys on, the advice is to stand on the defaults.
-const MANY: usize = 10;
 
 impl Case {
     /// Reads and checks the case in the folder `dir` (or a file of any name): the file that its `extends` names, the
