@@ -1,7 +1,8 @@
 //! Physical sense: values that are allowed one by one but do not fit each other.
 
 use super::error::CaseError;
-use super::load::{Stack, shorten};
+use super::load::shorten;
+use super::stack::Stack;
 use super::{Case, Extension, Material, flow_curve::FlowCurve};
 use crate::interpolation::BicubicSurface;
 use std::f64::consts::TAU;

@@ -1,11 +1,12 @@
 //! From files, preset and command line to a checked [`Case`]: layers of values, the last one wins.
 
 use super::error::{CaseError, CaseErrors, Place};
-use super::schema::{self, Key, Kind};
+use super::schema::{self, Kind};
 use super::source::{self, Entry, Source};
-use super::{Case, check};
+use super::stack::Stack;
+use super::{Case, check, spelling};
 use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
 use toml::Value;
@@ -104,7 +105,7 @@ impl Case {
                 let key = entry.key.clone();
                 match check_entry(entry, &mut errors) {
                     Some(entry) => stack.put(rank, entry),
-                    None => drop(stack.wrong.insert(key)),
+                    None => stack.refuse(key),
                 }
             }
         }
@@ -115,11 +116,7 @@ impl Case {
         if let Some(case) = stack.build(&file, &mut errors) {
             check::check(&case, &stack, &mut errors);
             if errors.is_empty() {
-                let origins = stack
-                    .top
-                    .into_iter()
-                    .map(|(key, (_, entry))| (key, entry.place))
-                    .collect();
+                let origins = stack.places();
                 return Ok(ResolvedCase { case, origins });
             }
         }
@@ -130,10 +127,13 @@ impl Case {
 /// The file and those it stands on, the lowest first.
 fn chain(file: &Path, errors: &mut Vec<CaseError>) -> Vec<Source> {
     let mut sources: Vec<Source> = Vec::new();
-    let mut next = Some(file.to_owned());
-    while let Some(path) = next {
-        let source = source::read(&path, errors);
-        next = source.extends.as_ref().map(|(base, _)| base.clone());
+    let mut next = Some((file.to_owned(), None));
+    while let Some((path, named_by)) = next {
+        let source = source::read(&path, named_by.as_ref(), errors);
+        next = source
+            .extends
+            .as_ref()
+            .map(|(base, place)| (base.clone(), Some(place.clone())));
         if sources.len() == MAX_DEPTH {
             let reason = format!(
                 "more than {MAX_DEPTH} files stand on each other by `extends`: do they form a circle?"
@@ -159,7 +159,7 @@ fn presets(
         if !names.contains(&name.as_str()) {
             errors.push(CaseError::UnknownKey {
                 place: entry.place,
-                suggestion: schema::closest(&name, names).map(|near| format!("preset.{near}")),
+                suggestion: spelling::closest(&name, names).map(|near| format!("preset.{near}")),
                 key: format!("preset.{name}"),
             });
         } else if name == chosen.name() {
@@ -174,7 +174,7 @@ fn presets(
 /// The entry with its value in the form that the key asks for, or an error.
 fn check_entry(mut entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
     let Some(key) = schema::find(&entry.key) else {
-        let suggestion = schema::suggest(&entry.key);
+        let suggestion = spelling::suggest(&entry.key);
         errors.push(CaseError::UnknownKey {
             place: entry.place,
             key: entry.key,
@@ -209,7 +209,7 @@ fn check_entry(mut entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
         None => {
             let suggestion = match (key.kind, &entry.value) {
                 (Kind::Word(words), Value::String(word)) => {
-                    schema::closest(word, words.iter().copied())
+                    spelling::closest(word, words.iter().copied())
                 }
                 _ => None,
             };
@@ -260,154 +260,5 @@ pub(super) fn shorten(value: &Value) -> String {
         text.chars().take(57).chain("...".chars()).collect()
     } else {
         text
-    }
-}
-
-/// The values that count, with the rank of the layer that each stands in.
-#[derive(Debug, Default)]
-pub(super) struct Stack {
-    top: BTreeMap<String, (usize, Entry)>,
-    /// Keys whose last value was refused, so that a lower layer's stands in its place.
-    wrong: BTreeSet<String>,
-    /// Materials: the rank from which on a part of the wall has its present one.
-    material_since: BTreeMap<&'static str, usize>,
-}
-
-impl Stack {
-    fn put(&mut self, rank: usize, entry: Entry) {
-        self.wrong.remove(&entry.key);
-        let same = self
-            .top
-            .get(&entry.key)
-            .is_some_and(|(_, below)| below.value == entry.value);
-        if let Some((table, "material")) = schema::split_material(&entry.key)
-            && !same
-        {
-            self.material_since.insert(table, rank);
-        }
-        self.top.insert(entry.key.clone(), (rank, entry));
-    }
-
-    /// The value of `key` that counts.
-    pub(super) fn entry(&self, key: &str) -> Option<&Entry> {
-        self.top.get(key).map(|(_, entry)| entry)
-    }
-
-    /// The one of these keys whose value stands in the highest layer; the first of several.
-    pub(super) fn last_written(&self, keys: &[&str]) -> Option<&Entry> {
-        let found = keys.iter().rev().filter_map(|key| self.top.get(*key));
-        found.max_by_key(|(rank, _)| *rank).map(|(_, entry)| entry)
-    }
-
-    /// Whether the value of `key` was refused.
-    pub(super) fn is_wrong(&self, key: &str) -> bool {
-        self.wrong.contains(key)
-    }
-
-    fn material(&self, table: &str) -> Option<&str> {
-        self.top.get(&format!("{table}.material"))?.1.value.as_str()
-    }
-
-    /// Drops the parameters of a material that was replaced in a higher layer; others must fit their material.
-    fn sort_out_materials(&mut self, errors: &mut Vec<CaseError>) {
-        for &table in schema::MATERIAL_TABLES {
-            let Some(material) = self.material(table).map(str::to_owned) else {
-                continue;
-            };
-            let since = self.material_since[table];
-            let names: Vec<_> = schema::parameters(&material)
-                .iter()
-                .map(|key| key.path)
-                .collect();
-            self.top.retain(|key, (rank, entry)| {
-                let parameter = match schema::split_material(key) {
-                    Some((of, parameter)) if of == table && parameter != "material" => parameter,
-                    _ => return true,
-                };
-                let belongs = names.contains(&parameter);
-                if !belongs && *rank >= since {
-                    errors.push(CaseError::Nonsense {
-                        place: entry.place.clone(),
-                        key: key.clone(),
-                        found: shorten(&entry.value),
-                        message: format!(
-                            "{material} has no such parameter; it has {}",
-                            names.join(", ")
-                        ),
-                    });
-                }
-                belongs && *rank >= since
-            });
-        }
-    }
-
-    fn require_all(&self, file: &Path, errors: &mut Vec<CaseError>) {
-        let mut missing = Vec::new();
-        let mut require = |path: String, key: &Key| {
-            if !key.optional && !self.top.contains_key(&path) && !self.wrong.contains(&path) {
-                missing.push((path, key.kind, key.about));
-            }
-        };
-        schema::KEYS
-            .iter()
-            .for_each(|key| require(key.path.to_owned(), key));
-        for &table in schema::MATERIAL_TABLES {
-            let parameters = self.material(table).map_or(&[][..], schema::parameters);
-            for key in [&schema::MATERIAL].into_iter().chain(parameters) {
-                require(format!("{table}.{}", key.path), key);
-            }
-        }
-        let (file, count) = (file.to_owned(), missing.len());
-        match missing.first() {
-            Some((first, ..)) if count >= MANY => {
-                errors.push(CaseError::NoDefaults {
-                    file,
-                    count,
-                    first: first.clone(),
-                });
-            }
-            _ => errors.extend(
-                missing
-                    .into_iter()
-                    .map(|(key, kind, about)| CaseError::Missing {
-                        file: file.clone(),
-                        key,
-                        allowed: kind.to_string(),
-                        about: about.to_owned(),
-                    }),
-            ),
-        }
-    }
-
-    /// The case, if there is a value for every key (be it a lower layer's for a refused one).
-    fn build(&self, file: &Path, errors: &mut Vec<CaseError>) -> Option<Case> {
-        let mut root = toml::Table::new();
-        for (path, (_, entry)) in &self.top {
-            let mut table = &mut root;
-            let mut names = path.split('.').peekable();
-            while let Some(name) = names.next() {
-                if names.peek().is_none() {
-                    table.insert(name.to_owned(), entry.value.clone());
-                    break;
-                }
-                let inner = table
-                    .entry(name)
-                    .or_insert_with(|| Value::Table(toml::Table::new()));
-                table = inner.as_table_mut()?;
-            }
-        }
-        match root.try_into() {
-            Ok(case) => Some(case),
-            // A key without any value has been reported; what else is refused here is a mistake of the schema.
-            Err(_) if !errors.is_empty() => None,
-            Err(error) => {
-                let reason = error.message().to_owned();
-                errors.push(CaseError::Unreadable {
-                    path: file.to_owned(),
-                    reason,
-                });
-                None
-            }
-        }
     }
 }

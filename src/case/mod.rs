@@ -6,9 +6,12 @@ mod check;
 mod error;
 mod estimate;
 mod flow_curve;
+mod keys;
 mod load;
 pub mod schema;
 mod source;
+mod spelling;
+mod stack;
 mod write;
 
 pub use error::{CaseError, CaseErrors, Place};

@@ -30,8 +30,8 @@ pub struct Source {
     pub presets: Vec<(String, Entry)>,
 }
 
-/// Reads the file `path`, shown as such in messages.
-pub fn read(path: &Path, errors: &mut Vec<CaseError>) -> Source {
+/// Reads the file `path`, shown as such in messages; `named_by` is the place of the `extends` that leads to it.
+pub fn read(path: &Path, named_by: Option<&Place>, errors: &mut Vec<CaseError>) -> Source {
     let unreadable = |reason: String| CaseError::Unreadable {
         path: path.to_owned(),
         reason,
@@ -46,9 +46,13 @@ pub fn read(path: &Path, errors: &mut Vec<CaseError>) -> Source {
             return Source::default();
         }
         Err(error) => {
-            errors.push(unreadable(format!(
-                "{error}; a case is a folder with a `case.toml`"
-            )));
+            let advice = match named_by {
+                Some(place) => {
+                    format!("`extends` in {place} must name a file, relative to its own")
+                }
+                None => "a case is a folder with a `case.toml`".to_owned(),
+            };
+            errors.push(unreadable(format!("{error}; {advice}")));
             return Source::default();
         }
     };
