@@ -68,7 +68,7 @@ impl OpenFoam {
         };
         let listener = listener.map_err(solver_error)?;
         let address = std::path::absolute(listener.address()).map_err(solver_error)?;
-        Connection { library: &library, transport: name, address: &address, start_time: settings.terms.start_time }
+        Connection { library: Some(&library), transport: name, address: &address, start_time: settings.terms.start_time }
             .write(&settings.case)
             .map_err(solver_error)?;
         if settings.ranks > 1 {
