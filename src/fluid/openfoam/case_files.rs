@@ -70,7 +70,15 @@ impl CaseFiles<'_> {
     pub fn write(&self, folder: &Path) -> Result<(), CaseFilesError> {
         copy_folder(self.templates, folder)?;
         write_file(&folder.join("system/fsiParameters"), &self.parameters())?;
-        write_file(&folder.join("constant/inflow.csv"), &self.curve()?)
+        write_file(&folder.join("constant/inflow.csv"), &self.curve()?)?;
+        // Until the solver is started: enough for checkMesh and other utilities to read the case.
+        Connection {
+            library: None,
+            transport: "none",
+            address: Path::new("none"),
+            start_time: 0.0,
+        }
+        .write(folder)
     }
 
     fn parameters(&self) -> String {
@@ -188,7 +196,7 @@ fn read_curve(path: &Path, period: f64) -> Result<Vec<[f64; 2]>, CaseFilesError>
 #[derive(Debug, Clone, Copy)]
 pub struct Connection<'a> {
     /// The adapter's library.
-    pub library: &'a Path,
+    pub library: Option<&'a Path>,
     /// `socket` or `files`.
     pub transport: &'a str,
     /// The socket, or the folder.
@@ -200,14 +208,16 @@ pub struct Connection<'a> {
 impl Connection<'_> {
     /// Writes `system/fsiConnection`.
     pub fn write(&self, folder: &Path) -> Result<(), CaseFilesError> {
+        let library = self
+            .library
+            .map_or(String::new(), |path| format!("\"{}\"", path.display()));
         let text = format!(
             "// The way to the driver; written by fsi-driver at each start\n\
-             libs            (\"{}\");\n\
+             libs            ({library});\n\
              fsiTransport    {};\n\
              fsiAddress      \"{}\";\n\
              fsiDriver       {};\n\
              fsiStartTime    {};\n",
-            self.library.display(),
             self.transport,
             self.address.display(),
             std::process::id(),

@@ -72,7 +72,7 @@ impl OpenFoam {
         let listener = listener.map_err(solver_error)?;
         let address = std::path::absolute(listener.address()).map_err(solver_error)?;
         Connection {
-            library: &library,
+            library: Some(&library),
             transport: name,
             address: &address,
             start_time: settings.terms.start_time,
