@@ -120,12 +120,54 @@ compile() {
     mv "$build/libfsiAdapter.so.partial" "$build/libfsiAdapter.so"
 }
 
+# One time step of pimpleFoam with the library loaded and its windkessel at the outlet, on a rigid channel, no driver.
+check_run() {
+    check=$build/check
+    rm -rf "$check"
+    cp -r "$here/../openfoam-case/base" "$check"
+    cp "$here/check/blockMeshDict" "$check/system/"
+    cat >"$check/system/fsiParameters" <<-END
+	density 1050; kinematicViscosity 3.3e-6; timeStep 0.002; rampDuration 0.01; ranks 1;
+	windkesselResistance 2.85e9; windkesselCompliance 1.2e-10; windkesselPressure 11000;
+	END
+    cat >"$check/system/fsiConnection" <<-END
+	libs ("$build/libfsiAdapter.so"); fsiStartTime 0; fsiTransport none; fsiAddress none; fsiDriver 0;
+	END
+    printf 'time_s,flow_m3_s\n0,3e-6\n1,3e-6\n' >"$check/constant/inflow.csv"
+    echo 'endTime 0.002; #remove functions' >>"$check/system/controlDict"
+    echo 'dynamicFvMesh staticFvMesh;' >>"$check/constant/dynamicMeshDict"
+    cd "$check"
+    WM_PROJECT_DIR=/usr/share/openfoam
+    export WM_PROJECT_DIR
+    quietly blockMesh
+    quietly pimpleFoam
+    grep -qx End "$build/last-command.log" ||
+        fail "the one-step run with the adapter did not end as it should; see $build/last-command.log"
+    cd "$here"
+}
+
+# What the library depends on: the installed OpenFOAM, the adapter's sources, and how they are built.
+stamp() {
+    echo "openfoam $(dpkg-query -W -f '${Version}' openfoam)"
+    echo "adapter $(cat "$here"/setup.sh "$here"/src/* | sha256sum | cut -d' ' -f1)"
+}
+
 case ${1:-} in
-    '' | --force) ;;
+    '') ;;
+    --force) rm -f "$build/stamp" ;;
     *) fail "unknown option '$1'; the only one is --force" ;;
 esac
 mkdir -p "$build"
 install_packages
+if [ "$(stamp)" = "$(cat "$build/stamp" 2>/dev/null)" ] && [ -f "$build/libfsiAdapter.so" ]; then
+    say "nothing to do: $build/libfsiAdapter.so is built for $(head -n 1 "$build/stamp")"
+    exit 0
+fi
+rm -f "$build/stamp"
 fetch_source
 link_headers
 compile
+say "checking it in one time step of pimpleFoam"
+check_run
+stamp >"$build/stamp"
+say "done: $build/libfsiAdapter.so, built for $(head -n 1 "$build/stamp") and found to load"

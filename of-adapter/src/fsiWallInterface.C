@@ -141,7 +141,7 @@ Foam::fsi::wallInterface::wallInterface
         }
     }
     Pstream::scatter(nPoints_);
-    Pstream::scatterList(pointPlaces);
+    Pstream::scatter(pointPlaces);
     pointPlaces_ = pointPlaces[me];
 }
 

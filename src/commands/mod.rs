@@ -13,7 +13,12 @@ pub use failure::Failure;
 ///
 /// Without a subcommand it runs a coupled case.
 #[derive(Debug, Parser)]
-#[command(name = "fsi-driver", version, args_conflicts_with_subcommands = true, arg_required_else_help = true)]
+#[command(
+    name = "fsi-driver",
+    version,
+    args_conflicts_with_subcommands = true,
+    arg_required_else_help = true
+)]
 struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,

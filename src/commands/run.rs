@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::run_folder::RunFolder;
+use crate::Vec3;
 use crate::case::{self, Case, Preset, ResolvedCase};
 use crate::coupling::acceleration::{Acceleration, Aitken, Constant, IqnLs};
 use crate::coupling::convergence::Criterion;
@@ -19,9 +20,10 @@ use crate::output::vtu::{Grid, Values};
 use crate::output::write_atomically;
 use crate::pfem::mapping::MappingKind;
 use crate::pfem::newton::NewtonOptions;
+use crate::pfem::samples::{Sampler, Samples};
+use crate::pfem::structure::Trial;
 use crate::pfem::supports::Support;
 use crate::pfem::{SolidError, Space, SpaceKind, Structure, StructureOptions, discretization};
-use crate::Vec3;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -61,8 +63,12 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = load(arguments)?;
     install::check(&["pimpleFoam"]).map_err(|e| Failure::Input(e.to_string()))?;
-    let interrupt = interrupt_flag().map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
-    let out = arguments.out.clone().unwrap_or_else(|| arguments.case.join(format!("run-{}", arguments.preset)));
+    let interrupt =
+        interrupt_flag().map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| arguments.case.join(format!("run-{}", arguments.preset)));
     let folder = RunFolder::create(&out, arguments.force)?;
     write_atomically(&folder.resolved_case(), case.to_toml_string().as_bytes()).map_err(written)?;
 
@@ -85,6 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Everything that a running case consists of.
 struct Run {
     coupling: Coupling<OpenFoam, Structure>,
+    sampler: Sampler,
     record: Record,
     cells: usize,
     fluid_peak_memory: f64,
@@ -100,11 +107,14 @@ fn load(arguments: &Arguments) -> Result<ResolvedCase, Failure> {
     }
     for pair in &arguments.overrides {
         let (key, value) = pair.split_once('=').ok_or_else(|| {
-            Failure::Input(format!("--set {pair}: expected KEY=VALUE, such as coupling.e_rel=1e-6"))
+            Failure::Input(format!(
+                "--set {pair}: expected KEY=VALUE, such as coupling.e_rel=1e-6"
+            ))
         })?;
         overrides.push((key.trim().to_owned(), value.trim().to_owned()));
     }
-    Case::load(&arguments.case, arguments.preset, &overrides).map_err(|e| Failure::Input(e.to_string()))
+    Case::load(&arguments.case, arguments.preset, &overrides)
+        .map_err(|e| Failure::Input(e.to_string()))
 }
 
 /// Set by Ctrl-C, SIGTERM and SIGHUP; a second one ends the process at once (OpenFOAM then ends by itself).
@@ -144,7 +154,11 @@ fn assemble(
         ranks: case.fluid.ranks,
         transport: case.fluid.transport,
         answer_limit: Duration::from_secs_f64(case.fluid.answer_limit),
-        terms: Terms { start_time: 0.0, time_step: case.time.step, interface: None },
+        terms: Terms {
+            start_time: 0.0,
+            time_step: case.time.step,
+            interface: None,
+        },
         interrupt,
     })
     .map_err(run_failure)?;
@@ -164,6 +178,8 @@ fn assemble(
         structure_dofs: solid.body().degrees_of_freedom(),
     })
     .map_err(written)?;
+    // As many pieces per element and direction as the degree, so that its curves can be seen.
+    let sampler = Sampler::new(solid.body(), case.structure.p + 1).map_err(run_failure)?;
     let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
     let coupling = Coupling {
         fluid,
@@ -185,13 +201,20 @@ fn assemble(
             newton_tolerance: case.structure.newton_tolerance,
         },
     };
-    Ok(Run { coupling, record, cells: volumes.len(), fluid_peak_memory: 0.0 })
+    Ok(Run {
+        coupling,
+        sampler,
+        record,
+        cells: volumes.len(),
+        fluid_peak_memory: 0.0,
+    })
 }
 
 /// The wall of a vessel: clamped at both ends, loaded from the inside.
 fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
     let settings = &case.structure;
-    let mut discretization = discretization::Options::new(Space::isotropic(SpaceKind::Trunk, settings.p));
+    let mut discretization =
+        discretization::Options::new(Space::isotropic(SpaceKind::Trunk, settings.p));
     if let Some(degree) = settings.p_geometry {
         discretization.mapping = MappingKind::Blended(degree);
     }
@@ -203,9 +226,15 @@ fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
         discretization,
         density: case.wall.density,
         damping: case.wall.damping,
-        newton: NewtonOptions { max_iterations: settings.newton_max_iterations, ..NewtonOptions::default() },
+        newton: NewtonOptions {
+            max_iterations: settings.newton_max_iterations,
+            ..NewtonOptions::default()
+        },
         wet_surface: "inner".into(),
-        supports: vec![Support::Clamped("start".into()), Support::Clamped("end".into())],
+        supports: vec![
+            Support::Clamped("start".into()),
+            Support::Clamped("end".into()),
+        ],
     };
     Structure::new(&vessel.solid_mesh(settings), &materials, &options)
 }
@@ -214,9 +243,11 @@ fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
     match settings.acceleration {
         case::Acceleration::Constant => Box::new(Constant::new(settings.relaxation)),
         case::Acceleration::Aitken => Box::new(Aitken::new(settings.relaxation)),
-        case::Acceleration::IqnLs => {
-            Box::new(IqnLs::new(settings.relaxation, settings.reuse_steps, settings.filter))
-        }
+        case::Acceleration::IqnLs => Box::new(IqnLs::new(
+            settings.relaxation,
+            settings.reuse_steps,
+            settings.filter,
+        )),
     }
 }
 
@@ -229,7 +260,13 @@ fn degree(predictor: case::Predictor) -> usize {
 }
 
 /// Takes the steps one by one; ends early at an interrupt or a failure.
-fn advance(run: &mut Run, case: &Case, steps: usize, interrupt: &AtomicBool, quiet: bool) -> Result<(), Failure> {
+fn advance(
+    run: &mut Run,
+    case: &Case,
+    steps: usize,
+    interrupt: &AtomicBool,
+    quiet: bool,
+) -> Result<(), Failure> {
     let mut progress = Progress::new(steps as u64, quiet);
     for step in 1..=steps {
         if interrupt.load(Ordering::Relaxed) {
@@ -237,36 +274,81 @@ fn advance(run: &mut Run, case: &Case, steps: usize, interrupt: &AtomicBool, qui
         }
         let clock = Instant::now();
         let due = |interval: f64| step == steps || is_due(step, case.time.step, interval);
-        let mut peaks = WallPeaks::default();
-        let mut sample = None;
-        let outcome = run.coupling.step(due(case.output.fluid_interval), |solid, trial| {
-            peaks.von_mises = solid.max_von_mises(trial).map_or(f64::NAN, |(stress, _)| stress);
-            sample = due(case.output.structure_interval).then(|| solid.sample(trial, case.structure.p));
-        });
+        let mut wall = None;
+        let sampler = due(case.output.structure_interval).then_some(&run.sampler);
+        let outcome = run
+            .coupling
+            .step(due(case.output.fluid_interval), |solid, trial| {
+                wall = Some(inspect(solid, trial, sampler));
+            });
         let accepted = outcome.map_err(|e| match e {
             CouplingError::Fluid(FluidError::Interrupted) => Failure::Interrupted(String::new()),
-            e => Failure::Run(format!("step {step} (t = {:.6} s): {e}", step as f64 * case.time.step)),
+            e => Failure::Run(format!(
+                "step {step} (t = {:.6} s): {e}",
+                step as f64 * case.time.step
+            )),
         })?;
-        peaks.displacement = accepted.displacement.iter().map(|d| d.norm()).fold(0.0, f64::max);
-        if let Some(sample) = sample {
-            let grid = Grid {
-                points: &sample.points,
-                hexes: &sample.hexes,
-                point_data: vec![
-                    ("displacement_m", Values::Vectors(&sample.displacement)),
-                    ("von_mises_Pa", Values::Scalars(&sample.von_mises)),
-                ],
-                cell_data: vec![("material", Values::Integers(&sample.region))],
-            };
-            run.record.structure.add(accepted.fluid.time, &grid).map_err(written)?;
+        let (von_mises, samples) = wall
+            .expect("an accepted step has been inspected")
+            .map_err(run_failure)?;
+        if let Some(samples) = samples {
+            run.record
+                .structure
+                .add(accepted.fluid.time, &grid(&run.sampler, &samples))
+                .map_err(written)?;
         }
-        let row = run.record.step(&accepted, peaks, clock.elapsed().as_secs_f64()).map_err(written)?;
+        let displacement = accepted
+            .displacement
+            .iter()
+            .map(|d| d.norm())
+            .fold(0.0, f64::max);
+        let peaks = WallPeaks {
+            displacement,
+            von_mises,
+        };
+        let row = run
+            .record
+            .step(&accepted, peaks, clock.elapsed().as_secs_f64())
+            .map_err(written)?;
         let memory = peak_memory(&run.coupling.fluid.process_id().to_string());
         run.fluid_peak_memory = run.fluid_peak_memory.max(memory.unwrap_or(0.0));
-        progress.step(row.time_s, row.coupling_iterations, row.residual, row.wall_s);
+        progress.step(
+            row.time_s,
+            row.coupling_iterations,
+            row.residual,
+            row.wall_s,
+        );
     }
     progress.finish();
     Ok(())
+}
+
+/// Largest von Mises stress (Pa) of an accepted trial, and its fields if they are wanted.
+fn inspect(
+    solid: &Structure,
+    trial: &Trial,
+    sampler: Option<&Sampler>,
+) -> Result<(f64, Option<Samples>), SolidError> {
+    let (von_mises, _) = solid.max_von_mises(trial)?;
+    let samples = sampler
+        .map(|s| s.sample(solid.body(), &trial.state.d))
+        .transpose()?;
+    Ok((von_mises, samples))
+}
+
+fn grid<'a>(sampler: &'a Sampler, samples: &'a Samples) -> Grid<'a> {
+    Grid {
+        points: &sampler.points,
+        hexes: &sampler.hexes,
+        point_data: vec![
+            ("displacement_m", Values::Vectors(&samples.displacement)),
+            ("von_mises_Pa", Values::Scalars(&samples.von_mises)),
+        ],
+        cell_data: vec![
+            ("material", Values::Integers(&sampler.regions)),
+            ("element", Values::Integers(&sampler.element_of_hex)),
+        ],
+    }
 }
 
 /// Whether the end of `step` is a multiple of `interval`, or the first step end after one.
@@ -276,16 +358,28 @@ fn is_due(step: usize, time_step: f64, interval: f64) -> bool {
 }
 
 /// Ends OpenFOAM, writes the summary, and names the files.
-fn conclude(run: Run, outcome: Result<(), Failure>, folder: &RunFolder, quiet: bool) -> Result<(), Failure> {
-    let Run { coupling, record, fluid_peak_memory, .. } = run;
+fn conclude(
+    run: Run,
+    outcome: Result<(), Failure>,
+    folder: &RunFolder,
+    quiet: bool,
+) -> Result<(), Failure> {
+    let Run {
+        coupling,
+        record,
+        fluid_peak_memory,
+        ..
+    } = run;
     drop(coupling); // ends OpenFOAM
-    
+
     let (status, reason) = match &outcome {
         Ok(()) => ("complete", None),
         Err(failure @ Failure::Interrupted(_)) => ("interrupted", Some(failure.to_string())),
         Err(failure) => ("failed", Some(failure.to_string())),
     };
-    let summary = record.finish(&folder.summary(), status, reason, fluid_peak_memory).map_err(written)?;
+    let summary = record
+        .finish(&folder.summary(), status, reason, fluid_peak_memory)
+        .map_err(written)?;
     match outcome {
         Ok(()) => {
             if !quiet {
@@ -344,6 +438,9 @@ mod tests {
     #[test]
     fn output_is_due_once_per_interval_despite_rounding() {
         let due = |interval: f64| (1..=1500).filter(|&n| is_due(n, 0.002, interval)).count();
-        assert_eq!((due(0.002), due(0.02), due(0.1), due(0.003)), (1500, 150, 30, 1000));
+        assert_eq!(
+            (due(0.002), due(0.02), due(0.1), due(0.003)),
+            (1500, 150, 30, 1000)
+        );
     }
 }

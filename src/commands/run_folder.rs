@@ -20,7 +20,8 @@ impl RunFolder {
     /// If it exists and is not empty, unless `force` is given and it is the folder of an earlier run.
     pub fn create(root: &Path, force: bool) -> Result<Self, Failure> {
         let shown = root.display();
-        let occupied = root.exists() && (!root.is_dir() || root.read_dir().map_or(true, |mut d| d.next().is_some()));
+        let occupied = root.exists()
+            && (!root.is_dir() || root.read_dir().map_or(true, |mut d| d.next().is_some()));
         if occupied && !force {
             return Err(Failure::Input(format!(
                 "{shown} exists already; choose another folder with --out, or replace the earlier run with --force"
@@ -32,10 +33,14 @@ impl RunFolder {
                     "{shown} is not the folder of a run (it holds no {MARK}), so --force does not remove it; remove it yourself or choose another folder with --out"
                 )));
             }
-            fs::remove_dir_all(root).map_err(|e| Failure::Input(format!("cannot remove {shown}: {e}")))?;
+            fs::remove_dir_all(root)
+                .map_err(|e| Failure::Input(format!("cannot remove {shown}: {e}")))?;
         }
-        fs::create_dir_all(root).map_err(|e| Failure::Input(format!("cannot create {shown}: {e}")))?;
-        Ok(Self { root: root.to_owned() })
+        fs::create_dir_all(root)
+            .map_err(|e| Failure::Input(format!("cannot create {shown}: {e}")))?;
+        Ok(Self {
+            root: root.to_owned(),
+        })
     }
 
     /// The folder itself.
@@ -95,7 +100,12 @@ mod tests {
         assert!(!folder.resolved_case().exists());
 
         fs::write(root.join("thesis.tex"), "").unwrap();
-        assert!(RunFolder::create(&root, true).unwrap_err().to_string().contains("not the folder of a run"));
+        assert!(
+            RunFolder::create(&root, true)
+                .unwrap_err()
+                .to_string()
+                .contains("not the folder of a run")
+        );
         assert!(root.join("thesis.tex").exists());
     }
 }

@@ -19,14 +19,24 @@ pub struct ShearStatistics {
 impl ShearStatistics {
     /// Empty integrals for a wall of this many faces.
     pub fn new(faces: usize) -> Self {
-        Self { vector: vec![Vec3::zeros(); faces], magnitude: vec![0.0; faces], duration: 0.0 }
+        Self {
+            vector: vec![Vec3::zeros(); faces],
+            magnitude: vec![0.0; faces],
+            duration: 0.0,
+        }
     }
 
     /// Adds a time step of length `dt` (s) with the wall shear stress `shear` (Pa) at its end: the rectangle rule that
     /// belongs to implicit Euler.
     pub fn add(&mut self, shear: &[Vec3], dt: f64) {
-        assert_eq!(shear.len(), self.vector.len(), "one shear stress for each face");
-        for ((vector, magnitude), shear) in self.vector.iter_mut().zip(&mut self.magnitude).zip(shear) {
+        assert_eq!(
+            shear.len(),
+            self.vector.len(),
+            "one shear stress for each face"
+        );
+        for ((vector, magnitude), shear) in
+            self.vector.iter_mut().zip(&mut self.magnitude).zip(shear)
+        {
             *vector += shear * dt;
             *magnitude += shear.norm() * dt;
         }
@@ -46,7 +56,11 @@ impl ShearStatistics {
     /// Oscillating shear index (10), from 0 (one direction) to 1/2 (no mean direction).
     pub fn oscillating_shear_index(&self) -> Vec<f64> {
         let index = |(vector, &magnitude): (&Vec3, &f64)| {
-            if magnitude > 0.0 { 0.5 * (1.0 - vector.norm() / magnitude) } else { 0.0 }
+            if magnitude > 0.0 {
+                0.5 * (1.0 - vector.norm() / magnitude)
+            } else {
+                0.0
+            }
         };
         self.vector.iter().zip(&self.magnitude).map(index).collect()
     }
@@ -54,7 +68,10 @@ impl ShearStatistics {
     /// Relative residence time `1 / ((1 - 2 OSI) TAWSS)` (Himburg et al. 2004), 1/Pa: the inverse of the magnitude of
     /// the mean vector; infinite where that is zero.
     pub fn relative_residence_time(&self) -> Vec<f64> {
-        self.vector.iter().map(|vector| self.duration / vector.norm()).collect()
+        self.vector
+            .iter()
+            .map(|vector| self.duration / vector.norm())
+            .collect()
     }
 }
 
@@ -80,7 +97,10 @@ mod tests {
         let n = 20_000;
         for i in 0..n {
             let t = (i as f64 + 0.5) / n as f64;
-            statistics.add(&[Vec3::new(mean + amplitude * (TAU * t).sin(), 0.0, 0.0)], 1.0 / n as f64);
+            statistics.add(
+                &[Vec3::new(mean + amplitude * (TAU * t).sin(), 0.0, 0.0)],
+                1.0 / n as f64,
+            );
         }
         statistics
     }
@@ -90,14 +110,22 @@ mod tests {
         let statistics = pulsating(0.7, 0.0);
         assert_relative_eq!(statistics.time_averaged()[0], 0.7, max_relative = 1e-12);
         assert!(statistics.oscillating_shear_index()[0].abs() < 1e-12);
-        assert_relative_eq!(statistics.relative_residence_time()[0], 1.0 / 0.7, max_relative = 1e-12);
+        assert_relative_eq!(
+            statistics.relative_residence_time()[0],
+            1.0 / 0.7,
+            max_relative = 1e-12
+        );
     }
 
     #[test]
     fn shear_without_mean_has_the_largest_index() {
         let statistics = pulsating(0.0, 1.0);
         assert_relative_eq!(statistics.time_averaged()[0], 2.0 / PI, max_relative = 1e-6);
-        assert_relative_eq!(statistics.oscillating_shear_index()[0], 0.5, max_relative = 1e-6);
+        assert_relative_eq!(
+            statistics.oscillating_shear_index()[0],
+            0.5,
+            max_relative = 1e-6
+        );
     }
 
     #[test]
@@ -107,7 +135,11 @@ mod tests {
         let statistics = pulsating(1.0, 2.0);
         let mean = 1.0 / 3.0 + 2.0 * 3.0_f64.sqrt() / PI;
         assert_relative_eq!(statistics.time_averaged()[0], mean, max_relative = 1e-6);
-        assert_relative_eq!(statistics.oscillating_shear_index()[0], 0.5 * (1.0 - 1.0 / mean), max_relative = 1e-6);
+        assert_relative_eq!(
+            statistics.oscillating_shear_index()[0],
+            0.5 * (1.0 - 1.0 / mean),
+            max_relative = 1e-6
+        );
     }
 
     #[test]

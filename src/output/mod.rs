@@ -1,8 +1,8 @@
 //! What a run leaves: VTU/PVD for ParaView, CSV and JSON for everything else, and the line of progress.
 
 mod atomic;
-pub mod record;
 pub mod progress;
+pub mod record;
 pub mod tables;
 pub mod vtu;
 

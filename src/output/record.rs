@@ -147,9 +147,17 @@ impl Record {
     }
 
     /// Adds the rows of an accepted step, which took `wall_seconds` so far; returns the row of the history.
-    pub fn step(&mut self, step: &Step, peaks: WallPeaks, wall_seconds: f64) -> io::Result<HistoryRow> {
+    pub fn step(
+        &mut self,
+        step: &Step,
+        peaks: WallPeaks,
+        wall_seconds: f64,
+    ) -> io::Result<HistoryRow> {
         let seconds = seconds_of(step, wall_seconds);
-        let last = step.iterations.last().expect("a step has at least one iteration");
+        let last = step
+            .iterations
+            .last()
+            .expect("a step has at least one iteration");
         let fluid = &step.fluid;
         let row = HistoryRow {
             time_s: fluid.time,
@@ -170,7 +178,11 @@ impl Record {
             wall_velocity_mismatch_m_s: fluid.wall_velocity_mismatch,
             wall_s: wall_seconds,
         };
-        let iterations: Vec<_> = step.iterations.iter().map(|i| iteration_row(fluid.time, i)).collect();
+        let iterations: Vec<_> = step
+            .iterations
+            .iter()
+            .map(|i| iteration_row(fluid.time, i))
+            .collect();
         self.iterations.append(&iterations)?;
         self.history.append(std::slice::from_ref(&row))?;
         self.volume = fluid.volume;
@@ -204,11 +216,17 @@ impl Record {
         s.status = status.into();
         s.reason = reason;
         s.wall_s = self.started.elapsed().as_secs_f64();
-        s.seconds.rest_s = s.wall_s - s.seconds.fluid_s - s.seconds.structure_s - s.seconds.coupling_s;
+        s.seconds.rest_s =
+            s.wall_s - s.seconds.fluid_s - s.seconds.structure_s - s.seconds.coupling_s;
         s.seconds_per_step = s.wall_s / s.steps.max(1) as f64;
         s.driver_peak_memory_MB = peak_memory("self").unwrap_or(0.0) / 1e6;
         s.fluid_peak_memory_MB = fluid_peak_memory / 1e6;
-        write_atomically(path, serde_json::to_string_pretty(s).map_err(io::Error::other)?.as_bytes())?;
+        write_atomically(
+            path,
+            serde_json::to_string_pretty(s)
+                .map_err(io::Error::other)?
+                .as_bytes(),
+        )?;
         Ok(self.summary)
     }
 }
@@ -218,11 +236,23 @@ fn seconds_of(step: &Step, wall_seconds: f64) -> Seconds {
     let fluid_s = sum(|i| i.fluid_seconds) + step.accept_seconds;
     let structure_s = sum(|i| i.structure_seconds);
     let coupling_s = sum(|i| i.coupling_seconds);
-    Seconds { fluid_s, structure_s, coupling_s, rest_s: wall_seconds - fluid_s - structure_s - coupling_s }
+    Seconds {
+        fluid_s,
+        structure_s,
+        coupling_s,
+        rest_s: wall_seconds - fluid_s - structure_s - coupling_s,
+    }
 }
 
 fn iteration_row(time: f64, iteration: &Iteration) -> IterationRow {
-    let Iteration { number, measure, columns, correctors, pressure_residual, .. } = *iteration;
+    let Iteration {
+        number,
+        measure,
+        columns,
+        correctors,
+        pressure_residual,
+        ..
+    } = *iteration;
     IterationRow {
         time_s: time,
         iteration: number,

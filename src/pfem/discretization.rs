@@ -1,7 +1,7 @@
 //! A body divided into elements: mesh, space, mapping, quadrature, materials and supports put together.
 
 use super::SolidError;
-use super::elements::{Body, Elements};
+use super::elements::{Body, Elements, Shapes, gather, scatter};
 use super::factor::{Factorization, Symbolic};
 use super::mapping::{Mapping, MappingKind};
 use super::material::{self, HyperelasticMaterial};
@@ -11,6 +11,7 @@ use super::space::Space;
 use super::sparse::Pattern;
 use super::supports::{Support, Supports};
 use super::surface::Surface;
+use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
 use rayon::prelude::*;
@@ -136,11 +137,50 @@ impl Discretization {
         self.elements.internal_forces(self.body(), displacement)
     }
 
-    /// Values of the tangent of the internal forces and of a following pressure.
+    /// Displacement (m) at local coordinates of an element.
+    pub fn displacement_at(&self, element: usize, xi: [f64; 3], displacement: &[f64]) -> Vec3 {
+        let shapes = Shapes::new(
+            &self.numbering.modes,
+            &self.space,
+            [&xi[0..1], &xi[1..2], &xi[2..3]],
+        );
+        let n = shapes.modes;
+        let mut local = vec![0.0; 3 * n];
+        gather(&self.numbering, element, displacement, &mut local);
+        Vec3::from_fn(|i, _| {
+            shapes
+                .values
+                .iter()
+                .zip(&local[i * n..])
+                .map(|(v, u)| v * u)
+                .sum()
+        })
+    }
+
+    /// Forces (N) of a constant force per reference volume (N/m³) at all coefficients.
+    pub fn body_forces(&self, density: Vec3) -> Vec<f64> {
+        let n = self.numbering.modes.len();
+        let shapes = &self.elements.shapes;
+        let mut forces = vec![0.0; self.coefficients()];
+        for (e, points) in self.elements.points.iter().enumerate() {
+            let mut local = vec![0.0; 3 * n];
+            for (values, point) in shapes.values.chunks_exact(n).zip(points) {
+                for i in 0..3 {
+                    for m in 0..n {
+                        local[i * n + m] += values[m] * point.weight * density[i];
+                    }
+                }
+            }
+            scatter(&self.numbering, e, &local, &mut forces);
+        }
+        forces
+    }
+
+    /// Values of the tangent of the internal forces and of following pressures.
     pub fn tangent(
         &self,
         displacement: &[f64],
-        load: Option<(&Surface, &SurfaceLoad)>,
+        following: &[(&Surface, &SurfaceLoad)],
     ) -> Result<Vec<f64>, SolidError> {
         let mut values = vec![0.0; self.pattern.entries()];
         let size = 48 * self.numbering.modes.len().pow(2);
@@ -151,7 +191,7 @@ impl Discretization {
                 .par_iter()
                 .map(|&e| {
                     let mut blocks = self.elements.stiffness(self.body(), e, displacement)?;
-                    if let Some((surface, load)) = load {
+                    for (surface, load) in following {
                         surface.add_stiffness(&self.numbering, displacement, load, e, &mut blocks);
                     }
                     Ok((e, blocks))
@@ -191,7 +231,7 @@ impl Discretization {
     /// Norm of the internal forces below which they are round-off, N: the rounding of strains of order one times the
     /// stiffness of the undeformed body.
     pub fn round_off(&self) -> Result<f64, SolidError> {
-        let tangent = self.tangent(&vec![0.0; self.coefficients()], None)?;
+        let tangent = self.tangent(&vec![0.0; self.coefficients()], &[])?;
         let matrix = self.pattern.matrix(&tangent);
         let diagonal: f64 = (0..matrix.ncols())
             .map(|j| matrix.val_of_col(j)[0].powi(2))

@@ -15,14 +15,20 @@ use super::surface::{LoadKind, Surface};
 /// Iterations of a load step after which the next one is longer.
 const FEW_ITERATIONS: usize = 5;
 
-/// A surface with its full load.
-pub struct Loading<'a> {
-    /// Where.
-    pub surface: &'a Surface,
-    /// How much.
-    pub load: SurfaceLoad,
-    /// On which area.
-    pub kind: LoadKind,
+/// A full load.
+#[derive(Debug, Clone)]
+pub enum Load<'a> {
+    /// On a surface.
+    Surface {
+        /// Where.
+        surface: &'a Surface,
+        /// How much.
+        values: SurfaceLoad,
+        /// On which area.
+        kind: LoadKind,
+    },
+    /// Forces on all coefficients that do not depend on the displacement, N; see [`Discretization::body_forces`].
+    Forces(Vec<f64>),
 }
 
 /// How the load grows.
@@ -69,11 +75,11 @@ pub struct Equilibrated {
     pub stats: Stats,
 }
 
-/// Finds the static equilibrium of `body` under `loading`. Coefficients that are held keep their values in `held`
-/// (times the load factor), or are zero.
+/// Finds the static equilibrium of `body` under all `loads`. Coefficients that are held have their values in `held`
+/// times the load factor, or are zero.
 pub fn solve(
     body: &Discretization,
-    loading: Option<&Loading>,
+    loads: &[Load],
     held: Option<&[f64]>,
     options: &StaticOptions,
 ) -> Result<Equilibrated, SolidError> {
@@ -81,8 +87,8 @@ pub fn solve(
         .check_rigid_motions(&body.numbering, &body.mapping)?;
     let mut problem = Statics {
         body,
-        loading,
-        load: None,
+        loads,
+        factor: 0.0,
         floor: body.round_off()?,
     };
     let mut stats = Stats::default();
@@ -96,7 +102,7 @@ pub fn solve(
         if factor > 1.0 - 1e-9 {
             factor = 1.0;
         }
-        problem.load = loading.map(|loading| scaled(&loading.load, factor));
+        problem.factor = factor;
         let mut start = extrapolate(&known, factor);
         if let Some(values) = held {
             for (i, &is_held) in body.supports.held().iter().enumerate() {
@@ -166,40 +172,69 @@ fn scaled(load: &SurfaceLoad, factor: f64) -> SurfaceLoad {
 
 struct Statics<'a> {
     body: &'a Discretization,
-    loading: Option<&'a Loading<'a>>,
-    load: Option<SurfaceLoad>,
+    loads: &'a [Load<'a>],
+    factor: f64,
     floor: f64,
+}
+
+impl Statics<'_> {
+    /// Forces of all loads at the present load factor.
+    fn external(&self, d: &[f64]) -> Vec<f64> {
+        let mut forces = vec![0.0; d.len()];
+        for load in self.loads {
+            match load {
+                Load::Surface {
+                    surface,
+                    values,
+                    kind,
+                } => {
+                    let values = scaled(values, self.factor);
+                    surface.add_forces(&self.body.numbering, d, &values, *kind, &mut forces);
+                }
+                Load::Forces(full) => {
+                    forces
+                        .iter_mut()
+                        .zip(full)
+                        .for_each(|(f, full)| *f += self.factor * full);
+                }
+            }
+        }
+        forces
+    }
 }
 
 impl Equilibrium for Statics<'_> {
     fn residual(&self, d: &[f64]) -> Result<Residual, SolidError> {
-        let body = self.body;
-        let internal = body.restrict(&body.internal_forces(d)?);
-        let mut external = vec![0.0; d.len()];
-        if let (Some(loading), Some(load)) = (self.loading, &self.load) {
-            loading
-                .surface
-                .add_forces(&body.numbering, d, load, loading.kind, &mut external);
-        }
-        let external = body.restrict(&external);
+        let internal = self.body.restrict(&self.body.internal_forces(d)?);
+        let external = self.body.restrict(&self.external(d));
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         Ok(Residual {
-            scale: norm(&external).max(if self.loading.is_none() {
+            scale: if self.loads.is_empty() {
                 norm(&internal)
             } else {
-                0.0
-            }),
+                norm(&external)
+            },
             vector: internal.iter().zip(&external).map(|(i, e)| i - e).collect(),
             floor: self.floor,
         })
     }
 
     fn tangent(&self, d: &[f64]) -> Result<Vec<f64>, SolidError> {
-        let follower = self
-            .loading
-            .filter(|loading| loading.kind == LoadKind::Follower);
-        let load = follower.and_then(|l| self.load.as_ref().map(|load| (l.surface, load)));
-        let mut values = self.body.tangent(d, load)?;
+        let following: Vec<(&Surface, SurfaceLoad)> = self
+            .loads
+            .iter()
+            .filter_map(|load| match load {
+                Load::Surface {
+                    surface,
+                    values,
+                    kind: LoadKind::Follower,
+                } => Some((*surface, scaled(values, self.factor))),
+                _ => None,
+            })
+            .collect();
+        let following: Vec<(&Surface, &SurfaceLoad)> =
+            following.iter().map(|(s, l)| (*s, l)).collect();
+        let mut values = self.body.tangent(d, &following)?;
         self.body.pattern.hold(&mut values);
         Ok(values)
     }

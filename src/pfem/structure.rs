@@ -349,7 +349,7 @@ impl Equilibrium for TimeStep<'_> {
     fn tangent(&self, d: &[f64]) -> Result<Vec<f64>, SolidError> {
         let structure = self.structure;
         let body = &structure.body;
-        let mut values = body.tangent(d, Some((&structure.wet, self.load)))?;
+        let mut values = body.tangent(d, &[(&structure.wet, self.load)])?;
         let mass = 1.0 / (BETA * self.dt * self.dt) + structure.damping * GAMMA / (BETA * self.dt);
         body.pattern.add_scalar(mass, &structure.mass, &mut values);
         body.pattern.hold(&mut values);

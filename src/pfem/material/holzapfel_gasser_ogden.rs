@@ -106,3 +106,50 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         A
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pfem::material::verification::check;
+
+    #[test]
+    fn derivatives_symmetry_and_objectivity() {
+        let material = |mu, kappa, k1, k2, angle: f64, tension_only| HolzapfelGasserOgden {
+            mu,
+            kappa,
+            k1,
+            k2,
+            fibre_angle: angle.to_radians(),
+            tension_only,
+        };
+        check(&material(5.4e4, 1e9, 640.0, 3.54, 10.0, false));
+        check(&material(5.4e3, 1e8, 5.1e3, 2.0, 40.0, false));
+        // Fibres that are not drowned by the bulk modulus.
+        check(&material(1.0, 2.0, 3.0, 1.5, 35.0, false));
+        check(&material(1.0, 2.0, 3.0, 0.0, 35.0, false));
+    }
+
+    #[test]
+    fn compressed_fibres_carry_no_load_if_tension_only() {
+        let mut material = HolzapfelGasserOgden {
+            mu: 1.0,
+            kappa: 2.0,
+            k1: 3.0,
+            k2: 1.5,
+            fibre_angle: 0.0,
+            tension_only: true,
+        };
+        let frame = Frame::from_tangents(&Vec3::x(), &Vec3::y());
+        let compressed = Mat3::from_diagonal(&Vec3::new(1.1, 0.8, 1.1));
+        let stretched = Mat3::from_diagonal(&Vec3::new(0.9, 1.2, 0.9));
+        let energies = [compressed, stretched].map(|F| material.energy(&F, &frame));
+        let stresses = [compressed, stretched].map(|F| material.stress(&F, &frame));
+        material.tension_only = false;
+        assert!(material.energy(&compressed, &frame) > energies[0]);
+        assert_eq!(material.energy(&stretched, &frame), energies[1]);
+        assert_eq!(material.stress(&stretched, &frame), stresses[1]);
+        material.k1 = 0.0;
+        assert_eq!(material.energy(&compressed, &frame), energies[0]);
+        assert_eq!(material.stress(&compressed, &frame), stresses[0]);
+    }
+}

@@ -141,3 +141,84 @@ fn inverse_transpose(F: &Mat3) -> (Mat3, f64) {
     ]);
     (cofactor / J, J)
 }
+
+/// What every material must fulfil, called by the test in each file.
+#[cfg(test)]
+mod verification {
+    use super::*;
+    use nalgebra::{Rotation3, Unit};
+
+    /// Reproducible numbers in [-1, 1].
+    struct Numbers(u64);
+
+    impl Numbers {
+        fn next(&mut self) -> f64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+
+        fn vector(&mut self) -> Vec3 {
+            Vec3::new(self.next(), self.next(), self.next())
+        }
+
+        fn rotation(&mut self) -> Mat3 {
+            let axis = Unit::new_normalize(self.vector());
+            Rotation3::from_axis_angle(&axis, 3.0 * self.next()).into_inner()
+        }
+    }
+
+    /// Derivative at zero, of fourth order in the step.
+    fn derivative(f: impl Fn(f64) -> f64) -> f64 {
+        let h = 1e-3;
+        (8.0 * (f(h) - f(-h)) - (f(2.0 * h) - f(-2.0 * h))) / (12.0 * h)
+    }
+
+    fn moved(F: &Mat3, i: usize, j: usize, h: f64) -> Mat3 {
+        let mut F = *F;
+        F[(i, j)] += h;
+        F
+    }
+
+    /// Stress and tangent against finite differences of energy and stress, major symmetry, objectivity, and a
+    /// reference configuration free of stress, for random large deformations.
+    pub fn check(material: &dyn HyperelasticMaterial) {
+        let mut numbers = Numbers(7);
+        for _ in 0..20 {
+            let rotation = numbers.rotation();
+            let directions: [Vec3; 3] = std::array::from_fn(|i| rotation.column(i).into());
+            let frame = Frame::from_tangents(&directions[0], &directions[1]);
+            let disturbance = Mat3::from_fn(|_, _| 0.25 * numbers.next());
+            let F = rotation.transpose() * (Mat3::identity() + disturbance);
+            if F.determinant() < 0.3 {
+                continue;
+            }
+            let (P, A) = (material.stress(&F, &frame), material.tangent(&F, &frame));
+            for i in 0..3 {
+                for j in 0..3 {
+                    let slope = derivative(|h| material.energy(&moved(&F, i, j, h), &frame));
+                    assert!((slope - P[(i, j)]).abs() < 1e-6 * P.norm(), "P {i}{j}");
+                    for k in 0..3 {
+                        for l in 0..3 {
+                            let stress = |h| material.stress(&moved(&F, k, l, h), &frame)[(i, j)];
+                            let error = derivative(stress) - A[(3 * i + j, 3 * k + l)];
+                            assert!(error.abs() < 1e-6 * A.norm(), "A {i}{j}{k}{l}: {error:e}");
+                        }
+                    }
+                }
+            }
+            assert!((A - A.transpose()).norm() < 1e-13 * A.norm());
+            let Q = numbers.rotation();
+            let (energy, turned) = (
+                material.energy(&F, &frame),
+                material.energy(&(Q * F), &frame),
+            );
+            assert!((turned - energy).abs() < 1e-11 * energy.abs().max(P.norm()));
+            assert!((material.stress(&(Q * F), &frame) - Q * P).norm() < 1e-11 * A.norm());
+            assert!(material.stress(&Q, &frame).norm() < 1e-14 * A.norm());
+            assert!(material.energy(&Q, &frame).abs() < 1e-14 * A.norm());
+        }
+    }
+}

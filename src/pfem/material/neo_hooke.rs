@@ -33,3 +33,21 @@ impl HyperelasticMaterial for NeoHooke {
         A
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pfem::material::verification::check;
+
+    #[test]
+    fn derivatives_symmetry_and_objectivity() {
+        check(&NeoHooke {
+            mu: 3.33e5,
+            kappa: 1.67e9,
+        });
+        check(&NeoHooke {
+            mu: 2.0,
+            kappa: 3.0,
+        });
+    }
+}

@@ -51,3 +51,15 @@ impl HyperelasticMaterial for SaintVenantKirchhoff {
         A
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pfem::material::verification::check;
+
+    #[test]
+    fn derivatives_symmetry_and_objectivity() {
+        check(&SaintVenantKirchhoff::new(1.4e6, 0.4));
+        check(&SaintVenantKirchhoff::new(3e5, 0.0));
+    }
+}
