@@ -107,6 +107,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "fluid.ranks", "0", "from 1 to 1024"),
     ("S-0.25", "fluid.transport", "pipe", "\"socket\", \"files\""),
     ("S-0.25", "fluid.templates", "7", "a path in quotes"),
+    ("S-0.25", "fluid.templates", "no-such-folder", "there is no folder"),
     ("S-0.25", "fluid.mesh.core", "1", "from 2 to 200"),
     ("S-0.25", "fluid.mesh.radial", "0", "from 1 to 200"),
     ("S-0.25", "fluid.mesh.wall_grading", "0", "from 0.1"),

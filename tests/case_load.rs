@@ -141,6 +141,7 @@ fn the_last_layer_wins() {
         defaults.display().to_string()
     );
     std::fs::write(scratch.path().join("case.toml"), text).unwrap();
+    std::fs::create_dir(scratch.path().join("mine")).unwrap();
     let case = load(
         scratch.path(),
         Preset::Demo,

@@ -46,7 +46,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
     vessel(case, &mut report);
     times(case, &mut report);
     discretization(case, &mut report);
-    inflow(case, &mut report);
+    files(case, &mut report);
 }
 
 type Report<'a> = dyn FnMut(&[&str], bool, String) + 'a;
@@ -268,7 +268,16 @@ fn discretization(case: &Case, report: &mut Report<'_>) {
     }
 }
 
-fn inflow(case: &Case, report: &mut Report<'_>) {
+fn files(case: &Case, report: &mut Report<'_>) {
+    let templates = &case.fluid.templates;
+    report(
+        &["fluid.templates"],
+        !templates.is_dir(),
+        format!(
+            "there is no folder {}; expected the OpenFOAM dictionaries, such as openfoam-case/base",
+            templates.display()
+        ),
+    );
     if case.inflow.file.is_some()
         && let Err(error) = FlowCurve::new(&case.inflow, case.time.period)
     {

@@ -1,6 +1,26 @@
 //! Reads and checks `case.toml`: model, materials, boundary conditions, numerics. Does not know how anything is solved.
 //!
 //! In the files every name carries its unit (`mu_Pa`, `time.step_s`); in these types all values are SI.
+//!
+//! A case is a stack of layers, and what lies on top counts: the file that `extends` names (all parameters with unit and
+//! origin: `openfoam-case/defaults.toml`), the preset found there, the case's own values, `--set key=value`. A vessel of
+//! your own is a folder anywhere with a file `case.toml`:
+//! ```toml
+//! extends = "/path/to/openfoam-case/defaults.toml"
+//!
+//! [geometry]
+//! graft_inner_radius_m = 4.0e-3
+//! artery_inner_radius_m = 3.0e-3
+//! ```
+//! ```
+//! use fsi_driver::case::{Case, Preset};
+//! # fn main() -> Result<(), fsi_driver::case::CaseErrors> {
+//! let overrides = [("time.end_s".to_owned(), "0.5".to_owned())];
+//! let case = Case::load("openfoam-case/S-0.25".as_ref(), Preset::Demo, &overrides)?;
+//! assert_eq!((case.model.d_max, case.time.end), (0.25e-3, 0.5));
+//! # Ok(())
+//! # }
+//! ```
 
 mod check;
 mod error;
