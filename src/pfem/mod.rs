@@ -25,6 +25,7 @@ pub mod sparse;
 pub mod statics;
 pub mod stats;
 pub mod structure;
+pub mod sum_factorization;
 pub mod supports;
 pub mod surface;
 
