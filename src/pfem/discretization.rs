@@ -2,7 +2,7 @@
 
 use super::SolidError;
 use super::elements::{Body, Elements, Shapes, gather, scatter};
-use super::factor::{Factorization, Symbolic};
+use super::factor::{self, Factorization, Symbolic};
 use super::mapping::{Mapping, MappingKind};
 use super::material::{self, HyperelasticMaterial};
 use super::numbering::Numbering;
@@ -81,10 +81,12 @@ impl Discretization {
         let points = options.quadrature_points;
         let elements = Elements::gauss(&numbering, &options.space, &mapping, count, points)?;
         let supports = Supports::new(mesh, &numbering, &mapping, supports)?;
-        let pattern = Pattern::new(&numbering, supports.held());
+        let pattern = Pattern::new(&numbering, supports.held(), None);
         if pattern.is_empty() {
             return Err(SolidError::Model("the supports hold the whole body".into()));
         }
+        let order = factor::minimum_degree(&pattern)?;
+        let pattern = Pattern::new(&numbering, supports.held(), Some(&order));
         let symbolic = Symbolic::new(&pattern)?;
         Ok(Self {
             space: options.space,
@@ -186,11 +188,14 @@ impl Discretization {
         let size = 48 * self.numbering.modes.len().pow(2);
         let batch = (WAITING / size).max(rayon::current_num_threads());
         let elements: Vec<usize> = (0..self.regions.len()).collect();
+        let workspace = || self.elements.workspace();
         for batch in elements.chunks(batch) {
             let matrices = batch
                 .par_iter()
-                .map(|&e| {
-                    let mut blocks = self.elements.stiffness(self.body(), e, displacement)?;
+                .map_init(workspace, |workspace, &e| {
+                    let mut blocks =
+                        self.elements
+                            .stiffness(self.body(), e, displacement, workspace)?;
                     for (surface, load) in following {
                         surface.add_stiffness(&self.numbering, displacement, load, e, &mut blocks);
                     }

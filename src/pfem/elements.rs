@@ -17,7 +17,7 @@ use super::material::{Frame, HyperelasticMaterial, von_mises};
 use super::numbering::Numbering;
 use super::quadrature::Rule;
 use super::space::{Mode, Space};
-use super::sum_factorization::SumFactorization;
+use super::sum_factorization::{SumFactorization, Workspace};
 use crate::{Mat3, Vec3};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -244,16 +244,21 @@ impl Elements {
         Ok(total)
     }
 
+    /// Memory for [`Self::stiffness`].
+    pub fn workspace(&self) -> Workspace {
+        self.sums.workspace()
+    }
+
     /// The blocks `K^{ik}` of [`PAIRS`] of one element, each modes times modes, one after the other.
     pub fn stiffness(
         &self,
         body: Body,
         element: usize,
         displacement: &[f64],
+        workspace: &mut Workspace,
     ) -> Result<Vec<f64>, SolidError> {
         let gradients = self.gradients(body, &[element], displacement);
         let material = &body.materials[body.regions[element]];
-        let mut coefficients = vec![0.0; self.sums.coefficients()];
         for (q, point) in self.points[element].iter().enumerate() {
             let F = self.deformation(body, element, q, &gradients, 0)?;
             let A = material.tangent(&F, &point.frame);
@@ -265,12 +270,12 @@ impl Elements {
                 for alpha in 0..3 {
                     for beta in 0..3 {
                         let place = places[3 * alpha + beta] + pair * self.sums.stride();
-                        coefficients[place] = pulled_back[(alpha, beta)];
+                        workspace.coefficients[place] = pulled_back[(alpha, beta)];
                     }
                 }
             }
         }
-        Ok(self.sums.matrices(&coefficients))
+        Ok(self.sums.matrices(workspace))
     }
 
     /// `∫ N_a N_b dV` of one element, m³, modes times modes.

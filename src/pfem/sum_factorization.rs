@@ -39,8 +39,8 @@ struct Products {
     functions: usize,
     /// Number of points.
     points: usize,
-    /// `of[s][t]`: `(i + functions i')` times points, `s` and `t` telling whether `i` and `i'` are derived.
-    of: [[Vec<f64>; 2]; 2],
+    /// `(i + functions i')` times points, for neither derived, `i'` derived, `i` derived, both derived.
+    values: Vec<f64>,
 }
 
 impl Products {
@@ -58,10 +58,7 @@ impl Products {
         Self {
             functions: n,
             points: points.len(),
-            of: [
-                [product(0, 0), product(0, 1)],
-                [product(1, 0), product(1, 1)],
-            ],
+            values: [product(0, 0), product(0, 1), product(1, 0), product(1, 1)].concat(),
         }
     }
 
@@ -69,10 +66,26 @@ impl Products {
         self.functions * self.functions
     }
 
+    /// The products with `i` (`s`) and `i'` (`t`) derived or not.
     fn matrix(&self, s: bool, t: bool) -> MatRef<'_, f64> {
-        let values = &self.of[s as usize][t as usize];
-        MatRef::from_column_major_slice(values, self.pairs(), self.points)
+        let kind = 2 * s as usize + t as usize;
+        self.all().subcols(kind * self.points, self.points)
     }
+
+    /// All four kinds side by side.
+    fn all(&self) -> MatRef<'_, f64> {
+        MatRef::from_column_major_slice(&self.values, self.pairs(), 4 * self.points)
+    }
+}
+
+/// Memory for the intermediate results, used again for many elements.
+#[derive(Debug, Clone, Default)]
+pub struct Workspace {
+    /// `Â`, to be filled by the caller; see [`SumFactorization::places`].
+    pub coefficients: Vec<f64>,
+    first: Vec<f64>,
+    second: Vec<f64>,
+    third: Vec<f64>,
 }
 
 /// Tables for the element matrices of a space and a lattice of quadrature points.
@@ -94,10 +107,17 @@ impl SumFactorization {
         }
     }
 
-    /// Number of coefficients that [`Self::matrices`] takes.
-    pub fn coefficients(&self) -> usize {
-        let points: usize = self.products.iter().map(|p| p.points).product();
-        9 * points * self.blocks
+    /// Memory for [`Self::matrices`].
+    pub fn workspace(&self) -> Workspace {
+        let [p0, p1, p2] = &self.products;
+        let points = p0.points * p1.points * p2.points;
+        let planes = p0.pairs() * self.blocks * p1.pairs();
+        Workspace {
+            coefficients: vec![0.0; 9 * points * self.blocks],
+            first: vec![0.0; 9 * p0.pairs() * self.blocks * p1.points * p2.points],
+            second: vec![0.0; 4 * p2.points * planes],
+            third: vec![0.0; planes * p2.pairs()],
+        }
     }
 
     /// Where `Â_αβ` of each `(α, β)` (3 α + β) of block 0 at a point belongs; blocks are [`Self::stride`] apart.
@@ -119,8 +139,14 @@ impl SumFactorization {
         self.products[0].points
     }
 
-    /// The matrices, modes times modes, one after the other.
-    pub fn matrices(&self, coefficients: &[f64]) -> Vec<f64> {
+    /// The matrices for the coefficients in `workspace`, modes times modes, one after the other.
+    pub fn matrices(&self, workspace: &mut Workspace) -> Vec<f64> {
+        let Workspace {
+            coefficients,
+            first,
+            second,
+            third,
+        } = workspace;
         let [p0, p1, p2] = &self.products;
         let (n0, n1, n2) = (p0.points, p1.points, p2.points);
         let (ii, jj, kk) = (p0.pairs(), p1.pairs(), p2.pairs());
@@ -128,7 +154,6 @@ impl SumFactorization {
 
         // Direction 0: rows (i, i'), columns (block, q_1, q_2, αβ).
         let columns = self.blocks * n1 * n2;
-        let mut first = vec![0.0; 9 * ii * columns];
         for (begin, end) in SAME_FACTOR {
             let (a, b) = DERIVATIVES[begin];
             matmul(
@@ -150,7 +175,6 @@ impl SumFactorization {
         }
 
         // Direction 1: rows (i, i', block), columns (j, j'), for each q_2 and kind of factor along direction 2.
-        let mut second = vec![0.0; 4 * n2 * rows * jj];
         let mut started = [false; 4];
         for (place, &(a, b)) in DERIVATIVES.iter().enumerate() {
             let kind = 2 * (a == 2) as usize + (b == 2) as usize;
@@ -175,30 +199,15 @@ impl SumFactorization {
         }
 
         // Direction 2: rows (i, i', block, j, j'), columns (k, k').
-        let mut third = vec![0.0; rows * jj * kk];
-        for (kind, (s, t)) in [(false, false), (false, true), (true, false), (true, true)]
-            .into_iter()
-            .enumerate()
-        {
-            let size = n2 * rows * jj;
-            matmul(
-                MatMut::from_column_major_slice_mut(&mut third, rows * jj, kk),
-                if kind == 0 {
-                    Accum::Replace
-                } else {
-                    Accum::Add
-                },
-                MatRef::from_column_major_slice(
-                    &second[kind * size..(kind + 1) * size],
-                    rows * jj,
-                    n2,
-                ),
-                p2.matrix(s, t).transpose(),
-                1.0,
-                Par::Seq,
-            );
-        }
-        self.select(&third)
+        matmul(
+            MatMut::from_column_major_slice_mut(third, rows * jj, kk),
+            Accum::Replace,
+            MatRef::from_column_major_slice(second, rows * jj, 4 * n2),
+            p2.all().transpose(),
+            1.0,
+            Par::Seq,
+        );
+        self.select(third)
     }
 
     /// The entries that belong to modes of the space.
