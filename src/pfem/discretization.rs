@@ -188,14 +188,11 @@ impl Discretization {
         let size = 48 * self.numbering.modes.len().pow(2);
         let batch = (WAITING / size).max(rayon::current_num_threads());
         let elements: Vec<usize> = (0..self.regions.len()).collect();
-        let workspace = || self.elements.workspace();
         for batch in elements.chunks(batch) {
             let matrices = batch
                 .par_iter()
-                .map_init(workspace, |workspace, &e| {
-                    let mut blocks =
-                        self.elements
-                            .stiffness(self.body(), e, displacement, workspace)?;
+                .map(|&e| {
+                    let mut blocks = self.elements.stiffness(self.body(), e, displacement)?;
                     for (surface, load) in following {
                         surface.add_stiffness(&self.numbering, displacement, load, e, &mut blocks);
                     }

@@ -15,6 +15,7 @@ use super::basis::BasisTable;
 use super::mapping::{Mapping, lattice};
 use super::material::{Frame, HyperelasticMaterial, von_mises};
 use super::numbering::Numbering;
+use super::pool::Pool;
 use super::quadrature::Rule;
 use super::space::{Mode, Space};
 use super::sum_factorization::{SumFactorization, Workspace};
@@ -107,6 +108,7 @@ pub struct Elements {
     pub shapes: Shapes,
     /// Element matrices.
     sums: SumFactorization,
+    workspaces: Pool<Workspace>,
     /// Quadrature points of the reference hexahedron.
     pub local: Vec<[f64; 3]>,
     /// `points[e][q]`.
@@ -180,6 +182,7 @@ impl Elements {
         Ok(Self {
             shapes: Shapes::new(&numbering.modes, space, axes),
             sums: SumFactorization::new(&numbering.modes, space, axes, PAIRS.len()),
+            workspaces: Pool::default(),
             local: lattice(axes).collect(),
             points,
         })
@@ -244,21 +247,19 @@ impl Elements {
         Ok(total)
     }
 
-    /// Memory for [`Self::stiffness`].
-    pub fn workspace(&self) -> Workspace {
-        self.sums.workspace()
-    }
-
     /// The blocks `K^{ik}` of [`PAIRS`] of one element, each modes times modes, one after the other.
     pub fn stiffness(
         &self,
         body: Body,
         element: usize,
         displacement: &[f64],
-        workspace: &mut Workspace,
     ) -> Result<Vec<f64>, SolidError> {
         let gradients = self.gradients(body, &[element], displacement);
         let material = &body.materials[body.regions[element]];
+        let mut workspace = self
+            .workspaces
+            .take()
+            .unwrap_or_else(|| self.sums.workspace());
         for (q, point) in self.points[element].iter().enumerate() {
             let F = self.deformation(body, element, q, &gradients, 0)?;
             let A = material.tangent(&F, &point.frame);
@@ -275,7 +276,9 @@ impl Elements {
                 }
             }
         }
-        Ok(self.sums.matrices(workspace))
+        let matrices = self.sums.matrices(&mut workspace);
+        self.workspaces.give(workspace);
+        Ok(matrices)
     }
 
     /// `∫ N_a N_b dV` of one element, m³, modes times modes.

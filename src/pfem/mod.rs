@@ -17,6 +17,7 @@ pub mod mapping;
 pub mod material;
 pub mod newton;
 pub mod numbering;
+mod pool;
 pub mod quadrature;
 pub mod samples;
 pub mod solid;
