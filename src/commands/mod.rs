@@ -1,5 +1,48 @@
-//! One file per subcommand; short, reads like the README.
-/// Parses the command line and runs the command; returns the exit code.
-pub fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+//! The command line: one file per subcommand; short, reads like the README.
+
+mod failure;
+mod run;
+mod run_folder;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+pub use failure::Failure;
+
+/// Fluid-structure interaction of arteries: p-version finite elements for the wall, OpenFOAM for the blood.
+///
+/// Without a subcommand it runs a coupled case.
+#[derive(Debug, Parser)]
+#[command(
+    name = "fsi-driver",
+    version,
+    args_conflicts_with_subcommands = true,
+    arg_required_else_help = true
+)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: Option<run::Arguments>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {}
+
+/// Parses the command line and runs the command. Exit code 0: done; 1: a solver failed; 2: the input or the
+/// installation is at fault, nothing was written; 130: interrupted.
+pub fn main() -> ExitCode {
+    let line = CommandLine::parse();
+    let outcome = match (line.command, line.run) {
+        (Some(command), _) => match command {},
+        (None, Some(arguments)) => run::run(&arguments),
+        (None, None) => unreachable!("clap shows the help when there are no arguments"),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("{failure}");
+            failure.exit_code()
+        }
+    }
 }

@@ -1,1 +1,196 @@
 //! The coupling loop of equation (13): transfer, solve, accelerate until converged.
+//!
+//! The interface displacement **d** lives at the fluid's wall points. One coupling iteration applies, from right
+//! to left, `A ∘ I_M^N ∘ S ∘ I_FC^QP ∘ F` to it: the fluid, the interpolation of its load to the structure's
+//! quadrature points, the structure, its displacement at the fluid's points, and the acceleration.
+
+pub mod acceleration;
+pub mod convergence;
+pub mod interpolation;
+pub mod predictor;
+pub mod transfer;
+
+use crate::Vec3;
+use crate::fluid::{Fluid, FluidEffort, FluidError, FluidStep};
+use crate::pfem::{Solid, SolidError};
+use acceleration::Acceleration;
+use convergence::{Criterion, Measure};
+use nalgebra::DVector;
+use predictor::Predictor;
+use std::time::Instant;
+use transfer::{Transfer, force_mismatch};
+
+/// What one coupling iteration cost and how far from the fixed point it was.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Iteration {
+    /// Number of the iteration within its step, from 1.
+    pub number: usize,
+    /// Distance to convergence.
+    pub measure: Measure,
+    /// Columns that a quasi-Newton model used.
+    pub columns: usize,
+    /// Outer correctors that the fluid spent.
+    pub correctors: u32,
+    /// The fluid's first pressure residual at its last corrector.
+    pub pressure_residual: f64,
+    /// |resultant of the fluid's load - resultant on the structure| over the sum of |load| of all faces.
+    pub force_mismatch: f64,
+    /// Seconds spent in the fluid.
+    pub fluid_seconds: f64,
+    /// Seconds spent in the structure.
+    pub structure_seconds: f64,
+    /// Seconds spent in transfer and acceleration.
+    pub coupling_seconds: f64,
+}
+
+/// An accepted time step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Every coupling iteration.
+    pub iterations: Vec<Iteration>,
+    /// The fluid's report.
+    pub fluid: FluidStep,
+    /// Displacement of the fluid's wall points, m.
+    pub displacement: Vec<Vec3>,
+    /// Seconds that the fluid needed to finish the accepted step.
+    pub accept_seconds: f64,
+}
+
+/// Why a time step failed.
+#[derive(Debug, thiserror::Error)]
+pub enum CouplingError {
+    /// The flow solver failed.
+    #[error(transparent)]
+    Fluid(#[from] FluidError),
+    /// The structural solver failed.
+    #[error(transparent)]
+    Solid(#[from] SolidError),
+    /// The two meshes do not describe the same surface.
+    #[error("{0}")]
+    Transfer(String),
+    /// The iteration did not converge.
+    #[error(
+        "the coupling did not converge in {} iterations: {}", .iterations.len(), convergence::diagnosis(.iterations)
+    )]
+    NotConverged {
+        /// All iterations of the step.
+        iterations: Vec<Iteration>,
+    },
+}
+
+/// Numerical settings of the loop that are not part of its building blocks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Length of a time step, s.
+    pub time_step: f64,
+    /// Work that the fluid may spend on an iteration.
+    pub fluid_effort: FluidEffort,
+    /// Relative residual at which the structure's Newton iteration ends.
+    pub newton_tolerance: f64,
+}
+
+/// A fluid and a structure joined at the wet surface.
+pub struct Coupling<F, S: Solid> {
+    /// The flow solver, **F**.
+    pub fluid: F,
+    /// The structural solver, **S**.
+    pub solid: S,
+    /// Interpolation between the two surfaces, **I**.
+    pub transfer: Transfer<S::Location>,
+    /// Convergence acceleration, **A**.
+    pub acceleration: Box<dyn Acceleration>,
+    /// First guess of each step.
+    pub predictor: Predictor,
+    /// Criterion (14).
+    pub criterion: Criterion,
+    /// The rest.
+    pub settings: Settings,
+}
+
+impl<F: Fluid, S: Solid> Coupling<F, S> {
+    /// Solves one time step and accepts it on both sides. `inspect` sees the structure and its accepted trial before
+    /// it becomes the new state; `write` asks the fluid to leave its fields on disk.
+    pub fn step(
+        &mut self,
+        write: bool,
+        inspect: impl FnOnce(&S, &S::Trial),
+    ) -> Result<Step, CouplingError> {
+        let settings = self.settings;
+        let mut iterations = Vec::new();
+        let mut d = self.predictor.first_guess();
+        let mut start = None;
+        while iterations.len() < self.criterion.max_iterations {
+            let clock = Instant::now();
+            let points = unflatten(&d);
+            let flow = self.fluid.solve(&points, settings.fluid_effort)?; // F
+            let fluid_seconds = clock.elapsed().as_secs_f64();
+            let areas = self.transfer.face_areas(&points);
+            let load = self.transfer.load(&flow.tractions, &areas); // I: face centres to quadrature points
+
+            let clock = Instant::now();
+            let trial = self.solid.solve(
+                &load,
+                settings.time_step,
+                settings.newton_tolerance,
+                start.as_ref(),
+            )?; // S
+            let structure_seconds = clock.elapsed().as_secs_f64();
+
+            let clock = Instant::now();
+            let d_tilde = flatten(&self.transfer.displacement(&self.solid, &trial)); // I: structure to fluid points
+            let d_next = self.acceleration.next(&d, &d_tilde); // A
+            let measure = self.criterion.measure(&d, &d_tilde, &d_next);
+            iterations.push(Iteration {
+                number: iterations.len() + 1,
+                measure,
+                columns: self.acceleration.columns(),
+                correctors: flow.correctors,
+                pressure_residual: flow.pressure_residual,
+                force_mismatch: force_mismatch(
+                    &flow.tractions,
+                    &areas,
+                    &load,
+                    &self.solid.deformed_areas(&trial),
+                ),
+                fluid_seconds,
+                structure_seconds,
+                coupling_seconds: clock.elapsed().as_secs_f64(),
+            });
+            if measure.converged {
+                let clock = Instant::now();
+                let fluid = self.fluid.accept(write)?;
+                let accept_seconds = clock.elapsed().as_secs_f64();
+                inspect(&self.solid, &trial);
+                self.solid.accept(trial);
+                self.acceleration.finish_step();
+                self.predictor.accept(d);
+                return Ok(Step {
+                    iterations,
+                    fluid,
+                    displacement: points,
+                    accept_seconds,
+                });
+            }
+            d = d_next;
+            start = Some(trial);
+        }
+        Err(CouplingError::NotConverged { iterations })
+    }
+}
+
+/// Vectors of space, one after the other: x0 y0 z0 x1 y1 z1 …
+pub fn flatten(vectors: &[Vec3]) -> DVector<f64> {
+    DVector::from_iterator(
+        3 * vectors.len(),
+        vectors.iter().flat_map(|v| [v.x, v.y, v.z]),
+    )
+}
+
+/// The inverse of [`flatten`].
+pub fn unflatten(values: &DVector<f64>) -> Vec<Vec3> {
+    values
+        .as_slice()
+        .chunks_exact(3)
+        .map(Vec3::from_column_slice)
+        .collect()
+}

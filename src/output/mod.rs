@@ -1,1 +1,9 @@
-//! What a run leaves: VTU/PVD, CSV, JSON.
+//! What a run leaves: VTU/PVD for ParaView, CSV and JSON for everything else, and the line of progress.
+
+mod atomic;
+pub mod progress;
+pub mod record;
+pub mod tables;
+pub mod vtu;
+
+pub use atomic::write_atomically;

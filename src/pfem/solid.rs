@@ -48,8 +48,8 @@ pub trait Solid {
     /// Displacement (m) of a trial at located points.
     fn displacement(&self, trial: &Self::Trial, at: &[Self::Location]) -> Vec<Vec3>;
 
-    /// Deformed area element `dA` (quadrature weight included, m²) of a trial at each wet point.
-    fn deformed_areas(&self, trial: &Self::Trial) -> Vec<f64>;
+    /// Deformed area vector (normal out of the solid times area, quadrature weight included, m²) at each wet point.
+    fn deformed_areas(&self, trial: &Self::Trial) -> Vec<Vec3>;
 
     /// Makes a trial the state from which the next time step starts.
     fn accept(&mut self, trial: Self::Trial);

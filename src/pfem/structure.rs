@@ -424,7 +424,7 @@ impl Solid for Structure {
             .collect()
     }
 
-    fn deformed_areas(&self, trial: &Trial) -> Vec<f64> {
+    fn deformed_areas(&self, trial: &Trial) -> Vec<Vec3> {
         self.wet
             .deformed_areas(&self.body.numbering, &trial.state.d)
     }

@@ -204,13 +204,14 @@ impl Surface {
         }
     }
 
-    /// Deformed area elements (quadrature weight included, m²) at all points.
-    pub fn deformed_areas(&self, numbering: &Numbering, displacement: &[f64]) -> Vec<f64> {
+    /// Deformed area vectors (normal out of the body times area, quadrature weight included, m²) at all points.
+    pub fn deformed_areas(&self, numbering: &Numbering, displacement: &[f64]) -> Vec<Vec3> {
         (0..self.points.len())
             .map(|point| {
                 let (face, q) = (point / self.points_per_face, point % self.points_per_face);
                 let [x1, x2] = self.tangents(numbering, displacement, face, q);
-                x1.cross(&x2).norm() * self.shapes[&self.faces[face].1].points[q].1
+                let shapes = &self.shapes[&self.faces[face].1];
+                x1.cross(&x2) * (shapes.outward * shapes.points[q].1)
             })
             .collect()
     }

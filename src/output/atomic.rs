@@ -1,0 +1,21 @@
+//! Files that are whole or absent.
+
+use std::io::Write;
+use std::path::Path;
+
+/// Writes `contents` under a temporary name in the same folder and renames it, so that a reader, or a run that is
+/// killed meanwhile, never meets half a file.
+pub fn write_atomically(path: &Path, contents: &[u8]) -> std::io::Result<()> {
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(contents)?;
+    // Temporary files are private; results are not.
+    let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o644);
+    file.as_file().set_permissions(permissions)?;
+    file.as_file().sync_data()?;
+    file.persist(path)?;
+    Ok(())
+}

@@ -1,0 +1,100 @@
+//! `history.csv` (a row a time step) and `iterations.csv` (a row a coupling iteration).
+
+use serde::Serialize;
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+/// A row of `history.csv`. Field names are the headers: they carry the unit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
+pub struct HistoryRow {
+    /// Time at the end of the step.
+    pub time_s: f64,
+    /// Coupling iterations.
+    pub coupling_iterations: usize,
+    /// Fixed-point residual of the accepted iteration, relative to the displacement.
+    pub residual: f64,
+    /// Wall-clock time in the fluid.
+    pub fluid_s: f64,
+    /// Wall-clock time in the structure.
+    pub structure_s: f64,
+    /// Inflow.
+    pub Q_in_m3_s: f64,
+    /// Outflow.
+    pub Q_out_m3_s: f64,
+    /// Mean pressure at the inlet.
+    pub p_in_Pa: f64,
+    /// Mean pressure at the outlet.
+    pub p_out_Pa: f64,
+    /// Volume of the lumen of the deformable section.
+    pub lumen_volume_m3: f64,
+    /// Change of the volume over the step.
+    pub dVdt_m3_s: f64,
+    /// Largest displacement of the wet surface.
+    pub max_displacement_m: f64,
+    /// Largest von Mises stress at the quadrature points.
+    pub max_von_mises_Pa: f64,
+    /// Pressure of the windkessel before the ramp.
+    pub p_windkessel_Pa: f64,
+    /// Mismatch of the resultant force between the two surfaces, relative to the sum of |load|.
+    pub force_mismatch: f64,
+    /// Largest difference between the fluid's velocity at the wall and the wall's.
+    pub wall_velocity_mismatch_m_s: f64,
+    /// Wall-clock time of the whole step.
+    pub wall_s: f64,
+}
+
+/// A row of `iterations.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
+pub struct IterationRow {
+    /// Time at the end of the step.
+    pub time_s: f64,
+    /// Number within the step, from 1.
+    pub iteration: usize,
+    /// Change (14) relative to the displacement.
+    pub change: f64,
+    /// Change (14), root mean square over the points.
+    pub change_rms_m: f64,
+    /// Fixed-point residual relative to the displacement.
+    pub residual: f64,
+    /// Fixed-point residual, root mean square over the points.
+    pub residual_rms_m: f64,
+    /// Columns of the quasi-Newton model.
+    pub columns: usize,
+    /// Outer correctors of the fluid.
+    pub correctors: u32,
+    /// First pressure residual of the fluid's last corrector.
+    pub pressure_residual: f64,
+    /// Mismatch of the resultant force.
+    pub force_mismatch: f64,
+    /// Wall-clock time in the fluid.
+    pub fluid_s: f64,
+    /// Wall-clock time in the structure.
+    pub structure_s: f64,
+    /// Wall-clock time in transfer and acceleration.
+    pub coupling_s: f64,
+}
+
+/// A CSV file that is complete up to its last row at any moment.
+pub struct Table {
+    writer: csv::Writer<File>,
+}
+
+impl Table {
+    /// Creates the file; the header follows with the first row.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self {
+            writer: csv::Writer::from_writer(File::create(path)?),
+        })
+    }
+
+    /// Adds rows and hands them to the operating system.
+    pub fn append<T: Serialize>(&mut self, rows: &[T]) -> io::Result<()> {
+        for row in rows {
+            self.writer.serialize(row).map_err(io::Error::other)?;
+        }
+        self.writer.flush()
+    }
+}

@@ -1,0 +1,213 @@
+//! Unstructured grids in VTK's XML format (`.vtu`), and their collection over time (`.pvd`).
+//!
+//! Arrays are stored inline as base64 with a 64-bit length in front, as the VTK file formats document lays down.
+
+use super::write_atomically;
+use crate::Vec3;
+use base64::Engine;
+use std::fmt::Write;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// VTK's number of the linear hexahedron.
+const VTK_HEXAHEDRON: u8 = 12;
+
+/// Values at the points or in the cells of a grid.
+#[derive(Debug, Clone, Copy)]
+pub enum Values<'a> {
+    /// One number each.
+    Scalars(&'a [f64]),
+    /// One vector each.
+    Vectors(&'a [Vec3]),
+    /// One integer each.
+    Integers(&'a [usize]),
+}
+
+/// A grid of linear hexahedra with named values.
+#[derive(Debug, Clone)]
+pub struct Grid<'a> {
+    /// Positions of the points, m.
+    pub points: &'a [Vec3],
+    /// Points of each cell in VTK's order: around the bottom, then around the top.
+    pub hexes: &'a [[usize; 8]],
+    /// Names (with unit) and values at the points.
+    pub point_data: Vec<(&'a str, Values<'a>)>,
+    /// Names and values in the cells.
+    pub cell_data: Vec<(&'a str, Values<'a>)>,
+}
+
+impl Grid<'_> {
+    /// Writes the grid; the file is whole or absent.
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        write_atomically(path, self.to_xml().as_bytes())
+    }
+
+    fn to_xml(&self) -> String {
+        let connectivity: Vec<i64> = self.hexes.iter().flatten().map(|&p| p as i64).collect();
+        let offsets: Vec<i64> = (1..=self.hexes.len()).map(|n| 8 * n as i64).collect();
+        let types = vec![VTK_HEXAHEDRON; self.hexes.len()];
+        let mut xml = String::from(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
+        );
+        let (points, cells) = (self.points.len(), self.hexes.len());
+        let _ = writeln!(
+            xml,
+            "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">"
+        );
+        for (section, data) in [
+            ("PointData", &self.point_data),
+            ("CellData", &self.cell_data),
+        ] {
+            let _ = writeln!(xml, "<{section}>");
+            for (name, values) in data {
+                write_values(&mut xml, name, values);
+            }
+            let _ = writeln!(xml, "</{section}>");
+        }
+        xml.push_str("<Points>\n");
+        write_values(&mut xml, "Points", &Values::Vectors(self.points));
+        xml.push_str("</Points>\n<Cells>\n");
+        let bytes = |v: &[i64]| v.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>();
+        write_array(&mut xml, "connectivity", "Int64", 1, &bytes(&connectivity));
+        write_array(&mut xml, "offsets", "Int64", 1, &bytes(&offsets));
+        write_array(&mut xml, "types", "UInt8", 1, &types);
+        xml.push_str("</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
+        xml
+    }
+}
+
+fn write_values(xml: &mut String, name: &str, values: &Values) {
+    match values {
+        Values::Scalars(v) => {
+            let bytes: Vec<u8> = v.iter().flat_map(|x| x.to_le_bytes()).collect();
+            write_array(xml, name, "Float64", 1, &bytes);
+        }
+        Values::Vectors(v) => {
+            let bytes: Vec<u8> = v
+                .iter()
+                .flat_map(|v| [v.x, v.y, v.z])
+                .flat_map(f64::to_le_bytes)
+                .collect();
+            write_array(xml, name, "Float64", 3, &bytes);
+        }
+        Values::Integers(v) => {
+            let bytes: Vec<u8> = v.iter().flat_map(|&x| (x as i64).to_le_bytes()).collect();
+            write_array(xml, name, "Int64", 1, &bytes);
+        }
+    }
+}
+
+fn write_array(xml: &mut String, name: &str, kind: &str, components: usize, bytes: &[u8]) {
+    let mut block = (bytes.len() as u64).to_le_bytes().to_vec();
+    block.extend_from_slice(bytes);
+    let encoded = base64::engine::general_purpose::STANDARD.encode(block);
+    let _ = writeln!(
+        xml,
+        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"binary\">\n{encoded}\n</DataArray>"
+    );
+}
+
+/// A time series of grids that ParaView opens as one.
+#[derive(Debug, Clone)]
+pub struct Series {
+    path: PathBuf,
+    entries: Vec<(f64, String)>,
+}
+
+impl Series {
+    /// A series described by the file `path`; its grids lie in a folder of the same name without ending.
+    pub fn new(path: PathBuf) -> io::Result<Self> {
+        std::fs::create_dir_all(path.with_extension(""))?;
+        Ok(Self {
+            path,
+            entries: Vec::new(),
+        })
+    }
+
+    /// Writes the grid of `time` (s), then the list of all grids.
+    pub fn add(&mut self, time: f64, grid: &Grid) -> io::Result<()> {
+        let folder = self.path.with_extension("");
+        let name = format!("{:05}.vtu", self.entries.len());
+        grid.write(&folder.join(&name))?;
+        let stem = folder
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        self.entries.push((time, format!("{stem}/{name}")));
+        let mut xml = String::from(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n",
+        );
+        for (time, file) in &self.entries {
+            let _ = writeln!(
+                xml,
+                "<DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>"
+            );
+        }
+        xml.push_str("</Collection>\n</VTKFile>\n");
+        write_atomically(&self.path, xml.as_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vtkio::model::{Attribute, DataSet, Piece};
+
+    #[test]
+    fn an_independent_reader_finds_what_was_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let corners = [
+            [0, 0, 0],
+            [1, 0, 0],
+            [1, 1, 0],
+            [0, 1, 0],
+            [0, 0, 1],
+            [1, 0, 1],
+            [1, 1, 1],
+            [0, 1, 1],
+        ];
+        let points: Vec<Vec3> = corners
+            .iter()
+            .map(|c| Vec3::from(c.map(f64::from)))
+            .collect();
+        let heights: Vec<f64> = points.iter().map(|p| 2.0 * p.z).collect();
+        let grid = Grid {
+            points: &points,
+            hexes: &[[0, 1, 2, 3, 4, 5, 6, 7]],
+            point_data: vec![
+                ("height", Values::Scalars(&heights)),
+                ("place", Values::Vectors(&points)),
+            ],
+            cell_data: vec![("region", Values::Integers(&[3]))],
+        };
+        let mut series = Series::new(folder.path().join("structure.pvd")).unwrap();
+        series.add(0.25, &grid).unwrap();
+        let pvd = std::fs::read_to_string(folder.path().join("structure.pvd")).unwrap();
+        assert!(pvd.contains("timestep=\"0.25\"") && pvd.contains("file=\"structure/00000.vtu\""));
+
+        let read = vtkio::Vtk::import(folder.path().join("structure/00000.vtu")).unwrap();
+        let DataSet::UnstructuredGrid { pieces, .. } = read.data else {
+            panic!("not an unstructured grid")
+        };
+        let Piece::Inline(piece) = &pieces[0] else {
+            panic!("not inline")
+        };
+        assert_eq!(piece.num_points(), 8);
+        assert_eq!(piece.cells.types, [vtkio::model::CellType::Hexahedron]);
+        let Attribute::DataArray(array) = &piece.data.point[0] else {
+            panic!("no array")
+        };
+        assert_eq!(
+            (
+                array.name.as_str(),
+                array.data.clone().into_vec::<f64>().unwrap()
+            ),
+            ("height", heights)
+        );
+        let Attribute::DataArray(array) = &piece.data.cell[0] else {
+            panic!("no array")
+        };
+        assert_eq!(array.data.clone().into_vec::<i64>().unwrap(), [3]);
+    }
+}
