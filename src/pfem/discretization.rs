@@ -2,7 +2,7 @@
 
 use super::SolidError;
 use super::elements::{Body, Elements, Shapes, gather, scatter};
-use super::factor::{Factorization, Symbolic};
+use super::factor::{self, Factorization, Symbolic};
 use super::mapping::{Mapping, MappingKind};
 use super::material::{self, HyperelasticMaterial};
 use super::numbering::Numbering;
@@ -81,10 +81,12 @@ impl Discretization {
         let points = options.quadrature_points;
         let elements = Elements::gauss(&numbering, &options.space, &mapping, count, points)?;
         let supports = Supports::new(mesh, &numbering, &mapping, supports)?;
-        let pattern = Pattern::new(&numbering, supports.held());
+        let pattern = Pattern::new(&numbering, supports.held(), None);
         if pattern.is_empty() {
             return Err(SolidError::Model("the supports hold the whole body".into()));
         }
+        let order = factor::minimum_degree(&pattern)?;
+        let pattern = Pattern::new(&numbering, supports.held(), Some(&order));
         let symbolic = Symbolic::new(&pattern)?;
         Ok(Self {
             space: options.space,

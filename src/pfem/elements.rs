@@ -15,8 +15,10 @@ use super::basis::BasisTable;
 use super::mapping::{Mapping, lattice};
 use super::material::{Frame, HyperelasticMaterial, von_mises};
 use super::numbering::Numbering;
+use super::pool::Pool;
 use super::quadrature::Rule;
 use super::space::{Mode, Space};
+use super::sum_factorization::{SumFactorization, Workspace};
 use crate::{Mat3, Vec3};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -104,6 +106,9 @@ pub struct ElementPoint {
 pub struct Elements {
     /// Modes at the quadrature points.
     pub shapes: Shapes,
+    /// Element matrices.
+    sums: SumFactorization,
+    workspaces: Pool<Workspace>,
     /// Quadrature points of the reference hexahedron.
     pub local: Vec<[f64; 3]>,
     /// `points[e][q]`.
@@ -176,6 +181,8 @@ impl Elements {
             .collect::<Result<_, SolidError>>()?;
         Ok(Self {
             shapes: Shapes::new(&numbering.modes, space, axes),
+            sums: SumFactorization::new(&numbering.modes, space, axes, PAIRS.len()),
+            workspaces: Pool::default(),
             local: lattice(axes).collect(),
             points,
         })
@@ -247,45 +254,31 @@ impl Elements {
         element: usize,
         displacement: &[f64],
     ) -> Result<Vec<f64>, SolidError> {
-        let (n, nq) = (self.shapes.modes, self.shapes.points);
         let gradients = self.gradients(body, &[element], displacement);
         let material = &body.materials[body.regions[element]];
-        let mut pulled_back = vec![[Mat3::zeros(); 6]; nq];
+        let mut workspace = self
+            .workspaces
+            .take()
+            .unwrap_or_else(|| self.sums.workspace());
         for (q, point) in self.points[element].iter().enumerate() {
             let F = self.deformation(body, element, q, &gradients, 0)?;
             let A = material.tangent(&F, &point.frame);
+            let places = self.sums.places(q);
             for (pair, (i, k)) in PAIRS.into_iter().enumerate() {
                 let block: Mat3 = A.fixed_view::<3, 3>(3 * i, 3 * k).into();
                 let B = &point.inverse_jacobian;
-                pulled_back[q][pair] = B * block * B.transpose() * point.weight;
-            }
-        }
-        let mut blocks = vec![0.0; 6 * n * n];
-        let mut weighted = vec![0.0; 3 * nq * n];
-        for (pair, block) in blocks.chunks_exact_mut(n * n).enumerate() {
-            for q in 0..nq {
-                let from = &self.shapes.gradients[3 * q * n..3 * (q + 1) * n];
-                let (from0, rest) = from.split_at(n);
-                let (from1, from2) = rest.split_at(n);
-                let A = &pulled_back[q][pair];
+                let pulled_back = B * block * B.transpose() * point.weight;
                 for alpha in 0..3 {
-                    let to = &mut weighted[(3 * q + alpha) * n..(3 * q + alpha + 1) * n];
-                    let (a0, a1, a2) = (A[(alpha, 0)], A[(alpha, 1)], A[(alpha, 2)]);
-                    for m in 0..n {
-                        to[m] = a0 * from0[m] + a1 * from1[m] + a2 * from2[m];
+                    for beta in 0..3 {
+                        let place = places[3 * alpha + beta] + pair * self.sums.stride();
+                        workspace.coefficients[place] = pulled_back[(alpha, beta)];
                     }
                 }
             }
-            matmul(
-                MatMut::from_column_major_slice_mut(block, n, n),
-                Accum::Replace,
-                self.shapes.gradient_matrix(),
-                MatRef::from_column_major_slice(&weighted, n, 3 * nq).transpose(),
-                1.0,
-                Par::Seq,
-            );
         }
-        Ok(blocks)
+        let matrices = self.sums.matrices(&mut workspace);
+        self.workspaces.give(workspace);
+        Ok(matrices)
     }
 
     /// `∫ N_a N_b dV` of one element, m³, modes times modes.

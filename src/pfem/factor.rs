@@ -3,13 +3,13 @@
 use super::SolidError;
 use super::sparse::Pattern;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::perm::PermRef;
+use faer::reborrow::Reborrow;
+use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::amd;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
-use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::{Conj, MatMut, Par, Side};
 use std::sync::Arc;
 
@@ -40,44 +40,38 @@ fn memory(request: faer::dyn_stack::StackReq) -> Result<MemBuffer, SolidError> {
     })
 }
 
+fn symbolic_failed(error: faer::sparse::FaerError) -> SolidError {
+    SolidError::Model(format!("symbolic factorization failed: {error:?}"))
+}
+
+/// Block rows in the order of elimination by approximate minimum degree.
+pub fn minimum_degree(pattern: &Pattern) -> Result<Vec<usize>, SolidError> {
+    let blocks = pattern.block_symbolic();
+    let n = blocks.nrows();
+    let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
+    let mut buffer = memory(amd::order_scratch::<usize>(n, blocks.compute_nnz()))?;
+    let (control, stack) = (amd::Control::default(), MemStack::new(&mut buffer));
+    amd::order(&mut order, &mut inverse, blocks, control, stack).map_err(symbolic_failed)?;
+    Ok(order)
+}
+
 impl Symbolic {
-    /// Orders the functions by approximate minimum degree and finds the structure of the factor.
+    /// Finds the structure of the factor of a matrix whose rows are in the order of elimination.
     pub fn new(pattern: &Pattern) -> Result<Self, SolidError> {
-        let failed = |error| SolidError::Model(format!("symbolic factorization failed: {error:?}"));
-        let blocks = pattern.block_symbolic();
-        let n = blocks.nrows();
-        let (mut forward, mut inverse) = (vec![0; n], vec![0; n]);
-        let request = amd::order_scratch::<usize>(n, blocks.compute_nnz());
-        let mut buffer = memory(request)?;
-        let control = amd::Control::default();
-        amd::order(
-            &mut forward,
-            &mut inverse,
-            blocks,
-            control,
-            MemStack::new(&mut buffer),
-        )
-        .map_err(failed)?;
-        let expand = |p: &[usize]| -> Vec<usize> {
-            p.iter()
-                .flat_map(|&b| [3 * b, 3 * b + 1, 3 * b + 2])
-                .collect()
-        };
-        let (forward, inverse) = (expand(&forward), expand(&inverse));
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-            supernodal_params: SymbolicSupernodalParams::default(),
             ..Default::default()
         };
-        let permutation = PermRef::new_checked(&forward, &inverse, 3 * n);
-        let symbolic = factorize_symbolic_cholesky(
-            pattern.symbolic(),
-            Side::Lower,
-            SymmetricOrdering::Custom(permutation),
-            parameters,
-        )
-        .map_err(failed)?;
-        Ok(Self(Arc::new(symbolic)))
+        // Without a permutation, faer takes the upper triangle here, though the lower one later.
+        let upper = pattern
+            .symbolic()
+            .transpose()
+            .to_col_major()
+            .map_err(symbolic_failed)?;
+        let ordering = SymmetricOrdering::Identity;
+        factorize_symbolic_cholesky(upper.rb(), Side::Upper, ordering, parameters)
+            .map(|symbolic| Self(Arc::new(symbolic)))
+            .map_err(symbolic_failed)
     }
 
     /// Number of entries of the factor.

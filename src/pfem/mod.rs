@@ -17,6 +17,7 @@ pub mod mapping;
 pub mod material;
 pub mod newton;
 pub mod numbering;
+mod pool;
 pub mod quadrature;
 pub mod samples;
 pub mod solid;
@@ -25,6 +26,7 @@ pub mod sparse;
 pub mod statics;
 pub mod stats;
 pub mod structure;
+pub mod sum_factorization;
 pub mod supports;
 pub mod surface;
 

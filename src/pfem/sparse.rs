@@ -5,7 +5,8 @@
 
 use super::elements::PAIRS;
 use super::numbering::Numbering;
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::reborrow::Reborrow;
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 use rayon::prelude::*;
 
 /// Stands for a function without rows.
@@ -21,8 +22,7 @@ pub struct Pattern {
     /// Block row of each block.
     rows: Vec<usize>,
     /// Scalar columns as faer takes them.
-    column_starts: Vec<usize>,
-    row_indices: Vec<usize>,
+    scalar: SymbolicSparseColMat<usize>,
     elements: Vec<ElementPattern>,
     /// Entries of rows and columns held alone: zeroed, and their diagonals, set to one.
     held_entries: Vec<usize>,
@@ -38,11 +38,31 @@ struct ElementPattern {
     ranks: Vec<u32>,
 }
 
+/// The lower triangle of scalars of a lower triangle of blocks.
+fn expand(starts: &[usize], rows: &[usize]) -> SymbolicSparseColMat<usize> {
+    let (mut column_starts, mut row_indices) = (vec![0], Vec::new());
+    for column in 0..starts.len() - 1 {
+        for c in 0..3 {
+            for &row in &rows[starts[column]..starts[column + 1]] {
+                let first = if row == column { c } else { 0 };
+                row_indices.extend((first..3).map(|r| 3 * row + r));
+            }
+            column_starts.push(row_indices.len());
+        }
+    }
+    let n = column_starts.len() - 1;
+    SymbolicSparseColMat::new_checked(n, n, column_starts, None, row_indices)
+}
+
 impl Pattern {
-    /// The pattern of all element matrices; `held[3 f + i]` says whether component `i` of function `f` is fixed.
-    pub fn new(numbering: &Numbering, held: &[bool]) -> Self {
+    /// The pattern of all element matrices; `held[3 f + i]` says whether component `i` of function `f` is fixed. Block
+    /// rows are in the order of the functions, or in the order in which a pattern without `order` has them.
+    pub fn new(numbering: &Numbering, held: &[bool], order: Option<&[usize]>) -> Self {
         let active = |f: usize| !(held[3 * f] && held[3 * f + 1] && held[3 * f + 2]);
-        let functions: Vec<usize> = (0..numbering.functions).filter(|&f| active(f)).collect();
+        let mut functions: Vec<usize> = (0..numbering.functions).filter(|&f| active(f)).collect();
+        if let Some(order) = order {
+            functions = order.iter().map(|&row| functions[row]).collect();
+        }
         let mut row_of = vec![ABSENT; numbering.functions];
         for (row, &f) in functions.iter().enumerate() {
             row_of[f] = row;
@@ -95,42 +115,30 @@ impl Pattern {
                 ElementPattern { order, ranks }
             })
             .collect();
-        let mut pattern = Self {
+        let scalar = expand(&starts, &rows);
+        let (mut held_entries, mut held_diagonals) = (Vec::new(), Vec::new());
+        let is_held = |row: usize| held[3 * functions[row / 3] + row % 3];
+        for column in 0..3 * functions.len() {
+            let entries = scalar.col_range(column);
+            for (entry, &row) in entries.clone().zip(&scalar.row_idx()[entries]) {
+                if is_held(row) || is_held(column) {
+                    let list = if row == column {
+                        &mut held_diagonals
+                    } else {
+                        &mut held_entries
+                    };
+                    list.push(entry);
+                }
+            }
+        }
+        Self {
             functions,
             starts,
             rows,
-            column_starts: Vec::new(),
-            row_indices: Vec::new(),
+            scalar,
             elements,
-            held_entries: Vec::new(),
-            held_diagonals: Vec::new(),
-        };
-        pattern.expand(held);
-        pattern
-    }
-
-    /// Fills the scalar pattern and the lists of entries held alone.
-    fn expand(&mut self, held: &[bool]) {
-        let is_held = |row: usize, i: usize| held[3 * self.functions[row] + i];
-        self.column_starts.push(0);
-        for column in 0..self.functions.len() {
-            let blocks = &self.rows[self.starts[column]..self.starts[column + 1]];
-            for c in 0..3 {
-                for (rank, &row) in blocks.iter().enumerate() {
-                    for r in if rank == 0 { c..3 } else { 0..3 } {
-                        if is_held(column, c) || is_held(row, r) {
-                            let entry = self.row_indices.len();
-                            if rank == 0 && r == c {
-                                self.held_diagonals.push(entry);
-                            } else {
-                                self.held_entries.push(entry);
-                            }
-                        }
-                        self.row_indices.push(3 * row + r);
-                    }
-                }
-                self.column_starts.push(self.row_indices.len());
-            }
+            held_entries,
+            held_diagonals,
         }
     }
 
@@ -146,13 +154,12 @@ impl Pattern {
 
     /// Number of scalar entries of the lower triangle.
     pub fn entries(&self) -> usize {
-        self.row_indices.len()
+        self.scalar.row_idx().len()
     }
 
     /// The scalar pattern for faer.
     pub fn symbolic(&self) -> SymbolicSparseColMatRef<'_, usize> {
-        let n = self.len();
-        SymbolicSparseColMatRef::new_checked(n, n, &self.column_starts, None, &self.row_indices)
+        self.scalar.rb()
     }
 
     /// The scalar matrix for faer.
@@ -192,7 +199,7 @@ impl Pattern {
             for column in columns {
                 let count = self.starts[column + 1] - self.starts[column];
                 for c in 0..3 {
-                    let start = self.column_starts[3 * column + c] - first;
+                    let start = self.scalar.col_ptr()[3 * column + c] - first;
                     for rank in 0..count {
                         values[start + 3 * rank] += scale * scalars[self.starts[column] + rank];
                     }
@@ -250,10 +257,10 @@ impl Pattern {
             let end = if part == parts {
                 self.functions.len()
             } else {
-                (self.column_starts.partition_point(|&s| s < target) / 3)
+                (self.scalar.col_ptr().partition_point(|&s| s < target) / 3)
                     .clamp(column, self.functions.len())
             };
-            let last = self.column_starts[3 * end];
+            let last = self.scalar.col_ptr()[3 * end];
             let (piece, tail) = rest.split_at_mut(last - first);
             pieces.push((column..end, first, piece));
             (rest, column, first) = (tail, end, last);
@@ -295,7 +302,7 @@ impl Pattern {
             let skipped = b * count - b * b.saturating_sub(1) / 2;
             let ranks = &element.ranks[skipped..skipped + count - b];
             for c in 0..3 {
-                let start = self.column_starts[3 * column + c] - first;
+                let start = self.scalar.col_ptr()[3 * column + c] - first;
                 let sources = [0, 1, 2].map(|r| block[r][c]);
                 for (&(mode_a, _, sign_a), &rank) in element.order[b..].iter().zip(ranks) {
                     let sign = sign_a * sign_b;
