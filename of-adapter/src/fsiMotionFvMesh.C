@@ -8,6 +8,7 @@
 #include "displacementMotionSolver.H"
 #include "fixedValuePointPatchFields.H"
 #include "solverPerformance.H"
+#include "surfaceFields.H"
 #include "volFields.H"
 
 namespace Foam
@@ -96,6 +97,28 @@ void Foam::fsiMotionFvMesh::moveWall()
 }
 
 
+void Foam::fsiMotionFvMesh::storeOldState()
+{
+    lookupObjectRef<volScalarField>("p").oldTime();
+    lookupObjectRef<surfaceScalarField>("phi").oldTime();
+    lookupObjectRef<volVectorField>("U").oldTime();
+    lookupObjectRef<volVectorField>("cellDisplacement").oldTime();
+}
+
+
+void Foam::fsiMotionFvMesh::restoreOldState()
+{
+    auto& p = lookupObjectRef<volScalarField>("p");
+    auto& phi = lookupObjectRef<surfaceScalarField>("phi");
+    auto& U = lookupObjectRef<volVectorField>("U");
+    auto& displacement = lookupObjectRef<volVectorField>("cellDisplacement");
+    p == p.oldTime();
+    phi == phi.oldTime();
+    U == U.oldTime();
+    displacement == displacement.oldTime();
+}
+
+
 Foam::scalarList Foam::fsiMotionFvMesh::pressureResiduals() const
 {
     const dictionary& all = solverPerformanceDict();
@@ -141,6 +164,7 @@ bool Foam::fsiMotionFvMesh::update()
         solutionsBefore_ = 0;
         setOuterCorrectors(unlimited);
         trial_ = driver.opening();
+        storeOldState();
         // Even if the wall rests: this is what makes the old volumes those
         // of the step before
         moveWall();
@@ -175,7 +199,11 @@ bool Foam::fsiMotionFvMesh::update()
             );
             trial_ = next;
             trialCorrectors_ = 0;
-            if (moved)
+            if (trial_.fromOldState)
+            {
+                restoreOldState();
+            }
+            if (moved || trial_.fromOldState)
             {
                 moveWall();
             }

@@ -51,6 +51,7 @@ pub struct OpenFoamSettings {
 /// A running `pimpleFoam`.
 pub struct OpenFoam {
     settings: OpenFoamSettings,
+    from_old_state: bool,
     // Dropped in this order: the connection is closed before the process is ended for good.
     session: Session,
     process: Process,
@@ -85,7 +86,7 @@ impl OpenFoam {
             .accept(&mut patience)
             .and_then(|transport| Session::shake_hands(transport, &settings.terms, &mut patience));
         match session {
-            Ok(session) => Ok(Self { settings, session, process }),
+            Ok(session) => Ok(Self { settings, from_old_state: false, session, process }),
             Err(error) => Err(explain(error, &mut process)),
         }
     }
@@ -113,12 +114,17 @@ impl Fluid for OpenFoam {
     }
 
     fn solve(&mut self, displacement: &[Vec3], effort: FluidEffort) -> Result<FluidTrial, FluidError> {
-        let solved = self.talk(|session, patience| session.solve(displacement, effort, patience))?;
+        let from_old_state = std::mem::take(&mut self.from_old_state);
+        let solved = self.talk(|session, patience| session.solve(displacement, effort, from_old_state, patience))?;
         Ok(FluidTrial {
             tractions: solved.tractions,
             correctors: solved.correctors,
             pressure_residual: solved.pressure_residual,
         })
+    }
+
+    fn forget_trial(&mut self) {
+        self.from_old_state = true;
     }
 
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
