@@ -42,11 +42,19 @@ fn solvers_in(case: &Path) -> usize {
 fn a_wrong_time_step_ends_both_sides_and_says_what_differs() {
     let mut channel = Channel::new(false);
     channel.settings.terms.time_step = 0.001;
-    let Err(error) = OpenFoam::start(channel.settings.clone()) else { panic!("must be refused") };
+    let Err(error) = OpenFoam::start(channel.settings.clone()) else {
+        panic!("must be refused")
+    };
     let text = text_of(error);
-    assert!(text.contains("time step 0.001 s here, 0.002 s there"), "{text}");
+    assert!(
+        text.contains("time step 0.001 s here, 0.002 s there"),
+        "{text}"
+    );
     let log = std::fs::read_to_string(&channel.settings.log).unwrap();
-    assert!(log.contains("the driver refuses") && log.contains("time step 0.001 s"), "{log}");
+    assert!(
+        log.contains("the driver refuses") && log.contains("time step 0.001 s"),
+        "{log}"
+    );
     assert_eq!(solvers_in(channel.case()), 0);
 }
 
@@ -56,12 +64,16 @@ fn another_wall_is_refused() {
     let mut expected = channel.start().interface().clone();
     expected.points[7][1] += 1e-6;
     channel.settings.terms.interface = Some(expected.clone());
-    let Err(error) = OpenFoam::start(channel.settings.clone()) else { panic!("must be refused") };
+    let Err(error) = OpenFoam::start(channel.settings.clone()) else {
+        panic!("must be refused")
+    };
     let text = text_of(error);
     assert!(text.contains("point 7 at"), "{text}");
     expected.points.pop();
     channel.settings.terms.interface = Some(expected);
-    let Err(error) = OpenFoam::start(channel.settings.clone()) else { panic!("must be refused") };
+    let Err(error) = OpenFoam::start(channel.settings.clone()) else {
+        panic!("must be refused")
+    };
     assert!(text_of(error).contains("points here"));
 }
 
@@ -70,9 +82,14 @@ fn a_missing_mesh_is_reported_with_the_end_of_the_log() {
     let channel = Channel::new(false);
     std::fs::remove_dir_all(channel.case().join("constant/polyMesh")).unwrap();
     let since = Instant::now();
-    let Err(error) = OpenFoam::start(channel.settings.clone()) else { panic!("must be refused") };
+    let Err(error) = OpenFoam::start(channel.settings.clone()) else {
+        panic!("must be refused")
+    };
     let text = text_of(error);
-    assert!(text.contains("log.pimpleFoam") && text.contains("polyMesh"), "{text}");
+    assert!(
+        text.contains("log.pimpleFoam") && text.contains("polyMesh"),
+        "{text}"
+    );
     assert!(since.elapsed() < Duration::from_secs(5));
 }
 
@@ -87,8 +104,15 @@ fn the_death_of_the_solver_is_noticed_at_once() {
         kill_process(pid(fluid.process_id()), Signal::KILL).unwrap();
         let since = Instant::now();
         let text = text_of(fluid.solve(&displacement, correctors(2)).unwrap_err());
-        assert!(since.elapsed() < Duration::from_secs(1), "{:?}", since.elapsed());
-        assert!(text.contains("log.pimpleFoam") && text.contains("signal: 9"), "{text}");
+        assert!(
+            since.elapsed() < Duration::from_secs(1),
+            "{:?}",
+            since.elapsed()
+        );
+        assert!(
+            text.contains("log.pimpleFoam") && text.contains("signal: 9"),
+            "{text}"
+        );
     }
 }
 
@@ -100,10 +124,16 @@ fn a_silent_solver_is_given_up_after_the_answer_limit() {
     let displacement = prescribed(fluid.interface(), 1);
     kill_process(pid(fluid.process_id()), Signal::STOP).unwrap();
     let text = text_of(fluid.solve(&displacement, correctors(2)).unwrap_err());
-    assert!(text.contains("no answer from the fluid within 1 s"), "{text}");
+    assert!(
+        text.contains("no answer from the fluid within 1 s"),
+        "{text}"
+    );
     let since = Instant::now();
     drop(fluid);
-    assert!(since.elapsed() < Duration::from_secs(12), "a stopped process ends by SIGKILL");
+    assert!(
+        since.elapsed() < Duration::from_secs(12),
+        "a stopped process ends by SIGKILL"
+    );
     assert_eq!(solvers_in(channel.case()), 0);
 }
 
@@ -131,11 +161,16 @@ fn an_interrupt_ends_the_wait_and_the_solver() {
 #[test]
 #[ignore = "helper process of another test"]
 fn victim() {
-    let Some(case) = std::env::var_os("FLUID_VICTIM_CASE") else { return };
+    let Some(case) = std::env::var_os("FLUID_VICTIM_CASE") else {
+        return;
+    };
     let mut channel = Channel::new(false);
     channel.settings.case = case.into();
     channel.settings.log = channel.settings.case.join("log.pimpleFoam");
-    channel.settings.ranks = std::env::var("FLUID_VICTIM_RANKS").unwrap().parse().unwrap();
+    channel.settings.ranks = std::env::var("FLUID_VICTIM_RANKS")
+        .unwrap()
+        .parse()
+        .unwrap();
     if std::env::var_os("FLUID_VICTIM_FILES").is_some() {
         channel.settings.transport = Transport::Files;
     }
@@ -161,11 +196,15 @@ fn a_killed_driver_leaves_no_solver() {
         }
         let mut driver = command.spawn().unwrap();
         let ready = channel.case().join("ready");
-        eventually("the victim runs", Duration::from_secs(60), || ready.exists());
+        eventually("the victim runs", Duration::from_secs(60), || {
+            ready.exists()
+        });
         assert!(solvers_in(channel.case()) >= ranks);
         driver.kill().unwrap();
         driver.wait().unwrap();
         assert!(test_kill_process(pid(driver.id())).is_err());
-        eventually("the solver has gone", Duration::from_secs(5), || solvers_in(channel.case()) == 0);
+        eventually("the solver has gone", Duration::from_secs(5), || {
+            solvers_in(channel.case()) == 0
+        });
     }
 }

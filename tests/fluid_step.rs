@@ -16,29 +16,51 @@ fn a_step_fulfils_the_boundary_conditions_and_conserves_volume() {
     let mut old_pressure = windkessel.initial_pressure;
     let mut old_volume = 0.03 * 0.006 * 0.006;
     for n in 1..=20 {
-        fluid.solve(&prescribed(&interface, n), correctors(10)).unwrap();
+        fluid
+            .solve(&prescribed(&interface, n), correctors(10))
+            .unwrap();
         let step = fluid.accept(false).unwrap();
         let time = n as f64 * STEP;
         assert!((step.time - time).abs() < 1e-12, "{} {time}", step.time);
 
         let ramp = 0.5 * (1.0 - (std::f64::consts::PI * (time / RAMP.duration).min(1.0)).cos());
         let prescribed_flow = ramp * inflow.flow(time);
-        assert!((step.inflow / prescribed_flow - 1.0).abs() < 1e-6, "inflow {} {prescribed_flow}", step.inflow);
+        assert!(
+            (step.inflow / prescribed_flow - 1.0).abs() < 1e-6,
+            "inflow {} {prescribed_flow}",
+            step.inflow
+        );
 
         let flow = windkessel.compliance * (step.windkessel_pressure - old_pressure) / STEP
             + step.windkessel_pressure / windkessel.resistance;
-        assert!((flow - step.outflow).abs() < 1e-8 * flow.abs().max(1e-6), "windkessel {flow} {}", step.outflow);
         assert!(
-            (step.outlet_pressure - ramp * step.windkessel_pressure).abs() < 1e-4 * windkessel.initial_pressure,
+            (flow - step.outflow).abs() < 1e-8 * flow.abs().max(1e-6),
+            "windkessel {flow} {}",
+            step.outflow
+        );
+        assert!(
+            (step.outlet_pressure - ramp * step.windkessel_pressure).abs()
+                < 1e-4 * windkessel.initial_pressure,
             "outlet {} {}",
             step.outlet_pressure,
             ramp * step.windkessel_pressure
         );
 
         let rate = (step.volume - old_volume) / STEP;
-        println!("{n} rate {rate:e} in-out {:e} mismatch {:e}", step.inflow - step.outflow, step.wall_velocity_mismatch);
-        assert!((step.inflow - step.outflow - rate).abs() < 1e-3 * 8e-6, "volume at step {n}");
-        assert!(step.wall_velocity_mismatch < 1e-12, "{}", step.wall_velocity_mismatch);
+        println!(
+            "{n} rate {rate:e} in-out {:e} mismatch {:e}",
+            step.inflow - step.outflow,
+            step.wall_velocity_mismatch
+        );
+        assert!(
+            (step.inflow - step.outflow - rate).abs() < 1e-3 * 8e-6,
+            "volume at step {n}"
+        );
+        assert!(
+            step.wall_velocity_mismatch < 1e-12,
+            "{}",
+            step.wall_velocity_mismatch
+        );
         (old_pressure, old_volume) = (step.windkessel_pressure, step.volume);
     }
 }
@@ -66,7 +88,8 @@ fn a_repeated_step_forgets_its_trials() {
         }
         drop(fluid);
         let written = channel.case().join("0.006");
-        ["p", "U", "phi", "pointDisplacement", "polyMesh/points"].map(|name| read_internal_field(&written.join(name)))
+        ["p", "U", "phi", "pointDisplacement", "polyMesh/points"]
+            .map(|name| read_internal_field(&written.join(name)))
     };
     let straight = run(&[], false);
     for forget in [false, true] {

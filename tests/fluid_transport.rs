@@ -24,7 +24,14 @@ fn run(channel: &Channel, from: usize, to: usize) -> Vec<FluidStep> {
 }
 
 fn numbers(step: &FluidStep) -> Vec<f64> {
-    vec![step.inflow, step.outflow, step.inlet_pressure, step.outlet_pressure, step.windkessel_pressure, step.volume]
+    vec![
+        step.inflow,
+        step.outflow,
+        step.inlet_pressure,
+        step.outlet_pressure,
+        step.windkessel_pressure,
+        step.volume,
+    ]
 }
 
 #[test]

@@ -3,6 +3,7 @@
 \*---------------------------------------------------------------------------*/
 
 #include "fsiMotionFvMesh.H"
+#include "fsiAgglomeration.H"
 #include "fsiMeasure.H"
 #include "addToRunTimeSelectionTable.H"
 #include "displacementMotionSolver.H"
@@ -92,6 +93,7 @@ void Foam::fsiMotionFvMesh::moveWall()
     // Solve for the motion on the undeformed mesh: the new points must follow
     // from the displacement alone, not from the trial that was there before.
     fvMesh::movePoints(referencePoints());
+    fsi::resetAgglomerationDirection();
 
     dynamicMotionSolverFvMesh::update();
 }

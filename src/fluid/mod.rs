@@ -68,7 +68,11 @@ pub trait Fluid {
 
     /// Solves the current time step for the trial displacement (m, one vector a point of the interface).
     /// The first call after [`Fluid::accept`] opens the next time step.
-    fn solve(&mut self, displacement: &[Vec3], effort: FluidEffort) -> Result<FluidTrial, FluidError>;
+    fn solve(
+        &mut self,
+        displacement: &[Vec3],
+        effort: FluidEffort,
+    ) -> Result<FluidTrial, FluidError>;
 
     /// Makes the next [`Fluid::solve`] start from the state at the beginning of the step instead of from the last trial:
     /// slower, but the way back from a trial that went astray. Solvers that always do so need not know.

@@ -18,11 +18,21 @@ pub const STEP: f64 = 0.002;
 pub const DENSITY: f64 = 1050.0;
 
 pub fn inflow() -> Inflow {
-    Inflow { base: 3.5e-6, amplitude: 4.5e-6, systole: 0.5, exponent: 0.8, file: None }
+    Inflow {
+        base: 3.5e-6,
+        amplitude: 4.5e-6,
+        systole: 0.5,
+        exponent: 0.8,
+        file: None,
+    }
 }
 
 pub fn windkessel() -> Windkessel {
-    Windkessel { resistance: 2.85e9, compliance: 1.2e-10, initial_pressure: 1.1e4 }
+    Windkessel {
+        resistance: 2.85e9,
+        compliance: 1.2e-10,
+        initial_pressure: 1.1e4,
+    }
 }
 
 pub const RAMP: Ramp = Ramp { duration: 0.02 };
@@ -46,11 +56,18 @@ impl Channel {
         let templates = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/base");
         CaseFiles {
             templates: &templates,
-            blood: &Blood { density: DENSITY, viscosity: 3.5e-3 },
+            blood: &Blood {
+                density: DENSITY,
+                viscosity: 3.5e-3,
+            },
             inflow: &inflow(),
             windkessel: &windkessel(),
             ramp: &RAMP,
-            time: &Time { step: STEP, end: 1.0, period: 1.0 },
+            time: &Time {
+                step: STEP,
+                end: 1.0,
+                period: 1.0,
+            },
             ranks: 2,
         }
         .write(&case)
@@ -65,7 +82,10 @@ impl Channel {
             std::fs::write(&path, text).unwrap();
         }
         let mesh = [4, 6].iter().fold(BLOCK_MESH.to_owned(), |mesh, n| {
-            mesh.replace(&format!("({n} 5 5)"), &format!("({} {} {})", n * cells, 5 * cells, 5 * cells))
+            mesh.replace(
+                &format!("({n} 5 5)"),
+                &format!("({} {} {})", n * cells, 5 * cells, 5 * cells),
+            )
         });
         std::fs::write(case.join("system/blockMeshDict"), mesh).unwrap();
         run_utility("blockMesh", &case);
@@ -75,7 +95,11 @@ impl Channel {
             ranks: 1,
             transport: Transport::Socket,
             answer_limit: Duration::from_secs(60),
-            terms: Terms { start_time: 0.0, time_step: STEP, interface: None },
+            terms: Terms {
+                start_time: 0.0,
+                time_step: STEP,
+                interface: None,
+            },
             interrupt: Arc::new(AtomicBool::new(false)),
         };
         Self { folder, settings }
@@ -97,7 +121,11 @@ pub fn run_utility(program: &str, case: &Path) {
         .env("WM_PROJECT_DIR", install::PROJECT_FOLDER)
         .output()
         .unwrap_or_else(|error| panic!("{program}: {error}; run of-adapter/setup.sh first"));
-    assert!(output.status.success(), "{program}: {}", String::from_utf8_lossy(&output.stdout));
+    assert!(
+        output.status.success(),
+        "{program}: {}",
+        String::from_utf8_lossy(&output.stdout)
+    );
 }
 
 /// A bulge of the middle third, with a wave along it so that nothing is symmetric.
@@ -120,14 +148,20 @@ pub fn prescribed(interface: &FluidInterface, n: usize) -> Vec<Vec3> {
 }
 
 pub fn correctors(n: u32) -> FluidEffort {
-    FluidEffort { max_correctors: n, pressure_residual: 0.0 }
+    FluidEffort {
+        max_correctors: n,
+        pressure_residual: 0.0,
+    }
 }
 
 /// Largest difference, relative to the largest value.
 pub fn difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let size = b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    a.iter().zip(b).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs())) / size
+    a.iter()
+        .zip(b)
+        .fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()))
+        / size
 }
 
 pub fn flat(vectors: &[Vec3]) -> Vec<f64> {
@@ -137,15 +171,31 @@ pub fn flat(vectors: &[Vec3]) -> Vec<f64> {
 /// All numbers of a binary list of OpenFOAM: the first `(` after the count, then the doubles.
 pub fn read_internal_field(path: &Path) -> Vec<f64> {
     let bytes = std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let find = |from: usize, what: &[u8]| bytes[from..].windows(what.len()).position(|w| w == what).map(|i| i + from);
-    let components = if find(0, b"List<vector>").is_some() || find(0, b"vectorField;").is_some() { 3 } else { 1 };
+    let find = |from: usize, what: &[u8]| {
+        bytes[from..]
+            .windows(what.len())
+            .position(|w| w == what)
+            .map(|i| i + from)
+    };
+    let components = if find(0, b"List<vector>").is_some() || find(0, b"vectorField;").is_some() {
+        3
+    } else {
+        1
+    };
     let header_end = find(0, b"}").unwrap();
     let start = find(header_end, b"nonuniform").unwrap_or(header_end + 1);
     let open = find(start, b"\n(").or_else(|| find(start, b"(")).unwrap();
     let open = if bytes[open] == b'\n' { open + 1 } else { open };
     let digits_end = bytes[..open].iter().rposition(u8::is_ascii_digit).unwrap() + 1;
-    let digits_start = bytes[..digits_end].iter().rposition(|b| !b.is_ascii_digit()).unwrap() + 1;
-    let count: usize = std::str::from_utf8(&bytes[digits_start..digits_end]).unwrap().parse().unwrap();
+    let digits_start = bytes[..digits_end]
+        .iter()
+        .rposition(|b| !b.is_ascii_digit())
+        .unwrap()
+        + 1;
+    let count: usize = std::str::from_utf8(&bytes[digits_start..digits_end])
+        .unwrap()
+        .parse()
+        .unwrap();
     bytes[open + 1..]
         .chunks_exact(8)
         .take(count * components)

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// The inflow curve is written with at least this many points per period; OpenFOAM interpolates linearly between.
-const CURVE_POINTS: usize = 5000;
+const CURVE_POINTS: usize = 10_000;
 /// A ramp of no duration, s.
 const NO_RAMP: f64 = 1e-9;
 
@@ -39,7 +39,11 @@ pub enum CaseFilesError {
 
 fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> CaseFilesError {
     let path = path.to_owned();
-    move |source| CaseFilesError::Io { action, path, source }
+    move |source| CaseFilesError::Io {
+        action,
+        path,
+        source,
+    }
 }
 
 /// The physics that OpenFOAM needs to know.
@@ -68,31 +72,58 @@ impl CaseFiles<'_> {
         write_file(&folder.join("system/fsiParameters"), &self.parameters())?;
         write_file(&folder.join("constant/inflow.csv"), &self.curve()?)?;
         // Until the solver is started: enough for checkMesh and other utilities to read the case.
-        Connection { library: None, transport: "none", address: Path::new("none"), start_time: 0.0 }.write(folder)
+        Connection {
+            library: None,
+            transport: "none",
+            address: Path::new("none"),
+            start_time: 0.0,
+        }
+        .write(folder)
     }
 
     fn parameters(&self) -> String {
         let entries: [(&str, f64, &str); 9] = [
             ("density", self.blood.density, "kg/m3"),
-            ("kinematicViscosity", self.blood.viscosity / self.blood.density, "m2/s"),
+            (
+                "kinematicViscosity",
+                self.blood.viscosity / self.blood.density,
+                "m2/s",
+            ),
             ("timeStep", self.time.step, "s"),
-            ("rampDuration", self.ramp.duration.max(NO_RAMP), "s, of inflow and outlet pressure"),
-            ("windkesselResistance", self.windkessel.resistance, "Pa s/m3"),
+            (
+                "rampDuration",
+                self.ramp.duration.max(NO_RAMP),
+                "s, of inflow and outlet pressure",
+            ),
+            (
+                "windkesselResistance",
+                self.windkessel.resistance,
+                "Pa s/m3",
+            ),
             ("windkesselCompliance", self.windkessel.compliance, "m3/Pa"),
-            ("windkesselPressure", self.windkessel.initial_pressure, "Pa, at t = 0, before the ramp"),
+            (
+                "windkesselPressure",
+                self.windkessel.initial_pressure,
+                "Pa, at t = 0, before the ramp",
+            ),
             ("period", self.time.period, "s"),
             ("ranks", self.ranks as f64, "MPI ranks"),
         ];
         let mut text = String::from("// Numbers of the case; written by fsi-driver, do not edit\n");
         for (name, value, unit) in entries {
             // `{:e}` is the shortest form that reads back as the same number
-            let value = if name == "ranks" { format!("{value}") } else { format!("{value:e}") };
+            let value = if name == "ranks" {
+                format!("{value}")
+            } else {
+                format!("{value:e}")
+            };
             let _ = writeln!(text, "{name:<23} {value}; // {unit}");
         }
         text
     }
 
-    /// One period of the inflow as `time_s,flow_m3_s`, at all multiples of the time step that divides the period.
+    /// One period of the inflow as `time_s,flow_m3_s`, with a point at every multiple of the time step (and of its half,
+    /// its quarter, …), where the interpolation is exact, if the time step divides the period.
     fn curve(&self) -> Result<String, CaseFilesError> {
         let mut text = String::from("time_s,flow_m3_s\n");
         if let Some(path) = &self.inflow.file {
@@ -102,7 +133,7 @@ impl CaseFiles<'_> {
             return Ok(text);
         }
         let per_period = (self.time.period / self.time.step).round().max(1.0) as usize;
-        let n = per_period * CURVE_POINTS.div_ceil(per_period);
+        let n = per_period * CURVE_POINTS.div_ceil(per_period).next_power_of_two();
         for i in 0..=n {
             let time = self.time.period * i as f64 / n as f64;
             let _ = writeln!(text, "{time:e},{:e}", self.inflow.flow(time));
@@ -123,22 +154,37 @@ impl Inflow {
 }
 
 fn read_curve(path: &Path, period: f64) -> Result<Vec<[f64; 2]>, CaseFilesError> {
-    let wrong = |reason: String| CaseFilesError::Curve { path: path.to_owned(), reason };
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| wrong(e.to_string()))?;
+    let wrong = |reason: String| CaseFilesError::Curve {
+        path: path.to_owned(),
+        reason,
+    };
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_path(path)
+        .map_err(|e| wrong(e.to_string()))?;
     let header = reader.headers().map_err(|e| wrong(e.to_string()))?;
     if header.iter().collect::<Vec<_>>() != ["time_s", "flow_m3_s"] {
         return Err(wrong("the first line must be time_s,flow_m3_s".to_owned()));
     }
-    let rows = reader.deserialize::<[f64; 2]>().collect::<Result<Vec<_>, _>>().map_err(|e| wrong(e.to_string()))?;
-    if let Some(i) = rows.iter().position(|row| !row.iter().all(|x| x.is_finite())) {
+    let rows = reader
+        .deserialize::<[f64; 2]>()
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|e| wrong(e.to_string()))?;
+    if let Some(i) = rows
+        .iter()
+        .position(|row| !row.iter().all(|x| x.is_finite()))
+    {
         return Err(wrong(format!("line {}: not a finite number", i + 2)));
     }
     if let Some(i) = rows.windows(2).position(|pair| pair[1][0] <= pair[0][0]) {
         return Err(wrong(format!("line {}: times must increase", i + 3)));
     }
     match (rows.first(), rows.last()) {
-        (Some(first), Some(last)) if first[0] == 0.0 && (last[0] - period).abs() <= 1e-9 * period => Ok(rows),
+        (Some(first), Some(last))
+            if first[0] == 0.0 && (last[0] - period).abs() <= 1e-9 * period =>
+        {
+            Ok(rows)
+        }
         (Some(first), Some(last)) => Err(wrong(format!(
             "must cover one period, 0 to {period} s (time.period_s); found {} to {} s",
             first[0], last[0]
@@ -163,7 +209,9 @@ pub struct Connection<'a> {
 impl Connection<'_> {
     /// Writes `system/fsiConnection`.
     pub fn write(&self, folder: &Path) -> Result<(), CaseFilesError> {
-        let library = self.library.map_or(String::new(), |path| format!("\"{}\"", path.display()));
+        let library = self
+            .library
+            .map_or(String::new(), |path| format!("\"{}\"", path.display()));
         let text = format!(
             "// The way to the driver; written by fsi-driver at each start\n\
              libs            ({library});\n\

@@ -23,7 +23,9 @@ pub enum InstallError {
     #[error("FSI_ADAPTER_LIBRARY names {}, which is no file: unset it and {REMEDY}", .0.display())]
     NamedLibrary(PathBuf),
     /// The library was built for another OpenFOAM.
-    #[error("the OpenFOAM adapter was built for version {built}, installed is {installed}: {REMEDY}")]
+    #[error(
+        "the OpenFOAM adapter was built for version {built}, installed is {installed}: {REMEDY}"
+    )]
     Version {
         /// Version of the package that it was built for.
         built: String,
@@ -33,7 +35,11 @@ pub enum InstallError {
 }
 
 fn list(paths: &[PathBuf]) -> String {
-    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+    paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// Checks that `programs` are on the path and returns the adapter's library.
@@ -47,8 +53,9 @@ pub fn check(programs: &[&str]) -> Result<PathBuf, InstallError> {
 }
 
 fn on_path(program: &str) -> bool {
-    std::env::var_os("PATH")
-        .is_some_and(|folders| std::env::split_paths(&folders).any(|folder| folder.join(program).is_file()))
+    std::env::var_os("PATH").is_some_and(|folders| {
+        std::env::split_paths(&folders).any(|folder| folder.join(program).is_file())
+    })
 }
 
 /// `FSI_ADAPTER_LIBRARY`, or `of-adapter/build/` beside the program or one of the folders above it, beside the sources
@@ -65,10 +72,19 @@ fn find_library() -> Result<PathBuf, InstallError> {
     let mut folders: Vec<PathBuf> = program.ancestors().skip(1).map(Path::to_owned).collect();
     folders.push(PathBuf::from(env!("CARGO_MANIFEST_DIR")));
     folders.extend(std::env::current_dir());
-    let places: Vec<_> = folders.iter().map(|folder| folder.join("of-adapter/build")).collect();
-    match places.iter().map(|place| place.join(LIBRARY)).find(|path| path.is_file()) {
+    let places: Vec<_> = folders
+        .iter()
+        .map(|folder| folder.join("of-adapter/build"))
+        .collect();
+    match places
+        .iter()
+        .map(|place| place.join(LIBRARY))
+        .find(|path| path.is_file())
+    {
         Some(path) => Ok(path),
-        None => Err(InstallError::Library(places.into_iter().rev().take(2).collect())),
+        None => Err(InstallError::Library(
+            places.into_iter().rev().take(2).collect(),
+        )),
     }
 }
 
@@ -77,11 +93,23 @@ fn check_version(library: &Path) -> Result<(), InstallError> {
     let Ok(stamp) = std::fs::read_to_string(library.with_file_name("stamp")) else {
         return Ok(()); // a library of the user's own; it compares versions itself when it is loaded
     };
-    let built = stamp.lines().find_map(|line| line.strip_prefix("openfoam ")).unwrap_or("unknown").to_owned();
-    let query = Command::new("dpkg-query").args(["-W", "-f", "${Version}", "openfoam"]).output();
+    let built = stamp
+        .lines()
+        .find_map(|line| line.strip_prefix("openfoam "))
+        .unwrap_or("unknown")
+        .to_owned();
+    let query = Command::new("dpkg-query")
+        .args(["-W", "-f", "${Version}", "openfoam"])
+        .output();
     let installed = match query {
-        Ok(output) if output.status.success() => String::from_utf8_lossy(&output.stdout).into_owned(),
+        Ok(output) if output.status.success() => {
+            String::from_utf8_lossy(&output.stdout).into_owned()
+        }
         _ => "not known to dpkg".to_owned(),
     };
-    if built == installed { Ok(()) } else { Err(InstallError::Version { built, installed }) }
+    if built == installed {
+        Ok(())
+    } else {
+        Err(InstallError::Version { built, installed })
+    }
 }

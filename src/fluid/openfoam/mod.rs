@@ -60,8 +60,11 @@ pub struct OpenFoam {
 impl OpenFoam {
     /// Starts the solver and shakes hands with it. Call it from a thread that lives as long as the run.
     pub fn start(settings: OpenFoamSettings) -> Result<Self, FluidError> {
-        let programs: &[&str] =
-            if settings.ranks > 1 { &["pimpleFoam", "decomposePar", "mpirun"] } else { &["pimpleFoam"] };
+        let programs: &[&str] = if settings.ranks > 1 {
+            &["pimpleFoam", "decomposePar", "mpirun"]
+        } else {
+            &["pimpleFoam"]
+        };
         let library = install::check(programs).map_err(solver_error)?;
         let (name, listener) = match settings.transport {
             case::Transport::Socket => ("socket", Listener::socket()),
@@ -69,24 +72,40 @@ impl OpenFoam {
         };
         let listener = listener.map_err(solver_error)?;
         let address = std::path::absolute(listener.address()).map_err(solver_error)?;
-        Connection { library: Some(&library), transport: name, address: &address, start_time: settings.terms.start_time }
-            .write(&settings.case)
-            .map_err(solver_error)?;
+        Connection {
+            library: Some(&library),
+            transport: name,
+            address: &address,
+            start_time: settings.terms.start_time,
+        }
+        .write(&settings.case)
+        .map_err(solver_error)?;
         if settings.ranks > 1 {
             decompose(&settings)?;
         }
         let (command, death_signal) = solver_command(settings.ranks, &settings.case);
         let program = command.get_program().to_owned();
-        let mut process = Process::start(command, &settings.log, death_signal)
-            .map_err(|error| solver_error(format!("cannot start {}: {error}", program.display())))?;
+        let mut process =
+            Process::start(command, &settings.log, death_signal).map_err(|error| {
+                solver_error(format!("cannot start {}: {error}", program.display()))
+            })?;
 
         let mut ended = || process.has_ended();
-        let mut patience = Patience::new(settings.answer_limit.max(START_LIMIT), &settings.interrupt, &mut ended);
+        let mut patience = Patience::new(
+            settings.answer_limit.max(START_LIMIT),
+            &settings.interrupt,
+            &mut ended,
+        );
         let session = listener
             .accept(&mut patience)
             .and_then(|transport| Session::shake_hands(transport, &settings.terms, &mut patience));
         match session {
-            Ok(session) => Ok(Self { settings, from_old_state: false, session, process }),
+            Ok(session) => Ok(Self {
+                settings,
+                from_old_state: false,
+                session,
+                process,
+            }),
             Err(error) => Err(explain(error, &mut process)),
         }
     }
@@ -103,8 +122,13 @@ impl OpenFoam {
     ) -> Result<T, FluidError> {
         let process = &mut self.process;
         let mut ended = || process.has_ended();
-        let mut patience = Patience::new(self.settings.answer_limit, &self.settings.interrupt, &mut ended);
-        exchange(&mut self.session, &mut patience).map_err(|error| explain(error, &mut self.process))
+        let mut patience = Patience::new(
+            self.settings.answer_limit,
+            &self.settings.interrupt,
+            &mut ended,
+        );
+        exchange(&mut self.session, &mut patience)
+            .map_err(|error| explain(error, &mut self.process))
     }
 }
 
@@ -113,9 +137,15 @@ impl Fluid for OpenFoam {
         self.session.interface()
     }
 
-    fn solve(&mut self, displacement: &[Vec3], effort: FluidEffort) -> Result<FluidTrial, FluidError> {
+    fn solve(
+        &mut self,
+        displacement: &[Vec3],
+        effort: FluidEffort,
+    ) -> Result<FluidTrial, FluidError> {
         let from_old_state = std::mem::take(&mut self.from_old_state);
-        let solved = self.talk(|session, patience| session.solve(displacement, effort, from_old_state, patience))?;
+        let solved = self.talk(|session, patience| {
+            session.solve(displacement, effort, from_old_state, patience)
+        })?;
         Ok(FluidTrial {
             tractions: solved.tractions,
             correctors: solved.correctors,
@@ -149,7 +179,11 @@ impl Drop for OpenFoam {
         let interrupt = AtomicBool::new(false);
         let process = &mut self.process;
         let mut ended = || process.has_ended();
-        let asked = self.session.stop(&mut Patience::new(Duration::from_secs(1), &interrupt, &mut ended));
+        let asked = self.session.stop(&mut Patience::new(
+            Duration::from_secs(1),
+            &interrupt,
+            &mut ended,
+        ));
         // A solver that is amid a long solution does not hear: do not wait for it after an interrupt.
         let grace = if asked.is_err() || self.settings.interrupt.load(Ordering::Relaxed) {
             Duration::from_millis(500)
@@ -164,7 +198,10 @@ impl Drop for OpenFoam {
 fn openfoam_command(program: &str, case: &Path) -> Command {
     let mut command = Command::new(program);
     // A floating point exception ends the solver: better than infinities in the history.
-    command.current_dir(case).env("WM_PROJECT_DIR", install::PROJECT_FOLDER).env("FOAM_SIGFPE", "true");
+    command
+        .current_dir(case)
+        .env("WM_PROJECT_DIR", install::PROJECT_FOLDER)
+        .env("FOAM_SIGFPE", "true");
     command
 }
 
@@ -175,7 +212,15 @@ fn solver_command(ranks: usize, case: &Path) -> (Command, Signal) {
     }
     let mut command = openfoam_command("mpirun", case);
     command
-        .args(["-np", &ranks.to_string(), "--oversubscribe", "--bind-to", "none", "pimpleFoam", "-parallel"])
+        .args([
+            "-np",
+            &ranks.to_string(),
+            "--oversubscribe",
+            "--bind-to",
+            "none",
+            "pimpleFoam",
+            "-parallel",
+        ])
         // In containers one often is root
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
@@ -190,8 +235,14 @@ fn solver_command(ranks: usize, case: &Path) -> (Command, Signal) {
 /// Cuts the case into one folder a rank, unless it is there from the run that is being continued.
 fn decompose(settings: &OpenFoamSettings) -> Result<(), FluidError> {
     if settings.terms.start_time > 0.0
-        && settings.case.join(format!("processor{}", settings.ranks - 1)).is_dir()
-        && !settings.case.join(format!("processor{}", settings.ranks)).exists()
+        && settings
+            .case
+            .join(format!("processor{}", settings.ranks - 1))
+            .is_dir()
+        && !settings
+            .case
+            .join(format!("processor{}", settings.ranks))
+            .exists()
     {
         return Ok(());
     }
@@ -207,7 +258,10 @@ fn decompose(settings: &OpenFoamSettings) -> Result<(), FluidError> {
     if process.succeeded() {
         Ok(())
     } else {
-        Err(solver_error(format!("decomposePar failed: {}", process.obituary())))
+        Err(solver_error(format!(
+            "decomposePar failed: {}",
+            process.obituary()
+        )))
     }
 }
 

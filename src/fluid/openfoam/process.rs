@@ -1,6 +1,8 @@
 //! The solver's process: started with a log, watched, ended, never orphaned.
 
-use rustix::process::{Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
+use rustix::process::{
+    Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal,
+};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::os::unix::process::CommandExt;
@@ -28,10 +30,18 @@ impl Process {
     /// *thread* that called this function ends, so call it from one that lives as long as the run.
     pub fn start(mut command: Command, log: &Path, death_signal: Signal) -> io::Result<Self> {
         let output = File::create(log)?;
-        command.stdin(Stdio::null()).stdout(output.try_clone()?).stderr(output).process_group(0);
+        command
+            .stdin(Stdio::null())
+            .stdout(output.try_clone()?)
+            .stderr(output)
+            .process_group(0);
         die_with_parent(&mut command, death_signal);
         let child = command.spawn()?;
-        Ok(Self { child, log: log.to_owned(), status: None })
+        Ok(Self {
+            child,
+            log: log.to_owned(),
+            status: None,
+        })
     }
 
     /// Number of the process.
@@ -84,7 +94,11 @@ impl Process {
             Some(status) => format!("it ended with {status}"),
             None => "it is still running".to_owned(),
         };
-        format!("{end}; the last lines of {}:\n{}", self.log.display(), tail(&self.log))
+        format!(
+            "{end}; the last lines of {}:\n{}",
+            self.log.display(),
+            tail(&self.log)
+        )
     }
 }
 
@@ -100,7 +114,11 @@ fn die_with_parent(command: &mut Command, signal: Signal) {
     let parent = getpid();
     let ask = move || {
         set_parent_process_death_signal(Some(signal))?;
-        if getppid() == Some(parent) { Ok(()) } else { Err(io::Error::other("the driver has ended")) }
+        if getppid() == Some(parent) {
+            Ok(())
+        } else {
+            Err(io::Error::other("the driver has ended"))
+        }
     };
     // SAFETY: between fork and exec, `ask` makes two system calls; it neither allocates nor takes a lock. (An error is
     // allocated only when the driver is dead already and the child is about to end.)
@@ -120,7 +138,10 @@ pub fn tail(path: &Path) -> String {
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     };
     let text = read().unwrap_or_else(|error| error.to_string());
-    let lines: Vec<_> = text.lines().filter(|line| !line.trim().is_empty()).collect();
+    let lines: Vec<_> = text
+        .lines()
+        .filter(|line| !line.trim().is_empty())
+        .collect();
     let last = &lines[lines.len().saturating_sub(TAIL_LINES)..];
     last.iter().map(|line| format!("    {line}\n")).collect()
 }

@@ -46,7 +46,11 @@ pub enum Kind {
 impl Kind {
     fn from_number(number: u16) -> Option<Self> {
         use Kind::*;
-        [Hello, Welcome, Solve, Solved, Accept, Accepted, Stop, Failure].into_iter().find(|&kind| kind as u16 == number)
+        [
+            Hello, Welcome, Solve, Solved, Accept, Accepted, Stop, Failure,
+        ]
+        .into_iter()
+        .find(|&kind| kind as u16 == number)
     }
 }
 
@@ -99,14 +103,25 @@ impl ToFluid<'_> {
     pub fn encode(&self) -> Vec<u8> {
         let mut payload = Vec::new();
         let kind = match *self {
-            ToFluid::Welcome { start_time, time_step, points, faces } => {
+            ToFluid::Welcome {
+                start_time,
+                time_step,
+                points,
+                faces,
+            } => {
                 put_f64(&mut payload, start_time);
                 put_f64(&mut payload, time_step);
                 put_u32(&mut payload, points);
                 put_u32(&mut payload, faces);
                 Kind::Welcome
             }
-            ToFluid::Solve { max_correctors, from_old_state, pressure_residual, time_step, displacement } => {
+            ToFluid::Solve {
+                max_correctors,
+                from_old_state,
+                pressure_residual,
+                time_step,
+                displacement,
+            } => {
                 put_u32(&mut payload, max_correctors);
                 put_u32(&mut payload, u32::from(from_old_state));
                 put_f64(&mut payload, pressure_residual);
@@ -278,7 +293,10 @@ impl Frame {
         let kind = Kind::from_number(number).ok_or(ProtocolError::UnknownKind(number))?;
         let mut length = [0; 8];
         length.copy_from_slice(&bytes[8..]);
-        Ok(Self { kind, length: u64::from_le_bytes(length) })
+        Ok(Self {
+            kind,
+            length: u64::from_le_bytes(length),
+        })
     }
 }
 
@@ -310,8 +328,13 @@ impl Expected {
 
     /// Refuses a frame whose payload must not be read.
     pub fn check(self, frame: Frame) -> Result<(), ProtocolError> {
-        let wrong_length =
-            |expected: String| Err(ProtocolError::Length { kind: frame.kind, expected, found: frame.length });
+        let wrong_length = |expected: String| {
+            Err(ProtocolError::Length {
+                kind: frame.kind,
+                expected,
+                found: frame.length,
+            })
+        };
         if frame.kind == Kind::Failure {
             return if frame.length <= MAX_FAILURE_TEXT {
                 Ok(())
@@ -320,7 +343,10 @@ impl Expected {
             };
         }
         if frame.kind != self.kind() {
-            return Err(ProtocolError::Unexpected { expected: self.kind(), found: frame.kind });
+            return Err(ProtocolError::Unexpected {
+                expected: self.kind(),
+                found: frame.kind,
+            });
         }
         let exact = match self {
             Expected::Hello if (HELLO_HEAD..=MAX_HELLO).contains(&frame.length) => return Ok(()),
@@ -328,13 +354,21 @@ impl Expected {
             Expected::Solved { faces } => SOLVED_HEAD + 24 * faces as u64,
             Expected::Accepted { faces } => ACCEPTED_HEAD + 24 * faces as u64,
         };
-        if frame.length == exact { Ok(()) } else { wrong_length(exact.to_string()) }
+        if frame.length == exact {
+            Ok(())
+        } else {
+            wrong_length(exact.to_string())
+        }
     }
 }
 
 /// Decodes a payload whose frame has passed [`Expected::check`].
 pub fn decode(kind: Kind, payload: &[u8]) -> Result<FromFluid, ProtocolError> {
-    let mut reader = Reader { kind, rest: payload, length: payload.len() as u64 };
+    let mut reader = Reader {
+        kind,
+        rest: payload,
+        length: payload.len() as u64,
+    };
     let message = match kind {
         Kind::Hello => FromFluid::Hello(hello(&mut reader)?),
         Kind::Solved => {
@@ -343,7 +377,12 @@ pub fn decode(kind: Kind, payload: &[u8]) -> Result<FromFluid, ProtocolError> {
             let time = reader.f64("time")?;
             let pressure_residual = reader.f64("pressure residual")?;
             let tractions = reader.vectors(reader.rest.len() / 24, "traction of face")?;
-            FromFluid::Solved(Solved { correctors, time, pressure_residual, tractions })
+            FromFluid::Solved(Solved {
+                correctors,
+                time,
+                pressure_residual,
+                tractions,
+            })
         }
         Kind::Accepted => FromFluid::Accepted(Accepted {
             time: reader.f64("time")?,
@@ -357,43 +396,76 @@ pub fn decode(kind: Kind, payload: &[u8]) -> Result<FromFluid, ProtocolError> {
             tractions: reader.vectors(reader.rest.len() / 24, "traction of face")?,
         }),
         Kind::Failure => FromFluid::Failure(printable(std::mem::take(&mut reader.rest))),
-        kind => return Err(ProtocolError::Unexpected { expected: Kind::Solved, found: kind }),
+        kind => {
+            return Err(ProtocolError::Unexpected {
+                expected: Kind::Solved,
+                found: kind,
+            });
+        }
     };
-    if reader.rest.is_empty() { Ok(message) } else { Err(reader.wrong_length("as announced within")) }
+    if reader.rest.is_empty() {
+        Ok(message)
+    } else {
+        Err(reader.wrong_length("as announced within"))
+    }
 }
 
 fn hello(reader: &mut Reader) -> Result<Hello, ProtocolError> {
     let start_time = reader.f64("start time")?;
     let time_step = reader.f64("time step")?;
     let [points, faces, vertices, _] = [reader.u32()?, reader.u32()?, reader.u32()?, reader.u32()?];
-    let expected = HELLO_HEAD + 24 * u64::from(points) + 28 * u64::from(faces) + 4 * u64::from(vertices);
+    let expected =
+        HELLO_HEAD + 24 * u64::from(points) + 28 * u64::from(faces) + 4 * u64::from(vertices);
     if reader.length != expected {
         return Err(reader.wrong_length(&expected.to_string()));
     }
     let point_positions = reader.vectors(points as usize, "position of point")?;
-    let sizes = (0..faces).map(|_| reader.u32()).collect::<Result<Vec<_>, _>>()?;
+    let sizes = (0..faces)
+        .map(|_| reader.u32())
+        .collect::<Result<Vec<_>, _>>()?;
     if sizes.iter().map(|&size| u64::from(size)).sum::<u64>() != u64::from(vertices) {
-        return Err(ProtocolError::Mismatch(format!("HELLO announces {vertices} vertices, its faces have others")));
+        return Err(ProtocolError::Mismatch(format!(
+            "HELLO announces {vertices} vertices, its faces have others"
+        )));
     }
     let mut faces_of_points = Vec::with_capacity(sizes.len());
     for (face, &size) in sizes.iter().enumerate() {
-        let corners = (0..size).map(|_| reader.u32()).collect::<Result<Vec<_>, _>>()?;
+        let corners = (0..size)
+            .map(|_| reader.u32())
+            .collect::<Result<Vec<_>, _>>()?;
         if size < 3 {
-            return Err(ProtocolError::Face { face, reason: format!("has {size} vertices, at least 3 are needed") });
+            return Err(ProtocolError::Face {
+                face,
+                reason: format!("has {size} vertices, at least 3 are needed"),
+            });
         }
         if let Some(vertex) = corners.iter().find(|&&vertex| vertex >= points) {
-            return Err(ProtocolError::Face { face, reason: format!("has vertex {vertex} of {points} points") });
+            return Err(ProtocolError::Face {
+                face,
+                reason: format!("has vertex {vertex} of {points} points"),
+            });
         }
         faces_of_points.push(corners);
     }
     let face_centres = reader.vectors(faces as usize, "centre of face")?;
-    let interface = FluidInterface { points: point_positions, faces: faces_of_points, face_centres };
-    Ok(Hello { start_time, time_step, interface })
+    let interface = FluidInterface {
+        points: point_positions,
+        faces: faces_of_points,
+        face_centres,
+    };
+    Ok(Hello {
+        start_time,
+        time_step,
+        interface,
+    })
 }
 
 /// Text of the other end without what could disturb a terminal.
 fn printable(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).chars().map(|c| if c.is_control() && c != '\n' { ' ' } else { c }).collect()
+    String::from_utf8_lossy(bytes)
+        .chars()
+        .map(|c| if c.is_control() && c != '\n' { ' ' } else { c })
+        .collect()
 }
 
 struct Reader<'a> {
@@ -404,11 +476,18 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn wrong_length(&self, expected: &str) -> ProtocolError {
-        ProtocolError::Length { kind: self.kind, expected: expected.to_owned(), found: self.length }
+        ProtocolError::Length {
+            kind: self.kind,
+            expected: expected.to_owned(),
+            found: self.length,
+        }
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], ProtocolError> {
-        let (bytes, rest) = self.rest.split_first_chunk::<N>().ok_or_else(|| self.wrong_length("more"))?;
+        let (bytes, rest) = self
+            .rest
+            .split_first_chunk::<N>()
+            .ok_or_else(|| self.wrong_length("more"))?;
         self.rest = rest;
         Ok(*bytes)
     }
@@ -422,7 +501,10 @@ impl Reader<'_> {
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(ProtocolError::NotFinite { kind: self.kind, what: what.to_owned() })
+            Err(ProtocolError::NotFinite {
+                kind: self.kind,
+                what: what.to_owned(),
+            })
         }
     }
 
@@ -435,7 +517,10 @@ impl Reader<'_> {
                 v[d] = f64::from_le_bytes(self.take()?);
             }
             if !v.iter().all(|c| c.is_finite()) {
-                return Err(ProtocolError::NotFinite { kind: self.kind, what: format!("{what} {i}") });
+                return Err(ProtocolError::NotFinite {
+                    kind: self.kind,
+                    what: format!("{what} {i}"),
+                });
             }
             values.push(v);
         }

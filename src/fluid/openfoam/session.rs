@@ -21,10 +21,16 @@ impl Terms {
     fn differences(&self, hello: &Hello) -> Vec<String> {
         let mut differences = Vec::new();
         if (hello.start_time - self.start_time).abs() > 1e-6 * self.time_step {
-            differences.push(format!("start time {} s here, {} s there", self.start_time, hello.start_time));
+            differences.push(format!(
+                "start time {} s here, {} s there",
+                self.start_time, hello.start_time
+            ));
         }
         if (hello.time_step - self.time_step).abs() > 1e-9 * self.time_step {
-            differences.push(format!("time step {} s here, {} s there", self.time_step, hello.time_step));
+            differences.push(format!(
+                "time step {} s here, {} s there",
+                self.time_step, hello.time_step
+            ));
         }
         if let Some(mine) = &self.interface {
             differences.extend(interface_differences(mine, &hello.interface));
@@ -35,22 +41,40 @@ impl Terms {
 
 fn interface_differences(mine: &FluidInterface, its: &FluidInterface) -> Vec<String> {
     if mine.points.len() != its.points.len() {
-        return vec![format!("{} points here, {} there", mine.points.len(), its.points.len())];
+        return vec![format!(
+            "{} points here, {} there",
+            mine.points.len(),
+            its.points.len()
+        )];
     }
     if mine.faces.len() != its.faces.len() {
-        return vec![format!("{} faces here, {} there", mine.faces.len(), its.faces.len())];
+        return vec![format!(
+            "{} faces here, {} there",
+            mine.faces.len(),
+            its.faces.len()
+        )];
     }
     let size = mine.points.iter().map(|x| x.amax()).fold(0.0, f64::max);
     let mut differences = Vec::new();
-    if let Some((i, (a, b))) =
-        mine.points.iter().zip(&its.points).enumerate().find(|(_, (a, b))| (*a - *b).amax() > 1e-9 * size)
+    if let Some((i, (a, b))) = mine
+        .points
+        .iter()
+        .zip(&its.points)
+        .enumerate()
+        .find(|(_, (a, b))| (*a - *b).amax() > 1e-9 * size)
     {
         differences.push(format!(
             "point {i} at ({}, {}, {}) m here, ({}, {}, {}) m there",
             a[0], a[1], a[2], b[0], b[1], b[2]
         ));
     }
-    if let Some((i, (a, b))) = mine.faces.iter().zip(&its.faces).enumerate().find(|(_, (a, b))| a != b) {
+    if let Some((i, (a, b))) = mine
+        .faces
+        .iter()
+        .zip(&its.faces)
+        .enumerate()
+        .find(|(_, (a, b))| a != b)
+    {
         differences.push(format!("face {i} with points {a:?} here, {b:?} there"));
     }
     differences
@@ -79,7 +103,11 @@ impl Session {
             faces: hello.interface.faces.len() as u32,
         };
         transport.send(&welcome.encode(), patience)?;
-        Ok(Self { transport, interface: hello.interface, time_step: terms.time_step })
+        Ok(Self {
+            transport,
+            interface: hello.interface,
+            time_step: terms.time_step,
+        })
     }
 
     /// The wall as the fluid sees it.
@@ -97,10 +125,19 @@ impl Session {
     ) -> Result<Solved, TransportError> {
         if displacement.len() != self.interface.points.len() {
             let (found, expected) = (displacement.len(), self.interface.points.len());
-            return Err(ProtocolError::Mismatch(format!("{found} displacements for {expected} points")).into());
+            return Err(ProtocolError::Mismatch(format!(
+                "{found} displacements for {expected} points"
+            ))
+            .into());
         }
-        if let Some(i) = displacement.iter().position(|u| !u.iter().all(|c| c.is_finite())) {
-            return Err(ProtocolError::Mismatch(format!("the displacement of point {i} is not finite")).into());
+        if let Some(i) = displacement
+            .iter()
+            .position(|u| !u.iter().all(|c| c.is_finite()))
+        {
+            return Err(ProtocolError::Mismatch(format!(
+                "the displacement of point {i} is not finite"
+            ))
+            .into());
         }
         let solve = ToFluid::Solve {
             max_correctors: effort.max_correctors.max(1),
@@ -110,16 +147,31 @@ impl Session {
             displacement,
         };
         self.transport.send(&solve.encode(), patience)?;
-        match self.receive(Expected::Solved { faces: self.interface.faces.len() }, patience)? {
+        match self.receive(
+            Expected::Solved {
+                faces: self.interface.faces.len(),
+            },
+            patience,
+        )? {
             FromFluid::Solved(solved) => Ok(solved),
             other => Err(unexpected(Kind::Solved, &other)),
         }
     }
 
     /// Keeps the last trial and waits for the report of the step.
-    pub fn accept(&mut self, write: bool, patience: &mut Patience) -> Result<Accepted, TransportError> {
-        self.transport.send(&ToFluid::Accept { write }.encode(), patience)?;
-        match self.receive(Expected::Accepted { faces: self.interface.faces.len() }, patience)? {
+    pub fn accept(
+        &mut self,
+        write: bool,
+        patience: &mut Patience,
+    ) -> Result<Accepted, TransportError> {
+        self.transport
+            .send(&ToFluid::Accept { write }.encode(), patience)?;
+        match self.receive(
+            Expected::Accepted {
+                faces: self.interface.faces.len(),
+            },
+            patience,
+        )? {
             FromFluid::Accepted(accepted) => Ok(accepted),
             other => Err(unexpected(Kind::Accepted, &other)),
         }
@@ -130,23 +182,39 @@ impl Session {
         self.transport.send(&ToFluid::Stop.encode(), patience)
     }
 
-    fn receive(&mut self, expected: Expected, patience: &mut Patience) -> Result<FromFluid, TransportError> {
+    fn receive(
+        &mut self,
+        expected: Expected,
+        patience: &mut Patience,
+    ) -> Result<FromFluid, TransportError> {
         let received = self.transport.receive(expected, patience);
         or_refuse(received, &mut self.transport, patience)
     }
 }
 
 fn unexpected(expected: Kind, found: &FromFluid) -> TransportError {
-    ProtocolError::Unexpected { expected, found: found.kind() }.into()
+    ProtocolError::Unexpected {
+        expected,
+        found: found.kind(),
+    }
+    .into()
 }
 
-fn hear_hello(transport: &mut Transport, terms: &Terms, patience: &mut Patience) -> Result<Hello, TransportError> {
+fn hear_hello(
+    transport: &mut Transport,
+    terms: &Terms,
+    patience: &mut Patience,
+) -> Result<Hello, TransportError> {
     let hello = match transport.receive(Expected::Hello, patience)? {
         FromFluid::Hello(hello) => hello,
         other => return Err(unexpected(Kind::Hello, &other)),
     };
     let differences = terms.differences(&hello);
-    if differences.is_empty() { Ok(hello) } else { Err(ProtocolError::Mismatch(differences.join("; ")).into()) }
+    if differences.is_empty() {
+        Ok(hello)
+    } else {
+        Err(ProtocolError::Mismatch(differences.join("; ")).into())
+    }
 }
 
 /// Tells the fluid why, if it broke the protocol.

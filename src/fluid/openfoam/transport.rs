@@ -3,7 +3,7 @@
 use super::protocol::{self, Expected, FRAME_SIZE, Frame, FromFluid, ProtocolError};
 use std::fs;
 use std::io::{self, Read, Write};
-use std::os::unix::fs::DirBuilderExt;
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -57,8 +57,17 @@ pub struct Patience<'a> {
 
 impl<'a> Patience<'a> {
     /// Waits until `limit` is over, `interrupt` is set, or `ended` says that the solver's process is no more.
-    pub fn new(limit: Duration, interrupt: &'a AtomicBool, ended: &'a mut dyn FnMut() -> bool) -> Self {
-        Self { limit, since: Instant::now(), interrupt, ended }
+    pub fn new(
+        limit: Duration,
+        interrupt: &'a AtomicBool,
+        ended: &'a mut dyn FnMut() -> bool,
+    ) -> Self {
+        Self {
+            limit,
+            since: Instant::now(),
+            interrupt,
+            ended,
+        }
     }
 
     fn glance(&mut self) -> Result<(), TransportError> {
@@ -95,11 +104,15 @@ impl Listener {
     pub fn socket() -> Result<Self, TransportError> {
         let folder = tempfile::Builder::new()
             .prefix("fsi-driver-")
-            .tempdir() // 0700: nobody else can connect
+            .permissions(fs::Permissions::from_mode(0o700)) // nobody else can connect
+            .tempdir()
             .map_err(io_error("cannot make a private folder for the socket"))?;
         let path = folder.path().join("fluid");
-        let listener = UnixListener::bind(&path).map_err(io_error(format!("cannot listen at {}", path.display())))?;
-        listener.set_nonblocking(true).map_err(io_error("cannot configure the socket"))?;
+        let listener = UnixListener::bind(&path)
+            .map_err(io_error(format!("cannot listen at {}", path.display())))?;
+        listener
+            .set_nonblocking(true)
+            .map_err(io_error("cannot configure the socket"))?;
         Ok(Listener::Socket { folder, listener })
     }
 
@@ -107,13 +120,20 @@ impl Listener {
     pub fn files(folder: &Path) -> Result<Self, TransportError> {
         match fs::remove_dir_all(folder) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(io_error(format!("cannot empty {}", folder.display()))(error));
+                return Err(io_error(format!("cannot empty {}", folder.display()))(
+                    error,
+                ));
             }
             _ => {}
         }
         let mut builder = fs::DirBuilder::new();
-        builder.mode(0o700).create(folder).map_err(io_error(format!("cannot make {}", folder.display())))?;
-        Ok(Listener::Files { folder: folder.to_owned() })
+        builder
+            .mode(0o700)
+            .create(folder)
+            .map_err(io_error(format!("cannot make {}", folder.display())))?;
+        Ok(Listener::Files {
+            folder: folder.to_owned(),
+        })
     }
 
     /// Where the fluid must look.
@@ -127,7 +147,11 @@ impl Listener {
     /// Waits for the fluid.
     pub fn accept(self, patience: &mut Patience) -> Result<Transport, TransportError> {
         match self {
-            Listener::Files { folder } => Ok(Transport::Files(Files { folder, sent: 0, received: 0 })),
+            Listener::Files { folder } => Ok(Transport::Files(Files {
+                folder,
+                sent: 0,
+                received: 0,
+            })),
             Listener::Socket { folder, listener } => loop {
                 match listener.accept() {
                     Ok((stream, _)) => {
@@ -136,13 +160,18 @@ impl Listener {
                             .and_then(|()| stream.set_read_timeout(Some(GLANCE)))
                             .and_then(|()| stream.set_write_timeout(Some(GLANCE)))
                             .map_err(io_error("cannot configure the socket"))?;
-                        return Ok(Transport::Socket(Socket { stream, _folder: folder }));
+                        return Ok(Transport::Socket(Socket {
+                            stream,
+                            _folder: folder,
+                        }));
                     }
                     Err(error) if is_pause(&error) => {
                         patience.glance()?;
                         std::thread::sleep(Duration::from_millis(5));
                     }
-                    Err(error) => return Err(io_error("cannot accept the fluid's connection")(error)),
+                    Err(error) => {
+                        return Err(io_error("cannot accept the fluid's connection")(error));
+                    }
                 }
             },
         }
@@ -167,7 +196,11 @@ impl Transport {
     }
 
     /// Receives the expected message, or the fluid's failure.
-    pub fn receive(&mut self, expected: Expected, patience: &mut Patience) -> Result<FromFluid, TransportError> {
+    pub fn receive(
+        &mut self,
+        expected: Expected,
+        patience: &mut Patience,
+    ) -> Result<FromFluid, TransportError> {
         let (frame, payload) = match self {
             Transport::Socket(socket) => socket.receive(expected, patience)?,
             Transport::Files(files) => files.receive(expected, patience)?,
@@ -180,7 +213,10 @@ impl Transport {
 }
 
 fn is_pause(error: &io::Error) -> bool {
-    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted)
+    matches!(
+        error.kind(),
+        io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted
+    )
 }
 
 /// A connected socket.
@@ -196,27 +232,39 @@ impl Socket {
             match self.stream.write(rest) {
                 Ok(n) => rest = &rest[n..],
                 Err(error) if is_pause(&error) => patience.glance()?,
-                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Err(TransportError::Closed),
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+                    return Err(TransportError::Closed);
+                }
                 Err(error) => return Err(io_error("cannot write to the fluid")(error)),
             }
         }
         Ok(())
     }
 
-    fn read(&mut self, mut bytes: &mut [u8], patience: &mut Patience) -> Result<(), TransportError> {
+    fn read(
+        &mut self,
+        mut bytes: &mut [u8],
+        patience: &mut Patience,
+    ) -> Result<(), TransportError> {
         while !bytes.is_empty() {
             match self.stream.read(bytes) {
                 Ok(0) => return Err(TransportError::Closed),
                 Ok(n) => bytes = &mut bytes[n..],
                 Err(error) if is_pause(&error) => patience.glance()?,
-                Err(error) if error.kind() == io::ErrorKind::ConnectionReset => return Err(TransportError::Closed),
+                Err(error) if error.kind() == io::ErrorKind::ConnectionReset => {
+                    return Err(TransportError::Closed);
+                }
                 Err(error) => return Err(io_error("cannot read from the fluid")(error)),
             }
         }
         Ok(())
     }
 
-    fn receive(&mut self, expected: Expected, patience: &mut Patience) -> Result<(Frame, Vec<u8>), TransportError> {
+    fn receive(
+        &mut self,
+        expected: Expected,
+        patience: &mut Patience,
+    ) -> Result<(Frame, Vec<u8>), TransportError> {
         let mut head = [0; FRAME_SIZE];
         self.read(&mut head, patience)?;
         let frame = Frame::decode(&head)?;
@@ -250,7 +298,11 @@ impl Files {
             .map_err(io_error(format!("cannot write {}", path.display())))
     }
 
-    fn receive(&mut self, expected: Expected, patience: &mut Patience) -> Result<(Frame, Vec<u8>), TransportError> {
+    fn receive(
+        &mut self,
+        expected: Expected,
+        patience: &mut Patience,
+    ) -> Result<(Frame, Vec<u8>), TransportError> {
         self.received += 1;
         let path = self.folder.join(format!("{:08}.fluid", self.received));
         let reading = || format!("cannot read {}", path.display());
@@ -283,10 +335,16 @@ impl Files {
         if found != FRAME_SIZE as u64 + frame.length {
             let expected = format!("{} as its frame announces", frame.length);
             let found = found.saturating_sub(FRAME_SIZE as u64);
-            return Err(ProtocolError::Length { kind: frame.kind, expected, found }.into());
+            return Err(ProtocolError::Length {
+                kind: frame.kind,
+                expected,
+                found,
+            }
+            .into());
         }
         let mut payload = Vec::with_capacity(frame.length as usize); // the file has that many
-        file.read_to_end(&mut payload).map_err(io_error(reading()))?;
+        file.read_to_end(&mut payload)
+            .map_err(io_error(reading()))?;
         fs::remove_file(&path).map_err(io_error(reading()))?;
         Ok((frame, payload))
     }
