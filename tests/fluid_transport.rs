@@ -63,8 +63,8 @@ fn two_ranks_agree_with_one() {
 
 #[test]
 fn a_run_continues_to_the_bit_from_a_written_time() {
-    let straight = run(&Channel::new(false), 0, 2 * STEPS);
-    let mut channel = Channel::new(false);
+    let straight = run(&Channel::refined(false, 2), 0, 2 * STEPS);
+    let mut channel = Channel::refined(false, 2);
     run(&channel, 0, STEPS);
     channel.settings.terms.start_time = STEPS as f64 * STEP;
     let continued = run(&channel, STEPS, 2 * STEPS);

@@ -3,11 +3,13 @@
 \*---------------------------------------------------------------------------*/
 
 #include "fsiMotionFvMesh.H"
+#include "fsiAgglomeration.H"
 #include "fsiMeasure.H"
 #include "addToRunTimeSelectionTable.H"
 #include "displacementMotionSolver.H"
 #include "fixedValuePointPatchFields.H"
 #include "solverPerformance.H"
+#include "surfaceFields.H"
 #include "volFields.H"
 
 namespace Foam
@@ -91,8 +93,31 @@ void Foam::fsiMotionFvMesh::moveWall()
     // Solve for the motion on the undeformed mesh: the new points must follow
     // from the displacement alone, not from the trial that was there before.
     fvMesh::movePoints(referencePoints());
+    fsi::resetAgglomerationDirection();
 
     dynamicMotionSolverFvMesh::update();
+}
+
+
+void Foam::fsiMotionFvMesh::storeOldState()
+{
+    lookupObjectRef<volScalarField>("p").oldTime();
+    lookupObjectRef<surfaceScalarField>("phi").oldTime();
+    lookupObjectRef<volVectorField>("U").oldTime();
+    lookupObjectRef<volVectorField>("cellDisplacement").oldTime();
+}
+
+
+void Foam::fsiMotionFvMesh::restoreOldState()
+{
+    auto& p = lookupObjectRef<volScalarField>("p");
+    auto& phi = lookupObjectRef<surfaceScalarField>("phi");
+    auto& U = lookupObjectRef<volVectorField>("U");
+    auto& displacement = lookupObjectRef<volVectorField>("cellDisplacement");
+    p == p.oldTime();
+    phi == phi.oldTime();
+    U == U.oldTime();
+    displacement == displacement.oldTime();
 }
 
 
@@ -141,6 +166,7 @@ bool Foam::fsiMotionFvMesh::update()
         solutionsBefore_ = 0;
         setOuterCorrectors(unlimited);
         trial_ = driver.opening();
+        storeOldState();
         // Even if the wall rests: this is what makes the old volumes those
         // of the step before
         moveWall();
@@ -175,7 +201,11 @@ bool Foam::fsiMotionFvMesh::update()
             );
             trial_ = next;
             trialCorrectors_ = 0;
-            if (moved)
+            if (trial_.fromOldState)
+            {
+                restoreOldState();
+            }
+            if (moved || trial_.fromOldState)
             {
                 moveWall();
             }

@@ -261,6 +261,15 @@ Foam::fsi::command Foam::fsi::session::decode(const bool stepOpen)
                   + " s; at least one, and more than 0 s, are needed"
                 );
             }
+            if (stepOpen && wanted.timeStep != time().deltaTValue())
+            {
+                throw protocolError
+                (
+                    "the driver changed the time step within a step, from "
+                  + digits(time().deltaTValue()) + " s to "
+                  + digits(wanted.timeStep) + " s"
+                );
+            }
             break;
         }
         case messageKind::accept:

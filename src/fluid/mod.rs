@@ -74,6 +74,10 @@ pub trait Fluid {
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError>;
 
+    /// Makes the next [`Fluid::solve`] start from the state at the beginning of the step instead of from the last trial:
+    /// slower, but the way back from a trial that went astray. Solvers that always do so need not know.
+    fn forget_trial(&mut self) {}
+
     /// Keeps the last trial as the new state. `write` asks the solver to leave its fields on disk.
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError>;
 }

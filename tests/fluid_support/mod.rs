@@ -46,6 +46,11 @@ pub struct Channel {
 impl Channel {
     /// `tight` solves the linear systems to rounding, so that only the coupling can make a difference.
     pub fn new(tight: bool) -> Self {
+        Self::refined(tight, 1)
+    }
+
+    /// With `cells` times as many cells in each direction.
+    pub fn refined(tight: bool, cells: usize) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let case = folder.path().join("case");
         let templates = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/base");
@@ -76,7 +81,13 @@ impl Channel {
                 .replace("relTol          0.01;", "relTol 1e-10;");
             std::fs::write(&path, text).unwrap();
         }
-        std::fs::write(case.join("system/blockMeshDict"), BLOCK_MESH).unwrap();
+        let mesh = [4, 6].iter().fold(BLOCK_MESH.to_owned(), |mesh, n| {
+            mesh.replace(
+                &format!("({n} 5 5)"),
+                &format!("({} {} {})", n * cells, 5 * cells, 5 * cells),
+            )
+        });
+        std::fs::write(case.join("system/blockMeshDict"), mesh).unwrap();
         run_utility("blockMesh", &case);
         let settings = OpenFoamSettings {
             log: case.join("log.pimpleFoam"),

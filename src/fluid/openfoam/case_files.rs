@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// The inflow curve is written with at least this many points per period; OpenFOAM interpolates linearly between.
-const CURVE_POINTS: usize = 5000;
+const CURVE_POINTS: usize = 10_000;
 /// A ramp of no duration, s.
 const NO_RAMP: f64 = 1e-9;
 
@@ -122,7 +122,8 @@ impl CaseFiles<'_> {
         text
     }
 
-    /// One period of the inflow as `time_s,flow_m3_s`, at all multiples of the time step that divides the period.
+    /// One period of the inflow as `time_s,flow_m3_s`, with a point at every multiple of the time step (and of its half,
+    /// its quarter, …), where the interpolation is exact, if the time step divides the period.
     fn curve(&self) -> Result<String, CaseFilesError> {
         let mut text = String::from("time_s,flow_m3_s\n");
         if let Some(path) = &self.inflow.file {
@@ -132,7 +133,7 @@ impl CaseFiles<'_> {
             return Ok(text);
         }
         let per_period = (self.time.period / self.time.step).round().max(1.0) as usize;
-        let n = per_period * CURVE_POINTS.div_ceil(per_period);
+        let n = per_period * CURVE_POINTS.div_ceil(per_period).next_power_of_two();
         for i in 0..=n {
             let time = self.time.period * i as f64 / n as f64;
             let _ = writeln!(text, "{time:e},{:e}", self.inflow.flow(time));

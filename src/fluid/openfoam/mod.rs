@@ -51,6 +51,7 @@ pub struct OpenFoamSettings {
 /// A running `pimpleFoam`.
 pub struct OpenFoam {
     settings: OpenFoamSettings,
+    from_old_state: bool,
     // Dropped in this order: the connection is closed before the process is ended for good.
     session: Session,
     process: Process,
@@ -101,6 +102,7 @@ impl OpenFoam {
         match session {
             Ok(session) => Ok(Self {
                 settings,
+                from_old_state: false,
                 session,
                 process,
             }),
@@ -140,13 +142,19 @@ impl Fluid for OpenFoam {
         displacement: &[Vec3],
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError> {
-        let solved =
-            self.talk(|session, patience| session.solve(displacement, effort, patience))?;
+        let from_old_state = std::mem::take(&mut self.from_old_state);
+        let solved = self.talk(|session, patience| {
+            session.solve(displacement, effort, from_old_state, patience)
+        })?;
         Ok(FluidTrial {
             tractions: solved.tractions,
             correctors: solved.correctors,
             pressure_residual: solved.pressure_residual,
         })
+    }
+
+    fn forget_trial(&mut self) {
+        self.from_old_state = true;
     }
 
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {

@@ -120,6 +120,7 @@ impl Session {
         &mut self,
         displacement: &[Vec3],
         effort: FluidEffort,
+        from_old_state: bool,
         patience: &mut Patience,
     ) -> Result<Solved, TransportError> {
         if displacement.len() != self.interface.points.len() {
@@ -140,7 +141,7 @@ impl Session {
         }
         let solve = ToFluid::Solve {
             max_correctors: effort.max_correctors.max(1),
-            from_old_state: false,
+            from_old_state,
             pressure_residual: effort.pressure_residual,
             time_step: self.time_step,
             displacement,

@@ -3,7 +3,7 @@
 use super::protocol::{self, Expected, FRAME_SIZE, Frame, FromFluid, ProtocolError};
 use std::fs;
 use std::io::{self, Read, Write};
-use std::os::unix::fs::DirBuilderExt;
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -104,7 +104,8 @@ impl Listener {
     pub fn socket() -> Result<Self, TransportError> {
         let folder = tempfile::Builder::new()
             .prefix("fsi-driver-")
-            .tempdir() // 0700: nobody else can connect
+            .permissions(fs::Permissions::from_mode(0o700)) // nobody else can connect
+            .tempdir()
             .map_err(io_error("cannot make a private folder for the socket"))?;
         let path = folder.path().join("fluid");
         let listener = UnixListener::bind(&path)
