@@ -1,73 +1,21 @@
 //! Every acceleration model, reuse and predictor against problems whose coupled solution is known.
 
-use fsi_driver::coupling::acceleration::{Identity, Kind, Settings, Surrogate};
+use fsi_driver::coupling::acceleration::{Identity, Kind, Settings};
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
-use fsi_driver::coupling::reference::{History, Linear, Reference, Tube, TubeSetup, march};
-use nalgebra::DVector;
+use fsi_driver::coupling::reference::march;
+use fsi_driver::coupling::reference::study::{Trial, problems};
 use rayon::prelude::*;
 
-fn problems() -> [Box<dyn Reference>; 3] {
-    [
-        Box::new(Linear::new(60, 20.0)),
-        Box::new(Tube::new(TubeSetup::artery())),
-        Box::new(Tube::new(TubeSetup::pressure_pulse())),
-    ]
-}
-
-/// Takes problem `index` of [`problems`] through all its steps.
-fn run(
-    index: usize,
-    kind: Kind,
-    reuse: usize,
-    extrapolation: Extrapolation,
-    with_surrogate: bool,
-    tolerance: f64,
-) -> History {
-    let [a, b, c] = problems();
-    let mut problem = [a, b, c].into_iter().nth(index).unwrap();
-    let surrogate: Box<dyn Surrogate> = if with_surrogate {
-        problem.surrogate()
-    } else {
-        Box::new(Identity)
-    };
-    let settings = Settings {
-        relaxation: if with_surrogate {
-            0.8
-        } else {
-            problem.relaxation()
-        },
-        reuse,
-        filter: 1e-4,
-        max_columns: 200,
-    };
-    let mut model = kind.build(&settings, surrogate);
-    let predictor = Predictor::new(extrapolation, problem.at_rest());
-    march(problem.as_mut(), model.as_mut(), predictor, tolerance, 2000)
-}
-
-/// Compares every model, reuse and predictor with and without surrogate to the exact solution of problem `index`.
+/// Compares every combination of settings to the exact solution of problem `index`.
 fn all_reach_the_exact_solution(index: usize, tolerance: f64, allowed: f64) {
-    let exact: Vec<DVector<f64>> = problems()[index].exact();
-    let mut runs = Vec::new();
-    for kind in Kind::ALL {
-        for reuse in [0, 5, 10] {
-            for extrapolation in Extrapolation::ALL {
-                for surrogate in [false, true] {
-                    if kind.remembers() || reuse == 0 {
-                        runs.push((kind, reuse, extrapolation, surrogate));
-                    }
-                }
-            }
-        }
-    }
-    runs.into_par_iter()
-        .for_each(|(kind, reuse, extrapolation, surrogate)| {
-            let history = run(index, kind, reuse, extrapolation, surrogate, tolerance);
-            let what = format!("{kind:?}, q = {reuse}, {extrapolation:?}, surrogate {surrogate}");
-            assert!(history.converged, "{what}: {:?}", history.residuals.last());
-            let difference = history.difference(&exact);
-            assert!(difference < allowed, "{what}: {difference:e}");
-        });
+    let exact = problems()[index].exact();
+    Trial::all().into_par_iter().for_each(|trial| {
+        let history = trial.run(problems()[index].as_mut(), tolerance);
+        let last = history.residuals.last();
+        assert!(history.converged, "{trial:?}: {last:?}");
+        let difference = history.difference(&exact);
+        assert!(difference < allowed, "{trial:?}: {difference:e}");
+    });
 }
 
 #[test]
@@ -103,7 +51,7 @@ fn plain_iteration_diverges_on_all_of_them() {
         };
         let mut model = Kind::Constant.build(&settings, Box::new(Identity));
         let predictor = Predictor::new(Extrapolation::Constant, problem.at_rest());
-        let history = march(problem.as_mut(), model.as_mut(), predictor, 1e-6, 50);
+        let history = march(problem.as_mut(), model.as_mut(), predictor, 1e-6, 20);
         let residuals = history.residuals.last().unwrap();
         assert!(!history.converged, "{}", problem.name());
         assert!(
@@ -118,20 +66,19 @@ fn plain_iteration_diverges_on_all_of_them() {
 fn memory_and_the_surrogate_save_iterations() {
     for index in 0..3 {
         let mean = |kind, reuse, surrogate| {
-            run(
-                index,
+            let extrapolation = Extrapolation::Quadratic;
+            let trial = Trial {
                 kind,
                 reuse,
-                Extrapolation::Quadratic,
                 surrogate,
-                1e-6,
-            )
-            .mean()
+                extrapolation,
+            };
+            trial.run(problems()[index].as_mut(), 1e-6).mean()
         };
-        let without_memory = mean(Kind::IqnLs, 0, false);
-        assert!(mean(Kind::IqnLs, 0, true) < without_memory, "{index}");
+        let without = mean(Kind::IqnLs, 0, false);
+        assert!(mean(Kind::IqnLs, 0, true) < without, "{index}");
         for kind in [Kind::IqnLs, Kind::MultiVector, Kind::Hybrid] {
-            assert!(mean(kind, 10, false) < without_memory, "{kind:?} {index}");
+            assert!(mean(kind, 10, false) < without, "{kind:?} {index}");
         }
     }
 }

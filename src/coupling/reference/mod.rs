@@ -10,6 +10,7 @@ mod flow;
 mod linear;
 mod march;
 mod monolithic;
+pub mod study;
 mod tube;
 mod wall;
 

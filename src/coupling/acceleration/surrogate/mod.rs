@@ -8,7 +8,7 @@ mod sections;
 mod tridiagonal;
 mod tube;
 
-pub use sections::{Axis, EmptySection, Sections};
+pub use sections::{Axis, Sections, SparseSection};
 pub use tridiagonal::Tridiagonal;
 pub use tube::{Blood, End, TubeSurrogate};
 

@@ -13,12 +13,12 @@ pub struct Axis {
     pub direction: Vec3,
 }
 
-/// A section that no wall point belongs to.
+/// A section that the wall points cannot tell apart from its neighbours.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "section {index} of {count} has no wall points of its own: use at most half as many sections as the wall has rings of points"
+    "section {index} of {count} has too few wall points of its own: use at most half as many sections as the wall has rings of points"
 )]
-pub struct EmptySection {
+pub struct SparseSection {
     /// Number of the section, from 0.
     pub index: usize,
     /// Number of sections.
@@ -49,7 +49,7 @@ pub struct Sections {
 
 impl Sections {
     /// Sections of the tube around `axis` whose wall consists of `points` (reference positions, m).
-    pub fn new(points: &[Vec3], axis: Axis, count: usize) -> Result<Self, EmptySection> {
+    pub fn new(points: &[Vec3], axis: Axis, count: usize) -> Result<Self, SparseSection> {
         let along: Vec<f64> = points
             .iter()
             .map(|x| (x - axis.origin).dot(&axis.direction))
@@ -82,9 +82,10 @@ impl Sections {
                 gram.lower[i + 1] += w * (1.0 - w);
             }
         }
-        let smallest = 0.01 * points.len() as f64 / count as f64;
-        match gram.diagonal.iter().position(|share| *share < smallest) {
-            Some(index) => Err(EmptySection { index, count }),
+        // A section that the points tell apart from those before it has a pivot of about a third of its points.
+        let smallest = 0.02 * points.len() as f64 / count as f64;
+        match gram.pivots().iter().position(|pivot| !(*pivot > smallest)) {
+            Some(index) => Err(SparseSection { index, count }),
             None => Ok(Self {
                 length,
                 points,

@@ -21,20 +21,26 @@ impl Tridiagonal {
         }
     }
 
-    /// The solution for `right` by elimination without pivoting (Thomas).
+    /// The pivots of the elimination without exchange of rows; a positive definite matrix has positive ones.
+    pub fn pivots(&self) -> Vec<f64> {
+        let mut pivots = self.diagonal.clone();
+        for i in 1..pivots.len() {
+            pivots[i] -= self.lower[i] / pivots[i - 1] * self.upper[i - 1];
+        }
+        pivots
+    }
+
+    /// The solution for `right` (Thomas).
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
-        let n = right.len();
-        let (mut diagonal, mut x) = (self.diagonal.clone(), right.to_vec());
+        let (n, pivots, mut x) = (right.len(), self.pivots(), right.to_vec());
         for i in 1..n {
-            let factor = self.lower[i] / diagonal[i - 1];
-            diagonal[i] -= factor * self.upper[i - 1];
-            x[i] -= factor * x[i - 1];
+            x[i] -= self.lower[i] / pivots[i - 1] * x[i - 1];
         }
         for i in (0..n).rev() {
             if i + 1 < n {
                 x[i] -= self.upper[i] * x[i + 1];
             }
-            x[i] /= diagonal[i];
+            x[i] /= pivots[i];
         }
         x
     }
