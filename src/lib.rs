@@ -32,6 +32,7 @@ pub mod coupling;
 pub mod fluid;
 pub mod geometry;
 pub mod hemodynamics;
+pub mod interpolation;
 pub mod output;
 pub mod pfem;
 

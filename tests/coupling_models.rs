@@ -52,13 +52,8 @@ fn plain_iteration_diverges_on_all_of_them() {
         let mut model = Kind::Constant.build(&settings, Box::new(Identity));
         let predictor = Predictor::new(Extrapolation::Constant, problem.at_rest());
         let history = march(problem.as_mut(), model.as_mut(), predictor, 1e-6, 20);
-        let residuals = history.residuals.last().unwrap();
-        assert!(!history.converged, "{}", problem.name());
-        assert!(
-            residuals.last().unwrap() > &residuals[0],
-            "{}: {residuals:?}",
-            problem.name()
-        );
+        let last = history.residuals.last().unwrap();
+        assert!(!history.converged, "{}: {last:?}", problem.name());
     }
 }
 

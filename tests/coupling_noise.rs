@@ -48,8 +48,16 @@ impl Reference for Noisy {
 
 fn run(index: usize, kind: Kind, filter: f64, surrogate: bool) -> History {
     let problem = problems().swap_remove(index);
-    let mut noisy = Noisy { problem, level: 2e-5, calls: 0.0 };
-    let start: Box<dyn Surrogate> = if surrogate { noisy.surrogate() } else { Box::new(Identity) };
+    let mut noisy = Noisy {
+        problem,
+        level: 2e-5,
+        calls: 0.0,
+    };
+    let start: Box<dyn Surrogate> = if surrogate {
+        noisy.surrogate()
+    } else {
+        Box::new(Identity)
+    };
     let settings = Settings {
         relaxation: if surrogate { 0.9 } else { noisy.relaxation() },
         reuse: 10,

@@ -2,6 +2,22 @@
 //!
 //! In the files every name carries its unit (`mu_Pa`, `time.step_s`); in these types all values are SI.
 
+mod check;
+mod error;
+mod estimate;
+mod flow_curve;
+mod keys;
+mod load;
+pub mod schema;
+mod source;
+mod spelling;
+mod stack;
+mod write;
+
+pub use error::{CaseError, CaseErrors, Place};
+pub use flow_curve::{FlowCurve, FlowCurveError};
+pub use load::{Preset, ResolvedCase};
+
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

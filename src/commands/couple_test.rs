@@ -2,6 +2,7 @@
 
 mod plot;
 
+use super::Failure;
 use crate::coupling::predictor::Extrapolation;
 use crate::coupling::reference::study::{Trial, problems};
 use crate::coupling::reference::{History, Reference};
@@ -39,7 +40,16 @@ struct Row<'a> {
 
 /// Runs every combination of settings on every problem; prints mean and largest numbers of iterations, writes the
 /// table and the plots.
-pub fn run(arguments: &Arguments) -> io::Result<()> {
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    study(arguments).map_err(|error| {
+        let folder = arguments.out.display();
+        Failure::Run(format!(
+            "the study could not be written to {folder}: {error}; choose another --out"
+        ))
+    })
+}
+
+fn study(arguments: &Arguments) -> io::Result<()> {
     fs::create_dir_all(&arguments.out)?;
     let mut table = csv::Writer::from_path(arguments.out.join("couple_test.csv"))?;
     for (index, problem) in problems().iter().enumerate() {

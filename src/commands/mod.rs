@@ -1,14 +1,30 @@
-//! One file per subcommand; short, reads like the README.
+//! The command line: one file per subcommand; short, reads like the README.
 
-pub mod couple_test;
+mod couple_test;
+mod failure;
+mod run;
+mod run_folder;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
+pub use failure::Failure;
+
+/// Fluid-structure interaction of arteries: p-version finite elements for the wall, OpenFOAM for the blood.
+///
+/// Without a subcommand it runs a coupled case.
 #[derive(Debug, Parser)]
+#[command(
+    name = "fsi-driver",
+    version,
+    args_conflicts_with_subcommands = true,
+    arg_required_else_help = true
+)]
 struct CommandLine {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
+    #[command(flatten)]
+    run: Option<run::Arguments>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -17,14 +33,20 @@ enum Command {
     CoupleTest(couple_test::Arguments),
 }
 
-/// Parses the command line and runs the command; returns the exit code.
+/// Parses the command line and runs the command. Exit code 0: done; 1: a solver failed; 2: the input or the
+/// installation is at fault, nothing was written; 130: interrupted.
 pub fn main() -> ExitCode {
-    let Command::CoupleTest(arguments) = CommandLine::parse().command;
-    match couple_test::run(&arguments) {
+    let line = CommandLine::parse();
+    let outcome = match (line.command, line.run) {
+        (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
+        (None, Some(arguments)) => run::run(&arguments),
+        (None, None) => unreachable!("clap shows the help when there are no arguments"),
+    };
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
+        Err(failure) => {
+            eprintln!("{failure}");
+            failure.exit_code()
         }
     }
 }

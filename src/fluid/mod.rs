@@ -84,4 +84,7 @@ pub enum FluidError {
     /// The solver could not be started, died, did not answer, or spoke wrongly; the text says which, where, and what to do.
     #[error("{0}")]
     Solver(String),
+    /// The user ended the run while the solver was at work.
+    #[error("interrupted")]
+    Interrupted,
 }

@@ -1,7 +1,20 @@
 //! The vessel: cross-sections, imperfection, centre-lines; hexahedra for the wall, O-grid for the lumen. No physics.
+//!
+//! A [`Vessel`] knows the surfaces `r(x, φ)` and the [`CentreLine`]; both meshes are made from it and so fit together.
+//! The x-axis runs downstream, the deformable part begins at x = 0, and φ turns from +y to +z.
 
+pub mod centre_line;
 pub mod hex_mesh;
+pub mod imperfection;
+pub mod o_grid;
 pub mod poly_mesh;
+pub mod vessel;
+pub mod wall;
 
+pub use centre_line::{CentreLine, Frame};
 pub use hex_mesh::{HexFace, HexMesh, HexShape};
+pub use imperfection::{Imperfection, irregular_tube_mesh};
+pub use o_grid::fluid_mesh;
 pub use poly_mesh::{Patch, PolyMesh};
+pub use vessel::{Vessel, solid_mesh};
+pub use wall::{Surfaces, WallGrid, tube_mesh};

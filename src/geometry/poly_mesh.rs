@@ -1,6 +1,9 @@
 //! Face-based polyhedral meshes in OpenFOAM's layout.
 
 use crate::Vec3;
+use std::collections::{BTreeMap, HashMap};
+use std::fmt::Write as _;
+use std::path::Path;
 
 /// A named part of the boundary: `size` faces from `start`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,4 +31,271 @@ pub struct PolyMesh {
     pub neighbour: Vec<usize>,
     /// Boundary patches in order of their faces.
     pub patches: Vec<Patch>,
+}
+
+/// A patch to be: name, OpenFOAM's type, and the points of its faces in any rotation or sense.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PatchFaces {
+    /// Name, such as `inlet`.
+    pub name: &'static str,
+    /// OpenFOAM's type, such as `patch` or `wall`.
+    pub kind: &'static str,
+    /// Points of each face.
+    pub faces: Vec<[usize; 4]>,
+}
+
+/// Faces of a hexahedron with the vertices 0-3 around the bottom and 4-7 above them, normals outward.
+const HEX_FACES: [[usize; 4]; 6] = [
+    [0, 3, 2, 1],
+    [4, 5, 6, 7],
+    [0, 1, 5, 4],
+    [1, 2, 6, 5],
+    [2, 3, 7, 6],
+    [3, 0, 4, 7],
+];
+
+impl PolyMesh {
+    /// Builds the faces of hexahedra whose vertices 0-3 run around the bottom, counter-clockwise seen from the top,
+    /// and 4-7 above them.
+    ///
+    /// # Panics
+    /// If three cells share a face, or the patches are not exactly the boundary: mistakes of the program that calls.
+    pub fn from_hexes(points: Vec<Vec3>, cells: &[[usize; 8]], patches: &[PatchFaces]) -> Self {
+        let key = |mut face: [usize; 4]| {
+            face.sort_unstable();
+            face
+        };
+        // First seen from the owner, then from the neighbour.
+        let mut sides: HashMap<[usize; 4], (usize, [usize; 4])> = HashMap::new();
+        let mut internal: BTreeMap<(usize, usize), Vec<[usize; 4]>> = BTreeMap::new();
+        for (cell, vertices) in cells.iter().enumerate() {
+            for face in HEX_FACES.map(|face| face.map(|v| vertices[v])) {
+                match sides.remove(&key(face)) {
+                    Some((owner, outward)) => {
+                        internal.entry((owner, cell)).or_default().push(outward)
+                    }
+                    None => drop(sides.insert(key(face), (cell, face))),
+                }
+            }
+        }
+        let mut mesh = Self {
+            points,
+            faces: vec![],
+            owner: vec![],
+            neighbour: vec![],
+            patches: vec![],
+        };
+        for ((owner, neighbour), faces) in internal {
+            for face in faces {
+                mesh.faces.push(face.to_vec());
+                mesh.owner.push(owner);
+                mesh.neighbour.push(neighbour);
+            }
+        }
+        for patch in patches {
+            let start = mesh.faces.len();
+            for &face in &patch.faces {
+                let (owner, outward) = sides.remove(&key(face)).unwrap_or_else(|| {
+                    panic!(
+                        "face {face:?} of patch {} is not on the boundary",
+                        patch.name
+                    )
+                });
+                mesh.faces.push(outward.to_vec());
+                mesh.owner.push(owner);
+            }
+            let (name, kind) = (patch.name.to_owned(), patch.kind.to_owned());
+            mesh.patches.push(Patch {
+                name,
+                kind,
+                start,
+                size: patch.faces.len(),
+            });
+        }
+        assert!(
+            sides.is_empty(),
+            "{} boundary faces belong to no patch",
+            sides.len()
+        );
+        mesh
+    }
+
+    /// Number of cells.
+    pub fn cells(&self) -> usize {
+        self.owner.iter().max().map_or(0, |last| last + 1)
+    }
+
+    /// The patch of that name.
+    pub fn patch(&self, name: &str) -> Option<&Patch> {
+        self.patches.iter().find(|patch| patch.name == name)
+    }
+
+    /// Faces of the patch of that name; none if there is no such patch.
+    pub fn patch_faces(&self, name: &str) -> &[Vec<usize>] {
+        self.patch(name).map_or(&[], |patch| {
+            &self.faces[patch.start..patch.start + patch.size]
+        })
+    }
+
+    /// Centre (m) and area vector (m²) of a face, by triangles around the average of its points, as OpenFOAM has them.
+    pub fn face_geometry(&self, face: usize) -> (Vec3, Vec3) {
+        let corners: Vec<Vec3> = self.faces[face]
+            .iter()
+            .map(|&point| self.points[point])
+            .collect();
+        let middle = corners.iter().sum::<Vec3>() / corners.len() as f64;
+        let (mut area, mut weighted, mut weight) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+        for (i, corner) in corners.iter().enumerate() {
+            let next = corners[(i + 1) % corners.len()];
+            let triangle = (next - corner).cross(&(middle - corner)) * 0.5;
+            area += triangle;
+            weighted += (corner + next + middle) / 3.0 * triangle.norm();
+            weight += triangle.norm();
+        }
+        (
+            if weight > 0.0 {
+                weighted / weight
+            } else {
+                middle
+            },
+            area,
+        )
+    }
+
+    /// Volume (m³) of each cell, by pyramids over its faces, as OpenFOAM has them.
+    pub fn cell_volumes(&self) -> Vec<f64> {
+        let geometry: Vec<_> = (0..self.faces.len())
+            .map(|face| self.face_geometry(face))
+            .collect();
+        let cells = self.cells();
+        let (mut middles, mut counts) = (vec![Vec3::zeros(); cells], vec![0.0; cells]);
+        for (cell, face, _) in self.sides() {
+            middles[cell] += geometry[face].0;
+            counts[cell] += 1.0;
+        }
+        for (middle, count) in middles.iter_mut().zip(counts) {
+            *middle /= count;
+        }
+        let mut volumes = vec![0.0; cells];
+        for (cell, face, sign) in self.sides() {
+            let (centre, area) = geometry[face];
+            volumes[cell] += sign * area.dot(&(centre - middles[cell])) / 3.0;
+        }
+        volumes
+    }
+
+    /// Volume (m³) of the whole mesh.
+    pub fn volume(&self) -> f64 {
+        self.cell_volumes().iter().sum()
+    }
+
+    /// Every side of every cell: cell, face, and +1 if the face's normal points out of the cell, otherwise -1.
+    fn sides(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        let owners = self
+            .owner
+            .iter()
+            .enumerate()
+            .map(|(face, &cell)| (cell, face, 1.0));
+        owners.chain(
+            self.neighbour
+                .iter()
+                .enumerate()
+                .map(|(face, &cell)| (cell, face, -1.0)),
+        )
+    }
+
+    /// Writes `constant/polyMesh` in the OpenFOAM case `case`; numbers are written so that they read back exactly.
+    /// Each file is written under another name and then renamed: a reader never sees half a file.
+    ///
+    /// # Errors
+    /// What the file system answers, with the path.
+    pub fn write(&self, case: &Path) -> std::io::Result<()> {
+        let folder = case.join("constant/polyMesh");
+        std::fs::create_dir_all(&folder).map_err(|error| with_path(&folder, error))?;
+        let note = format!(
+            "nPoints:{} nCells:{} nFaces:{} nInternalFaces:{}",
+            self.points.len(),
+            self.cells(),
+            self.faces.len(),
+            self.neighbour.len()
+        );
+        let list =
+            |class: &str, object: &str, lines: &mut dyn Iterator<Item = String>, count: usize| {
+                let mut text = header(class, object, &note);
+                let _ = writeln!(text, "{count}\n(");
+                for line in lines {
+                    text.push_str(&line);
+                    text.push('\n');
+                }
+                text.push_str(")\n");
+                replace_file(&folder.join(object), &text)
+            };
+        let point = |p: &Vec3| format!("({:e} {:e} {:e})", p.x, p.y, p.z);
+        let face = |points: &Vec<usize>| {
+            let points: Vec<_> = points.iter().map(usize::to_string).collect();
+            format!("{}({})", points.len(), points.join(" "))
+        };
+        let patch = |patch: &Patch| {
+            let Patch {
+                name,
+                kind,
+                start,
+                size,
+            } = patch;
+            let group = if kind == "patch" {
+                String::new()
+            } else {
+                format!(" inGroups 1({kind});")
+            };
+            format!("    {name} {{ type {kind};{group} nFaces {size}; startFace {start}; }}")
+        };
+        list(
+            "vectorField",
+            "points",
+            &mut self.points.iter().map(point),
+            self.points.len(),
+        )?;
+        list(
+            "faceList",
+            "faces",
+            &mut self.faces.iter().map(face),
+            self.faces.len(),
+        )?;
+        list(
+            "labelList",
+            "owner",
+            &mut self.owner.iter().map(usize::to_string),
+            self.owner.len(),
+        )?;
+        list(
+            "labelList",
+            "neighbour",
+            &mut self.neighbour.iter().map(usize::to_string),
+            self.neighbour.len(),
+        )?;
+        list(
+            "polyBoundaryMesh",
+            "boundary",
+            &mut self.patches.iter().map(patch),
+            self.patches.len(),
+        )
+    }
+}
+
+fn header(class: &str, object: &str, note: &str) -> String {
+    format!(
+        "FoamFile\n{{\n    version     2.0;\n    format      ascii;\n    class       {class};\n    note        \"{note}\";\n    \
+         location    \"constant/polyMesh\";\n    object      {object};\n}}\n\n"
+    )
+}
+
+fn replace_file(path: &Path, text: &str) -> std::io::Result<()> {
+    let unfinished = path.with_extension("unfinished");
+    std::fs::write(&unfinished, text)
+        .and_then(|()| std::fs::rename(&unfinished, path))
+        .map_err(|error| with_path(path, error))
+}
+
+fn with_path(path: &Path, error: std::io::Error) -> std::io::Error {
+    std::io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }

@@ -2,6 +2,7 @@
 
 mod atomic;
 pub mod progress;
+pub mod record;
 pub mod tables;
 pub mod vtu;
 

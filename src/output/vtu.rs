@@ -20,7 +20,7 @@ pub enum Values<'a> {
     /// One vector each.
     Vectors(&'a [Vec3]),
     /// One integer each.
-    Integers(&'a [i32]),
+    Integers(&'a [usize]),
 }
 
 /// A grid of linear hexahedra with named values.
@@ -91,8 +91,8 @@ fn write_values(xml: &mut String, name: &str, values: &Values) {
             write_array(xml, name, "Float64", 3, &bytes);
         }
         Values::Integers(v) => {
-            let bytes: Vec<u8> = v.iter().flat_map(|x| x.to_le_bytes()).collect();
-            write_array(xml, name, "Int32", 1, &bytes);
+            let bytes: Vec<u8> = v.iter().flat_map(|&x| (x as i64).to_le_bytes()).collect();
+            write_array(xml, name, "Int64", 1, &bytes);
         }
     }
 }
@@ -208,6 +208,6 @@ mod tests {
         let Attribute::DataArray(array) = &piece.data.cell[0] else {
             panic!("no array")
         };
-        assert_eq!(array.data.clone().into_vec::<i32>().unwrap(), [3]);
+        assert_eq!(array.data.clone().into_vec::<i64>().unwrap(), [3]);
     }
 }

@@ -1,1 +1,274 @@
-//! Case files, process and protocol of OpenFOAM's `pimpleFoam`.
+//! Blood by OpenFOAM's `pimpleFoam`, steered by the library of `of-adapter/`.
+//!
+//! [`OpenFoam::start`] starts the solver on a case that [`case_files`] has written, and from then on is a
+//! [`Fluid`]. When the value is dropped, the solver has ended.
+
+use super::{Fluid, FluidEffort, FluidError, FluidInterface, FluidStep, FluidTrial};
+use crate::Vec3;
+use crate::case;
+use case_files::Connection;
+use process::Process;
+use rustix::process::Signal;
+use session::{Session, Terms};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use transport::{Listener, Patience, TransportError};
+
+pub mod case_files;
+pub mod install;
+pub mod process;
+pub mod protocol;
+pub mod session;
+pub mod transport;
+
+/// Starting may take longer than an answer: OpenFOAM reads and checks the mesh.
+const START_LIMIT: Duration = Duration::from_secs(120);
+/// Time for the solver to end by itself after STOP.
+const STOP_GRACE: Duration = Duration::from_secs(5);
+
+/// What is needed to start `pimpleFoam`.
+#[derive(Debug, Clone)]
+pub struct OpenFoamSettings {
+    /// The OpenFOAM case, with its mesh.
+    pub case: PathBuf,
+    /// File for the solver's output.
+    pub log: PathBuf,
+    /// MPI ranks.
+    pub ranks: usize,
+    /// How driver and solver talk.
+    pub transport: case::Transport,
+    /// Longest time to wait for an answer.
+    pub answer_limit: Duration,
+    /// Start time, time step and wall, which the solver must confirm.
+    pub terms: Terms,
+    /// Ends every wait when set.
+    pub interrupt: Arc<AtomicBool>,
+}
+
+/// A running `pimpleFoam`.
+pub struct OpenFoam {
+    settings: OpenFoamSettings,
+    // Dropped in this order: the connection is closed before the process is ended for good.
+    session: Session,
+    process: Process,
+}
+
+impl OpenFoam {
+    /// Starts the solver and shakes hands with it. Call it from a thread that lives as long as the run.
+    pub fn start(settings: OpenFoamSettings) -> Result<Self, FluidError> {
+        let programs: &[&str] = if settings.ranks > 1 {
+            &["pimpleFoam", "decomposePar", "mpirun"]
+        } else {
+            &["pimpleFoam"]
+        };
+        let library = install::check(programs).map_err(solver_error)?;
+        let (name, listener) = match settings.transport {
+            case::Transport::Socket => ("socket", Listener::socket()),
+            case::Transport::Files => ("files", Listener::files(&settings.case.join("exchange"))),
+        };
+        let listener = listener.map_err(solver_error)?;
+        let address = std::path::absolute(listener.address()).map_err(solver_error)?;
+        Connection {
+            library: Some(&library),
+            transport: name,
+            address: &address,
+            start_time: settings.terms.start_time,
+        }
+        .write(&settings.case)
+        .map_err(solver_error)?;
+        if settings.ranks > 1 {
+            decompose(&settings)?;
+        }
+        let (command, death_signal) = solver_command(settings.ranks, &settings.case);
+        let program = command.get_program().to_owned();
+        let mut process =
+            Process::start(command, &settings.log, death_signal).map_err(|error| {
+                solver_error(format!("cannot start {}: {error}", program.display()))
+            })?;
+
+        let mut ended = || process.has_ended();
+        let mut patience = Patience::new(
+            settings.answer_limit.max(START_LIMIT),
+            &settings.interrupt,
+            &mut ended,
+        );
+        let session = listener
+            .accept(&mut patience)
+            .and_then(|transport| Session::shake_hands(transport, &settings.terms, &mut patience));
+        match session {
+            Ok(session) => Ok(Self {
+                settings,
+                session,
+                process,
+            }),
+            Err(error) => Err(explain(error, &mut process)),
+        }
+    }
+
+    /// Number of the process that was started: `pimpleFoam`, or `mpirun` for more than one rank.
+    pub fn process_id(&self) -> u32 {
+        self.process.id()
+    }
+
+    /// One exchange with the solver.
+    fn talk<T>(
+        &mut self,
+        exchange: impl FnOnce(&mut Session, &mut Patience) -> Result<T, TransportError>,
+    ) -> Result<T, FluidError> {
+        let process = &mut self.process;
+        let mut ended = || process.has_ended();
+        let mut patience = Patience::new(
+            self.settings.answer_limit,
+            &self.settings.interrupt,
+            &mut ended,
+        );
+        exchange(&mut self.session, &mut patience)
+            .map_err(|error| explain(error, &mut self.process))
+    }
+}
+
+impl Fluid for OpenFoam {
+    fn interface(&self) -> &FluidInterface {
+        self.session.interface()
+    }
+
+    fn solve(
+        &mut self,
+        displacement: &[Vec3],
+        effort: FluidEffort,
+    ) -> Result<FluidTrial, FluidError> {
+        let solved =
+            self.talk(|session, patience| session.solve(displacement, effort, patience))?;
+        Ok(FluidTrial {
+            tractions: solved.tractions,
+            correctors: solved.correctors,
+            pressure_residual: solved.pressure_residual,
+        })
+    }
+
+    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
+        let step = self.talk(|session, patience| session.accept(write, patience))?;
+        Ok(FluidStep {
+            time: step.time,
+            inflow: step.inflow,
+            outflow: step.outflow,
+            inlet_pressure: step.inlet_pressure,
+            outlet_pressure: step.outlet_pressure,
+            windkessel_pressure: step.windkessel_pressure,
+            volume: step.volume,
+            tractions: step.tractions,
+            wall_velocity_mismatch: step.wall_velocity_mismatch,
+        })
+    }
+}
+
+impl Drop for OpenFoam {
+    fn drop(&mut self) {
+        // The interrupt that may have ended the run must not end this farewell.
+        let interrupt = AtomicBool::new(false);
+        let process = &mut self.process;
+        let mut ended = || process.has_ended();
+        let asked = self.session.stop(&mut Patience::new(
+            Duration::from_secs(1),
+            &interrupt,
+            &mut ended,
+        ));
+        // A solver that is amid a long solution does not hear: do not wait for it after an interrupt.
+        let grace = if asked.is_err() || self.settings.interrupt.load(Ordering::Relaxed) {
+            Duration::from_millis(500)
+        } else {
+            STOP_GRACE
+        };
+        self.process.end(grace);
+    }
+}
+
+/// A program of OpenFOAM, to run in the folder of a case.
+fn openfoam_command(program: &str, case: &Path) -> Command {
+    let mut command = Command::new(program);
+    // A floating point exception ends the solver: better than infinities in the history.
+    command
+        .current_dir(case)
+        .env("WM_PROJECT_DIR", install::PROJECT_FOLDER)
+        .env("FOAM_SIGFPE", "true");
+    command
+}
+
+/// The solver, and the signal by which it dies with the driver.
+fn solver_command(ranks: usize, case: &Path) -> (Command, Signal) {
+    if ranks == 1 {
+        return (openfoam_command("pimpleFoam", case), Signal::KILL);
+    }
+    let mut command = openfoam_command("mpirun", case);
+    command
+        .args([
+            "-np",
+            &ranks.to_string(),
+            "--oversubscribe",
+            "--bind-to",
+            "none",
+            "pimpleFoam",
+            "-parallel",
+        ])
+        // In containers one often is root
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+        // Ranks that wait for the master, which waits for the driver, leave their cores to the structure
+        .env("OMPI_MCA_mpi_yield_when_idle", "1")
+        // Needs a capability that containers lack, and warns without it
+        .env("OMPI_MCA_btl_vader_single_copy_mechanism", "none");
+    // mpirun ends its ranks on SIGTERM; a SIGKILL would leave its session folder behind
+    (command, Signal::TERM)
+}
+
+/// Cuts the case into one folder a rank, unless it is there from the run that is being continued.
+fn decompose(settings: &OpenFoamSettings) -> Result<(), FluidError> {
+    if settings.terms.start_time > 0.0
+        && settings
+            .case
+            .join(format!("processor{}", settings.ranks - 1))
+            .is_dir()
+        && !settings
+            .case
+            .join(format!("processor{}", settings.ranks))
+            .exists()
+    {
+        return Ok(());
+    }
+    let log = settings.log.with_file_name("log.decomposePar");
+    let mut command = openfoam_command("decomposePar", &settings.case);
+    command.arg("-force");
+    let mut process = Process::start(command, &log, Signal::KILL).map_err(solver_error)?;
+    while !process.wait(Duration::from_millis(100)) {
+        if settings.interrupt.load(Ordering::Relaxed) {
+            return Err(FluidError::Interrupted);
+        }
+    }
+    if process.succeeded() {
+        Ok(())
+    } else {
+        Err(solver_error(format!(
+            "decomposePar failed: {}",
+            process.obituary()
+        )))
+    }
+}
+
+fn solver_error(error: impl std::fmt::Display) -> FluidError {
+    FluidError::Solver(error.to_string())
+}
+
+/// What happened, how the process ended, and its last words.
+fn explain(error: TransportError, process: &mut Process) -> FluidError {
+    if matches!(error, TransportError::Interrupted) {
+        return FluidError::Interrupted;
+    }
+    if !matches!(error, TransportError::TimedOut(_)) {
+        // A connection that breaks is the first sign of a death; how it came is known a moment later.
+        process.wait(Duration::from_secs(2));
+    }
+    solver_error(format!("pimpleFoam: {error}; {}", process.obituary()))
+}

@@ -1,0 +1,173 @@
+#!/bin/sh
+# Makes OpenFOAM ready for fsi-driver on Debian 12: installs what is missing, builds the adapter library, proves it loads.
+#
+#   of-adapter/setup.sh            as root, or as a user with sudo (only asked for if a package is missing)
+#   of-adapter/setup.sh --force    builds again even if nothing changed
+#
+# Everything made here lies in of-adapter/build/; apt's own configuration is read, never changed:
+#   build/apt/        private list of package sources, used only if the machine's own has none for OpenFOAM
+#   build/source/     OpenFOAM's source, exactly the installed version (the binary packages carry no headers)
+#   build/include/    links to its headers, one flat folder per library
+#   build/check/      the one-step run that proved the library loads
+#   build/libfsiAdapter.so, build/stamp
+set -eu
+
+here=$(cd "$(dirname "$0")" && pwd)
+build=$here/build
+packages="openfoam openmpi-bin g++ dpkg-dev"
+# Libraries whose headers the adapter includes, and libraries it is linked to.
+header_folders="OpenFOAM OSspecific/POSIX finiteVolume meshTools fvMotionSolver dynamicMesh dynamicFvMesh
+    TurbulenceModels/turbulenceModels TurbulenceModels/incompressible"
+link_libraries="fvMotionSolvers dynamicMesh dynamicFvMesh incompressibleTurbulenceModels turbulenceModels
+    incompressibleTransportModels finiteVolume meshTools OpenFOAM"
+
+say() { printf '%s\n' "setup: $*"; }
+fail() { printf '%s\n' "setup: error: $*" >&2; exit 1; }
+quietly() { # runs a command, shows its output only if it fails
+    if ! "$@" >"$build/last-command.log" 2>&1; then
+        tail -n 30 "$build/last-command.log" >&2
+        fail "'$*' failed; its whole output is in $build/last-command.log"
+    fi
+}
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then "$@"
+    elif command -v sudo >/dev/null; then sudo "$@"
+    else fail "not root and no sudo here; run as root: $*"
+    fi
+}
+installed() { dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null | grep -qx installed; }
+
+install_packages() {
+    missing=
+    for package in $packages; do installed "$package" || missing="$missing $package"; done
+    [ -n "$missing" ] || return 0
+    say "installing$missing (needs root)"
+    quietly as_root apt-get update
+    # shellcheck disable=SC2086  # the list is meant to be split
+    quietly as_root env DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends $missing
+}
+
+# apt with package sources for the archive that OpenFOAM came from, from a configuration of our own.
+private_apt() {
+    apt-get -o "Dir::Etc::sourcelist=$build/apt/sources.list" -o Dir::Etc::sourceparts=/dev/null \
+        -o "Dir::State::lists=$build/apt/lists" -o "Dir::Cache=$build/apt/cache" -o APT::Sandbox::User="$(id -un)" "$@"
+}
+write_private_sources() {
+    # madison: "openfoam | 1912.200626-1+b1 | http://deb.debian.org/debian bookworm/main amd64 Packages",
+    # whichever format (one-line .list or deb822 .sources) the machine's own entries have.
+    archive=$(apt-cache madison openfoam | awk -F' [|] ' '/Packages$/ { print $3; exit }')
+    if [ -z "$archive" ]; then # a machine whose package lists were cleaned away
+        quietly as_root apt-get update
+        archive=$(apt-cache madison openfoam | awk -F' [|] ' '/Packages$/ { print $3; exit }')
+    fi
+    [ -n "$archive" ] || fail "apt knows no archive that offers 'openfoam'; add a Debian 12 mirror to /etc/apt and run 'apt-get update'"
+    # shellcheck disable=SC2086
+    set -- $archive
+    keyring=/usr/share/keyrings/debian-archive-keyring.gpg
+    options=; [ ! -r $keyring ] || options="[signed-by=$keyring] "
+    mkdir -p "$build/apt/lists/partial" "$build/apt/cache/archives/partial"
+    echo "deb-src $options$1 ${2%%/*} ${2#*/}" >"$build/apt/sources.list"
+}
+
+fetch_source() {
+    source_version=$(dpkg-query -W -f '${source:Version}' openfoam)
+    source=$build/source/openfoam-$source_version
+    [ ! -d "$source/src" ] || return 0
+    rm -rf "$build/source"
+    mkdir -p "$build/source/download"
+    cd "$build/source/download"
+    if apt-get source --print-uris "openfoam=$source_version" >/dev/null 2>&1; then
+        say "fetching the source of openfoam $source_version (45 MB)"
+        quietly apt-get source --download-only "openfoam=$source_version"
+    else
+        say "fetching the source of openfoam $source_version (45 MB) by a private list of package sources"
+        write_private_sources
+        quietly private_apt update
+        quietly private_apt source --download-only "openfoam=$source_version"
+    fi
+    quietly dpkg-source --no-check --no-copy -x openfoam_*.dsc "$source.partial"
+    mv "$source.partial" "$source"
+    cd "$here"
+    rm -rf "$build/source/download"
+}
+
+link_headers() {
+    rm -rf "$build/include"
+    for folder in $header_folders; do
+        flat=$build/include/$(echo "$folder" | tr / _)
+        mkdir -p "$flat"
+        # Template definitions (*.C) are included by headers, hence linked as well.
+        find "$source/src/$folder" -type f \( -name '*.H' -o -name '*.C' -o -name '*.h' \) ! -path '*/lnInclude/*' \
+            -exec ln -sf -t "$flat" {} +
+    done
+}
+
+compile() {
+    includes=
+    for folder in $header_folders; do includes="$includes -isystem $build/include/$(echo "$folder" | tr / _)"; done
+    libraries=
+    for library in $link_libraries; do libraries="$libraries -l$library"; done
+    say "compiling the adapter"
+    # WM_DP, WM_LABEL_SIZE: scalars and labels as in Debian's build. OpenFOAM's headers would warn, hence -isystem.
+    flags="-std=c++11 -DOPENFOAM=${source_version%%.*} -DWM_DP -DWM_LABEL_SIZE=32 -DNoRepository -ftemplate-depth-100
+        -O2 -fPIC -Wall -Wextra $includes -isystem $source/src/transportModels"
+    rm -rf "$build/objects"
+    mkdir -p "$build/objects"
+    quietly sh -c 'cd "$2" && ls "$1"/src/*.C | xargs -P "$(nproc)" -n 1 g++ -c $3' \
+        compile "$here" "$build/objects" "$(echo $flags)"
+    # shellcheck disable=SC2086
+    quietly g++ -shared "$build"/objects/*.o -o "$build/libfsiAdapter.so.partial" $libraries
+    mv "$build/libfsiAdapter.so.partial" "$build/libfsiAdapter.so"
+}
+
+# One time step of pimpleFoam with the library loaded and its windkessel at the outlet, on a rigid channel, no driver.
+check_run() {
+    check=$build/check
+    rm -rf "$check"
+    cp -r "$here/../openfoam-case/base" "$check"
+    cp "$here/check/blockMeshDict" "$check/system/"
+    cat >"$check/system/fsiParameters" <<-END
+	density 1050; kinematicViscosity 3.3e-6; timeStep 0.002; rampDuration 0.01; ranks 1;
+	windkesselResistance 2.85e9; windkesselCompliance 1.2e-10; windkesselPressure 11000;
+	END
+    cat >"$check/system/fsiConnection" <<-END
+	libs ("$build/libfsiAdapter.so"); fsiStartTime 0; fsiTransport none; fsiAddress none; fsiDriver 0;
+	END
+    printf 'time_s,flow_m3_s\n0,3e-6\n1,3e-6\n' >"$check/constant/inflow.csv"
+    echo 'endTime 0.002; #remove functions' >>"$check/system/controlDict"
+    echo 'dynamicFvMesh staticFvMesh;' >>"$check/constant/dynamicMeshDict"
+    cd "$check"
+    WM_PROJECT_DIR=/usr/share/openfoam
+    export WM_PROJECT_DIR
+    quietly blockMesh
+    quietly pimpleFoam
+    grep -qx End "$build/last-command.log" ||
+        fail "the one-step run with the adapter did not end as it should; see $build/last-command.log"
+    cd "$here"
+}
+
+# What the library depends on: the installed OpenFOAM, the adapter's sources, and how they are built.
+stamp() {
+    echo "openfoam $(dpkg-query -W -f '${Version}' openfoam)"
+    echo "adapter $(cat "$here"/setup.sh "$here"/src/* | sha256sum | cut -d' ' -f1)"
+}
+
+case ${1:-} in
+    '') ;;
+    --force) rm -f "$build/stamp" ;;
+    *) fail "unknown option '$1'; the only one is --force" ;;
+esac
+mkdir -p "$build"
+install_packages
+if [ "$(stamp)" = "$(cat "$build/stamp" 2>/dev/null)" ] && [ -f "$build/libfsiAdapter.so" ]; then
+    say "nothing to do: $build/libfsiAdapter.so is built for $(head -n 1 "$build/stamp")"
+    exit 0
+fi
+rm -f "$build/stamp"
+fetch_source
+link_headers
+compile
+say "checking it in one time step of pimpleFoam"
+check_run
+stamp >"$build/stamp"
+say "done: $build/libfsiAdapter.so, built for $(head -n 1 "$build/stamp") and found to load"

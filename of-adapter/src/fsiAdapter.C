@@ -1,0 +1,154 @@
+/*---------------------------------------------------------------------------*\
+    fsi-driver: adapter for OpenFOAM
+\*---------------------------------------------------------------------------*/
+
+#include "fsiAdapter.H"
+#include "fsiMeasure.H"
+#include "fsiMotionFvMesh.H"
+#include "addToRunTimeSelectionTable.H"
+#include "foamVersion.H"
+
+#include <signal.h>
+#include <sys/prctl.h>
+
+namespace Foam
+{
+namespace functionObjects
+{
+    defineTypeNameAndDebug(fsiAdapter, 0);
+    addToRunTimeSelectionTable(functionObject, fsiAdapter, dictionary);
+}
+}
+
+namespace
+{
+
+using namespace Foam;
+
+//- Errors must end the solver. The list of function objects would make
+//  warnings of those that are met while it constructs one.
+const Time& strictly(const Time& time)
+{
+    FatalError.dontThrowExceptions();
+    FatalIOError.dontThrowExceptions();
+
+    if (foamVersion::api != OPENFOAM)
+    {
+        FatalErrorInFunction
+            << "This adapter was built for OpenFOAM " << OPENFOAM
+            << ", but runs in " << foamVersion::api
+            << "; run of-adapter/setup.sh" << exit(FatalError);
+    }
+    if (Pstream::parRun())
+    {
+        // A rank must not outlive mpirun, not even if that is killed
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    }
+    return time;
+}
+
+
+fsiMotionFvMesh& meshOf(const Time& time)
+{
+    if (!time.foundObject<fsiMotionFvMesh>(polyMesh::defaultRegion))
+    {
+        FatalErrorInFunction
+            << "fsiAdapter needs 'dynamicFvMesh fsiMotionFvMesh;' in"
+            << " constant/dynamicMeshDict" << exit(FatalError);
+    }
+    return time.lookupObjectRef<fsiMotionFvMesh>(polyMesh::defaultRegion);
+}
+
+} // End anonymous namespace
+
+
+// * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
+
+Foam::functionObjects::fsiAdapter::fsiAdapter
+(
+    const word& name,
+    const Time& time,
+    const dictionary& dict
+)
+:
+    functionObject(name),
+    time_(const_cast<Time&>(strictly(time))),
+    mesh_(meshOf(time)),
+    inlet_(patch(dict, "inlet")),
+    outlet_(patch(dict, "outlet")),
+    session_(mesh_, mesh_.referencePoints(), dict)
+{
+    // The driver says when the run ends
+    time_.setEndTime(GREAT);
+    awaitStep();
+}
+
+
+// * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
+
+Foam::label Foam::functionObjects::fsiAdapter::patch
+(
+    const dictionary& dict,
+    const word& role
+) const
+{
+    const word name(dict.get<word>(role));
+    const label index = mesh_.boundaryMesh().findPatchID(name);
+    if (index < 0)
+    {
+        FatalIOErrorInFunction(dict)
+            << "The mesh has no patch '" << name << "' (" << role
+            << "); it has " << mesh_.boundaryMesh().names()
+            << exit(FatalIOError);
+    }
+    return index;
+}
+
+
+void Foam::functionObjects::fsiAdapter::awaitStep()
+{
+    if (session_.awaitStep())
+    {
+        time_.setDeltaT(session_.opening().timeStep);
+    }
+    else
+    {
+        Info<< "fsi: the driver ends the run" << nl << endl;
+        time_.setEndTime(time_.value());
+    }
+}
+
+
+// * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+bool Foam::functionObjects::fsiAdapter::execute()
+{
+    if (session_.writeRequested())
+    {
+        time_.writeNow();
+    }
+    session_.report
+    (
+        fsi::measure
+        (
+            mesh_,
+            session_.interface().patch(),
+            inlet_,
+            outlet_,
+            session_.density()
+        )
+    );
+
+    // Continue from the time as it is spelt in the names of the written
+    // folders, so that a restart, which knows no other, computes the same.
+    scalar spelt;
+    if (readScalar(time_.timeName(), spelt))
+    {
+        time_.setTime(spelt, time_.timeIndex());
+    }
+    awaitStep();
+    return true;
+}
+
+
+// ************************************************************************* //

@@ -1,0 +1,197 @@
+/*---------------------------------------------------------------------------*\
+    fsi-driver: adapter for OpenFOAM
+\*---------------------------------------------------------------------------*/
+
+#include "fsiMotionFvMesh.H"
+#include "fsiMeasure.H"
+#include "addToRunTimeSelectionTable.H"
+#include "displacementMotionSolver.H"
+#include "fixedValuePointPatchFields.H"
+#include "solverPerformance.H"
+#include "volFields.H"
+
+namespace Foam
+{
+    defineTypeNameAndDebug(fsiMotionFvMesh, 0);
+    addToRunTimeSelectionTable(dynamicFvMesh, fsiMotionFvMesh, IOobject);
+}
+
+namespace
+{
+    //- More outer correctors than any step takes
+    const Foam::label unlimited = 1000000000;
+}
+
+
+// * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
+
+Foam::fsiMotionFvMesh::fsiMotionFvMesh(const IOobject& io)
+:
+    dynamicMotionSolverFvMesh(io),
+    step_(-1),
+    stepCorrectors_(0),
+    trialCorrectors_(0),
+    solutionsBefore_(0),
+    trial_()
+{
+    const dictionary& pimple = solutionDict().subDict("PIMPLE");
+    if (pimple.found("residualControl"))
+    {
+        FatalIOErrorInFunction(pimple)
+            << "residualControl would end the outer loop behind the driver's"
+            << " back; remove it" << exit(FatalIOError);
+    }
+    setOuterCorrectors(unlimited);
+    // Without this the mesh would not be asked at every corrector
+    const_cast<dictionary&>(pimple).set("moveMeshOuterCorrectors", true);
+}
+
+
+// * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
+
+Foam::displacementMotionSolver& Foam::fsiMotionFvMesh::motionSolver()
+{
+    return refCast<displacementMotionSolver>
+    (
+        const_cast<Foam::motionSolver&>(motion())
+    );
+}
+
+
+Foam::fsi::session& Foam::fsiMotionFvMesh::session() const
+{
+    if (!foundObject<fsi::session>(fsi::session::typeName))
+    {
+        FatalErrorInFunction
+            << "The mesh is of type " << type() << ", but controlDict has no"
+            << " function object of type fsiAdapter that connects to the driver"
+            << exit(FatalError);
+    }
+    return lookupObjectRef<fsi::session>(fsi::session::typeName);
+}
+
+
+void Foam::fsiMotionFvMesh::setOuterCorrectors(const label n)
+{
+    const_cast<dictionary&>(solutionDict().subDict("PIMPLE"))
+        .set("nOuterCorrectors", n);
+}
+
+
+void Foam::fsiMotionFvMesh::moveWall()
+{
+    pointVectorField& displacement = motionSolver().pointDisplacement();
+    refCast<fixedValuePointPatchVectorField>
+    (
+        displacement.boundaryFieldRef()[session().interface().patch()]
+    ) == trial_.displacement;
+    // Into the point values, where the motion solver looks for them
+    displacement.correctBoundaryConditions();
+
+    // Solve for the motion on the undeformed mesh: the new points must follow
+    // from the displacement alone, not from the trial that was there before.
+    fvMesh::movePoints(referencePoints());
+
+    dynamicMotionSolverFvMesh::update();
+}
+
+
+Foam::scalarList Foam::fsiMotionFvMesh::pressureResiduals() const
+{
+    const dictionary& all = solverPerformanceDict();
+    if (!all.found("p"))
+    {
+        return scalarList();
+    }
+    const List<solverPerformance> solutions(all.lookup("p"));
+    scalarList residuals(solutions.size());
+    forAll(solutions, i)
+    {
+        residuals[i] = solutions[i].initialResidual();
+    }
+    return residuals;
+}
+
+
+bool Foam::fsiMotionFvMesh::trialSolved(const scalar residual) const
+{
+    return
+        residual < trial_.pressureResidual
+     || trialCorrectors_ >= trial_.maxCorrectors;
+}
+
+
+// * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+const Foam::pointField& Foam::fsiMotionFvMesh::referencePoints()
+{
+    return motionSolver().points0();
+}
+
+
+bool Foam::fsiMotionFvMesh::update()
+{
+    fsi::session& driver = session();
+
+    if (step_ != time().timeIndex())
+    {
+        step_ = time().timeIndex();
+        stepCorrectors_ = 0;
+        trialCorrectors_ = 0;
+        solutionsBefore_ = 0;
+        setOuterCorrectors(unlimited);
+        trial_ = driver.opening();
+        // Even if the wall rests: this is what makes the old volumes those
+        // of the step before
+        moveWall();
+        return true;
+    }
+
+    ++stepCorrectors_;
+    ++trialCorrectors_;
+    const scalarList residuals(pressureResiduals());
+    const scalar residual =
+        solutionsBefore_ < residuals.size() ? residuals[solutionsBefore_] : 0;
+    solutionsBefore_ = residuals.size();
+    if (!trialSolved(residual))
+    {
+        return false;
+    }
+
+    const fsi::command next = driver.answer
+    (
+        fsi::wallTraction(*this, driver.interface().patch(), driver.density()),
+        trialCorrectors_,
+        residual
+    );
+    switch (next.kind)
+    {
+        case fsi::messageKind::solve:
+        {
+            const bool moved = returnReduce
+            (
+                next.displacement != trial_.displacement,
+                orOp<bool>()
+            );
+            trial_ = next;
+            trialCorrectors_ = 0;
+            if (moved)
+            {
+                moveWall();
+            }
+            return moved;
+        }
+        case fsi::messageKind::accept:
+            setOuterCorrectors(stepCorrectors_ + 1);
+            data::add("finalIteration", true);
+            return false;
+
+        default:
+            Info<< "fsi: the driver stopped the run within a time step" << endl;
+            UPstream::exit(0);
+            return false;
+    }
+}
+
+
+// ************************************************************************* //

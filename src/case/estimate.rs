@@ -1,0 +1,46 @@
+//! How large a case is before anything is built.
+
+use super::{Case, FluidMesh, Structure};
+
+impl FluidMesh {
+    /// Number of fluid cells.
+    pub fn cells(&self) -> usize {
+        self.core * (self.core + 4 * self.radial) * self.slices()
+    }
+
+    /// Number of cells along the centre-line.
+    pub fn slices(&self) -> usize {
+        self.axial_extension + 2 * self.axial_per_section
+    }
+}
+
+impl Structure {
+    /// Degrees of freedom of the wall in the trunk space, the clamped ones included.
+    pub fn degrees_of_freedom(&self) -> usize {
+        let (a, c, r) = (
+            2 * self.axial_per_section,
+            self.circumferential,
+            2 * self.radial_per_layer,
+        );
+        let (vertices, elements) = ((a + 1) * c * (r + 1), a * c * r);
+        let edges = a * c * (r + 1) + (a + 1) * c * (r + 1) + (a + 1) * c * r;
+        let faces = a * c * (r + 1) + (a + 1) * c * r + a * c * r;
+        // Modes of the trunk space: i + j <= p on a face and i + j + k <= p inside, each at least 2.
+        let p = self.p;
+        let edge = p - 1;
+        let face = if p >= 4 { (p - 2) * (p - 3) / 2 } else { 0 };
+        let inside = if p >= 6 {
+            (p - 3) * (p - 4) * (p - 5) / 6
+        } else {
+            0
+        };
+        3 * (vertices + edges * edge + faces * face + elements * inside)
+    }
+}
+
+impl Case {
+    /// Number of time steps.
+    pub fn steps(&self) -> usize {
+        (self.time.end / self.time.step).round() as usize
+    }
+}

@@ -1,0 +1,210 @@
+//! TOML text, flattened: every value under its dotted path, with the line it stands in.
+
+use super::error::{CaseError, Place};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Value;
+use toml::de::{DeTable, DeValue};
+
+/// A value where it was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// Dotted path of the key.
+    pub key: String,
+    /// The value.
+    pub value: Value,
+    /// Where.
+    pub place: Place,
+    /// Folder that relative paths start from.
+    pub folder: PathBuf,
+}
+
+/// A case file: what it stands on, its values, and its presets' values.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Source {
+    /// The file named by `extends`, with the place of that line.
+    pub extends: Option<(PathBuf, Place)>,
+    /// Values outside presets.
+    pub plain: Vec<Entry>,
+    /// Values of presets, with the preset's name.
+    pub presets: Vec<(String, Entry)>,
+}
+
+/// Reads the file `path`, shown as such in messages; `named_by` is the place of the `extends` that leads to it.
+pub fn read(path: &Path, named_by: Option<&Place>, errors: &mut Vec<CaseError>) -> Source {
+    let unreadable = |reason: String| CaseError::Unreadable {
+        path: path.to_owned(),
+        reason,
+    };
+    let text = match std::fs::read(path).map(String::from_utf8) {
+        Ok(Ok(text)) => text,
+        Ok(Err(error)) => {
+            let at = error.utf8_error().valid_up_to();
+            errors.push(unreadable(format!(
+                "byte {at} is not UTF-8; a case file is plain text"
+            )));
+            return Source::default();
+        }
+        Err(error) => {
+            let advice = match named_by {
+                Some(place) => {
+                    format!("`extends` in {place} must name a file, relative to its own")
+                }
+                None => "a case is a folder with a `case.toml`".to_owned(),
+            };
+            errors.push(unreadable(format!("{error}; {advice}")));
+            return Source::default();
+        }
+    };
+    let folder = match std::fs::canonicalize(path.parent().unwrap_or(Path::new(""))) {
+        Ok(folder) => folder,
+        Err(_) => std::env::current_dir().unwrap_or_default(),
+    };
+    let place = |span: Range<usize>| Place::File(path.to_owned(), line_of(&text, span.start));
+    let mut source = Source::default();
+    for (mut keys, value, at) in flatten(&text, &place, errors) {
+        let entry = |key: String| Entry {
+            key,
+            value: value.clone(),
+            place: at.clone(),
+            folder: folder.clone(),
+        };
+        match keys[0].as_str() {
+            "extends" if keys.len() == 1 => match value.as_str() {
+                Some(base) => source.extends = Some((tidy(&path.with_file_name(base)), at)),
+                None => errors.push(CaseError::Value {
+                    place: at.clone(),
+                    key: "extends".into(),
+                    found: value.to_string(),
+                    allowed: "a path in quotes".into(),
+                    about: "the file that this one stands on".into(),
+                    suggestion: None,
+                }),
+            },
+            "preset" if keys.len() > 2 => {
+                let key = keys.split_off(2).join(".");
+                source.presets.push((keys.swap_remove(1), entry(key)));
+            }
+            // An empty preset.
+            "preset"
+                if keys.len() == 2 && value.as_table().is_some_and(|table| table.is_empty()) => {}
+            _ => source.plain.push(entry(keys.join("."))),
+        }
+    }
+    source
+}
+
+/// Reads an option `--set key=value`: the value is TOML, or else a word. Relative paths start from the current folder.
+pub fn read_set(key: &str, value: &str) -> Entry {
+    let value = toml::from_str::<toml::Table>(&format!("value = {value}\n"))
+        .ok()
+        .and_then(|mut table| {
+            if table.len() == 1 {
+                table.remove("value")
+            } else {
+                None
+            }
+        })
+        .unwrap_or_else(|| Value::String(value.to_owned()));
+    Entry {
+        key: key.trim().to_owned(),
+        value,
+        place: Place::Set,
+        folder: std::env::current_dir().unwrap_or_default(),
+    }
+}
+
+/// Splits a table given to `--set` (such as `fluid.mesh={core=4}`) into its entries.
+pub fn split_tables(entry: Entry) -> Vec<Entry> {
+    match entry.value {
+        Value::Table(table) if !table.is_empty() => table
+            .into_iter()
+            .flat_map(|(name, value)| {
+                let key = format!("{}.{name}", entry.key);
+                split_tables(Entry {
+                    key,
+                    value,
+                    place: entry.place.clone(),
+                    folder: entry.folder.clone(),
+                })
+            })
+            .collect(),
+        _ => vec![entry],
+    }
+}
+
+type Flat = Vec<(Vec<String>, Value, Place)>;
+
+fn flatten(text: &str, place: &dyn Fn(Range<usize>) -> Place, errors: &mut Vec<CaseError>) -> Flat {
+    let (spanned, mistakes) = DeTable::parse_recoverable(text);
+    for mistake in &mistakes {
+        let message = mistake.message().replace('\n', ", ");
+        errors.push(CaseError::Syntax {
+            place: place(mistake.span().unwrap_or(0..0)),
+            message,
+        });
+    }
+    let mut flat = Flat::new();
+    if mistakes.is_empty() {
+        match toml::from_str::<toml::Table>(text) {
+            Ok(values) => walk(
+                spanned.get_ref(),
+                &values,
+                &mut Vec::new(),
+                place,
+                &mut flat,
+            ),
+            Err(error) => {
+                let message = error.message().replace('\n', ", ");
+                errors.push(CaseError::Syntax {
+                    place: place(error.span().unwrap_or(0..0)),
+                    message,
+                });
+            }
+        }
+    }
+    flat
+}
+
+fn walk(
+    spans: &DeTable<'_>,
+    values: &toml::Table,
+    keys: &mut Vec<String>,
+    place: &dyn Fn(Range<usize>) -> Place,
+    flat: &mut Flat,
+) {
+    for (key, spanned) in spans {
+        let name = key.get_ref().to_string();
+        let Some(value) = values.get(&name) else {
+            continue;
+        };
+        keys.push(name);
+        match (spanned.get_ref(), value) {
+            (DeValue::Table(inner), Value::Table(table)) if !table.is_empty() => {
+                walk(inner, table, keys, place, flat)
+            }
+            _ => flat.push((keys.clone(), value.clone(), place(key.span()))),
+        }
+        keys.pop();
+    }
+}
+
+fn line_of(text: &str, offset: usize) -> usize {
+    1 + text.as_bytes()[..offset.min(text.len())]
+        .iter()
+        .filter(|byte| **byte == b'\n')
+        .count()
+}
+
+/// Removes `name/..` from a path, so that messages show `openfoam-case/defaults.toml`.
+pub fn tidy(path: &Path) -> PathBuf {
+    use std::path::Component::{Normal, ParentDir};
+    let mut tidy = PathBuf::new();
+    for component in path.components() {
+        match (component, tidy.components().next_back()) {
+            (ParentDir, Some(Normal(_))) => drop(tidy.pop()),
+            _ => tidy.push(component),
+        }
+    }
+    tidy
+}

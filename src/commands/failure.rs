@@ -1,0 +1,28 @@
+//! What ends a command early, and its exit code.
+
+use std::process::ExitCode;
+
+/// What ends a command early; printed once, by `main`.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The input or the installation is at fault; nothing was written. Exit code 2.
+    #[error("error: {0}")]
+    Input(String),
+    /// A solver failed, or a file could not be written, after the run had begun. Exit code 1.
+    #[error("error: {0}")]
+    Run(String),
+    /// The user, or the system, asked to stop. Exit code 130.
+    #[error("interrupted: {0}")]
+    Interrupted(String),
+}
+
+impl Failure {
+    /// The exit code of the process.
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Input(_) => ExitCode::from(2),
+            Self::Run(_) => ExitCode::from(1),
+            Self::Interrupted(_) => ExitCode::from(130),
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! The fluid's mesh: an O-grid of hexahedra, swept along the centre-line.
+//!
+//! A cross-section has a square of `core × core` cells in the middle, its sides bulging towards the wall, and around
+//! it `radial` rings of `4 core` cells that grow thinner towards the wall. Everything scales with the lumen's radius in
+//! the direction of the point, so that the grid follows the imperfection.
+
+use super::centre_line::CentreLine;
+use super::poly_mesh::{PatchFaces, PolyMesh};
+use super::vessel::Vessel;
+use super::wall::equal_stations;
+use crate::case::{Case, FluidMesh};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
+/// Distance of the core's corners from the centre, relative to the lumen's radius.
+const CORNER: f64 = 0.56;
+/// Shape of the core's sides: 0 straight, 1 arcs of a circle.
+const BULGE: f64 = 0.4;
+
+/// Numbering of the points and cells of one cross-section.
+struct CrossSection<'a> {
+    mesh: &'a FluidMesh,
+    /// Distance from the core (0) to the wall (1) of the rings' points.
+    rings: Vec<f64>,
+}
+
+impl<'a> CrossSection<'a> {
+    fn new(mesh: &'a FluidMesh) -> Self {
+        // Thicknesses shrink geometrically from `wall_grading` to 1 over the rings.
+        let ratio = if mesh.radial > 1 {
+            mesh.wall_grading.powf(-1.0 / (mesh.radial - 1) as f64)
+        } else {
+            1.0
+        };
+        let total: f64 = (0..mesh.radial).map(|k| ratio.powi(k as i32)).sum();
+        let mut rings: Vec<f64> = (0..mesh.radial)
+            .map(|ring| (0..=ring).map(|k| ratio.powi(k as i32)).sum::<f64>() / total)
+            .collect();
+        *rings.last_mut().expect("a case has at least one ring") = 1.0;
+        Self { mesh, rings }
+    }
+
+    fn around(&self) -> usize {
+        4 * self.mesh.core
+    }
+
+    fn points(&self) -> usize {
+        (self.mesh.core + 1).pow(2) + self.around() * self.mesh.radial
+    }
+
+    fn core_point(&self, i: usize, j: usize) -> usize {
+        j * (self.mesh.core + 1) + i
+    }
+
+    /// Point `a` around ring `ring`; ring 0 is the border of the core. Counted from the corner at -45° (core point
+    /// (core, 0)) counter-clockwise.
+    fn ring_point(&self, ring: usize, a: usize) -> usize {
+        let n = self.mesh.core;
+        let a = a % self.around();
+        if ring > 0 {
+            return (n + 1).pow(2) + (ring - 1) * self.around() + a;
+        }
+        let along = a % n;
+        match a / n {
+            0 => self.core_point(n, along),
+            1 => self.core_point(n - along, n),
+            2 => self.core_point(0, n - along),
+            _ => self.core_point(along, 0),
+        }
+    }
+
+    fn angle(&self, a: usize) -> f64 {
+        -FRAC_PI_4 + FRAC_PI_2 * a as f64 / self.mesh.core as f64
+    }
+
+    /// Coordinates of all points in the plane, for a lumen of the radius `radius(phi)`.
+    fn positions(&self, radius: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+        let n = self.mesh.core;
+        let mut at = vec![[0.0; 2]; self.points()];
+        for a in 0..self.around() {
+            let phi = self.angle(a);
+            let from_middle_of_side = FRAC_PI_4 * (2.0 * (a % n) as f64 / n as f64 - 1.0);
+            let straight = FRAC_PI_4.cos() / from_middle_of_side.cos();
+            let wall = radius(phi);
+            let core = wall * CORNER * ((1.0 - BULGE) * straight + BULGE);
+            for ring in 0..=self.mesh.radial {
+                let t = if ring == 0 { 0.0 } else { self.rings[ring - 1] };
+                let r = core * (1.0 - t) + wall * t;
+                at[self.ring_point(ring, a)] = [r * phi.cos(), r * phi.sin()];
+            }
+        }
+        // Inside the core: Coons' transfinite interpolation of its four sides.
+        for j in 1..n {
+            for i in 1..n {
+                let (s, t) = (i as f64 / n as f64, j as f64 / n as f64);
+                let blend = |c: usize| {
+                    let p = |i, j| at[self.core_point(i, j)][c];
+                    let sides =
+                        (1.0 - t) * p(i, 0) + t * p(i, n) + (1.0 - s) * p(0, j) + s * p(n, j);
+                    let corners = (1.0 - s) * ((1.0 - t) * p(0, 0) + t * p(0, n))
+                        + s * ((1.0 - t) * p(n, 0) + t * p(n, n));
+                    sides - corners
+                };
+                at[self.core_point(i, j)] = [blend(0), blend(1)];
+            }
+        }
+        at
+    }
+
+    /// Points of each cell of the cross-section, counter-clockwise.
+    fn quads(&self) -> Vec<[usize; 4]> {
+        let n = self.mesh.core;
+        let core = (0..n * n).map(|cell| {
+            let (i, j) = (cell % n, cell / n);
+            [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.core_point(i, j))
+        });
+        let rings = (0..self.mesh.radial * self.around()).map(|cell| {
+            let (ring, a) = (cell / self.around(), cell % self.around());
+            [(ring, a), (ring + 1, a), (ring + 1, a + 1), (ring, a + 1)]
+                .map(|(ring, a)| self.ring_point(ring, a))
+        });
+        core.chain(rings).collect()
+    }
+}
+
+impl Vessel {
+    /// The O-grid of the lumen: patches `inlet`, `outlet`, `wallRigid` and `wallFsi`, in this order. The points of the
+    /// walls lie on the lumen's surface; cells are numbered cross-section by cross-section, downstream.
+    pub fn fluid_mesh(&self, mesh: &FluidMesh) -> PolyMesh {
+        let section = CrossSection::new(mesh);
+        let line: &CentreLine = self.centre_line();
+        let mut stations = equal_stations(-line.extension, 0.0, mesh.axial_extension);
+        stations.extend(&equal_stations(0.0, self.joint(), mesh.axial_per_section)[1..]);
+        stations.extend(&equal_stations(self.joint(), self.end(), mesh.axial_per_section)[1..]);
+
+        let mut points = Vec::with_capacity(stations.len() * section.points());
+        for &s in &stations {
+            let frame = line.frame(s);
+            let plane = section.positions(|phi| self.lumen_radius(s, phi));
+            points.extend(plane.into_iter().map(|[y, z]| frame.point(y, z)));
+        }
+
+        let (quads, slices) = (section.quads(), stations.len() - 1);
+        let at = |slice: usize, point: usize| slice * section.points() + point;
+        let cells: Vec<[usize; 8]> = (0..slices)
+            .flat_map(|slice| {
+                quads
+                    .iter()
+                    .map(move |quad| std::array::from_fn(|v| at(slice + v / 4, quad[v % 4])))
+            })
+            .collect();
+        let cap = |slice: usize| {
+            quads
+                .iter()
+                .map(|quad| quad.map(|point| at(slice, point)))
+                .collect()
+        };
+        let wall = |slices: std::ops::Range<usize>| {
+            let corners = |slice: usize, a: usize| {
+                [
+                    (slice, a),
+                    (slice, a + 1),
+                    (slice + 1, a + 1),
+                    (slice + 1, a),
+                ]
+                .map(|(slice, a)| at(slice, section.ring_point(mesh.radial, a)))
+            };
+            slices
+                .flat_map(|slice| (0..section.around()).map(move |a| (slice, a)))
+                .map(|(s, a)| corners(s, a))
+                .collect()
+        };
+        let patches = [
+            PatchFaces {
+                name: "inlet",
+                kind: "patch",
+                faces: cap(0),
+            },
+            PatchFaces {
+                name: "outlet",
+                kind: "patch",
+                faces: cap(slices),
+            },
+            PatchFaces {
+                name: "wallRigid",
+                kind: "wall",
+                faces: wall(0..mesh.axial_extension),
+            },
+            PatchFaces {
+                name: "wallFsi",
+                kind: "wall",
+                faces: wall(mesh.axial_extension..slices),
+            },
+        ];
+        PolyMesh::from_hexes(points, &cells, &patches)
+    }
+}
+
+/// The O-grid of a case's lumen; see [`Vessel::fluid_mesh`].
+pub fn fluid_mesh(case: &Case) -> PolyMesh {
+    Vessel::new(case).fluid_mesh(&case.fluid.mesh)
+}

@@ -1,0 +1,176 @@
+//! Cubic spline interpolation on equally spaced support points: pure mathematics, no units.
+
+use nalgebra::DMatrix;
+
+/// How a spline continues at the ends of its interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ends {
+    /// The slope is zero at both ends; the support points include both ends.
+    Flat,
+    /// The spline repeats itself; the end, which equals the beginning, is no support point of its own.
+    Periodic,
+}
+
+/// Matrix that turns values at `n` support points of unit distance into the second derivatives of their cubic spline.
+fn second_derivatives(n: usize, ends: Ends) -> DMatrix<f64> {
+    // M_{i-1} + 4 M_i + M_{i+1} = 6 (v_{i-1} - 2 v_i + v_{i+1}); with a flat end 2 M_0 + M_1 = 6 (v_1 - v_0).
+    let (mut left, mut right) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+    for i in 0..n {
+        let (before, after) = match ends {
+            Ends::Periodic => (Some((i + n - 1) % n), Some((i + 1) % n)),
+            Ends::Flat => (i.checked_sub(1), (i + 1 < n).then_some(i + 1)),
+        };
+        for neighbour in [before, after].into_iter().flatten() {
+            left[(i, i)] += 2.0;
+            left[(i, neighbour)] += 1.0;
+            right[(i, i)] -= 6.0;
+            right[(i, neighbour)] += 6.0;
+        }
+    }
+    left.lu()
+        .solve(&right)
+        .expect("the spline's matrix is strictly diagonally dominant")
+}
+
+/// Position `t` in units of the support distance: index of the interval's ends and the weights of
+/// value and second derivative there.
+struct Interval {
+    ends: [usize; 2],
+    value: [f64; 2],
+    curvature: [f64; 2],
+}
+
+impl Interval {
+    fn find(t: f64, n: usize, ends: Ends) -> Self {
+        let (first, b, second) = match ends {
+            Ends::Flat => {
+                let t = t.clamp(0.0, (n - 1) as f64);
+                let first = (t as usize).min(n - 2);
+                (first, t - first as f64, first + 1)
+            }
+            Ends::Periodic => {
+                let t = t.rem_euclid(n as f64);
+                let first = (t as usize).min(n - 1);
+                (first, t - first as f64, (first + 1) % n)
+            }
+        };
+        let a = 1.0 - b;
+        Self {
+            ends: [first, second],
+            value: [a, b],
+            curvature: [a, b].map(|w| (w * w * w - w) / 6.0),
+        }
+    }
+}
+
+/// Bicubic spline surface on `[0, 1] × [0, 1)`: flat ends in the first direction, periodic in the second.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BicubicSurface {
+    /// Values, their second derivatives in the first direction, in the second, and in both.
+    tables: [DMatrix<f64>; 4],
+}
+
+impl BicubicSurface {
+    /// Interpolates `values`: rows at `i/(rows-1)`, columns at `j/columns`.
+    ///
+    /// # Panics
+    /// If there are fewer than two rows or three columns, or the rows differ in length.
+    pub fn new(values: &[Vec<f64>]) -> Self {
+        let (rows, columns) = (values.len(), values.first().map_or(0, Vec::len));
+        assert!(
+            rows >= 2 && columns >= 3,
+            "a surface needs at least 2 by 3 support values"
+        );
+        assert!(
+            values.iter().all(|row| row.len() == columns),
+            "rows of support values differ in length"
+        );
+        let v = DMatrix::from_fn(rows, columns, |i, j| values[i][j]);
+        let along = second_derivatives(rows, Ends::Flat);
+        let around = second_derivatives(columns, Ends::Periodic).transpose();
+        let (v_along, v_around) = (&along * &v, &v * &around);
+        let v_both = &v_along * &around;
+        Self {
+            tables: [v, v_along, v_around, v_both],
+        }
+    }
+
+    /// Value at `u` in [0, 1] (clamped) and `v` (taken modulo 1).
+    pub fn value(&self, u: f64, v: f64) -> f64 {
+        let (rows, columns) = self.tables[0].shape();
+        let along = Interval::find(u * (rows - 1) as f64, rows, Ends::Flat);
+        let around = Interval::find(v * columns as f64, columns, Ends::Periodic);
+        let mut sum = 0.0;
+        for (a, &i) in along.ends.iter().enumerate() {
+            for (b, &j) in around.ends.iter().enumerate() {
+                let [f, f_uu, f_vv, f_uuvv] = [0, 1, 2, 3].map(|table| self.tables[table][(i, j)]);
+                sum += along.value[a] * (around.value[b] * f + around.curvature[b] * f_vv)
+                    + along.curvature[a] * (around.value[b] * f_uu + around.curvature[b] * f_uuvv);
+            }
+        }
+        sum
+    }
+
+    /// The largest value and its place `(value, u, v)`.
+    pub fn maximum(&self) -> (f64, f64, f64) {
+        self.extreme(1.0)
+    }
+
+    /// The smallest value and its place `(value, u, v)`.
+    pub fn minimum(&self) -> (f64, f64, f64) {
+        let (value, u, v) = self.extreme(-1.0);
+        (-value, u, v)
+    }
+
+    /// Maximum of `sign` times the surface: samples, then a search on ever finer grids around each high sample.
+    fn extreme(&self, sign: f64) -> (f64, f64, f64) {
+        const SAMPLES: usize = 12;
+        let (rows, columns) = self.tables[0].shape();
+        let (nu, nv) = ((rows - 1) * SAMPLES, columns * SAMPLES);
+        let at = |i: usize, j: usize| sign * self.value(i as f64 / nu as f64, j as f64 / nv as f64);
+        let samples = DMatrix::from_fn(nu + 1, nv, at);
+        let mut best = (f64::NEG_INFINITY, 0.0, 0.0);
+        for i in 0..=nu {
+            for j in 0..nv {
+                let near = |di: usize, dj: usize| {
+                    samples[((i + di).clamp(1, nu + 1) - 1, (j + nv + dj - 1) % nv)]
+                };
+                let peak = (0..9).all(|k| near(k / 3, k % 3) <= samples[(i, j)]);
+                if peak {
+                    let refined = self.climb(
+                        sign,
+                        i as f64 / nu as f64,
+                        j as f64 / nv as f64,
+                        1.0 / nu as f64,
+                    );
+                    if refined.0 > best.0 {
+                        best = refined;
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    fn climb(&self, sign: f64, u: f64, v: f64, mut step: f64) -> (f64, f64, f64) {
+        let mut best = (sign * self.value(u, v), u, v);
+        while step > 1e-10 {
+            let centre = best;
+            for k in 0..9 {
+                let (u, v) = (
+                    centre.1 + step * (k / 3 - 1) as f64,
+                    centre.2 + step * (k % 3 - 1) as f64,
+                );
+                let u = u.clamp(0.0, 1.0);
+                let value = sign * self.value(u, v);
+                if value > best.0 {
+                    best = (value, u, v);
+                }
+            }
+            if best.0 <= centre.0 {
+                step *= 0.5;
+            }
+        }
+        (best.0, best.1, best.2.rem_euclid(1.0))
+    }
+}

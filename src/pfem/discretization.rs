@@ -1,0 +1,250 @@
+//! A body divided into elements: mesh, space, mapping, quadrature, materials and supports put together.
+
+use super::SolidError;
+use super::elements::{Body, Elements, Shapes, gather, scatter};
+use super::factor::{Factorization, Symbolic};
+use super::mapping::{Mapping, MappingKind};
+use super::material::{self, HyperelasticMaterial};
+use super::numbering::Numbering;
+use super::solid::SurfaceLoad;
+use super::space::Space;
+use super::sparse::Pattern;
+use super::supports::{Support, Supports};
+use super::surface::Surface;
+use crate::Vec3;
+use crate::case::Material;
+use crate::geometry::HexMesh;
+use rayon::prelude::*;
+
+/// Memory for element matrices that wait to be added, bytes.
+const WAITING: usize = 64 << 20;
+
+/// Choices of the discretization.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Ansatz space.
+    pub space: Space,
+    /// Shape of the elements.
+    pub mapping: MappingKind,
+    /// Gauss points in each local direction.
+    pub quadrature_points: [usize; 3],
+}
+
+impl Options {
+    /// Mapping of the largest degree of the space, and one Gauss point more than the degree in each direction.
+    pub fn new(space: Space) -> Self {
+        Self {
+            space,
+            mapping: MappingKind::Blended(space.max_degree()),
+            quadrature_points: space.degrees.map(|p| p + 1),
+        }
+    }
+}
+
+/// A body with everything that does not change when it deforms.
+pub struct Discretization {
+    /// Ansatz space.
+    pub space: Space,
+    /// Global functions.
+    pub numbering: Numbering,
+    /// Shape of the elements.
+    pub mapping: Mapping,
+    /// Quadrature over the elements.
+    pub elements: Elements,
+    /// Held degrees of freedom.
+    pub supports: Supports,
+    /// Equations.
+    pub pattern: Pattern,
+    /// Elimination order.
+    pub symbolic: Symbolic,
+    materials: Vec<Box<dyn HyperelasticMaterial>>,
+    regions: Vec<usize>,
+}
+
+impl Discretization {
+    /// Puts a body together; `materials` by region.
+    pub fn new(
+        mesh: &HexMesh,
+        materials: &[Material],
+        supports: &[Support],
+        options: &Options,
+    ) -> Result<Self, SolidError> {
+        if let Some(&region) = mesh.regions.iter().find(|&&r| r >= materials.len()) {
+            return Err(SolidError::Model(format!(
+                "the mesh has an element of region {region}, but only {} materials are given",
+                materials.len()
+            )));
+        }
+        let numbering = Numbering::new(mesh, &options.space)?;
+        let mapping = Mapping::new(mesh, options.mapping);
+        let count = mesh.hexes.len();
+        let points = options.quadrature_points;
+        let elements = Elements::gauss(&numbering, &options.space, &mapping, count, points)?;
+        let supports = Supports::new(mesh, &numbering, &mapping, supports)?;
+        let pattern = Pattern::new(&numbering, supports.held());
+        if pattern.is_empty() {
+            return Err(SolidError::Model("the supports hold the whole body".into()));
+        }
+        let symbolic = Symbolic::new(&pattern)?;
+        Ok(Self {
+            space: options.space,
+            numbering,
+            mapping,
+            elements,
+            supports,
+            pattern,
+            symbolic,
+            materials: materials.iter().map(material::from_case).collect(),
+            regions: mesh.regions.clone(),
+        })
+    }
+
+    /// What integrals over the elements need.
+    pub fn body(&self) -> Body<'_> {
+        Body {
+            numbering: &self.numbering,
+            materials: &self.materials,
+            regions: &self.regions,
+            mapping: &self.mapping,
+        }
+    }
+
+    /// Region of each element.
+    pub fn regions(&self) -> &[usize] {
+        &self.regions
+    }
+
+    /// Number of displacement coefficients, held ones included.
+    pub fn coefficients(&self) -> usize {
+        3 * self.numbering.functions
+    }
+
+    /// Number of degrees of freedom: coefficients that are not held.
+    pub fn degrees_of_freedom(&self) -> usize {
+        self.supports.held().iter().filter(|&&held| !held).count()
+    }
+
+    /// Strain energy (J) with `points` Gauss points per direction; a fine rule keeps a nearly incompressible material
+    /// from hiding errors of the volume between the points.
+    pub fn energy(&self, displacement: &[f64], points: [usize; 3]) -> Result<f64, SolidError> {
+        let count = self.regions.len();
+        Elements::gauss(&self.numbering, &self.space, &self.mapping, count, points)?
+            .energy(self.body(), displacement)
+    }
+
+    /// Internal forces at all coefficients, N.
+    pub fn internal_forces(&self, displacement: &[f64]) -> Result<Vec<f64>, SolidError> {
+        self.elements.internal_forces(self.body(), displacement)
+    }
+
+    /// Displacement (m) at local coordinates of an element.
+    pub fn displacement_at(&self, element: usize, xi: [f64; 3], displacement: &[f64]) -> Vec3 {
+        let shapes = Shapes::new(
+            &self.numbering.modes,
+            &self.space,
+            [&xi[0..1], &xi[1..2], &xi[2..3]],
+        );
+        let n = shapes.modes;
+        let mut local = vec![0.0; 3 * n];
+        gather(&self.numbering, element, displacement, &mut local);
+        Vec3::from_fn(|i, _| {
+            shapes
+                .values
+                .iter()
+                .zip(&local[i * n..])
+                .map(|(v, u)| v * u)
+                .sum()
+        })
+    }
+
+    /// Forces (N) of a constant force per reference volume (N/m³) at all coefficients.
+    pub fn body_forces(&self, density: Vec3) -> Vec<f64> {
+        let n = self.numbering.modes.len();
+        let shapes = &self.elements.shapes;
+        let mut forces = vec![0.0; self.coefficients()];
+        for (e, points) in self.elements.points.iter().enumerate() {
+            let mut local = vec![0.0; 3 * n];
+            for (values, point) in shapes.values.chunks_exact(n).zip(points) {
+                for i in 0..3 {
+                    for m in 0..n {
+                        local[i * n + m] += values[m] * point.weight * density[i];
+                    }
+                }
+            }
+            scatter(&self.numbering, e, &local, &mut forces);
+        }
+        forces
+    }
+
+    /// Values of the tangent of the internal forces and of following pressures.
+    pub fn tangent(
+        &self,
+        displacement: &[f64],
+        following: &[(&Surface, &SurfaceLoad)],
+    ) -> Result<Vec<f64>, SolidError> {
+        let mut values = vec![0.0; self.pattern.entries()];
+        let size = 48 * self.numbering.modes.len().pow(2);
+        let batch = (WAITING / size).max(rayon::current_num_threads());
+        let elements: Vec<usize> = (0..self.regions.len()).collect();
+        for batch in elements.chunks(batch) {
+            let matrices = batch
+                .par_iter()
+                .map(|&e| {
+                    let mut blocks = self.elements.stiffness(self.body(), e, displacement)?;
+                    for (surface, load) in following {
+                        surface.add_stiffness(&self.numbering, displacement, load, e, &mut blocks);
+                    }
+                    Ok((e, blocks))
+                })
+                .collect::<Result<Vec<_>, SolidError>>()?;
+            self.pattern.add(&matrices, &mut values);
+        }
+        Ok(values)
+    }
+
+    /// Holds single components in an assembled tangent and factorizes it.
+    pub fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError> {
+        self.symbolic.factorize(&self.pattern, tangent)
+    }
+
+    /// The entries of a vector of all coefficients that belong to equations; zero where a component is held.
+    pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
+        let held = self.supports.held();
+        self.pattern
+            .functions
+            .iter()
+            .flat_map(|&f| (3 * f..3 * f + 3).map(|dof| if held[dof] { 0.0 } else { full[dof] }))
+            .collect()
+    }
+
+    /// `full + scale * reduced`.
+    pub fn moved(&self, full: &[f64], reduced: &[f64], scale: f64) -> Vec<f64> {
+        let mut moved = full.to_vec();
+        for (&f, step) in self.pattern.functions.iter().zip(reduced.chunks_exact(3)) {
+            for i in 0..3 {
+                moved[3 * f + i] += scale * step[i];
+            }
+        }
+        moved
+    }
+
+    /// Norm of the internal forces below which they are round-off, N: the rounding of strains of order one times the
+    /// stiffness of the undeformed body.
+    pub fn round_off(&self) -> Result<f64, SolidError> {
+        let tangent = self.tangent(&vec![0.0; self.coefficients()], &[])?;
+        let matrix = self.pattern.matrix(&tangent);
+        let diagonal: f64 = (0..matrix.ncols())
+            .map(|j| matrix.val_of_col(j)[0].powi(2))
+            .sum::<f64>()
+            .sqrt();
+        let volume: f64 = self
+            .elements
+            .points
+            .iter()
+            .flatten()
+            .map(|p| p.weight)
+            .sum();
+        let size = (volume / self.regions.len() as f64).cbrt();
+        Ok(4.0 * f64::EPSILON * diagonal * size)
+    }
+}

@@ -1,0 +1,177 @@
+//! Sparse direct factorization: symbolic once, numeric as often as the tangent changes.
+
+use super::SolidError;
+use super::sparse::Pattern;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::perm::PermRef;
+use faer::sparse::linalg::amd;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
+use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
+use faer::{Conj, MatMut, Par, Side};
+use std::sync::Arc;
+
+/// Elimination order and structure of the factor.
+#[derive(Debug, Clone)]
+pub struct Symbolic(Arc<SymbolicCholesky<usize>>);
+
+/// Which factorization was possible.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// `L Lᵀ`: the matrix is positive definite.
+    Llt,
+    /// `L D Lᵀ`: it is not.
+    Ldlt,
+}
+
+/// A factorized symmetric matrix.
+#[derive(Debug, Clone)]
+pub struct Factorization {
+    symbolic: Symbolic,
+    kind: Kind,
+    values: Vec<f64>,
+}
+
+fn memory(request: faer::dyn_stack::StackReq) -> Result<MemBuffer, SolidError> {
+    MemBuffer::try_new(request).map_err(|_| {
+        SolidError::Model("not enough memory for the factorization of the structure".into())
+    })
+}
+
+impl Symbolic {
+    /// Orders the functions by approximate minimum degree and finds the structure of the factor.
+    pub fn new(pattern: &Pattern) -> Result<Self, SolidError> {
+        let failed = |error| SolidError::Model(format!("symbolic factorization failed: {error:?}"));
+        let blocks = pattern.block_symbolic();
+        let n = blocks.nrows();
+        let (mut forward, mut inverse) = (vec![0; n], vec![0; n]);
+        let request = amd::order_scratch::<usize>(n, blocks.compute_nnz());
+        let mut buffer = memory(request)?;
+        let control = amd::Control::default();
+        amd::order(
+            &mut forward,
+            &mut inverse,
+            blocks,
+            control,
+            MemStack::new(&mut buffer),
+        )
+        .map_err(failed)?;
+        let expand = |p: &[usize]| -> Vec<usize> {
+            p.iter()
+                .flat_map(|&b| [3 * b, 3 * b + 1, 3 * b + 2])
+                .collect()
+        };
+        let (forward, inverse) = (expand(&forward), expand(&inverse));
+        let parameters = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            supernodal_params: SymbolicSupernodalParams::default(),
+            ..Default::default()
+        };
+        let permutation = PermRef::new_checked(&forward, &inverse, 3 * n);
+        let symbolic = factorize_symbolic_cholesky(
+            pattern.symbolic(),
+            Side::Lower,
+            SymmetricOrdering::Custom(permutation),
+            parameters,
+        )
+        .map_err(failed)?;
+        Ok(Self(Arc::new(symbolic)))
+    }
+
+    /// Number of entries of the factor.
+    pub fn entries(&self) -> usize {
+        self.0.len_val()
+    }
+
+    /// Factorizes: `L Lᵀ` if the matrix is positive definite, `L D Lᵀ` if not.
+    pub fn factorize(
+        &self,
+        pattern: &Pattern,
+        values: &[f64],
+    ) -> Result<Factorization, SolidError> {
+        let par = parallelism();
+        let mut factor = vec![0.0; self.entries()];
+        let matrix = pattern.matrix(values);
+        let request = self
+            .0
+            .factorize_numeric_llt_scratch::<f64>(par, Default::default());
+        let mut buffer = memory(request)?;
+        let positive = self.0.factorize_numeric_llt(
+            &mut factor,
+            matrix,
+            Side::Lower,
+            Default::default(),
+            par,
+            MemStack::new(&mut buffer),
+            Default::default(),
+        );
+        let mut kind = Kind::Llt;
+        if positive.is_err() {
+            kind = Kind::Ldlt;
+            let request = self
+                .0
+                .factorize_numeric_ldlt_scratch::<f64>(par, Default::default());
+            let mut buffer = memory(request)?;
+            self.0
+                .factorize_numeric_ldlt(
+                    &mut factor,
+                    matrix,
+                    Side::Lower,
+                    Default::default(),
+                    par,
+                    MemStack::new(&mut buffer),
+                    Default::default(),
+                )
+                .map_err(|error| {
+                    SolidError::NoEquilibrium(format!("the tangent is singular ({error:?})"))
+                })?;
+        }
+        Ok(Factorization {
+            symbolic: self.clone(),
+            kind,
+            values: factor,
+        })
+    }
+}
+
+/// Threads for the factorization; the result does not depend on their number.
+fn parallelism() -> Par {
+    if rayon::current_num_threads() > 1 {
+        Par::rayon(0)
+    } else {
+        Par::Seq
+    }
+}
+
+impl Factorization {
+    /// Whether the matrix was positive definite.
+    pub fn is_positive_definite(&self) -> bool {
+        self.kind == Kind::Llt
+    }
+
+    /// Solves in place.
+    pub fn solve(&self, rhs: &mut [f64]) -> Result<(), SolidError> {
+        let symbolic = &*self.symbolic.0;
+        let n = rhs.len();
+        let mut buffer = memory(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))?;
+        let stack = MemStack::new(&mut buffer);
+        let rhs = MatMut::from_column_major_slice_mut(rhs, n, 1);
+        match self.kind {
+            Kind::Llt => LltRef::new(symbolic, &self.values).solve_in_place_with_conj(
+                Conj::No,
+                rhs,
+                Par::Seq,
+                stack,
+            ),
+            Kind::Ldlt => LdltRef::new(symbolic, &self.values).solve_in_place_with_conj(
+                Conj::No,
+                rhs,
+                Par::Seq,
+                stack,
+            ),
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,224 @@
+//! Hyperelastic materials: each file gives energy, stress and tangent of one strain energy density.
+//!
+//! Stress is the first Piola-Kirchhoff stress `P = ∂W/∂F` and the tangent is `A = ∂P/∂F`, both with respect to the
+//! deformation gradient `F`; components `(i, j)` of second-order tensors are collected at `3 i + j`.
+
+mod holzapfel_gasser_ogden;
+mod neo_hooke;
+mod saint_venant_kirchhoff;
+
+pub use holzapfel_gasser_ogden::HolzapfelGasserOgden;
+pub use neo_hooke::NeoHooke;
+pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
+
+use crate::case::Material;
+use crate::{Mat3, Vec3};
+
+/// Fourth-order tensor `A_ijkl` at row `3 i + j` and column `3 k + l`.
+pub type Tensor4 = nalgebra::SMatrix<f64, 9, 9>;
+
+/// Orthonormal directions of the reference wall at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Along the vessel.
+    pub axial: Vec3,
+    /// Around the vessel.
+    pub circumferential: Vec3,
+    /// Through the wall.
+    pub normal: Vec3,
+}
+
+impl Frame {
+    /// From the columns `g_0` (axial) and `g_1` (circumferential) of the Jacobian of an element's mapping:
+    /// axial `g_0/|g_0|`, normal along `g_0 × g_1`, circumferential `normal × axial`.
+    pub fn from_tangents(g0: &Vec3, g1: &Vec3) -> Self {
+        let axial = g0.normalize();
+        let normal = g0.cross(g1).normalize();
+        Self {
+            axial,
+            circumferential: normal.cross(&axial),
+            normal,
+        }
+    }
+}
+
+/// A strain energy density `W(F)` with its first two derivatives.
+pub trait HyperelasticMaterial: Send + Sync {
+    /// `W`, J/m³ of the reference volume.
+    fn energy(&self, F: &Mat3, frame: &Frame) -> f64;
+
+    /// `P = ∂W/∂F`, Pa.
+    fn stress(&self, F: &Mat3, frame: &Frame) -> Mat3;
+
+    /// `A = ∂P/∂F`, Pa; symmetric.
+    fn tangent(&self, F: &Mat3, frame: &Frame) -> Tensor4;
+}
+
+/// The material that a case describes.
+pub fn from_case(material: &Material) -> Box<dyn HyperelasticMaterial> {
+    match *material {
+        Material::NeoHooke { mu, kappa } => Box::new(NeoHooke { mu, kappa }),
+        Material::HolzapfelGasserOgden {
+            mu,
+            kappa,
+            k1,
+            k2,
+            fibre_angle_deg,
+            tension_only,
+        } => Box::new(HolzapfelGasserOgden {
+            mu,
+            kappa,
+            k1,
+            k2,
+            fibre_angle: fibre_angle_deg.to_radians(),
+            tension_only,
+        }),
+        Material::SaintVenantKirchhoff {
+            youngs_modulus,
+            poisson_ratio,
+        } => Box::new(SaintVenantKirchhoff::new(youngs_modulus, poisson_ratio)),
+    }
+}
+
+/// Von Mises stress of the Cauchy stress `σ = P Fᵀ / J`, Pa.
+pub fn von_mises(P: &Mat3, F: &Mat3) -> f64 {
+    let sigma = P * F.transpose() / F.determinant();
+    let deviator = sigma - Mat3::identity() * (sigma.trace() / 3.0);
+    (1.5 * deviator.norm_squared()).sqrt()
+}
+
+/// `A_ijkl += a X_ij Y_kl`.
+fn add_dyadic(A: &mut Tensor4, a: f64, X: &Mat3, Y: &Mat3) {
+    for k in 0..3 {
+        for l in 0..3 {
+            let y = a * Y[(k, l)];
+            for i in 0..3 {
+                for j in 0..3 {
+                    A[(3 * i + j, 3 * k + l)] += X[(i, j)] * y;
+                }
+            }
+        }
+    }
+}
+
+/// `A_ijkl += a X_il X_kj`.
+fn add_crossed(A: &mut Tensor4, a: f64, X: &Mat3) {
+    for k in 0..3 {
+        for l in 0..3 {
+            for i in 0..3 {
+                let x = a * X[(i, l)];
+                for j in 0..3 {
+                    A[(3 * i + j, 3 * k + l)] += x * X[(k, j)];
+                }
+            }
+        }
+    }
+}
+
+/// `A_ijkl += X_ik Y_jl`.
+fn add_parallel(A: &mut Tensor4, X: &Mat3, Y: &Mat3) {
+    for k in 0..3 {
+        for l in 0..3 {
+            for i in 0..3 {
+                for j in 0..3 {
+                    A[(3 * i + j, 3 * k + l)] += X[(i, k)] * Y[(j, l)];
+                }
+            }
+        }
+    }
+}
+
+/// `F⁻ᵀ` and `J = det F`.
+fn inverse_transpose(F: &Mat3) -> (Mat3, f64) {
+    let J = F.determinant();
+    // Cofactor matrix over the determinant: F⁻ᵀ = cof(F)/J.
+    let row = |i: usize| Vec3::new(F[(i, 0)], F[(i, 1)], F[(i, 2)]);
+    let (a, b, c) = (row(0), row(1), row(2));
+    let cofactor = Mat3::from_rows(&[
+        b.cross(&c).transpose(),
+        c.cross(&a).transpose(),
+        a.cross(&b).transpose(),
+    ]);
+    (cofactor / J, J)
+}
+
+/// What every material must fulfil, called by the test in each file.
+#[cfg(test)]
+mod verification {
+    use super::*;
+    use nalgebra::{Rotation3, Unit};
+
+    /// Reproducible numbers in [-1, 1].
+    struct Numbers(u64);
+
+    impl Numbers {
+        fn next(&mut self) -> f64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+
+        fn vector(&mut self) -> Vec3 {
+            Vec3::new(self.next(), self.next(), self.next())
+        }
+
+        fn rotation(&mut self) -> Mat3 {
+            let axis = Unit::new_normalize(self.vector());
+            Rotation3::from_axis_angle(&axis, 3.0 * self.next()).into_inner()
+        }
+    }
+
+    /// Derivative at zero, of fourth order in the step.
+    fn derivative(f: impl Fn(f64) -> f64) -> f64 {
+        let h = 1e-3;
+        (8.0 * (f(h) - f(-h)) - (f(2.0 * h) - f(-2.0 * h))) / (12.0 * h)
+    }
+
+    fn moved(F: &Mat3, i: usize, j: usize, h: f64) -> Mat3 {
+        let mut F = *F;
+        F[(i, j)] += h;
+        F
+    }
+
+    /// Stress and tangent against finite differences of energy and stress, major symmetry, objectivity, and a
+    /// reference configuration free of stress, for random large deformations.
+    pub fn check(material: &dyn HyperelasticMaterial) {
+        let mut numbers = Numbers(7);
+        for _ in 0..20 {
+            let rotation = numbers.rotation();
+            let directions: [Vec3; 3] = std::array::from_fn(|i| rotation.column(i).into());
+            let frame = Frame::from_tangents(&directions[0], &directions[1]);
+            let disturbance = Mat3::from_fn(|_, _| 0.25 * numbers.next());
+            let F = rotation.transpose() * (Mat3::identity() + disturbance);
+            if F.determinant() < 0.3 {
+                continue;
+            }
+            let (P, A) = (material.stress(&F, &frame), material.tangent(&F, &frame));
+            for i in 0..3 {
+                for j in 0..3 {
+                    let slope = derivative(|h| material.energy(&moved(&F, i, j, h), &frame));
+                    assert!((slope - P[(i, j)]).abs() < 1e-6 * P.norm(), "P {i}{j}");
+                    for k in 0..3 {
+                        for l in 0..3 {
+                            let stress = |h| material.stress(&moved(&F, k, l, h), &frame)[(i, j)];
+                            let error = derivative(stress) - A[(3 * i + j, 3 * k + l)];
+                            assert!(error.abs() < 1e-6 * A.norm(), "A {i}{j}{k}{l}: {error:e}");
+                        }
+                    }
+                }
+            }
+            assert!((A - A.transpose()).norm() < 1e-13 * A.norm());
+            let Q = numbers.rotation();
+            let (energy, turned) = (
+                material.energy(&F, &frame),
+                material.energy(&(Q * F), &frame),
+            );
+            assert!((turned - energy).abs() < 1e-11 * energy.abs().max(P.norm()));
+            assert!((material.stress(&(Q * F), &frame) - Q * P).norm() < 1e-11 * A.norm());
+            assert!(material.stress(&Q, &frame).norm() < 1e-14 * A.norm());
+            assert!(material.energy(&Q, &frame).abs() < 1e-14 * A.norm());
+        }
+    }
+}

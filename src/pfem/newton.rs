@@ -1,0 +1,160 @@
+//! Newton's method with a kept tangent.
+//!
+//! The factorized tangent is used again as long as the residual falls well, in one solution and in those that follow.
+//! The norm of the residual is allowed to rise after a step with a fresh tangent: in a nearly incompressible body the
+//! first, linear step always violates incompressibility by a term of second order times the bulk modulus.
+
+use super::SolidError;
+use super::factor::Factorization;
+use super::stats::{Stats, timed};
+
+/// A system of nonlinear equations `r(d) = 0` with a symmetric tangent.
+pub trait Equilibrium {
+    /// Residual at `d`.
+    fn residual(&self, d: &[f64]) -> Result<Residual, SolidError>;
+    /// Assembles the tangent `∂r/∂d` at `d`.
+    fn tangent(&self, d: &[f64]) -> Result<Vec<f64>, SolidError>;
+    /// Factorizes an assembled tangent.
+    fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError>;
+    /// `d + scale * step`, where the step is a solution of the linear system.
+    fn moved(&self, d: &[f64], step: &[f64], scale: f64) -> Vec<f64>;
+}
+
+/// The residual and what it is measured against.
+#[derive(Debug, Clone)]
+pub struct Residual {
+    /// Entries of the equations.
+    pub vector: Vec<f64>,
+    /// Euclidean norm of the forces whose difference the residual is.
+    pub scale: f64,
+    /// Norm below which the residual is round-off.
+    pub floor: f64,
+}
+
+impl Residual {
+    /// Euclidean norm.
+    pub fn norm(&self) -> f64 {
+        self.vector.iter().map(|r| r * r).sum::<f64>().sqrt()
+    }
+
+    fn relative(&self) -> f64 {
+        let norm = self.norm();
+        if norm <= self.floor {
+            0.0
+        } else {
+            norm / self.scale
+        }
+    }
+}
+
+/// When to stop and when to factorize anew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NewtonOptions {
+    /// Most iterations of one solution.
+    pub max_iterations: usize,
+    /// The tangent is kept while each iteration reduces the residual at least by this factor; zero is the full Newton
+    /// method.
+    pub contraction: f64,
+}
+
+impl Default for NewtonOptions {
+    fn default() -> Self {
+        Self {
+            max_iterations: 25,
+            contraction: 0.2,
+        }
+    }
+}
+
+/// A solution and the way to it.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// `d` with `r(d) = 0`.
+    pub d: Vec<f64>,
+    /// Relative residuals, from the start to the last.
+    pub residuals: Vec<f64>,
+    /// What it cost.
+    pub stats: Stats,
+}
+
+/// Solves `problem` from `start` to the relative residual `tolerance`. `kept` is a factorization from earlier solutions,
+/// replaced when it has become too old.
+pub fn solve(
+    problem: &impl Equilibrium,
+    start: Vec<f64>,
+    tolerance: f64,
+    options: &NewtonOptions,
+    kept: &mut Option<Factorization>,
+) -> Result<Solution, SolidError> {
+    let mut stats = Stats::default();
+    let evaluate = |d: &[f64], stats: &mut Stats| {
+        stats.residuals += 1;
+        timed(&mut stats.residual_s, || problem.residual(d))
+    };
+    let mut d = start;
+    let mut residual = evaluate(&d, &mut stats)?;
+    let mut history = vec![residual.relative()];
+    let mut rises = 0;
+    while history[history.len() - 1] > tolerance {
+        let before = history[history.len() - 1];
+        if stats.iterations == options.max_iterations || rises > 4 || !before.is_finite() {
+            return Err(SolidError::NoEquilibrium(diagnosis(&history, tolerance)));
+        }
+        let fresh = kept.is_none();
+        let factorization = match kept.take() {
+            Some(factorization) => factorization,
+            None => {
+                stats.assemblies += 1;
+                let tangent = timed(&mut stats.assembly_s, || problem.tangent(&d))?;
+                stats.factorizations += 1;
+                timed(&mut stats.factorization_s, || problem.factorize(&tangent))?
+            }
+        };
+        let mut step = residual.vector.clone();
+        timed(&mut stats.substitution_s, || factorization.solve(&mut step))?;
+        stats.iterations += 1;
+
+        // Shorten a step that turns an element inside out.
+        let mut scale = -1.0;
+        let (moved, new) = loop {
+            let moved = problem.moved(&d, &step, scale);
+            match evaluate(&moved, &mut stats) {
+                Ok(new) => break (Some(moved), new),
+                Err(_) if !fresh => break (None, residual.clone()),
+                Err(error) if scale.abs() < 0.02 => return Err(error),
+                Err(_) => scale *= 0.5,
+            }
+        };
+        let relative = new.relative();
+        let Some(moved) = moved.filter(|_| fresh || relative < before) else {
+            // The old tangent led astray: forget it together with its step.
+            continue;
+        };
+        rises = if relative > before { rises + 1 } else { 0 };
+        if relative <= options.contraction * before {
+            *kept = Some(factorization);
+        }
+        (d, residual) = (moved, new);
+        history.push(relative);
+    }
+    Ok(Solution {
+        d,
+        residuals: history,
+        stats,
+    })
+}
+
+fn diagnosis(history: &[f64], tolerance: f64) -> String {
+    let last: Vec<String> = history
+        .iter()
+        .rev()
+        .take(8)
+        .rev()
+        .map(|r| format!("{r:.1e}"))
+        .collect();
+    format!(
+        "relative residuals {} did not reach {tolerance:.0e} in {} Newton iterations; take smaller steps",
+        last.join(", "),
+        history.len() - 1
+    )
+}

@@ -1,0 +1,272 @@
+//! A table of mistakes: each is reported with its key, and quickly.
+
+use fsi_driver::case::{Case, CaseError, CaseErrors, Preset};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+fn project() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case")
+}
+
+fn refuse(file: &Path, set: &[(&str, &str)]) -> CaseErrors {
+    let set: Vec<_> = set
+        .iter()
+        .map(|(key, value)| (key.to_string(), value.to_string()))
+        .collect();
+    let start = Instant::now();
+    let result = Case::load(file, Preset::Demo, &set);
+    assert!(
+        start.elapsed() < Duration::from_secs(1),
+        "took {:?}",
+        start.elapsed()
+    );
+    match result {
+        Ok(_) => panic!("{}: {set:?} was accepted", file.display()),
+        Err(errors) => errors,
+    }
+}
+
+/// `--set key=value` on the model, and what the message must contain besides the key.
+#[rustfmt::skip]
+const SINGLE: &[(&str, &str, &str, &str)] = &[
+    // model, key, value, message
+    ("S-0.25", "model.extension", "spiral", "\"straight\", \"helix\", \"arc\""),
+    ("S-0.25", "model.extension", "strait", "did you mean \"straight\"?"),
+    ("S-0.25", "model.extension", "3", "one of"),
+    ("S-0.25", "model.d_max_m", "-1e-4", "a number from 0.0"),
+    ("S-0.25", "model.d_max_m", "0.25", "a number from 0.0"),
+    ("S-0.25", "model.d_max_m", "2.3e-3", "closes the lumen"),
+    ("S-0.25", "model.d_max_m", "nan", "a number from"),
+    ("S-0.25", "model.d_max_m", "\"0.25 mm\"", "a number from"),
+    ("S-0.25", "model.dmax_m", "1e-4", "did you mean `model.d_max_m`?"),
+    ("S-0.25", "geometry.graft_length_m", "0", "above 0.0"),
+    ("S-0.25", "geometry.artery_length_m", "inf", "a number above"),
+    ("S-0.25", "geometry.graft_inner_radius_m", "3.0", "at most 0.1"),
+    ("S-0.25", "geometry.graft_thickness_m", "0", "above 0.0"),
+    ("S-0.25", "geometry.graft_thickness_m", "-0.5e-3", "above 0.0"),
+    ("S-0.25", "geometry.artery_inner_radius_m", "0.2e-3", "closes the lumen"),
+    ("S-0.25", "geometry.media_thickness_m", "0.0", "above 0.0"),
+    ("S-0.25", "geometry.adventitia_thickness_m", "true", "a number above"),
+    ("S-0.25", "geometry.blend_length_m", "0.0", "above 0.0"),
+    ("S-0.25", "geometry.blend_length_m", "0.1", "fit into each section"),
+    ("S-0.25", "geometry.extension_length_m", "-0.1", "above 0.0"),
+    ("H-0.25", "geometry.helix_radius_m", "8e-3", "one turn is longer"),
+    ("H-0.25", "geometry.helix_radius_m", "7.15e-3", "turns are"),
+    ("H-0.25", "geometry.helix_radius_m", "0.1e-3", "turns are"),
+    ("H-0.25", "geometry.extension_length_m", "0.018", "geometry.helix_radius_m"),
+    ("A-0.25", "geometry.arc_angle_deg", "0", "above 0.0"),
+    ("A-0.25", "geometry.arc_angle_deg", "300", "at most 270.0"),
+    ("A-0.25", "geometry.extension_length_m", "0.006", "geometry.arc_angle_deg"),
+    ("A-0.25", "fluid.mesh.axial_extension", "3", "at least 4 cells"),
+    ("S-0.25", "geometry.imperfection", "1", "rows of equally many"),
+    ("S-0.25", "geometry.imperfection", "[]", "rows of equally many"),
+    ("S-0.25", "geometry.imperfection", "[[0,0,0],[1,1,1]]", "at least 3 by 3"),
+    ("S-0.25", "geometry.imperfection", "[[0,0,0],[1,1],[0,0,0]]", "equally many"),
+    ("S-0.25", "geometry.imperfection", "[[0,0,0],[1,2,1],[0,0,0]]", "from 0 to 1"),
+    ("S-0.25", "geometry.imperfection", "[[0,0,0],[1,-0.5,1],[0,0,0]]", "from 0 to 1"),
+    ("S-0.25", "geometry.imperfection", "[[0,0.1,0],[1,1,1],[0,0,0]]", "first and the last row zero"),
+    ("S-0.25", "geometry.imperfection", "[[0,0,0],[0,0,0],[0,0,0]]", "all support values are zero"),
+    ("S-0.25", "geometry.imperfection", "[[0,0,0,0],[0,0,1,0],[0,0,0,0],[0,0,0,0]]", "dips to"),
+    ("S-0.25", "wall.density_kg_m3", "0", "above 0.0"),
+    ("S-0.25", "wall.damping_1_s", "-0.01", "from 0.0"),
+    ("S-0.25", "wall.graft.material", "neo_hook", "did you mean \"neo_hooke\"?"),
+    ("S-0.25", "wall.graft.k1_Pa", "1.0", "neo_hooke has no such parameter; it has mu_Pa, kappa_Pa"),
+    ("S-0.25", "wall.graft.mu_Pa", "0", "above 0.0"),
+    ("S-0.25", "wall.graft.kappa_Pa", "1e5", "2/3 of wall.graft.mu_Pa"),
+    ("S-0.25", "wall.media.fibre_angle_deg", "100", "from 0.0 to 90.0"),
+    ("S-0.25", "wall.media.tension_only", "1", "true or false"),
+    ("S-0.25", "wall.adventitia.k2", "-1", "from 0.0"),
+    ("S-0.25", "wall.intima.mu_Pa", "1e4", "unknown key"),
+    ("S-0.25", "blood.density_kg_m3", "-1050", "above 0.0"),
+    ("S-0.25", "blood.viscosity_Pa_s", "0", "above 0.0"),
+    ("S-0.25", "inflow.systole_s", "1.5", "time.period_s"),
+    ("S-0.25", "inflow.exponent", "0", "from 0.1"),
+    ("S-0.25", "inflow.file", "no-such-curve.csv", "no-such-curve.csv"),
+    ("S-0.25", "inflow.file", "", "a path in quotes"),
+    ("S-0.25", "windkessel.resistance_Pa_s_m3", "0", "above 0.0"),
+    ("S-0.25", "windkessel.compliance_m3_Pa", "-1.2e-10", "above 0.0"),
+    ("S-0.25", "windkessel.initial_pressure_Pa", "1e9", "to 1000000.0"),
+    ("S-0.25", "windkessel.resistence_Pa_s_m3", "1e9", "did you mean `windkessel.resistance_Pa_s_m3`?"),
+    ("S-0.25", "ramp.duration_s", "-0.5", "from 0.0"),
+    ("S-0.25", "time.step_s", "0", "above 0.0"),
+    ("S-0.25", "time.step_s", "0.003", "whole part of time.period_s"),
+    ("S-0.25", "time.end_s", "0.0101", "multiple of time.step_s"),
+    ("S-0.25", "time.end_s", "0.001", "multiple of time.step_s"),
+    ("S-0.25", "time.period_s", "0", "above 0.0"),
+    ("S-0.25", "time.dt_s", "0.001", "unknown key"),
+    ("S-0.25", "structure.step_s", "0.001", "did you mean `time.step_s`?"),
+    ("S-0.25", "max_iterations", "9", "did you mean `coupling.max_iterations`?"),
+    ("S-0.25", "time", "0.002", "unknown key"),
+    ("S-0.25", "structure.p", "2", "a whole number from 3 to 10"),
+    ("S-0.25", "structure.p", "3.0", "a whole number from 3 to 10"),
+    ("S-0.25", "structure.p_geometry", "4", "structure.p = 3"),
+    ("S-0.25", "structure.p_geometry", "1", "straight edges"),
+    ("S-0.25", "structure.circumferential", "2", "from 3 to 1000"),
+    ("S-0.25", "structure.axial_per_section", "-8", "from 1 to 1000"),
+    ("S-0.25", "structure.newton_tolerance", "0", "from 1e-14"),
+    ("S-0.25", "fluid.ranks", "0", "from 1 to 1024"),
+    ("S-0.25", "fluid.transport", "pipe", "\"socket\", \"files\""),
+    ("S-0.25", "fluid.templates", "7", "a path in quotes"),
+    ("S-0.25", "fluid.mesh.core", "1", "from 2 to 200"),
+    ("S-0.25", "fluid.mesh.radial", "0", "from 1 to 200"),
+    ("S-0.25", "fluid.mesh.wall_grading", "0", "from 0.1"),
+    ("S-0.25", "fluid.mesh.axial_extension", "99999999999999999999", "whole number"),
+    ("S-0.25", "coupling.acceleration", "iqn-ls", "did you mean \"iqn_ls\"?"),
+    ("S-0.25", "coupling.relaxation", "1.5", "at most 1.0"),
+    ("S-0.25", "coupling.predictor", "cubic", "\"quadratic\""),
+    ("S-0.25", "coupling.e_rel", "0", "above 0.0"),
+    ("S-0.25", "coupling.max_iterations", "0", "from 1"),
+    ("S-0.25", "coupling.reuse_steps", "-1", "from 0 to 1000"),
+    ("S-0.25", "output.structure_interval_s", "0.003", "multiple of time.step_s"),
+    ("S-0.25", "output.fluid_interval_s", "0", "above 0.0"),
+    ("S-0.25", "preset.demo.time.end_s", "1", "unknown key"),
+    ("S-0.25", "", "1", "unknown key"),
+];
+
+#[test]
+fn every_single_mistake_is_named() {
+    assert!(SINGLE.len() >= 60);
+    for &(model, key, value, message) in SINGLE {
+        let errors = refuse(&project().join(model), &[(key, value)]);
+        let text = errors.to_string();
+        assert!(
+            text.contains(key) && text.contains(message),
+            "{key} = {value}: {text}"
+        );
+        assert_eq!(errors.0.len(), 1, "{key} = {value}: {text}");
+    }
+}
+
+#[test]
+fn all_mistakes_are_reported_at_once_with_file_and_line() {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("case.toml");
+    let defaults = project().join("defaults.toml").display().to_string();
+    let text = format!(
+        "extends = {defaults:?}\n\n[model]\nextension = \"helixx\"\nd_max_m = 5e-3\n\n[structure]\np = 2\nshape = 3\n\n[time]\nstep_s = 0.003\n\
+         [preset.coarse]\nstructure.p = 1\n[preset.corse]\ntime.end_s = 1.0\n"
+    );
+    std::fs::write(&file, text).unwrap();
+    let errors = refuse(scratch.path(), &[("windkessel.compliance_m3_Pa", "0")]);
+    let text = errors.to_string();
+    for expected in [
+        ":4: `model.extension` = \"helixx\"",
+        "did you mean \"helix\"?",
+        ":5: `model.d_max_m`",
+        "closes the lumen",
+        ":8: `structure.p` = 2",
+        ":9: unknown key `structure.shape`",
+        ":12: `time.step_s` = 0.003",
+        ":14: `structure.p` = 1",
+        ":16: unknown key `preset.corse`; did you mean `preset.coarse`?",
+        "--set: `windkessel.compliance_m3_Pa` = 0",
+    ] {
+        assert!(text.contains(expected), "{expected:?} is not in {text}");
+    }
+    assert!(
+        text.starts_with(&format!("{} mistakes", errors.0.len())),
+        "{text}"
+    );
+}
+
+#[test]
+fn files_that_are_no_case_are_refused() {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("case.toml");
+    let missing = refuse(scratch.path(), &[]).to_string();
+    assert!(
+        missing.contains("case.toml") && missing.contains("a case is a folder"),
+        "{missing}"
+    );
+    for (text, message) in [
+        (&b"[model\nd_max_m = 1\n"[..], "case.toml:1: not valid TOML"),
+        (b"[model]\nd_max_m = = 1\n", "case.toml:2: not valid TOML"),
+        (
+            b"[model]\nd_max_m = 1\nd_max_m = 2\n",
+            "case.toml:3: not valid TOML",
+        ),
+        (b"\xff\xfe\x00", "not UTF-8"),
+        (b"", "write `extends = "),
+        (b"[model]\nextension = \"arc\"\n", "keys are missing"),
+        (b"extends = \"case.toml\"\n", "circle"),
+        (b"extends = \"nowhere.toml\"\n", "nowhere.toml"),
+        (b"extends = 3\n", "`extends` = 3"),
+    ] {
+        std::fs::write(&file, text).unwrap();
+        let errors = refuse(scratch.path(), &[]).to_string();
+        assert!(errors.contains(message), "{message:?} is not in {errors}");
+    }
+}
+
+#[test]
+fn a_missing_key_of_a_new_material_is_named() {
+    let errors = refuse(
+        &project().join("S-0.0"),
+        &[("wall.media.material", "saint_venant_kirchhoff")],
+    );
+    let keys = errors.0.iter().filter_map(|error| match error {
+        CaseError::Missing { key, .. } => Some(key.as_str()),
+        _ => None,
+    });
+    let keys: Vec<_> = keys.collect();
+    assert_eq!(
+        keys,
+        ["wall.media.youngs_modulus_Pa", "wall.media.poisson_ratio"],
+        "{errors}"
+    );
+}
+
+#[test]
+fn flow_curves_are_refused_with_the_line() {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("flow.csv");
+    for (text, message) in [
+        (
+            &b"t,Q\n0,1\n"[..],
+            ":1: expected the header time_s,flow_m3_s",
+        ),
+        (b"time_s,flow_m3_s\n", "at least 3"),
+        (b"time_s,flow_m3_s\n0,1e-6\n0.5,2e-6\n", "at least 3"),
+        (
+            b"time_s,flow_m3_s\n0,1e-6\n0.5,x\n",
+            ":3: expected a number, found \"x\"",
+        ),
+        (
+            b"time_s,flow_m3_s\n0,1e-6\n0.5,nan\n",
+            ":3: expected a number",
+        ),
+        (
+            b"# one\ntime_s,flow_m3_s\n0,1e-6\n0.5,1e-6,7\n",
+            ":4: expected 2 numbers, found 3",
+        ),
+        (
+            b"time_s,flow_m3_s\n0,1e-6\n0.5,1e-6\n0.4,1e-6\n",
+            ":4: times must increase",
+        ),
+        (
+            b"time_s,flow_m3_s\n0,1e-6\n0.5,1e-6\n1.4,1e-6\n",
+            ":4: the time 1.4 s is outside the period",
+        ),
+        (b"time_s,flow_m3_s\n-0.1,1e-6\n", ":2: the time -0.1 s"),
+        (
+            b"time_s,flow_m3_s\n0,1e-6\n0.5,3e-6\n0.7,1e-6\n1.0,2e-6\n",
+            "must repeat itself",
+        ),
+        (
+            b"time_s,flow_m3_s\n0,1e-6\n0.5,\xff\xff\n",
+            ":3: not a line of text",
+        ),
+        (b"", ":1: expected the header"),
+    ] {
+        std::fs::write(&file, text).unwrap();
+        let errors = refuse(
+            &project().join("S-0.0"),
+            &[("inflow.file", file.to_str().unwrap())],
+        )
+        .to_string();
+        assert!(
+            errors.contains("inflow.file") && errors.contains(message),
+            "{message:?} is not in {errors}"
+        );
+    }
+}

@@ -1,0 +1,342 @@
+//! Layers of a case, its file of record, and the formulas that belong to it.
+
+use approx::assert_relative_eq;
+use fsi_driver::case::{Case, Extension, FlowCurve, Inflow, Material, Preset, Ramp, ResolvedCase};
+use std::path::{Path, PathBuf};
+
+fn project() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case")
+}
+
+fn load(folder: &Path, preset: Preset, set: &[(&str, &str)]) -> ResolvedCase {
+    let set: Vec<_> = set
+        .iter()
+        .map(|(key, value)| (key.to_string(), value.to_string()))
+        .collect();
+    Case::load(folder, preset, &set).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+#[test]
+fn all_twelve_models_load_with_every_preset_and_differ_in_the_model_only() {
+    let reference = load(&project().join("S-0.0"), Preset::Paper, &[]);
+    for (letter, extension) in [
+        ("S", Extension::Straight),
+        ("H", Extension::Helix),
+        ("A", Extension::Arc),
+    ] {
+        for d_max in ["0.0", "0.25", "0.5", "0.75"] {
+            let folder = project().join(format!("{letter}-{d_max}"));
+            for preset in Preset::ALL {
+                let case = load(&folder, preset, &[]);
+                assert_eq!(case.model.extension, extension);
+                assert_relative_eq!(
+                    case.model.d_max,
+                    d_max.parse::<f64>().unwrap() * 1e-3,
+                    epsilon = 1e-15
+                );
+                assert!(case.structure.p >= 3);
+                assert_eq!((case.time.step, case.time.period), (0.002, 1.0));
+            }
+            let paper = load(&folder, Preset::Paper, &[]);
+            let same_model = Case {
+                model: reference.model.clone(),
+                ..paper.case
+            };
+            assert_eq!(same_model, reference.case);
+        }
+    }
+}
+
+#[test]
+fn presets_differ_in_resolution_and_length_only() {
+    let [demo, coarse, paper] = [Preset::Demo, Preset::Coarse, Preset::Paper]
+        .map(|preset| load(&project().join("S-0.25"), preset, &[]));
+    assert!(
+        (4000..6000).contains(&demo.fluid.mesh.cells()),
+        "{}",
+        demo.fluid.mesh.cells()
+    );
+    assert!(
+        (9000..11_000).contains(&coarse.fluid.mesh.cells()),
+        "{}",
+        coarse.fluid.mesh.cells()
+    );
+    assert!(
+        paper.fluid.mesh.cells() >= 30_000,
+        "{}",
+        paper.fluid.mesh.cells()
+    );
+    assert_eq!(
+        [demo.time.end, coarse.time.end, paper.time.end],
+        [0.1, 3.0, 3.0]
+    );
+    assert_eq!(
+        [demo.steps(), coarse.steps(), paper.steps()],
+        [50, 1500, 1500]
+    );
+    for case in [demo, coarse] {
+        let like_paper = Case {
+            time: paper.time.clone(),
+            structure: paper.structure.clone(),
+            fluid: paper.fluid.clone(),
+            output: paper.output.clone(),
+            ..case.case
+        };
+        assert_eq!(like_paper, paper.case);
+    }
+}
+
+#[test]
+fn the_degrees_of_freedom_are_those_of_the_trunk_space() {
+    let mut structure = load(&project().join("S-0.25"), Preset::Paper, &[])
+        .structure
+        .clone();
+    (
+        structure.axial_per_section,
+        structure.circumferential,
+        structure.radial_per_layer,
+    ) = (1, 4, 1);
+    // 2 by 4 by 2 elements: 36 vertices, 84 edges, 64 faces, 16 elements (Euler: 36 - 84 + 64 - 16 = 0).
+    for (p, scalar) in [
+        (3, 36 + 84 * 2),
+        (4, 36 + 84 * 3 + 64),
+        (6, 36 + 84 * 5 + 64 * 6 + 16),
+    ] {
+        structure.p = p;
+        assert_eq!(structure.degrees_of_freedom(), 3 * scalar);
+    }
+}
+
+#[test]
+fn values_of_the_paper_arrive() {
+    let case = load(&project().join("H-0.5"), Preset::Paper, &[]);
+    assert_eq!(
+        case.wall.graft,
+        Material::NeoHooke {
+            mu: 3.33e5,
+            kappa: 1.67e9
+        }
+    );
+    let media = Material::HolzapfelGasserOgden {
+        mu: 5.4e4,
+        kappa: 1e9,
+        k1: 640.0,
+        k2: 3.54,
+        fibre_angle_deg: 10.0,
+        tension_only: false,
+    };
+    assert_eq!(case.wall.media, media);
+    assert_eq!(case.wall.damping, 0.01);
+    assert_eq!(case.geometry.imperfection.len(), 7);
+    assert!(case.geometry.imperfection.iter().all(|row| row.len() == 5));
+    assert_eq!(case.fluid.templates, project().join("base"));
+}
+
+#[test]
+fn the_last_layer_wins() {
+    let scratch = tempfile::tempdir().unwrap();
+    let defaults = project().join("defaults.toml");
+    let text = format!(
+        "extends = {:?}\ntime.end_s = 0.5\n[fluid]\nmesh.core = 7\ntemplates = \"mine\"\n[preset.demo]\nfluid.mesh.radial = 9\n",
+        defaults.display().to_string()
+    );
+    std::fs::write(scratch.path().join("case.toml"), text).unwrap();
+    let case = load(
+        scratch.path(),
+        Preset::Demo,
+        &[("coupling.reuse_steps", "3"), ("fluid.transport", "files")],
+    );
+    assert_eq!(case.time.end, 0.5); // the case wins over the preset
+    assert_eq!((case.fluid.mesh.core, case.fluid.mesh.radial), (7, 9)); // the case's own preset over its plain value
+    assert_eq!(case.coupling.reuse_steps, 3);
+    assert_eq!(
+        case.fluid.templates,
+        scratch.path().canonicalize().unwrap().join("mine")
+    );
+    assert_eq!(
+        case.origins["time.end_s"].to_string(),
+        format!("{}:2", scratch.path().join("case.toml").display())
+    );
+    assert_eq!(case.origins["coupling.reuse_steps"].to_string(), "--set");
+    assert!(
+        case.origins["time.step_s"]
+            .to_string()
+            .contains("defaults.toml:")
+    );
+    let coarse = load(
+        scratch.path(),
+        Preset::Coarse,
+        &[("fluid.mesh", "{ core = 3, axial_extension = 8 }")],
+    );
+    assert_eq!(
+        (
+            coarse.fluid.mesh.core,
+            coarse.fluid.mesh.radial,
+            coarse.fluid.mesh.axial_extension
+        ),
+        (3, 4, 8)
+    );
+}
+
+#[test]
+fn another_material_drops_the_old_ones_parameters() {
+    let set = [
+        ("wall.media.material", "saint_venant_kirchhoff"),
+        ("wall.media.youngs_modulus_Pa", "3e5"),
+        ("wall.media.poisson_ratio", "0.3"),
+    ];
+    let case = load(&project().join("S-0.0"), Preset::Demo, &set);
+    assert_eq!(
+        case.wall.media,
+        Material::SaintVenantKirchhoff {
+            youngs_modulus: 3e5,
+            poisson_ratio: 0.3
+        }
+    );
+    let stiffer = load(
+        &project().join("S-0.0"),
+        Preset::Demo,
+        &[("wall.graft.mu_Pa", "400000")],
+    );
+    assert_eq!(
+        stiffer.wall.graft,
+        Material::NeoHooke {
+            mu: 4e5,
+            kappa: 1.67e9
+        }
+    );
+}
+
+#[test]
+fn the_file_of_record_gives_the_same_case_whatever_the_preset() {
+    let scratch = tempfile::tempdir().unwrap();
+    for (model, set) in [
+        ("S-0.25", vec![]),
+        (
+            "A-0.75",
+            vec![
+                ("structure.p_geometry", "2"),
+                ("structure.quadrature_points", "6"),
+                ("time.step_s", "0.001"),
+            ],
+        ),
+        (
+            "H-0.0",
+            vec![
+                ("wall.media.tension_only", "true"),
+                ("inflow.base_m3_s", "1.23456789012345e-6"),
+            ],
+        ),
+    ] {
+        let case = load(&project().join(model), Preset::Demo, &set);
+        for text in [case.to_toml_string(), case.case.to_toml_string()] {
+            assert!(text.starts_with(&format!(
+                "# Every value of a run of fsi-driver {}",
+                env!("CARGO_PKG_VERSION")
+            )));
+            let file = scratch.path().join("case.resolved.toml");
+            std::fs::write(&file, &text).unwrap();
+            for preset in Preset::ALL {
+                assert_eq!(load(&file, preset, &[]).case, case.case);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_pulse_has_the_mean_and_peak_of_its_description() {
+    let case = load(&project().join("S-0.0"), Preset::Paper, &[]);
+    let curve = FlowCurve::new(&case.inflow, case.time.period).unwrap();
+    let samples: Vec<f64> = (0..10_000)
+        .map(|i| curve.flow(f64::from(i) * 1e-4))
+        .collect();
+    let mean = samples.iter().sum::<f64>() / 10_000.0;
+    let peak = samples.iter().fold(0.0f64, |most, flow| most.max(*flow));
+    assert_relative_eq!(mean, 4.67e-6, max_relative = 5e-3);
+    assert_relative_eq!(peak, 8.0e-6, max_relative = 1e-6);
+    assert_eq!(curve.flow(0.0), 3.5e-6);
+    assert_eq!(curve.flow(0.7), 3.5e-6);
+    assert_relative_eq!(curve.flow(0.13), curve.flow(2.13), max_relative = 1e-9);
+    // Continuous where the pulse ends, with a slope that stays finite at the beginning.
+    assert!((curve.flow(0.5 - 1e-6) - curve.flow(0.5)).abs() < 1e-14);
+}
+
+fn table(text: &str, period: f64) -> FlowCurve {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("flow.csv");
+    std::fs::write(&file, text).unwrap();
+    let inflow = Inflow {
+        base: 0.0,
+        amplitude: 0.0,
+        systole: 1.0,
+        exponent: 1.0,
+        file: Some(file),
+    };
+    FlowCurve::new(&inflow, period).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_flow_curve_from_a_file_interpolates_repeats_and_never_overshoots() {
+    let text = "# measured\ntime_s, flow_m3_s\n0.0,1e-6\n0.1,5e-6\n0.2,5e-6\n\n0.5,2e-6\r\n0.8,1e-6\n1.0,1e-6\n";
+    let curve = table(text, 1.0);
+    for (t, flow) in [
+        (0.0, 1e-6),
+        (0.1, 5e-6),
+        (0.5, 2e-6),
+        (1.0, 1e-6),
+        (2.2, 5e-6),
+        (-0.5, 2e-6),
+    ] {
+        assert_relative_eq!(curve.flow(t), flow, max_relative = 1e-12);
+    }
+    for i in 0..3000 {
+        let flow = curve.flow(f64::from(i) * 1e-3);
+        assert!((1e-6 * (1.0 - 1e-12)..=5e-6 * (1.0 + 1e-12)).contains(&flow));
+    }
+    // Straight between equal values.
+    assert_relative_eq!(curve.flow(0.15), 5e-6, max_relative = 1e-12);
+    // Neither the beginning nor the end of the period need be named.
+    let inner = table("time_s,flow_m3_s\n0.1,1e-6\n0.4,3e-6\n0.7,2e-6\n", 0.8);
+    assert_relative_eq!(inner.flow(0.1), inner.flow(0.9), max_relative = 1e-12);
+    let (before, after) = (inner.flow(0.8 - 1e-9), inner.flow(0.8 + 1e-9));
+    assert_relative_eq!(before, after, max_relative = 1e-6);
+}
+
+#[test]
+fn a_dense_table_reproduces_a_smooth_curve() {
+    let smooth = |t: f64| 4e-6 + 2e-6 * (std::f64::consts::TAU * t).sin();
+    let rows: String = (0..200)
+        .map(|i| {
+            format!(
+                "{},{}\n",
+                f64::from(i) / 200.0,
+                smooth(f64::from(i) / 200.0)
+            )
+        })
+        .collect();
+    let curve = table(&format!("time_s,flow_m3_s\n{rows}"), 1.0);
+    for i in 0..1000 {
+        let t = f64::from(i) / 1000.0;
+        assert_relative_eq!(curve.flow(t), smooth(t), max_relative = 2e-4);
+    }
+}
+
+#[test]
+fn the_ramp_is_continuously_differentiable() {
+    let ramp = Ramp { duration: 0.5 };
+    assert_eq!(
+        (
+            ramp.factor(-1.0),
+            ramp.factor(0.0),
+            ramp.factor(0.5),
+            ramp.factor(2.0)
+        ),
+        (0.0, 0.0, 1.0, 1.0)
+    );
+    assert_relative_eq!(ramp.factor(0.25), 0.5, max_relative = 1e-12);
+    let h = 1e-6;
+    for t in [0.0, 0.5] {
+        assert!((ramp.factor(t + h) - ramp.factor(t - h)).abs() / h < 1e-4);
+    }
+    assert_eq!(Ramp { duration: 0.0 }.factor(0.0), 1.0);
+}

@@ -1,0 +1,239 @@
+//! The command of the README, with the real OpenFOAM, on a coarse mesh for a few steps.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+const STEP: f64 = 0.002;
+
+fn driver(out: &Path, end_time: f64, more: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    command
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["--case", "openfoam-case/S-0.25", "--preset", "demo"])
+        .arg("--out")
+        .arg(out)
+        .args(["--end-time", &end_time.to_string()])
+        .args([
+            "--set",
+            "fluid.mesh.axial_extension=10",
+            "fluid.mesh.axial_per_section=12",
+        ])
+        .args([
+            "--set",
+            "structure.axial_per_section=4",
+            "output.structure_interval_s=0.01",
+        ])
+        .args(more);
+    command
+}
+
+/// The columns of a CSV file by name.
+fn columns(path: &Path) -> BTreeMap<String, Vec<f64>> {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let names: Vec<String> = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .map(str::to_owned)
+        .collect();
+    let mut columns: BTreeMap<String, Vec<f64>> =
+        names.iter().map(|n| (n.clone(), Vec::new())).collect();
+    for row in reader.records() {
+        for (name, value) in names.iter().zip(&row.unwrap()) {
+            columns.get_mut(name).unwrap().push(value.parse().unwrap());
+        }
+    }
+    columns
+}
+
+fn text(output: &Output) -> String {
+    format!(
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    )
+}
+
+/// Processes that work in a folder below `root`.
+fn processes_in(root: &Path) -> Vec<String> {
+    let in_root = |process: &PathBuf| {
+        std::fs::read_link(process.join("cwd")).is_ok_and(|cwd| cwd.starts_with(root))
+    };
+    let all = std::fs::read_dir("/proc")
+        .unwrap()
+        .flatten()
+        .map(|entry| entry.path());
+    all.filter(in_root)
+        .map(|process| process.display().to_string())
+        .collect()
+}
+
+fn prescribed_flow(t: f64) -> f64 {
+    let ramp = if t < 0.5 {
+        0.5 * (1.0 - (PI * t / 0.5).cos())
+    } else {
+        1.0
+    };
+    let pulse = if t < 0.5 {
+        (PI * (t / 0.5).powf(0.8)).sin().powi(2)
+    } else {
+        0.0
+    };
+    ramp * (3.5e-6 + 4.5e-6 * pulse)
+}
+
+#[test]
+fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let output = driver(&out, 0.04, &[]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output));
+    for file in [
+        "history.csv",
+        "iterations.csv",
+        "summary.json",
+        "structure.pvd",
+        "case.resolved.toml",
+    ] {
+        assert!(
+            text(&output).contains(file) && out.join(file).is_file(),
+            "{file} is not there, or not named"
+        );
+    }
+
+    let history = columns(&out.join("history.csv"));
+    let [time, q_in, q_out, dvdt] =
+        ["time_s", "Q_in_m3_s", "Q_out_m3_s", "dVdt_m3_s"].map(|name| &history[name]);
+    assert_eq!(time.len(), 20);
+    let peak = 8e-6;
+    for (i, &t) in time.iter().enumerate() {
+        assert!((t - STEP * (i + 1) as f64).abs() < 1e-9);
+        let prescribed = prescribed_flow(t);
+        assert!(
+            (q_in[i] - prescribed).abs() < 1e-6 * prescribed,
+            "inflow {} instead of {prescribed}",
+            q_in[i]
+        );
+        assert!(
+            (q_in[i] - q_out[i] - dvdt[i]).abs() < 1e-2 * peak,
+            "at {t} s: {} {} {}",
+            q_in[i],
+            q_out[i],
+            dvdt[i]
+        );
+        assert!(history["wall_velocity_mismatch_m_s"][i] < 1e-9);
+        assert!(history["force_mismatch"][i] < 1e-3);
+    }
+    assert!(
+        history["max_displacement_m"][19] > 1e-6,
+        "the wall did not move"
+    );
+    assert!(history["max_von_mises_Pa"][19] > 1.0);
+
+    // C dp/dt + p/R = Q, implicit Euler, with the pressure before the ramp.
+    let (r, c) = (2.85e9, 1.2e-10);
+    let p = &history["p_windkessel_Pa"];
+    for i in 1..time.len() {
+        let left = c * (p[i] - p[i - 1]) / STEP + p[i] / r;
+        let size = p[i] / r;
+        assert!(
+            (left - q_out[i]).abs() < 1e-4 * size,
+            "windkessel at {} s: {left} instead of {}",
+            time[i],
+            q_out[i]
+        );
+    }
+
+    let iterations = columns(&out.join("iterations.csv"));
+    assert_eq!(
+        iterations["time_s"].len() as f64,
+        history["coupling_iterations"].iter().sum::<f64>()
+    );
+    let summary: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(
+        (summary["status"].as_str(), summary["steps"].as_u64()),
+        (Some("complete"), Some(20))
+    );
+
+    let wall = vtkio::Vtk::import(out.join("structure/00003.vtu")).unwrap();
+    let vtkio::model::DataSet::UnstructuredGrid { pieces, .. } = wall.data else {
+        panic!("not an unstructured grid")
+    };
+    let vtkio::model::Piece::Inline(piece) = &pieces[0] else {
+        panic!("no piece")
+    };
+    assert!(piece.num_points() > 1000);
+    assert!(
+        processes_in(&out).is_empty(),
+        "a process is still at work in {}",
+        out.display()
+    );
+
+    let again = driver(&out, 0.04, &[]).output().unwrap();
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again).contains("--force"), "{}", text(&again));
+    assert_eq!(
+        columns(&out.join("history.csv")),
+        history,
+        "a refused run must not touch the earlier one"
+    );
+}
+
+#[test]
+fn an_interrupt_ends_openfoam_and_leaves_the_run_readable() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let mut child = driver(&out, 10.0, &["--quiet"]).spawn().unwrap();
+    let begun = Instant::now();
+    while std::fs::read_to_string(out.join("history.csv")).map_or(0, |text| text.lines().count())
+        < 3
+    {
+        assert!(
+            child.try_wait().unwrap().is_none() && begun.elapsed() < Duration::from_secs(120),
+            "no step was done"
+        );
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert!(!processes_in(&out).is_empty());
+    let id = rustix::process::Pid::from_child(&child);
+    rustix::process::kill_process(id, rustix::process::Signal::INT).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(processes_in(&out).is_empty(), "OpenFOAM is still at work");
+    let steps = columns(&out.join("history.csv"))["time_s"].len() as u64;
+    let summary: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(
+        (summary["status"].as_str(), summary["steps"].as_u64()),
+        (Some("interrupted"), Some(steps))
+    );
+}
+
+#[test]
+fn bad_input_is_refused_with_nothing_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    for (argument, named) in [
+        ("coupling.e_rle=1e-3", "e_rle"),
+        ("time.step_s=-1", "time.step_s"),
+        ("structure.p=2", "structure.p"),
+        ("nonsense", "KEY=VALUE"),
+    ] {
+        let output = driver(&out, 0.01, &["--set", argument]).output().unwrap();
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{argument}: {}",
+            text(&output)
+        );
+        assert!(
+            text(&output).contains(named),
+            "{argument}: {}",
+            text(&output)
+        );
+        assert!(!out.exists());
+    }
+}

@@ -1,0 +1,100 @@
+//! Steps of the real OpenFOAM: repeated ones, the windkessel, the inflow, the conservation of volume.
+
+mod fluid_support;
+
+use fluid_support::*;
+use fsi_driver::Vec3;
+use fsi_driver::fluid::Fluid;
+
+/// The windkessel's discrete equation, the inflow curve, volume, and the velocity of the wall, step by step.
+#[test]
+fn a_step_fulfils_the_boundary_conditions_and_conserves_volume() {
+    let channel = Channel::new(false);
+    let mut fluid = channel.start();
+    let interface = fluid.interface().clone();
+    let (windkessel, inflow) = (windkessel(), inflow());
+    let mut old_pressure = windkessel.initial_pressure;
+    let mut old_volume = 0.03 * 0.006 * 0.006;
+    for n in 1..=20 {
+        fluid
+            .solve(&prescribed(&interface, n), correctors(10))
+            .unwrap();
+        let step = fluid.accept(false).unwrap();
+        let time = n as f64 * STEP;
+        assert!((step.time - time).abs() < 1e-12, "{} {time}", step.time);
+
+        let ramp = 0.5 * (1.0 - (std::f64::consts::PI * (time / RAMP.duration).min(1.0)).cos());
+        let prescribed_flow = ramp * inflow.flow(time);
+        assert!(
+            (step.inflow / prescribed_flow - 1.0).abs() < 1e-6,
+            "inflow {} {prescribed_flow}",
+            step.inflow
+        );
+
+        let flow = windkessel.compliance * (step.windkessel_pressure - old_pressure) / STEP
+            + step.windkessel_pressure / windkessel.resistance;
+        assert!(
+            (flow - step.outflow).abs() < 1e-8 * flow.abs().max(1e-6),
+            "windkessel {flow} {}",
+            step.outflow
+        );
+        assert!(
+            (step.outlet_pressure - ramp * step.windkessel_pressure).abs()
+                < 1e-4 * windkessel.initial_pressure,
+            "outlet {} {}",
+            step.outlet_pressure,
+            ramp * step.windkessel_pressure
+        );
+
+        let rate = (step.volume - old_volume) / STEP;
+        println!(
+            "{n} rate {rate:e} in-out {:e} mismatch {:e}",
+            step.inflow - step.outflow,
+            step.wall_velocity_mismatch
+        );
+        assert!(
+            (step.inflow - step.outflow - rate).abs() < 1e-3 * 8e-6,
+            "volume at step {n}"
+        );
+        assert!(
+            step.wall_velocity_mismatch < 1e-12,
+            "{}",
+            step.wall_velocity_mismatch
+        );
+        (old_pressure, old_volume) = (step.windkessel_pressure, step.volume);
+    }
+}
+
+/// After trials far off, the right trial gives the fields of a straight run.
+#[test]
+fn a_repeated_step_forgets_its_trials() {
+    let run = |factors: &[f64]| {
+        let channel = Channel::new(true);
+        let mut fluid = channel.start();
+        let interface = fluid.interface().clone();
+        for n in 1..=3 {
+            let right = prescribed(&interface, n);
+            if n > 1 {
+                for factor in factors {
+                    let wild: Vec<Vec3> = right.iter().map(|u| u * *factor).collect();
+                    fluid.solve(&wild, correctors(2)).unwrap();
+                }
+            }
+            fluid.solve(&right, correctors(40)).unwrap();
+            fluid.accept(n == 3).unwrap();
+        }
+        drop(fluid);
+        let written = channel.case().join("0.006");
+        ["p", "U", "phi", "pointDisplacement", "polyMesh/points"]
+            .map(|name| read_internal_field(&written.join(name)))
+    };
+    let straight = run(&[]);
+    let repeated = run(&[3.0, -2.0, 0.5]);
+    for (a, b) in repeated.iter().zip(&straight) {
+        assert!(b.len() > 100);
+        println!("{} numbers, difference {:e}", b.len(), difference(a, b));
+    }
+    for (a, b) in repeated.iter().zip(&straight) {
+        assert!(difference(a, b) < 1e-9, "{:e}", difference(a, b));
+    }
+}

@@ -1,0 +1,94 @@
+//! OpenFOAM's own opinion of the fluid meshes: all twelve models, and the presets.
+
+use fsi_driver::case::{Case, Preset};
+use fsi_driver::geometry::fluid_mesh;
+use std::path::Path;
+use std::process::Command;
+
+const MODELS: [&str; 12] = [
+    "S-0.0", "S-0.25", "S-0.5", "S-0.75", "H-0.0", "H-0.25", "H-0.5", "H-0.75", "A-0.0", "A-0.25",
+    "A-0.5", "A-0.75",
+];
+const MAX_NON_ORTHOGONALITY: f64 = 65.0;
+
+/// Runs `checkMesh` on the model's mesh and returns the largest non-orthogonality in degrees.
+fn check(model: &str, preset: Preset) -> f64 {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("openfoam-case")
+        .join(model);
+    let case = Case::load(&folder, preset, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let mesh = fluid_mesh(&case);
+    assert_eq!(mesh.cells(), case.fluid.mesh.cells());
+    let scratch = tempfile::tempdir().unwrap();
+    mesh.write(scratch.path()).unwrap();
+    let system = scratch.path().join("system");
+    std::fs::create_dir(&system).unwrap();
+    let header = |object: &str| {
+        format!("FoamFile {{ version 2.0; format ascii; class dictionary; object {object}; }}\n")
+    };
+    let control = "application pimpleFoam; startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1;\n\
+                   writeControl timeStep; writeInterval 1;\n";
+    std::fs::write(system.join("controlDict"), header("controlDict") + control).unwrap();
+    let schemes = "divSchemes {} gradSchemes {} laplacianSchemes {}\n";
+    std::fs::write(system.join("fvSchemes"), header("fvSchemes") + schemes).unwrap();
+    std::fs::write(system.join("fvSolution"), header("fvSolution")).unwrap();
+    let output = Command::new("checkMesh")
+        .env("WM_PROJECT_DIR", "/usr/share/openfoam")
+        .args(["-allGeometry", "-allTopology", "-case"])
+        .arg(scratch.path())
+        .output()
+        .expect("OpenFOAM's checkMesh: install Debian's package openfoam");
+    let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+    assert!(
+        output.status.success() && text.contains("\nMesh OK."),
+        "{model} {preset}: {text}"
+    );
+    assert!(!text.contains("***"), "{model} {preset}: {text}");
+    let number = |label: &str| -> f64 {
+        let after = text
+            .split(label)
+            .nth(1)
+            .unwrap_or_else(|| panic!("no {label:?} in {text}"));
+        after
+            .split_whitespace()
+            .next()
+            .unwrap()
+            .trim_end_matches(['.', ','])
+            .parse()
+            .unwrap()
+    };
+    let non_orthogonality = number("Mesh non-orthogonality Max: ");
+    let (skewness, aspect, volume) = (
+        number("Max skewness = "),
+        number("Max aspect ratio = "),
+        number("Total volume = "),
+    );
+    println!(
+        "{model:6} {preset:6} {:6} cells, non-orthogonality {non_orthogonality:.1}°, skewness {skewness:.2}, aspect ratio {aspect:.1}",
+        mesh.cells()
+    );
+    assert!(
+        non_orthogonality < MAX_NON_ORTHOGONALITY,
+        "{model} {preset}: {non_orthogonality}°"
+    );
+    // checkMesh prints six digits.
+    approx::assert_relative_eq!(mesh.volume(), volume, max_relative = 1e-5);
+    non_orthogonality
+}
+
+#[test]
+fn all_twelve_models_are_good_meshes_at_the_coarse_preset() {
+    for model in MODELS {
+        check(model, Preset::Coarse);
+    }
+}
+
+#[test]
+fn the_hardest_models_are_good_meshes_at_the_other_presets() {
+    for model in ["S-0.75", "H-0.75", "A-0.75", "S-0.25"] {
+        check(model, Preset::Demo);
+    }
+    for model in ["S-0.25", "H-0.75"] {
+        check(model, Preset::Paper);
+    }
+}

@@ -1,0 +1,233 @@
+//! Tubes under internal pressure against the solution of the radial boundary value problem.
+
+mod pfem_support;
+
+use fsi_driver::Vec3;
+use fsi_driver::case::Material;
+use fsi_driver::geometry::tube_mesh;
+use fsi_driver::pfem::discretization::{Discretization, Options};
+use fsi_driver::pfem::mapping::MappingKind;
+use fsi_driver::pfem::statics::{self, Load, StaticOptions};
+use fsi_driver::pfem::supports::{self, Support};
+use fsi_driver::pfem::surface::{LoadKind, Surface};
+use fsi_driver::pfem::{Space, SpaceKind, SurfaceLoad};
+use pfem_support::artery;
+use pfem_support::radial;
+
+const LENGTH: f64 = 0.006;
+
+struct Result {
+    dofs: usize,
+    energy: f64,
+    displacement: Vec<f64>,
+    stats: fsi_driver::pfem::stats::Stats,
+    steps: Vec<statics::LoadStep>,
+}
+
+/// Inflates a tube on a mesh of 2 × 4 × 1 elements per layer.
+fn inflate(
+    radius: f64,
+    layers: &[(f64, Material)],
+    pressure: f64,
+    kind: LoadKind,
+    space: Space,
+    mapping: MappingKind,
+    points: usize,
+) -> Result {
+    let thickness: Vec<f64> = layers.iter().map(|l| l.0).collect();
+    let materials: Vec<Material> = layers.iter().map(|l| l.1.clone()).collect();
+    let mesh = tube_mesh(radius, &thickness, LENGTH, 2, 4, 1);
+    let sliding = [true, false, false];
+    let supports = [
+        Support::Surface("start".into(), sliding),
+        Support::Surface("end".into(), sliding),
+        Support::SymmetryPlane(1),
+        Support::SymmetryPlane(2),
+    ];
+    let options = Options {
+        space,
+        mapping,
+        quadrature_points: [points; 3],
+    };
+    let body = Discretization::new(&mesh, &materials, &supports, &options).unwrap();
+    let faces = supports::surface(&mesh, "inner").unwrap();
+    let surface = Surface::new(&body.numbering, &space, &body.mapping, faces, points).unwrap();
+    let n = surface.points.len();
+    let load = Load::Surface {
+        surface: &surface,
+        values: SurfaceLoad {
+            pressure: vec![pressure; n],
+            shear: vec![Vec3::zeros(); n],
+        },
+        kind,
+    };
+    let options = StaticOptions {
+        steps: std::env::var("STEPS").map_or(10, |v| v.parse().unwrap()),
+        ..Default::default()
+    };
+    let result = statics::solve(&body, &[load], None, &options).unwrap();
+    // Radial displacement at the middle of the edges along the circumference.
+    let mut displacement = Vec::new();
+    for k in 0..=layers.len() {
+        let (layer, end) = if k == 0 { (0, -1.0) } else { (k - 1, 1.0) };
+        let (mut sum, mut count) = (0.0, 0.0);
+        for e in 0..mesh.hexes.len() {
+            for xi in [[0.3, -0.4, end], [0.0, 0.7, end]] {
+                let x = body.mapping.at(e, xi).position;
+                if mesh.regions[e] == layer {
+                    let u = body.displacement_at(e, xi, &result.displacement);
+                    sum += (u.y * x.y + u.z * x.z) / x.y.hypot(x.z);
+                    count += 1.0;
+                }
+            }
+        }
+        displacement.push(sum / count);
+    }
+    Result {
+        dofs: body.degrees_of_freedom(),
+        energy: body.energy(&result.displacement, [points + 3; 3]).unwrap() / LENGTH,
+        displacement,
+        stats: result.stats,
+        steps: result.steps,
+    }
+}
+
+fn artery_layers() -> Vec<(f64, Material)> {
+    artery().into_iter().map(|m| (5e-4, m)).collect()
+}
+
+fn errors(result: &Result, energy: f64, displacement: &[f64]) -> (f64, f64) {
+    let worst = result
+        .displacement
+        .iter()
+        .zip(displacement)
+        .map(|(a, b)| (a / b - 1.0).abs());
+    (result.energy / energy - 1.0, worst.fold(0.0, f64::max))
+}
+
+#[test]
+fn the_radial_reference_meets_the_published_values() {
+    let expected = [
+        (
+            true,
+            0.1654547651,
+            [1.2289883693e-3, 1.0972178946e-3, 0.9884289131e-3],
+        ),
+        (
+            false,
+            0.1283939496,
+            [1.1252110306e-3, 1.0019371086e-3, 0.9007622447e-3],
+        ),
+    ];
+    for (follower, energy, displacement) in expected {
+        let tube = radial::inflate(3e-3, &artery_layers(), 1.6e4, follower);
+        assert!(
+            (tube.energy / energy - 1.0).abs() < 5e-10,
+            "{}",
+            tube.energy
+        );
+        for (a, b) in tube.displacement.iter().zip(displacement) {
+            assert!((a / b - 1.0).abs() < 5e-10, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn the_artery_is_met_with_trunk_spaces() {
+    for kind in [LoadKind::Follower, LoadKind::Dead] {
+        let reference = radial::inflate(3e-3, &artery_layers(), 1.6e4, kind == LoadKind::Follower);
+        for (p, limit) in [(4, 1e-3), (6, 1e-6)] {
+            let space = Space::isotropic(SpaceKind::Trunk, p);
+            let result = inflate(
+                3e-3,
+                &artery_layers(),
+                1.6e4,
+                kind,
+                space,
+                MappingKind::Exact,
+                p + 2,
+            );
+            let (energy, displacement) = errors(&result, reference.energy, &reference.displacement);
+            assert!(
+                energy.abs() < limit,
+                "{kind:?} p = {p}: energy error {energy:e}"
+            );
+            assert!(
+                displacement < limit,
+                "{kind:?} p = {p}: displacement error {displacement:e}"
+            );
+        }
+    }
+}
+
+#[test]
+#[ignore = "by hand"]
+fn explore() {
+    let env = |n: &str, d: f64| std::env::var(n).map_or(d, |v| v.parse().unwrap());
+    let kind = if std::env::var("TP").is_ok() {
+        SpaceKind::TensorProduct
+    } else {
+        SpaceKind::Trunk
+    };
+    let load = if std::env::var("DEAD").is_ok() {
+        LoadKind::Dead
+    } else {
+        LoadKind::Follower
+    };
+    let layers = match env("CASE", 0.0) as usize {
+        0 => artery_layers(),
+        1 => vec![(
+            env("T", 5e-4),
+            Material::NeoHooke {
+                mu: 3.33e5,
+                kappa: 1.67e9,
+            },
+        )],
+        2 => vec![(
+            env("T", 5e-4),
+            Material::SaintVenantKirchhoff {
+                youngs_modulus: 3e5,
+                poisson_ratio: 0.3,
+            },
+        )],
+        _ => artery()
+            .into_iter()
+            .map(|m| (env("T", 7.5e-4), m))
+            .collect(),
+    };
+    let pressure = env("PRESSURE", 1.6e4);
+    let reference = radial::inflate(3e-3, &layers, pressure, load == LoadKind::Follower);
+    for p in env("P0", 3.0) as usize..=env("P", 6.0) as usize {
+        let q = env("Q", p as f64 + 2.0) as usize;
+        let pg = env("PG", 0.0) as usize;
+        let mapping = match pg {
+            0 => MappingKind::Exact,
+            99 => MappingKind::Blended(p),
+            pg => MappingKind::Blended(pg),
+        };
+        let r = inflate(
+            3e-3,
+            &layers,
+            pressure,
+            load,
+            Space::isotropic(kind, p),
+            mapping,
+            q,
+        );
+        let (e, d) = errors(&r, reference.energy, &reference.displacement);
+        println!(
+            "p {p} q {q} {mapping:?} dofs {} energy {e:.2e} displacement {d:.2e} {:?}",
+            r.dofs, r.stats
+        );
+        for s in &r.steps {
+            println!(
+                "   {:.3} {:?}",
+                s.factor,
+                s.residuals
+                    .iter()
+                    .map(|r| format!("{r:.1e}"))
+                    .collect::<Vec<_>>()
+            );
+        }
+    }
+}

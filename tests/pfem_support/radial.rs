@@ -1,0 +1,227 @@
+//! The thick-walled tube in plane strain as a boundary value problem in the radius alone, solved without any of the
+//! library's code: the radius `r(R)` of each layer is a polynomial through Chebyshev points, equilibrium is the
+//! vanishing first variation of the energy, integrated with many Gauss points (Golub-Welsch), Newton's method does the rest.
+
+#![allow(non_snake_case)]
+
+use fsi_driver::case::Material;
+use nalgebra::{DMatrix, DVector};
+
+/// Degree of the radius within a layer.
+const DEGREE: usize = 14;
+/// Gauss points per layer.
+const POINTS: usize = 40;
+
+/// Energy density and its derivatives by the radial and the circumferential stretch; the axial stretch is one.
+fn density(material: &Material, a: f64, b: f64) -> (f64, [f64; 2], [[f64; 2]; 2]) {
+    let J = a * b;
+    match *material {
+        Material::NeoHooke { mu, kappa } => {
+            let ln = J.ln();
+            let w = 0.5 * mu * (a * a + b * b + 1.0 - 3.0) - mu * ln + 0.5 * kappa * ln * ln;
+            let s = kappa * ln - mu;
+            let first = [mu * a + s / a, mu * b + s / b];
+            let diagonal = |x: f64| mu + (kappa - s) / (x * x);
+            let mixed = kappa / J;
+            (w, first, [[diagonal(a), mixed], [mixed, diagonal(b)]])
+        }
+        Material::SaintVenantKirchhoff {
+            youngs_modulus: e,
+            poisson_ratio: nu,
+        } => {
+            let lambda = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+            let mu = e / (2.0 * (1.0 + nu));
+            let (ea, eb) = (0.5 * (a * a - 1.0), 0.5 * (b * b - 1.0));
+            let (sa, sb) = (
+                lambda * (ea + eb) + 2.0 * mu * ea,
+                lambda * (ea + eb) + 2.0 * mu * eb,
+            );
+            let w = 0.5 * lambda * (ea + eb).powi(2) + mu * (ea * ea + eb * eb);
+            let stiffness = lambda + 2.0 * mu;
+            let mixed = lambda * a * b;
+            let second = [
+                [sa + stiffness * a * a, mixed],
+                [mixed, sb + stiffness * b * b],
+            ];
+            (w, [a * sa, b * sb], second)
+        }
+        Material::HolzapfelGasserOgden {
+            mu,
+            kappa,
+            k1,
+            k2,
+            fibre_angle_deg,
+            tension_only,
+        } => {
+            // Isochoric part: mu/2 (J^{-2/3} I - 3).
+            let i = a * a + b * b + 1.0;
+            let j = J.powf(-2.0 / 3.0);
+            let mut w = 0.5 * mu * (j * i - 3.0) + 0.5 * kappa * (J - 1.0).powi(2);
+            let x = [a, b];
+            let other = [b, a];
+            let mut first = [0.0; 2];
+            let mut second = [[0.0; 2]; 2];
+            for p in 0..2 {
+                first[p] = 0.5 * mu * j * (2.0 * x[p] - 2.0 / 3.0 * i / x[p])
+                    + kappa * (J - 1.0) * other[p];
+                for q in 0..2 {
+                    // d/dx_q of j (2 x_p - 2/3 i / x_p)
+                    let slope = j * (-2.0 / 3.0 / x[q]) * (2.0 * x[p] - 2.0 / 3.0 * i / x[p])
+                        + j * (-2.0 / 3.0 * 2.0 * x[q] / x[p])
+                        + if p == q {
+                            j * (2.0 + 2.0 / 3.0 * i / (x[p] * x[p]))
+                        } else {
+                            0.0
+                        };
+                    let bulk = other[p] * other[q] + if p == q { 0.0 } else { J - 1.0 };
+                    second[p][q] = 0.5 * mu * slope + kappa * bulk;
+                }
+            }
+            // Both families of fibres stretch alike.
+            let (sin, cos) = fibre_angle_deg.to_radians().sin_cos();
+            let strain = cos * cos * b * b + sin * sin - 1.0;
+            if !(tension_only && strain < 0.0) {
+                let exponential = (k2 * strain * strain).exp();
+                let slope = 2.0 * cos * cos * b;
+                w += k1 / k2 * (exponential - 1.0);
+                let psi = 2.0 * k1 * strain * exponential;
+                first[1] += psi * slope;
+                second[1][1] += psi * 2.0 * cos * cos
+                    + 2.0 * k1 * exponential * (1.0 + 2.0 * k2 * strain * strain) * slope * slope;
+            }
+            (w, first, second)
+        }
+    }
+}
+
+/// Points and weights on [-1, 1] from the eigenvalues of the Jacobi matrix of the Legendre polynomials.
+fn gauss(n: usize) -> Vec<(f64, f64)> {
+    let matrix = DMatrix::from_fn(n, n, |i, j| {
+        let k = i.max(j) as f64;
+        if i.abs_diff(j) == 1 {
+            k / (4.0 * k * k - 1.0).sqrt()
+        } else {
+            0.0
+        }
+    });
+    let eigen = matrix.symmetric_eigen();
+    (0..n)
+        .map(|i| {
+            (
+                eigen.eigenvalues[i],
+                2.0 * eigen.eigenvectors[(0, i)].powi(2),
+            )
+        })
+        .collect()
+}
+
+/// Solution of the tube.
+pub struct Tube {
+    /// Strain energy per length, J/m.
+    pub energy: f64,
+    /// Radial displacement at the inner radius, each interface and the outer radius, m.
+    pub displacement: Vec<f64>,
+}
+
+/// Inflates a tube of layers `(thickness, material)` from the inner radius outward by `pressure`.
+pub fn inflate(
+    inner_radius: f64,
+    layers: &[(f64, Material)],
+    pressure: f64,
+    follower: bool,
+) -> Tube {
+    let nodes: Vec<f64> = (0..=DEGREE)
+        .map(|i| -(std::f64::consts::PI * i as f64 / DEGREE as f64).cos())
+        .collect();
+    let lagrange = |i: usize, x: f64| -> (f64, f64) {
+        let others = || (0..=DEGREE).filter(move |&j| j != i);
+        let value = others()
+            .map(|j| (x - nodes[j]) / (nodes[i] - nodes[j]))
+            .product();
+        let slope = others()
+            .map(|k| {
+                let rest = others().filter(|&j| j != k);
+                rest.map(|j| (x - nodes[j]) / (nodes[i] - nodes[j]))
+                    .product::<f64>()
+                    / (nodes[i] - nodes[k])
+            })
+            .sum();
+        (value, slope)
+    };
+    let table: Vec<(f64, f64, Vec<(f64, f64)>)> = gauss(POINTS)
+        .into_iter()
+        .map(|(x, w)| (x, w, (0..=DEGREE).map(|i| lagrange(i, x)).collect()))
+        .collect();
+    let unknowns = layers.len() * DEGREE + 1;
+    let mut starts = vec![inner_radius];
+    layers
+        .iter()
+        .for_each(|(t, _)| starts.push(starts[starts.len() - 1] + t));
+    let mut u = DVector::<f64>::zeros(unknowns);
+    let evaluate = |u: &DVector<f64>| {
+        let mut energy = 0.0;
+        let mut force = DVector::<f64>::zeros(unknowns);
+        let mut stiffness = DMatrix::<f64>::zeros(unknowns, unknowns);
+        for (layer, (thickness, material)) in layers.iter().enumerate() {
+            for (x, weight, shapes) in &table {
+                let R = starts[layer] + 0.5 * thickness * (1.0 + x);
+                let dV = 2.0 * std::f64::consts::PI * R * weight * 0.5 * thickness;
+                let scale = 2.0 / thickness;
+                let sum = |f: &dyn Fn(&(f64, f64)) -> f64| -> f64 {
+                    shapes
+                        .iter()
+                        .enumerate()
+                        .map(|(i, s)| f(s) * u[layer * DEGREE + i])
+                        .sum()
+                };
+                let (a, b) = (1.0 + scale * sum(&|s| s.1), 1.0 + sum(&|s| s.0) / R);
+                let (w, first, second) = density(material, a, b);
+                energy += w * dV;
+                for (i, si) in shapes.iter().enumerate() {
+                    let bi = [scale * si.1, si.0 / R];
+                    force[layer * DEGREE + i] += dV * (first[0] * bi[0] + first[1] * bi[1]);
+                    for (j, sj) in shapes.iter().enumerate() {
+                        let bj = [scale * sj.1, sj.0 / R];
+                        let value: f64 = (0..2)
+                            .map(|p| (0..2).map(|q| bi[p] * second[p][q] * bj[q]).sum::<f64>())
+                            .sum();
+                        stiffness[(layer * DEGREE + i, layer * DEGREE + j)] += dV * value;
+                    }
+                }
+            }
+        }
+        (energy, force, stiffness)
+    };
+    let steps = 40;
+    for step in 1..=steps {
+        let p = pressure * step as f64 / steps as f64;
+        let mut converged = 0;
+        for iteration in 0.. {
+            assert!(iteration < 100, "the radial reference does not converge");
+            let (_, mut residual, mut stiffness) = evaluate(&u);
+            let circumference = 2.0 * std::f64::consts::PI;
+            let radius = if follower {
+                inner_radius + u[0]
+            } else {
+                inner_radius
+            };
+            residual[0] -= p * circumference * radius;
+            if follower {
+                stiffness[(0, 0)] -= p * circumference;
+            }
+            let change = stiffness.lu().solve(&residual).expect("regular");
+            u -= &change;
+            if change.norm() < 1e-11 * u.norm() {
+                converged += 1;
+            }
+            if converged == 2 {
+                break;
+            }
+        }
+    }
+    let places = (0..=layers.len()).map(|k| u[k * DEGREE]).collect();
+    Tube {
+        energy: evaluate(&u).0,
+        displacement: places,
+    }
+}
