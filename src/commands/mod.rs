@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand; short, reads like the README.
 
+mod couple_test;
 mod failure;
 mod run;
 mod run_folder;
@@ -27,14 +28,17 @@ struct CommandLine {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {}
+enum Command {
+    /// Compares acceleration models and predictors on problems with a known answer; needs no flow solver.
+    CoupleTest(couple_test::Arguments),
+}
 
 /// Parses the command line and runs the command. Exit code 0: done; 1: a solver failed; 2: the input or the
 /// installation is at fault, nothing was written; 130: interrupted.
 pub fn main() -> ExitCode {
     let line = CommandLine::parse();
     let outcome = match (line.command, line.run) {
-        (Some(command), _) => match command {},
+        (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
         (None, Some(arguments)) => run::run(&arguments),
         (None, None) => unreachable!("clap shows the help when there are no arguments"),
     };

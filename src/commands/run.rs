@@ -4,9 +4,9 @@ use super::Failure;
 use super::run_folder::RunFolder;
 use crate::Vec3;
 use crate::case::{self, Case, Preset, ResolvedCase};
-use crate::coupling::acceleration::{Acceleration, Aitken, Constant, IqnLs};
+use crate::coupling::acceleration::{self, Acceleration, Identity, Kind};
 use crate::coupling::convergence::Criterion;
-use crate::coupling::predictor::Predictor;
+use crate::coupling::predictor::{Extrapolation, Predictor};
 use crate::coupling::transfer::Transfer;
 use crate::coupling::{Coupling, CouplingError, Settings, flatten};
 use crate::fluid::openfoam::case_files::CaseFiles;
@@ -186,7 +186,7 @@ fn assemble(
         solid,
         transfer,
         acceleration: acceleration(&case.coupling),
-        predictor: Predictor::new(degree(case.coupling.predictor), rest),
+        predictor: Predictor::new(extrapolation(case.coupling.predictor), rest),
         criterion: Criterion {
             relative: case.coupling.e_rel,
             absolute: case.coupling.e_abs,
@@ -240,22 +240,25 @@ fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
 }
 
 fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
-    match settings.acceleration {
-        case::Acceleration::Constant => Box::new(Constant::new(settings.relaxation)),
-        case::Acceleration::Aitken => Box::new(Aitken::new(settings.relaxation)),
-        case::Acceleration::IqnLs => Box::new(IqnLs::new(
-            settings.relaxation,
-            settings.reuse_steps,
-            settings.filter,
-        )),
-    }
+    let kind = match settings.acceleration {
+        case::Acceleration::Constant => Kind::Constant,
+        case::Acceleration::Aitken => Kind::Aitken,
+        case::Acceleration::IqnLs => Kind::IqnLs,
+    };
+    let settings = acceleration::Settings {
+        relaxation: settings.relaxation,
+        reuse: settings.reuse_steps,
+        filter: settings.filter,
+        max_columns: 200,
+    };
+    kind.build(&settings, Box::new(Identity))
 }
 
-fn degree(predictor: case::Predictor) -> usize {
+fn extrapolation(predictor: case::Predictor) -> Extrapolation {
     match predictor {
-        case::Predictor::Constant => 0,
-        case::Predictor::Linear => 1,
-        case::Predictor::Quadratic => 2,
+        case::Predictor::Constant => Extrapolation::Constant,
+        case::Predictor::Linear => Extrapolation::Linear,
+        case::Predictor::Quadratic => Extrapolation::Quadratic,
     }
 }
 

@@ -8,6 +8,7 @@ pub mod acceleration;
 pub mod convergence;
 pub mod interpolation;
 pub mod predictor;
+pub mod reference;
 pub mod transfer;
 
 use crate::Vec3;
@@ -143,7 +144,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             iterations.push(Iteration {
                 number: iterations.len() + 1,
                 measure,
-                columns: self.acceleration.columns(),
+                columns: self.acceleration.columns().used,
                 correctors: flow.correctors,
                 pressure_residual: flow.pressure_residual,
                 force_mismatch: force_mismatch(

@@ -1,38 +1,60 @@
 //! Constant relaxation.
 
-use super::Acceleration;
+use super::{Acceleration, Identity, Surrogate};
 use nalgebra::DVector;
 
-/// `d + omega (d_tilde - d)`.
-#[derive(Debug, Clone, PartialEq)]
+/// `d + omega P r` with a fixed factor; `P` is the identity unless a surrogate is given.
 pub struct Constant {
     omega: f64,
+    surrogate: Box<dyn Surrogate>,
+    /// The `d` of the last call.
+    last: Option<DVector<f64>>,
 }
 
 impl Constant {
     /// Relaxation by the factor `omega` in (0, 1].
     pub fn new(omega: f64) -> Self {
-        Self { omega }
+        Self {
+            omega,
+            surrogate: Box::new(Identity),
+            last: None,
+        }
+    }
+
+    /// The same with the surrogate `P` in place of the identity.
+    pub fn with_surrogate(self, surrogate: Box<dyn Surrogate>) -> Self {
+        Self { surrogate, ..self }
     }
 }
 
 impl Acceleration for Constant {
     fn next(&mut self, d: &DVector<f64>, d_tilde: &DVector<f64>) -> DVector<f64> {
-        d + self.omega * (d_tilde - d)
+        self.last = Some(d.clone());
+        d + self.omega * self.surrogate.predict(&(d_tilde - d))
     }
 
-    fn finish_step(&mut self) {}
+    fn finish_step(&mut self) {
+        if let Some(d) = self.last.take() {
+            self.surrogate.finish_step(&d);
+        }
+    }
+
+    fn reset(&mut self) {
+        self.last = None;
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::LinearInterface;
+    use super::super::super::reference::Linear;
+    use super::super::tests::{error, iterate};
     use super::*;
 
     #[test]
     fn converges_when_the_factor_is_small_enough() {
-        let problem = LinearInterface::new(30, 8.0);
-        let (_, d) = problem.iterate(&mut Constant::new(0.15), 1000).unwrap();
-        assert!((d - problem.solution()).norm() < 1e-8);
+        let mut problem = Linear::new(30, 8.0);
+        assert!(iterate(&mut problem, &mut Constant::new(1.0), 200).is_none());
+        let (_, d) = iterate(&mut problem, &mut Constant::new(0.15), 1000).unwrap();
+        assert!(error(&problem, 0, &d) < 1e-8);
     }
 }

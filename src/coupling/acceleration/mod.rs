@@ -1,15 +1,43 @@
-//! Convergence acceleration: from `d` and `d_tilde = S∘F(d)` to the next trial.
+//! Convergence acceleration, **A** in equation (13): from `d` and `d_tilde = S∘F(d)` to the next trial.
 //!
-//! Every model is a file of the same shape: a struct with its memory, [`Acceleration`], tests against the linear
-//! interface problem of [`tests`].
+//! Whatever the model, the next trial is `d + C r` with the residual `r = d_tilde - d` and some idea `C` of
+//! `-(dr/dd)⁻¹`. The models differ in where they take `C` from:
+//!
+//! | model | `C r` | source |
+//! | --- | --- | --- |
+//! | [`Constant`] | `omega P r` | — |
+//! | [`Aitken`] | `omega_k P r`, the factor from the last two residuals | Irons and Tuck 1969; Küttler and Wall 2008 |
+//! | [`IqnLs`] | one least-squares fit with the columns of this step and the last `q` steps, `P` for the rest | Degroote, Bathe and Vierendeels 2009; filter: Haelterman et al. 2016 |
+//! | [`MultiVector`] | a fit with the columns of this step; its rest to the fit of the step before, and so on; `P` for the last rest | Bogaers et al. 2014 (MVQN), Lindner et al. 2015 (IQN-IMVJ); without matrices: Spenke, Hosters and Behr 2020 |
+//! | [`Hybrid`] | a fit with the columns of this step; its rest to *one* joint fit of the last `q` steps; `P` for the last rest | between the two above |
+//!
+//! `P` is the [`Surrogate`]: a cheap model of the two solvers, or the identity. All three quasi-Newton models agree as
+//! long as nothing is remembered (`q = 0`).
+//!
+//! The paper's "modified" variant comes from Radtke et al. 2016 (Comput. Mech. 58), who found a hybrid of two
+//! well-known variants best. Its formulas were not at hand: [`Hybrid`] follows the description, not the text.
+//!
+//! Every model is a file of the same shape: a struct with its memory, a trait ([`Acceleration`] for the relaxations,
+//! [`Model`] for what a [`QuasiNewton`] iteration remembers), tests on the linear problem of
+//! [`reference`](super::reference).
 
 mod aitken;
 mod constant;
+mod hybrid;
 mod iqn_ls;
+mod least_squares;
+mod multi_vector;
+mod quasi_newton;
+pub mod surrogate;
 
 pub use aitken::Aitken;
 pub use constant::Constant;
+pub use hybrid::Hybrid;
 pub use iqn_ls::IqnLs;
+pub use least_squares::{Column, Columns, LeastSquares};
+pub use multi_vector::MultiVector;
+pub use quasi_newton::{Model, Prediction, QuasiNewton};
+pub use surrogate::{Identity, Surrogate};
 
 use nalgebra::DVector;
 
@@ -18,81 +46,154 @@ pub trait Acceleration: Send {
     /// The next trial after `d`, whose image under structure and fluid is `d_tilde`.
     fn next(&mut self, d: &DVector<f64>, d_tilde: &DVector<f64>) -> DVector<f64>;
 
-    /// The step has converged; what was learnt in it becomes memory.
+    /// The step has converged at the `d` of the last call; what was learnt in it becomes memory.
     fn finish_step(&mut self);
 
-    /// Columns that the last trial was built from; 0 for models without.
-    fn columns(&self) -> usize {
-        0
+    /// Forgets everything but its settings: for a step that failed and is tried again from its start.
+    fn reset(&mut self);
+
+    /// What the last trial was built from.
+    fn columns(&self) -> Columns {
+        Columns::default()
+    }
+}
+
+/// Settings of all models; each takes what it needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Relaxation factor: of every iteration ([`Constant`]), of the first iteration of a step ([`Aitken`]), of the very
+    /// first iteration (the others).
+    pub relaxation: f64,
+    /// Number of earlier steps whose columns are remembered.
+    pub reuse: usize,
+    /// A column is dropped if less than this share of it is independent of the newer ones.
+    pub filter: f64,
+    /// Most columns in memory; the oldest go first.
+    pub max_columns: usize,
+}
+
+/// The models by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// [`Constant`].
+    Constant,
+    /// [`Aitken`].
+    Aitken,
+    /// [`IqnLs`].
+    IqnLs,
+    /// [`MultiVector`].
+    MultiVector,
+    /// [`Hybrid`].
+    Hybrid,
+}
+
+impl Kind {
+    /// All models.
+    pub const ALL: [Self; 5] = [
+        Self::Constant,
+        Self::Aitken,
+        Self::IqnLs,
+        Self::MultiVector,
+        Self::Hybrid,
+    ];
+
+    /// The name in tables and in `case.toml`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Aitken => "aitken",
+            Self::IqnLs => "iqn_ls",
+            Self::MultiVector => "multi_vector",
+            Self::Hybrid => "hybrid",
+        }
+    }
+
+    /// Whether the model learns from earlier steps.
+    pub fn remembers(self) -> bool {
+        !matches!(self, Self::Constant | Self::Aitken)
+    }
+
+    /// The model with its settings; `surrogate` is the initial inverse Jacobian ([`Identity`] if there is none).
+    pub fn build(
+        self,
+        settings: &Settings,
+        surrogate: Box<dyn Surrogate>,
+    ) -> Box<dyn Acceleration> {
+        let Settings {
+            relaxation,
+            reuse,
+            filter,
+            max_columns,
+        } = *settings;
+        match self {
+            Self::Constant => Box::new(Constant::new(relaxation).with_surrogate(surrogate)),
+            Self::Aitken => Box::new(Aitken::new(relaxation).with_surrogate(surrogate)),
+            Self::IqnLs => {
+                let model = IqnLs::new(reuse, filter, max_columns);
+                Box::new(QuasiNewton::new(model, relaxation).with_surrogate(surrogate))
+            }
+            Self::MultiVector => {
+                let model = MultiVector::new(reuse, filter, max_columns);
+                Box::new(QuasiNewton::new(model, relaxation).with_surrogate(surrogate))
+            }
+            Self::Hybrid => {
+                let model = Hybrid::new(reuse, filter, max_columns);
+                Box::new(QuasiNewton::new(model, relaxation).with_surrogate(surrogate))
+            }
+        }
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use super::super::reference::{Linear, Reference};
     use super::*;
-    use nalgebra::DMatrix;
 
-    /// `d_tilde = b - A d` with the spectrum of an added-mass operator: modes of long wave length have the largest
-    /// eigenvalues, `added_mass` for the longest; plain fixed-point iteration diverges if that is above 1.
-    pub struct LinearInterface {
-        pub a: DMatrix<f64>,
-        pub b: DVector<f64>,
+    /// Iterates on the first step of `problem` until the residual has fallen by 1e-10; returns the number of
+    /// iterations and the solution, and finishes the step.
+    pub fn iterate(
+        problem: &mut Linear,
+        model: &mut dyn Acceleration,
+        most: usize,
+    ) -> Option<(usize, DVector<f64>)> {
+        let mut d = problem.at_rest();
+        let mut first = None;
+        for k in 1..=most {
+            let d_tilde = problem.image(&d);
+            let next = model.next(&d, &d_tilde);
+            let residual = (&d_tilde - &d).norm();
+            if residual < 1e-10 * *first.get_or_insert(residual) {
+                model.finish_step();
+                problem.accept(&d);
+                return Some((k, d));
+            }
+            d = next;
+        }
+        None
     }
 
-    impl LinearInterface {
-        pub fn new(n: usize, added_mass: f64) -> Self {
-            let mode = |i: usize, k: usize| {
-                let x = (i as f64 + 1.0) / (n as f64 + 1.0);
-                (2.0 / (n as f64 + 1.0)).sqrt()
-                    * (std::f64::consts::PI * (k as f64 + 1.0) * x).sin()
-            };
-            let a = DMatrix::from_fn(n, n, |i, j| {
-                (0..n)
-                    .map(|k| added_mass / ((k + 1) * (k + 1)) as f64 * mode(i, k) * mode(j, k))
-                    .sum()
-            });
-            Self {
-                a,
-                b: DVector::from_fn(n, |i, _| 1.0 + (i as f64).cos()),
-            }
-        }
-
-        pub fn apply(&self, d: &DVector<f64>) -> DVector<f64> {
-            &self.b - &self.a * d
-        }
-
-        pub fn solution(&self) -> DVector<f64> {
-            let n = self.b.len();
-            (DMatrix::identity(n, n) + &self.a)
-                .lu()
-                .solve(&self.b)
-                .unwrap()
-        }
-
-        /// Iterates until the residual has fallen by 1e-10; returns the number of iterations and the solution.
-        pub fn iterate(
-            &self,
-            model: &mut dyn Acceleration,
-            most: usize,
-        ) -> Option<(usize, DVector<f64>)> {
-            let mut d = DVector::zeros(self.b.len());
-            for k in 1..=most {
-                let d_tilde = self.apply(&d);
-                if (&d_tilde - &d).norm() < 1e-10 * self.b.norm() {
-                    return Some((k, d));
-                }
-                d = model.next(&d, &d_tilde);
-            }
-            None
-        }
+    /// The distance of `d` to the solution of step `step` of `problem`.
+    pub fn error(problem: &Linear, step: usize, d: &DVector<f64>) -> f64 {
+        let exact = &problem.exact()[step];
+        (d - exact).norm() / exact.norm()
     }
 
     #[test]
-    fn the_linear_problem_defeats_plain_iteration() {
-        assert!(
-            LinearInterface::new(30, 8.0)
-                .iterate(&mut Constant::new(1.0), 200)
-                .is_none()
-        );
+    fn every_model_forgets_on_reset() {
+        let settings = Settings {
+            relaxation: 0.1,
+            reuse: 5,
+            filter: 1e-6,
+            max_columns: 100,
+        };
+        for kind in Kind::ALL {
+            let trial = |model: &mut dyn Acceleration| {
+                iterate(&mut Linear::new(20, 8.0), model, 1000).unwrap()
+            };
+            let mut model = kind.build(&settings, Box::new(Identity));
+            let first = trial(model.as_mut());
+            model.reset();
+            assert_eq!(trial(model.as_mut()), first, "{}", kind.name());
+        }
     }
 }

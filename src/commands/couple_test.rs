@@ -1,0 +1,127 @@
+//! `fsi-driver couple-test`: acceleration and prediction on problems with a known answer, without a flow solver.
+
+mod plot;
+
+use super::Failure;
+use crate::coupling::predictor::Extrapolation;
+use crate::coupling::reference::study::{Trial, problems};
+use crate::coupling::reference::{History, Reference};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::fs;
+use std::io;
+use std::path::PathBuf;
+
+/// Options of the study.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder of the results: couple_test.csv and a plot of the residual for each problem.
+    #[arg(long, value_name = "DIR", default_value = "couple-test")]
+    out: PathBuf,
+    /// Relative residual at which a step has converged.
+    #[arg(long, value_name = "R", default_value_t = 1e-6)]
+    tolerance: f64,
+}
+
+/// A row of `couple_test.csv`.
+#[derive(Debug, Serialize)]
+struct Row<'a> {
+    problem: &'a str,
+    model: &'a str,
+    reuse_steps: usize,
+    surrogate: bool,
+    predictor: &'a str,
+    converged: bool,
+    mean_iterations: f64,
+    max_iterations: usize,
+    /// Largest difference to the exact solution over the largest displacement.
+    difference_to_exact: f64,
+}
+
+/// Runs every combination of settings on every problem; prints mean and largest numbers of iterations, writes the
+/// table and the plots.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    study(arguments).map_err(|error| {
+        let folder = arguments.out.display();
+        Failure::Run(format!(
+            "the study could not be written to {folder}: {error}; choose another --out"
+        ))
+    })
+}
+
+fn study(arguments: &Arguments) -> io::Result<()> {
+    fs::create_dir_all(&arguments.out)?;
+    let mut table = csv::Writer::from_path(arguments.out.join("couple_test.csv"))?;
+    for (index, problem) in problems().iter().enumerate() {
+        let exact = problem.exact();
+        let results: Vec<(Trial, History)> = Trial::all()
+            .into_par_iter()
+            .map(|trial| {
+                let mut problem = problems().swap_remove(index);
+                (trial, trial.run(problem.as_mut(), arguments.tolerance))
+            })
+            .collect();
+        for (trial, history) in &results {
+            table.serialize(Row {
+                problem: problem.name(),
+                model: trial.kind.name(),
+                reuse_steps: trial.reuse,
+                surrogate: trial.surrogate,
+                predictor: trial.extrapolation.name(),
+                converged: history.converged,
+                mean_iterations: history.mean(),
+                max_iterations: history.most(),
+                difference_to_exact: history.difference(&exact),
+            })?;
+        }
+        print(problem.as_ref(), &results, |history| {
+            history.difference(&exact)
+        });
+        let file = format!("residual_{}.svg", problem.name().replace(' ', "_"));
+        plot::residuals(&arguments.out.join(file), problem.name(), &results)
+            .map_err(io::Error::other)?;
+    }
+    table.flush()
+}
+
+/// A line for each model, reuse and surrogate, a column for each predictor.
+fn print(
+    problem: &dyn Reference,
+    results: &[(Trial, History)],
+    difference: impl Fn(&History) -> f64,
+) {
+    println!(
+        "{}, {} steps: mean (largest) number of coupling iterations",
+        problem.name(),
+        problem.steps()
+    );
+    print!("  {:<14}{:>3}  {:<9}", "model", "q", "surrogate");
+    for extrapolation in Extrapolation::ALL {
+        print!("{:>16}", extrapolation.name());
+    }
+    println!("{:>22}", "difference to exact");
+    for line in results.chunks(Extrapolation::ALL.len()) {
+        let trial = &line[0].0;
+        let surrogate = if trial.surrogate { "yes" } else { "no" };
+        print!(
+            "  {:<14}{:>3}  {:<9}",
+            trial.kind.name(),
+            trial.reuse,
+            surrogate
+        );
+        for (_, history) in line {
+            let figure = if history.converged {
+                format!("{:.2} ({})", history.mean(), history.most())
+            } else {
+                "diverged".into()
+            };
+            print!("{figure:>16}");
+        }
+        let worst = line
+            .iter()
+            .map(|(_, history)| difference(history))
+            .fold(0.0, f64::max);
+        println!("{worst:>22.1e}");
+    }
+    println!();
+}

@@ -1,0 +1,99 @@
+//! Least squares on the current step's columns, with the remembered steps answering for what those do not span.
+
+use super::{Column, Columns, LeastSquares, Model, Prediction};
+use nalgebra::DVector;
+
+/// Two fits: one with the columns of this step, and one with all columns of the last `reuse` steps for its rest.
+///
+/// From [`IqnLs`](super::IqnLs) it has the joint fit of the remembered columns, filtered against each other; from
+/// [`MultiVector`](super::MultiVector) that remembered columns, which belong to a slightly different Jacobian, never
+/// compete with those of the current step. The remembered columns are decomposed once a step instead of once an
+/// iteration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hybrid {
+    reuse: usize,
+    max_columns: usize,
+    current: LeastSquares,
+    remembered: LeastSquares,
+}
+
+impl Hybrid {
+    /// Remembers `reuse` steps and at most `max_columns` columns, drops columns by `filter` (see [`LeastSquares`]).
+    pub fn new(reuse: usize, filter: f64, max_columns: usize) -> Self {
+        let (current, remembered) = (LeastSquares::new(filter), LeastSquares::new(filter));
+        Self {
+            reuse,
+            max_columns,
+            current,
+            remembered,
+        }
+    }
+}
+
+impl Model for Hybrid {
+    fn add(&mut self, column: Column) {
+        self.current.add(column);
+        self.current.truncate(self.max_columns);
+        self.remembered
+            .truncate(self.max_columns - self.current.len());
+    }
+
+    fn predict(&mut self, residual: &DVector<f64>) -> Prediction {
+        let now = self.current.predict(residual);
+        let before = self.remembered.predict(&now.rest);
+        Prediction {
+            correction: now.correction + before.correction,
+            rest: before.rest,
+        }
+    }
+
+    fn finish_step(&mut self) {
+        let columns = self.current.take();
+        columns
+            .into_iter()
+            .rev()
+            .for_each(|column| self.remembered.add(column));
+        self.remembered.grow_older(self.reuse);
+    }
+
+    fn reset(&mut self) {
+        self.current.take();
+        self.remembered.take();
+    }
+
+    fn columns(&self) -> Columns {
+        Columns {
+            used: self.current.len() + self.remembered.len(),
+            dropped: self.current.dropped() + self.remembered.dropped(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::reference::Linear;
+    use super::super::tests::{error, iterate};
+    use super::super::{IqnLs, QuasiNewton};
+    use super::*;
+
+    #[test]
+    fn needs_fewer_iterations_from_step_to_step() {
+        let mut problem = Linear::new(60, 20.0);
+        let mut model = QuasiNewton::new(Hybrid::new(20, 1e-8, 500), 0.05);
+        let (first, _) = iterate(&mut problem, &mut model, 100).unwrap();
+        let (second, d) = iterate(&mut problem, &mut model, 100).unwrap();
+        assert!(error(&problem, 1, &d) < 1e-8);
+        assert!(second < first, "first {first}, second {second}");
+    }
+
+    #[test]
+    fn without_memory_it_is_iqn_ls() {
+        let step = |model: &mut dyn super::super::Acceleration| {
+            iterate(&mut Linear::new(30, 8.0), model, 100).unwrap()
+        };
+        assert_eq!(
+            step(&mut QuasiNewton::new(Hybrid::new(0, 1e-6, 100), 0.1)),
+            step(&mut QuasiNewton::new(IqnLs::new(0, 1e-6, 100), 0.1)),
+        );
+    }
+}

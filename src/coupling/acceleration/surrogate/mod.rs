@@ -1,0 +1,34 @@
+//! Surrogates: cheap models of both solvers that give the initial inverse Jacobian of the interface.
+//!
+//! Delaissé et al. 2022 (IQN-ISM, Comput. Struct. 260) show the idea: secants know nothing before they have been
+//! bought with iterations, but a coarse model of the same physics knows the modes that cost them, those of long wave
+//! length. It need not be accurate; its errors are corrected by the secants.
+
+mod sections;
+mod tridiagonal;
+mod tube;
+
+pub use sections::{Axis, Sections, SparseSection};
+pub use tridiagonal::Tridiagonal;
+pub use tube::{Blood, End, TubeSurrogate};
+
+use nalgebra::DVector;
+
+/// An initial inverse Jacobian of the residual `r(d) = S∘F(d) - d`.
+pub trait Surrogate: Send {
+    /// The change of the displacement that would remove the residual if the surrogate were exact: `-(dr/dd)⁻¹ residual`.
+    fn predict(&self, residual: &DVector<f64>) -> DVector<f64>;
+
+    /// A step was accepted with the displacement `d`: time to linearize anew.
+    fn finish_step(&mut self, _d: &DVector<f64>) {}
+}
+
+/// No surrogate: `S∘F` does not depend on `d`, so that the residual is the change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Identity;
+
+impl Surrogate for Identity {
+    fn predict(&self, residual: &DVector<f64>) -> DVector<f64> {
+        residual.clone()
+    }
+}

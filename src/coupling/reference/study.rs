@@ -1,0 +1,69 @@
+//! Which settings a study of the acceleration compares, and one computation with each.
+
+use super::{History, Linear, Reference, Tube, TubeSetup, march};
+use crate::coupling::acceleration::{Identity, Kind, Settings, Surrogate};
+use crate::coupling::predictor::{Extrapolation, Predictor};
+
+/// A combination of settings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Trial {
+    /// Acceleration model.
+    pub kind: Kind,
+    /// Number of steps that it remembers; 0 for models without memory.
+    pub reuse: usize,
+    /// Whether it is given the problem's surrogate.
+    pub surrogate: bool,
+    /// First guess of each step.
+    pub extrapolation: Extrapolation,
+}
+
+impl Trial {
+    /// Every model, with and without surrogate, with every predictor, and with memory of 0, 5 and 10 steps for those
+    /// that can have it.
+    pub fn all() -> Vec<Self> {
+        let mut all = Vec::new();
+        for kind in Kind::ALL {
+            let reuses: &[usize] = if kind.remembers() { &[0, 5, 10] } else { &[0] };
+            for &reuse in reuses {
+                for surrogate in [false, true] {
+                    for extrapolation in Extrapolation::ALL {
+                        all.push(Self {
+                            kind,
+                            reuse,
+                            surrogate,
+                            extrapolation,
+                        });
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// Computes all steps of `problem` (see [`march`]).
+    pub fn run(&self, problem: &mut dyn Reference, tolerance: f64) -> History {
+        let (relaxation, surrogate): (f64, Box<dyn Surrogate>) = if self.surrogate {
+            (0.9, problem.surrogate())
+        } else {
+            (problem.relaxation(), Box::new(Identity))
+        };
+        let settings = Settings {
+            relaxation,
+            reuse: self.reuse,
+            filter: 1e-4,
+            max_columns: 200,
+        };
+        let mut model = self.kind.build(&settings, surrogate);
+        let predictor = Predictor::new(self.extrapolation, problem.at_rest());
+        march(problem, model.as_mut(), predictor, tolerance, 2000)
+    }
+}
+
+/// The problems of the study, at rest.
+pub fn problems() -> Vec<Box<dyn Reference>> {
+    vec![
+        Box::new(Linear::new(60, 20.0)),
+        Box::new(Tube::new(TubeSetup::artery())),
+        Box::new(Tube::new(TubeSetup::pressure_pulse())),
+    ]
+}

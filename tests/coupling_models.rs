@@ -1,0 +1,79 @@
+//! Every acceleration model, reuse and predictor against problems whose coupled solution is known.
+
+use fsi_driver::coupling::acceleration::{Identity, Kind, Settings};
+use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
+use fsi_driver::coupling::reference::march;
+use fsi_driver::coupling::reference::study::{Trial, problems};
+use rayon::prelude::*;
+
+/// Compares every combination of settings to the exact solution of problem `index`.
+fn all_reach_the_exact_solution(index: usize, tolerance: f64, allowed: f64) {
+    let exact = problems()[index].exact();
+    Trial::all().into_par_iter().for_each(|trial| {
+        let history = trial.run(problems()[index].as_mut(), tolerance);
+        let last = history.residuals.last();
+        assert!(history.converged, "{trial:?}: {last:?}");
+        let difference = history.difference(&exact);
+        assert!(difference < allowed, "{trial:?}: {difference:e}");
+    });
+}
+
+#[test]
+fn the_linear_problem_is_solved_to_1e_8() {
+    all_reach_the_exact_solution(0, 1e-10, 1e-8);
+}
+
+#[test]
+fn the_artery_is_solved_as_by_the_monolithic_method_to_1e_8() {
+    all_reach_the_exact_solution(1, 1e-10, 1e-8);
+}
+
+#[test]
+fn the_pressure_pulse_is_solved_as_by_the_monolithic_method_to_1e_8() {
+    all_reach_the_exact_solution(2, 1e-10, 1e-8);
+}
+
+#[test]
+fn at_the_tolerance_of_a_computation_the_histories_agree_within_ten_times_that() {
+    for index in 0..3 {
+        all_reach_the_exact_solution(index, 1e-6, 1e-5);
+    }
+}
+
+#[test]
+fn plain_iteration_diverges_on_all_of_them() {
+    for mut problem in problems() {
+        let settings = Settings {
+            relaxation: 1.0,
+            reuse: 0,
+            filter: 0.0,
+            max_columns: 0,
+        };
+        let mut model = Kind::Constant.build(&settings, Box::new(Identity));
+        let predictor = Predictor::new(Extrapolation::Constant, problem.at_rest());
+        let history = march(problem.as_mut(), model.as_mut(), predictor, 1e-6, 20);
+        let last = history.residuals.last().unwrap();
+        assert!(!history.converged, "{}: {last:?}", problem.name());
+    }
+}
+
+#[test]
+fn memory_and_the_surrogate_save_iterations() {
+    for index in 0..3 {
+        let mean = |kind, reuse, surrogate| {
+            let extrapolation = Extrapolation::Quadratic;
+            let trial = Trial {
+                kind,
+                reuse,
+                surrogate,
+                extrapolation,
+            };
+            trial.run(problems()[index].as_mut(), 1e-6).mean()
+        };
+        let without = mean(Kind::IqnLs, 0, false);
+        assert!(mean(Kind::IqnLs, 0, true) < without, "{index}");
+        for kind in [Kind::IqnLs, Kind::MultiVector, Kind::Hybrid] {
+            assert!(mean(kind, 10, false) < without, "{kind:?} {index}");
+        }
+    }
+}
