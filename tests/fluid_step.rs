@@ -83,7 +83,7 @@ fn a_repeated_step_forgets_its_trials() {
                     fluid.forget_trial();
                 }
             }
-            fluid.solve(&right, correctors(40)).unwrap();
+            fluid.solve(&right, correctors(25)).unwrap();
             fluid.accept(n == 3).unwrap();
         }
         drop(fluid);

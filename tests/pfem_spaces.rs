@@ -189,7 +189,7 @@ fn tangent_is_the_derivative_of_the_forces_and_symmetric() {
                 (8.0 * (values[2][i] - values[1][i]) - (values[3][i] - values[0][i])) / (12.0 * h)
             })
             .collect();
-        let mut tangent = body.tangent(&d, &[(&surface, &load)]).unwrap();
+        let mut tangent = body.tangent(&d, None, &[(&surface, &load)]).unwrap();
         body.pattern.hold(&mut tangent);
         let matrix = body.pattern.matrix(&tangent);
         let x = body.restrict(&direction);

@@ -90,9 +90,6 @@ void Foam::fsiMotionFvMesh::moveWall()
     // Into the point values, where the motion solver looks for them
     displacement.correctBoundaryConditions();
 
-    // Solve for the motion on the undeformed mesh: the new points must follow
-    // from the displacement alone, not from the trial that was there before.
-    fvMesh::movePoints(referencePoints());
     fsi::resetAgglomerationDirection();
 
     dynamicMotionSolverFvMesh::update();

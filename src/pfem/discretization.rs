@@ -178,10 +178,12 @@ impl Discretization {
         forces
     }
 
-    /// Values of the tangent of the internal forces and of following pressures.
+    /// Values of the tangent of the internal forces and of following pressures; see [`Elements::stiffness`] for
+    /// `linearized_at`.
     pub fn tangent(
         &self,
         displacement: &[f64],
+        linearized_at: Option<&[f64]>,
         following: &[(&Surface, &SurfaceLoad)],
     ) -> Result<Vec<f64>, SolidError> {
         let mut values = vec![0.0; self.pattern.entries()];
@@ -192,7 +194,9 @@ impl Discretization {
             let matrices = batch
                 .par_iter()
                 .map(|&e| {
-                    let mut blocks = self.elements.stiffness(self.body(), e, displacement)?;
+                    let mut blocks =
+                        self.elements
+                            .stiffness(self.body(), e, displacement, linearized_at)?;
                     for (surface, load) in following {
                         surface.add_stiffness(&self.numbering, displacement, load, e, &mut blocks);
                     }
@@ -233,7 +237,7 @@ impl Discretization {
     /// Norm of the internal forces below which they are round-off, N: the rounding of strains of order one times the
     /// stiffness of the undeformed body.
     pub fn round_off(&self) -> Result<f64, SolidError> {
-        let tangent = self.tangent(&vec![0.0; self.coefficients()], &[])?;
+        let tangent = self.tangent(&vec![0.0; self.coefficients()], None, &[])?;
         let matrix = self.pattern.matrix(&tangent);
         let diagonal: f64 = (0..matrix.ncols())
             .map(|j| matrix.val_of_col(j)[0].powi(2))

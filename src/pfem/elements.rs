@@ -13,7 +13,7 @@
 use super::SolidError;
 use super::basis::BasisTable;
 use super::mapping::{Mapping, lattice};
-use super::material::{Frame, HyperelasticMaterial, von_mises};
+use super::material::{Frame, HyperelasticMaterial, inverse_transpose, von_mises};
 use super::numbering::Numbering;
 use super::pool::Pool;
 use super::quadrature::Rule;
@@ -248,13 +248,21 @@ impl Elements {
     }
 
     /// The blocks `K^{ik}` of [`PAIRS`] of one element, each modes times modes, one after the other.
+    ///
+    /// If the displacement is the result of a step of Newton's method from `linearized_at`, the volumetric stress is the
+    /// one that the linearized equations gave, `U'(J_0) + U''(J_0) J_0 F_0⁻ᵀ : (F - F_0)`, and not yet `U'(J)`, which
+    /// the terms of second order of a long step spoil in a nearly incompressible material (Magisano, Leonetti, Garcea:
+    /// *How to improve efficiency and robustness of the Newton method in geometrically non-linear structural problem
+    /// discretized via displacement-based finite elements*, 2017).
     pub fn stiffness(
         &self,
         body: Body,
         element: usize,
         displacement: &[f64],
+        linearized_at: Option<&[f64]>,
     ) -> Result<Vec<f64>, SolidError> {
         let gradients = self.gradients(body, &[element], displacement);
+        let old_gradients = linearized_at.map(|old| self.gradients(body, &[element], old));
         let material = &body.materials[body.regions[element]];
         let mut workspace = self
             .workspaces
@@ -262,7 +270,16 @@ impl Elements {
             .unwrap_or_else(|| self.sums.workspace());
         for (q, point) in self.points[element].iter().enumerate() {
             let F = self.deformation(body, element, q, &gradients, 0)?;
-            let A = material.tangent(&F, &point.frame);
+            let A = match &old_gradients {
+                None => material.tangent(&F, &point.frame),
+                Some(old) => {
+                    let F0 = self.deformation(body, element, q, old, 0)?;
+                    let (G0, J0) = inverse_transpose(&F0);
+                    let [slope, curvature] = material.volumetric(J0);
+                    let slope = slope + curvature * J0 * G0.dot(&(F - F0));
+                    material.tangent_with(&F, &point.frame, slope)
+                }
+            };
             let places = self.sums.places(q);
             for (pair, (i, k)) in PAIRS.into_iter().enumerate() {
                 let block: Mat3 = A.fixed_view::<3, 3>(3 * i, 3 * k).into();

@@ -12,8 +12,8 @@ use super::stats::{Stats, timed};
 pub trait Equilibrium {
     /// Residual at `d`.
     fn residual(&self, d: &[f64]) -> Result<Residual, SolidError>;
-    /// Assembles the tangent `∂r/∂d` at `d`.
-    fn tangent(&self, d: &[f64]) -> Result<Vec<f64>, SolidError>;
+    /// Assembles the tangent `∂r/∂d` at `d`, which is a full step of Newton's method away from `linearized_at`, if known.
+    fn tangent(&self, d: &[f64], linearized_at: Option<&[f64]>) -> Result<Vec<f64>, SolidError>;
     /// Factorizes an assembled tangent.
     fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError>;
     /// `d + scale * step`, where the step is a solution of the linear system.
@@ -94,6 +94,7 @@ pub fn solve(
     let mut d = start;
     let mut residual = evaluate(&d, &mut stats)?;
     let mut history = vec![residual.relative()];
+    let mut linearized_at: Option<Vec<f64>> = None;
     let mut rises = 0;
     while history[history.len() - 1] > tolerance {
         let before = history[history.len() - 1];
@@ -105,7 +106,9 @@ pub fn solve(
             Some(factorization) => factorization,
             None => {
                 stats.assemblies += 1;
-                let tangent = timed(&mut stats.assembly_s, || problem.tangent(&d))?;
+                let tangent = timed(&mut stats.assembly_s, || {
+                    problem.tangent(&d, linearized_at.as_deref())
+                })?;
                 stats.factorizations += 1;
                 timed(&mut stats.factorization_s, || problem.factorize(&tangent))?
             }
@@ -134,7 +137,9 @@ pub fn solve(
         if relative <= options.contraction * before {
             *kept = Some(factorization);
         }
-        (d, residual) = (moved, new);
+        let old = std::mem::replace(&mut d, moved);
+        linearized_at = fresh.then_some(old);
+        residual = new;
         history.push(relative);
     }
     Ok(Solution {

@@ -346,10 +346,10 @@ impl Equilibrium for TimeStep<'_> {
         })
     }
 
-    fn tangent(&self, d: &[f64]) -> Result<Vec<f64>, SolidError> {
+    fn tangent(&self, d: &[f64], linearized_at: Option<&[f64]>) -> Result<Vec<f64>, SolidError> {
         let structure = self.structure;
         let body = &structure.body;
-        let mut values = body.tangent(d, &[(&structure.wet, self.load)])?;
+        let mut values = body.tangent(d, linearized_at, &[(&structure.wet, self.load)])?;
         let mass = 1.0 / (BETA * self.dt * self.dt) + structure.damping * GAMMA / (BETA * self.dt);
         body.pattern.add_scalar(mass, &structure.mass, &mut values);
         body.pattern.hold(&mut values);

@@ -82,11 +82,11 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
     /// With `G = F⁻ᵀ` and `U = kappa/2 (J - 1)²`:
     /// `A_ijkl = mu J^{-2/3} (δ_ik δ_jl - 2/3 (F_ij G_kl + G_ij F_kl) + 2/9 I_C G_ij G_kl + I_C/3 G_il G_kj)
     /// + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj + Σ_f 4 psi'' (F a)_i a_j (F a)_k a_l + 2 psi' δ_ik a_j a_l`.
-    fn tangent(&self, F: &Mat3, frame: &Frame) -> Tensor4 {
+    fn tangent_with(&self, F: &Mat3, frame: &Frame, slope: f64) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
         let mu = self.mu / J.cbrt().powi(2);
         let I_C = F.norm_squared();
-        let (slope, curvature) = (self.kappa * (J - 1.0), self.kappa);
+        let [_, curvature] = self.volumetric(J);
         let mut A = Tensor4::identity() * mu;
         let volumetric = (curvature * J + slope) * J;
         // All terms with G as a factor at once: H ⊗ G + G ⊗ H.
@@ -104,6 +104,11 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         }
         add_parallel(&mut A, &Mat3::identity(), &structure);
         A
+    }
+
+    /// `U = kappa/2 (J - 1)²`.
+    fn volumetric(&self, J: f64) -> [f64; 2] {
+        [self.kappa * (J - 1.0), self.kappa]
     }
 }
 

@@ -50,8 +50,17 @@ pub trait HyperelasticMaterial: Send + Sync {
     /// `P = ∂W/∂F`, Pa.
     fn stress(&self, F: &Mat3, frame: &Frame) -> Mat3;
 
-    /// `A = ∂P/∂F`, Pa; symmetric.
-    fn tangent(&self, F: &Mat3, frame: &Frame) -> Tensor4;
+    /// `A = ∂P/∂F`, Pa; symmetric. `slope` takes the place of `U'(J)`: see [`Self::volumetric`].
+    fn tangent_with(&self, F: &Mat3, frame: &Frame, slope: f64) -> Tensor4;
+
+    /// First and second derivative of the part `U(J)` of the energy that depends on the volume ratio alone, Pa. Newton's
+    /// method treats `U'` as an unknown of its own at every quadrature point, which is eliminated there.
+    fn volumetric(&self, J: f64) -> [f64; 2];
+
+    /// `A = ∂P/∂F`, Pa.
+    fn tangent(&self, F: &Mat3, frame: &Frame) -> Tensor4 {
+        self.tangent_with(F, frame, self.volumetric(F.determinant())[0])
+    }
 }
 
 /// The material that a case describes.
@@ -129,7 +138,7 @@ fn add_parallel(A: &mut Tensor4, X: &Mat3, Y: &Mat3) {
 }
 
 /// `F⁻ᵀ` and `J = det F`.
-fn inverse_transpose(F: &Mat3) -> (Mat3, f64) {
+pub fn inverse_transpose(F: &Mat3) -> (Mat3, f64) {
     let J = F.determinant();
     // Cofactor matrix over the determinant: F⁻ᵀ = cof(F)/J.
     let row = |i: usize| Vec3::new(F[(i, 0)], F[(i, 1)], F[(i, 2)]);

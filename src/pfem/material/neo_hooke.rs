@@ -24,13 +24,20 @@ impl HyperelasticMaterial for NeoHooke {
         F * self.mu + G * (self.kappa * J.ln() - self.mu)
     }
 
-    /// With `G = F⁻ᵀ`: `A_ijkl = mu δ_ik δ_jl + kappa G_ij G_kl - (kappa ln J - mu) G_il G_kj`.
-    fn tangent(&self, F: &Mat3, _: &Frame) -> Tensor4 {
+    /// With `G = F⁻ᵀ`: `A_ijkl = mu δ_ik δ_jl + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj`.
+    fn tangent_with(&self, F: &Mat3, _: &Frame, slope: f64) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
+        let [_, curvature] = self.volumetric(J);
         let mut A = Tensor4::identity() * self.mu;
-        add_dyadic(&mut A, self.kappa, &G, &G);
-        add_crossed(&mut A, self.mu - self.kappa * J.ln(), &G);
+        add_dyadic(&mut A, (curvature * J + slope) * J, &G, &G);
+        add_crossed(&mut A, -slope * J, &G);
         A
+    }
+
+    /// `U = kappa/2 (ln J)² - mu ln J`.
+    fn volumetric(&self, J: f64) -> [f64; 2] {
+        let stress = self.kappa * J.ln() - self.mu;
+        [stress / J, (self.kappa - stress) / (J * J)]
     }
 }
 

@@ -42,13 +42,18 @@ impl HyperelasticMaterial for SaintVenantKirchhoff {
     }
 
     /// `A_ijkl = δ_ik S_jl + lambda F_ij F_kl + mu (F_il F_kj + (F Fᵀ)_ik δ_jl)`.
-    fn tangent(&self, F: &Mat3, _: &Frame) -> Tensor4 {
+    fn tangent_with(&self, F: &Mat3, _: &Frame, _: f64) -> Tensor4 {
         let mut A = Tensor4::zeros();
         add_parallel(&mut A, &Mat3::identity(), &self.second_piola_kirchhoff(F));
         add_dyadic(&mut A, self.lambda, F, F);
         add_crossed(&mut A, self.mu, F);
         add_parallel(&mut A, &(F * F.transpose() * self.mu), &Mat3::identity());
         A
+    }
+
+    /// `U = 0`: the energy has no part that depends on `J` alone.
+    fn volumetric(&self, _: f64) -> [f64; 2] {
+        [0.0; 2]
     }
 }
 

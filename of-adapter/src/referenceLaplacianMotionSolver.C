@@ -1,0 +1,251 @@
+/*---------------------------------------------------------------------------*\
+    fsi-driver: adapter for OpenFOAM
+\*---------------------------------------------------------------------------*/
+
+#include "referenceLaplacianMotionSolver.H"
+#include "addToRunTimeSelectionTable.H"
+#include "fixedValueFvPatchFields.H"
+#include "fvMatrices.H"
+#include "syncTools.H"
+#include "valuePointPatchField.H"
+
+namespace Foam
+{
+    defineTypeNameAndDebug(referenceLaplacianMotionSolver, 0);
+    addToRunTimeSelectionTable
+    (
+        motionSolver,
+        referenceLaplacianMotionSolver,
+        dictionary
+    );
+}
+
+
+// * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
+
+Foam::vectorField Foam::referenceLaplacianMotionSolver::cellCentres() const
+{
+    const cellList& cells = fvMesh_.cells();
+    vectorField centres(cells.size());
+    forAll(cells, celli)
+    {
+        centres[celli] = cells[celli].centre(points0(), fvMesh_.faces());
+    }
+    return centres;
+}
+
+
+void Foam::referenceLaplacianMotionSolver::setConductance
+(
+    const vectorField& centres
+)
+{
+    // Where each face sees the other side: the neighbour's centre, which on a
+    // coupled patch lies on another rank; else the centre of the face
+    vectorField beyond;
+    syncTools::swapBoundaryCellPositions(fvMesh_, centres, beyond);
+
+    const faceList& faces = fvMesh_.faces();
+    const polyBoundaryMesh& patches = fvMesh_.boundaryMesh();
+    conductance_.setSize(faces.size());
+    forAll(faces, facei)
+    {
+        const vector area(faces[facei].areaNormal(points0()));
+        const scalar size = mag(area);
+        const point& own = centres[fvMesh_.faceOwner()[facei]];
+        point other;
+        if (fvMesh_.isInternalFace(facei))
+        {
+            other = centres[fvMesh_.faceNeighbour()[facei]];
+        }
+        else if (patches[patches.whichPatch(facei)].coupled())
+        {
+            other = beyond[facei - fvMesh_.nInternalFaces()];
+        }
+        else
+        {
+            other = faces[facei].centre(points0());
+        }
+        // Bounded as OpenFOAM does for faces far from orthogonal
+        const vector d(other - own);
+        conductance_[facei] =
+            size/max((area & d)/(size + VSMALL), 0.05*mag(d));
+    }
+}
+
+
+void Foam::referenceLaplacianMotionSolver::setPointWeights
+(
+    const vectorField& centres
+)
+{
+    const labelListList& pointCells = fvMesh_.pointCells();
+    pointWeights_.setSize(pointCells.size());
+    scalarField sum(pointCells.size(), Zero);
+    forAll(pointCells, pointi)
+    {
+        scalarList& weights = pointWeights_[pointi];
+        weights.setSize(pointCells[pointi].size());
+        forAll(weights, i)
+        {
+            weights[i] = 1/mag(points0()[pointi] - centres[pointCells[pointi][i]]);
+            sum[pointi] += weights[i];
+        }
+    }
+    syncTools::syncPointList(fvMesh_, sum, plusEqOp<scalar>(), scalar(0));
+    forAll(pointWeights_, pointi)
+    {
+        for (scalar& weight : pointWeights_[pointi])
+        {
+            weight /= sum[pointi];
+        }
+    }
+}
+
+
+void Foam::referenceLaplacianMotionSolver::findPrescribed()
+{
+    prescribedHere_.setSize(fvMesh_.nPoints(), false);
+    forAll(pointDisplacement_.boundaryField(), patchi)
+    {
+        const auto& patch = pointDisplacement_.boundaryField()[patchi];
+        if (isA<valuePointPatchField<vector>>(patch))
+        {
+            for (const label pointi : patch.patch().meshPoints())
+            {
+                prescribedHere_[pointi] = true;
+            }
+        }
+    }
+    prescribed_ = prescribedHere_;
+    syncTools::syncPointList(fvMesh_, prescribed_, orEqOp<bool>(), false);
+}
+
+
+void Foam::referenceLaplacianMotionSolver::interpolate() const
+{
+    const labelListList& pointCells = fvMesh_.pointCells();
+    vectorField& displacement = pointDisplacement_.primitiveFieldRef();
+    forAll(pointCells, pointi)
+    {
+        vector sum(Zero);
+        forAll(pointCells[pointi], i)
+        {
+            sum += pointWeights_[pointi][i]*cellDisplacement_[pointCells[pointi][i]];
+        }
+        displacement[pointi] = sum;
+    }
+    syncTools::syncPointList
+    (
+        fvMesh_,
+        displacement,
+        plusEqOp<vector>(),
+        vector::zero
+    );
+    pointDisplacement_.correctBoundaryConditions();
+
+    if (Pstream::parRun())
+    {
+        // A rank may touch the patch of another one in a point only
+        vectorField elsewhere(displacement.size(), Zero);
+        forAll(elsewhere, pointi)
+        {
+            if (prescribedHere_[pointi])
+            {
+                elsewhere[pointi] = displacement[pointi];
+            }
+        }
+        syncTools::syncPointList
+        (
+            fvMesh_,
+            elsewhere,
+            maxMagSqrEqOp<vector>(),
+            vector::zero
+        );
+        forAll(elsewhere, pointi)
+        {
+            if (prescribed_[pointi] && !prescribedHere_[pointi])
+            {
+                displacement[pointi] = elsewhere[pointi];
+            }
+        }
+    }
+}
+
+
+// * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
+
+Foam::referenceLaplacianMotionSolver::referenceLaplacianMotionSolver
+(
+    const polyMesh& mesh,
+    const IOdictionary& dict
+)
+:
+    displacementMotionSolver(mesh, dict, typeName),
+    fvMesh_(refCast<const fvMesh>(mesh)),
+    cellDisplacement_
+    (
+        IOobject
+        (
+            "cellDisplacement",
+            mesh.time().timeName(),
+            mesh,
+            IOobject::READ_IF_PRESENT,
+            IOobject::AUTO_WRITE
+        ),
+        fvMesh_,
+        dimensionedVector(dimLength, Zero),
+        fixedValueFvPatchVectorField::typeName
+    )
+{
+    const vectorField centres(cellCentres());
+    setConductance(centres);
+    setPointWeights(centres);
+    findPrescribed();
+}
+
+
+// * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+Foam::tmp<Foam::pointField>
+Foam::referenceLaplacianMotionSolver::curPoints() const
+{
+    interpolate();
+    return points0() + pointDisplacement_.primitiveField();
+}
+
+
+void Foam::referenceLaplacianMotionSolver::solve()
+{
+    pointDisplacement_.boundaryFieldRef().updateCoeffs();
+
+    fvVectorMatrix equation(cellDisplacement_, dimVolume/dimLength);
+    equation.upper() =
+        SubField<scalar>(conductance_, fvMesh_.nInternalFaces());
+    equation.negSumDiag();
+
+    forAll(cellDisplacement_.boundaryField(), patchi)
+    {
+        fvPatchVectorField& values =
+            cellDisplacement_.boundaryFieldRef()[patchi];
+        const polyPatch& pp = fvMesh_.boundaryMesh()[patchi];
+        const SubField<scalar> conductance(conductance_, pp.size(), pp.start());
+        if (!values.coupled())
+        {
+            vectorField prescribed(pp.size());
+            forAll(pp, i)
+            {
+                prescribed[i] =
+                    pp[i].average(points0(), pointDisplacement_.primitiveField());
+            }
+            values == prescribed;
+        }
+        equation.internalCoeffs()[patchi] = -conductance*vector::one;
+        equation.boundaryCoeffs()[patchi] =
+            values.coupled() ? -conductance*vector::one : -conductance*values;
+    }
+    equation.solve();
+}
+
+
+// ************************************************************************* //
