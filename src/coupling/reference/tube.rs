@@ -60,8 +60,8 @@ impl TubeSetup {
     }
 
     /// The tube of a much-used three-dimensional benchmark (radius 5 mm, wall 1 mm, length 50 mm, E 3e5 Pa, nu 0.3,
-    /// 1200 kg/m³): 1333.2 Pa
-    /// at the inlet for 3 ms, time step 0.1 ms. Inertia of the wall dominates its stiffness, and the added mass both.
+    /// 1200 kg/m³): 1333.2 Pa at the inlet for 3 ms, time step 0.1 ms. Inertia of the wall dominates its stiffness, and
+    /// the added mass both.
     pub fn pressure_pulse() -> Self {
         let cells = 40;
         Self {
