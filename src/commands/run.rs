@@ -4,7 +4,7 @@ use super::Failure;
 use super::run_folder::RunFolder;
 use crate::Vec3;
 use crate::case::{self, Case, Preset, ResolvedCase};
-use crate::coupling::acceleration::{self, Acceleration, Identity, Kind};
+use crate::coupling::acceleration::{self, Acceleration, Filter, Identity, Kind};
 use crate::coupling::convergence::Criterion;
 use crate::coupling::predictor::{Extrapolation, Predictor};
 use crate::coupling::transfer::Transfer;
@@ -248,7 +248,10 @@ fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
     let settings = acceleration::Settings {
         relaxation: settings.relaxation,
         reuse: settings.reuse_steps,
-        filter: settings.filter,
+        filter: Filter {
+            dependence: settings.filter,
+            resolution: settings.e_rel,
+        },
         max_columns: 200,
     };
     kind.build(&settings, Box::new(Identity))
