@@ -138,6 +138,37 @@ fn a_silent_solver_is_given_up_after_the_answer_limit() {
 }
 
 #[test]
+fn a_solver_that_is_told_to_stop_ends_by_itself() {
+    for ranks in [1, 2] {
+        let mut channel = Channel::new(false);
+        channel.settings.ranks = ranks;
+        for (within_a_step, last_words) in [
+            (true, "the driver stopped the run within a time step"),
+            (false, "End"),
+        ] {
+            let mut fluid = channel.start();
+            let displacement = prescribed(fluid.interface(), 1);
+            fluid.solve(&displacement, correctors(2)).unwrap();
+            if !within_a_step {
+                fluid.accept(false).unwrap();
+            }
+            let since = Instant::now();
+            drop(fluid);
+            assert!(
+                since.elapsed() < Duration::from_secs(3),
+                "{:?}",
+                since.elapsed()
+            );
+            let log = std::fs::read_to_string(&channel.settings.log).unwrap();
+            assert!(
+                log.contains(last_words) && !log.contains("ignal"),
+                "{ranks} {last_words}: {log}"
+            );
+        }
+    }
+}
+
+#[test]
 fn an_interrupt_ends_the_wait_and_the_solver() {
     let channel = Channel::new(false);
     let mut fluid = channel.start();
