@@ -16,9 +16,9 @@ here=$(cd "$(dirname "$0")" && pwd)
 build=$here/build
 packages="openfoam openmpi-bin g++ dpkg-dev"
 # Libraries whose headers the adapter includes, and libraries it is linked to.
-header_folders="OpenFOAM OSspecific/POSIX finiteVolume meshTools fvMotionSolver dynamicMesh dynamicFvMesh
+header_folders="OpenFOAM OSspecific/POSIX finiteVolume meshTools dynamicMesh dynamicFvMesh
     TurbulenceModels/turbulenceModels TurbulenceModels/incompressible"
-link_libraries="fvMotionSolvers dynamicMesh dynamicFvMesh incompressibleTurbulenceModels turbulenceModels
+link_libraries="dynamicMesh dynamicFvMesh incompressibleTurbulenceModels turbulenceModels
     incompressibleTransportModels finiteVolume meshTools OpenFOAM"
 
 say() { printf '%s\n' "setup: $*"; }

@@ -202,6 +202,9 @@ fn openfoam_command(program: &str, case: &Path) -> Command {
         .current_dir(case)
         .env("WM_PROJECT_DIR", install::PROJECT_FOLDER)
         .env("FOAM_SIGFPE", "true");
+    if let Ok(folder) = case.canonicalize() {
+        command.env("PWD", folder); // or every line of a stack trace comes with a warning
+    }
     command
 }
 
