@@ -72,20 +72,7 @@ pub struct Settings {
     pub max_columns: usize,
 }
 
-/// The models by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
-    /// [`Constant`].
-    Constant,
-    /// [`Aitken`].
-    Aitken,
-    /// [`IqnLs`].
-    IqnLs,
-    /// [`MultiVector`].
-    MultiVector,
-    /// [`Hybrid`].
-    Hybrid,
-}
+pub use crate::case::Acceleration as Kind;
 
 impl Kind {
     /// All models.
