@@ -15,6 +15,7 @@ pub mod factor;
 pub mod locate;
 pub mod mapping;
 pub mod material;
+pub mod modes;
 pub mod newton;
 pub mod numbering;
 mod pool;

@@ -129,12 +129,14 @@ pub fn solve(
             }
         };
         let relative = new.relative();
-        let Some(moved) = moved.filter(|_| fresh || relative < before) else {
+        let Some(moved) = moved
+            .filter(|_| fresh || relative < before || (stats.iterations == 1 && relative < 1.0))
+        else {
             // The old tangent led astray: forget it together with its step.
             continue;
         };
         rises = if relative > before { rises + 1 } else { 0 };
-        if relative <= options.contraction * before {
+        if relative <= options.contraction * before || (stats.iterations == 1 && !fresh) {
             *kept = Some(factorization);
         }
         let old = std::mem::replace(&mut d, moved);

@@ -11,6 +11,7 @@
 use super::discretization::{self, Discretization};
 use super::factor::Factorization;
 use super::locate::{Location, Locator};
+use super::modes::{self, NaturalMode};
 use super::newton::{self, Equilibrium, NewtonOptions, Residual};
 use super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
 use super::stats::Stats;
@@ -175,6 +176,11 @@ impl Structure {
     pub fn kinetic_energy(&self, v: &[f64]) -> f64 {
         let momentum = self.body.pattern.multiply_scalar(&self.mass, v);
         0.5 * momentum.iter().zip(v).map(|(p, v)| p * v).sum::<f64>()
+    }
+
+    /// The `count` lowest natural modes of the undeformed structure.
+    pub fn natural_modes(&self, count: usize) -> Result<Vec<NaturalMode>, SolidError> {
+        modes::lowest(&self.body, &self.mass, count)
     }
 
     /// Largest von Mises stress (Pa) at the quadrature points, and its reference position (m).
@@ -390,13 +396,11 @@ impl Solid for Structure {
         self.check(load)?;
         let start = match start {
             Some(trial) => trial.state.d.clone(),
-            None => self
-                .state
-                .d
-                .iter()
-                .zip(&self.state.v)
-                .map(|(d, v)| d + dt * v)
-                .collect(),
+            // The acceleration would bring in the undamped noise of volumetric modes.
+            None => {
+                let State { d, v, .. } = &self.state;
+                d.iter().zip(v).map(|(d, v)| d + dt * v).collect()
+            }
         };
         let solution = self.robust_solve(load, dt, tolerance, start)?;
         self.total += solution.stats;

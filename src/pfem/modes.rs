@@ -1,0 +1,99 @@
+//! Natural modes of the undeformed body by subspace iteration (Bathe, *Finite Element Procedures*, section 11.6).
+
+use super::SolidError;
+use super::discretization::Discretization;
+use nalgebra::{DMatrix, DVector};
+
+/// Relative change of the eigenvalues at which the iteration ends.
+const TOLERANCE: f64 = 1e-12;
+
+/// A natural mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NaturalMode {
+    /// Angular frequency, rad/s.
+    pub angular_frequency: f64,
+    /// Displacement coefficients, scaled to a kinetic energy of `1/2` J at a velocity of the same coefficients.
+    pub shape: Vec<f64>,
+}
+
+/// The `count` lowest modes; `mass` has one scalar per block of the pattern, kg.
+pub fn lowest(
+    body: &Discretization,
+    mass: &[f64],
+    count: usize,
+) -> Result<Vec<NaturalMode>, SolidError> {
+    let zero = vec![0.0; body.coefficients()];
+    let mut stiffness = body.tangent(&zero, None, &[])?;
+    body.pattern.hold(&mut stiffness);
+    let factorization = body.factorize(&stiffness)?;
+    let equations = body.pattern.len();
+    let width = (2 * count).max(count + 8).min(body.degrees_of_freedom());
+    // Pseudo-random start: no mode is orthogonal to it.
+    let mut seed = 1u64;
+    let mut columns: Vec<DVector<f64>> = (0..width)
+        .map(|_| {
+            DVector::from_fn(equations, |_, _| {
+                seed = seed
+                    .wrapping_mul(6364136223846793005)
+                    .wrapping_add(1442695040888963407);
+                (seed >> 33) as f64 / (1u64 << 31) as f64 - 0.5
+            })
+        })
+        .collect();
+    let times_mass = |x: &DVector<f64>| -> DVector<f64> {
+        let full = body.moved(&zero, x.as_slice(), 1.0);
+        DVector::from_vec(body.restrict(&body.pattern.multiply_scalar(mass, &full)))
+    };
+    let mut values = vec![0.0; width];
+    for _ in 0..500 {
+        let mut images = Vec::with_capacity(width);
+        let mut loads = Vec::with_capacity(width);
+        for column in &columns {
+            let load = times_mass(column);
+            let mut image = load.clone();
+            factorization.solve(image.as_mut_slice())?;
+            images.push(image);
+            loads.push(load);
+        }
+        // Rayleigh-Ritz: K and M on the subspace of the images.
+        let weighted: Vec<DVector<f64>> = images.iter().map(&times_mass).collect();
+        let k = DMatrix::from_fn(width, width, |i, j| images[i].dot(&loads[j]));
+        let m = DMatrix::from_fn(width, width, |i, j| images[i].dot(&weighted[j]));
+        let singular =
+            || SolidError::Model("the mass matrix is singular on the lowest modes".into());
+        let inverse = m
+            .cholesky()
+            .ok_or_else(singular)?
+            .l()
+            .try_inverse()
+            .ok_or_else(singular)?;
+        let reduced = &inverse * (&k + k.transpose()) * 0.5 * inverse.transpose();
+        let eigen = reduced.symmetric_eigen();
+        let mut order: Vec<usize> = (0..width).collect();
+        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+        let coefficients = inverse.transpose() * &eigen.eigenvectors;
+        columns = order
+            .iter()
+            .map(|&c| {
+                let mut column = DVector::zeros(equations);
+                for (i, image) in images.iter().enumerate() {
+                    column.axpy(coefficients[(i, c)], image, 1.0);
+                }
+                column
+            })
+            .collect();
+        let new: Vec<f64> = order.iter().map(|&c| eigen.eigenvalues[c]).collect();
+        let converged = (0..count).all(|i| (new[i] - values[i]).abs() <= TOLERANCE * new[i].abs());
+        values = new;
+        if converged {
+            break;
+        }
+    }
+    let modes = values.iter().zip(&columns).take(count);
+    Ok(modes
+        .map(|(value, column)| NaturalMode {
+            angular_frequency: value.sqrt(),
+            shape: body.moved(&zero, column.as_slice(), 1.0),
+        })
+        .collect())
+}
