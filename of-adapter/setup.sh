@@ -53,7 +53,7 @@ private_apt() {
         -o "Dir::State::lists=$build/apt/lists" -o "Dir::Cache=$build/apt/cache" -o APT::Sandbox::User="$(id -un)" "$@"
 }
 write_private_sources() {
-    # madison: "openfoam | 1912.200626-1+b1 | http://deb.debian.org/debian bookworm/main amd64 Packages",
+    # madison: "openfoam | 1912.200626-1+b1 | <archive> bookworm/main amd64 Packages",
     # whichever format (one-line .list or deb822 .sources) the machine's own entries have.
     archive=$(apt-cache madison openfoam | awk -F' [|] ' '/Packages$/ { print $3; exit }')
     if [ -z "$archive" ]; then # a machine whose package lists were cleaned away

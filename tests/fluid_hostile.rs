@@ -30,7 +30,7 @@ fn attack(channel: &Channel, messages: &[Vec<u8>], then_close: bool) -> (String,
     let folder = tempfile::tempdir().unwrap();
     let address = folder.path().join("fluid");
     let listener = UnixListener::bind(&address).unwrap();
-    let library = install::check(&["pimpleFoam"]).unwrap();
+    let library = install::check(1).unwrap();
     Connection {
         library: Some(&library),
         transport: "socket",

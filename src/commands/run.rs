@@ -62,7 +62,7 @@ pub struct Arguments {
 /// Runs a coupled case from its first to its last time step.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = load(arguments)?;
-    install::check(&["pimpleFoam"]).map_err(|e| Failure::Input(e.to_string()))?;
+    install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
     let interrupt =
         interrupt_flag().map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
     let out = arguments

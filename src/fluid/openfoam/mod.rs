@@ -60,12 +60,7 @@ pub struct OpenFoam {
 impl OpenFoam {
     /// Starts the solver and shakes hands with it. Call it from a thread that lives as long as the run.
     pub fn start(settings: OpenFoamSettings) -> Result<Self, FluidError> {
-        let programs: &[&str] = if settings.ranks > 1 {
-            &["pimpleFoam", "decomposePar", "mpirun"]
-        } else {
-            &["pimpleFoam"]
-        };
-        let library = install::check(programs).map_err(solver_error)?;
+        let library = install::check(settings.ranks).map_err(solver_error)?;
         let (name, listener) = match settings.transport {
             case::Transport::Socket => ("socket", Listener::socket()),
             case::Transport::Files => ("files", Listener::files(&settings.case.join("exchange"))),
