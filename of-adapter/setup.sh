@@ -16,9 +16,9 @@ here=$(cd "$(dirname "$0")" && pwd)
 build=$here/build
 packages="openfoam openmpi-bin g++ dpkg-dev"
 # Libraries whose headers the adapter includes, and libraries it is linked to.
-header_folders="OpenFOAM OSspecific/POSIX finiteVolume meshTools fvMotionSolver dynamicMesh dynamicFvMesh
+header_folders="OpenFOAM OSspecific/POSIX finiteVolume meshTools dynamicMesh dynamicFvMesh
     TurbulenceModels/turbulenceModels TurbulenceModels/incompressible"
-link_libraries="fvMotionSolvers dynamicMesh dynamicFvMesh incompressibleTurbulenceModels turbulenceModels
+link_libraries="dynamicMesh dynamicFvMesh incompressibleTurbulenceModels turbulenceModels
     incompressibleTransportModels finiteVolume meshTools OpenFOAM"
 
 say() { printf '%s\n' "setup: $*"; }
@@ -53,7 +53,7 @@ private_apt() {
         -o "Dir::State::lists=$build/apt/lists" -o "Dir::Cache=$build/apt/cache" -o APT::Sandbox::User="$(id -un)" "$@"
 }
 write_private_sources() {
-    # madison: "openfoam | 1912.200626-1+b1 | http://deb.debian.org/debian bookworm/main amd64 Packages",
+    # madison: "openfoam | 1912.200626-1+b1 | <archive> bookworm/main amd64 Packages",
     # whichever format (one-line .list or deb822 .sources) the machine's own entries have.
     archive=$(apt-cache madison openfoam | awk -F' [|] ' '/Packages$/ { print $3; exit }')
     if [ -z "$archive" ]; then # a machine whose package lists were cleaned away

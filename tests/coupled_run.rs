@@ -213,6 +213,28 @@ fn an_interrupt_ends_openfoam_and_leaves_the_run_readable() {
 }
 
 #[test]
+fn without_openfoam_or_the_adapter_one_sentence_names_the_command_that_mends_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    for (variable, value) in [
+        ("PATH", "/nowhere"),
+        ("FSI_ADAPTER_LIBRARY", "/nowhere/lib.so"),
+    ] {
+        let output = driver(&out, 0.01, &[])
+            .env(variable, value)
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+        let said = text(&output);
+        assert!(
+            said.contains("of-adapter/setup.sh") && said.trim().lines().count() == 1,
+            "{said}"
+        );
+        assert!(!out.exists());
+    }
+}
+
+#[test]
 fn bad_input_is_refused_with_nothing_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");

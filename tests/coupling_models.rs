@@ -1,6 +1,6 @@
 //! Every acceleration model, reuse and predictor against problems whose coupled solution is known.
 
-use fsi_driver::coupling::acceleration::{Identity, Kind, Settings};
+use fsi_driver::coupling::acceleration::{Filter, Identity, Kind, Settings};
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
 use fsi_driver::coupling::reference::march;
 use fsi_driver::coupling::reference::study::{Trial, problems};
@@ -46,7 +46,7 @@ fn plain_iteration_diverges_on_all_of_them() {
         let settings = Settings {
             relaxation: 1.0,
             reuse: 0,
-            filter: 0.0,
+            filter: Filter::exact(0.0),
             max_columns: 0,
         };
         let mut model = Kind::Constant.build(&settings, Box::new(Identity));

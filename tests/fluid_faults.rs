@@ -117,6 +117,22 @@ fn the_death_of_the_solver_is_noticed_at_once() {
 }
 
 #[test]
+fn cells_turned_inside_out_are_reported_with_their_place() {
+    for ranks in [1, 2] {
+        let mut channel = Channel::new(false);
+        channel.settings.ranks = ranks;
+        let mut fluid = channel.start();
+        let mut displacement = bulge(fluid.interface(), -1e-2);
+        displacement.iter_mut().for_each(|u| u[2] = 0.0); // else it would be turned by half a turn
+        let text = text_of(fluid.solve(&displacement, correctors(2)).unwrap_err());
+        assert!(
+            text.contains("cells of the fluid's mesh inside out, the worst near (0.0"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
 fn a_silent_solver_is_given_up_after_the_answer_limit() {
     let mut channel = Channel::new(false);
     channel.settings.answer_limit = Duration::from_secs(1);
@@ -135,6 +151,37 @@ fn a_silent_solver_is_given_up_after_the_answer_limit() {
         "a stopped process ends by SIGKILL"
     );
     assert_eq!(solvers_in(channel.case()), 0);
+}
+
+#[test]
+fn a_solver_that_is_told_to_stop_ends_by_itself() {
+    for ranks in [1, 2] {
+        let mut channel = Channel::new(false);
+        channel.settings.ranks = ranks;
+        for (within_a_step, last_words) in [
+            (true, "the driver stopped the run within a time step"),
+            (false, "End"),
+        ] {
+            let mut fluid = channel.start();
+            let displacement = prescribed(fluid.interface(), 1);
+            fluid.solve(&displacement, correctors(2)).unwrap();
+            if !within_a_step {
+                fluid.accept(false).unwrap();
+            }
+            let since = Instant::now();
+            drop(fluid);
+            assert!(
+                since.elapsed() < Duration::from_secs(3),
+                "{:?}",
+                since.elapsed()
+            );
+            let log = std::fs::read_to_string(&channel.settings.log).unwrap();
+            assert!(
+                log.contains(last_words) && !log.contains("ignal"),
+                "{ranks} {last_words}: {log}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -289,7 +289,9 @@ fn explore() {
         let x = |k: usize, s: &Structure| s.wet_points()[k].position.x;
         let load = SurfaceLoad {
             pressure: (0..n)
-                .map(|k| amplitude * (1.0 + 0.2 * (6.28 * (t - x(k, &s) / 6.0)).sin()))
+                .map(|k| {
+                    amplitude * (1.0 + 0.2 * (std::f64::consts::TAU * (t - x(k, &s) / 6.0)).sin())
+                })
                 .collect(),
             shear: vec![Vec3::new(1.0, 0.0, 0.0); n],
         };

@@ -8,6 +8,70 @@
 #include "surfaceFields.H"
 #include "volFields.H"
 
+namespace
+{
+
+using namespace Foam;
+
+//- Gradient of U, d_i U_j, in the cells at a patch: what the scheme
+//  "Gauss linear" gives, without its cost in all the other cells
+tensorField gradientInCells(const volVectorField& U, const label patch)
+{
+    const fvMesh& mesh = U.mesh();
+    const labelUList& owner = mesh.owner();
+    const labelUList& neighbour = mesh.neighbour();
+    const labelList& patchOf = mesh.boundaryMesh().patchID();
+
+    // Beyond coupled patches lie cells of other ranks
+    List<vectorField> beyond(mesh.boundary().size());
+    forAll(beyond, patchi)
+    {
+        if (U.boundaryField()[patchi].coupled())
+        {
+            beyond[patchi] = U.boundaryField()[patchi].patchNeighbourField();
+        }
+    }
+
+    const labelUList& cells = mesh.boundary()[patch].faceCells();
+    tensorField gradient(cells.size(), Zero);
+    forAll(cells, i)
+    {
+        const label celli = cells[i];
+        for (const label facei : mesh.cells()[celli])
+        {
+            if (mesh.isInternalFace(facei))
+            {
+                const scalar w = mesh.weights()[facei];
+                const vector Uf
+                (
+                    w*U[owner[facei]] + (1 - w)*U[neighbour[facei]]
+                );
+                const vector& Sf = mesh.Sf()[facei];
+                gradient[i] += (owner[facei] == celli ? Sf : -Sf)*Uf;
+                continue;
+            }
+            const label patchi = patchOf[facei - mesh.nInternalFaces()];
+            const fvPatchVectorField& Up = U.boundaryField()[patchi];
+            const label j = facei - mesh.boundaryMesh()[patchi].start();
+            if (Up.coupled())
+            {
+                const scalar w = mesh.weights().boundaryField()[patchi][j];
+                gradient[i] += mesh.Sf().boundaryField()[patchi][j]
+                   *(w*U[celli] + (1 - w)*beyond[patchi][j]);
+            }
+            else if (j < Up.size()) // the patch of a 2D mesh holds no values
+            {
+                gradient[i] += mesh.Sf().boundaryField()[patchi][j]*Up[j];
+            }
+        }
+        gradient[i] /= mesh.V()[celli];
+    }
+    return gradient;
+}
+
+} // End anonymous namespace
+
+
 Foam::vectorField Foam::fsi::wallTraction
 (
     const fvMesh& mesh,
@@ -16,18 +80,19 @@ Foam::vectorField Foam::fsi::wallTraction
 )
 {
     const auto& p = mesh.lookupObject<volScalarField>("p");
+    const auto& U = mesh.lookupObject<volVectorField>("U");
     const auto& model = mesh.lookupObject<incompressible::turbulenceModel>
     (
         turbulenceModel::propertiesName
     );
     const vectorField n(mesh.boundary()[patch].nf());
 
-    // devReff() is -nu dev(twoSymm(grad U)), the kinematic stress with the
-    // sign of a load
-    const tmp<volSymmTensorField> tstress(model.devReff());
-    const symmTensorField& stress = tstress().boundaryField()[patch];
+    // On the face, the normal derivative is known better than from the cell
+    tensorField gradient(gradientInCells(U, patch));
+    gradient += n*(U.boundaryField()[patch].snGrad() - (n & gradient));
+    const symmTensorField stress(model.nuEff(patch)*dev(twoSymm(gradient)));
 
-    return rho*(p.boundaryField()[patch]*n + (n & stress));
+    return rho*(p.boundaryField()[patch]*n - (n & stress));
 }
 
 

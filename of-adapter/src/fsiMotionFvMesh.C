@@ -10,7 +10,10 @@
 #include "fixedValuePointPatchFields.H"
 #include "solverPerformance.H"
 #include "surfaceFields.H"
+#include "Tuple2.H"
 #include "volFields.H"
+
+#include <sstream>
 
 namespace Foam
 {
@@ -93,6 +96,43 @@ void Foam::fsiMotionFvMesh::moveWall()
     fsi::resetAgglomerationDirection();
 
     dynamicMotionSolverFvMesh::update();
+    checkCells();
+}
+
+
+void Foam::fsiMotionFvMesh::checkCells()
+{
+    label inverted = 0;
+    label worst = 0;
+    forAll(V(), celli)
+    {
+        inverted += V()[celli] <= 0;
+        worst = V()[celli] < V()[worst] ? celli : worst;
+    }
+    if (returnReduce(inverted, sumOp<label>()) == 0)
+    {
+        return;
+    }
+
+    // Where: on the rank that has the worst
+    List<Tuple2<scalar, point>> volumes(Pstream::nProcs());
+    volumes[Pstream::myProcNo()] =
+        nCells() ? Tuple2<scalar, point>(V()[worst], C()[worst])
+      : Tuple2<scalar, point>(GREAT, Zero);
+    Pstream::gatherList(volumes);
+    reduce(inverted, sumOp<label>());
+    Tuple2<scalar, point> smallest(GREAT, Zero);
+    for (const auto& volume : volumes)
+    {
+        smallest = volume.first() < smallest.first() ? volume : smallest;
+    }
+    const point& where = smallest.second();
+    std::ostringstream text;
+    text<< "the displacement turns " << inverted << " cells of the fluid's mesh"
+        << " inside out, the worst near (" << where.x() << ", " << where.y()
+        << ", " << where.z() << ") m at t = " << time().value()
+        << " s; a smaller relaxation or time step may help";
+    session().fail(text.str());
 }
 
 

@@ -50,6 +50,12 @@ uint32_t flags(const uint32_t value, const uint32_t known)
 
 void Foam::fsi::session::fail(const std::string& why)
 {
+    if (!Pstream::master())
+    {
+        // The master ends this rank as well, once the driver knows
+        label never = 0;
+        Pstream::scatter(never);
+    }
     if (transport_.valid())
     {
         try

@@ -4,9 +4,9 @@ use super::Failure;
 use super::run_folder::RunFolder;
 use crate::Vec3;
 use crate::case::{self, Case, Preset, ResolvedCase};
-use crate::coupling::acceleration::{self, Acceleration, Identity, Kind};
+use crate::coupling::acceleration::{self, Acceleration, Filter, Identity};
 use crate::coupling::convergence::Criterion;
-use crate::coupling::predictor::{Extrapolation, Predictor};
+use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::Transfer;
 use crate::coupling::{Coupling, CouplingError, Settings, flatten};
 use crate::fluid::openfoam::case_files::CaseFiles;
@@ -62,7 +62,7 @@ pub struct Arguments {
 /// Runs a coupled case from its first to its last time step.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = load(arguments)?;
-    install::check(&["pimpleFoam"]).map_err(|e| Failure::Input(e.to_string()))?;
+    install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
     let interrupt =
         interrupt_flag().map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
     let out = arguments
@@ -186,7 +186,7 @@ fn assemble(
         solid,
         transfer,
         acceleration: acceleration(&case.coupling),
-        predictor: Predictor::new(extrapolation(case.coupling.predictor), rest),
+        predictor: Predictor::new(case.coupling.predictor, rest),
         criterion: Criterion {
             relative: case.coupling.e_rel,
             absolute: case.coupling.e_abs,
@@ -240,26 +240,17 @@ fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
 }
 
 fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
-    let kind = match settings.acceleration {
-        case::Acceleration::Constant => Kind::Constant,
-        case::Acceleration::Aitken => Kind::Aitken,
-        case::Acceleration::IqnLs => Kind::IqnLs,
-    };
-    let settings = acceleration::Settings {
+    let numerics = acceleration::Settings {
         relaxation: settings.relaxation,
         reuse: settings.reuse_steps,
-        filter: settings.filter,
+        filter: Filter {
+            dependence: settings.filter,
+            // What is smaller than the accepted error is noise of the solvers, not a column.
+            resolution: settings.e_rel,
+        },
         max_columns: 200,
     };
-    kind.build(&settings, Box::new(Identity))
-}
-
-fn extrapolation(predictor: case::Predictor) -> Extrapolation {
-    match predictor {
-        case::Predictor::Constant => Extrapolation::Constant,
-        case::Predictor::Linear => Extrapolation::Linear,
-        case::Predictor::Quadratic => Extrapolation::Quadratic,
-    }
+    settings.acceleration.build(&numerics, Box::new(Identity))
 }
 
 /// Takes the steps one by one; ends early at an interrupt or a failure.

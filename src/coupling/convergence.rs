@@ -42,8 +42,13 @@ impl Criterion {
         d_next: &DVector<f64>,
     ) -> Measure {
         let points = (d.len() as f64 / 3.0).sqrt();
-        let size = d.norm();
-        let relative = |x: f64| if size > 0.0 { x / size } else { f64::INFINITY };
+        // A run that starts from rest has nothing else to compare with than the first image.
+        let size = if d.norm() > 0.0 {
+            d.norm()
+        } else {
+            d_tilde.norm()
+        };
+        let relative = |x: f64| if x > 0.0 { x / size } else { 0.0 };
         let (change, residual) = ((d_next - d).norm(), (d_tilde - d).norm());
         Measure {
             change: relative(change),

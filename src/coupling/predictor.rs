@@ -3,20 +3,7 @@
 use nalgebra::DVector;
 use std::collections::VecDeque;
 
-/// How accepted displacements are extrapolated to the next step of the same length.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Extrapolation {
-    /// The last displacement.
-    Constant,
-    /// The line through the last two.
-    Linear,
-    /// The parabola through the last three.
-    Quadratic,
-    /// The parabola that fits the last five best: with Legendre's polynomials for equidistant points (Gram's). Where
-    /// accepted displacements carry the scatter of the coupling tolerance it passes less of it on: `sqrt(sum w²)` is
-    /// 2.1 against 4.4 for the parabola through three.
-    LeastSquares,
-}
+pub use crate::case::Predictor as Extrapolation;
 
 impl Extrapolation {
     /// All of them, simplest first.

@@ -90,7 +90,7 @@ mod tests {
 
     /// Integral of `x^k` over [-1, 1].
     fn monomial(k: usize) -> f64 {
-        if k % 2 == 0 {
+        if k.is_multiple_of(2) {
             2.0 / (k as f64 + 1.0)
         } else {
             0.0

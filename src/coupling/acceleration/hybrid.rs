@@ -1,6 +1,6 @@
 //! Least squares on the current step's columns, with the remembered steps answering for what those do not span.
 
-use super::{Column, Columns, LeastSquares, Model, Prediction};
+use super::{Column, Columns, Filter, LeastSquares, Model, Prediction};
 use nalgebra::DVector;
 
 /// Two fits: one with the columns of this step, and one with all columns of the last `reuse` steps for its rest.
@@ -18,8 +18,8 @@ pub struct Hybrid {
 }
 
 impl Hybrid {
-    /// Remembers `reuse` steps and at most `max_columns` columns, drops columns by `filter` (see [`LeastSquares`]).
-    pub fn new(reuse: usize, filter: f64, max_columns: usize) -> Self {
+    /// Remembers `reuse` steps and at most `max_columns` columns, drops columns by `filter`.
+    pub fn new(reuse: usize, filter: Filter, max_columns: usize) -> Self {
         let (current, remembered) = (LeastSquares::new(filter), LeastSquares::new(filter));
         Self {
             reuse,
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn needs_fewer_iterations_from_step_to_step() {
         let mut problem = Linear::new(60, 20.0);
-        let mut model = QuasiNewton::new(Hybrid::new(20, 1e-8, 500), 0.05);
+        let mut model = QuasiNewton::new(Hybrid::new(20, Filter::exact(1e-8), 500), 0.05);
         let (first, _) = iterate(&mut problem, &mut model, 100).unwrap();
         let (second, d) = iterate(&mut problem, &mut model, 100).unwrap();
         assert!(error(&problem, 1, &d) < 1e-8);
@@ -92,8 +92,14 @@ mod tests {
             iterate(&mut Linear::new(30, 8.0), model, 100).unwrap()
         };
         assert_eq!(
-            step(&mut QuasiNewton::new(Hybrid::new(0, 1e-6, 100), 0.1)),
-            step(&mut QuasiNewton::new(IqnLs::new(0, 1e-6, 100), 0.1)),
+            step(&mut QuasiNewton::new(
+                Hybrid::new(0, Filter::exact(1e-6), 100),
+                0.1
+            )),
+            step(&mut QuasiNewton::new(
+                IqnLs::new(0, Filter::exact(1e-6), 100),
+                0.1
+            )),
         );
     }
 }

@@ -1,7 +1,7 @@
 //! Interface quasi-Newton with the inverse Jacobian from least squares (Degroote, Bathe and Vierendeels 2009, called
 //! IQN-ILS since), with columns of earlier steps in the same fit.
 
-use super::{Column, Columns, LeastSquares, Model, Prediction};
+use super::{Column, Columns, Filter, LeastSquares, Model, Prediction};
 use nalgebra::DVector;
 
 /// One fit with all columns: this step's first, then those of the last `reuse` steps.
@@ -15,8 +15,8 @@ pub struct IqnLs {
 }
 
 impl IqnLs {
-    /// Remembers `reuse` steps and at most `max_columns` columns, drops columns by `filter` (see [`LeastSquares`]).
-    pub fn new(reuse: usize, filter: f64, max_columns: usize) -> Self {
+    /// Remembers `reuse` steps and at most `max_columns` columns, drops columns by `filter`.
+    pub fn new(reuse: usize, filter: Filter, max_columns: usize) -> Self {
         Self {
             reuse,
             max_columns,
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn solves_a_linear_problem_in_as_many_iterations_as_it_has_unknowns() {
         let mut problem = Linear::new(5, 8.0);
-        let mut model = QuasiNewton::new(IqnLs::new(0, 1e-12, 100), 0.1);
+        let mut model = QuasiNewton::new(IqnLs::new(0, Filter::exact(1e-12), 100), 0.1);
         let (iterations, d) = iterate(&mut problem, &mut model, 20).unwrap();
         assert!(error(&problem, 0, &d) < 1e-8);
         assert!(iterations <= 7, "{iterations}");
@@ -72,7 +72,7 @@ mod tests {
         let (aitken, _) =
             iterate(&mut Linear::new(60, 20.0), &mut Aitken::new(0.05), 1000).unwrap();
         let mut problem = Linear::new(60, 20.0);
-        let mut model = QuasiNewton::new(IqnLs::new(3, 1e-8, 100), 0.05);
+        let mut model = QuasiNewton::new(IqnLs::new(3, Filter::exact(1e-8), 100), 0.05);
         let (first, _) = iterate(&mut problem, &mut model, 100).unwrap();
         let (second, d) = iterate(&mut problem, &mut model, 100).unwrap();
         assert!(error(&problem, 1, &d) < 1e-8);
@@ -87,9 +87,9 @@ mod tests {
         let column = |i: usize| {
             let mut v = DVector::zeros(9);
             v[i] = 1.0;
-            Column::new(v.clone(), v).unwrap()
+            Column::new(v.clone(), v, 1.0).unwrap()
         };
-        let mut model = IqnLs::new(1, 1e-3, 4);
+        let mut model = IqnLs::new(1, Filter::exact(1e-3), 4);
         for (steps, held) in [(0..3, 3), (3..5, 2), (5..9, 4)] {
             steps.for_each(|i| model.add(column(i)));
             model.finish_step();

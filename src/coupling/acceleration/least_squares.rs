@@ -22,31 +22,52 @@ pub struct Column {
     pub residual: DVector<f64>,
     /// `delta d`, the change of the trial that caused it. (`W = delta d_tilde` of the literature is the sum of both.)
     pub trial: DVector<f64>,
+    /// `|delta r|` relative to the displacement, before the division.
+    pub size: f64,
     /// Steps since it was added.
     pub age: usize,
 }
 
 impl Column {
-    /// The column of a change `trial` of the displacement and `residual` of the residual; none if the residual did
-    /// not change or is not a number.
-    pub fn new(trial: DVector<f64>, residual: DVector<f64>) -> Option<Self> {
+    /// The column of a change `trial` of the displacement and `residual` of the residual, where the displacement is of
+    /// the length `displacement`; none if the residual did not change or is not a number.
+    pub fn new(trial: DVector<f64>, residual: DVector<f64>, displacement: f64) -> Option<Self> {
         let size = residual.norm();
         let usable = size.is_normal() && trial.norm().is_finite();
         usable.then(|| Self {
             residual: residual / size,
             trial: trial / size,
+            size: size / displacement,
             age: 0,
         })
     }
 }
 
+/// Which columns are dropped because newer ones say the same. The newest is always kept.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Filter {
+    /// A column is dropped if less than this share of it is orthogonal to all newer ones (Haelterman et al. 2016).
+    pub dependence: f64,
+    /// A column is dropped if its part orthogonal to all newer ones is below this share of the displacement: both
+    /// solvers answer to a tolerance only, and what is smaller than their error says nothing about the Jacobian. The
+    /// tolerance of the coupling is a good value, since nothing smaller has to be resolved.
+    pub resolution: f64,
+}
+
+impl Filter {
+    /// A filter for solvers without error.
+    pub fn exact(dependence: f64) -> Self {
+        Self {
+            dependence,
+            resolution: 0.0,
+        }
+    }
+}
+
 /// Columns, newest first, and the decomposition **V** = **Q R** of their residuals.
-///
-/// A column is dropped if less than `filter` of it is orthogonal to all newer ones (the relative filter of Haelterman
-/// et al. 2016, "QR2"); the newest is always kept, whatever the filter says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeastSquares {
-    filter: f64,
+    filter: Filter,
     columns: VecDeque<Column>,
     /// Orthonormal basis of the residuals of `columns`.
     q: Vec<DVector<f64>>,
@@ -59,7 +80,7 @@ pub struct LeastSquares {
 
 impl LeastSquares {
     /// No columns yet.
-    pub fn new(filter: f64) -> Self {
+    pub fn new(filter: Filter) -> Self {
         Self {
             filter,
             columns: VecDeque::new(),
@@ -158,8 +179,10 @@ impl LeastSquares {
                 }
             }
             let independent = v.norm();
-            let keep =
-                independent > 0.0 && (q.is_empty() || independent > filter) && q.len() < v.len();
+            let keep = independent > 0.0
+                && (q.is_empty()
+                    || independent > filter.dependence.max(filter.resolution / column.size))
+                && q.len() < v.len();
             if keep {
                 shares.push(independent);
                 q.push(v / independent);
@@ -177,12 +200,12 @@ mod tests {
 
     fn column(x: f64, y: f64) -> Column {
         let residual = DVector::from_vec(vec![x, y]);
-        Column::new(2.0 * &residual, residual).unwrap()
+        Column::new(2.0 * &residual, residual, 1.0).unwrap()
     }
 
     #[test]
     fn a_dependent_column_is_dropped_and_the_newest_kept() {
-        let mut fit = LeastSquares::new(1e-3);
+        let mut fit = LeastSquares::new(Filter::exact(1e-3));
         for c in [column(0.0, 3.0), column(1.0, 0.0), column(1.0, 1e-9)] {
             fit.add(c);
         }
@@ -195,8 +218,22 @@ mod tests {
     }
 
     #[test]
+    fn a_change_below_the_resolution_is_dropped_unless_it_is_the_newest() {
+        let mut fit = LeastSquares::new(Filter {
+            dependence: 1e-3,
+            resolution: 0.1,
+        });
+        for c in [column(0.0, 0.09), column(3.0, 0.0), column(0.01, 0.01)] {
+            fit.add(c);
+            fit.decompose();
+        }
+        assert_eq!((fit.len(), fit.dropped()), (2, 1));
+        assert_eq!(fit.columns[0], column(0.01, 0.01));
+    }
+
+    #[test]
     fn what_the_columns_do_not_span_is_left_as_rest() {
-        let mut fit = LeastSquares::new(1e-3);
+        let mut fit = LeastSquares::new(Filter::exact(1e-3));
         fit.add(column(2.0, 0.0));
         let answer = fit.predict(&DVector::from_vec(vec![0.5, 7.0]));
         assert_eq!(answer.correction, DVector::from_vec(vec![-1.0, 0.0]));
@@ -206,7 +243,7 @@ mod tests {
     #[test]
     fn a_change_that_is_zero_or_not_a_number_is_no_column() {
         let zero = DVector::zeros(2);
-        assert!(Column::new(zero.clone(), zero.clone()).is_none());
-        assert!(Column::new(zero, DVector::from_element(2, f64::NAN)).is_none());
+        assert!(Column::new(zero.clone(), zero.clone(), 1.0).is_none());
+        assert!(Column::new(zero, DVector::from_element(2, f64::NAN), 1.0).is_none());
     }
 }

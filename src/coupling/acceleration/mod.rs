@@ -34,7 +34,7 @@ pub use aitken::Aitken;
 pub use constant::Constant;
 pub use hybrid::Hybrid;
 pub use iqn_ls::IqnLs;
-pub use least_squares::{Column, Columns, LeastSquares};
+pub use least_squares::{Column, Columns, Filter, LeastSquares};
 pub use multi_vector::MultiVector;
 pub use quasi_newton::{Model, Prediction, QuasiNewton};
 pub use surrogate::{Identity, Surrogate};
@@ -66,26 +66,13 @@ pub struct Settings {
     pub relaxation: f64,
     /// Number of earlier steps whose columns are remembered.
     pub reuse: usize,
-    /// A column is dropped if less than this share of it is independent of the newer ones.
-    pub filter: f64,
+    /// Which columns are dropped.
+    pub filter: Filter,
     /// Most columns in memory; the oldest go first.
     pub max_columns: usize,
 }
 
-/// The models by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
-    /// [`Constant`].
-    Constant,
-    /// [`Aitken`].
-    Aitken,
-    /// [`IqnLs`].
-    IqnLs,
-    /// [`MultiVector`].
-    MultiVector,
-    /// [`Hybrid`].
-    Hybrid,
-}
+pub use crate::case::Acceleration as Kind;
 
 impl Kind {
     /// All models.
@@ -183,7 +170,7 @@ pub(crate) mod tests {
         let settings = Settings {
             relaxation: 0.1,
             reuse: 5,
-            filter: 1e-6,
+            filter: Filter::exact(1e-6),
             max_columns: 100,
         };
         for kind in Kind::ALL {

@@ -1,7 +1,7 @@
 //! The multi-vector update (Bogaers, Kok, Reddy and Franz 2014, MVQN; Lindner et al. 2015, IQN-IMVJ), without matrices
 //! (compare Spenke, Hosters and Behr 2020).
 
-use super::{Column, Columns, LeastSquares, Model, Prediction};
+use super::{Column, Columns, Filter, LeastSquares, Model, Prediction};
 use nalgebra::DVector;
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ use std::collections::VecDeque;
 #[derive(Debug, Clone, PartialEq)]
 pub struct MultiVector {
     reuse: usize,
-    filter: f64,
+    filter: Filter,
     max_columns: usize,
     /// The fits of the current step and of the earlier ones, newest first.
     chain: VecDeque<LeastSquares>,
@@ -24,7 +24,7 @@ pub struct MultiVector {
 impl MultiVector {
     /// Remembers `reuse` steps and at most about `max_columns` columns, drops columns by `filter` (see
     /// [`LeastSquares`]).
-    pub fn new(reuse: usize, filter: f64, max_columns: usize) -> Self {
+    pub fn new(reuse: usize, filter: Filter, max_columns: usize) -> Self {
         let chain = VecDeque::from([LeastSquares::new(filter)]);
         Self {
             reuse,
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn needs_fewer_iterations_from_step_to_step() {
         let mut problem = Linear::new(60, 20.0);
-        let mut model = QuasiNewton::new(MultiVector::new(20, 1e-8, 500), 0.05);
+        let mut model = QuasiNewton::new(MultiVector::new(20, Filter::exact(1e-8), 500), 0.05);
         let (first, _) = iterate(&mut problem, &mut model, 100).unwrap();
         let (second, d) = iterate(&mut problem, &mut model, 100).unwrap();
         assert!(error(&problem, 1, &d) < 1e-8);
@@ -101,7 +101,7 @@ mod tests {
         let n = 6;
         let random =
             |seed: f64| DVector::from_fn(n, |i, _| (seed * 12.9898 + i as f64 * 78.233).sin());
-        let mut model = MultiVector::new(9, 0.0, 99);
+        let mut model = MultiVector::new(9, Filter::exact(0.0), 99);
         // The identity answers for the rest, so C_0 = 1.
         let mut c = DMatrix::identity(n, n);
         for step in 0..3 {
@@ -110,6 +110,7 @@ mod tests {
                     Column::new(
                         random(f64::from(4 * step + k)),
                         random(f64::from(50 + 4 * step + k)),
+                        1.0,
                     )
                 })
                 .map(Option::unwrap)

@@ -64,7 +64,7 @@ impl<M: Model> Acceleration for QuasiNewton<M> {
     fn next(&mut self, d: &DVector<f64>, d_tilde: &DVector<f64>) -> DVector<f64> {
         let residual = d_tilde - d;
         if let Some((d_before, residual_before)) = &self.last {
-            let column = Column::new(d - d_before, &residual - residual_before);
+            let column = Column::new(d - d_before, &residual - residual_before, d_tilde.norm());
             column.into_iter().for_each(|column| self.model.add(column));
         }
         let Prediction { correction, rest } = self.model.predict(&residual);

@@ -1,7 +1,7 @@
 //! Which settings a study of the acceleration compares, and one computation with each.
 
 use super::{History, Linear, Reference, Tube, TubeSetup, march};
-use crate::coupling::acceleration::{Identity, Kind, Settings, Surrogate};
+use crate::coupling::acceleration::{Filter, Identity, Kind, Settings, Surrogate};
 use crate::coupling::predictor::{Extrapolation, Predictor};
 
 /// A combination of settings.
@@ -50,7 +50,10 @@ impl Trial {
         let settings = Settings {
             relaxation,
             reuse: self.reuse,
-            filter: 1e-4,
+            filter: Filter {
+                dependence: 1e-2,
+                resolution: tolerance,
+            },
             max_columns: 200,
         };
         let mut model = self.kind.build(&settings, surrogate);

@@ -42,8 +42,13 @@ fn list(paths: &[PathBuf]) -> String {
         .join(", ")
 }
 
-/// Checks that `programs` are on the path and returns the adapter's library.
-pub fn check(programs: &[&str]) -> Result<PathBuf, InstallError> {
+/// Checks that the programs for so many MPI ranks are on the path and returns the adapter's library.
+pub fn check(ranks: usize) -> Result<PathBuf, InstallError> {
+    let programs: &[&str] = if ranks > 1 {
+        &["pimpleFoam", "decomposePar", "mpirun"]
+    } else {
+        &["pimpleFoam"]
+    };
     if let Some(missing) = programs.iter().find(|program| !on_path(program)) {
         return Err(InstallError::Program((*missing).to_owned()));
     }

@@ -60,12 +60,7 @@ pub struct OpenFoam {
 impl OpenFoam {
     /// Starts the solver and shakes hands with it. Call it from a thread that lives as long as the run.
     pub fn start(settings: OpenFoamSettings) -> Result<Self, FluidError> {
-        let programs: &[&str] = if settings.ranks > 1 {
-            &["pimpleFoam", "decomposePar", "mpirun"]
-        } else {
-            &["pimpleFoam"]
-        };
-        let library = install::check(programs).map_err(solver_error)?;
+        let library = install::check(settings.ranks).map_err(solver_error)?;
         let (name, listener) = match settings.transport {
             case::Transport::Socket => ("socket", Listener::socket()),
             case::Transport::Files => ("files", Listener::files(&settings.case.join("exchange"))),
@@ -202,6 +197,9 @@ fn openfoam_command(program: &str, case: &Path) -> Command {
         .current_dir(case)
         .env("WM_PROJECT_DIR", install::PROJECT_FOLDER)
         .env("FOAM_SIGFPE", "true");
+    if let Ok(folder) = case.canonicalize() {
+        command.env("PWD", folder); // or every line of a stack trace comes with a warning
+    }
     command
 }
 

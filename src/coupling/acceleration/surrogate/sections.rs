@@ -84,7 +84,7 @@ impl Sections {
         }
         // A section that the points tell apart from those before it has a pivot of about a third of its points.
         let smallest = 0.02 * points.len() as f64 / count as f64;
-        match gram.pivots().iter().position(|pivot| !(*pivot > smallest)) {
+        match gram.pivots().iter().position(|pivot| *pivot <= smallest) {
             Some(index) => Err(SparseSection { index, count }),
             None => Ok(Self {
                 length,

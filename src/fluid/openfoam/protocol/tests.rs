@@ -1,4 +1,6 @@
+use super::to_fluid::{put_f64, put_u32, put_vectors};
 use super::*;
+use crate::Vec3;
 use proptest::prelude::*;
 
 fn hello_payload(points: u32, faces: &[&[u32]], centres: u32) -> Vec<u8> {
