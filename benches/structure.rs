@@ -45,12 +45,20 @@ fn run(kind: SpaceKind, p: usize, points: usize, mesh: [usize; 3]) {
         fibre_angle_deg,
         tension_only: false,
     };
-    let materials = [layer(5.4e4, 1e9, 640.0, 3.54, 10.0), layer(5.4e3, 1e8, 5.1e3, 15.4, 40.0)];
+    let materials = [
+        layer(5.4e4, 1e9, 640.0, 3.54, 10.0),
+        layer(5.4e3, 1e8, 5.1e3, 15.4, 40.0),
+    ];
     let [axial, circumferential, radial] = mesh;
     let mesh = tube_mesh(3e-3, &[5e-4, 5e-4], 6e-3, axial, circumferential, radial);
     let ends = ["start", "end"].map(|end| Support::Surface(end.into(), [true, false, false]));
     let [start, end] = ends;
-    let supports = [start, end, Support::SymmetryPlane(1), Support::SymmetryPlane(2)];
+    let supports = [
+        start,
+        end,
+        Support::SymmetryPlane(1),
+        Support::SymmetryPlane(2),
+    ];
     let space = Space::isotropic(kind, p);
     let options = Options {
         quadrature_points: [points; 3],
@@ -60,14 +68,19 @@ fn run(kind: SpaceKind, p: usize, points: usize, mesh: [usize; 3]) {
     let body = Discretization::new(&mesh, &materials, &supports, &options).expect("well posed");
     let setup = begin.elapsed().as_secs_f64();
     let faces = supports::surface(&mesh, "inner").expect("tubes have one");
-    let surface = Surface::new(&body.numbering, &space, &body.mapping, faces, points).expect("regular");
+    let surface =
+        Surface::new(&body.numbering, &space, &body.mapping, faces, points).expect("regular");
     let load = SurfaceLoad {
         pressure: vec![100.0; surface.points.len()],
         shear: vec![Vec3::zeros(); surface.points.len()],
     };
     let d = vec![0.0; body.coefficients()];
     let mut tangent = Vec::new();
-    let assembly = measure(|| tangent = body.tangent(&d, Some(&d), &[(&surface, &load)]).expect("regular"));
+    let assembly = measure(|| {
+        tangent = body
+            .tangent(&d, Some(&d), &[(&surface, &load)])
+            .expect("regular")
+    });
     body.pattern.hold(&mut tangent);
     let mut factor = None;
     let factorization = measure(|| factor = body.factorize(&tangent).ok());
