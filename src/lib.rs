@@ -12,7 +12,7 @@
 //!                                                                                                    ▼
 //!                       coupling: one time step = repeat { transfer, solve, accelerate } until converged
 //!                                                                                                    ▼
-//!                                                      output (history, VTU) ─► hemodynamics
+//!                                         output (history, VTU) and checkpoint ─► hemodynamics
 //! ```
 //! Nothing flows back except through the coupling loop: a module knows the ones on its left, nothing on its right.
 //!
@@ -27,6 +27,7 @@
 //! All quantities are in SI units. Names carry a unit only at the border (`case.toml`, headers of CSV files).
 
 pub mod case;
+pub mod checkpoint;
 pub mod commands;
 pub mod coupling;
 pub mod fluid;

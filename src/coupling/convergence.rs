@@ -80,6 +80,9 @@ pub fn diagnosis(iterations: &[Iteration]) -> String {
     };
     format!(
         "residual {:.2e} m after {} iterations, {:.2e} m at the first (smallest {best:.2e} m), change {:.2e} of the displacement: {what}",
-        last.measure.residual_rms, iterations.len(), residuals[0], last.measure.change
+        last.measure.residual_rms,
+        iterations.len(),
+        residuals[0],
+        last.measure.change
     )
 }

@@ -17,8 +17,8 @@ use crate::pfem::{Solid, SolidError};
 use acceleration::Acceleration;
 use convergence::{Criterion, Measure};
 use nalgebra::DVector;
-use serde::{Deserialize, Serialize};
 use predictor::Predictor;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use transfer::{Transfer, force_mismatch};
 

@@ -202,7 +202,11 @@ impl Structure {
         };
         self.check(&from.load)?;
         let lengths = [Some(&from.d), from.linearized_at.as_ref()];
-        if lengths.iter().flatten().any(|d| d.len() != self.state.d.len()) {
+        if lengths
+            .iter()
+            .flatten()
+            .any(|d| d.len() != self.state.d.len())
+        {
             return Err(SolidError::Model(
                 "the stored tangent belongs to another discretization".into(),
             ));

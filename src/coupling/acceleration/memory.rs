@@ -32,11 +32,16 @@ pub(crate) mod dense {
     use nalgebra::DVector;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    pub fn serialize<S: Serializer>(vector: &DVector<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<S: Serializer>(
+        vector: &DVector<f64>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         vector.as_slice().serialize(serializer)
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DVector<f64>, D::Error> {
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<DVector<f64>, D::Error> {
         Vec::deserialize(deserializer).map(DVector::from_vec)
     }
 }

@@ -26,9 +26,9 @@ mod constant;
 mod hybrid;
 mod iqn_ls;
 mod least_squares;
+mod memory;
 mod multi_vector;
 mod quasi_newton;
-mod memory;
 pub mod surrogate;
 
 pub use aitken::Aitken;
@@ -216,7 +216,12 @@ pub(crate) mod tests {
             for _ in 0..2 {
                 let mut same = problem.clone();
                 let expected = iterate(&mut problem, straight.as_mut(), 1000);
-                assert_eq!(iterate(&mut same, resumed.as_mut(), 1000), expected, "{}", kind.name());
+                assert_eq!(
+                    iterate(&mut same, resumed.as_mut(), 1000),
+                    expected,
+                    "{}",
+                    kind.name()
+                );
                 assert_eq!(resumed.memory(), straight.memory(), "{}", kind.name());
             }
         }

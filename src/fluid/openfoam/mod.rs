@@ -126,6 +126,11 @@ impl OpenFoam {
         Ok(())
     }
 
+    /// From now on the solver's answers are waited for whatever happens to `interrupt`.
+    pub fn outlast_interrupts(&mut self) {
+        self.settings.interrupt = Arc::default();
+    }
+
     /// Number of the process that was started: `pimpleFoam`, or `mpirun` for more than one rank.
     pub fn process_id(&self) -> u32 {
         self.process.id()
