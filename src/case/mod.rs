@@ -403,4 +403,7 @@ pub struct Output {
     /// Interval of OpenFOAM's written times, s.
     #[serde(rename = "fluid_interval_s")]
     pub fluid_interval: f64,
+    /// Wall-clock time between two checkpoints, minutes; 0 writes one after each step.
+    #[serde(rename = "checkpoint_interval_min")]
+    pub checkpoint_interval: f64,
 }
