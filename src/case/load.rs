@@ -197,6 +197,7 @@ fn check_entry(mut entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
             absolute.to_str().map(|path| Value::String(path.to_owned()))
         }
         (Kind::Rows, Value::Array(rows)) => read_rows(rows),
+        (Kind::Points, Value::Array(points)) => read_points(points),
         _ => None,
     };
     match value {
@@ -224,17 +225,31 @@ fn check_entry(mut entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
     }
 }
 
-/// Rows as [`Kind::Rows`] asks for them.
-fn read_rows(rows: &[Value]) -> Option<Value> {
+/// Lists of numbers, as floating-point numbers.
+fn read_lists(lists: &[Value]) -> Option<Vec<Vec<f64>>> {
     let number = |value: &Value| match value {
         Value::Float(x) => Some(*x),
         Value::Integer(i) => Some(*i as f64),
         _ => None,
     };
-    let rows: Vec<Vec<f64>> = rows
+    lists
         .iter()
-        .map(|row| row.as_array()?.iter().map(number).collect())
-        .collect::<Option<_>>()?;
+        .map(|list| list.as_array()?.iter().map(number).collect())
+        .collect()
+}
+
+/// Points as [`Kind::Points`] asks for them.
+fn read_points(points: &[Value]) -> Option<Value> {
+    let points = read_lists(points)?;
+    let fine = points
+        .iter()
+        .all(|point| point.len() == 3 && point.iter().all(|x| x.is_finite()));
+    fine.then(|| Value::from(points))
+}
+
+/// Rows as [`Kind::Rows`] asks for them.
+fn read_rows(rows: &[Value]) -> Option<Value> {
+    let rows = read_lists(rows)?;
     let columns = rows.first()?.len();
     let zero = |row: Option<&Vec<f64>>| row.is_some_and(|row| row.iter().all(|x| *x == 0.0));
     let fine = rows.len() >= 3

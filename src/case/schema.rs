@@ -30,6 +30,8 @@ pub enum Kind {
     Path,
     /// Rows of numbers of equal length from 0 to 1; first and last row zero.
     Rows,
+    /// Points of space.
+    Points,
 }
 
 /// A range of real numbers.
@@ -73,6 +75,7 @@ impl std::fmt::Display for Kind {
             Kind::Flag => f.write_str("true or false"),
             Kind::Path => f.write_str("a path in quotes"),
             Kind::Rows => f.write_str("rows of equally many numbers from 0 to 1, at least 3 by 3, the first and the last row zero"),
+            Kind::Points => f.write_str("points in brackets, such as [[0.02, 3e-3, 0.0]]"),
         }
     }
 }

@@ -14,8 +14,10 @@ use crate::fluid::openfoam::session::Terms;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings, install};
 use crate::fluid::{Fluid, FluidEffort, FluidError};
 use crate::geometry::Vessel;
+use crate::output::probes::Probes;
 use crate::output::progress::{Progress, human};
 use crate::output::record::{Record, RecordSettings, Summary, WallPeaks, peak_memory};
+use crate::output::tables::Table;
 use crate::output::vtu::{Grid, Values};
 use crate::output::write_atomically;
 use crate::pfem::mapping::MappingKind;
@@ -93,6 +95,7 @@ struct Run {
     coupling: Coupling<OpenFoam, Structure>,
     sampler: Sampler,
     record: Record,
+    probes: Option<Probes<Structure>>,
     cells: usize,
     fluid_peak_memory: f64,
 }
@@ -178,6 +181,7 @@ fn assemble(
         structure_dofs: solid.body().degrees_of_freedom(),
     })
     .map_err(written)?;
+    let probes = probes(case, folder, &solid)?;
     // As many pieces per element and direction as the degree, so that its curves can be seen.
     let sampler = Sampler::new(solid.body(), case.structure.p + 1).map_err(run_failure)?;
     let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
@@ -205,9 +209,26 @@ fn assemble(
         coupling,
         sampler,
         record,
+        probes,
         cells: volumes.len(),
         fluid_peak_memory: 0.0,
     })
+}
+
+/// The points whose motion is asked for; no file without them.
+fn probes(
+    case: &Case,
+    folder: &RunFolder,
+    solid: &Structure,
+) -> Result<Option<Probes<Structure>>, Failure> {
+    let points: Vec<Vec3> = case.output.probes.iter().map(|&x| x.into()).collect();
+    if points.is_empty() {
+        return Ok(None);
+    }
+    let table = Table::create(&folder.probes()).map_err(written)?;
+    let probes = Probes::new(points, solid, table)
+        .map_err(|e| Failure::Run(format!("output.probes_m: {e}")))?;
+    Ok(Some(probes))
 }
 
 /// The wall of a vessel: clamped at both ends, loaded from the inside.
@@ -269,11 +290,15 @@ fn advance(
         let clock = Instant::now();
         let due = |interval: f64| step == steps || is_due(step, case.time.step, interval);
         let mut wall = None;
+        let mut moved = Vec::new();
         let sampler = due(case.output.structure_interval).then_some(&run.sampler);
         let outcome = run
             .coupling
             .step(due(case.output.fluid_interval), |solid, trial| {
                 wall = Some(inspect(solid, trial, sampler));
+                if let Some(probes) = &run.probes {
+                    moved = probes.displacement(solid, trial);
+                }
             });
         let accepted = outcome.map_err(|e| match e {
             CouplingError::Fluid(FluidError::Interrupted) => Failure::Interrupted(String::new()),
@@ -289,6 +314,11 @@ fn advance(
             run.record
                 .structure
                 .add(accepted.fluid.time, &grid(&run.sampler, &samples))
+                .map_err(written)?;
+        }
+        if let Some(probes) = &mut run.probes {
+            probes
+                .append(accepted.fluid.time, &moved)
                 .map_err(written)?;
         }
         let displacement = accepted
