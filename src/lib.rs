@@ -26,6 +26,7 @@
 //!
 //! All quantities are in SI units. Names carry a unit only at the border (`case.toml`, headers of CSV files).
 
+pub mod analysis;
 pub mod case;
 pub mod commands;
 pub mod coupling;

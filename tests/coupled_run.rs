@@ -183,6 +183,45 @@ fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
     );
 }
 
+/// With tolerances so tight that the order of the sums in the linear solvers no longer matters.
+#[test]
+fn one_and_two_ranks_and_both_transports_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    let tight = [
+        "--set",
+        "fluid.pressure_residual=1e-7",
+        "fluid.max_correctors=60",
+        "coupling.e_rel=1e-8",
+        "coupling.e_abs_m=1e-13",
+    ];
+    let history = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let output = driver(&out, 0.008, &[&tight, more].concat()).output();
+        let output = output.unwrap();
+        assert!(output.status.success(), "{}", text(&output));
+        columns(&out.join("history.csv"))
+    };
+    let one = history("one", &[]);
+    let two = history("two", &["--ranks", "2"]);
+    let files = history("files", &["fluid.transport=files"]);
+    for name in [
+        "Q_out_m3_s",
+        "p_in_Pa",
+        "p_out_Pa",
+        "lumen_volume_m3",
+        "max_displacement_m",
+    ] {
+        assert_eq!(one[name], files[name], "{name} over files");
+        let size = one[name].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for (a, b) in one[name].iter().zip(&two[name]) {
+            assert!(
+                (a - b).abs() < 1e-6 * size,
+                "{name}: {a} on one rank, {b} on two"
+            );
+        }
+    }
+}
+
 #[test]
 fn an_interrupt_ends_openfoam_and_leaves_the_run_readable() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,9 @@
 //! Physical sense: values that are allowed one by one but do not fit each other.
 
 use super::error::CaseError;
-use super::load::shorten;
+
 use super::stack::Stack;
+use super::value::shorten;
 use super::{Case, Extension, Material, flow_curve::FlowCurve};
 use crate::interpolation::BicubicSurface;
 use std::f64::consts::TAU;

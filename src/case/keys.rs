@@ -2,7 +2,8 @@
 
 use super::schema::{Key, Kind, Range};
 
-const fn above(low: f64, high: f64) -> Kind {
+/// A number above `low`, at most `high`.
+pub(crate) const fn above(low: f64, high: f64) -> Kind {
     Kind::Real(Range {
         low,
         with_low: false,
@@ -10,7 +11,8 @@ const fn above(low: f64, high: f64) -> Kind {
     })
 }
 
-const fn from(low: f64, high: f64) -> Kind {
+/// A number from `low` to `high`.
+pub(crate) const fn from(low: f64, high: f64) -> Kind {
     Kind::Real(Range {
         low,
         with_low: true,
@@ -18,7 +20,8 @@ const fn from(low: f64, high: f64) -> Kind {
     })
 }
 
-const fn key(path: &'static str, kind: Kind, about: &'static str) -> Key {
+/// A key that must be given.
+pub(crate) const fn key(path: &'static str, kind: Kind, about: &'static str) -> Key {
     Key {
         path,
         kind,
@@ -27,7 +30,8 @@ const fn key(path: &'static str, kind: Kind, about: &'static str) -> Key {
     }
 }
 
-const fn optional(path: &'static str, kind: Kind, about: &'static str) -> Key {
+/// A key that may be absent.
+pub(crate) const fn optional(path: &'static str, kind: Kind, about: &'static str) -> Key {
     Key {
         path,
         kind,

@@ -1,15 +1,14 @@
 //! From files, preset and command line to a checked [`Case`]: layers of values, the last one wins.
 
 use super::error::{CaseError, CaseErrors, Place};
-use super::schema::{self, Kind};
+use super::schema;
 use super::source::{self, Entry, Source};
 use super::stack::Stack;
-use super::{Case, check, spelling};
+use super::{Case, check, spelling, value};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
-use toml::Value;
 
 /// Resolution and length of a run, with everything else unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
@@ -169,109 +168,17 @@ fn presets(
     values
 }
 
-/// The entry with its value in the form that the key asks for, or an error.
-fn check_entry(mut entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
-    let Some(key) = schema::find(&entry.key) else {
-        let suggestion = spelling::suggest(&entry.key);
-        errors.push(CaseError::UnknownKey {
-            place: entry.place,
-            key: entry.key,
-            suggestion,
-        });
-        return None;
-    };
-    let value = match (key.kind, &entry.value) {
-        (Kind::Real(range), Value::Float(x)) if range.contains(*x) => Some(Value::Float(*x)),
-        (Kind::Real(range), Value::Integer(i)) if range.contains(*i as f64) => {
-            Some(Value::Float(*i as f64))
-        }
-        (Kind::Whole(low, high), Value::Integer(i)) if (low..=high).contains(i) => {
-            Some(Value::Integer(*i))
-        }
-        (Kind::Word(words), Value::String(word)) if words.contains(&word.as_str()) => {
-            Some(entry.value.clone())
-        }
-        (Kind::Flag, Value::Boolean(_)) => Some(entry.value.clone()),
-        (Kind::Path, Value::String(path)) if !path.is_empty() => {
-            let absolute = source::tidy(&entry.folder.join(path));
-            absolute.to_str().map(|path| Value::String(path.to_owned()))
-        }
-        (Kind::Rows, Value::Array(rows)) => read_rows(rows),
-        (Kind::Points, Value::Array(points)) => read_points(points),
-        _ => None,
-    };
-    match value {
-        Some(value) => {
-            entry.value = value;
-            Some(entry)
-        }
+/// The entry with its value in the form that its key asks for, or an error.
+fn check_entry(entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
+    match schema::find(&entry.key) {
+        Some(key) => value::check(entry, &key, errors),
         None => {
-            let suggestion = match (key.kind, &entry.value) {
-                (Kind::Word(words), Value::String(word)) => {
-                    spelling::closest(word, words.iter().copied())
-                }
-                _ => None,
-            };
-            errors.push(CaseError::Value {
-                suggestion: suggestion.map(str::to_owned),
-                found: shorten(&entry.value),
-                key: entry.key,
+            errors.push(CaseError::UnknownKey {
+                suggestion: spelling::suggest(&entry.key, &schema::all_paths()),
                 place: entry.place,
-                allowed: key.kind.to_string(),
-                about: key.about.to_owned(),
+                key: entry.key,
             });
             None
         }
-    }
-}
-
-/// Lists of numbers, as floating-point numbers.
-fn read_lists(lists: &[Value]) -> Option<Vec<Vec<f64>>> {
-    let number = |value: &Value| match value {
-        Value::Float(x) => Some(*x),
-        Value::Integer(i) => Some(*i as f64),
-        _ => None,
-    };
-    lists
-        .iter()
-        .map(|list| list.as_array()?.iter().map(number).collect())
-        .collect()
-}
-
-/// Points as [`Kind::Points`] asks for them.
-fn read_points(points: &[Value]) -> Option<Value> {
-    let points = read_lists(points)?;
-    let fine = points
-        .iter()
-        .all(|point| point.len() == 3 && point.iter().all(|x| x.is_finite()));
-    fine.then(|| Value::from(points))
-}
-
-/// Rows as [`Kind::Rows`] asks for them.
-fn read_rows(rows: &[Value]) -> Option<Value> {
-    let rows = read_lists(rows)?;
-    let columns = rows.first()?.len();
-    let zero = |row: Option<&Vec<f64>>| row.is_some_and(|row| row.iter().all(|x| *x == 0.0));
-    let fine = rows.len() >= 3
-        && columns >= 3
-        && rows
-            .iter()
-            .all(|row| row.len() == columns && row.iter().all(|x| (0.0..=1.0).contains(x)))
-        && zero(rows.first())
-        && zero(rows.last());
-    fine.then(|| Value::from(rows))
-}
-
-/// A value in few letters for a message.
-pub(super) fn shorten(value: &Value) -> String {
-    let text: String = value
-        .to_string()
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ");
-    if text.chars().count() > 60 {
-        text.chars().take(57).chain("...".chars()).collect()
-    } else {
-        text
     }
 }

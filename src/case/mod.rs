@@ -26,12 +26,13 @@ mod check;
 mod error;
 mod estimate;
 mod flow_curve;
-mod keys;
+pub(crate) mod keys;
 mod load;
 pub mod schema;
-mod source;
-mod spelling;
+pub(crate) mod source;
+pub(crate) mod spelling;
 mod stack;
+pub(crate) mod value;
 mod write;
 
 pub use error::{CaseError, CaseErrors, Place};

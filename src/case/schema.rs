@@ -32,6 +32,12 @@ pub enum Kind {
     Rows,
     /// Points of space.
     Points,
+    /// A whole number within the limits, or one for each of the three local directions.
+    Degrees(i64, i64),
+    /// A whole number within the limits, or this word.
+    WholeOr(i64, i64, &'static str),
+    /// Two or more numbers.
+    Numbers,
 }
 
 /// A range of real numbers.
@@ -74,6 +80,14 @@ impl std::fmt::Display for Kind {
             Kind::Word(words) => write!(f, "one of \"{}\"", words.join("\", \"")),
             Kind::Flag => f.write_str("true or false"),
             Kind::Path => f.write_str("a path in quotes"),
+            Kind::Degrees(low, high) => write!(
+                f,
+                "a whole number from {low} to {high}, or three of them in brackets"
+            ),
+            Kind::WholeOr(low, high, word) => {
+                write!(f, "a whole number from {low} to {high}, or \"{word}\"")
+            }
+            Kind::Numbers => f.write_str("two or more numbers in brackets"),
             Kind::Rows => f.write_str("rows of equally many numbers from 0 to 1, at least 3 by 3, the first and the last row zero"),
             Kind::Points => f.write_str("points in brackets, such as [[0.02, 3e-3, 0.0]]"),
         }

@@ -178,10 +178,23 @@ fn walk(
         let Some(value) = values.get(&name) else {
             continue;
         };
-        keys.push(name);
+        keys.push(name.clone());
         match (spanned.get_ref(), value) {
             (DeValue::Table(inner), Value::Table(table)) if !table.is_empty() => {
                 walk(inner, table, keys, place, flat)
+            }
+            // `[[name]]`: its tables count from zero, as `name[0]`.
+            (DeValue::Array(inner), Value::Array(tables)) if tables.iter().any(Value::is_table) => {
+                for (i, (spanned, value)) in inner.iter().zip(tables).enumerate() {
+                    keys.pop();
+                    keys.push(format!("{name}[{i}]"));
+                    match (spanned.get_ref(), value) {
+                        (DeValue::Table(inner), Value::Table(table)) if !table.is_empty() => {
+                            walk(inner, table, keys, place, flat)
+                        }
+                        _ => flat.push((keys.clone(), value.clone(), place(spanned.span()))),
+                    }
+                }
             }
             _ => flat.push((keys.clone(), value.clone(), place(key.span()))),
         }

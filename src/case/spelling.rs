@@ -1,13 +1,12 @@
 //! What may have been meant by a misspelt key or word.
 
-use super::schema::all_paths;
-
-/// The key that was most likely meant by the unknown `path`: one spelt nearly the same, or the same in another table.
-pub fn suggest(path: &str) -> Option<String> {
+/// The one of the known `paths` that was most likely meant by the unknown `path`: one spelt nearly the same, or the
+/// same in another table.
+pub fn suggest(path: &str, paths: &[String]) -> Option<String> {
     fn name(path: &str) -> &str {
         path.rsplit('.').next().unwrap_or_default()
     }
-    let (paths, wanted) = (all_paths(), name(path));
+    let wanted = name(path);
     let near = paths
         .iter()
         .map(|known| (edit_distance(path, known), known))

@@ -2,9 +2,9 @@
 
 use super::Case;
 use super::error::{CaseError, Place};
-use super::load::shorten;
 use super::schema::{self, Key};
 use super::source::Entry;
+use super::value::shorten;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use toml::Value;

@@ -1,9 +1,11 @@
 //! The command line: one file per subcommand; short, reads like the README.
 
+mod convergence;
 mod couple_test;
 mod failure;
 mod run;
 mod run_folder;
+mod solid;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -31,6 +33,10 @@ struct CommandLine {
 enum Command {
     /// Compares acceleration models and predictors on problems with a known answer; needs no flow solver.
     CoupleTest(couple_test::Arguments),
+    /// Inflates a tube: statics, or dynamics under a given pressure; needs no flow solver.
+    Solid(solid::Arguments),
+    /// The paper's convergence study of the structural solver, with its figures 7 to 10.
+    Convergence(convergence::Arguments),
 }
 
 /// Parses the command line and runs the command. Exit code 0: done; 1: a solver failed; 2: the input or the
@@ -39,6 +45,8 @@ pub fn main() -> ExitCode {
     let line = CommandLine::parse();
     let outcome = match (line.command, line.run) {
         (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
+        (Some(Command::Solid(arguments)), _) => solid::run(&arguments),
+        (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
         (None, Some(arguments)) => run::run(&arguments),
         (None, None) => unreachable!("clap shows the help when there are no arguments"),
     };

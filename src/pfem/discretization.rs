@@ -2,10 +2,11 @@
 
 use super::SolidError;
 use super::elements::{Body, Elements, Shapes, gather, scatter};
-use super::factor::{self, Factorization, Symbolic};
+use super::factor::{Factorization, Symbolic};
 use super::mapping::{Mapping, MappingKind};
 use super::material::{self, HyperelasticMaterial};
 use super::numbering::Numbering;
+use super::ordering;
 use super::solid::SurfaceLoad;
 use super::space::Space;
 use super::sparse::Pattern;
@@ -81,13 +82,10 @@ impl Discretization {
         let points = options.quadrature_points;
         let elements = Elements::gauss(&numbering, &options.space, &mapping, count, points)?;
         let supports = Supports::new(mesh, &numbering, &mapping, supports)?;
-        let pattern = Pattern::new(&numbering, supports.held(), None);
-        if pattern.is_empty() {
-            return Err(SolidError::Model("the supports hold the whole body".into()));
-        }
-        let order = factor::minimum_degree(&pattern)?;
-        let pattern = Pattern::new(&numbering, supports.held(), Some(&order));
-        let symbolic = Symbolic::new(&pattern)?;
+        let centres: Vec<Vec3> = (0..count)
+            .map(|e| mapping.at(e, [0.0; 3]).position)
+            .collect();
+        let (pattern, symbolic) = ordered(&numbering, supports.held(), &centres)?;
         Ok(Self {
             space: options.space,
             numbering,
@@ -253,4 +251,32 @@ impl Discretization {
         let size = (volume / self.regions.len() as f64).cbrt();
         Ok(4.0 * f64::EPSILON * diagonal * size)
     }
+}
+
+/// The equations in the better one of two orders of elimination, minimum degree (for long tubes) and nested dissection (for
+/// high degrees), and the structure of their factor.
+fn ordered(
+    numbering: &Numbering,
+    held: &[bool],
+    centres: &[Vec3],
+) -> Result<(Pattern, Symbolic), SolidError> {
+    let natural: Vec<usize> = (0..numbering.functions).collect();
+    let pattern = Pattern::new(numbering, held, &natural);
+    if pattern.is_empty() {
+        return Err(SolidError::Model("the supports hold the whole body".into()));
+    }
+    let orders = [
+        ordering::minimum_degree(&pattern)?,
+        ordering::nested_dissection(numbering, centres),
+    ];
+    let [first, second] = orders.map(|order| {
+        let pattern = Pattern::new(numbering, held, &order);
+        Symbolic::new(&pattern).map(|symbolic| (pattern, symbolic))
+    });
+    let (first, second) = (first?, second?);
+    Ok(if first.1.entries() <= second.1.entries() {
+        first
+    } else {
+        second
+    })
 }

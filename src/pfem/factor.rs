@@ -5,7 +5,6 @@ use super::sparse::Pattern;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::reborrow::Reborrow;
 use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::amd;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymmetricOrdering,
     factorize_symbolic_cholesky,
@@ -34,25 +33,16 @@ pub struct Factorization {
     values: Vec<f64>,
 }
 
-fn memory(request: faer::dyn_stack::StackReq) -> Result<MemBuffer, SolidError> {
+/// Working memory for faer.
+pub(super) fn memory(request: faer::dyn_stack::StackReq) -> Result<MemBuffer, SolidError> {
     MemBuffer::try_new(request).map_err(|_| {
         SolidError::Model("not enough memory for the factorization of the structure".into())
     })
 }
 
-fn symbolic_failed(error: faer::sparse::FaerError) -> SolidError {
+/// An error of the symbolic analysis.
+pub(super) fn symbolic_failed(error: faer::sparse::FaerError) -> SolidError {
     SolidError::Model(format!("symbolic factorization failed: {error:?}"))
-}
-
-/// Block rows in the order of elimination by approximate minimum degree.
-pub fn minimum_degree(pattern: &Pattern) -> Result<Vec<usize>, SolidError> {
-    let blocks = pattern.block_symbolic();
-    let n = blocks.nrows();
-    let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
-    let mut buffer = memory(amd::order_scratch::<usize>(n, blocks.compute_nnz()))?;
-    let (control, stack) = (amd::Control::default(), MemStack::new(&mut buffer));
-    amd::order(&mut order, &mut inverse, blocks, control, stack).map_err(symbolic_failed)?;
-    Ok(order)
 }
 
 impl Symbolic {

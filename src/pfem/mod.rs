@@ -18,6 +18,7 @@ pub mod material;
 pub mod modes;
 pub mod newton;
 pub mod numbering;
+pub mod ordering;
 mod pool;
 pub mod quadrature;
 pub mod samples;

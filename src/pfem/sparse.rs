@@ -55,14 +55,11 @@ fn expand(starts: &[usize], rows: &[usize]) -> SymbolicSparseColMat<usize> {
 }
 
 impl Pattern {
-    /// The pattern of all element matrices; `held[3 f + i]` says whether component `i` of function `f` is fixed. Block
-    /// rows are in the order of the functions, or in the order in which a pattern without `order` has them.
-    pub fn new(numbering: &Numbering, held: &[bool], order: Option<&[usize]>) -> Self {
+    /// The pattern of all element matrices; `held[3 f + i]` says whether component `i` of function `f` is fixed, `order`
+    /// has the functions in the order of their rows.
+    pub fn new(numbering: &Numbering, held: &[bool], order: &[usize]) -> Self {
         let active = |f: usize| !(held[3 * f] && held[3 * f + 1] && held[3 * f + 2]);
-        let mut functions: Vec<usize> = (0..numbering.functions).filter(|&f| active(f)).collect();
-        if let Some(order) = order {
-            functions = order.iter().map(|&row| functions[row]).collect();
-        }
+        let functions: Vec<usize> = order.iter().copied().filter(|&f| active(f)).collect();
         let mut row_of = vec![ABSENT; numbering.functions];
         for (row, &f) in functions.iter().enumerate() {
             row_of[f] = row;

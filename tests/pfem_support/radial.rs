@@ -148,7 +148,8 @@ pub fn inflate(
             .sum();
         (value, slope)
     };
-    let table: Vec<(f64, f64, Vec<(f64, f64)>)> = gauss(POINTS)
+    type Shapes = Vec<(f64, f64)>;
+    let table: Vec<(f64, f64, Shapes)> = gauss(POINTS)
         .into_iter()
         .map(|(x, w)| (x, w, (0..=DEGREE).map(|i| lagrange(i, x)).collect()))
         .collect();

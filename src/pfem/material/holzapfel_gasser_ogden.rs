@@ -62,14 +62,14 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
             .map(|a| self.fibre_energy((F * a).norm_squared() - 1.0)[0])
             .sum();
         fibres
-            + 0.5 * self.mu * (F.norm_squared() / J.cbrt().powi(2) - 3.0)
+            + 0.5 * self.mu * (F.norm_squared() * J.powf(-2.0 / 3.0) - 3.0)
             + 0.5 * self.kappa * (J - 1.0) * (J - 1.0)
     }
 
     /// `P = mu J^{-2/3} (F - I_C/3 F⁻ᵀ) + kappa (J - 1) J F⁻ᵀ + Σ_f 2 psi' (F a_f) ⊗ a_f`.
     fn stress(&self, F: &Mat3, frame: &Frame) -> Mat3 {
         let (G, J) = inverse_transpose(F);
-        let mu = self.mu / J.cbrt().powi(2);
+        let mu = self.mu * J.powf(-2.0 / 3.0);
         let mut P = F * mu + G * (self.kappa * (J - 1.0) * J - mu * F.norm_squared() / 3.0);
         for a in self.fibres(frame) {
             let Fa = F * a;
@@ -84,7 +84,7 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
     /// + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj + Σ_f 4 psi'' (F a)_i a_j (F a)_k a_l + 2 psi' δ_ik a_j a_l`.
     fn tangent_with(&self, F: &Mat3, frame: &Frame, slope: f64) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
-        let mu = self.mu / J.cbrt().powi(2);
+        let mu = self.mu * J.powf(-2.0 / 3.0);
         let I_C = F.norm_squared();
         let [_, curvature] = self.volumetric(J);
         let mut A = Tensor4::identity() * mu;

@@ -1,0 +1,101 @@
+//! Values that are allowed one by one but do not fit each other.
+
+use super::{SolidFile, Values, keys, shorten};
+use crate::analysis::tube::Ends;
+use crate::case::{CaseError, Material};
+use crate::pfem::surface::LoadKind;
+
+/// Displacement coefficients of all elements together, at most: beyond that the factorization needs more than 100 GB.
+const MOST_COEFFICIENTS: usize = 3_000_000;
+
+/// Appends what makes no sense.
+pub(super) fn check(solid: &SolidFile, values: &Values, errors: &mut Vec<CaseError>) {
+    let mut report = |key: &str, nonsense: bool, message: String| {
+        if let (true, Some(entry)) = (nonsense, values.entries.get(key)) {
+            errors.push(CaseError::Nonsense {
+                place: entry.place.clone(),
+                key: key.to_owned(),
+                found: shorten(&entry.value),
+                message,
+            });
+        }
+    };
+    discretization(solid, &mut report);
+    for (index, (_, material)) in solid.layers.iter().enumerate() {
+        if let Material::NeoHooke { mu, kappa } | Material::HolzapfelGasserOgden { mu, kappa, .. } =
+            material
+        {
+            report(
+                &format!("{}[{index}].kappa_Pa", keys::LAYER),
+                *kappa <= 2.0 / 3.0 * mu,
+                format!(
+                    "expected more than 2/3 of mu_Pa = {mu:?}: Poisson's ratio would not be positive"
+                ),
+            );
+        }
+    }
+    dynamics(solid, &mut report);
+}
+
+type Report<'a> = dyn FnMut(&str, bool, String) + 'a;
+
+fn discretization(solid: &SolidFile, report: &mut Report<'_>) {
+    let (space, degree) = (&solid.options.space, solid.options.space.max_degree());
+    let points = solid.options.quadrature_points[0];
+    report(
+        "space.quadrature_points",
+        points < degree,
+        format!(
+            "degree {degree} needs at least {degree} points, better {}",
+            degree + 2
+        ),
+    );
+    let grid = solid.grid;
+    let elements = grid.axial * grid.circumferential * grid.radial();
+    let coefficients = 3 * elements * space.modes().len();
+    report(
+        "space.p",
+        coefficients > MOST_COEFFICIENTS,
+        format!(
+            "{elements} elements with {} shape functions each have {coefficients} displacement coefficients, more than \
+             {MOST_COEFFICIENTS}: take a smaller degree or fewer elements",
+            space.modes().len()
+        ),
+    );
+}
+
+fn dynamics(solid: &SolidFile, report: &mut Report<'_>) {
+    let Some(dynamics) = &solid.dynamics else {
+        return;
+    };
+    report(
+        "load.kind",
+        solid.kind == LoadKind::Dead,
+        "[dynamics] knows only \"follower\"".into(),
+    );
+    report(
+        "mesh.circumferential",
+        solid.ends == Ends::Axial && solid.grid.circumferential % 4 != 0,
+        "[dynamics] with supports.ends = \"axial\" needs a multiple of 4, so that the mesh has nodes in both planes of \
+         symmetry; or clamp the ends"
+            .into(),
+    );
+    report(
+        "dynamics.step_s",
+        dynamics.steps == 0,
+        "expected at most dynamics.end_s".into(),
+    );
+    report(
+        "dynamics.load_factors",
+        dynamics.times.len() != dynamics.factors.len(),
+        format!(
+            "expected {} numbers, as many as dynamics.times_s has",
+            dynamics.times.len()
+        ),
+    );
+    report(
+        "dynamics.times_s",
+        dynamics.times.windows(2).any(|pair| pair[0] >= pair[1]),
+        "expected ascending times".into(),
+    );
+}

@@ -1,0 +1,136 @@
+//! One value against its key: the right type and range, in the form that the types ask for.
+
+use super::error::CaseError;
+use super::schema::{Key, Kind};
+use super::source::{self, Entry};
+use super::spelling;
+use std::ops::RangeInclusive;
+use toml::Value;
+
+/// The entry with its value in the form that `key` asks for, or an error.
+pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) -> Option<Entry> {
+    let value = match (key.kind, &entry.value) {
+        (Kind::Real(range), Value::Float(x)) if range.contains(*x) => Some(Value::Float(*x)),
+        (Kind::Real(range), Value::Integer(i)) if range.contains(*i as f64) => {
+            Some(Value::Float(*i as f64))
+        }
+        (Kind::Whole(low, high), Value::Integer(i)) if (low..=high).contains(i) => {
+            Some(Value::Integer(*i))
+        }
+        (Kind::Word(words), Value::String(word)) if words.contains(&word.as_str()) => {
+            Some(entry.value.clone())
+        }
+        (Kind::Flag, Value::Boolean(_)) => Some(entry.value.clone()),
+        (Kind::Path, Value::String(path)) if !path.is_empty() => {
+            let absolute = source::tidy(&entry.folder.join(path));
+            absolute.to_str().map(|path| Value::String(path.to_owned()))
+        }
+        (Kind::Rows, Value::Array(rows)) => read_rows(rows),
+        (Kind::Points, Value::Array(points)) => read_points(points),
+        (Kind::Degrees(low, high), degrees) => read_degrees(degrees, low..=high),
+        (Kind::WholeOr(low, high, _), Value::Integer(i)) if (low..=high).contains(i) => {
+            Some(entry.value.clone())
+        }
+        (Kind::WholeOr(_, _, word), Value::String(found)) if found == word => {
+            Some(entry.value.clone())
+        }
+        (Kind::Numbers, Value::Array(values)) if values.len() > 1 => values
+            .iter()
+            .map(|value| number(value).filter(|x| x.is_finite()).map(Value::Float))
+            .collect::<Option<_>>()
+            .map(Value::Array),
+        _ => None,
+    };
+    match value {
+        Some(value) => {
+            entry.value = value;
+            Some(entry)
+        }
+        None => {
+            let suggestion = match (key.kind, &entry.value) {
+                (Kind::Word(words), Value::String(word)) => {
+                    spelling::closest(word, words.iter().copied())
+                }
+                (Kind::WholeOr(_, _, word), Value::String(found)) => {
+                    spelling::closest(found, [word])
+                }
+                _ => None,
+            };
+            errors.push(CaseError::Value {
+                suggestion: suggestion.map(str::to_owned),
+                found: shorten(&entry.value),
+                key: entry.key,
+                place: entry.place,
+                allowed: key.kind.to_string(),
+                about: key.about.to_owned(),
+            });
+            None
+        }
+    }
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(x) => Some(*x),
+        Value::Integer(i) => Some(*i as f64),
+        _ => None,
+    }
+}
+
+/// Three degrees from three, or from one.
+fn read_degrees(found: &Value, range: RangeInclusive<i64>) -> Option<Value> {
+    let degree = |value: &Value| value.as_integer().filter(|p| range.contains(p));
+    let three = match found {
+        Value::Array(degrees) if degrees.len() == 3 => {
+            degrees.iter().map(degree).collect::<Option<Vec<_>>>()
+        }
+        single => degree(single).map(|p| vec![p; 3]),
+    };
+    three.map(Value::from)
+}
+
+/// Lists of numbers.
+fn read_lists(lists: &[Value]) -> Option<Vec<Vec<f64>>> {
+    lists
+        .iter()
+        .map(|list| list.as_array()?.iter().map(number).collect())
+        .collect()
+}
+
+/// Points as [`Kind::Points`] asks for them.
+fn read_points(points: &[Value]) -> Option<Value> {
+    let points = read_lists(points)?;
+    let fine = points
+        .iter()
+        .all(|point| point.len() == 3 && point.iter().all(|x| x.is_finite()));
+    fine.then(|| Value::from(points))
+}
+
+/// Rows as [`Kind::Rows`] asks for them.
+fn read_rows(rows: &[Value]) -> Option<Value> {
+    let rows = read_lists(rows)?;
+    let columns = rows.first()?.len();
+    let zero = |row: Option<&Vec<f64>>| row.is_some_and(|row| row.iter().all(|x| *x == 0.0));
+    let fine = rows.len() >= 3
+        && columns >= 3
+        && rows
+            .iter()
+            .all(|row| row.len() == columns && row.iter().all(|x| (0.0..=1.0).contains(x)))
+        && zero(rows.first())
+        && zero(rows.last());
+    fine.then(|| Value::from(rows))
+}
+
+/// A value in few letters for a message.
+pub(crate) fn shorten(value: &Value) -> String {
+    let text: String = value
+        .to_string()
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ");
+    if text.chars().count() > 60 {
+        text.chars().take(57).chain("...".chars()).collect()
+    } else {
+        text
+    }
+}

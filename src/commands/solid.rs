@@ -1,0 +1,291 @@
+//! `fsi-driver solid FILE.toml`: a tube under internal pressure, without a fluid.
+
+use super::{Failure, run_folder};
+use crate::Vec3;
+use crate::analysis::motion::{Dynamics, Motion};
+use crate::analysis::solid_file::SolidFile;
+use crate::analysis::tube::{self, Tube};
+use crate::output::progress::Progress;
+use crate::output::record::peak_memory;
+use crate::output::tables::Table;
+use crate::output::vtu::{Grid, Values};
+use crate::output::write_atomically;
+use crate::pfem::samples::Sampler;
+use crate::pfem::statics::StaticOptions;
+use crate::pfem::stats::Stats;
+use crate::pfem::{Discretization, SolidError};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// A copy of the file; its presence marks a folder as one that this command made.
+const MARK: &str = "solid.toml";
+
+/// Options of the analysis.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The tube: geometry, materials, mesh, ansatz space, load, supports; an example stands in docs/solid.toml.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Folder of the results [default: the file's name with `-results` instead of its ending].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace earlier results in the same folder.
+    #[arg(long)]
+    force: bool,
+    /// Show no progress.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// `summary.json`.
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case, reason = "the keys carry the units")]
+struct Summary {
+    /// Displacement coefficients, held ones included.
+    dofs: usize,
+    /// Those that are not held: the size of the linear systems.
+    free_dofs: usize,
+    /// Of the whole tube.
+    strain_energy_J: f64,
+    /// Gauss points per direction that the energy and the Jacobians were evaluated with.
+    energy_quadrature_points: [usize; 3],
+    /// Of all load or time steps.
+    newton_iterations: usize,
+    /// Relative residuals of each load step of a static analysis.
+    newton_residuals: Vec<Vec<f64>>,
+    /// Inner surface, interfaces, outer surface; mean over the circumference at mid-length.
+    radial_displacement_m: Vec<f64>,
+    min_jacobian: f64,
+    max_jacobian: f64,
+    /// Largest at the quadrature points of the energy.
+    max_von_mises_Pa: f64,
+    /// Wall-clock seconds in residuals and tangents.
+    assembly_s: f64,
+    /// Wall-clock seconds in factorizations and substitutions.
+    solve_s: f64,
+    total_s: f64,
+    peak_memory_MB: f64,
+}
+
+/// A row of `von_mises.csv`.
+#[derive(Serialize)]
+#[allow(non_snake_case, reason = "the headers carry the units")]
+struct Centre {
+    element: usize,
+    layer: usize,
+    x_m: f64,
+    y_m: f64,
+    z_m: f64,
+    displacement_x_m: f64,
+    displacement_y_m: f64,
+    displacement_z_m: f64,
+    von_mises_Pa: f64,
+}
+
+/// Inflates the tube of a file and writes what came out.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let clock = Instant::now();
+    let input = |e: &dyn std::fmt::Display| Failure::Input(e.to_string());
+    let solid = SolidFile::load(&arguments.file).map_err(|e| input(&e))?;
+    let tube = solid.tube();
+    let body = tube.discretize(&solid.options).map_err(|e| input(&e))?;
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| beside(&arguments.file));
+    run_folder::claim(&out, MARK, arguments.force)?;
+    let text = std::fs::read(&arguments.file).map_err(|e| input(&e))?;
+    write_atomically(&out.join(MARK), &text).map_err(written)?;
+
+    let solution = match &solid.dynamics {
+        None => inflate(&solid, &tube, &body),
+        Some(dynamics) => {
+            let mut motion = Motion::new(&tube, &solid.options, dynamics).map_err(failed)?;
+            let history = Table::create(&out.join("history.csv")).map_err(written)?;
+            move_tube(&mut motion, dynamics, history, arguments.quiet)
+        }
+    }?;
+    let summary = summarize(&solid, &tube, &body, &solution, clock).map_err(failed)?;
+    write(&out, &body, &solution.displacement, &summary)?;
+    print(&summary, &out);
+    Ok(())
+}
+
+/// The folder `name-results` beside `name.toml`.
+fn beside(file: &Path) -> PathBuf {
+    let mut name = file.file_stem().unwrap_or_default().to_owned();
+    name.push("-results");
+    file.with_file_name(name)
+}
+
+fn failed(error: SolidError) -> Failure {
+    Failure::Run(error.to_string())
+}
+
+fn written(error: impl std::fmt::Display) -> Failure {
+    Failure::Run(format!("the results could not be written: {error}"))
+}
+
+/// The last displacement and the way to it.
+struct Solution {
+    displacement: Vec<f64>,
+    residuals: Vec<Vec<f64>>,
+    stats: Stats,
+}
+
+fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Solution, Failure> {
+    let statics = StaticOptions {
+        steps: solid.steps,
+        ..Default::default()
+    };
+    let found = tube
+        .inflate(body, &solid.options, &statics)
+        .map_err(failed)?;
+    Ok(Solution {
+        displacement: found.displacement,
+        residuals: found.steps.into_iter().map(|step| step.residuals).collect(),
+        stats: found.stats,
+    })
+}
+
+fn move_tube(
+    motion: &mut Motion,
+    dynamics: &Dynamics,
+    mut history: Table,
+    quiet: bool,
+) -> Result<Solution, Failure> {
+    let mut progress = Progress::new(dynamics.steps as u64, quiet);
+    for _ in 0..dynamics.steps {
+        let clock = Instant::now();
+        let moment = motion.advance().map_err(failed)?;
+        let seconds = clock.elapsed().as_secs_f64();
+        progress.step(
+            moment.time_s,
+            moment.newton_iterations,
+            moment.residual,
+            seconds,
+        );
+        history.append(&[moment]).map_err(written)?;
+    }
+    progress.finish();
+    Ok(Solution {
+        displacement: motion.structure().state().d.clone(),
+        residuals: Vec::new(),
+        stats: motion.structure().stats(),
+    })
+}
+
+fn summarize(
+    solid: &SolidFile,
+    tube: &Tube,
+    body: &Discretization,
+    solution: &Solution,
+    clock: Instant,
+) -> Result<Summary, SolidError> {
+    let d = &solution.displacement;
+    let measures = tube::measure(body, &solid.options, d)?;
+    let stats = &solution.stats;
+    Ok(Summary {
+        dofs: body.coefficients(),
+        free_dofs: body.degrees_of_freedom(),
+        strain_energy_J: measures.energy,
+        energy_quadrature_points: tube::fine_rule(&solid.options),
+        newton_iterations: stats.iterations,
+        newton_residuals: solution.residuals.clone(),
+        radial_displacement_m: tube.radial_displacement(body, d),
+        min_jacobian: measures.extremes.min_jacobian,
+        max_jacobian: measures.extremes.max_jacobian,
+        max_von_mises_Pa: measures.extremes.von_mises,
+        assembly_s: stats.assembly_s + stats.residual_s,
+        solve_s: stats.factorization_s + stats.substitution_s,
+        total_s: clock.elapsed().as_secs_f64(),
+        peak_memory_MB: peak_memory("self").unwrap_or(0.0) / 1e6,
+    })
+}
+
+fn write(
+    out: &Path,
+    body: &Discretization,
+    displacement: &[f64],
+    summary: &Summary,
+) -> Result<(), Failure> {
+    let centres: Vec<Centre> = tube::fields(body, &[0.0], displacement)
+        .map_err(failed)?
+        .into_iter()
+        .enumerate()
+        .map(|(element, (u, stress))| {
+            let x: Vec3 = body.mapping.at(element, [0.0; 3]).position;
+            Centre {
+                element,
+                layer: body.regions()[element],
+                x_m: x.x,
+                y_m: x.y,
+                z_m: x.z,
+                displacement_x_m: u.x,
+                displacement_y_m: u.y,
+                displacement_z_m: u.z,
+                von_mises_Pa: stress,
+            }
+        })
+        .collect();
+    let mut table = Table::create(&out.join("von_mises.csv")).map_err(written)?;
+    table.append(&centres).map_err(written)?;
+
+    let sampler = Sampler::new(body, (body.space.max_degree() + 1).min(8)).map_err(failed)?;
+    let samples = sampler.sample(body, displacement).map_err(failed)?;
+    Grid {
+        points: &sampler.points,
+        hexes: &sampler.hexes,
+        point_data: vec![
+            ("displacement_m", Values::Vectors(&samples.displacement)),
+            ("von_mises_Pa", Values::Scalars(&samples.von_mises)),
+        ],
+        cell_data: vec![
+            ("layer", Values::Integers(&sampler.regions)),
+            ("element", Values::Integers(&sampler.element_of_hex)),
+        ],
+    }
+    .write(&out.join("tube.vtu"))
+    .map_err(written)?;
+    // Last, so that a folder with a summary is complete.
+    let json = serde_json::to_string_pretty(summary).map_err(written)?;
+    write_atomically(&out.join("summary.json"), json.as_bytes()).map_err(written)
+}
+
+fn print(summary: &Summary, out: &Path) {
+    let s = summary;
+    for (step, residuals) in s.newton_residuals.iter().enumerate() {
+        let shown: Vec<String> = residuals.iter().map(|r| format!("{r:.1e}")).collect();
+        println!(
+            "load step {}: relative residuals {}",
+            step + 1,
+            shown.join(" ")
+        );
+    }
+    let radial = s.radial_displacement_m.iter();
+    let radial: Vec<String> = radial.map(|u| format!("{u:.10e}")).collect();
+    let points = s
+        .energy_quadrature_points
+        .map(|n| n.to_string())
+        .join(" x ");
+    println!(
+        "degrees of freedom   {} ({} of them free)",
+        s.dofs, s.free_dofs
+    );
+    println!(
+        "strain energy        {:.10e} J ({points} Gauss points per element)",
+        s.strain_energy_J
+    );
+    println!("radial displacement  {} m", radial.join(", "));
+    println!(
+        "Jacobian             {:.8} to {:.8}",
+        s.min_jacobian, s.max_jacobian
+    );
+    println!("largest von Mises    {:.6e} Pa", s.max_von_mises_Pa);
+    println!(
+        "Newton iterations    {} ({:.2} s assembly, {:.2} s solution, {:.2} s in all, {:.0} MB)",
+        s.newton_iterations, s.assembly_s, s.solve_s, s.total_s, s.peak_memory_MB
+    );
+    println!("results in           {}", out.display());
+}

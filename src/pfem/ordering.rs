@@ -1,0 +1,112 @@
+//! Orders of elimination, on which the size of the factor depends.
+//!
+//! **Minimum degree** eliminates next what has the fewest neighbours left. **Nested dissection**: The elements are cut in two halves across the axis that leaves the fewest functions on the cut, the halves again, down
+//! to single elements. A function
+//! belongs to the smallest part that contains all its elements; parts are eliminated before the larger part that contains
+//! them. So internal modes come first, and the functions on a cut, which separate two halves, last (George: *Nested
+//! dissection of a regular finite element mesh*, 1973).
+
+use super::SolidError;
+use super::factor::{memory, symbolic_failed};
+use super::numbering::Numbering;
+use super::sparse::Pattern;
+use crate::Vec3;
+use faer::dyn_stack::MemStack;
+use faer::sparse::linalg::amd;
+use std::collections::HashSet;
+
+/// The functions that have rows, in the order of elimination by approximate minimum degree.
+pub fn minimum_degree(pattern: &Pattern) -> Result<Vec<usize>, SolidError> {
+    let blocks = pattern.block_symbolic();
+    let n = blocks.nrows();
+    let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
+    let mut buffer = memory(amd::order_scratch::<usize>(n, blocks.compute_nnz()))?;
+    let (control, stack) = (amd::Control::default(), MemStack::new(&mut buffer));
+    amd::order(&mut order, &mut inverse, blocks, control, stack).map_err(symbolic_failed)?;
+    Ok(order
+        .into_iter()
+        .map(|row| pattern.functions[row])
+        .collect())
+}
+
+/// All functions, in the order in which they are eliminated.
+pub fn nested_dissection(numbering: &Numbering, centres: &[Vec3]) -> Vec<usize> {
+    let mut parts = Parts {
+        numbering,
+        centres,
+        parent: Vec::new(),
+        leaf: vec![0; centres.len()],
+    };
+    parts.divide((0..centres.len()).collect());
+    let mut smallest: Vec<Option<usize>> = vec![None; numbering.functions];
+    for (e, functions) in numbering.of_element.iter().enumerate() {
+        for &f in functions.iter().flatten() {
+            let leaf = parts.leaf[e];
+            smallest[f] = Some(smallest[f].map_or(leaf, |part| parts.common(part, leaf)));
+        }
+    }
+    let mut order: Vec<usize> = (0..numbering.functions).collect();
+    order.sort_by_key(|&f| smallest[f]);
+    order
+}
+
+/// Parts of the mesh, numbered such that a part comes after all those that it contains.
+struct Parts<'a> {
+    numbering: &'a Numbering,
+    centres: &'a [Vec3],
+    /// The part of which a part is one half.
+    parent: Vec<usize>,
+    /// The part that an element is alone in.
+    leaf: Vec<usize>,
+}
+
+impl Parts<'_> {
+    /// Divides a set of elements; returns the number of the part.
+    fn divide(&mut self, elements: Vec<usize>) -> usize {
+        let halves = if elements.len() > 1 {
+            let cuts = [0, 1, 2].map(|axis| {
+                let mut lower = elements.clone();
+                lower.sort_by(|&a, &b| self.centres[a][axis].total_cmp(&self.centres[b][axis]));
+                let upper = lower.split_off(lower.len() / 2);
+                (self.shared(&lower, &upper), lower, upper)
+            });
+            let best = cuts.into_iter().min_by_key(|(shared, _, _)| *shared);
+            let (_, lower, upper) = best.unwrap_or_default();
+            vec![self.divide(lower), self.divide(upper)]
+        } else {
+            Vec::new()
+        };
+        let part = self.parent.len();
+        self.parent.push(part);
+        if let [element] = elements[..]
+            && halves.is_empty()
+        {
+            self.leaf[element] = part;
+        }
+        halves.into_iter().for_each(|half| self.parent[half] = part);
+        part
+    }
+
+    /// Number of functions that two sets of elements have in common.
+    fn shared(&self, lower: &[usize], upper: &[usize]) -> usize {
+        let functions = |elements: &[usize]| -> HashSet<usize> {
+            elements
+                .iter()
+                .flat_map(|&e| self.numbering.of_element[e].iter().flatten().copied())
+                .collect()
+        };
+        functions(lower).intersection(&functions(upper)).count()
+    }
+
+    /// The smallest part that contains both.
+    fn common(&self, mut a: usize, mut b: usize) -> usize {
+        while a != b {
+            if a < b {
+                a = self.parent[a];
+            } else {
+                b = self.parent[b];
+            }
+        }
+        a
+    }
+}
