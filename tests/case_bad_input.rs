@@ -49,7 +49,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "geometry.adventitia_thickness_m", "true", "a number above"),
     ("S-0.25", "geometry.blend_length_m", "0.0", "above 0.0"),
     ("S-0.25", "geometry.blend_length_m", "0.1", "fit into each section"),
-    ("S-0.25", "geometry.extension_length_m", "-0.1", "above 0.0"),
+    ("S-0.25", "geometry.extension_length_m", "-0.1", "from 0.0"),
     ("H-0.25", "geometry.helix_radius_m", "8e-3", "one turn is longer"),
     ("H-0.25", "geometry.helix_radius_m", "7.15e-3", "turns are"),
     ("H-0.25", "geometry.helix_radius_m", "0.1e-3", "turns are"),

@@ -231,6 +231,14 @@ fn discretization(case: &Case, report: &mut Report<'_>) {
         );
     }
     let g = &case.geometry;
+    let (length, cells) = (g.extension_length, case.fluid.mesh.axial_extension);
+    report(
+        &["fluid.mesh.axial_extension", "geometry.extension_length_m"],
+        (length > 0.0) != (cells > 0),
+        format!(
+            "a rigid extension of the length {length:?} m with {cells} cells along it: both or neither must be zero"
+        ),
+    );
     let turn = match case.model.extension {
         Extension::Straight => 0.0,
         Extension::Arc => g.arc_angle_deg,

@@ -53,7 +53,7 @@ pub const KEYS: &[Key] = &[
     key("geometry.media_thickness_m", above(0.0, 0.1), "thickness of the media"),
     key("geometry.adventitia_thickness_m", above(0.0, 0.1), "thickness of the adventitia"),
     key("geometry.blend_length_m", above(0.0, 10.0), "length of the cosine blend, centred on the joint"),
-    key("geometry.extension_length_m", above(0.0, 10.0), "length of the rigid extension"),
+    key("geometry.extension_length_m", from(0.0, 10.0), "length of the rigid extension, 0 for none"),
     key("geometry.helix_radius_m", above(0.0, 1.0), "radius of the helix"),
     key("geometry.arc_angle_deg", above(0.0, 270.0), "angle that the arc turns through"),
     key("geometry.imperfection", Kind::Rows, "support values of the imperfection relative to model.d_max_m"),
@@ -90,7 +90,7 @@ pub const KEYS: &[Key] = &[
     key("fluid.mesh.core", Kind::Whole(2, 200), "cells along a side of the square in the middle"),
     key("fluid.mesh.radial", Kind::Whole(1, 200), "cells from the square to the wall"),
     key("fluid.mesh.wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall"),
-    key("fluid.mesh.axial_extension", Kind::Whole(1, 10_000), "cells along the extension"),
+    key("fluid.mesh.axial_extension", Kind::Whole(0, 10_000), "cells along the extension"),
     key("fluid.mesh.axial_per_section", Kind::Whole(1, 10_000), "cells along each section"),
     key("coupling.acceleration", Kind::Word(&["constant", "aitken", "iqn_ls", "multi_vector", "hybrid"]), "acceleration of the coupling"),
     key("coupling.relaxation", above(0.0, 1.0), "relaxation factor"),
@@ -103,6 +103,7 @@ pub const KEYS: &[Key] = &[
     key("output.structure_interval_s", above(0.0, 1e4), "interval of the structure's files"),
     key("output.fluid_interval_s", above(0.0, 1e4), "interval of the fluid's files"),
     key("output.checkpoint_interval_min", from(0.0, 1e5), "wall-clock time between two checkpoints"),
+    optional("output.probes_m", Kind::Points, "points of the unloaded lumen's surface whose motion is recorded"),
 ];
 
 /// Parts of the wall that have a material each.

@@ -406,4 +406,7 @@ pub struct Output {
     /// Wall-clock time between two checkpoints, minutes; 0 writes one after each step.
     #[serde(rename = "checkpoint_interval_min")]
     pub checkpoint_interval: f64,
+    /// Points (m) of the unloaded lumen's surface whose displacement is written for every step.
+    #[serde(rename = "probes_m", default, skip_serializing_if = "Vec::is_empty")]
+    pub probes: Vec<[f64; 3]>,
 }

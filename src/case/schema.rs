@@ -30,6 +30,8 @@ pub enum Kind {
     Path,
     /// Rows of numbers of equal length from 0 to 1; first and last row zero.
     Rows,
+    /// Points of space.
+    Points,
     /// A whole number within the limits, or one for each of the three local directions.
     Degrees(i64, i64),
     /// A whole number within the limits, or this word.
@@ -87,6 +89,7 @@ impl std::fmt::Display for Kind {
             }
             Kind::Numbers => f.write_str("two or more numbers in brackets"),
             Kind::Rows => f.write_str("rows of equally many numbers from 0 to 1, at least 3 by 3, the first and the last row zero"),
+            Kind::Points => f.write_str("points in brackets, such as [[0.02, 3e-3, 0.0]]"),
         }
     }
 }

@@ -26,6 +26,7 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
             absolute.to_str().map(|path| Value::String(path.to_owned()))
         }
         (Kind::Rows, Value::Array(rows)) => read_rows(rows),
+        (Kind::Points, Value::Array(points)) => read_points(points),
         (Kind::Degrees(low, high), degrees) => read_degrees(degrees, low..=high),
         (Kind::WholeOr(low, high, _), Value::Integer(i)) if (low..=high).contains(i) => {
             Some(entry.value.clone())
@@ -88,12 +89,26 @@ fn read_degrees(found: &Value, range: RangeInclusive<i64>) -> Option<Value> {
     three.map(Value::from)
 }
 
+/// Lists of numbers.
+fn read_lists(lists: &[Value]) -> Option<Vec<Vec<f64>>> {
+    lists
+        .iter()
+        .map(|list| list.as_array()?.iter().map(number).collect())
+        .collect()
+}
+
+/// Points as [`Kind::Points`] asks for them.
+fn read_points(points: &[Value]) -> Option<Value> {
+    let points = read_lists(points)?;
+    let fine = points
+        .iter()
+        .all(|point| point.len() == 3 && point.iter().all(|x| x.is_finite()));
+    fine.then(|| Value::from(points))
+}
+
 /// Rows as [`Kind::Rows`] asks for them.
 fn read_rows(rows: &[Value]) -> Option<Value> {
-    let rows: Vec<Vec<f64>> = rows
-        .iter()
-        .map(|row| row.as_array()?.iter().map(number).collect())
-        .collect::<Option<_>>()?;
+    let rows = read_lists(rows)?;
     let columns = rows.first()?.len();
     let zero = |row: Option<&Vec<f64>>| row.is_some_and(|row| row.iter().all(|x| *x == 0.0));
     let fine = rows.len() >= 3

@@ -50,6 +50,7 @@ pub fn example(step: usize) -> Checkpoint {
             volume: 1e-6,
             history: 7,
             iterations: 8,
+            probes: 0,
             grids: vec![(0.02, "structure/00000.vtu".into())],
         },
     }

@@ -2,6 +2,7 @@
 
 mod atomic;
 pub mod figure;
+pub mod probes;
 pub mod progress;
 pub mod record;
 pub mod tables;

@@ -1,6 +1,6 @@
 //! What a run writes while it advances, and the summary at its end.
 
-use super::tables::{HistoryRow, IterationRow, Table};
+use super::tables::{HistoryRow, IterationRow, ProbeRow, Table};
 use super::vtu::Series;
 use super::write_atomically;
 use crate::coupling::{Iteration, Step};
@@ -72,6 +72,8 @@ pub struct Memory {
     pub history: u64,
     /// Bytes of `iterations.csv`.
     pub iterations: u64,
+    /// Bytes of `probes.csv`.
+    pub probes: u64,
     /// Times (s) and files of the wall's grids.
     pub grids: Vec<(f64, String)>,
 }
@@ -111,6 +113,7 @@ pub struct Record {
     settings: RecordSettings,
     history: Table,
     iterations: Table,
+    probes: Option<Table>,
     /// The wall over time.
     pub structure: Series,
     /// Volume of the whole mesh at the end of the last step, m³.
@@ -127,6 +130,8 @@ pub struct RecordSettings {
     pub history: PathBuf,
     /// `iterations.csv`.
     pub iterations: PathBuf,
+    /// `probes.csv`, if there are probes.
+    pub probes: Option<PathBuf>,
     /// `structure.pvd`.
     pub structure: PathBuf,
     /// Folder of the case.
@@ -149,6 +154,7 @@ impl Record {
         Ok(Self {
             history: Table::create(&settings.history)?,
             iterations: Table::create(&settings.iterations)?,
+            probes: settings.probes.as_deref().map(Table::create).transpose()?,
             structure: Series::new(settings.structure.clone())?,
             volume: settings.volume,
             started: Instant::now(),
@@ -162,6 +168,9 @@ impl Record {
         Ok(Self {
             history: Table::resume(&settings.history, memory.history)?,
             iterations: Table::resume(&settings.iterations, memory.iterations)?,
+            probes: (settings.probes.as_deref())
+                .map(|path| Table::resume(path, memory.probes))
+                .transpose()?,
             structure: Series::resume(settings.structure.clone(), memory.grids)?,
             volume: memory.volume,
             started: Instant::now(),
@@ -187,6 +196,7 @@ impl Record {
     pub fn memory(&self) -> io::Result<Memory> {
         self.history.sync()?;
         self.iterations.sync()?;
+        self.probes.iter().try_for_each(Table::sync)?;
         let length = |path: &Path| std::fs::metadata(path).map(|file| file.len());
         Ok(Memory {
             totals: Totals {
@@ -196,6 +206,7 @@ impl Record {
             volume: self.volume,
             history: length(&self.settings.history)?,
             iterations: length(&self.settings.iterations)?,
+            probes: self.settings.probes.as_deref().map_or(Ok(0), length)?,
             grids: self.structure.entries().to_vec(),
         })
     }
@@ -244,6 +255,13 @@ impl Record {
         self.volume = fluid.volume;
         self.count(&row, &seconds);
         Ok(row)
+    }
+
+    /// Adds the rows of the probes at an accepted step.
+    pub fn probes(&mut self, rows: &[ProbeRow]) -> io::Result<()> {
+        self.probes
+            .as_mut()
+            .map_or(Ok(()), |table| table.append(rows))
     }
 
     /// Adds the rows of a failed `attempt` at the step that ends at `time` (s).

@@ -1,4 +1,5 @@
-//! `history.csv` (a row a time step) and `iterations.csv` (a row a coupling iteration).
+//! `history.csv` (a row a time step), `iterations.csv` (a row a coupling iteration)
+//! and `probes.csv` (a row a time step and probe).
 
 use serde::Serialize;
 use std::fs::File;
@@ -77,6 +78,27 @@ pub struct IterationRow {
     pub structure_s: f64,
     /// Wall-clock time in transfer and acceleration.
     pub coupling_s: f64,
+}
+
+/// A row of `probes.csv`: the motion of one point of the wet surface.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ProbeRow {
+    /// Time at the end of the step.
+    pub time_s: f64,
+    /// Number of the probe in the case, from 0.
+    pub probe: usize,
+    /// Reference position.
+    pub x_m: f64,
+    /// Reference position.
+    pub y_m: f64,
+    /// Reference position.
+    pub z_m: f64,
+    /// Displacement.
+    pub ux_m: f64,
+    /// Displacement.
+    pub uy_m: f64,
+    /// Displacement.
+    pub uz_m: f64,
 }
 
 /// A CSV file that is complete up to its last row at any moment.

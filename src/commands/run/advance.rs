@@ -73,8 +73,10 @@ impl Run {
             saving.get() || due(output.fluid_interval)
         };
         let mut wall = None;
+        let mut probed = Vec::new();
         let outcome = self.coupling.step(write, |solid, trial| {
             wall = Some(inspect(solid, trial, sampler));
+            probed = self.probes.displacement(solid, trial);
         });
         let accepted = outcome.map_err(Stop::Step)?;
         let (von_mises, samples) = wall
@@ -86,6 +88,9 @@ impl Run {
                 .add(accepted.fluid.time, &grid(&self.sampler, &samples))
                 .map_err(written)?;
         }
+        self.record
+            .probes(&self.probes.rows(accepted.fluid.time, &probed))
+            .map_err(written)?;
         let displacements = accepted.displacement.iter().map(|d| d.norm());
         let peaks = WallPeaks {
             displacement: displacements.fold(0.0, f64::max),

@@ -18,6 +18,7 @@ use crate::fluid::openfoam::session::Terms;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::{Fluid, FluidEffort};
 use crate::geometry::Vessel;
+use crate::output::probes::Probes;
 use crate::output::record::{Record, RecordSettings};
 use crate::pfem::mapping::MappingKind;
 use crate::pfem::newton::NewtonOptions;
@@ -35,6 +36,7 @@ pub struct Run {
     pub coupling: Coupling<OpenFoam, Structure>,
     pub sampler: Sampler,
     pub record: Record,
+    pub probes: Probes<Structure>,
     pub cells: usize,
     pub fluid_peak_memory: f64,
     /// The step that makes trouble, if one does.
@@ -84,9 +86,13 @@ impl Run {
         let transfer = Transfer::new(fluid.interface(), &solid).map_err(run_failure)?;
         let volumes = mesh.cell_volumes();
         let rigid = volumes.len() / case.fluid.mesh.slices() * case.fluid.mesh.axial_extension;
+        let points = case.output.probes.iter().map(|&x| x.into()).collect();
+        let probes = Probes::new(points, &solid)
+            .map_err(|e| run_failure(format!("output.probes_m: {e}")))?;
         let settings = RecordSettings {
             history: folder.history(),
             iterations: folder.iterations(),
+            probes: (!case.output.probes.is_empty()).then(|| folder.probes()),
             structure: folder.structure(),
             case: path.to_owned(),
             time_step: case.time.step,
@@ -130,6 +136,7 @@ impl Run {
             interrupt,
             coupling,
             sampler,
+            probes,
             record: record.map_err(written)?,
             cells: volumes.len(),
             fluid_peak_memory: 0.0,

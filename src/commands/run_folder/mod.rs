@@ -114,6 +114,11 @@ impl RunFolder {
         self.root.join("iterations.csv")
     }
 
+    /// A row a time step and probe.
+    pub fn probes(&self) -> PathBuf {
+        self.root.join("probes.csv")
+    }
+
     /// The run in figures.
     pub fn summary(&self) -> PathBuf {
         self.root.join("summary.json")
