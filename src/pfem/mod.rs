@@ -20,6 +20,7 @@ pub mod newton;
 pub mod numbering;
 pub mod ordering;
 mod pool;
+pub mod prolongation;
 pub mod quadrature;
 pub mod samples;
 pub mod solid;
