@@ -12,7 +12,7 @@
 //!                                                                                                    ▼
 //!                       coupling: one time step = repeat { transfer, solve, accelerate } until converged
 //!                                                                                                    ▼
-//!                                                      output (history, VTU) ─► hemodynamics
+//!                                         output (history, VTU) and checkpoint ─► hemodynamics
 //! ```
 //! Nothing flows back except through the coupling loop: a module knows the ones on its left, nothing on its right.
 //!
@@ -28,6 +28,7 @@
 
 pub mod analysis;
 pub mod case;
+pub mod checkpoint;
 pub mod commands;
 pub mod coupling;
 pub mod fluid;

@@ -85,7 +85,7 @@ pub const KEYS: &[Key] = &[
     key("fluid.templates", Kind::Path, "folder of the OpenFOAM dictionary templates"),
     key("fluid.ranks", Kind::Whole(1, 1024), "MPI ranks"),
     key("fluid.transport", Kind::Word(&["socket", "files"]), "way between driver and OpenFOAM"),
-    key("fluid.answer_limit_s", above(0.0, 1e6), "longest time to wait for OpenFOAM's answer"),
+    key("fluid.answer_limit_s", above(0.0, 1e6), "longest time to wait for OpenFOAM's answer, or 50 times its longest so far"),
     key("fluid.max_correctors", Kind::Whole(1, 1000), "most outer correctors in a coupling iteration"),
     key("fluid.pressure_residual", above(0.0, 1.0), "first pressure residual that ends the correctors"),
     key("fluid.mesh.core", Kind::Whole(2, 200), "cells along a side of the square in the middle"),
@@ -103,6 +103,7 @@ pub const KEYS: &[Key] = &[
     key("coupling.max_iterations", Kind::Whole(1, 10_000), "most coupling iterations of a step"),
     key("output.structure_interval_s", above(0.0, 1e4), "interval of the structure's files"),
     key("output.fluid_interval_s", above(0.0, 1e4), "interval of the fluid's files"),
+    key("output.checkpoint_interval_min", from(0.0, 1e5), "wall-clock time between two checkpoints"),
     optional("output.probes_m", Kind::Points, "points of the unloaded lumen's surface whose motion is recorded"),
 ];
 

@@ -417,6 +417,9 @@ pub struct Output {
     /// Interval of OpenFOAM's written times, s.
     #[serde(rename = "fluid_interval_s")]
     pub fluid_interval: f64,
+    /// Wall-clock time between two checkpoints, minutes; 0 writes one after each step.
+    #[serde(rename = "checkpoint_interval_min")]
+    pub checkpoint_interval: f64,
     /// Points (m) of the unloaded lumen's surface whose displacement is written for every step.
     #[serde(rename = "probes_m", default, skip_serializing_if = "Vec::is_empty")]
     pub probes: Vec<[f64; 3]>,

@@ -3,6 +3,7 @@
 mod convergence;
 mod couple_test;
 mod failure;
+mod results_folder;
 mod run;
 mod run_folder;
 mod solid;

@@ -1,6 +1,6 @@
 //! `fsi-driver solid FILE.toml`: a tube under internal pressure, without a fluid.
 
-use super::{Failure, run_folder};
+use super::{Failure, results_folder};
 use crate::Vec3;
 use crate::analysis::motion::{Dynamics, Motion};
 use crate::analysis::solid_file::SolidFile;
@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .out
         .clone()
         .unwrap_or_else(|| beside(&arguments.file));
-    run_folder::claim(&out, MARK, arguments.force)?;
+    results_folder::claim(&out, MARK, arguments.force)?;
     let text = std::fs::read(&arguments.file).map_err(|e| input(&e))?;
     write_atomically(&out.join(MARK), &text).map_err(written)?;
 
@@ -156,11 +156,12 @@ fn move_tube(
     quiet: bool,
 ) -> Result<Solution, Failure> {
     let mut progress = Progress::new(dynamics.steps as u64, quiet);
-    for _ in 0..dynamics.steps {
+    for step in 1..=dynamics.steps as u64 {
         let clock = Instant::now();
         let moment = motion.advance().map_err(failed)?;
         let seconds = clock.elapsed().as_secs_f64();
         progress.step(
+            step,
             moment.time_s,
             moment.newton_iterations,
             moment.residual,

@@ -79,7 +79,10 @@ pub fn diagnosis(iterations: &[Iteration]) -> String {
         "the residual falls slowly; try a larger coupling.reuse_steps or coupling.max_iterations, or a smaller time.step_s"
     };
     format!(
-        "residual {:.2e} m after {:.2e} m at the first iteration (smallest {best:.2e} m), change {:.2e} of the displacement: {what}",
-        last.measure.residual_rms, residuals[0], last.measure.change
+        "residual {:.2e} m after {} iterations, {:.2e} m at the first (smallest {best:.2e} m), change {:.2e} of the displacement: {what}",
+        last.measure.residual_rms,
+        iterations.len(),
+        residuals[0],
+        last.measure.change
     )
 }

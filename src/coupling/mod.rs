@@ -18,6 +18,7 @@ use acceleration::Acceleration;
 use convergence::{Criterion, Measure};
 use nalgebra::DVector;
 use predictor::Predictor;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use transfer::{Transfer, force_mismatch};
 
@@ -70,13 +71,29 @@ pub enum CouplingError {
     #[error("{0}")]
     Transfer(String),
     /// The iteration did not converge.
-    #[error(
-        "the coupling did not converge in {} iterations: {}", .iterations.len(), convergence::diagnosis(.iterations)
-    )]
-    NotConverged {
-        /// All iterations of the step.
-        iterations: Vec<Iteration>,
-    },
+    #[error("the coupling did not converge: {0}")]
+    NotConverged(String),
+}
+
+/// A time step that failed; both solvers still have the state at its beginning.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}")]
+pub struct FailedStep {
+    /// The coupling iterations that were done.
+    pub iterations: Vec<Iteration>,
+    /// Why it failed.
+    pub error: CouplingError,
+}
+
+/// What the coupling keeps from one time step to the next, besides the states of the two solvers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Accepted displacements of the fluid's wall points, newest first, m.
+    pub displacements: Vec<Vec<f64>>,
+    /// Errors of the predictor's candidates in the last step.
+    pub predictor_errors: Vec<f64>,
+    /// What the acceleration has learnt.
+    pub acceleration: acceleration::Memory,
 }
 
 /// Numerical settings of the loop that are not part of its building blocks.
@@ -88,7 +105,12 @@ pub struct Settings {
     pub fluid_effort: FluidEffort,
     /// Relative residual at which the structure's Newton iteration ends.
     pub newton_tolerance: f64,
+    /// Relaxation factor of the acceleration.
+    pub relaxation: f64,
 }
+
+/// Each further attempt at a step relaxes by this share of the factor of the attempt before.
+const BACK_OFF: f64 = 0.2;
 
 /// A fluid and a structure joined at the wet surface.
 pub struct Coupling<F, S: Solid> {
@@ -110,14 +132,24 @@ pub struct Coupling<F, S: Solid> {
 
 impl<F: Fluid, S: Solid> Coupling<F, S> {
     /// Solves one time step and accepts it on both sides. `inspect` sees the structure and its accepted trial before
-    /// it becomes the new state; `write` asks the fluid to leave its fields on disk.
+    /// it becomes the new state; `write`, asked at the end, lets the fluid leave its fields on disk.
     pub fn step(
         &mut self,
-        write: bool,
+        write: impl FnOnce() -> bool,
+        inspect: impl FnOnce(&S, &S::Trial),
+    ) -> Result<Step, FailedStep> {
+        let mut iterations = Vec::new();
+        let done = self.iterate(&mut iterations, write, inspect);
+        done.map_err(|error| FailedStep { iterations, error })
+    }
+
+    fn iterate(
+        &mut self,
+        iterations: &mut Vec<Iteration>,
+        write: impl FnOnce() -> bool,
         inspect: impl FnOnce(&S, &S::Trial),
     ) -> Result<Step, CouplingError> {
         let settings = self.settings;
-        let mut iterations = Vec::new();
         let mut d = self.predictor.first_guess();
         let mut start = None;
         while iterations.len() < self.criterion.max_iterations {
@@ -159,14 +191,15 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             });
             if measure.converged {
                 let clock = Instant::now();
-                let fluid = self.fluid.accept(write)?;
+                let fluid = self.fluid.accept(write())?;
                 let accept_seconds = clock.elapsed().as_secs_f64();
                 inspect(&self.solid, &trial);
                 self.solid.accept(trial);
                 self.acceleration.finish_step();
+                self.acceleration.set_relaxation(settings.relaxation);
                 self.predictor.accept(d);
                 return Ok(Step {
-                    iterations,
+                    iterations: std::mem::take(iterations),
                     fluid,
                     displacement: points,
                     accept_seconds,
@@ -175,7 +208,53 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             d = d_next;
             start = Some(trial);
         }
-        Err(CouplingError::NotConverged { iterations })
+        Err(CouplingError::NotConverged(convergence::diagnosis(
+            iterations,
+        )))
+    }
+
+    /// Makes the next [`Coupling::step`] a more careful attempt, the `attempt`-th (from 2), at the step that failed:
+    /// from the old state of the fluid, from the last displacement, without what was learnt, with less relaxation.
+    pub fn back_off(&mut self, attempt: usize) {
+        self.fluid.forget_trial();
+        self.predictor.reset();
+        self.acceleration.reset();
+        let factor = self.settings.relaxation * BACK_OFF.powi(attempt as i32 - 1);
+        self.acceleration.set_relaxation(factor);
+    }
+
+    /// What is needed, besides the states of the two solvers, to continue later.
+    pub fn memory(&self) -> Memory {
+        let (displacements, predictor_errors) = self.predictor.memory();
+        Memory {
+            displacements,
+            predictor_errors,
+            acceleration: self.acceleration.memory(),
+        }
+    }
+
+    /// Continues as the coupling whose memory this is.
+    ///
+    /// # Errors
+    /// If it belongs to another interface.
+    pub fn recall(&mut self, memory: Memory) -> Result<(), CouplingError> {
+        let unknowns = self.predictor.last().len();
+        let fits = |d: &Vec<f64>| d.len() == unknowns && d.iter().all(|x| x.is_finite());
+        if memory.displacements.is_empty()
+            || !memory.displacements.iter().all(fits)
+            || !memory.acceleration.fits_to(unknowns)
+        {
+            return Err(CouplingError::Transfer(format!(
+                "what the coupling remembers does not belong to an interface of {} points",
+                unknowns / 3
+            )));
+        }
+        self.predictor
+            .recall(memory.displacements, memory.predictor_errors);
+        self.acceleration
+            .recall(memory.acceleration, self.predictor.last());
+        self.acceleration.set_relaxation(self.settings.relaxation);
+        Ok(())
     }
 }
 

@@ -120,6 +120,31 @@ impl Predictor {
         self.history.truncate(5);
     }
 
+    /// Forgets all but the last displacement, so that the next guess is the constant one.
+    pub fn reset(&mut self) {
+        self.history.truncate(1);
+        self.errors.clear();
+    }
+
+    /// The displacement that was accepted last.
+    pub fn last(&self) -> &DVector<f64> {
+        &self.history[0]
+    }
+
+    /// What it knows of earlier steps: their displacements, newest first, and the errors of the candidates.
+    pub fn memory(&self) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let history = self.history.iter().map(|d| d.as_slice().to_vec());
+        (history.collect(), self.errors.clone())
+    }
+
+    /// Continues as the one whose memory this is; an empty history is ignored.
+    pub fn recall(&mut self, history: Vec<Vec<f64>>, errors: Vec<f64>) {
+        if !history.is_empty() {
+            self.history = history.into_iter().map(DVector::from_vec).collect();
+            self.errors = errors;
+        }
+    }
+
     /// From the constant one up to the chosen one.
     fn candidates(&self) -> impl Iterator<Item = Extrapolation> + use<> {
         let chosen = self.chosen;

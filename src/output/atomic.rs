@@ -19,3 +19,8 @@ pub fn write_atomically(path: &Path, contents: &[u8]) -> std::io::Result<()> {
     file.persist(path)?;
     Ok(())
 }
+
+/// Sees to it that the names of the files in `folder` are on the disk.
+pub fn sync_folder(folder: &Path) -> std::io::Result<()> {
+    std::fs::File::open(folder)?.sync_all()
+}

@@ -8,4 +8,4 @@ pub mod record;
 pub mod tables;
 pub mod vtu;
 
-pub use atomic::write_atomically;
+pub use atomic::{sync_folder, write_atomically};

@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::VecDeque;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 /// Steps over which the speed is averaged: steps differ (ramp, systole), so only the last ones say what comes.
@@ -39,9 +39,9 @@ impl Progress {
         }
     }
 
-    /// A step was accepted.
-    pub fn step(&mut self, time: f64, iterations: usize, residual: f64, seconds: f64) {
-        self.done += 1;
+    /// The step number `done` was accepted.
+    pub fn step(&mut self, done: u64, time: f64, iterations: usize, residual: f64, seconds: f64) {
+        self.done = done;
         self.recent.push_back(seconds);
         if self.recent.len() > WINDOW {
             self.recent.pop_front();
@@ -62,8 +62,16 @@ impl Progress {
                 .last_line
                 .is_none_or(|last| last.elapsed() >= PLAIN_INTERVAL)
         {
-            eprintln!("step {}/{}  {text}", self.done, self.steps);
+            say(&format!("step {}/{}  {text}", self.done, self.steps));
             self.last_line = Some(Instant::now());
+        }
+    }
+
+    /// Something that the user should know.
+    pub fn note(&self, text: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| say(text)),
+            None => say(text),
         }
     }
 
@@ -73,6 +81,11 @@ impl Progress {
             bar.abandon();
         }
     }
+}
+
+/// A line on standard error, if anybody is still there to see it.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// A duration as a person says it: `45 s`, `12 min`, `3 h 05 min`.

@@ -1,12 +1,12 @@
 //! What a run writes while it advances, and the summary at its end.
 
-use super::tables::{HistoryRow, IterationRow, Table};
+use super::tables::{HistoryRow, IterationRow, ProbeRow, Table};
 use super::vtu::Series;
 use super::write_atomically;
 use crate::coupling::{Iteration, Step};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Largest values of the wall at the end of a step.
@@ -19,7 +19,7 @@ pub struct WallPeaks {
 }
 
 /// Seconds of wall-clock time by where they went.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seconds {
     /// In the fluid, the final corrector of each step included.
     pub fluid_s: f64,
@@ -29,6 +29,53 @@ pub struct Seconds {
     pub coupling_s: f64,
     /// In output and everything else.
     pub rest_s: f64,
+}
+
+/// The figures of a run so far; a resumed run continues them.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[allow(non_snake_case, reason = "the keys carry the units")]
+pub struct Totals {
+    /// Accepted time steps.
+    pub steps: usize,
+    /// Time at the end of the last accepted step.
+    pub time_s: f64,
+    /// Coupling iterations of all accepted attempts.
+    pub coupling_iterations: usize,
+    /// Largest number of coupling iterations of a step.
+    pub max_coupling_iterations: usize,
+    /// Attempts at a step that failed.
+    pub failed_attempts: usize,
+    /// How often OpenFOAM died or fell silent and was started again.
+    pub fluid_restarts: usize,
+    /// How often the run was resumed.
+    pub resumed: usize,
+    /// Outlet pressure at the end of the last step.
+    pub p_out_Pa: f64,
+    /// Wall-clock time of the steps and its parts, without steps that were lost.
+    pub wall_s: f64,
+    /// The parts.
+    pub seconds: Seconds,
+    /// Seconds of `rest_s` that writing checkpoints took.
+    pub checkpoint_s: f64,
+    /// Largest mismatch of the resultant force between the two surfaces, relative to the sum of |load|.
+    pub max_force_mismatch: f64,
+}
+
+/// What a record needs to continue after the last accepted step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Figures so far.
+    pub totals: Totals,
+    /// Volume of the whole fluid mesh, m³.
+    pub volume: f64,
+    /// Bytes of `history.csv`.
+    pub history: u64,
+    /// Bytes of `iterations.csv`.
+    pub iterations: u64,
+    /// Bytes of `probes.csv`.
+    pub probes: u64,
+    /// Times (s) and files of the wall's grids.
+    pub grids: Vec<(f64, String)>,
 }
 
 /// `summary.json`: the run in figures.
@@ -48,26 +95,13 @@ pub struct Summary {
     pub fluid_cells: usize,
     /// Degrees of freedom of the structure.
     pub structure_dofs: usize,
-    /// Accepted time steps.
-    pub steps: usize,
-    /// Time at the end of the last accepted step.
-    pub time_s: f64,
-    /// Coupling iterations of all steps.
-    pub coupling_iterations: usize,
+    /// Figures of all steps.
+    #[serde(flatten)]
+    pub totals: Totals,
     /// Mean number of coupling iterations a step.
     pub mean_coupling_iterations: f64,
-    /// Largest number of coupling iterations of a step.
-    pub max_coupling_iterations: usize,
-    /// Outlet pressure at the end of the last step.
-    pub p_out_Pa: f64,
-    /// Wall-clock time of the steps and its parts.
-    pub wall_s: f64,
-    /// The parts.
-    pub seconds: Seconds,
     /// Seconds per step, all parts.
     pub seconds_per_step: f64,
-    /// Largest mismatch of the resultant force between the two surfaces, relative to the sum of |load|.
-    pub max_force_mismatch: f64,
     /// Largest memory of the driver.
     pub driver_peak_memory_MB: f64,
     /// Largest memory of the fluid's processes, as far as seen.
@@ -76,30 +110,32 @@ pub struct Summary {
 
 /// Writes the tables and the series of a run, row by row.
 pub struct Record {
+    settings: RecordSettings,
     history: Table,
     iterations: Table,
+    probes: Option<Table>,
     /// The wall over time.
     pub structure: Series,
-    time_step: f64,
-    /// Volume of the rigid extension, m³.
-    rigid_volume: f64,
     /// Volume of the whole mesh at the end of the last step, m³.
     volume: f64,
     started: Instant,
-    summary: Summary,
+    /// Figures so far, up to the start of this process for the wall-clock time as a whole.
+    pub totals: Totals,
 }
 
 /// What a record needs to know before the first step.
 #[derive(Debug, Clone)]
-pub struct RecordSettings<'a> {
+pub struct RecordSettings {
     /// `history.csv`.
-    pub history: &'a Path,
+    pub history: PathBuf,
     /// `iterations.csv`.
-    pub iterations: &'a Path,
+    pub iterations: PathBuf,
+    /// `probes.csv`, if there are probes.
+    pub probes: Option<PathBuf>,
     /// `structure.pvd`.
-    pub structure: &'a Path,
+    pub structure: PathBuf,
     /// Folder of the case.
-    pub case: &'a Path,
+    pub case: PathBuf,
     /// Length of a time step, s.
     pub time_step: f64,
     /// Volume of the rigid extension, m³.
@@ -114,42 +150,77 @@ pub struct RecordSettings<'a> {
 
 impl Record {
     /// Creates the files.
-    pub fn create(settings: &RecordSettings) -> io::Result<Self> {
+    pub fn create(settings: RecordSettings) -> io::Result<Self> {
         Ok(Self {
-            history: Table::create(settings.history)?,
-            iterations: Table::create(settings.iterations)?,
-            structure: Series::new(settings.structure.to_owned())?,
-            time_step: settings.time_step,
-            rigid_volume: settings.rigid_volume,
+            history: Table::create(&settings.history)?,
+            iterations: Table::create(&settings.iterations)?,
+            probes: settings.probes.as_deref().map(Table::create).transpose()?,
+            structure: Series::new(settings.structure.clone())?,
             volume: settings.volume,
             started: Instant::now(),
-            summary: Summary {
-                version: env!("CARGO_PKG_VERSION"),
-                status: "running".into(),
-                reason: None,
-                case: settings.case.display().to_string(),
-                fluid_cells: settings.fluid_cells,
-                structure_dofs: settings.structure_dofs,
-                steps: 0,
-                time_s: 0.0,
-                coupling_iterations: 0,
-                mean_coupling_iterations: 0.0,
-                max_coupling_iterations: 0,
-                p_out_Pa: 0.0,
-                wall_s: 0.0,
-                seconds: Seconds::default(),
-                seconds_per_step: 0.0,
-                max_force_mismatch: 0.0,
-                driver_peak_memory_MB: 0.0,
-                fluid_peak_memory_MB: 0.0,
-            },
+            totals: Totals::default(),
+            settings,
         })
     }
 
-    /// Adds the rows of an accepted step, which took `wall_seconds` so far; returns the row of the history.
+    /// Continues the files of an earlier run; what was written after `memory` is cut off.
+    pub fn resume(settings: RecordSettings, memory: Memory) -> io::Result<Self> {
+        Ok(Self {
+            history: Table::resume(&settings.history, memory.history)?,
+            iterations: Table::resume(&settings.iterations, memory.iterations)?,
+            probes: (settings.probes.as_deref())
+                .map(|path| Table::resume(path, memory.probes))
+                .transpose()?,
+            structure: Series::resume(settings.structure.clone(), memory.grids)?,
+            volume: memory.volume,
+            started: Instant::now(),
+            totals: memory.totals,
+            settings,
+        })
+    }
+
+    /// Goes back to the state of `memory`; only the failures since then are remembered.
+    pub fn rewind(&mut self, memory: Memory) -> io::Result<()> {
+        let Totals {
+            failed_attempts,
+            fluid_restarts,
+            ..
+        } = self.totals;
+        *self = Self::resume(self.settings.clone(), memory)?;
+        self.totals.failed_attempts = failed_attempts;
+        self.totals.fluid_restarts = fluid_restarts;
+        Ok(())
+    }
+
+    /// What is needed to continue later; everything so far is on the disk when this returns.
+    pub fn memory(&self) -> io::Result<Memory> {
+        self.history.sync()?;
+        self.iterations.sync()?;
+        self.probes.iter().try_for_each(Table::sync)?;
+        let length = |path: &Path| std::fs::metadata(path).map(|file| file.len());
+        Ok(Memory {
+            totals: Totals {
+                wall_s: self.wall_seconds(),
+                ..self.totals.clone()
+            },
+            volume: self.volume,
+            history: length(&self.settings.history)?,
+            iterations: length(&self.settings.iterations)?,
+            probes: self.settings.probes.as_deref().map_or(Ok(0), length)?,
+            grids: self.structure.entries().to_vec(),
+        })
+    }
+
+    fn wall_seconds(&self) -> f64 {
+        self.totals.wall_s + self.started.elapsed().as_secs_f64()
+    }
+
+    /// Adds the rows of the accepted `attempt` at a step, which took `wall_seconds` so far; returns the row of the
+    /// history.
     pub fn step(
         &mut self,
         step: &Step,
+        attempt: usize,
         peaks: WallPeaks,
         wall_seconds: f64,
     ) -> io::Result<HistoryRow> {
@@ -169,8 +240,8 @@ impl Record {
             Q_out_m3_s: fluid.outflow,
             p_in_Pa: fluid.inlet_pressure,
             p_out_Pa: fluid.outlet_pressure,
-            lumen_volume_m3: fluid.volume - self.rigid_volume,
-            dVdt_m3_s: (fluid.volume - self.volume) / self.time_step,
+            lumen_volume_m3: fluid.volume - self.settings.rigid_volume,
+            dVdt_m3_s: (fluid.volume - self.volume) / self.settings.time_step,
             max_displacement_m: peaks.displacement,
             max_von_mises_Pa: peaks.von_mises,
             p_windkessel_Pa: fluid.windkessel_pressure,
@@ -178,56 +249,74 @@ impl Record {
             wall_velocity_mismatch_m_s: fluid.wall_velocity_mismatch,
             wall_s: wall_seconds,
         };
-        let iterations: Vec<_> = step
-            .iterations
-            .iter()
-            .map(|i| iteration_row(fluid.time, i))
-            .collect();
-        self.iterations.append(&iterations)?;
+        self.iterations
+            .append(&iteration_rows(fluid.time, attempt, &step.iterations))?;
         self.history.append(std::slice::from_ref(&row))?;
         self.volume = fluid.volume;
         self.count(&row, &seconds);
         Ok(row)
     }
 
-    fn count(&mut self, row: &HistoryRow, seconds: &Seconds) {
-        let s = &mut self.summary;
-        s.steps += 1;
-        s.time_s = row.time_s;
-        s.coupling_iterations += row.coupling_iterations;
-        s.mean_coupling_iterations = s.coupling_iterations as f64 / s.steps as f64;
-        s.max_coupling_iterations = s.max_coupling_iterations.max(row.coupling_iterations);
-        s.p_out_Pa = row.p_out_Pa;
-        s.seconds.fluid_s += seconds.fluid_s;
-        s.seconds.structure_s += seconds.structure_s;
-        s.seconds.coupling_s += seconds.coupling_s;
-        s.max_force_mismatch = s.max_force_mismatch.max(row.force_mismatch);
+    /// Adds the rows of the probes at an accepted step.
+    pub fn probes(&mut self, rows: &[ProbeRow]) -> io::Result<()> {
+        self.probes
+            .as_mut()
+            .map_or(Ok(()), |table| table.append(rows))
     }
 
-    /// Writes `summary.json` with the final `status`, and the reason if the run did not complete; returns it.
-    pub fn finish(
-        mut self,
-        path: &Path,
-        status: &str,
-        reason: Option<String>,
-        fluid_peak_memory: f64,
-    ) -> io::Result<Summary> {
-        let s = &mut self.summary;
-        s.status = status.into();
-        s.reason = reason;
-        s.wall_s = self.started.elapsed().as_secs_f64();
-        s.seconds.rest_s =
-            s.wall_s - s.seconds.fluid_s - s.seconds.structure_s - s.seconds.coupling_s;
-        s.seconds_per_step = s.wall_s / s.steps.max(1) as f64;
-        s.driver_peak_memory_MB = peak_memory("self").unwrap_or(0.0) / 1e6;
-        s.fluid_peak_memory_MB = fluid_peak_memory / 1e6;
-        write_atomically(
-            path,
-            serde_json::to_string_pretty(s)
-                .map_err(io::Error::other)?
-                .as_bytes(),
-        )?;
-        Ok(self.summary)
+    /// Adds the rows of a failed `attempt` at the step that ends at `time` (s).
+    pub fn failed_attempt(
+        &mut self,
+        time: f64,
+        attempt: usize,
+        iterations: &[Iteration],
+    ) -> io::Result<()> {
+        self.totals.failed_attempts += 1;
+        self.iterations
+            .append(&iteration_rows(time, attempt, iterations))
+    }
+
+    fn count(&mut self, row: &HistoryRow, seconds: &Seconds) {
+        let t = &mut self.totals;
+        t.steps += 1;
+        t.time_s = row.time_s;
+        t.coupling_iterations += row.coupling_iterations;
+        t.max_coupling_iterations = t.max_coupling_iterations.max(row.coupling_iterations);
+        t.p_out_Pa = row.p_out_Pa;
+        t.seconds.fluid_s += seconds.fluid_s;
+        t.seconds.structure_s += seconds.structure_s;
+        t.seconds.coupling_s += seconds.coupling_s;
+        t.max_force_mismatch = t.max_force_mismatch.max(row.force_mismatch);
+    }
+
+    /// The run in figures, with its `status`, and the reason if it did not complete.
+    pub fn summary(&self, status: &str, reason: Option<String>, fluid_peak_memory: f64) -> Summary {
+        let mut totals = self.totals.clone();
+        totals.wall_s = self.wall_seconds();
+        let s = &mut totals.seconds;
+        s.rest_s = totals.wall_s - s.fluid_s - s.structure_s - s.coupling_s;
+        let steps = totals.steps.max(1) as f64;
+        Summary {
+            version: env!("CARGO_PKG_VERSION"),
+            status: status.into(),
+            reason,
+            case: self.settings.case.display().to_string(),
+            fluid_cells: self.settings.fluid_cells,
+            structure_dofs: self.settings.structure_dofs,
+            mean_coupling_iterations: totals.coupling_iterations as f64 / steps,
+            seconds_per_step: totals.wall_s / steps,
+            totals,
+            driver_peak_memory_MB: peak_memory("self").unwrap_or(0.0) / 1e6,
+            fluid_peak_memory_MB: fluid_peak_memory / 1e6,
+        }
+    }
+}
+
+impl Summary {
+    /// Writes `summary.json`.
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        let text = serde_json::to_string_pretty(self).map_err(io::Error::other)?;
+        write_atomically(path, text.as_bytes())
     }
 }
 
@@ -244,30 +333,34 @@ fn seconds_of(step: &Step, wall_seconds: f64) -> Seconds {
     }
 }
 
-fn iteration_row(time: f64, iteration: &Iteration) -> IterationRow {
-    let Iteration {
-        number,
-        measure,
-        columns,
-        correctors,
-        pressure_residual,
-        ..
-    } = *iteration;
-    IterationRow {
-        time_s: time,
-        iteration: number,
-        change: measure.change,
-        change_rms_m: measure.change_rms,
-        residual: measure.residual,
-        residual_rms_m: measure.residual_rms,
-        columns,
-        correctors,
-        pressure_residual,
-        force_mismatch: iteration.force_mismatch,
-        fluid_s: iteration.fluid_seconds,
-        structure_s: iteration.structure_seconds,
-        coupling_s: iteration.coupling_seconds,
-    }
+fn iteration_rows(time: f64, attempt: usize, iterations: &[Iteration]) -> Vec<IterationRow> {
+    let row = |iteration: &Iteration| {
+        let Iteration {
+            number,
+            measure,
+            columns,
+            correctors,
+            pressure_residual,
+            ..
+        } = *iteration;
+        IterationRow {
+            time_s: time,
+            attempt,
+            iteration: number,
+            change: measure.change,
+            change_rms_m: measure.change_rms,
+            residual: measure.residual,
+            residual_rms_m: measure.residual_rms,
+            columns,
+            correctors,
+            pressure_residual,
+            force_mismatch: iteration.force_mismatch,
+            fluid_s: iteration.fluid_seconds,
+            structure_s: iteration.structure_seconds,
+            coupling_s: iteration.coupling_seconds,
+        }
+    };
+    iterations.iter().map(row).collect()
 }
 
 /// Largest resident memory so far of the process with this id (or `self`), bytes; `None` if it is gone.

@@ -52,7 +52,9 @@ pub struct HistoryRow {
 pub struct IterationRow {
     /// Time at the end of the step.
     pub time_s: f64,
-    /// Number within the step, from 1.
+    /// Attempt at the step, from 1; only the last one counts.
+    pub attempt: usize,
+    /// Number within the attempt, from 1.
     pub iteration: usize,
     /// Change (14) relative to the displacement.
     pub change: f64,
@@ -110,6 +112,22 @@ impl Table {
         Ok(Self {
             writer: csv::Writer::from_writer(File::create(path)?),
         })
+    }
+
+    /// Opens the file of an earlier run to continue after its first `length` bytes; what follows them is cut off.
+    pub fn resume(path: &Path, length: u64) -> io::Result<Self> {
+        let file = File::options().append(true).open(path)?;
+        file.set_len(length)?;
+        // An empty file still needs its header.
+        let writer = csv::WriterBuilder::new()
+            .has_headers(length == 0)
+            .from_writer(file);
+        Ok(Self { writer })
+    }
+
+    /// Sees to it that all rows are on the disk.
+    pub fn sync(&self) -> io::Result<()> {
+        self.writer.get_ref().sync_data()
     }
 
     /// Adds rows and hands them to the operating system.

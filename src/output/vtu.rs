@@ -124,6 +124,30 @@ impl Series {
         })
     }
 
+    /// The series of an earlier run, which has these grids; others are removed.
+    pub fn resume(path: PathBuf, entries: Vec<(f64, String)>) -> io::Result<Self> {
+        let series = Self {
+            entries,
+            ..Self::new(path)?
+        };
+        let folder = series.path.with_extension("");
+        for file in std::fs::read_dir(&folder)? {
+            let file = file?.path();
+            let listed =
+                |(_, name): &(f64, String)| Path::new(name).file_name() == file.file_name();
+            if !series.entries.iter().any(listed) {
+                std::fs::remove_file(file)?;
+            }
+        }
+        series.write_list()?;
+        Ok(series)
+    }
+
+    /// Times (s) and files of all grids so far.
+    pub fn entries(&self) -> &[(f64, String)] {
+        &self.entries
+    }
+
     /// Writes the grid of `time` (s), then the list of all grids.
     pub fn add(&mut self, time: f64, grid: &Grid) -> io::Result<()> {
         let folder = self.path.with_extension("");
@@ -135,6 +159,10 @@ impl Series {
             .to_string_lossy()
             .into_owned();
         self.entries.push((time, format!("{stem}/{name}")));
+        self.write_list()
+    }
+
+    fn write_list(&self) -> io::Result<()> {
         let mut xml = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n",
         );

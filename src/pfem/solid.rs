@@ -1,6 +1,7 @@
 //! The structure as a black box: load on the wet surface in, displacement of the wet surface out.
 
 use crate::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// A quadrature point of the wet surface in the reference configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +15,7 @@ pub struct SurfacePoint {
 }
 
 /// Load on the wet surface per deformed area, at its quadrature points.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceLoad {
     /// Pressure that follows the surface, Pa; positive against the outward normal of the solid.
     pub pressure: Vec<f64>,

@@ -22,6 +22,8 @@ use super::time_scheme::TimeScheme;
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
 
 /// Most halvings of the load when a step finds no equilibrium at once.
 const MAX_CUTS: u32 = 6;
@@ -46,7 +48,7 @@ pub struct StructureOptions {
 }
 
 /// Displacement, velocity and acceleration coefficients of all functions, held ones included.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Displacement, m.
     pub d: Vec<f64>,
@@ -54,6 +56,34 @@ pub struct State {
     pub v: Vec<f64>,
     /// Acceleration, m/s².
     pub a: Vec<f64>,
+}
+
+/// What a tangent was assembled from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Linearization {
+    /// Displacement coefficients, m.
+    pub d: Vec<f64>,
+    /// Those that a full step of Newton's method led from to `d`.
+    pub linearized_at: Option<Vec<f64>>,
+    /// The load.
+    pub load: SurfaceLoad,
+    /// Length of the time step, s.
+    pub dt: f64,
+}
+
+/// All that a structure keeps from one time step to the next.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// The accepted state.
+    pub state: State,
+    /// Whence the kept tangent comes. It decides how Newton's method goes on, and so the last digits.
+    pub tangent: Option<Linearization>,
+}
+
+/// A factorized tangent, and what it was assembled from.
+struct Kept {
+    from: Linearization,
+    factorization: Factorization,
 }
 
 /// The solution of a time step that has not been accepted.
@@ -79,8 +109,8 @@ pub struct Structure {
     newton: NewtonOptions,
     floor: f64,
     state: State,
-    /// Factorized tangent of an earlier solution, and the step length it is for.
-    kept: Option<(f64, Factorization)>,
+    /// Tangent of an earlier solution.
+    kept: Option<Kept>,
     total: Stats,
 }
 
@@ -158,6 +188,47 @@ impl Structure {
         Ok(())
     }
 
+    /// What is needed to continue later, to the last bit.
+    pub fn memory(&self) -> Memory {
+        Memory {
+            state: self.state.clone(),
+            tangent: self.kept.as_ref().map(|kept| kept.from.clone()),
+        }
+    }
+
+    /// Continues as the structure whose memory this is.
+    pub fn recall(&mut self, memory: Memory) -> Result<(), SolidError> {
+        self.set_state(memory.state)?;
+        let Some(from) = memory.tangent else {
+            return Ok(());
+        };
+        self.check(&from.load)?;
+        let lengths = [Some(&from.d), from.linearized_at.as_ref()];
+        if lengths
+            .iter()
+            .flatten()
+            .any(|d| d.len() != self.state.d.len())
+        {
+            return Err(SolidError::Model(
+                "the stored tangent belongs to another discretization".into(),
+            ));
+        }
+        let step = TimeStep {
+            structure: self,
+            load: &from.load,
+            dt: from.dt,
+            offset: None,
+            assembled: &RefCell::new(None),
+        };
+        let tangent = step.tangent(&from.d, from.linearized_at.as_deref())?;
+        let factorization = step.factorize(&tangent)?;
+        self.kept = Some(Kept {
+            from,
+            factorization,
+        });
+        Ok(())
+    }
+
     /// Forgets the kept tangent, so that the next solution depends on nothing but the state, the load and the start.
     /// A run that refreshes when it writes a checkpoint is repeated bit by bit by one that resumes there.
     pub fn refresh(&mut self) {
@@ -223,16 +294,15 @@ impl Structure {
         tolerance: f64,
         start: Vec<f64>,
     ) -> Result<newton::Solution, SolidError> {
-        let mut kept = self
-            .kept
-            .take()
-            .filter(|(kept_dt, _)| *kept_dt == dt)
-            .map(|(_, f)| f);
+        let kept = self.kept.take().filter(|kept| kept.from.dt == dt);
+        let (mut kept, from) = kept.map(|k| (k.factorization, k.from)).unzip();
+        let assembled = RefCell::new(from);
         let step = TimeStep {
             structure: self,
             load,
             dt,
             offset: None,
+            assembled: &assembled,
         };
         let mut cost = Stats::default();
         let direct = newton::solve(&step, start, tolerance, &self.newton, &mut kept);
@@ -250,7 +320,13 @@ impl Structure {
                 )
             }
         };
-        self.kept = kept.map(|factorization| (dt, factorization));
+        // There is never more than one factorization, so it is of the tangent that was assembled last.
+        self.kept = kept
+            .zip(assembled.into_inner())
+            .map(|(factorization, from)| Kept {
+                from,
+                factorization,
+            });
         let mut solution = result?;
         solution.stats += cost;
         Ok(solution)
@@ -295,6 +371,8 @@ struct TimeStep<'a> {
     load: &'a SurfaceLoad,
     dt: f64,
     offset: Option<(Vec<f64>, f64)>,
+    /// Whence the tangent comes that was assembled last.
+    assembled: &'a RefCell<Option<Linearization>>,
 }
 
 impl TimeStep<'_> {
@@ -352,6 +430,12 @@ impl Equilibrium for TimeStep<'_> {
         let mass = acceleration + structure.damping * velocity;
         body.pattern.add_scalar(mass, &structure.mass, &mut values);
         body.pattern.hold(&mut values);
+        *self.assembled.borrow_mut() = Some(Linearization {
+            d: d.to_vec(),
+            linearized_at: linearized_at.map(<[f64]>::to_vec),
+            load: self.load.clone(),
+            dt: self.dt,
+        });
         Ok(values)
     }
 
@@ -402,6 +486,7 @@ impl Solid for Structure {
             load,
             dt,
             offset: None,
+            assembled: &RefCell::new(None),
         };
         let (v, a) = step.rates(&solution.d);
         Ok(Trial {

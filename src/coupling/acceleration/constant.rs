@@ -1,6 +1,6 @@
 //! Constant relaxation.
 
-use super::{Acceleration, Identity, Surrogate};
+use super::{Acceleration, Identity, Memory, Surrogate};
 use nalgebra::DVector;
 
 /// `d + omega P r` with a fixed factor; `P` is the identity unless a surrogate is given.
@@ -41,6 +41,19 @@ impl Acceleration for Constant {
 
     fn reset(&mut self) {
         self.last = None;
+    }
+
+    fn set_relaxation(&mut self, factor: f64) {
+        self.omega = factor;
+    }
+
+    fn memory(&self) -> Memory {
+        Memory::default()
+    }
+
+    fn recall(&mut self, _: Memory, d: &DVector<f64>) {
+        self.reset();
+        self.surrogate.finish_step(d);
     }
 }
 

@@ -67,6 +67,15 @@ impl Model for Hybrid {
             dropped: self.current.dropped() + self.remembered.dropped(),
         }
     }
+
+    fn fits(&self) -> Vec<Vec<Column>> {
+        vec![self.remembered.columns()]
+    }
+
+    fn recall(&mut self, fits: Vec<Vec<Column>>) {
+        self.current.take();
+        self.remembered.put(fits.into_iter().flatten());
+    }
 }
 
 #[cfg(test)]

@@ -49,6 +49,14 @@ impl Model for IqnLs {
             dropped: self.fit.dropped(),
         }
     }
+
+    fn fits(&self) -> Vec<Vec<Column>> {
+        vec![self.fit.columns()]
+    }
+
+    fn recall(&mut self, fits: Vec<Vec<Column>>) {
+        self.fit.put(fits.into_iter().flatten());
+    }
 }
 
 #[cfg(test)]

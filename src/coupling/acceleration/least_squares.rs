@@ -1,8 +1,9 @@
 //! The least-squares fit that all quasi-Newton models are made of: what the columns say about a residual, and what
 //! they leave unsaid.
 
-use super::Prediction;
+use super::{Prediction, memory::dense};
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// What a trial was built from.
@@ -16,11 +17,13 @@ pub struct Columns {
 
 /// Differences between two iterations of one step, both divided by `|delta r|`: the fit does not depend on the length
 /// of a column, its rounding errors do.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Column {
     /// `delta r`, a column of **V**; of length 1.
+    #[serde(with = "dense")]
     pub residual: DVector<f64>,
     /// `delta d`, the change of the trial that caused it. (`W = delta d_tilde` of the literature is the sum of both.)
+    #[serde(with = "dense")]
     pub trial: DVector<f64>,
     /// `|delta r|` relative to the displacement, before the division.
     pub size: f64,
@@ -133,6 +136,18 @@ impl LeastSquares {
         let taken = std::mem::take(&mut self.columns);
         *self = Self::new(self.filter);
         taken
+    }
+
+    /// All columns, newest first.
+    pub fn columns(&self) -> Vec<Column> {
+        self.columns.iter().cloned().collect()
+    }
+
+    /// Replaces all columns, newest first.
+    pub fn put(&mut self, columns: impl IntoIterator<Item = Column>) {
+        *self = Self::new(self.filter);
+        self.columns.extend(columns);
+        self.decomposed = self.columns.is_empty();
     }
 
     /// `delta D c` with the `c` that minimizes `|V c + r|`, and the rest `r + V c`.

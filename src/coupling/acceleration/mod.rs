@@ -26,6 +26,7 @@ mod constant;
 mod hybrid;
 mod iqn_ls;
 mod least_squares;
+mod memory;
 mod multi_vector;
 mod quasi_newton;
 pub mod surrogate;
@@ -35,6 +36,7 @@ pub use constant::Constant;
 pub use hybrid::Hybrid;
 pub use iqn_ls::IqnLs;
 pub use least_squares::{Column, Columns, Filter, LeastSquares};
+pub use memory::Memory;
 pub use multi_vector::MultiVector;
 pub use quasi_newton::{Model, Prediction, QuasiNewton};
 pub use surrogate::{Identity, Surrogate};
@@ -51,6 +53,15 @@ pub trait Acceleration: Send {
 
     /// Forgets everything but its settings: for a step that failed and is tried again from its start.
     fn reset(&mut self);
+
+    /// Replaces the relaxation factor of [`Settings`].
+    fn set_relaxation(&mut self, factor: f64);
+
+    /// What was learnt in the accepted steps. Call it between two steps.
+    fn memory(&self) -> Memory;
+
+    /// Continues as the one whose memory this is, where `d` is the displacement that was accepted last.
+    fn recall(&mut self, memory: Memory, d: &DVector<f64>);
 
     /// What the last trial was built from.
     fn columns(&self) -> Columns {
@@ -181,6 +192,38 @@ pub(crate) mod tests {
             let first = trial(model.as_mut());
             model.reset();
             assert_eq!(trial(model.as_mut()), first, "{}", kind.name());
+        }
+    }
+
+    #[test]
+    fn every_model_continues_to_the_bit_from_its_memory() {
+        let settings = Settings {
+            relaxation: 0.1,
+            reuse: 3,
+            filter: Filter::exact(1e-3),
+            max_columns: 12,
+        };
+        for kind in Kind::ALL {
+            let mut problem = Linear::new(20, 8.0);
+            let mut straight = kind.build(&settings, Box::new(Identity));
+            let mut d = problem.at_rest();
+            for _ in 0..4 {
+                d = iterate(&mut problem, straight.as_mut(), 1000).unwrap().1;
+            }
+            let mut resumed = kind.build(&settings, Box::new(Identity));
+            let bytes = postcard::to_stdvec(&straight.memory()).unwrap();
+            resumed.recall(postcard::from_bytes(&bytes).unwrap(), &d);
+            for _ in 0..2 {
+                let mut same = problem.clone();
+                let expected = iterate(&mut problem, straight.as_mut(), 1000);
+                assert_eq!(
+                    iterate(&mut same, resumed.as_mut(), 1000),
+                    expected,
+                    "{}",
+                    kind.name()
+                );
+                assert_eq!(resumed.memory(), straight.memory(), "{}", kind.name());
+            }
         }
     }
 }

@@ -76,6 +76,20 @@ impl Model for MultiVector {
             dropped: self.chain[0].dropped(),
         }
     }
+
+    fn fits(&self) -> Vec<Vec<Column>> {
+        let earlier = self.chain.iter().skip(1);
+        earlier.map(LeastSquares::columns).collect()
+    }
+
+    fn recall(&mut self, fits: Vec<Vec<Column>>) {
+        self.reset();
+        for columns in fits {
+            let mut fit = LeastSquares::new(self.filter);
+            fit.put(columns);
+            self.chain.push_back(fit);
+        }
+    }
 }
 
 #[cfg(test)]

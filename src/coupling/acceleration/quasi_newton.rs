@@ -1,6 +1,6 @@
 //! The quasi-Newton iteration: its columns come from the trials, its answers from a model of the inverse Jacobian.
 
-use super::{Acceleration, Column, Columns, Identity, Surrogate};
+use super::{Acceleration, Column, Columns, Identity, Memory, Surrogate};
 use nalgebra::DVector;
 
 /// What a model says about a residual.
@@ -28,6 +28,12 @@ pub trait Model: Send {
 
     /// Columns in use and dropped.
     fn columns(&self) -> Columns;
+
+    /// The columns of each of its fits, newest first, between two steps.
+    fn fits(&self) -> Vec<Vec<Column>>;
+
+    /// Takes the columns of another one's fits in place of its own.
+    fn recall(&mut self, fits: Vec<Vec<Column>>);
 }
 
 /// `d + correction + P rest`: the model answers for what its columns span, the surrogate `P` for the rest.
@@ -88,6 +94,23 @@ impl<M: Model> Acceleration for QuasiNewton<M> {
     fn reset(&mut self) {
         self.model.reset();
         self.last = None;
+    }
+
+    fn set_relaxation(&mut self, factor: f64) {
+        self.relaxation = factor;
+    }
+
+    fn memory(&self) -> Memory {
+        Memory {
+            factor: None,
+            fits: self.model.fits(),
+        }
+    }
+
+    fn recall(&mut self, memory: Memory, d: &DVector<f64>) {
+        self.last = None;
+        self.model.recall(memory.fits);
+        self.surrogate.finish_step(d);
     }
 
     fn columns(&self) -> Columns {

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use transport::{Listener, Patience, TransportError};
 
 pub mod case_files;
@@ -22,10 +22,13 @@ pub mod install;
 pub mod process;
 pub mod protocol;
 pub mod session;
+pub mod times;
 pub mod transport;
 
 /// Starting may take longer than an answer: OpenFOAM reads and checks the mesh.
 const START_LIMIT: Duration = Duration::from_secs(120);
+/// An answer may take this many times as long as the longest so far.
+const ANSWER_GROWTH: u32 = 50;
 /// Time for the solver to end by itself after STOP.
 const STOP_GRACE: Duration = Duration::from_secs(5);
 
@@ -40,7 +43,7 @@ pub struct OpenFoamSettings {
     pub ranks: usize,
     /// How driver and solver talk.
     pub transport: case::Transport,
-    /// Longest time to wait for an answer.
+    /// Longest time to wait for an answer, unless one has taken more than a fiftieth of it already.
     pub answer_limit: Duration,
     /// Start time, time step and wall, which the solver must confirm.
     pub terms: Terms,
@@ -52,6 +55,8 @@ pub struct OpenFoamSettings {
 pub struct OpenFoam {
     settings: OpenFoamSettings,
     from_old_state: bool,
+    /// The longest that an answer has taken.
+    longest: Duration,
     // Dropped in this order: the connection is closed before the process is ended for good.
     session: Session,
     process: Process,
@@ -98,11 +103,27 @@ impl OpenFoam {
             Ok(session) => Ok(Self {
                 settings,
                 from_old_state: false,
+                longest: Duration::ZERO,
                 session,
                 process,
             }),
             Err(error) => Err(explain(error, &mut process)),
         }
+    }
+
+    /// Ends the solver, if it has not ended already, and starts it again at `time` (s), which it must have written.
+    pub fn restart(&mut self, time: f64) -> Result<(), FluidError> {
+        self.process.end(Duration::ZERO);
+        let mut settings = self.settings.clone();
+        settings.terms.start_time = time;
+        settings.terms.interface = Some(self.interface().clone());
+        *self = Self::start(settings)?;
+        Ok(())
+    }
+
+    /// From now on the solver's answers are waited for whatever happens to `interrupt`.
+    pub fn outlast_interrupts(&mut self) {
+        self.settings.interrupt = Arc::default();
     }
 
     /// Number of the process that was started: `pimpleFoam`, or `mpirun` for more than one rank.
@@ -118,12 +139,15 @@ impl OpenFoam {
         let process = &mut self.process;
         let mut ended = || process.has_ended();
         let mut patience = Patience::new(
-            self.settings.answer_limit,
+            self.settings.answer_limit.max(self.longest * ANSWER_GROWTH),
             &self.settings.interrupt,
             &mut ended,
         );
-        exchange(&mut self.session, &mut patience)
-            .map_err(|error| explain(error, &mut self.process))
+        let asked = Instant::now();
+        let answer = exchange(&mut self.session, &mut patience)
+            .map_err(|error| explain(error, &mut self.process))?;
+        self.longest = self.longest.max(asked.elapsed());
+        Ok(answer)
     }
 }
 
@@ -170,6 +194,9 @@ impl Fluid for OpenFoam {
 
 impl Drop for OpenFoam {
     fn drop(&mut self) {
+        if self.process.has_ended() {
+            return; // and another one may be talking over the same files
+        }
         // The interrupt that may have ended the run must not end this farewell.
         let interrupt = AtomicBool::new(false);
         let process = &mut self.process;

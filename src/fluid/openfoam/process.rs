@@ -23,13 +23,13 @@ pub struct Process {
 }
 
 impl Process {
-    /// Starts `command` with its output in the file `log`.
+    /// Starts `command` with its output at the end of the file `log`.
     ///
     /// The process has a group of its own, so that Ctrl-C in a terminal reaches the driver only, which then ends the
     /// solver in order. Should the driver be killed, the kernel ends the solver: it sends `death_signal` when the
     /// *thread* that called this function ends, so call it from one that lives as long as the run.
     pub fn start(mut command: Command, log: &Path, death_signal: Signal) -> io::Result<Self> {
-        let output = File::create(log)?;
+        let output = File::options().create(true).append(true).open(log)?;
         command
             .stdin(Stdio::null())
             .stdout(output.try_clone()?)

@@ -85,7 +85,7 @@ impl<'a> Patience<'a> {
 
 /// A place where the fluid can find the driver.
 pub enum Listener {
-    /// A socket in a private folder that goes when this value goes.
+    /// A socket in a private folder that goes once the fluid has connected.
     Socket {
         /// The folder, 0700.
         folder: tempfile::TempDir,
@@ -160,10 +160,9 @@ impl Listener {
                             .and_then(|()| stream.set_read_timeout(Some(GLANCE)))
                             .and_then(|()| stream.set_write_timeout(Some(GLANCE)))
                             .map_err(io_error("cannot configure the socket"))?;
-                        return Ok(Transport::Socket(Socket {
-                            stream,
-                            _folder: folder,
-                        }));
+                        // Connected, nobody needs to find the socket any more: a run that is killed leaves nothing.
+                        drop(folder);
+                        return Ok(Transport::Socket(Socket { stream }));
                     }
                     Err(error) if is_pause(&error) => {
                         patience.glance()?;
@@ -222,7 +221,6 @@ fn is_pause(error: &io::Error) -> bool {
 /// A connected socket.
 pub struct Socket {
     stream: UnixStream,
-    _folder: tempfile::TempDir,
 }
 
 impl Socket {

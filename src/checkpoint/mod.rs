@@ -1,0 +1,125 @@
+//! Everything that a run consists of at the end of a time step, in a file: a run that resumes there repeats the
+//! uninterrupted one to the bit.
+//!
+//! The fluid's own state stays where OpenFOAM has written it; a checkpoint names its files with their lengths and
+//! checksums ([`Mark`]), as it does for the tables, and counts as whole only if they all are what they were.
+
+mod mark;
+mod store;
+
+pub use mark::{Mark, MarkError};
+pub use store::{Found, Store, StoreError};
+
+use crate::coupling;
+use crate::output::record;
+use crate::pfem::structure;
+use serde::{Deserialize, Serialize};
+
+/// The state of a run after an accepted time step, or before the first.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Every value of the case, as TOML.
+    pub case: String,
+    /// The files that the case names: templates of OpenFOAM's dictionaries, the inflow curve.
+    pub inputs: Vec<Mark>,
+    /// The time as OpenFOAM spells it in the name of its folder, s.
+    pub time: f64,
+    /// The files that the checkpoint stands on.
+    pub files: Vec<Mark>,
+    /// The coupling.
+    pub coupling: coupling::Memory,
+    /// The wall.
+    pub structure: structure::Memory,
+    /// Tables, series and totals.
+    pub record: record::Memory,
+}
+
+impl Checkpoint {
+    /// Number of accepted time steps.
+    pub fn step(&self) -> usize {
+        self.record.totals.steps
+    }
+}
+
+/// Version of the file format: another one is refused.
+const VERSION: u32 = 1;
+const MAGIC: &[u8; 8] = b"FSICHECK";
+/// Magic, version, checksum and length of what follows.
+const HEAD: usize = 8 + 4 + 4 + 8;
+
+/// Why some bytes are no checkpoint.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DecodeError {
+    /// Not a checkpoint at all.
+    #[error("it is not a checkpoint")]
+    Foreign,
+    /// Written by another version of the program.
+    #[error("its format is version {found}, this program reads version {VERSION}")]
+    Version {
+        /// Its version.
+        found: u32,
+    },
+    /// Its end is missing, or something follows.
+    #[error("it has {found} bytes instead of {expected}")]
+    Length {
+        /// Bytes that it should have.
+        expected: u64,
+        /// Bytes that it has.
+        found: u64,
+    },
+    /// Bytes have changed.
+    #[error("its checksum is wrong")]
+    Checksum,
+    /// It was written wrongly.
+    #[error("its contents make no sense: {0}")]
+    Contents(String),
+}
+
+impl Checkpoint {
+    /// The bytes of a file.
+    pub fn encode(&self) -> Vec<u8> {
+        let mut bytes = vec![0; HEAD];
+        bytes = postcard::to_extend(self, bytes).expect("plain data can be written");
+        let payload = &bytes[HEAD..];
+        let (checksum, length) = (crc32fast::hash(payload), payload.len() as u64);
+        bytes[..8].copy_from_slice(MAGIC);
+        bytes[8..12].copy_from_slice(&VERSION.to_le_bytes());
+        bytes[12..16].copy_from_slice(&checksum.to_le_bytes());
+        bytes[16..HEAD].copy_from_slice(&length.to_le_bytes());
+        bytes
+    }
+
+    /// Reads the bytes of a file, which may be anything.
+    pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        let Some((head, payload)) = bytes.split_at_checked(HEAD) else {
+            return Err(DecodeError::Foreign);
+        };
+        if &head[..8] != MAGIC {
+            return Err(DecodeError::Foreign);
+        }
+        let word =
+            |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
+        if word(8) != VERSION {
+            return Err(DecodeError::Version { found: word(8) });
+        }
+        let expected = u64::from(word(16)) | u64::from(word(20)) << 32;
+        let found = payload.len() as u64;
+        if found != expected {
+            return Err(DecodeError::Length { expected, found });
+        }
+        if crc32fast::hash(payload) != word(12) {
+            return Err(DecodeError::Checksum);
+        }
+        match postcard::take_from_bytes(payload) {
+            Ok((checkpoint, [])) => Ok(checkpoint),
+            Ok((_, rest)) => Err(DecodeError::Contents(format!(
+                "{} bytes are left over",
+                rest.len()
+            ))),
+            Err(error) => Err(DecodeError::Contents(error.to_string())),
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,154 @@
+use super::*;
+use crate::coupling::acceleration::Column;
+use crate::output::record::Totals;
+use crate::pfem::SurfaceLoad;
+use crate::pfem::structure::{Linearization, State};
+use nalgebra::DVector;
+use proptest::prelude::*;
+
+pub fn example(step: usize) -> Checkpoint {
+    let column = Column::new(
+        DVector::from_vec(vec![0.1, 0.2, 0.3]),
+        DVector::from_vec(vec![1.0, -2.0, 0.5]),
+        1.0,
+    );
+    let d = vec![1e-5, -2e-5, 1.0 / 3.0];
+    Checkpoint {
+        case: "[time]\nstep_s = 0.002\n".into(),
+        inputs: Vec::new(),
+        time: 0.002 * step as f64,
+        files: Vec::new(),
+        coupling: coupling::Memory {
+            displacements: vec![d.clone(), vec![0.0; 3]],
+            predictor_errors: vec![f64::INFINITY, 0.1],
+            acceleration: coupling::acceleration::Memory {
+                factor: Some(0.1),
+                fits: vec![Vec::new(), column.into_iter().collect()],
+            },
+        },
+        structure: structure::Memory {
+            state: State {
+                d: d.clone(),
+                v: d.clone(),
+                a: d.clone(),
+            },
+            tangent: Some(Linearization {
+                d,
+                linearized_at: None,
+                load: SurfaceLoad {
+                    pressure: vec![1e4],
+                    shear: vec![crate::Vec3::new(0.1, 0.2, 0.3)],
+                },
+                dt: 0.002,
+            }),
+        },
+        record: record::Memory {
+            totals: Totals {
+                steps: step,
+                ..Totals::default()
+            },
+            volume: 1e-6,
+            history: 7,
+            iterations: 8,
+            probes: 0,
+            grids: vec![(0.02, "structure/00000.vtu".into())],
+        },
+    }
+}
+
+#[test]
+fn what_was_written_is_read_again() {
+    assert_eq!(Checkpoint::decode(&example(3).encode()), Ok(example(3)));
+}
+
+#[test]
+fn every_truncation_and_every_changed_byte_is_noticed() {
+    let bytes = example(3).encode();
+    for n in 0..bytes.len() {
+        assert!(Checkpoint::decode(&bytes[..n]).is_err(), "{n} bytes");
+        let mut changed = bytes.clone();
+        changed[n] ^= 1 << (n % 8);
+        assert!(Checkpoint::decode(&changed).is_err(), "byte {n}");
+    }
+    let mut longer = bytes;
+    longer.push(0);
+    assert!(matches!(
+        Checkpoint::decode(&longer),
+        Err(DecodeError::Length { .. })
+    ));
+}
+
+/// A head that is right, so that the contents are read.
+fn with_head(payload: &[u8]) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(crc32fast::hash(payload).to_le_bytes());
+    bytes.extend((payload.len() as u64).to_le_bytes());
+    bytes.extend(payload);
+    bytes
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_bring_the_reader_down(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let _ = Checkpoint::decode(&bytes);
+        let _ = Checkpoint::decode(&with_head(&bytes));
+    }
+
+    #[test]
+    fn no_change_under_a_right_checksum_brings_the_reader_down(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        cut in any::<prop::sample::Index>(),
+    ) {
+        let mut payload = example(3).encode().split_off(HEAD);
+        for (at, byte) in changes {
+            let n = payload.len();
+            payload[at.index(n)] = byte;
+        }
+        let _ = Checkpoint::decode(&with_head(&payload));
+        payload.truncate(cut.index(payload.len()));
+        let _ = Checkpoint::decode(&with_head(&payload));
+    }
+}
+
+#[test]
+fn the_last_two_are_kept_and_the_older_serves_if_the_newer_is_damaged() {
+    let run = tempfile::tempdir().unwrap();
+    let store = Store::new(run.path());
+    assert!(matches!(store.newest(), Err(StoreError::None(_))));
+    for step in [0, 5, 10] {
+        store.write(&example(step)).unwrap();
+    }
+    assert_eq!(store.steps().unwrap(), [10, 5]);
+    assert_eq!(store.newest().unwrap().checkpoint.step(), 10);
+
+    let bytes = std::fs::read(store.path(10)).unwrap();
+    std::fs::write(store.path(10), &bytes[..bytes.len() / 2]).unwrap();
+    let found = store.newest().unwrap();
+    assert_eq!(found.checkpoint.step(), 5);
+    assert!(
+        found.damaged[0].contains("00000010.checkpoint: it has"),
+        "{:?}",
+        found.damaged
+    );
+    std::fs::write(store.path(5), "").unwrap();
+    assert!(matches!(store.newest(), Err(StoreError::Damaged(all)) if all.len() == 2));
+}
+
+#[test]
+fn a_checkpoint_whose_files_have_changed_is_passed_over() {
+    let run = tempfile::tempdir().unwrap();
+    let store = Store::new(run.path());
+    store.write(&example(1)).unwrap();
+    let file = run.path().join("history.csv");
+    std::fs::write(&file, "a row\n").unwrap();
+    let mut newer = example(2);
+    newer.files = vec![Mark::of(run.path(), "history.csv".as_ref(), None).unwrap()];
+    store.write(&newer).unwrap();
+    std::fs::write(&file, "a row\nand another\n").unwrap();
+    assert_eq!(store.newest().unwrap().checkpoint.step(), 2);
+    for content in ["b row\n", "a r"] {
+        std::fs::write(&file, content).unwrap();
+        assert_eq!(store.newest().unwrap().checkpoint.step(), 1);
+    }
+}

@@ -1,0 +1,159 @@
+//! Takes the time steps one by one.
+
+use super::assemble::Run;
+use super::{run_failure, written};
+use crate::commands::Failure;
+use crate::coupling::FailedStep;
+use crate::output::progress::Progress;
+use crate::output::record::{WallPeaks, peak_memory};
+use crate::output::tables::HistoryRow;
+use crate::output::vtu::{Grid, Values};
+use crate::pfem::samples::{Sampler, Samples};
+use crate::pfem::structure::Trial;
+use crate::pfem::{SolidError, Structure};
+use std::cell::Cell;
+use std::time::Instant;
+
+/// Why no step was taken.
+pub enum Stop {
+    /// The step failed; both solvers, if they live, still have the state before it.
+    Step(FailedStep),
+    /// The run cannot go on.
+    Run(Failure),
+}
+
+impl From<Failure> for Stop {
+    fn from(failure: Failure) -> Self {
+        Self::Run(failure)
+    }
+}
+
+impl Run {
+    /// Goes on to the last step; ends early at an interrupt, or at a failure that no rescue helps against.
+    pub fn advance(&mut self, quiet: bool) -> Result<(), Failure> {
+        let steps = self.case.steps();
+        let mut progress = Progress::new(steps as u64, quiet);
+        while self.record.totals.steps < steps {
+            if self.interrupt.asked() && self.is_saved() {
+                return Err(Failure::Interrupted(String::new()));
+            }
+            match self.step() {
+                Ok(row) => progress.step(
+                    self.record.totals.steps as u64,
+                    row.time_s,
+                    row.coupling_iterations,
+                    row.residual,
+                    row.wall_s,
+                ),
+                Err(Stop::Step(failed)) => {
+                    let what = self.rescue(failed)?;
+                    progress.note(&what);
+                }
+                Err(Stop::Run(failure)) => return Err(failure),
+            }
+        }
+        progress.finish();
+        Ok(())
+    }
+
+    /// Takes one step, records it, and writes a checkpoint if one is due.
+    fn step(&mut self) -> Result<HistoryRow, Stop> {
+        let (clock, last) = (Instant::now(), self.case.steps());
+        let number = self.record.totals.steps + 1;
+        let attempt = self.attempt(number);
+        let (output, time_step) = (&self.case.output, self.case.time.step);
+        let due = |interval: f64| number == last || is_due(number, time_step, interval);
+        let sampler = due(output.structure_interval).then_some(&self.sampler);
+        // Decided when the step is about to be accepted: an interrupt may have come until then.
+        let saving = Cell::new(false);
+        let write = || {
+            let waited = self.saved.elapsed().as_secs_f64() / 60.0;
+            let now = waited >= output.checkpoint_interval || self.interrupt.asked();
+            saving.set(now || number == last);
+            saving.get() || due(output.fluid_interval)
+        };
+        let mut wall = None;
+        let mut probed = Vec::new();
+        let outcome = self.coupling.step(write, |solid, trial| {
+            wall = Some(inspect(solid, trial, sampler));
+            probed = self.probes.displacement(solid, trial);
+        });
+        let accepted = outcome.map_err(Stop::Step)?;
+        let (von_mises, samples) = wall
+            .expect("an accepted step has been inspected")
+            .map_err(run_failure)?;
+        if let Some(samples) = samples {
+            self.record
+                .structure
+                .add(accepted.fluid.time, &grid(&self.sampler, &samples))
+                .map_err(written)?;
+        }
+        self.record
+            .probes(&self.probes.rows(accepted.fluid.time, &probed))
+            .map_err(written)?;
+        let displacements = accepted.displacement.iter().map(|d| d.norm());
+        let peaks = WallPeaks {
+            displacement: displacements.fold(0.0, f64::max),
+            von_mises,
+        };
+        let seconds = clock.elapsed().as_secs_f64();
+        let row = self
+            .record
+            .step(&accepted, attempt, peaks, seconds)
+            .map_err(written)?;
+        let memory = peak_memory(&self.coupling.fluid.process_id().to_string());
+        self.fluid_peak_memory = self.fluid_peak_memory.max(memory.unwrap_or(0.0));
+        if saving.get() {
+            self.save()?;
+        }
+        Ok(row)
+    }
+}
+
+/// Largest von Mises stress (Pa) of an accepted trial, and its fields if they are wanted.
+fn inspect(
+    solid: &Structure,
+    trial: &Trial,
+    sampler: Option<&Sampler>,
+) -> Result<(f64, Option<Samples>), SolidError> {
+    let (von_mises, _) = solid.max_von_mises(trial)?;
+    let samples = sampler
+        .map(|s| s.sample(solid.body(), &trial.state.d))
+        .transpose()?;
+    Ok((von_mises, samples))
+}
+
+fn grid<'a>(sampler: &'a Sampler, samples: &'a Samples) -> Grid<'a> {
+    Grid {
+        points: &sampler.points,
+        hexes: &sampler.hexes,
+        point_data: vec![
+            ("displacement_m", Values::Vectors(&samples.displacement)),
+            ("von_mises_Pa", Values::Scalars(&samples.von_mises)),
+        ],
+        cell_data: vec![
+            ("material", Values::Integers(&sampler.regions)),
+            ("element", Values::Integers(&sampler.element_of_hex)),
+        ],
+    }
+}
+
+/// Whether the end of `step` is a multiple of `interval`, or the first step end after one.
+pub fn is_due(step: usize, time_step: f64, interval: f64) -> bool {
+    let passed = |step: usize| (step as f64 * time_step / interval * (1.0 + 1e-9)).floor();
+    passed(step) > passed(step - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_due;
+
+    #[test]
+    fn output_is_due_once_per_interval_despite_rounding() {
+        let due = |interval: f64| (1..=1500).filter(|&n| is_due(n, 0.002, interval)).count();
+        assert_eq!(
+            (due(0.002), due(0.02), due(0.1), due(0.003)),
+            (1500, 150, 30, 1000)
+        );
+    }
+}

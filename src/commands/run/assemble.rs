@@ -1,0 +1,200 @@
+//! From a case to everything that a running case consists of.
+
+use super::interrupt::Interrupt;
+use super::rescue::Trouble;
+use super::{run_failure, written};
+use crate::Vec3;
+use crate::case::{self, Case};
+use crate::checkpoint::Checkpoint;
+use crate::commands::Failure;
+use crate::commands::run_folder::RunFolder;
+use crate::coupling::acceleration::{self, Acceleration, Filter, Identity};
+use crate::coupling::convergence::Criterion;
+use crate::coupling::predictor::Predictor;
+use crate::coupling::transfer::Transfer;
+use crate::coupling::{Coupling, Settings, flatten};
+use crate::fluid::openfoam::case_files::CaseFiles;
+use crate::fluid::openfoam::session::Terms;
+use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
+use crate::fluid::{Fluid, FluidEffort};
+use crate::geometry::Vessel;
+use crate::output::probes::Probes;
+use crate::output::record::{Record, RecordSettings};
+use crate::pfem::mapping::MappingKind;
+use crate::pfem::newton::NewtonOptions;
+use crate::pfem::samples::Sampler;
+use crate::pfem::supports::Support;
+use crate::pfem::{SolidError, Space, SpaceKind, Structure, StructureOptions, discretization};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Everything that a running case consists of.
+pub struct Run {
+    pub case: Case,
+    pub folder: RunFolder,
+    pub interrupt: Interrupt,
+    pub coupling: Coupling<OpenFoam, Structure>,
+    pub sampler: Sampler,
+    pub record: Record,
+    pub probes: Probes<Structure>,
+    pub cells: usize,
+    pub fluid_peak_memory: f64,
+    /// The step that makes trouble, if one does.
+    pub trouble: Option<Trouble>,
+    /// When the last checkpoint was written.
+    pub saved: Instant,
+}
+
+impl Run {
+    /// Builds meshes and solvers and starts OpenFOAM, in the state of `checkpoint` or at rest.
+    pub fn assemble(
+        path: &Path,
+        case: &Case,
+        folder: RunFolder,
+        checkpoint: Option<&Checkpoint>,
+        interrupt: Interrupt,
+    ) -> Result<Self, Failure> {
+        let vessel = Vessel::new(case);
+        let mesh = vessel.fluid_mesh(&case.fluid.mesh);
+        let solid = structure(case, &vessel).map_err(run_failure)?;
+        mesh.write(&folder.openfoam()).map_err(written)?;
+        CaseFiles {
+            templates: &case.fluid.templates,
+            blood: &case.blood,
+            inflow: &case.inflow,
+            windkessel: &case.windkessel,
+            ramp: &case.ramp,
+            time: &case.time,
+            ranks: case.fluid.ranks,
+        }
+        .write(&folder.openfoam())
+        .map_err(run_failure)?;
+        let fluid = OpenFoam::start(OpenFoamSettings {
+            case: folder.openfoam(),
+            log: folder.openfoam_log(),
+            ranks: case.fluid.ranks,
+            transport: case.fluid.transport,
+            answer_limit: Duration::from_secs_f64(case.fluid.answer_limit),
+            terms: Terms {
+                start_time: checkpoint.map_or(0.0, |checkpoint| checkpoint.time),
+                time_step: case.time.step,
+                interface: None,
+            },
+            interrupt: interrupt.of_the_start(),
+        })
+        .map_err(run_failure)?;
+        let transfer = Transfer::new(fluid.interface(), &solid).map_err(run_failure)?;
+        let volumes = mesh.cell_volumes();
+        let rigid = volumes.len() / case.fluid.mesh.slices() * case.fluid.mesh.axial_extension;
+        let points = case.output.probes.iter().map(|&x| x.into()).collect();
+        let probes = Probes::new(points, &solid)
+            .map_err(|e| run_failure(format!("output.probes_m: {e}")))?;
+        let settings = RecordSettings {
+            history: folder.history(),
+            iterations: folder.iterations(),
+            probes: (!case.output.probes.is_empty()).then(|| folder.probes()),
+            structure: folder.structure(),
+            case: path.to_owned(),
+            time_step: case.time.step,
+            // Cells are numbered cross-section by cross-section, those of the extension first.
+            rigid_volume: volumes[..rigid].iter().sum(),
+            volume: volumes.iter().sum(),
+            fluid_cells: volumes.len(),
+            structure_dofs: solid.body().degrees_of_freedom(),
+        };
+        let record = match checkpoint {
+            Some(checkpoint) => Record::resume(settings, checkpoint.record.clone()),
+            None => Record::create(settings),
+        };
+        // As many pieces per element and direction as the degree, so that its curves can be seen.
+        let sampler = Sampler::new(solid.body(), case.structure.p + 1).map_err(run_failure)?;
+        let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
+        let coupling = Coupling {
+            fluid,
+            solid,
+            transfer,
+            acceleration: acceleration(&case.coupling),
+            predictor: Predictor::new(case.coupling.predictor, rest),
+            criterion: Criterion {
+                relative: case.coupling.e_rel,
+                absolute: case.coupling.e_abs,
+                max_iterations: case.coupling.max_iterations,
+            },
+            settings: Settings {
+                time_step: case.time.step,
+                fluid_effort: FluidEffort {
+                    max_correctors: case.fluid.max_correctors,
+                    pressure_residual: case.fluid.pressure_residual,
+                },
+                newton_tolerance: case.structure.newton_tolerance,
+                relaxation: case.coupling.relaxation,
+            },
+        };
+        let mut run = Self {
+            case: case.clone(),
+            folder,
+            interrupt,
+            coupling,
+            sampler,
+            probes,
+            record: record.map_err(written)?,
+            cells: volumes.len(),
+            fluid_peak_memory: 0.0,
+            trouble: None,
+            saved: Instant::now(),
+        };
+        run.coupling.fluid.outlast_interrupts();
+        match checkpoint {
+            Some(checkpoint) => {
+                run.recall(checkpoint)?;
+                run.record.totals.resumed += 1;
+            }
+            None => run.save()?, // so that there is always one to go back to
+        }
+        Ok(run)
+    }
+}
+
+/// The wall of a vessel: clamped at both ends, loaded from the inside.
+fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
+    let settings = &case.structure;
+    let mut discretization =
+        discretization::Options::new(Space::isotropic(SpaceKind::Trunk, settings.p));
+    if let Some(degree) = settings.p_geometry {
+        discretization.mapping = MappingKind::Blended(degree);
+    }
+    if let Some(points) = settings.quadrature_points {
+        discretization.quadrature_points = [points; 3];
+    }
+    let materials = [&case.wall.graft, &case.wall.media, &case.wall.adventitia].map(Clone::clone);
+    let options = StructureOptions {
+        discretization,
+        density: case.wall.density,
+        damping: case.wall.damping,
+        time_scheme: settings.time_scheme,
+        newton: NewtonOptions {
+            max_iterations: settings.newton_max_iterations,
+            ..NewtonOptions::default()
+        },
+        wet_surface: "inner".into(),
+        supports: vec![
+            Support::Clamped("start".into()),
+            Support::Clamped("end".into()),
+        ],
+    };
+    Structure::new(&vessel.solid_mesh(settings), &materials, &options)
+}
+
+fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
+    let numerics = acceleration::Settings {
+        relaxation: settings.relaxation,
+        reuse: settings.reuse_steps,
+        filter: Filter {
+            dependence: settings.filter,
+            // What is smaller than the accepted error is noise of the solvers, not a column.
+            resolution: settings.e_rel,
+        },
+        max_columns: 200,
+    };
+    settings.acceleration.build(&numerics, Box::new(Identity))
+}

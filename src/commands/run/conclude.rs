@@ -1,0 +1,88 @@
+//! The end of a run, good or bad.
+
+use super::assemble::Run;
+use super::written;
+use crate::commands::Failure;
+use crate::commands::run_folder::RunFolder;
+use crate::output::progress::human;
+use crate::output::record::Summary;
+use std::path::PathBuf;
+
+impl Run {
+    /// Ends OpenFOAM, writes the summary, and names the files.
+    pub fn conclude(self, outcome: Result<(), Failure>, quiet: bool) -> Result<(), Failure> {
+        let Run {
+            coupling,
+            record,
+            folder,
+            fluid_peak_memory,
+            ..
+        } = self;
+        drop(coupling); // ends OpenFOAM
+
+        let (status, reason) = match &outcome {
+            Ok(()) => ("complete", None),
+            Err(failure @ Failure::Interrupted(_)) => ("interrupted", Some(failure.to_string())),
+            Err(failure) => ("failed", Some(failure.to_string())),
+        };
+        let summary = record.summary(status, reason, fluid_peak_memory);
+        let summarized = summary.write(&folder.summary());
+        match outcome {
+            Ok(()) => {
+                summarized.map_err(written)?;
+                if !quiet {
+                    print!("{}", farewell(&summary, &folder));
+                }
+                Ok(())
+            }
+            // What ended the run says more than that the summary could not be written either.
+            Err(Failure::Interrupted(_)) => Err(Failure::Interrupted(format!(
+                "{} steps (t = {:.4} s) are in {}{}",
+                summary.totals.steps,
+                summary.totals.time_s,
+                folder.root().display(),
+                way_back(&folder)
+            ))),
+            Err(Failure::Run(reason)) => Err(Failure::Run(reason + &way_back(&folder))),
+            Err(failure) => Err(failure),
+        }
+    }
+}
+
+/// Where the run can be continued.
+fn way_back(folder: &RunFolder) -> String {
+    match folder.checkpoints().newest() {
+        Ok(found) => format!(
+            "; --resume continues from {} (step {})",
+            found.path.display(),
+            found.checkpoint.step()
+        ),
+        Err(_) => String::new(),
+    }
+}
+
+fn farewell(summary: &Summary, folder: &RunFolder) -> String {
+    let shown = |path: PathBuf| path.display().to_string();
+    format!(
+        "{} steps to t = {:.4} s in {}: {:.2} coupling iterations a step (at most {}), outlet pressure {:.0} Pa\n\
+         \n\
+         {:<44} a row a time step: flow, pressure, volume, displacement, stress\n\
+         {:<44} a row a coupling iteration\n\
+         {:<44} the run in figures\n\
+         {:<44} the wall over time: open it in ParaView\n\
+         {:<44} the blood over time: open it in ParaView\n\
+         {:<44} every value that was used\n",
+        summary.totals.steps,
+        summary.totals.time_s,
+        human(summary.totals.wall_s),
+        summary.mean_coupling_iterations,
+        summary.totals.max_coupling_iterations,
+        summary.totals.p_out_Pa,
+        shown(folder.history()),
+        shown(folder.iterations()),
+        shown(folder.summary()),
+        shown(folder.structure()),
+        shown(folder.openfoam().join("fluid.foam")),
+        shown(folder.resolved_case()),
+    )
+}

@@ -1,0 +1,44 @@
+//! Ctrl-C, SIGTERM and SIGHUP: the first one ends the run in order, the second one at once.
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether somebody asked the run to end.
+#[derive(Debug, Clone)]
+pub struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Listens from now on. (When the process ends at once, OpenFOAM ends by itself.)
+    pub fn listen(quiet: bool) -> io::Result<Self> {
+        let flag = Arc::new(AtomicBool::new(false));
+        let signals = [SIGINT, SIGTERM, SIGHUP];
+        for signal in signals {
+            signal_hook::flag::register_conditional_shutdown(signal, 130, flag.clone())?;
+            signal_hook::flag::register(signal, flag.clone())?;
+        }
+        let mut heard = Signals::new(signals)?;
+        std::thread::spawn(move || {
+            if heard.forever().next().is_some() && !quiet {
+                // The terminal may be gone.
+                let _ = writeln!(
+                    io::stderr(),
+                    "\ninterrupted: the time step is finished and a checkpoint written; a second time ends the run at once"
+                );
+            }
+        });
+        Ok(Self(flag))
+    }
+
+    /// Has it been asked?
+    pub fn asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// The flag that ends the wait for a solver that is starting.
+    pub fn of_the_start(&self) -> Arc<AtomicBool> {
+        self.0.clone()
+    }
+}

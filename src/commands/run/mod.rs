@@ -1,0 +1,144 @@
+//! `fsi-driver --case DIR`: a coupled run.
+
+mod advance;
+mod assemble;
+mod conclude;
+mod interrupt;
+mod rescue;
+mod save;
+
+use super::Failure;
+use super::run_folder::{Earlier, RunFolder};
+use crate::case::{Case, Preset, ResolvedCase};
+use crate::checkpoint::Checkpoint;
+use crate::fluid::openfoam::install;
+use crate::output::write_atomically;
+use assemble::Run;
+use interrupt::Interrupt;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Options of a coupled run.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder of the case, with its case.toml.
+    #[arg(long, value_name = "DIR")]
+    case: PathBuf,
+    /// Resolution and length of the run.
+    #[arg(long, value_enum, default_value_t = Preset::Paper)]
+    preset: Preset,
+    /// Folder of the results [default: <case>/run-<preset>].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// End of the simulated time in seconds [default: time.end_s of the case].
+    #[arg(long, value_name = "S")]
+    end_time: Option<f64>,
+    /// Number of MPI ranks of the fluid [default: fluid.ranks of the case].
+    #[arg(long, value_name = "N")]
+    ranks: Option<usize>,
+    /// Values that replace those of the case, such as coupling.e_rel=1e-6 or fluid.transport=files.
+    #[arg(long = "set", value_name = "KEY=VALUE", num_args = 1..)]
+    overrides: Vec<String>,
+    /// Replace the results of an earlier run in the same folder.
+    #[arg(long)]
+    force: bool,
+    /// Continue an earlier run in the same folder from its newest checkpoint, with the same case.
+    #[arg(long, conflicts_with = "force")]
+    resume: bool,
+    /// Show no progress.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs a coupled case from its first time step, or from a checkpoint, to its last.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let case = load(&arguments.case, arguments)?;
+    install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| arguments.case.join(format!("run-{}", arguments.preset)));
+    let earlier = match (arguments.resume, arguments.force) {
+        (true, _) => Earlier::Resume,
+        (_, true) => Earlier::Replace,
+        _ => Earlier::Keep,
+    };
+    let folder = RunFolder::open(&out, earlier)?;
+    let checkpoint = match earlier {
+        Earlier::Resume => checkpoint(&folder, &case)?,
+        _ => None,
+    };
+    write_atomically(&folder.resolved_case(), case.to_toml_string().as_bytes()).map_err(written)?;
+
+    let clock = Instant::now();
+    let interrupt = Interrupt::listen(arguments.quiet)
+        .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
+    let mut run = Run::assemble(
+        &arguments.case,
+        &case,
+        folder,
+        checkpoint.as_ref(),
+        interrupt,
+    )?;
+    if !arguments.quiet {
+        eprintln!(
+            "{}: {} fluid cells, {} structural degrees of freedom, {} steps; ready in {:.1} s",
+            arguments.case.display(),
+            run.cells,
+            run.coupling.solid.body().degrees_of_freedom(),
+            run.case.steps(),
+            clock.elapsed().as_secs_f64(),
+        );
+    }
+    let outcome = run.advance(arguments.quiet);
+    run.conclude(outcome, arguments.quiet)
+}
+
+/// The checkpoint from which the run in `folder` continues; none if it ended before it wrote the first.
+fn checkpoint(folder: &RunFolder, case: &Case) -> Result<Option<Checkpoint>, Failure> {
+    let Some(found) = save::find(folder)? else {
+        eprintln!(
+            "the run in {} had not begun; it starts now",
+            folder.root().display()
+        );
+        return Ok(None);
+    };
+    save::compare(&found.checkpoint, case)?;
+    for damaged in &found.damaged {
+        eprintln!("passed over: {damaged}");
+    }
+    eprintln!(
+        "continues from {}: {} steps, t = {} s",
+        found.path.display(),
+        found.checkpoint.step(),
+        found.checkpoint.time
+    );
+    Ok(Some(found.checkpoint))
+}
+
+fn load(folder: &Path, arguments: &Arguments) -> Result<ResolvedCase, Failure> {
+    let mut overrides = Vec::new();
+    if let Some(end) = arguments.end_time {
+        overrides.push(("time.end_s".to_owned(), format!("{end:?}")));
+    }
+    if let Some(ranks) = arguments.ranks {
+        overrides.push(("fluid.ranks".to_owned(), ranks.to_string()));
+    }
+    for pair in &arguments.overrides {
+        let (key, value) = pair.split_once('=').ok_or_else(|| {
+            Failure::Input(format!(
+                "--set {pair}: expected KEY=VALUE, such as coupling.e_rel=1e-6"
+            ))
+        })?;
+        overrides.push((key.trim().to_owned(), value.trim().to_owned()));
+    }
+    Case::load(folder, arguments.preset, &overrides).map_err(|e| Failure::Input(e.to_string()))
+}
+
+fn run_failure(error: impl std::fmt::Display) -> Failure {
+    Failure::Run(error.to_string())
+}
+
+fn written(error: std::io::Error) -> Failure {
+    Failure::Run(format!("cannot write the results: {error}"))
+}

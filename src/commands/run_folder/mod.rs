@@ -1,0 +1,193 @@
+//! The folder of a run: never silently overwritten.
+
+mod lock;
+
+use super::Failure;
+use crate::checkpoint::Store;
+use lock::Lock;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Its presence marks a folder as one that this program made.
+const MARK: &str = "case.resolved.toml";
+/// Who works in the folder.
+const LOCK: &str = "run.lock";
+
+/// What to do with an earlier run in the same folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Earlier {
+    /// Leave it alone, and refuse to work here.
+    Keep,
+    /// Remove it.
+    Replace,
+    /// Go on with it.
+    Resume,
+}
+
+/// The files of a run, and the right to work with them.
+#[derive(Debug)]
+pub struct RunFolder {
+    root: PathBuf,
+    _lock: Lock,
+}
+
+impl RunFolder {
+    /// Locks the folder and prepares it.
+    ///
+    /// # Errors
+    /// If another process works there, if there is something that `earlier` does not allow to touch, or nothing where
+    /// there should be an earlier run.
+    pub fn open(root: &Path, earlier: Earlier) -> Result<Self, Failure> {
+        let shown = root.display();
+        let input = |text: String| Err(Failure::Input(text));
+        let entries = contents(root)
+            .map_err(|e| Failure::Input(format!("cannot use {shown} as a folder: {e}")))?;
+        let ours = entries.iter().any(|name| name == MARK || name == LOCK);
+        let occupied = entries.iter().any(|name| name != LOCK);
+        match earlier {
+            Earlier::Resume if !ours => {
+                return input(format!(
+                    "{shown} holds no run to resume; start it without --resume"
+                ));
+            }
+            Earlier::Keep if occupied => {
+                return input(format!(
+                    "{shown} exists already; continue the run in it with --resume, replace it with --force, or choose another folder with --out"
+                ));
+            }
+            Earlier::Replace if occupied && !ours => {
+                return input(format!(
+                    "{shown} is not the folder of a run (it holds no {MARK}), so --force does not remove it; remove it yourself or choose another folder with --out"
+                ));
+            }
+            _ => {}
+        }
+        fs::create_dir_all(root)
+            .map_err(|e| Failure::Input(format!("cannot create {shown}: {e}")))?;
+        let folder = Self {
+            _lock: Lock::take(&root.join(LOCK))?,
+            root: root.to_owned(),
+        };
+        if earlier == Earlier::Replace {
+            folder
+                .clear()
+                .map_err(|e| Failure::Input(format!("cannot empty {shown}: {e}")))?;
+        }
+        Ok(folder)
+    }
+
+    /// Removes everything but the lock.
+    fn clear(&self) -> std::io::Result<()> {
+        for name in contents(&self.root)? {
+            let path = self.root.join(&name);
+            if path.is_dir() && !path.is_symlink() {
+                fs::remove_dir_all(path)?;
+            } else if name != LOCK {
+                fs::remove_file(path)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The checkpoints.
+    pub fn checkpoints(&self) -> Store {
+        Store::new(&self.root)
+    }
+
+    /// The folder itself.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Every value of the case.
+    pub fn resolved_case(&self) -> PathBuf {
+        self.root.join(MARK)
+    }
+
+    /// A row a time step.
+    pub fn history(&self) -> PathBuf {
+        self.root.join("history.csv")
+    }
+
+    /// A row a coupling iteration.
+    pub fn iterations(&self) -> PathBuf {
+        self.root.join("iterations.csv")
+    }
+
+    /// A row a time step and probe.
+    pub fn probes(&self) -> PathBuf {
+        self.root.join("probes.csv")
+    }
+
+    /// The run in figures.
+    pub fn summary(&self) -> PathBuf {
+        self.root.join("summary.json")
+    }
+
+    /// The wall over time, for ParaView.
+    pub fn structure(&self) -> PathBuf {
+        self.root.join("structure.pvd")
+    }
+
+    /// The case that OpenFOAM runs in.
+    pub fn openfoam(&self) -> PathBuf {
+        self.root.join("openfoam")
+    }
+
+    /// OpenFOAM's own output.
+    pub fn openfoam_log(&self) -> PathBuf {
+        self.root.join("openfoam.log")
+    }
+}
+
+/// Names in a folder; none if it does not exist.
+fn contents(folder: &Path) -> std::io::Result<Vec<std::ffi::OsString>> {
+    match fs::read_dir(folder) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(error),
+        Ok(entries) => entries.map(|entry| Ok(entry?.file_name())).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_earlier_run_is_replaced_only_by_force_and_other_folders_never() {
+        let parent = tempfile::tempdir().unwrap();
+        let root = parent.path().join("run");
+        let refused = RunFolder::open(&root, Earlier::Resume).unwrap_err();
+        assert!(refused.to_string().contains("no run to resume") && !root.exists());
+        let folder = RunFolder::open(&root, Earlier::Keep).unwrap();
+        fs::write(folder.resolved_case(), "").unwrap();
+        drop(folder);
+        let refused = RunFolder::open(&root, Earlier::Keep).unwrap_err();
+        assert!(refused.to_string().contains("--force"));
+        let folder = RunFolder::open(&root, Earlier::Replace).unwrap();
+        assert!(!folder.resolved_case().exists());
+
+        let foreign = parent.path().join("thesis");
+        fs::create_dir(&foreign).unwrap();
+        fs::write(foreign.join("thesis.tex"), "").unwrap();
+        for earlier in [Earlier::Keep, Earlier::Replace, Earlier::Resume] {
+            RunFolder::open(&foreign, earlier).unwrap_err();
+            assert_eq!(contents(&foreign).unwrap(), ["thesis.tex"]);
+        }
+    }
+
+    #[test]
+    fn nobody_else_may_work_in_a_folder_and_nobody_is_fooled_by_what_is_left_of_a_lock() {
+        let parent = tempfile::tempdir().unwrap();
+        let root = parent.path().join("run");
+        let folder = RunFolder::open(&root, Earlier::Keep).unwrap();
+        for earlier in [Earlier::Keep, Earlier::Replace, Earlier::Resume] {
+            let refused = RunFolder::open(&root, earlier).unwrap_err().to_string();
+            let name = format!("process {}", std::process::id());
+            assert!(refused.contains(&name), "{refused}");
+        }
+        drop(folder);
+        fs::write(root.join(LOCK), "process 1 on another-machine\n").unwrap();
+        RunFolder::open(&root, Earlier::Resume).unwrap();
+    }
+}

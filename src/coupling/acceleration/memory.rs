@@ -1,0 +1,47 @@
+//! What an acceleration keeps from one time step to the next.
+
+use super::Column;
+use serde::{Deserialize, Serialize};
+
+/// All that an acceleration has learnt, in a form that can be stored. (What a [`Surrogate`](super::Surrogate) knows
+/// follows from the displacement that was accepted last.)
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Memory {
+    /// The relaxation factor with which the next step begins, of those models that adapt it.
+    pub factor: Option<f64>,
+    /// The columns of each fit of a quasi-Newton model, newest first.
+    pub fits: Vec<Vec<Column>>,
+}
+
+impl Memory {
+    /// Whether it was learnt on an interface with `unknowns` components, and holds nothing but finite numbers.
+    pub fn fits_to(&self, unknowns: usize) -> bool {
+        let fits_to = |column: &Column| {
+            let vectors = [&column.residual, &column.trial];
+            column.size.is_finite()
+                && vectors
+                    .iter()
+                    .all(|v| v.len() == unknowns && v.iter().all(|x| x.is_finite()))
+        };
+        self.factor.is_none_or(f64::is_finite) && self.fits.iter().flatten().all(fits_to)
+    }
+}
+
+/// A dense vector as a plain list of numbers.
+pub(crate) mod dense {
+    use nalgebra::DVector;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(
+        vector: &DVector<f64>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        vector.as_slice().serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<DVector<f64>, D::Error> {
+        Vec::deserialize(deserializer).map(DVector::from_vec)
+    }
+}

@@ -1,0 +1,157 @@
+//! The times that OpenFOAM has written: a folder each, in the case or in the `processorN` of each rank.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// A time that was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WrittenTime {
+    /// The time, s.
+    pub time: f64,
+    /// Its folder.
+    pub folder: PathBuf,
+}
+
+/// All times in a case, those of each rank included.
+pub fn written(case: &Path) -> io::Result<Vec<WrittenTime>> {
+    let mut found = Vec::new();
+    for entry in folders(case)? {
+        let name = entry
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if let Some(time) = time(&name) {
+            found.push(WrittenTime {
+                time,
+                folder: entry,
+            });
+        } else if name.starts_with("processor") {
+            for folder in folders(&entry)? {
+                let name = folder
+                    .file_name()
+                    .unwrap_or_default()
+                    .to_string_lossy()
+                    .into_owned();
+                found.extend(time(&name).map(|time| WrittenTime { time, folder }));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Removes the times that `keep` does not want.
+pub fn prune(case: &Path, keep: impl Fn(f64) -> bool) -> io::Result<()> {
+    let old = written(case)?.into_iter().filter(|t| !keep(t.time));
+    old.map(|t| fs::remove_dir_all(t.folder)).collect()
+}
+
+/// A time with all its files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Files {
+    /// The time as the names of the folders spell it, s: from here OpenFOAM continues to the bit.
+    pub time: f64,
+    /// The files in all folders of this time.
+    pub files: Vec<PathBuf>,
+}
+
+/// The files of the time `at`, where a step is `time_step` (s) long.
+pub fn files(case: &Path, at: f64, time_step: f64) -> io::Result<Files> {
+    let (mut files, mut time) = (Vec::new(), None);
+    for t in written(case)? {
+        if (t.time - at).abs() < 0.5 * time_step {
+            collect(&t.folder, &mut files)?;
+            time = Some(t.time);
+        }
+    }
+    files.sort();
+    let nothing = || io::Error::other(format!("OpenFOAM has written nothing at t = {at} s"));
+    let time = time.ok_or_else(nothing)?;
+    Ok(Files { time, files })
+}
+
+/// Whether OpenFOAM has written a file up to its last line; it does not notice a full disk.
+pub fn is_complete(path: &Path) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(64)))?;
+    let mut end = Vec::new();
+    file.read_to_end(&mut end)?;
+    Ok(end.trim_ascii_end().ends_with(b"****** //"))
+}
+
+fn time(name: &str) -> Option<f64> {
+    let number = name.starts_with(|c: char| c.is_ascii_digit());
+    number.then(|| name.parse().ok()).flatten()
+}
+
+fn folders(of: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut folders = Vec::new();
+    for entry in fs::read_dir(of)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            folders.push(entry.path());
+        }
+    }
+    Ok(folders)
+}
+
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            collect(&entry.path(), files)?;
+        } else {
+            files.push(entry.path());
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_all_ranks_are_found_and_pruned_and_nothing_else() {
+        let case = tempfile::tempdir().unwrap();
+        let names = [
+            "0",
+            "0.002",
+            "1e-05",
+            "processor0/0.002",
+            "processor1/0.004",
+            "system",
+            "constant",
+        ];
+        for name in names {
+            fs::create_dir_all(case.path().join(name).join("uniform")).unwrap();
+            fs::write(case.path().join(name).join("uniform/time"), "").unwrap();
+        }
+        assert_eq!(written(case.path()).unwrap().len(), 5);
+        assert_eq!(
+            files(case.path(), 0.002 + 1e-17, 0.002)
+                .unwrap()
+                .files
+                .len(),
+            2
+        );
+        prune(case.path(), |t| t < 0.003).unwrap();
+        assert_eq!(written(case.path()).unwrap().len(), 4);
+        assert!(case.path().join("constant").is_dir());
+    }
+
+    #[test]
+    fn a_file_without_its_last_line_is_not_complete() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let is_complete = |bytes: &[u8]| {
+            fs::write(file.path(), bytes).unwrap();
+            super::is_complete(file.path()).unwrap()
+        };
+        let whole = b"internalField uniform 0;\n\n\n// ************************************************************************* //\n";
+        assert!(is_complete(whole));
+        assert!(!is_complete(&whole[..60]));
+        assert!(!is_complete(b""));
+    }
+}
