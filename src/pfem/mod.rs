@@ -32,6 +32,7 @@ pub mod structure;
 pub mod sum_factorization;
 pub mod supports;
 pub mod surface;
+pub mod time_scheme;
 
 pub use discretization::Discretization;
 pub use samples::{Sampler, Samples};
