@@ -1,5 +1,7 @@
 //! The command line: one file per subcommand; short, reads like the README.
 
+mod case_arguments;
+mod check;
 mod convergence;
 mod couple_test;
 mod failure;
@@ -9,6 +11,7 @@ mod run_folder;
 mod solid;
 
 use clap::{Parser, Subcommand};
+use std::io::Write;
 use std::process::ExitCode;
 
 pub use failure::Failure;
@@ -32,6 +35,8 @@ struct CommandLine {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Checks a case and says how large it is; starts nothing.
+    Check(check::Arguments),
     /// Compares acceleration models and predictors on problems with a known answer; needs no flow solver.
     CoupleTest(couple_test::Arguments),
     /// Inflates a tube: statics, or dynamics under a given pressure; needs no flow solver.
@@ -45,6 +50,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let line = CommandLine::parse();
     let outcome = match (line.command, line.run) {
+        (Some(Command::Check(arguments)), _) => check::run(&arguments),
         (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
         (Some(Command::Solid(arguments)), _) => solid::run(&arguments),
         (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
@@ -54,7 +60,8 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("{failure}");
+            // The terminal may be gone.
+            let _ = writeln!(std::io::stderr(), "{failure}");
             failure.exit_code()
         }
     }

@@ -13,6 +13,9 @@ pub struct Criterion {
     pub absolute: f64,
     /// Most iterations of a step.
     pub max_iterations: usize,
+    /// Share of the usual relaxation factor that is being used: a small factor makes the change of a relaxed trial
+    /// small, but not its error.
+    pub share: f64,
 }
 
 /// Distance of a coupling iteration to convergence.
@@ -34,12 +37,14 @@ pub struct Measure {
 }
 
 impl Criterion {
-    /// Measures the iteration that went from `d` by `d_tilde = S∘F(d)` to `d_next`.
+    /// Measures the iteration that went from `d` by `d_tilde = S∘F(d)` to `d_next`, which is `relaxed` or was found by a
+    /// quasi-Newton model.
     pub fn measure(
         &self,
         d: &DVector<f64>,
         d_tilde: &DVector<f64>,
         d_next: &DVector<f64>,
+        relaxed: bool,
     ) -> Measure {
         let points = (d.len() as f64 / 3.0).sqrt();
         // A run that starts from rest has nothing else to compare with than the first image.
@@ -49,7 +54,8 @@ impl Criterion {
             d_tilde.norm()
         };
         let relative = |x: f64| if x > 0.0 { x / size } else { 0.0 };
-        let (change, residual) = ((d_next - d).norm(), (d_tilde - d).norm());
+        let share = if relaxed { self.share } else { 1.0 };
+        let (change, residual) = ((d_next - d).norm() / share, (d_tilde - d).norm());
         Measure {
             change: relative(change),
             change_rms: change / points,

@@ -172,11 +172,12 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             let clock = Instant::now();
             let d_tilde = flatten(&self.transfer.displacement(&self.solid, &trial)); // I: structure to fluid points
             let d_next = self.acceleration.next(&d, &d_tilde); // A
-            let measure = self.criterion.measure(&d, &d_tilde, &d_next);
+            let columns = self.acceleration.columns().used;
+            let measure = self.criterion.measure(&d, &d_tilde, &d_next, columns == 0);
             iterations.push(Iteration {
                 number: iterations.len() + 1,
                 measure,
-                columns: self.acceleration.columns().used,
+                columns,
                 correctors: flow.correctors,
                 pressure_residual: flow.pressure_residual,
                 force_mismatch: force_mismatch(
@@ -196,7 +197,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
                 inspect(&self.solid, &trial);
                 self.solid.accept(trial);
                 self.acceleration.finish_step();
-                self.acceleration.set_relaxation(settings.relaxation);
+                self.set_share(1.0);
                 self.predictor.accept(d);
                 return Ok(Step {
                     iterations: std::mem::take(iterations),
@@ -219,8 +220,14 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         self.fluid.forget_trial();
         self.predictor.reset();
         self.acceleration.reset();
-        let factor = self.settings.relaxation * BACK_OFF.powi(attempt as i32 - 1);
-        self.acceleration.set_relaxation(factor);
+        self.set_share(BACK_OFF.powi(attempt as i32 - 1));
+    }
+
+    /// Relaxes by this share of the usual factor from now on.
+    fn set_share(&mut self, share: f64) {
+        self.criterion.share = share;
+        self.acceleration
+            .set_relaxation(share * self.settings.relaxation);
     }
 
     /// What is needed, besides the states of the two solvers, to continue later.
@@ -253,7 +260,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             .recall(memory.displacements, memory.predictor_errors);
         self.acceleration
             .recall(memory.acceleration, self.predictor.last());
-        self.acceleration.set_relaxation(self.settings.relaxation);
+        self.set_share(1.0);
         Ok(())
     }
 }

@@ -16,7 +16,7 @@ use crate::coupling::{Coupling, Settings, flatten};
 use crate::fluid::openfoam::case_files::CaseFiles;
 use crate::fluid::openfoam::session::Terms;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
-use crate::fluid::{Fluid, FluidEffort};
+use crate::fluid::{Fluid, FluidEffort, FluidError};
 use crate::geometry::Vessel;
 use crate::output::probes::Probes;
 use crate::output::record::{Record, RecordSettings};
@@ -82,7 +82,10 @@ impl Run {
             },
             interrupt: interrupt.of_the_start(),
         })
-        .map_err(run_failure)?;
+        .map_err(|error| match error {
+            FluidError::Interrupted => Failure::Interrupted("no step was taken".into()),
+            error => run_failure(error),
+        })?;
         let transfer = Transfer::new(fluid.interface(), &solid).map_err(run_failure)?;
         let volumes = mesh.cell_volumes();
         let rigid = volumes.len() / case.fluid.mesh.slices() * case.fluid.mesh.axial_extension;
@@ -119,6 +122,7 @@ impl Run {
                 relative: case.coupling.e_rel,
                 absolute: case.coupling.e_abs,
                 max_iterations: case.coupling.max_iterations,
+                share: 1.0,
             },
             settings: Settings {
                 time_step: case.time.step,

@@ -8,14 +8,15 @@ mod rescue;
 mod save;
 
 use super::Failure;
+use super::case_arguments::CaseArguments;
 use super::run_folder::{Earlier, RunFolder};
-use crate::case::{Case, Preset, ResolvedCase};
+use crate::case::Case;
 use crate::checkpoint::Checkpoint;
 use crate::fluid::openfoam::install;
 use crate::output::write_atomically;
 use assemble::Run;
 use interrupt::Interrupt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Options of a coupled run.
@@ -24,21 +25,11 @@ pub struct Arguments {
     /// Folder of the case, with its case.toml.
     #[arg(long, value_name = "DIR")]
     case: PathBuf,
-    /// Resolution and length of the run.
-    #[arg(long, value_enum, default_value_t = Preset::Paper)]
-    preset: Preset,
     /// Folder of the results [default: <case>/run-<preset>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// End of the simulated time in seconds [default: time.end_s of the case].
-    #[arg(long, value_name = "S")]
-    end_time: Option<f64>,
-    /// Number of MPI ranks of the fluid [default: fluid.ranks of the case].
-    #[arg(long, value_name = "N")]
-    ranks: Option<usize>,
-    /// Values that replace those of the case, such as coupling.e_rel=1e-6 or fluid.transport=files.
-    #[arg(long = "set", value_name = "KEY=VALUE", num_args = 1..)]
-    overrides: Vec<String>,
+    #[command(flatten)]
+    chosen: CaseArguments,
     /// Replace the results of an earlier run in the same folder.
     #[arg(long)]
     force: bool,
@@ -52,12 +43,13 @@ pub struct Arguments {
 
 /// Runs a coupled case from its first time step, or from a checkpoint, to its last.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let case = load(&arguments.case, arguments)?;
+    let case = arguments.chosen.load(&arguments.case)?;
     install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| arguments.case.join(format!("run-{}", arguments.preset)));
+    let out = arguments.out.clone().unwrap_or_else(|| {
+        arguments
+            .case
+            .join(format!("run-{}", arguments.chosen.preset))
+    });
     let earlier = match (arguments.resume, arguments.force) {
         (true, _) => Earlier::Resume,
         (_, true) => Earlier::Replace,
@@ -114,25 +106,6 @@ fn checkpoint(folder: &RunFolder, case: &Case) -> Result<Option<Checkpoint>, Fai
         found.checkpoint.time
     );
     Ok(Some(found.checkpoint))
-}
-
-fn load(folder: &Path, arguments: &Arguments) -> Result<ResolvedCase, Failure> {
-    let mut overrides = Vec::new();
-    if let Some(end) = arguments.end_time {
-        overrides.push(("time.end_s".to_owned(), format!("{end:?}")));
-    }
-    if let Some(ranks) = arguments.ranks {
-        overrides.push(("fluid.ranks".to_owned(), ranks.to_string()));
-    }
-    for pair in &arguments.overrides {
-        let (key, value) = pair.split_once('=').ok_or_else(|| {
-            Failure::Input(format!(
-                "--set {pair}: expected KEY=VALUE, such as coupling.e_rel=1e-6"
-            ))
-        })?;
-        overrides.push((key.trim().to_owned(), value.trim().to_owned()));
-    }
-    Case::load(folder, arguments.preset, &overrides).map_err(|e| Failure::Input(e.to_string()))
 }
 
 fn run_failure(error: impl std::fmt::Display) -> Failure {

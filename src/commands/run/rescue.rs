@@ -93,10 +93,16 @@ impl Run {
             return Ok(format!("{what}; it is tried again more carefully"));
         }
         let found = self.folder.checkpoints().newest().map_err(run_failure)?;
-        // Whatever killed it (memory, perhaps) may need a moment to pass.
-        std::thread::sleep(Duration::from_millis(200) * trouble.deaths as u32);
-        self.record.totals.fluid_restarts += 1;
-        self.go_back(&found.checkpoint)?;
+        for death in trouble.deaths.. {
+            // Whatever killed it (memory, perhaps) may need a moment to pass.
+            std::thread::sleep(Duration::from_millis(200) * death as u32);
+            self.record.totals.fluid_restarts += 1;
+            match self.go_back(&found.checkpoint) {
+                Ok(()) => break,
+                Err(failure) if death >= DEATHS => return Err(failure),
+                Err(_) => {}
+            }
+        }
         Ok(format!(
             "{what}it is started again and the run goes on from {}",
             found.path.display()

@@ -18,7 +18,9 @@ use std::time::Instant;
 /// like the files, are compared by their content.
 const MAY_CHANGE: &[&str] = &[
     "time.end_s",
-    "output",
+    "output.structure_interval_s",
+    "output.fluid_interval_s",
+    "output.checkpoint_interval_min",
     "fluid.answer_limit_s",
     "fluid.transport",
     "fluid.templates",
@@ -67,7 +69,11 @@ impl Run {
         for (path, length) in [
             (self.folder.history(), record.history),
             (self.folder.iterations(), record.iterations),
+            (self.folder.probes(), record.probes),
         ] {
+            if length == 0 {
+                continue;
+            }
             files.push(Mark::of(root, below(root, &path), Some(length))?);
         }
         let mut time = 0.0;
@@ -232,9 +238,8 @@ mod tests {
 
     #[test]
     fn changed_keys_are_named_with_both_values_unless_they_may_change() {
-        let before =
-            "[time]\nstep_s = 0.002\nend_s = 1.0\n[output]\na = 1\n[wall.media]\nk2 = 3.5\n";
-        let now = "[time]\nstep_s = 0.001\nend_s = 2.0\n[output]\na = 2\n[wall.media]\nk1 = 2.0\n";
+        let before = "[time]\nstep_s = 0.002\nend_s = 1.0\n[output]\nfluid_interval_s = 1\n[wall.media]\nk2 = 3.5\n";
+        let now = "[time]\nstep_s = 0.001\nend_s = 2.0\n[output]\nfluid_interval_s = 2\n[wall.media]\nk1 = 2.0\n";
         assert_eq!(
             changed_keys(before, now),
             [

@@ -1,0 +1,40 @@
+//! `fsi-driver check DIR`: everything that can be said of a case before it runs.
+
+use super::Failure;
+use super::case_arguments::{CaseArguments, machine_memory};
+use std::path::PathBuf;
+
+/// Options of the check.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder of the case, with its case.toml.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    #[command(flatten)]
+    case: CaseArguments,
+}
+
+/// Loads and checks a case and prints its size.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let case = arguments.case.load(&arguments.folder)?;
+    let there = machine_memory().map_or(String::new(), |bytes| {
+        format!(" of this machine's {:.1} GB", bytes / 1e9)
+    });
+    print!(
+        "{} with --preset {} can be run:\n\
+         blood   {} cells, {} MPI rank(s)\n\
+         wall    {} degrees of freedom, p = {}\n\
+         time    {} steps of {} s\n\
+         memory  about {:.2} GB{there}\n",
+        arguments.folder.display(),
+        arguments.case.preset,
+        case.fluid.mesh.cells(),
+        case.fluid.ranks,
+        case.structure.degrees_of_freedom(),
+        case.structure.p,
+        case.steps(),
+        case.time.step,
+        case.memory() / 1e9,
+    );
+    Ok(())
+}

@@ -1,0 +1,227 @@
+//! Runs that are stopped, resumed, extended, or must not be.
+
+mod run_support;
+
+use run_support::*;
+use rustix::process::Signal;
+use std::time::{Duration, Instant};
+
+#[test]
+fn an_extended_run_is_the_longer_run_also_from_the_older_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let (straight, resumed) = (
+        folder.path().join("straight"),
+        folder.path().join("resumed"),
+    );
+    complete(driver(
+        &straight,
+        16,
+        &["--set", "output.checkpoint_interval_min=5"],
+    ));
+    complete(driver(&resumed, 8, &[]));
+
+    // A machine that was switched off: the newest checkpoint is cut off, and a file of the fluid.
+    let newest = resumed.join("checkpoints/00000008.checkpoint");
+    let bytes = std::fs::read(&newest).unwrap();
+    std::fs::write(&newest, &bytes[..bytes.len() - 1]).unwrap();
+    let output = complete(driver(&resumed, 12, &["--resume"]));
+    assert!(text(&output).contains("passed over"), "{}", text(&output));
+    assert!(text(&output).contains("7 steps"), "{}", text(&output));
+    std::fs::write(resumed.join("openfoam/0.024/U"), "").unwrap();
+    let output = complete(driver(&resumed, 16, &["--resume"]));
+    assert!(text(&output).contains("0.024/U"), "{}", text(&output));
+    assert!(text(&output).contains("11 steps"), "{}", text(&output));
+    assert_same_run(&resumed, &straight);
+
+    // Only what was asked for and what the checkpoints need is kept.
+    let mut times: Vec<String> = std::fs::read_dir(resumed.join("openfoam"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .filter(|name| name.starts_with('0'))
+        .collect();
+    times.sort();
+    assert_eq!(times, ["0", "0.02", "0.03", "0.032"]);
+
+    let other = driver(&resumed, 16, &["--resume", "--set", "coupling.e_rel=1e-4"])
+        .output()
+        .unwrap();
+    assert_eq!(other.status.code(), Some(2));
+    let expected = "coupling.e_rel: 1e-5 in the run, 0.0001 now";
+    assert!(text(&other).contains(expected), "{}", text(&other));
+    assert_same_run(&resumed, &straight);
+}
+
+#[test]
+fn a_signal_saves_the_last_step_a_second_one_ends_the_run_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let seldom = ["--set", "output.checkpoint_interval_min=5"];
+    for (i, kind) in [Signal::TERM, Signal::HUP, Signal::INT]
+        .into_iter()
+        .enumerate()
+    {
+        let mut command = driver(&out, 1000, &seldom);
+        if i > 0 {
+            command.arg("--resume");
+        }
+        let mut child = start(&mut command);
+        let before = steps_done(&out);
+        wait_for_steps(&mut child, &out, before + 2);
+        signal(child.id() as i32, kind);
+        assert_eq!(child.wait().unwrap().code(), Some(130));
+        assert_eq!(newest_checkpoint(&out), Some(steps_done(&out)), "{kind:?}");
+        assert!(processes_in(&out).is_empty());
+    }
+    let mut child = start(driver(&out, 1000, &seldom).arg("--resume"));
+    let before = steps_done(&out);
+    wait_for_steps(&mut child, &out, before + 1);
+    // Amid a step, which a stopped solver never ends.
+    processes_in(&out)
+        .into_iter()
+        .for_each(|p| signal(p, Signal::STOP));
+    signal(child.id() as i32, Signal::INT);
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(
+        child.try_wait().unwrap().is_none(),
+        "one signal waits for the step"
+    );
+    signal(child.id() as i32, Signal::INT);
+    let since = Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(since.elapsed() < Duration::from_secs(1));
+    eventually("the solver has gone", Duration::from_secs(5), || {
+        processes_in(&out).is_empty()
+    });
+}
+
+#[test]
+fn nobody_else_may_work_in_the_folder_of_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let mut child = start(&mut driver(&out, 1000, &[]));
+    wait_for_steps(&mut child, &out, 1);
+    for how in ["--force", "--resume"] {
+        let output = driver(&out, 1000, &[how]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+        let name = format!("process {}", child.id());
+        assert!(text(&output).contains(&name), "{}", text(&output));
+    }
+    let before = steps_done(&out);
+    wait_for_steps(&mut child, &out, before + 1);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    complete(driver(&out, 1, &["--force"]));
+}
+
+#[test]
+fn a_step_that_never_converges_ends_the_run_after_three_attempts_and_can_be_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let hopeless = [
+        "--set",
+        "coupling.e_abs_m=1e-14",
+        "coupling.max_iterations=3",
+    ];
+    let output = driver(&out, 3, &hopeless).output().unwrap();
+    let said = text(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    for part in [
+        "step 1 ",
+        "All 3 attempts",
+        "residual",
+        "--resume continues from",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let iterations = rows(&out.join("iterations.csv"));
+    let attempts: Vec<&str> = iterations.iter().map(|row| row[1].as_str()).collect();
+    assert_eq!(attempts.iter().filter(|a| **a == "attempt=3").count(), 3);
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    assert!(summary.contains("\"failed_attempts\": 3"), "{summary}");
+    let again = [
+        "--resume",
+        "--set",
+        "coupling.e_abs_m=1e-14",
+        "coupling.max_iterations=60",
+    ];
+    complete(driver(&out, 3, &again));
+}
+
+/// A small file system in memory.
+struct SmallDisk(tempfile::TempDir);
+
+impl SmallDisk {
+    /// None without the right to mount.
+    fn new(megabytes: usize) -> Option<Self> {
+        let folder = tempfile::tempdir().unwrap();
+        let size = format!("size={megabytes}m");
+        let mounted = std::process::Command::new("mount")
+            .args(["-t", "tmpfs", "-o", &size, "tmpfs"])
+            .arg(folder.path())
+            .output();
+        let mounted = mounted.is_ok_and(|output| output.status.success());
+        mounted.then_some(Self(folder))
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = std::process::Command::new("umount")
+            .arg("-l")
+            .arg(self.0.path())
+            .output();
+    }
+}
+
+#[test]
+fn a_full_disk_is_reported_and_the_run_goes_on_once_there_is_space() {
+    let Some(disk) = SmallDisk::new(16) else {
+        println!("not tested: mounting a small file system needs root");
+        return;
+    };
+    let (out, ballast) = (disk.0.path().join("run"), disk.0.path().join("ballast"));
+    let straight = tempfile::tempdir().unwrap();
+    complete(driver(&straight.path().join("run"), 12, &[]));
+
+    let mut child = start(&mut driver(&out, 12, &[]));
+    wait_for_steps(&mut child, &out, 3);
+    // As much as there is.
+    let _ = std::fs::write(&ballast, vec![1; 32 << 20]);
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    assert!(processes_in(&out).is_empty());
+    let still = driver(&out, 12, &["--resume"]).output().unwrap();
+    assert!(!still.status.success());
+    let said = text(&still);
+    println!("{said}");
+    assert!(
+        said.contains("No space left on device") || said.contains("is the disk full?"),
+        "{said}"
+    );
+    std::fs::remove_file(ballast).unwrap();
+    complete(driver(&out, 12, &["--resume"]));
+    assert_same_run(&out, &straight.path().join("run"));
+}
+
+#[test]
+fn check_says_how_large_a_case_is_and_starts_nothing() {
+    let check = |more: &[&str]| {
+        std::process::Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .args(["check", "openfoam-case/S-0.25"])
+            .args(more)
+            .output()
+            .unwrap()
+    };
+    let good = check(&[]);
+    assert!(
+        good.status.success() && text(&good).contains("30240 cells"),
+        "{}",
+        text(&good)
+    );
+    let large = check(&["--set", "structure.p=10", "structure.circumferential=1000"]);
+    assert_eq!(large.status.code(), Some(2));
+    assert!(text(&large).contains("GB of memory"), "{}", text(&large));
+    let bad = check(&["--set", "structure.p=2", "time.step_s=7"]);
+    assert_eq!(bad.status.code(), Some(2));
+    assert!(text(&bad).contains("structure.p") && text(&bad).contains("time.step_s"));
+}
