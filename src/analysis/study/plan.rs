@@ -100,20 +100,25 @@ impl Choice {
     }
 
     /// Seconds that the computation may take, up to a factor that depends on the machine: assembly of all elements and
-    /// factorization.
+    /// factorization, both as measured on one machine.
     pub fn work(&self) -> f64 {
         let grid = self.case.tube(self.mesh).grid;
-        let [axial, around, radial] = [grid.axial, grid.circumferential, grid.radial()];
-        let elements = (axial * around * radial) as f64;
+        let elements = (grid.axial * grid.circumferential * grid.radial()) as f64;
         let modes = self.options().space.modes().len() as f64;
+        // The share of an element's modes that it does not leave to its neighbours, on average.
         let share = match self.space {
-            // Of the modes of an element, about this share is its own.
             SpaceKind::Trunk => 0.55,
             SpaceKind::TensorProduct => 0.75,
         };
         let dofs = 3.0 * share * modes * elements;
         let degree = self.p.max(self.p_thickness) as f64;
-        0.2 + 16.0 * (1.6e-7 * elements * modes.powi(2) * degree + 1e-8 * dofs.powi(2))
+        let iteration = 8e-8 * elements * modes.powi(2) * degree + 5e-9 * dofs.powi(2);
+        let iterations = match self.case {
+            _ if self.p >= super::DIRECT => 5.0,
+            TestCase::Irregular => 25.0,
+            _ => 16.0,
+        };
+        0.1 + iterations * iteration
     }
 }
 
@@ -169,11 +174,11 @@ impl Plan {
                 for p_thickness in 1..=4 {
                     let thinner = move |choice: Choice| choice.thickness(p_thickness);
                     let higher = move |choice: &Choice| choice.p > p_thickness;
-                    let initial = series(Initial, TensorProduct, limit(8, 3));
+                    let initial = series(Initial, TensorProduct, limit(8, 5));
                     choices.extend(initial.filter(higher).map(thinner));
                     let refined = series(Refined, TensorProduct, limit(5, 0));
                     choices.extend(refined.filter(higher).map(thinner));
-                    for choice in series(Initial, Trunk, limit(8, 4)).filter(higher) {
+                    for choice in series(Initial, Trunk, limit(8, 5)).filter(higher) {
                         choices.extend([thinner(choice), thinner(choice).increased()]);
                     }
                 }
