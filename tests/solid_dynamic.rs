@@ -5,9 +5,9 @@ mod solid_support;
 use solid_support::{Tube, example, number, radial, with};
 
 const SMALL: [(&str, &str); 3] = [
-    ("p = 6 ", "p = 3 "),
-    ("p_geometry = 6", "p_geometry = 3"),
-    ("quadrature_points = 8", "quadrature_points = 5"),
+    ("p = 6 ", "p = 4 "),
+    ("p_geometry = 6", "p_geometry = 4"),
+    ("quadrature_points = 8", "quadrature_points = 6"),
 ];
 
 #[test]
