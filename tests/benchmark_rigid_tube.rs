@@ -11,7 +11,7 @@ use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use fsi_driver::fluid::{Fluid, FluidStep};
 use fsi_driver::geometry::{PolyMesh, Vessel};
 use nalgebra::Complex;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Duration;
 
