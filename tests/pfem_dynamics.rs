@@ -9,6 +9,7 @@ use fsi_driver::pfem::discretization::Options;
 use fsi_driver::pfem::newton::NewtonOptions;
 use fsi_driver::pfem::structure::State;
 use fsi_driver::pfem::supports::Support;
+use fsi_driver::pfem::time_scheme::TimeScheme;
 use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, SurfaceLoad};
 use pfem_support::artery;
 
@@ -17,6 +18,7 @@ fn options(p: usize, damping: f64) -> StructureOptions {
         discretization: Options::new(Space::isotropic(SpaceKind::Trunk, p)),
         density: 1100.0,
         damping,
+        time_scheme: TimeScheme::Newmark,
         newton: NewtonOptions::default(),
         wet_surface: "inner".into(),
         supports: vec![
@@ -28,12 +30,16 @@ fn options(p: usize, damping: f64) -> StructureOptions {
 
 /// A short tube of one layer, clamped at both ends.
 fn short_tube(p: usize, circumferential: usize, damping: f64) -> Structure {
+    tube_with(circumferential, &options(p, damping))
+}
+
+fn tube_with(circumferential: usize, options: &StructureOptions) -> Structure {
     let mesh = tube_mesh(5e-3, &[1e-3], 2e-2, 2, circumferential, 1);
     let material = Material::SaintVenantKirchhoff {
         youngs_modulus: 3e5,
         poisson_ratio: 0.3,
     };
-    Structure::new(&mesh, &[material], &options(p, damping)).unwrap()
+    Structure::new(&mesh, &[material], options).unwrap()
 }
 
 fn no_load(structure: &Structure) -> SurfaceLoad {
@@ -88,6 +94,23 @@ fn damping_takes_energy_at_its_rate() {
     let (first, last, time) = vibrate(short_tube(2, 4, 0.01), 100);
     let rate = (first / last).ln() / time;
     assert!((rate / 0.01 - 1.0).abs() < 0.02, "{rate}");
+}
+
+#[test]
+fn implicit_euler_damps_a_vibration_as_theory_says() {
+    // Each step divides the energy of x'' = -omega² x by 1 + (omega dt)²: 24 steps a period.
+    let options = StructureOptions {
+        time_scheme: TimeScheme::ImplicitEuler,
+        ..options(2, 0.0)
+    };
+    let (first, last, _) = vibrate(tube_with(4, &options), 1);
+    let angle = 2.0 * std::f64::consts::PI / 24.0;
+    let expected = (1.0 + angle * angle).powi(-24);
+    assert!(
+        (last / first / expected - 1.0).abs() < 1e-4,
+        "{} instead of {expected}",
+        last / first
+    );
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn an_extended_run_is_the_longer_run_also_from_the_older_checkpoint() {
         .output()
         .unwrap();
     assert_eq!(other.status.code(), Some(2));
-    let expected = "coupling.e_rel: 1e-5 in the run, 0.0001 now";
+    let expected = "coupling.e_rel: 0.00001 in the run, 0.0001 now";
     assert!(text(&other).contains(expected), "{}", text(&other));
     assert_same_run(&resumed, &straight);
 }

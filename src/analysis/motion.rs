@@ -4,6 +4,7 @@ use super::tube::Tube;
 use crate::Vec3;
 use crate::pfem::discretization::Options;
 use crate::pfem::newton::NewtonOptions;
+use crate::pfem::time_scheme::TimeScheme;
 use crate::pfem::{Solid, SolidError, Structure, StructureOptions, SurfaceLoad};
 use serde::Serialize;
 
@@ -87,6 +88,7 @@ impl<'a> Motion<'a> {
                 discretization: *options,
                 density: dynamics.density,
                 damping: dynamics.damping,
+                time_scheme: TimeScheme::default(),
                 newton: NewtonOptions::default(),
                 wet_surface: "inner".into(),
                 supports: tube.supports.clone(),

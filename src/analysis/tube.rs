@@ -126,12 +126,14 @@ impl Tube {
         Surface::new(&body.numbering, &body.space, &body.mapping, faces, points)
     }
 
-    /// Static equilibrium; `body` is [`Tube::discretize`]d with `options`.
+    /// Static equilibrium; `body` is [`Tube::discretize`]d with `options`. From a `start` the full load is tried at once,
+    /// and the load steps only if that fails.
     pub fn inflate(
         &self,
         body: &Discretization,
         options: &Options,
         statics: &StaticOptions,
+        start: Option<Vec<f64>>,
     ) -> Result<Equilibrated, SolidError> {
         let points = options.quadrature_points.into_iter().max().unwrap_or(1);
         let surface = self.surface(body, points)?;
@@ -143,7 +145,13 @@ impl Tube {
             surface: &surface,
             kind: self.kind,
         };
-        statics::solve(body, &[load], None, statics)
+        let loads = [load];
+        if let Some(start) = start
+            && let Ok(found) = statics::solve_from(body, &loads, start, statics)
+        {
+            return Ok(found);
+        }
+        statics::solve(body, &loads, None, statics)
     }
 
     /// Radial displacement (m) at mid-length, mean over the circumference: inner surface, interfaces, outer surface.

@@ -285,10 +285,24 @@ pub struct Structure {
     pub circumferential: usize,
     /// Elements through each of the two layers.
     pub radial_per_layer: usize,
+    /// Time integration.
+    #[serde(default)]
+    pub time_scheme: TimeScheme,
     /// Relative residual at which Newton's method ends.
     pub newton_tolerance: f64,
     /// Most Newton iterations of a solution.
     pub newton_max_iterations: usize,
+}
+
+/// How the wall's velocity and acceleration follow from its displacement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TimeScheme {
+    /// Newmark's method as the trapezoidal rule: second order, no numerical damping.
+    #[default]
+    Newmark,
+    /// First order; damps what is not resolved, and some of what is.
+    ImplicitEuler,
 }
 
 /// Discretization of the blood and the way to its solver.

@@ -122,7 +122,7 @@ impl Clock {
         let work = choice.work();
         self.left = (self.left - work).max(0.0);
         // Of a long computation the pace is known better than of a short one.
-        let weight = work / (work + 0.2 * self.left.min(60.0)).max(1e-9);
+        let weight = work / (work + 0.3 * self.left.min(120.0)).max(1e-9);
         self.pace += weight * (seconds / work - self.pace);
         format!("{} left", human(self.pace * self.left))
     }

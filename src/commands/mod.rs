@@ -14,6 +14,7 @@ use clap::{Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
+use case_arguments::CaseArguments;
 pub use failure::Failure;
 
 /// Fluid-structure interaction of arteries: p-version finite elements for the wall, OpenFOAM for the blood.
@@ -31,6 +32,9 @@ struct CommandLine {
     command: Option<Command>,
     #[command(flatten)]
     run: Option<run::Arguments>,
+    // Beside `run`, not within: clap takes an optional group for absent if another one is nested in it.
+    #[command(flatten)]
+    chosen: CaseArguments,
 }
 
 #[derive(Debug, Subcommand)]
@@ -54,7 +58,7 @@ pub fn main() -> ExitCode {
         (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
         (Some(Command::Solid(arguments)), _) => solid::run(&arguments),
         (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
-        (None, Some(arguments)) => run::run(&arguments),
+        (None, Some(arguments)) => run::run(&arguments, &line.chosen),
         (None, None) => unreachable!("clap shows the help when there are no arguments"),
     };
     match outcome {

@@ -140,7 +140,7 @@ fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Solu
         ..Default::default()
     };
     let found = tube
-        .inflate(body, &solid.options, &statics)
+        .inflate(body, &solid.options, &statics, None)
         .map_err(failed)?;
     Ok(Solution {
         displacement: found.displacement,

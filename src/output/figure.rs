@@ -1,5 +1,5 @@
 //! Figures with double logarithmic axes, as SVG for the screen and PNG for paper. They look the same on any machine:
-//! the PNG is drawn with an embedded font (`assets/DejaVuSans-subset.ttf`, licence beside it).
+//! the PNG is drawn with an embedded font (`font/DejaVuSans-subset.ttf`, licence beside it).
 
 use super::write_atomically;
 use std::fmt::Write;
@@ -11,7 +11,7 @@ const AXES: [f64; 2] = [360.0, 270.0];
 const ROOM: [f64; 4] = [66.0, 30.0, 14.0, 46.0];
 /// Pixels of the PNG per pixel of the SVG: 240 dots per inch.
 const PNG_SCALE: f32 = 2.5;
-const FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
+const FONT: &[u8] = include_bytes!("font/DejaVuSans-subset.ttf");
 const FAMILY: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 
 /// Colours that stay apart in print and for the colour-blind (Okabe and Ito).

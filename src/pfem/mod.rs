@@ -20,6 +20,7 @@ pub mod newton;
 pub mod numbering;
 pub mod ordering;
 mod pool;
+pub mod prolongation;
 pub mod quadrature;
 pub mod samples;
 pub mod solid;
@@ -31,6 +32,7 @@ pub mod structure;
 pub mod sum_factorization;
 pub mod supports;
 pub mod surface;
+pub mod time_scheme;
 
 pub use discretization::Discretization;
 pub use samples::{Sampler, Samples};

@@ -150,6 +150,32 @@ pub fn solve(
     }
 }
 
+/// Finds the static equilibrium under all `loads` at once, by Newton's method from `start`, such as the
+/// [prolonged](super::prolongation) solution in a smaller space.
+pub fn solve_from(
+    body: &Discretization,
+    loads: &[Load],
+    start: Vec<f64>,
+    options: &StaticOptions,
+) -> Result<Equilibrated, SolidError> {
+    let problem = Statics {
+        body,
+        loads,
+        factor: 1.0,
+        floor: body.round_off()?,
+    };
+    let (tolerance, newton) = (options.tolerance, &options.newton);
+    let solution = newton::solve(&problem, start, tolerance, newton, &mut None)?;
+    Ok(Equilibrated {
+        displacement: solution.d,
+        steps: vec![LoadStep {
+            factor: 1.0,
+            residuals: solution.residuals,
+        }],
+        stats: solution.stats,
+    })
+}
+
 fn scaled(load: &SurfaceLoad, factor: f64) -> SurfaceLoad {
     SurfaceLoad {
         pressure: load.pressure.iter().map(|p| factor * p).collect(),

@@ -1,4 +1,4 @@
-//! The dynamic structure: Newmark's method in time, Newton's in every step.
+//! The dynamic structure: Newmark's method or implicit Euler in time, Newton's in every step.
 //!
 //! Unknowns are the displacement coefficients `d` at the end of a step of length `dt`. With Newmark's parameters
 //! `β = 1/4`, `γ = 1/2` (the trapezoidal rule: second order, no numerical damping)
@@ -6,7 +6,8 @@
 //! a = (d - d_n)/(β dt²) - v_n/(β dt) - (1/(2β) - 1) a_n,      v = v_n + dt ((1 - γ) a_n + γ a),
 //! r(d) = M (a + α v) + f_int(d) - f_ext(d) = 0,                K = ∂(f_int - f_ext)/∂d + (1/(β dt²) + α γ/(β dt)) M
 //! ```
-//! where `α` is the mass-proportional damping (section 2.1).
+//! where `α` is the mass-proportional damping (section 2.1); with implicit Euler (first order, damps much)
+//! `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
 
 use super::discretization::{self, Discretization};
 use super::factor::Factorization;
@@ -17,15 +18,12 @@ use super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
 use super::stats::Stats;
 use super::supports::{self, Support};
 use super::surface::{LoadKind, Surface};
+use super::time_scheme::TimeScheme;
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
-
-/// Newmark's parameters of the trapezoidal rule.
-const BETA: f64 = 0.25;
-const GAMMA: f64 = 0.5;
 
 /// Most halvings of the load when a step finds no equilibrium at once.
 const MAX_CUTS: u32 = 6;
@@ -39,6 +37,8 @@ pub struct StructureOptions {
     pub density: f64,
     /// Mass-proportional damping `α`, 1/s.
     pub damping: f64,
+    /// Time integration.
+    pub time_scheme: TimeScheme,
     /// Newton's method.
     pub newton: NewtonOptions,
     /// Surface that carries the load.
@@ -105,6 +105,7 @@ pub struct Structure {
     /// Density times the mass integrals, one scalar per pair of functions.
     mass: Vec<f64>,
     damping: f64,
+    time_scheme: TimeScheme,
     newton: NewtonOptions,
     floor: f64,
     state: State,
@@ -139,6 +140,7 @@ impl Structure {
             locator,
             mass,
             damping: options.damping,
+            time_scheme: options.time_scheme,
             newton: options.newton,
             state: State {
                 d: zero.clone(),
@@ -376,18 +378,8 @@ struct TimeStep<'a> {
 impl TimeStep<'_> {
     /// Velocity and acceleration at the end of the step.
     fn rates(&self, d: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let (old, dt) = (&self.structure.state, self.dt);
-        let a: Vec<f64> = (0..d.len())
-            .map(|i| {
-                (d[i] - old.d[i]) / (BETA * dt * dt)
-                    - old.v[i] / (BETA * dt)
-                    - (0.5 / BETA - 1.0) * old.a[i]
-            })
-            .collect();
-        let v = (0..d.len())
-            .map(|i| old.v[i] + dt * ((1.0 - GAMMA) * old.a[i] + GAMMA * a[i]))
-            .collect();
-        (v, a)
+        let structure = self.structure;
+        structure.time_scheme.rates(&structure.state, d, self.dt)
     }
 }
 
@@ -434,7 +426,8 @@ impl Equilibrium for TimeStep<'_> {
         let structure = self.structure;
         let body = &structure.body;
         let mut values = body.tangent(d, linearized_at, &[(&structure.wet, self.load)])?;
-        let mass = 1.0 / (BETA * self.dt * self.dt) + structure.damping * GAMMA / (BETA * self.dt);
+        let (velocity, acceleration) = structure.time_scheme.slopes(self.dt);
+        let mass = acceleration + structure.damping * velocity;
         body.pattern.add_scalar(mass, &structure.mass, &mut values);
         body.pattern.hold(&mut values);
         *self.assembled.borrow_mut() = Some(Linearization {

@@ -79,6 +79,8 @@ impl SolidFile {
 struct Values {
     entries: BTreeMap<String, Entry>,
     layers: usize,
+    /// Whether there is a table `[dynamics]`.
+    is_dynamic: bool,
 }
 
 impl Values {
@@ -103,12 +105,24 @@ impl Values {
         let mut values = Self {
             entries: BTreeMap::new(),
             layers: 0,
+            is_dynamic: false,
         };
         let mut refused = BTreeSet::new();
         for entry in found {
+            // A dot, so that an empty table is one of its kind.
             let path = entry.key.clone();
-            if let Some((index, _)) = keys::in_layer(&path) {
+            let table = format!("{path}.");
+            let empty = entry.value.as_table().is_some_and(|table| table.is_empty());
+            values.is_dynamic |= table.starts_with("dynamics.");
+            if let Some((index, _)) = keys::in_layer(&table) {
                 values.layers = values.layers.max(index + 1);
+            }
+            if empty
+                && keys::alternatives(&table)
+                    .iter()
+                    .any(|key| key.starts_with(&table))
+            {
+                continue;
             }
             let checked = match keys::find(&path) {
                 Some(key) => value::check(entry, key, errors),
@@ -171,7 +185,7 @@ impl Values {
                 });
             }
         };
-        let dynamic = self.is_dynamic();
+        let dynamic = self.is_dynamic;
         for key in keys::KEYS {
             if !key.optional || dynamic && keys::DYNAMICS.contains(&key.path) {
                 require(key.path.to_owned(), key);
@@ -185,12 +199,6 @@ impl Values {
                 }
             }
         }
-    }
-
-    fn is_dynamic(&self) -> bool {
-        self.entries
-            .keys()
-            .any(|path| path.starts_with("dynamics."))
     }
 
     fn value(&self, path: &str) -> Option<&Value> {
@@ -285,7 +293,7 @@ impl Values {
                 true => Ends::Clamped,
                 false => Ends::Axial,
             },
-            dynamics: self.is_dynamic().then(|| self.dynamics()),
+            dynamics: self.is_dynamic.then(|| self.dynamics()),
         }
     }
 

@@ -75,7 +75,7 @@ fn dynamics(solid: &SolidFile, report: &mut Report<'_>) {
     );
     report(
         "mesh.circumferential",
-        solid.ends == Ends::Axial && solid.grid.circumferential % 4 != 0,
+        solid.ends == Ends::Axial && !solid.grid.circumferential.is_multiple_of(4),
         "[dynamics] with supports.ends = \"axial\" needs a multiple of 4, so that the mesh has nodes in both planes of \
          symmetry; or clamp the ends"
             .into(),

@@ -2,8 +2,8 @@
 //!
 //! Materials and pressure are those of the paper. Sizes are assumed, as the paper leaves them to a source of its own: inner
 //! radius 3 mm; two layers of 0.5 mm (artery), one of 0.5 mm (graft). A length of 6 mm is enough where nothing
-//! varies along the axis; the irregular artery is 30 mm long, as the artery of the FSI models is, and has the
-//! imperfection of theirs with the amplitude 1 mm.
+//! varies along the axis. The irregular artery is 12 mm long, so that its bumps are about as long as they are wide; they are
+//! those of the artery of the FSI models, with the amplitude 1 mm.
 
 use crate::Vec3;
 use crate::analysis::tube::{Ends, Grid, Tube, nearest_vertex};
@@ -22,7 +22,7 @@ const THICKNESS: f64 = 0.5e-3;
 /// Length of the circular tubes, m [assumed].
 const SHORT: f64 = 6e-3;
 /// Length of the irregular tube, m [assumed].
-const LONG: f64 = 30e-3;
+const LONG: f64 = 12e-3;
 /// Largest radius deviation of the irregular tube, m [paper].
 const DEVIATION: f64 = 1e-3;
 /// Support values of the imperfection, relative to its largest value: 7 along the axis by 5 around [assumed].

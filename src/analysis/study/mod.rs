@@ -9,12 +9,16 @@ pub mod plan;
 pub mod table;
 
 use super::tube::{self, Tube};
-use crate::pfem::SolidError;
+use crate::pfem::prolongation::prolong;
 use crate::pfem::statics::StaticOptions;
 use crate::pfem::stats::Stats;
+use crate::pfem::{Discretization, SolidError};
 use cases::Mesh;
 use errors::{Probes, Solution};
 use plan::Choice;
+
+/// Lowest degree whose solution starts from that of a lower one.
+const DIRECT: usize = 5;
 
 /// A choice computed: its solution at the evaluation points and what it cost.
 #[derive(Debug, Clone)]
@@ -27,12 +31,14 @@ pub struct Computed {
     pub stats: Stats,
 }
 
-/// Inflates the tube of a choice.
+/// Inflates the tube of a choice. From degree [`DIRECT`] on, Newton's method starts from the solution of a degree two
+/// lower, and so on down; what that costs is not counted.
 pub fn compute(choice: &Choice) -> Result<Computed, SolidError> {
-    let tube: Tube = choice.case.tube(choice.mesh);
+    let tube = choice.case.tube(choice.mesh);
     let options = choice.options();
     let body = tube.discretize(&options)?;
-    let found = tube.inflate(&body, &options, &StaticOptions::default())?;
+    let start = start(&tube, choice, &body);
+    let found = tube.inflate(&body, &options, &StaticOptions::default(), start)?;
     let energy = tube::measure(&body, &options, &found.displacement)?.energy;
     let probes = Probes::new(&choice.case.tube(Mesh::Initial), &tube)?;
     Ok(Computed {
@@ -40,4 +46,30 @@ pub fn compute(choice: &Choice) -> Result<Computed, SolidError> {
         solution: probes.evaluate(&body, &found.displacement, energy)?,
         stats: found.stats,
     })
+}
+
+/// The solution of a lower degree in the space of `choice`; none where load steps are as good, or where that fails.
+fn start(tube: &Tube, choice: &Choice, body: &Discretization) -> Option<Vec<f64>> {
+    if choice.p < DIRECT {
+        return None;
+    }
+    let p = choice.p - 2;
+    let lower = Choice {
+        p,
+        p_thickness: choice.p_thickness.min(p),
+        ..*choice
+    };
+    let options = lower.options();
+    let smaller = tube.discretize(&options).ok()?;
+    let rough = StaticOptions {
+        tolerance: 1e-6,
+        ..Default::default()
+    };
+    let begin = start(tube, &lower, &smaller);
+    let found = tube.inflate(&smaller, &options, &rough, begin).ok()?;
+    Some(prolong(
+        &smaller.numbering,
+        &body.numbering,
+        &found.displacement,
+    ))
 }

@@ -36,11 +36,12 @@ pub struct Row {
     pub e_d: f64,
     /// Error of the von Mises stresses (15), (16).
     pub e_sv: f64,
-    /// Of all load steps.
+    /// Newton iterations in this discretization: of all load steps, or, from p = 5 on, those after a start from a lower
+    /// degree.
     pub newton_iterations: usize,
-    /// Wall-clock seconds in residuals and tangents.
+    /// Wall-clock seconds of these iterations in residuals and tangents.
     pub assembly_s: f64,
-    /// Wall-clock seconds in factorizations and substitutions.
+    /// Wall-clock seconds of these iterations in factorizations and substitutions.
     pub solve_s: f64,
     /// Largest memory of the process during this computation.
     pub peak_memory_MB: f64,

@@ -175,6 +175,7 @@ fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
         discretization,
         density: case.wall.density,
         damping: case.wall.damping,
+        time_scheme: settings.time_scheme,
         newton: NewtonOptions {
             max_iterations: settings.newton_max_iterations,
             ..NewtonOptions::default()

@@ -28,8 +28,6 @@ pub struct Arguments {
     /// Folder of the results [default: <case>/run-<preset>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    #[command(flatten)]
-    chosen: CaseArguments,
     /// Replace the results of an earlier run in the same folder.
     #[arg(long)]
     force: bool,
@@ -42,14 +40,13 @@ pub struct Arguments {
 }
 
 /// Runs a coupled case from its first time step, or from a checkpoint, to its last.
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let case = arguments.chosen.load(&arguments.case)?;
+pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure> {
+    let case = chosen.load(&arguments.case)?;
     install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
-    let out = arguments.out.clone().unwrap_or_else(|| {
-        arguments
-            .case
-            .join(format!("run-{}", arguments.chosen.preset))
-    });
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| arguments.case.join(format!("run-{}", chosen.preset)));
     let earlier = match (arguments.resume, arguments.force) {
         (true, _) => Earlier::Resume,
         (_, true) => Earlier::Replace,

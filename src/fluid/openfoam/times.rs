@@ -43,8 +43,8 @@ pub fn written(case: &Path) -> io::Result<Vec<WrittenTime>> {
 
 /// Removes the times that `keep` does not want.
 pub fn prune(case: &Path, keep: impl Fn(f64) -> bool) -> io::Result<()> {
-    let old = written(case)?.into_iter().filter(|t| !keep(t.time));
-    old.map(|t| fs::remove_dir_all(t.folder)).collect()
+    let mut old = written(case)?.into_iter().filter(|t| !keep(t.time));
+    old.try_for_each(|t| fs::remove_dir_all(t.folder))
 }
 
 /// A time with all its files.

@@ -1,0 +1,161 @@
+//! Flow in a straight rigid tube against Womersley's exact solution.
+
+mod fluid_support;
+
+use fluid_support::{correctors, read_internal_field};
+use fsi_driver::Vec3;
+use fsi_driver::case::{Case, Preset, ResolvedCase};
+use fsi_driver::fluid::openfoam::case_files::CaseFiles;
+use fsi_driver::fluid::openfoam::session::Terms;
+use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings};
+use fsi_driver::fluid::{Fluid, FluidStep};
+use fsi_driver::geometry::{PolyMesh, Vessel};
+use nalgebra::Complex;
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::time::Duration;
+
+type C = Complex<f64>;
+
+fn load(name: &str, overrides: &[(&str, usize)]) -> ResolvedCase {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("openfoam-case")
+        .join(name);
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|(key, value)| ((*key).to_owned(), value.to_string()))
+        .collect();
+    Case::load(&folder, Preset::Paper, &overrides).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// The fluid of a case with its wall at rest, and its mesh.
+struct RigidTube {
+    fluid: OpenFoam,
+    mesh: PolyMesh,
+    folder: tempfile::TempDir,
+}
+
+impl RigidTube {
+    fn start(case: &Case) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mesh = Vessel::new(case).fluid_mesh(&case.fluid.mesh);
+        mesh.write(folder.path()).unwrap();
+        CaseFiles {
+            templates: &case.fluid.templates,
+            blood: &case.blood,
+            inflow: &case.inflow,
+            windkessel: &case.windkessel,
+            ramp: &case.ramp,
+            time: &case.time,
+            ranks: 1,
+        }
+        .write(folder.path())
+        .unwrap();
+        let fluid = OpenFoam::start(OpenFoamSettings {
+            case: folder.path().to_owned(),
+            log: folder.path().join("log"),
+            ranks: 1,
+            transport: case.fluid.transport,
+            answer_limit: Duration::from_secs(120),
+            terms: Terms {
+                start_time: 0.0,
+                time_step: case.time.step,
+                interface: None,
+            },
+            interrupt: Default::default(),
+        })
+        .unwrap();
+        Self {
+            fluid,
+            mesh,
+            folder,
+        }
+    }
+
+    fn step(&mut self, write: bool) -> FluidStep {
+        let rest = vec![Vec3::zeros(); self.fluid.interface().points.len()];
+        self.fluid.solve(&rest, correctors(4)).unwrap();
+        self.fluid.accept(write).unwrap()
+    }
+
+    /// Axial velocity (m/s) with distance (m) from the axis and volume (m³) of each cell at a written time.
+    fn profile(&self, time: &str) -> Vec<[f64; 3]> {
+        let velocity = read_internal_field(&self.folder.path().join(time).join("U"));
+        let volumes = self.mesh.cell_volumes();
+        let mut centres = vec![(Vec3::zeros(), 0.0); volumes.len()];
+        let sides = self.mesh.owner.iter().enumerate();
+        for (face, &cell) in sides.chain(self.mesh.neighbour.iter().enumerate()) {
+            for &point in &self.mesh.faces[face] {
+                centres[cell].0 += self.mesh.points[point];
+                centres[cell].1 += 1.0;
+            }
+        }
+        (0..volumes.len())
+            .map(|cell| {
+                let (sum, count) = centres[cell];
+                let r = (sum.y / count).hypot(sum.z / count);
+                [velocity[3 * cell], r, volumes[cell]]
+            })
+            .collect()
+    }
+}
+
+/// Bessel's function of order zero by its power series.
+fn bessel_j0(z: C) -> C {
+    let (mut term, mut sum) = (C::from(1.0), C::from(1.0));
+    for k in 1..60 {
+        term *= -z * z * 0.25 / (k * k) as f64;
+        sum += term;
+    }
+    sum
+}
+
+/// Error of the velocity profile at the end of the run, root mean square over the cross-section relative to that of
+/// the exact profile; and of the wall shear stress.
+fn womersley_errors(core: usize, radial: usize) -> [f64; 2] {
+    let mesh = [("fluid.mesh.core", core), ("fluid.mesh.radial", radial)];
+    let case = load("womersley", &mesh);
+    let mut tube = RigidTube::start(&case);
+    let steps = case.steps();
+    let last = (1..=steps).map(|n| tube.step(n == steps)).last().unwrap();
+
+    // Womersley's solution, (s u = G + nu ∆u) with the symbol s of implicit Euler in place of i omega, so that only
+    // the error in space remains.
+    let g = &case.geometry;
+    let (radius, nu, dt) = (
+        g.graft_inner_radius,
+        case.blood.viscosity / case.blood.density,
+        case.time.step,
+    );
+    let omega = TAU / case.time.period;
+    let phase = |t: f64| C::from_polar(1.0, omega * t);
+    let s = (C::from(1.0) - phase(-dt)) / dt;
+    let lambda = (-s / nu).sqrt();
+    let amplitude = 0.03 / (g.graft_length + g.artery_length);
+    let swing = phase(last.time) * amplitude / s;
+    let exact =
+        |r: f64| (swing * (C::from(1.0) - bessel_j0(lambda * r) / bessel_j0(lambda * radius))).im;
+
+    let (mut error, mut size) = (0.0, 0.0);
+    for [u, r, volume] in tube.profile(&format!("{}", case.time.end)) {
+        error += volume * (u - exact(r)).powi(2);
+        size += volume * exact(r).powi(2);
+    }
+    let h = 1e-4 * radius;
+    let exact_shear =
+        case.blood.viscosity * (exact(radius - h) - exact(radius - 2.0 * h) * 0.25) * 4.0
+            / (2.0 * h);
+    let shear = last.tractions.iter().map(|t| t.x).sum::<f64>() / last.tractions.len() as f64;
+    println!("{core} {radial}: shear {shear} Pa, exact {exact_shear} Pa");
+    [(error / size).sqrt(), (shear / exact_shear - 1.0).abs()]
+}
+
+#[test]
+fn oscillating_flow_is_womersleys_to_second_order() {
+    let coarse = womersley_errors(4, 3);
+    let fine = womersley_errors(8, 6);
+    let order = (coarse[0] / fine[0]).log2();
+    println!("errors {coarse:?} {fine:?}, order {order}");
+    assert!(fine[0] < 0.015 && fine[1] < 0.01, "{fine:?}");
+    assert!(order > 1.8, "{order}");
+}
