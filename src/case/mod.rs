@@ -32,6 +32,7 @@ pub mod schema;
 pub(crate) mod source;
 pub(crate) mod spelling;
 mod stack;
+mod text_file;
 pub(crate) mod value;
 mod write;
 
