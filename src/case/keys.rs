@@ -72,6 +72,7 @@ pub const KEYS: &[Key] = &[
     key("ramp.duration_s", from(0.0, 100.0), "duration of the smooth start"),
     key("time.step_s", above(0.0, 1.0), "time step"),
     key("time.end_s", above(0.0, 1e4), "end of the run"),
+    key("time.max_halvings", Kind::Whole(0, 4), "how often the step may be halved where it fails"),
     key("time.period_s", above(0.0, 1e3), "duration of a beat"),
     key("structure.p", Kind::Whole(3, 10), "degree of the trunk space; lower ones lock"),
     optional("structure.p_geometry", Kind::Whole(1, 10), "degree of the mapping"),

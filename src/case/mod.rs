@@ -266,6 +266,8 @@ pub struct Time {
     /// Duration of a beat, s.
     #[serde(rename = "period_s")]
     pub period: f64,
+    /// How often the time step may be halved, for a while, where it fails.
+    pub max_halvings: usize,
 }
 
 /// Discretization of the wall.

@@ -11,6 +11,7 @@ pub use mark::{Mark, MarkError};
 pub use store::{Found, Store, StoreError};
 
 use crate::coupling;
+use crate::coupling::cadence::Cadence;
 use crate::output::record;
 use crate::pfem::structure;
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,8 @@ pub struct Checkpoint {
     pub coupling: coupling::Memory,
     /// The wall.
     pub structure: structure::Memory,
+    /// How long the next time step is.
+    pub cadence: Cadence,
     /// Tables, series and totals.
     pub record: record::Memory,
 }
@@ -42,7 +45,7 @@ impl Checkpoint {
 }
 
 /// Version of the file format: another one is refused.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const MAGIC: &[u8; 8] = b"FSICHECK";
 /// Magic, version, checksum and length of what follows.
 const HEAD: usize = 8 + 4 + 4 + 8;

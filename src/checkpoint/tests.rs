@@ -26,6 +26,7 @@ pub fn example(step: usize) -> Checkpoint {
                 fits: vec![Vec::new(), column.into_iter().collect()],
             },
         },
+        cadence: Cadence::default(),
         structure: structure::Memory {
             state: State {
                 d: d.clone(),

@@ -136,8 +136,6 @@ pub struct RecordSettings {
     pub structure: PathBuf,
     /// Folder of the case.
     pub case: PathBuf,
-    /// Length of a time step, s.
-    pub time_step: f64,
     /// Volume of the rigid extension, m³.
     pub rigid_volume: f64,
     /// Volume of the whole fluid mesh at rest, m³.
@@ -215,11 +213,12 @@ impl Record {
         self.totals.wall_s + self.started.elapsed().as_secs_f64()
     }
 
-    /// Adds the rows of the accepted `attempt` at a step, which took `wall_seconds` so far; returns the row of the
-    /// history.
+    /// Adds the rows of the accepted `attempt` at a step, or a part of one, `time_step` (s) long, which took
+    /// `wall_seconds` so far; returns the row of the history.
     pub fn step(
         &mut self,
         step: &Step,
+        time_step: f64,
         attempt: usize,
         peaks: WallPeaks,
         wall_seconds: f64,
@@ -241,7 +240,7 @@ impl Record {
             p_in_Pa: fluid.inlet_pressure,
             p_out_Pa: fluid.outlet_pressure,
             lumen_volume_m3: fluid.volume - self.settings.rigid_volume,
-            dVdt_m3_s: (fluid.volume - self.volume) / self.settings.time_step,
+            dVdt_m3_s: (fluid.volume - self.volume) / time_step,
             max_displacement_m: peaks.displacement,
             max_von_mises_Pa: peaks.von_mises,
             p_windkessel_Pa: fluid.windkessel_pressure,
@@ -278,7 +277,6 @@ impl Record {
 
     fn count(&mut self, row: &HistoryRow, seconds: &Seconds) {
         let t = &mut self.totals;
-        t.steps += 1;
         t.time_s = row.time_s;
         t.coupling_iterations += row.coupling_iterations;
         t.max_coupling_iterations = t.max_coupling_iterations.max(row.coupling_iterations);

@@ -9,6 +9,7 @@ use crate::checkpoint::Checkpoint;
 use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
 use crate::coupling::acceleration::{self, Acceleration, Filter, Identity};
+use crate::coupling::cadence::Cadence;
 use crate::coupling::convergence::Criterion;
 use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::Transfer;
@@ -39,8 +40,12 @@ pub struct Run {
     pub probes: Probes<Structure>,
     pub cells: usize,
     pub fluid_peak_memory: f64,
+    /// How long the next step is.
+    pub cadence: Cadence,
     /// The step that makes trouble, if one does.
     pub trouble: Option<Trouble>,
+    /// The step after which the run ends with a checkpoint, and why, if the next one has been given up.
+    pub last_good: Option<(usize, String)>,
     /// When the last checkpoint was written.
     pub saved: Instant,
 }
@@ -98,7 +103,6 @@ impl Run {
             probes: (!case.output.probes.is_empty()).then(|| folder.probes()),
             structure: folder.structure(),
             case: path.to_owned(),
-            time_step: case.time.step,
             // Cells are numbered cross-section by cross-section, those of the extension first.
             rigid_volume: volumes[..rigid].iter().sum(),
             volume: volumes.iter().sum(),
@@ -144,7 +148,9 @@ impl Run {
             record: record.map_err(written)?,
             cells: volumes.len(),
             fluid_peak_memory: 0.0,
+            cadence: Cadence::default(),
             trouble: None,
+            last_good: None,
             saved: Instant::now(),
         };
         run.coupling.fluid.outlast_interrupts();
