@@ -170,7 +170,10 @@ pub fn decode(kind: Kind, payload: &[u8]) -> Result<FromFluid, ProtocolError> {
             volume: reader.f64("volume")?,
             wall_velocity_mismatch: reader.f64("wall velocity mismatch")?,
             tractions: reader.vectors(reader.rest.len() / 48, "traction of face")?,
-            wall_shear: reader.vectors(reader.rest.len() / 24, "wall shear stress of face")?,
+            wall_shear: reader.vectors(
+                payload.len().saturating_sub(ACCEPTED_HEAD as usize) / 48,
+                "wall shear stress of face",
+            )?,
         }),
         Kind::Failure => FromFluid::Failure(printable(std::mem::take(&mut reader.rest))),
         kind => {
