@@ -409,6 +409,7 @@ void Foam::fsi::session::report(const stepReport& step)
     accepted.f64(step.windkesselPressure).f64(step.volume);
     accepted.f64(step.wallVelocityMismatch);
     accepted.vectors(interface_.gather(step.tractions));
+    accepted.vectors(interface_.gather(step.viscousTractions));
     send(accepted);
 }
 

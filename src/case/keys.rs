@@ -105,6 +105,9 @@ pub const KEYS: &[Key] = &[
     key("output.structure_interval_s", above(0.0, 1e4), "interval of the structure's files"),
     key("output.fluid_interval_s", above(0.0, 1e4), "interval of the fluid's files"),
     key("output.checkpoint_interval_min", from(0.0, 1e5), "wall-clock time between two checkpoints"),
+    key("output.wall_history", Kind::Flag, "whether wall shear stress and displacement of each step are kept"),
+    optional("output.window_start_s", from(0.0, 1e4), "start of the time window of the hemodynamics"),
+    optional("output.window_end_s", above(0.0, 1e4), "end of the time window of the hemodynamics"),
     optional("output.probes_m", Kind::Points, "points of the unloaded lumen's surface whose motion is recorded"),
 ];
 

@@ -423,6 +423,22 @@ pub struct Output {
     /// Wall-clock time between two checkpoints, minutes; 0 writes one after each step.
     #[serde(rename = "checkpoint_interval_min")]
     pub checkpoint_interval: f64,
+    /// Whether wall shear stress and displacement of each step are kept.
+    pub wall_history: bool,
+    /// Start of the window over which the hemodynamics are averaged, s; a period before its end if absent.
+    #[serde(
+        rename = "window_start_s",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub window_start: Option<f64>,
+    /// Its end, s; the end of the run if absent.
+    #[serde(
+        rename = "window_end_s",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub window_end: Option<f64>,
     /// Points (m) of the unloaded lumen's surface whose displacement is written for every step.
     #[serde(rename = "probes_m", default, skip_serializing_if = "Vec::is_empty")]
     pub probes: Vec<[f64; 3]>,

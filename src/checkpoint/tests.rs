@@ -1,6 +1,8 @@
 use super::*;
 use crate::coupling::acceleration::Column;
+use crate::hemodynamics::{Window, WindowStatistics};
 use crate::output::record::Totals;
+use crate::output::wall_record::WallMemory;
 use crate::pfem::SurfaceLoad;
 use crate::pfem::structure::{Linearization, State};
 use nalgebra::DVector;
@@ -53,6 +55,18 @@ pub fn example(step: usize) -> Checkpoint {
             iterations: 8,
             probes: 0,
             grids: vec![(0.02, "structure/00000.vtu".into())],
+            wall: WallMemory {
+                statistics: WindowStatistics::new(
+                    Window {
+                        start_s: 0.0,
+                        end_s: 1.0,
+                    },
+                    1,
+                    3,
+                ),
+                regions: 9,
+                history: 0,
+            },
         },
     }
 }

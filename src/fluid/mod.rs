@@ -57,6 +57,8 @@ pub struct FluidStep {
     pub volume: f64,
     /// Load on the wall at each face of the interface after the last corrector, Pa.
     pub tractions: Vec<Vec3>,
+    /// Its viscous part, `-mu n . dev(2 sym grad u)`: the wall shear stress, as a force of the fluid on the wall, Pa.
+    pub wall_shear: Vec<Vec3>,
     /// Largest difference between the fluid's velocity at the wall and the velocity of the wall's mesh, m/s.
     pub wall_velocity_mismatch: f64,
 }

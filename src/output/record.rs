@@ -2,6 +2,7 @@
 
 use super::tables::{HistoryRow, IterationRow, ProbeRow, Table};
 use super::vtu::Series;
+use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::coupling::{Iteration, Step};
 use serde::{Deserialize, Serialize};
@@ -76,14 +77,16 @@ pub struct Memory {
     pub probes: u64,
     /// Times (s) and files of the wall's grids.
     pub grids: Vec<(f64, String)>,
+    /// What is known of the wall.
+    pub wall: WallMemory,
 }
 
 /// `summary.json`: the run in figures.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case, reason = "the keys carry the units")]
 pub struct Summary {
     /// Version of the program.
-    pub version: &'static str,
+    pub version: String,
     /// `complete`, `interrupted` or `failed`.
     pub status: String,
     /// Why it did not complete.
@@ -116,6 +119,8 @@ pub struct Record {
     probes: Option<Table>,
     /// The wall over time.
     pub structure: Series,
+    /// The wet surface over time.
+    pub wall: WallRecord,
     /// Volume of the whole mesh at the end of the last step, m³.
     volume: f64,
     started: Instant,
@@ -134,6 +139,8 @@ pub struct RecordSettings {
     pub probes: Option<PathBuf>,
     /// `structure.pvd`.
     pub structure: PathBuf,
+    /// The wet surface.
+    pub wall: WallRecordSettings,
     /// Folder of the case.
     pub case: PathBuf,
     /// Volume of the rigid extension, m³.
@@ -154,6 +161,7 @@ impl Record {
             iterations: Table::create(&settings.iterations)?,
             probes: settings.probes.as_deref().map(Table::create).transpose()?,
             structure: Series::new(settings.structure.clone())?,
+            wall: WallRecord::create(settings.wall.clone())?,
             volume: settings.volume,
             started: Instant::now(),
             totals: Totals::default(),
@@ -170,6 +178,7 @@ impl Record {
                 .map(|path| Table::resume(path, memory.probes))
                 .transpose()?,
             structure: Series::resume(settings.structure.clone(), memory.grids)?,
+            wall: WallRecord::resume(settings.wall.clone(), memory.wall)?,
             volume: memory.volume,
             started: Instant::now(),
             totals: memory.totals,
@@ -206,6 +215,7 @@ impl Record {
             iterations: length(&self.settings.iterations)?,
             probes: self.settings.probes.as_deref().map_or(Ok(0), length)?,
             grids: self.structure.entries().to_vec(),
+            wall: self.wall.memory()?,
         })
     }
 
@@ -295,7 +305,7 @@ impl Record {
         s.rest_s = totals.wall_s - s.fluid_s - s.structure_s - s.coupling_s;
         let steps = totals.steps.max(1) as f64;
         Summary {
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").into(),
             status: status.into(),
             reason,
             case: self.settings.case.display().to_string(),

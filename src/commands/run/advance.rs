@@ -4,11 +4,12 @@ use super::assemble::Run;
 use super::{run_failure, written};
 use crate::commands::Failure;
 use crate::coupling::FailedStep;
+use crate::hemodynamics::WallState;
 use crate::output::progress::Progress;
 use crate::output::record::{WallPeaks, peak_memory};
 use crate::output::tables::HistoryRow;
-use crate::output::vtu::{Grid, Values};
-use crate::pfem::samples::{Sampler, Samples};
+use crate::output::vtu::{Cells, Grid, Values};
+use crate::pfem::samples::{Sampler, Samples, StressPeak, stress_peaks};
 use crate::pfem::structure::Trial;
 use crate::pfem::{SolidError, Structure};
 use std::cell::Cell;
@@ -87,7 +88,7 @@ impl Run {
             probed = self.probes.displacement(solid, trial);
         });
         let accepted = outcome.map_err(Stop::Step)?;
-        let (von_mises, samples) = wall
+        let (stresses, samples) = wall
             .expect("an accepted step has been inspected")
             .map_err(run_failure)?;
         if let Some(samples) = samples {
@@ -99,10 +100,16 @@ impl Run {
         self.record
             .probes(&self.probes.rows(accepted.fluid.time, &probed))
             .map_err(written)?;
+        let state = WallState::new(
+            accepted.fluid.time,
+            &accepted.fluid.wall_shear,
+            &accepted.displacement,
+        );
+        self.record.wall.step(&state, &stresses).map_err(written)?;
         let displacements = accepted.displacement.iter().map(|d| d.norm());
         let peaks = WallPeaks {
             displacement: displacements.fold(0.0, f64::max),
-            von_mises,
+            von_mises: stresses.iter().map(|s| s.von_mises).fold(0.0, f64::max),
         };
         let seconds = clock.elapsed().as_secs_f64();
         let row = self
@@ -126,23 +133,23 @@ impl Run {
     }
 }
 
-/// Largest von Mises stress (Pa) of an accepted trial, and its fields if they are wanted.
+/// Largest von Mises stress of each element in an accepted trial, and the fields if they are wanted.
 fn inspect(
     solid: &Structure,
     trial: &Trial,
     sampler: Option<&Sampler>,
-) -> Result<(f64, Option<Samples>), SolidError> {
-    let (von_mises, _) = solid.max_von_mises(trial)?;
+) -> Result<(Vec<StressPeak>, Option<Samples>), SolidError> {
+    let stresses = stress_peaks(solid.body(), &trial.state.d)?;
     let samples = sampler
         .map(|s| s.sample(solid.body(), &trial.state.d))
         .transpose()?;
-    Ok((von_mises, samples))
+    Ok((stresses, samples))
 }
 
 fn grid<'a>(sampler: &'a Sampler, samples: &'a Samples) -> Grid<'a> {
     Grid {
         points: &sampler.points,
-        hexes: &sampler.hexes,
+        cells: Cells::Hexes(&sampler.hexes),
         point_data: vec![
             ("displacement_m", Values::Vectors(&samples.displacement)),
             ("von_mises_Pa", Values::Scalars(&samples.von_mises)),

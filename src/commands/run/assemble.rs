@@ -19,8 +19,10 @@ use crate::fluid::openfoam::session::Terms;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::{Fluid, FluidEffort, FluidError};
 use crate::geometry::Vessel;
+use crate::hemodynamics::{Monitor, Region, Wall, Window};
 use crate::output::probes::Probes;
 use crate::output::record::{Record, RecordSettings};
+use crate::output::wall_record::WallRecordSettings;
 use crate::pfem::mapping::MappingKind;
 use crate::pfem::newton::NewtonOptions;
 use crate::pfem::samples::Sampler;
@@ -102,6 +104,19 @@ impl Run {
             iterations: folder.iterations(),
             probes: (!case.output.probes.is_empty()).then(|| folder.probes()),
             structure: folder.structure(),
+            wall: WallRecordSettings {
+                regions: folder.regions(),
+                history: case.output.wall_history.then(|| folder.wall_history()),
+                monitor: Monitor::new(
+                    Wall {
+                        points: fluid.interface().points.clone(),
+                        faces: fluid.interface().faces.clone(),
+                    },
+                    &Region::of(case),
+                ),
+                window: Window::of(case),
+                time_step: case.time.step,
+            },
             case: path.to_owned(),
             // Cells are numbered cross-section by cross-section, those of the extension first.
             rigid_volume: volumes[..rigid].iter().sum(),

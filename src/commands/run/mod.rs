@@ -6,6 +6,7 @@ mod conclude;
 mod interrupt;
 mod rescue;
 mod save;
+mod stand;
 
 use super::Failure;
 use super::case_arguments::CaseArguments;
@@ -15,7 +16,8 @@ use crate::checkpoint::Checkpoint;
 use crate::fluid::openfoam::install;
 use crate::output::write_atomically;
 use assemble::Run;
-use interrupt::Interrupt;
+pub use interrupt::Interrupt;
+pub use stand::Stand;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -60,7 +62,8 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
     write_atomically(&folder.resolved_case(), case.to_toml_string().as_bytes()).map_err(written)?;
 
     let clock = Instant::now();
-    let interrupt = Interrupt::listen(arguments.quiet)
+    let then = "the time step is finished and a checkpoint written";
+    let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))
         .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
     let mut run = Run::assemble(
         &arguments.case,

@@ -22,6 +22,8 @@ const MAY_CHANGE: &[&str] = &[
     "output.structure_interval_s",
     "output.fluid_interval_s",
     "output.checkpoint_interval_min",
+    "output.window_start_s",
+    "output.window_end_s",
     "fluid.answer_limit_s",
     "fluid.transport",
     "fluid.templates",
@@ -71,6 +73,8 @@ impl Run {
             (self.folder.history(), record.history),
             (self.folder.iterations(), record.iterations),
             (self.folder.probes(), record.probes),
+            (self.folder.regions(), record.wall.regions),
+            (self.folder.wall_history(), record.wall.history),
         ] {
             if length == 0 {
                 continue;

@@ -188,6 +188,7 @@ impl Fluid for OpenFoam {
             windkessel_pressure: step.windkessel_pressure,
             volume: step.volume,
             tractions: step.tractions,
+            wall_shear: step.wall_shear,
             wall_velocity_mismatch: step.wall_velocity_mismatch,
         })
     }
