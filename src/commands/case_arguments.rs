@@ -5,7 +5,7 @@ use crate::case::{Case, Preset, ResolvedCase};
 use std::path::Path;
 
 /// Preset and values that replace those of a case.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct CaseArguments {
     /// Resolution and length of the run.
     #[arg(long, value_enum, default_value_t = Preset::Paper)]
@@ -22,6 +22,12 @@ pub struct CaseArguments {
 }
 
 impl CaseArguments {
+    /// The same with one more value that replaces that of the case.
+    pub fn with(mut self, key: &str, value: impl std::fmt::Display) -> Self {
+        self.overrides.push(format!("{key}={value}"));
+        self
+    }
+
     /// Loads and checks the case in the folder `case`; it must fit into this machine.
     pub fn load(&self, case: &Path) -> Result<ResolvedCase, Failure> {
         let mut overrides = Vec::new();
