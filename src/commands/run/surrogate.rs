@@ -7,15 +7,11 @@ use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
 use crate::coupling::transfer::Transfer;
 use crate::fluid::FluidInterface;
-use crate::pfem::{Solid, SurfaceLoad};
+use crate::pfem::{Solid, SurfaceLoad, SurfacePoint};
 
 /// Uniform pressure (Pa) that probes the wall: far above round-off, far below what makes the wall nonlinear.
 const PROBE: f64 = 100.0;
-/// The stiffness of a section is at most this many times the smallest one: next to a clamped end hardly anything moves.
-const STIFFEST: f64 = 1e3;
-
-/// The surrogate that the case asks for. The stiffness of each section is what a first time step of `solid`, which is at
-/// rest, answers to a uniform pressure: inertia included.
+/// The surrogate that the case asks for. Its wall is what `solid`, which is at rest, answers within a time step.
 pub fn surrogate<S: Solid>(
     case: &Case,
     interface: &FluidInterface,
@@ -38,28 +34,30 @@ pub fn surrogate<S: Solid>(
     };
     // The deformable part is straight in all models.
     let axis = Axis {
-        origin: Vec3::zeros(),
-        direction: Vec3::x(),
+        start: Vec3::zeros(),
+        end: (g.graft_length + g.artery_length) * Vec3::x(),
     };
-    // Two rings of wall points a section.
-    let count = case.fluid.mesh.axial_per_section;
-    let sections = Sections::new(&interface.points, axis, count).map_err(|e| e.to_string())?;
-
-    let points = solid.wet_points().len();
-    let probe = SurfaceLoad {
-        pressure: vec![PROBE; points],
-        shear: vec![Vec3::zeros(); points],
-    };
-    let tolerance = case.structure.newton_tolerance.max(1e-6);
-    let trial = solid
-        .solve(&probe, case.time.step, tolerance, None)
+    // A section for each ring of wall points between the ends, or for every other one if they lie unevenly.
+    let rings = 2 * case.fluid.mesh.axial_per_section - 1;
+    let sections = Sections::new(&interface.points, axis, rings)
+        .or_else(|_| Sections::new(&interface.points, axis, rings.div_ceil(2)))
         .map_err(|e| e.to_string())?;
-    let widening = sections.average(&flatten(&transfer.displacement(solid, &trial)));
-    let widest = widening.iter().copied().fold(0.0, f64::max);
-    let stiffness = widening
-        .iter()
-        .map(|x| PROBE / x.max(widest / STIFFEST))
-        .collect();
+    let count = sections.count();
+
+    let tolerance = case.structure.newton_tolerance.max(1e-6);
+    let mut answers = Vec::new();
+    for section in 0..count {
+        let wet = solid.wet_points();
+        let share = |point: &SurfacePoint| PROBE * sections.share(section, &point.position);
+        let probe = SurfaceLoad {
+            pressure: wet.iter().map(share).collect(),
+            shear: vec![Vec3::zeros(); wet.len()],
+        };
+        let trial = solid
+            .solve(&probe, case.time.step, tolerance, None)
+            .map_err(|e| e.to_string())?;
+        answers.push(flatten(&transfer.displacement(solid, &trial)) / PROBE);
+    }
     let blood = Blood {
         density: case.blood.density,
         viscosity: case.blood.viscosity,
@@ -67,6 +65,6 @@ pub fn surrogate<S: Solid>(
         radial_inertia: true,
     };
     Ok(Box::new(TubeSurrogate::new(
-        sections, stiffness, blood, inlet, outlet,
+        sections, &answers, blood, inlet, outlet,
     )))
 }
