@@ -361,8 +361,11 @@ pub struct FluidMesh {
 pub struct Coupling {
     /// How the next trial displacement is found.
     pub acceleration: Acceleration,
+    /// Cheap model of both solvers that answers for what the acceleration has not learnt.
+    pub surrogate: Surrogate,
     /// Relaxation factor: of the constant relaxation, and of the first iteration of the others.
-    pub relaxation: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relaxation: Option<f64>,
     /// Columns of this many earlier steps are reused by IQN-LS.
     pub reuse_steps: usize,
     /// A column is dropped if less than this share of it is new.
@@ -376,6 +379,28 @@ pub struct Coupling {
     pub e_abs: f64,
     /// A step that needs more iterations stops the run.
     pub max_iterations: usize,
+}
+
+impl Coupling {
+    /// The relaxation factor that was given, or a good one: a surrogate knows how far to go, but not exactly.
+    pub fn relaxation(&self) -> f64 {
+        self.relaxation.unwrap_or(match self.surrogate {
+            Surrogate::None => 0.1,
+            Surrogate::Tube | Surrogate::OpenTube => 0.9,
+        })
+    }
+}
+
+/// A cheap model of both solvers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Surrogate {
+    /// None: what is not known passes unchanged.
+    None,
+    /// A one-dimensional tube with a prescribed inflow and the case's windkessel.
+    Tube,
+    /// A one-dimensional tube with prescribed pressures at both ends.
+    OpenTube,
 }
 
 /// How the next trial displacement is found.

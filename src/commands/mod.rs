@@ -43,7 +43,7 @@ struct CommandLine {
 enum Command {
     /// Checks a case and says how large it is; starts nothing.
     Check(check::Arguments),
-    /// Compares acceleration models and predictors on problems with a known answer; needs no flow solver.
+    /// Compares acceleration models and predictors on problems with a known answer, or the models on cases.
     CoupleTest(couple_test::Arguments),
     /// Inflates a tube: statics, or dynamics under a given pressure; needs no flow solver.
     Solid(solid::Arguments),

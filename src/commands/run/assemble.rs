@@ -2,13 +2,14 @@
 
 use super::interrupt::Interrupt;
 use super::rescue::Trouble;
+use super::surrogate::surrogate;
 use super::{run_failure, written};
 use crate::Vec3;
 use crate::case::{self, Case};
 use crate::checkpoint::Checkpoint;
 use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
-use crate::coupling::acceleration::{self, Acceleration, Filter, Identity};
+use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::cadence::Cadence;
 use crate::coupling::convergence::Criterion;
 use crate::coupling::predictor::Predictor;
@@ -63,7 +64,7 @@ impl Run {
     ) -> Result<Self, Failure> {
         let vessel = Vessel::new(case);
         let mesh = vessel.fluid_mesh(&case.fluid.mesh);
-        let solid = structure(case, &vessel).map_err(run_failure)?;
+        let mut solid = structure(case, &vessel).map_err(run_failure)?;
         mesh.write(&folder.openfoam()).map_err(written)?;
         CaseFiles {
             templates: &case.fluid.templates,
@@ -131,11 +132,13 @@ impl Run {
         // As many pieces per element and direction as the degree, so that its curves can be seen.
         let sampler = Sampler::new(solid.body(), case.structure.p + 1).map_err(run_failure)?;
         let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
+        let surrogate =
+            surrogate(case, fluid.interface(), &mut solid, &transfer).map_err(run_failure)?;
         let coupling = Coupling {
             fluid,
             solid,
             transfer,
-            acceleration: acceleration(&case.coupling),
+            acceleration: acceleration(&case.coupling, surrogate),
             predictor: Predictor::new(case.coupling.predictor, rest),
             criterion: Criterion {
                 relative: case.coupling.e_rel,
@@ -150,7 +153,7 @@ impl Run {
                     pressure_residual: case.fluid.pressure_residual,
                 },
                 newton_tolerance: case.structure.newton_tolerance,
-                relaxation: case.coupling.relaxation,
+                relaxation: case.coupling.relaxation(),
             },
         };
         let mut run = Self {
@@ -210,9 +213,9 @@ fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
     Structure::new(&vessel.solid_mesh(settings), &materials, &options)
 }
 
-fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
+fn acceleration(settings: &case::Coupling, surrogate: Box<dyn Surrogate>) -> Box<dyn Acceleration> {
     let numerics = acceleration::Settings {
-        relaxation: settings.relaxation,
+        relaxation: settings.relaxation(),
         reuse: settings.reuse_steps,
         filter: Filter {
             dependence: settings.filter,
@@ -221,5 +224,5 @@ fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
         },
         max_columns: 200,
     };
-    settings.acceleration.build(&numerics, Box::new(Identity))
+    settings.acceleration.build(&numerics, surrogate)
 }
