@@ -4,6 +4,7 @@ use crate::hemodynamics::{Window, WindowStatistics};
 use crate::output::record::Totals;
 use crate::output::wall_record::WallMemory;
 use crate::pfem::SurfaceLoad;
+use crate::pfem::quasi_newton::Experience;
 use crate::pfem::structure::{Linearization, State};
 use nalgebra::DVector;
 use proptest::prelude::*;
@@ -35,15 +36,18 @@ pub fn example(step: usize) -> Checkpoint {
                 v: d.clone(),
                 a: d.clone(),
             },
-            tangent: Some(Linearization {
-                d,
-                linearized_at: None,
-                load: SurfaceLoad {
-                    pressure: vec![1e4],
-                    shear: vec![crate::Vec3::new(0.1, 0.2, 0.3)],
+            tangent: Some((
+                Linearization {
+                    d,
+                    linearized_at: None,
+                    load: SurfaceLoad {
+                        pressure: vec![1e4],
+                        shear: vec![crate::Vec3::new(0.1, 0.2, 0.3)],
+                    },
+                    dt: 0.002,
                 },
-                dt: 0.002,
-            }),
+                Experience::default(),
+            )),
         },
         record: record::Memory {
             totals: Totals {
