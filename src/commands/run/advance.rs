@@ -3,7 +3,7 @@
 use super::assemble::Run;
 use super::{run_failure, written};
 use crate::commands::Failure;
-use crate::coupling::FailedStep;
+use crate::coupling::{FailedStep, diagnosis};
 use crate::output::progress::Progress;
 use crate::output::record::{WallPeaks, peak_memory};
 use crate::output::tables::HistoryRow;
@@ -38,13 +38,18 @@ impl Run {
                 return Err(Failure::Interrupted(String::new()));
             }
             match self.step() {
-                Ok(row) => progress.step(
-                    self.record.totals.steps as u64,
-                    row.time_s,
-                    row.coupling_iterations,
-                    row.residual,
-                    row.wall_s,
-                ),
+                Ok((row, slowness)) => {
+                    progress.step(
+                        self.record.totals.steps as u64,
+                        row.time_s,
+                        row.coupling_iterations,
+                        row.residual,
+                        row.wall_s,
+                    );
+                    if let Some(slowness) = slowness.filter(|_| !quiet) {
+                        progress.note(&format!("t = {:.6} s: {slowness}", row.time_s));
+                    }
+                }
                 Err(Stop::Step(failed)) => {
                     let what = self.rescue(failed)?;
                     progress.note(&what);
@@ -56,8 +61,8 @@ impl Run {
         Ok(())
     }
 
-    /// Takes one step, records it, and writes a checkpoint if one is due.
-    fn step(&mut self) -> Result<HistoryRow, Stop> {
+    /// Takes one step, records it, and writes a checkpoint if one is due. Says why if it was slow.
+    fn step(&mut self) -> Result<(HistoryRow, Option<String>), Stop> {
         let (clock, last) = (Instant::now(), self.case.steps());
         let number = self.record.totals.steps + 1;
         let attempt = self.attempt(number);
@@ -91,6 +96,11 @@ impl Run {
         self.record
             .probes(&self.probes.rows(accepted.fluid.time, &probed))
             .map_err(written)?;
+        let totals = &self.record.totals;
+        let usual = totals.coupling_iterations as f64 / totals.steps.max(1) as f64;
+        let correctors = self.case.fluid.max_correctors;
+        let slowness = diagnosis::slowness(&accepted.iterations, usual, correctors)
+            .filter(|_| totals.steps > 0);
         let displacements = accepted.displacement.iter().map(|d| d.norm());
         let peaks = WallPeaks {
             displacement: displacements.fold(0.0, f64::max),
@@ -106,7 +116,7 @@ impl Run {
         if saving.get() {
             self.save()?;
         }
-        Ok(row)
+        Ok((row, slowness))
     }
 }
 
