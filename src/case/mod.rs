@@ -372,9 +372,12 @@ pub struct Coupling {
     pub filter: f64,
     /// Degree of the extrapolation in time that gives the first trial.
     pub predictor: Predictor,
-    /// Relative limit of criterion (14).
+    /// What the limits are for.
+    #[serde(default)]
+    pub criterion: Criterion,
+    /// Relative limit of the criterion.
     pub e_rel: f64,
-    /// Absolute limit of criterion (14), m, root mean square over the points.
+    /// Absolute limit of the criterion, m, root mean square over the points.
     #[serde(rename = "e_abs_m")]
     pub e_abs: f64,
     /// A step that needs more iterations stops the run.
@@ -389,6 +392,17 @@ impl Coupling {
             Surrogate::Tube | Surrogate::OpenTube => 0.9,
         })
     }
+}
+
+/// What must be small for a coupling iteration to have converged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Criterion {
+    /// The change of the accelerated displacement: criterion (14).
+    #[default]
+    Change,
+    /// The residual of the fixed point, by which most published numbers of iterations are counted.
+    Residual,
 }
 
 /// A cheap model of both solvers.

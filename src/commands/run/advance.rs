@@ -3,7 +3,7 @@
 use super::assemble::Run;
 use super::{run_failure, written};
 use crate::commands::Failure;
-use crate::coupling::FailedStep;
+use crate::coupling::{FailedStep, diagnosis};
 use crate::hemodynamics::WallState;
 use crate::output::progress::Progress;
 use crate::output::record::{WallPeaks, peak_memory};
@@ -44,13 +44,18 @@ impl Run {
                 return Err(Failure::Run(reason.clone()));
             }
             match self.step() {
-                Ok(row) => progress.step(
-                    self.record.totals.steps as u64,
-                    row.time_s,
-                    row.coupling_iterations,
-                    row.residual,
-                    row.wall_s,
-                ),
+                Ok((row, slowness)) => {
+                    progress.step(
+                        self.record.totals.steps as u64,
+                        row.time_s,
+                        row.coupling_iterations,
+                        row.residual,
+                        row.wall_s,
+                    );
+                    if let Some(slowness) = slowness.filter(|_| !quiet) {
+                        progress.note(&format!("t = {:.6} s: {slowness}", row.time_s));
+                    }
+                }
                 Err(Stop::Step(failed)) => {
                     let what = self.rescue(failed)?;
                     progress.note(&what);
@@ -62,8 +67,8 @@ impl Run {
         Ok(())
     }
 
-    /// Takes one step, or a part of it, records it, and writes a checkpoint if one is due.
-    fn step(&mut self) -> Result<HistoryRow, Stop> {
+    /// Takes one step, or a part of it, records it, and writes a checkpoint if one is due. Says why if it was slow.
+    fn step(&mut self) -> Result<(HistoryRow, Option<String>), Stop> {
         let (clock, last) = (Instant::now(), self.case.steps());
         let number = self.record.totals.steps + 1;
         let attempt = self.attempt();
@@ -106,6 +111,11 @@ impl Run {
             &accepted.displacement,
         );
         self.record.wall.step(&state, &stresses).map_err(written)?;
+        let totals = &self.record.totals;
+        let usual = totals.coupling_iterations as f64 / totals.steps.max(1) as f64;
+        let correctors = self.case.fluid.max_correctors;
+        let slowness = diagnosis::slowness(&accepted.iterations, usual, correctors)
+            .filter(|_| totals.steps > 0);
         let displacements = accepted.displacement.iter().map(|d| d.norm());
         let peaks = WallPeaks {
             displacement: displacements.fold(0.0, f64::max),
@@ -129,7 +139,7 @@ impl Run {
         if saving.get() {
             self.save()?;
         }
-        Ok(row)
+        Ok((row, slowness))
     }
 }
 

@@ -141,6 +141,7 @@ impl Run {
             acceleration: acceleration(&case.coupling, surrogate),
             predictor: Predictor::new(case.coupling.predictor, rest),
             criterion: Criterion {
+                quantity: case.coupling.criterion,
                 relative: case.coupling.e_rel,
                 absolute: case.coupling.e_abs,
                 max_iterations: case.coupling.max_iterations,

@@ -65,6 +65,8 @@ pub struct TubeSurrogate {
     answers: DMatrix<f64>,
     /// **S**: the same averaged over sections.
     compliance: DMatrix<f64>,
+    /// The pseudo-inverse of **S**: there may be more sections than the structure has waves to tell them apart.
+    cause: DMatrix<f64>,
     inlet: End,
     outlet: End,
     /// From a residual of the radii to the pressures whose answer, with the share `rest` of the residual, is the change
@@ -76,6 +78,8 @@ pub struct TubeSurrogate {
 
 /// Periods around the circumference of the displacements that sections cannot express.
 const AROUND: f64 = 4.0;
+/// Pressures to which the wall yields less than by this share of the average are not sought in a residual.
+const LEAST_COMPLIANCE: f64 = 1e-2;
 
 impl TubeSurrogate {
     /// A surrogate about the reference configuration; `answers` (m/Pa) has one displacement of all points a section.
@@ -89,10 +93,14 @@ impl TubeSurrogate {
         assert_eq!(answers.len(), sections.count(), "one answer a section");
         let averages: Vec<f64> = answers.iter().flat_map(|d| sections.average(d)).collect();
         let n = sections.count();
+        let compliance = DMatrix::from_vec(n, n, averages);
+        let least = LEAST_COMPLIANCE * compliance.norm() / (n as f64).sqrt();
+        let cause = compliance.clone().pseudo_inverse(least);
         let mut surrogate = Self {
             blood,
             answers: DMatrix::from_columns(answers),
-            compliance: DMatrix::from_vec(n, n, averages),
+            compliance,
+            cause: cause.expect("the limit is not negative"),
             inlet,
             outlet,
             pressure: DMatrix::zeros(n, n),
@@ -191,8 +199,7 @@ impl TubeSurrogate {
                 self.blood.density * radius.iter().sum::<f64>() / n as f64 / (AROUND * dt * dt);
             self.rest = 1.0 / (1.0 + added * softest);
         }
-        let cause = solve(self.compliance.clone(), &identity);
-        self.pressure = change + (1.0 - self.rest) * cause;
+        self.pressure = change + (1.0 - self.rest) * &self.cause;
     }
 
     /// The change of radius of each section that removes the residual `r` (m) of its radius.
