@@ -5,7 +5,7 @@ mod assemble;
 mod conclude;
 mod interrupt;
 mod rescue;
-mod save;
+pub(in crate::commands) mod save;
 
 use super::Failure;
 use super::case_arguments::CaseArguments;
@@ -14,9 +14,9 @@ use crate::case::Case;
 use crate::checkpoint::Checkpoint;
 use crate::fluid::openfoam::install;
 use crate::output::write_atomically;
-use assemble::Run;
-use interrupt::Interrupt;
-use std::path::PathBuf;
+pub(in crate::commands) use assemble::Run;
+pub(in crate::commands) use interrupt::Interrupt;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Options of a coupled run.
@@ -52,21 +52,15 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
         (_, true) => Earlier::Replace,
         _ => Earlier::Keep,
     };
-    let folder = RunFolder::open(&out, earlier)?;
-    let checkpoint = match earlier {
-        Earlier::Resume => checkpoint(&folder, &case)?,
-        _ => None,
-    };
-    write_atomically(&folder.resolved_case(), case.to_toml_string().as_bytes()).map_err(written)?;
-
     let clock = Instant::now();
     let interrupt = Interrupt::listen(arguments.quiet)
         .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
-    let mut run = Run::assemble(
+    let mut run = prepare(
         &arguments.case,
         &case,
-        folder,
-        checkpoint.as_ref(),
+        &case.to_toml_string(),
+        &out,
+        earlier,
         interrupt,
     )?;
     if !arguments.quiet {
@@ -81,6 +75,25 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
     }
     let outcome = run.advance(arguments.quiet);
     run.conclude(outcome, arguments.quiet)
+}
+
+/// Opens the folder `out`, leaves the `description` of the case there, and builds the run in it, at its beginning or at
+/// the newest checkpoint.
+pub(in crate::commands) fn prepare(
+    path: &Path,
+    case: &Case,
+    description: &str,
+    out: &Path,
+    earlier: Earlier,
+    interrupt: Interrupt,
+) -> Result<Run, Failure> {
+    let folder = RunFolder::open(out, earlier)?;
+    let checkpoint = match earlier {
+        Earlier::Resume => checkpoint(&folder, case)?,
+        _ => None,
+    };
+    write_atomically(&folder.resolved_case(), description.as_bytes()).map_err(written)?;
+    Run::assemble(path, case, folder, checkpoint.as_ref(), interrupt)
 }
 
 /// The checkpoint from which the run in `folder` continues; none if it ended before it wrote the first.

@@ -76,6 +76,14 @@ impl RunFolder {
         Ok(folder)
     }
 
+    /// Locks a folder into which the files of a run have just been copied.
+    pub fn adopt(root: &Path) -> Result<Self, Failure> {
+        Ok(Self {
+            _lock: Lock::take(&root.join(LOCK))?,
+            root: root.to_owned(),
+        })
+    }
+
     /// Removes everything but the lock.
     fn clear(&self) -> std::io::Result<()> {
         for name in contents(&self.root)? {
