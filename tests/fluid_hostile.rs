@@ -105,8 +105,8 @@ fn a_hostile_driver_is_refused_with_the_reason() {
             "bytes that are no message",
         ),
         (
-            vec![with(4, 2)],
-            "speaks protocol version 2, this adapter speaks 1",
+            vec![with(4, 1)],
+            "speaks protocol version 1, this adapter speaks 2",
         ),
         (vec![with(6, 77)], "unknown kind 77"),
         (

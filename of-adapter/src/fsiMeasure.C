@@ -72,14 +72,13 @@ tensorField gradientInCells(const volVectorField& U, const label patch)
 } // End anonymous namespace
 
 
-Foam::vectorField Foam::fsi::wallTraction
+Foam::vectorField Foam::fsi::viscousTraction
 (
     const fvMesh& mesh,
     const label patch,
     const scalar rho
 )
 {
-    const auto& p = mesh.lookupObject<volScalarField>("p");
     const auto& U = mesh.lookupObject<volVectorField>("U");
     const auto& model = mesh.lookupObject<incompressible::turbulenceModel>
     (
@@ -92,7 +91,31 @@ Foam::vectorField Foam::fsi::wallTraction
     gradient += n*(U.boundaryField()[patch].snGrad() - (n & gradient));
     const symmTensorField stress(model.nuEff(patch)*dev(twoSymm(gradient)));
 
-    return rho*(p.boundaryField()[patch]*n - (n & stress));
+    return -rho*(n & stress);
+}
+
+
+Foam::vectorField Foam::fsi::pressureTraction
+(
+    const fvMesh& mesh,
+    const label patch,
+    const scalar rho
+)
+{
+    const auto& p = mesh.lookupObject<volScalarField>("p");
+    return rho*p.boundaryField()[patch]*mesh.boundary()[patch].nf();
+}
+
+
+Foam::vectorField Foam::fsi::wallTraction
+(
+    const fvMesh& mesh,
+    const label patch,
+    const scalar rho
+)
+{
+    return
+        pressureTraction(mesh, patch, rho) + viscousTraction(mesh, patch, rho);
 }
 
 
@@ -166,7 +189,9 @@ Foam::fsi::stepReport Foam::fsi::measure
     }
     step.volume = gSum(mesh.V());
     step.wallVelocityMismatch = wallVelocityMismatch(mesh, wall);
-    step.tractions = wallTraction(mesh, wall, rho);
+    step.viscousTractions = viscousTraction(mesh, wall, rho);
+    step.tractions =
+        pressureTraction(mesh, wall, rho) + step.viscousTractions;
     return step;
 }
 

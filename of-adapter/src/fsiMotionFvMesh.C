@@ -160,6 +160,18 @@ void Foam::fsiMotionFvMesh::restoreOldState()
 }
 
 
+void Foam::fsiMotionFvMesh::setTimeStep(const scalar length)
+{
+    Time& clock = const_cast<Time&>(time());
+    if (length != clock.deltaTValue())
+    {
+        const scalar start = clock.value() - clock.deltaTValue();
+        clock.setDeltaT(length);
+        clock.setTime(start + length, clock.timeIndex());
+    }
+}
+
+
 Foam::scalarList Foam::fsiMotionFvMesh::pressureResiduals() const
 {
     const dictionary& all = solverPerformanceDict();
@@ -242,6 +254,7 @@ bool Foam::fsiMotionFvMesh::update()
             trialCorrectors_ = 0;
             if (trial_.fromOldState)
             {
+                setTimeStep(trial_.timeStep);
                 restoreOldState();
             }
             if (moved || trial_.fromOldState)

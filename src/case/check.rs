@@ -1,6 +1,7 @@
 //! Physical sense: values that are allowed one by one but do not fit each other.
 
 use super::error::CaseError;
+use crate::hemodynamics::Window;
 
 use super::stack::Stack;
 use super::value::shorten;
@@ -183,13 +184,24 @@ fn times(case: &Case, report: &mut Report<'_>) {
             case.output.structure_interval,
         ),
         ("output.fluid_interval_s", case.output.fluid_interval),
+        ("output.window_start_s", Window::of(case).start_s),
+        ("output.window_end_s", Window::of(case).end_s),
     ] {
         report(
             &[key, "time.step_s"],
-            whole && !divides(step, value),
+            whole && value > 0.0 && !divides(step, value),
             format!("expected a multiple of time.step_s = {step:?}"),
         );
     }
+    let window = Window::of(case);
+    report(
+        &["output.window_end_s", "output.window_start_s", "time.end_s"],
+        window.end_s < window.start_s + 0.5 * step,
+        format!(
+            "expected more than output.window_start_s = {:?}",
+            window.start_s
+        ),
+    );
     report(
         &["inflow.systole_s", "time.period_s"],
         case.inflow.systole > case.time.period && case.inflow.file.is_none(),

@@ -72,6 +72,7 @@ pub const KEYS: &[Key] = &[
     key("ramp.duration_s", from(0.0, 100.0), "duration of the smooth start"),
     key("time.step_s", above(0.0, 1.0), "time step"),
     key("time.end_s", above(0.0, 1e4), "end of the run"),
+    key("time.max_halvings", Kind::Whole(0, 4), "how often the step may be halved where it fails"),
     key("time.period_s", above(0.0, 1e3), "duration of a beat"),
     key("structure.p", Kind::Whole(3, 10), "degree of the trunk space; lower ones lock"),
     optional("structure.p_geometry", Kind::Whole(1, 10), "degree of the mapping"),
@@ -94,7 +95,8 @@ pub const KEYS: &[Key] = &[
     key("fluid.mesh.axial_extension", Kind::Whole(0, 10_000), "cells along the extension"),
     key("fluid.mesh.axial_per_section", Kind::Whole(1, 10_000), "cells along each section"),
     key("coupling.acceleration", Kind::Word(&["constant", "aitken", "iqn_ls", "multi_vector", "hybrid"]), "acceleration of the coupling"),
-    key("coupling.relaxation", above(0.0, 1.0), "relaxation factor"),
+    key("coupling.surrogate", Kind::Word(&["none", "tube", "open_tube"]), "one-dimensional model behind the acceleration"),
+    optional("coupling.relaxation", above(0.0, 1.0), "relaxation factor"),
     key("coupling.reuse_steps", Kind::Whole(0, 1000), "earlier steps whose columns are reused"),
     key("coupling.filter", from(0.0, 0.99), "share of a column that must be new"),
     key("coupling.predictor", Kind::Word(&["constant", "linear", "quadratic", "least_squares"]), "first trial of a step"),
@@ -104,6 +106,9 @@ pub const KEYS: &[Key] = &[
     key("output.structure_interval_s", above(0.0, 1e4), "interval of the structure's files"),
     key("output.fluid_interval_s", above(0.0, 1e4), "interval of the fluid's files"),
     key("output.checkpoint_interval_min", from(0.0, 1e5), "wall-clock time between two checkpoints"),
+    key("output.wall_history", Kind::Flag, "whether wall shear stress and displacement of each step are kept"),
+    optional("output.window_start_s", from(0.0, 1e4), "start of the time window of the hemodynamics"),
+    optional("output.window_end_s", above(0.0, 1e4), "end of the time window of the hemodynamics"),
     optional("output.probes_m", Kind::Points, "points of the unloaded lumen's surface whose motion is recorded"),
 ];
 

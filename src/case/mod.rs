@@ -32,6 +32,7 @@ pub mod schema;
 pub(crate) mod source;
 pub(crate) mod spelling;
 mod stack;
+mod text_file;
 pub(crate) mod value;
 mod write;
 
@@ -265,6 +266,8 @@ pub struct Time {
     /// Duration of a beat, s.
     #[serde(rename = "period_s")]
     pub period: f64,
+    /// How often the time step may be halved, for a while, where it fails.
+    pub max_halvings: usize,
 }
 
 /// Discretization of the wall.
@@ -358,8 +361,11 @@ pub struct FluidMesh {
 pub struct Coupling {
     /// How the next trial displacement is found.
     pub acceleration: Acceleration,
+    /// Cheap model of both solvers that answers for what the acceleration has not learnt.
+    pub surrogate: Surrogate,
     /// Relaxation factor: of the constant relaxation, and of the first iteration of the others.
-    pub relaxation: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relaxation: Option<f64>,
     /// Columns of this many earlier steps are reused by IQN-LS.
     pub reuse_steps: usize,
     /// A column is dropped if less than this share of it is new.
@@ -373,6 +379,28 @@ pub struct Coupling {
     pub e_abs: f64,
     /// A step that needs more iterations stops the run.
     pub max_iterations: usize,
+}
+
+impl Coupling {
+    /// The relaxation factor that was given, or a good one: a surrogate knows how far to go, but not exactly.
+    pub fn relaxation(&self) -> f64 {
+        self.relaxation.unwrap_or(match self.surrogate {
+            Surrogate::None => 0.1,
+            Surrogate::Tube | Surrogate::OpenTube => 0.9,
+        })
+    }
+}
+
+/// A cheap model of both solvers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Surrogate {
+    /// None: what is not known passes unchanged.
+    None,
+    /// A one-dimensional tube with a prescribed inflow and the case's windkessel.
+    Tube,
+    /// A one-dimensional tube with prescribed pressures at both ends.
+    OpenTube,
 }
 
 /// How the next trial displacement is found.
@@ -420,6 +448,22 @@ pub struct Output {
     /// Wall-clock time between two checkpoints, minutes; 0 writes one after each step.
     #[serde(rename = "checkpoint_interval_min")]
     pub checkpoint_interval: f64,
+    /// Whether wall shear stress and displacement of each step are kept.
+    pub wall_history: bool,
+    /// Start of the window over which the hemodynamics are averaged, s; a period before its end if absent.
+    #[serde(
+        rename = "window_start_s",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub window_start: Option<f64>,
+    /// Its end, s; the end of the run if absent.
+    #[serde(
+        rename = "window_end_s",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub window_end: Option<f64>,
     /// Points (m) of the unloaded lumen's surface whose displacement is written for every step.
     #[serde(rename = "probes_m", default, skip_serializing_if = "Vec::is_empty")]
     pub probes: Vec<[f64; 3]>,

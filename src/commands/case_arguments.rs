@@ -5,7 +5,7 @@ use crate::case::{Case, Preset, ResolvedCase};
 use std::path::Path;
 
 /// Preset and values that replace those of a case.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct CaseArguments {
     /// Resolution and length of the run.
     #[arg(long, value_enum, default_value_t = Preset::Paper)]
@@ -22,6 +22,28 @@ pub struct CaseArguments {
 }
 
 impl CaseArguments {
+    /// The same as words of a command line.
+    pub fn to_arguments(&self) -> Vec<String> {
+        let mut words = vec!["--preset".to_owned(), self.preset.to_string()];
+        let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+        self.end_time
+            .iter()
+            .for_each(|end| option("--end-time", format!("{end:?}")));
+        self.ranks
+            .iter()
+            .for_each(|ranks| option("--ranks", ranks.to_string()));
+        self.overrides
+            .iter()
+            .for_each(|pair| option("--set", pair.clone()));
+        words
+    }
+
+    /// The same with one more value that replaces that of the case.
+    pub fn with(mut self, key: &str, value: impl std::fmt::Display) -> Self {
+        self.overrides.push(format!("{key}={value}"));
+        self
+    }
+
     /// Loads and checks the case in the folder `case`; it must fit into this machine.
     pub fn load(&self, case: &Path) -> Result<ResolvedCase, Failure> {
         let mut overrides = Vec::new();

@@ -6,10 +6,12 @@ mod check;
 mod convergence;
 mod couple_test;
 mod failure;
+mod hemodynamics;
 mod results_folder;
 mod run;
 mod run_folder;
 mod solid;
+mod study;
 
 use clap::{Parser, Subcommand};
 use std::io::Write;
@@ -44,10 +46,14 @@ enum Command {
     Check(check::Arguments),
     /// Measures where the seconds of a coupled time step go.
     Bench(bench::Arguments),
-    /// Compares acceleration models and predictors on problems with a known answer; needs no flow solver.
+    /// Compares acceleration models and predictors on problems with a known answer, or the models on cases.
     CoupleTest(couple_test::Arguments),
     /// Inflates a tube: statics, or dynamics under a given pressure; needs no flow solver.
     Solid(solid::Arguments),
+    /// Runs all models, several at once; shows one table of progress.
+    Study(study::Arguments),
+    /// Evaluates the wall shear of a run again, over any window of time.
+    Hemodynamics(hemodynamics::Arguments),
     /// The paper's convergence study of the structural solver, with its figures 7 to 10.
     Convergence(convergence::Arguments),
 }
@@ -61,6 +67,8 @@ pub fn main() -> ExitCode {
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),
         (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
         (Some(Command::Solid(arguments)), _) => solid::run(&arguments),
+        (Some(Command::Study(arguments)), _) => study::run(&arguments),
+        (Some(Command::Hemodynamics(arguments)), _) => hemodynamics::run(&arguments),
         (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
         (None, Some(arguments)) => run::run(&arguments, &line.chosen),
         (None, None) => unreachable!("clap shows the help when there are no arguments"),

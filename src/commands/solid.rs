@@ -8,7 +8,7 @@ use crate::analysis::tube::{self, Tube};
 use crate::output::progress::Progress;
 use crate::output::record::peak_memory;
 use crate::output::tables::Table;
-use crate::output::vtu::{Grid, Values};
+use crate::output::vtu::{Cells, Grid, Values};
 use crate::output::write_atomically;
 use crate::pfem::samples::Sampler;
 use crate::pfem::statics::StaticOptions;
@@ -237,7 +237,7 @@ fn write(
     let samples = sampler.sample(body, displacement).map_err(failed)?;
     Grid {
         points: &sampler.points,
-        hexes: &sampler.hexes,
+        cells: Cells::Hexes(&sampler.hexes),
         point_data: vec![
             ("displacement_m", Values::Vectors(&samples.displacement)),
             ("von_mises_Pa", Values::Scalars(&samples.von_mises)),

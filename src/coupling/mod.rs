@@ -5,6 +5,7 @@
 //! quadrature points, the structure, its displacement at the fluid's points, and the acceleration.
 
 pub mod acceleration;
+pub mod cadence;
 pub mod convergence;
 pub mod interpolation;
 pub mod predictor;
@@ -155,7 +156,9 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         while iterations.len() < self.criterion.max_iterations {
             let clock = Instant::now();
             let points = unflatten(&d);
-            let flow = self.fluid.solve(&points, settings.fluid_effort)?; // F
+            let flow = self
+                .fluid
+                .solve(&points, settings.time_step, settings.fluid_effort)?; // F
             let fluid_seconds = clock.elapsed().as_secs_f64();
             let areas = self.transfer.face_areas(&points);
             let load = self.transfer.load(&flow.tractions, &areas); // I: face centres to quadrature points
@@ -221,6 +224,15 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         self.predictor.reset();
         self.acceleration.reset();
         self.set_share(BACK_OFF.powi(attempt as i32 - 1));
+    }
+
+    /// Makes the next time steps `time_step` (s) long. What was learnt in steps of another length is forgotten.
+    pub fn set_time_step(&mut self, time_step: f64) {
+        if time_step != self.settings.time_step {
+            self.settings.time_step = time_step;
+            self.predictor.reset();
+            self.acceleration.reset();
+        }
     }
 
     /// Relaxes by this share of the usual factor from now on.

@@ -57,6 +57,8 @@ pub struct FluidStep {
     pub volume: f64,
     /// Load on the wall at each face of the interface after the last corrector, Pa.
     pub tractions: Vec<Vec3>,
+    /// Its viscous part, `-mu n . dev(2 sym grad u)`: the wall shear stress, as a force of the fluid on the wall, Pa.
+    pub wall_shear: Vec<Vec3>,
     /// Largest difference between the fluid's velocity at the wall and the velocity of the wall's mesh, m/s.
     pub wall_velocity_mismatch: f64,
 }
@@ -66,11 +68,12 @@ pub trait Fluid {
     /// The wet surface in the reference configuration.
     fn interface(&self) -> &FluidInterface;
 
-    /// Solves the current time step for the trial displacement (m, one vector a point of the interface).
-    /// The first call after [`Fluid::accept`] opens the next time step.
+    /// Solves the current time step, `time_step` (s) long, for the trial displacement (m, one vector a point of the
+    /// interface). The first call after [`Fluid::accept`] opens the next time step; within a step the length stays.
     fn solve(
         &mut self,
         displacement: &[Vec3],
+        time_step: f64,
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError>;
 

@@ -4,9 +4,10 @@
 //! `2 mu symgrad(u) n`; here it is the physical one. The index is the same for both, being a ratio.
 
 use crate::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// Integrals over time of the wall shear stress of each face of the wall.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShearStatistics {
     /// Integral of the vector, Pa s.
     vector: Vec<Vec3>,
@@ -53,6 +54,11 @@ impl ShearStatistics {
         self.magnitude.iter().map(|m| m / self.duration).collect()
     }
 
+    /// Time average of the vector, Pa.
+    pub fn mean(&self) -> Vec<Vec3> {
+        self.vector.iter().map(|v| v / self.duration).collect()
+    }
+
     /// Oscillating shear index (10), from 0 (one direction) to 1/2 (no mean direction).
     pub fn oscillating_shear_index(&self) -> Vec<f64> {
         let index = |(vector, &magnitude): (&Vec3, &f64)| {
@@ -73,16 +79,6 @@ impl ShearStatistics {
             .map(|vector| self.duration / vector.norm())
             .collect()
     }
-}
-
-/// Wall shear stress (Pa), the force of the fluid on the wall, from the traction (Pa) on faces with area vectors
-/// `areas`: its part within the face.
-pub fn wall_shear_stress(tractions: &[Vec3], areas: &[Vec3]) -> Vec<Vec3> {
-    let tangential = |(traction, area): (&Vec3, &Vec3)| {
-        let normal = area.normalize();
-        traction - normal * traction.dot(&normal)
-    };
-    tractions.iter().zip(areas).map(tangential).collect()
 }
 
 #[cfg(test)]
@@ -140,11 +136,5 @@ mod tests {
             0.5 * (1.0 - 1.0 / mean),
             max_relative = 1e-6
         );
-    }
-
-    #[test]
-    fn the_pressure_is_no_part_of_the_shear_stress() {
-        let shear = wall_shear_stress(&[Vec3::new(0.3, 1e4, -0.2)], &[Vec3::new(0.0, 2e-6, 0.0)]);
-        assert_relative_eq!(shear[0], Vec3::new(0.3, 0.0, -0.2), epsilon = 1e-11);
     }
 }

@@ -5,7 +5,12 @@ pub mod figure;
 pub mod probes;
 pub mod progress;
 pub mod record;
+pub mod results;
+pub mod run_files;
 pub mod tables;
 pub mod vtu;
+pub mod wall_fields;
+pub mod wall_history;
+pub mod wall_record;
 
 pub use atomic::{sync_folder, write_atomically};

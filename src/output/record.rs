@@ -2,6 +2,7 @@
 
 use super::tables::{HistoryRow, IterationRow, ProbeRow, Table};
 use super::vtu::Series;
+use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::coupling::{Iteration, Step};
 use serde::{Deserialize, Serialize};
@@ -80,14 +81,16 @@ pub struct Memory {
     pub probes: u64,
     /// Times (s) and files of the wall's grids.
     pub grids: Vec<(f64, String)>,
+    /// What is known of the wall.
+    pub wall: WallMemory,
 }
 
 /// `summary.json`: the run in figures.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case, reason = "the keys carry the units")]
 pub struct Summary {
     /// Version of the program.
-    pub version: &'static str,
+    pub version: String,
     /// `complete`, `interrupted` or `failed`.
     pub status: String,
     /// Why it did not complete.
@@ -120,6 +123,8 @@ pub struct Record {
     probes: Option<Table>,
     /// The wall over time.
     pub structure: Series,
+    /// The wet surface over time.
+    pub wall: WallRecord,
     /// Volume of the whole mesh at the end of the last step, m³.
     volume: f64,
     started: Instant,
@@ -138,10 +143,10 @@ pub struct RecordSettings {
     pub probes: Option<PathBuf>,
     /// `structure.pvd`.
     pub structure: PathBuf,
+    /// The wet surface.
+    pub wall: WallRecordSettings,
     /// Folder of the case.
     pub case: PathBuf,
-    /// Length of a time step, s.
-    pub time_step: f64,
     /// Volume of the rigid extension, m³.
     pub rigid_volume: f64,
     /// Volume of the whole fluid mesh at rest, m³.
@@ -160,6 +165,7 @@ impl Record {
             iterations: Table::create(&settings.iterations)?,
             probes: settings.probes.as_deref().map(Table::create).transpose()?,
             structure: Series::new(settings.structure.clone())?,
+            wall: WallRecord::create(settings.wall.clone())?,
             volume: settings.volume,
             started: Instant::now(),
             totals: Totals::default(),
@@ -176,6 +182,7 @@ impl Record {
                 .map(|path| Table::resume(path, memory.probes))
                 .transpose()?,
             structure: Series::resume(settings.structure.clone(), memory.grids)?,
+            wall: WallRecord::resume(settings.wall.clone(), memory.wall)?,
             volume: memory.volume,
             started: Instant::now(),
             totals: memory.totals,
@@ -212,6 +219,7 @@ impl Record {
             iterations: length(&self.settings.iterations)?,
             probes: self.settings.probes.as_deref().map_or(Ok(0), length)?,
             grids: self.structure.entries().to_vec(),
+            wall: self.wall.memory()?,
         })
     }
 
@@ -219,11 +227,12 @@ impl Record {
         self.totals.wall_s + self.started.elapsed().as_secs_f64()
     }
 
-    /// Adds the rows of the accepted `attempt` at a step, which took `wall_seconds` so far; returns the row of the
-    /// history.
+    /// Adds the rows of the accepted `attempt` at a step, or a part of one, `time_step` (s) long, which took
+    /// `wall_seconds` so far; returns the row of the history.
     pub fn step(
         &mut self,
         step: &Step,
+        time_step: f64,
         attempt: usize,
         peaks: WallPeaks,
         wall_seconds: f64,
@@ -245,7 +254,7 @@ impl Record {
             p_in_Pa: fluid.inlet_pressure,
             p_out_Pa: fluid.outlet_pressure,
             lumen_volume_m3: fluid.volume - self.settings.rigid_volume,
-            dVdt_m3_s: (fluid.volume - self.volume) / self.settings.time_step,
+            dVdt_m3_s: (fluid.volume - self.volume) / time_step,
             max_displacement_m: peaks.displacement,
             max_von_mises_Pa: peaks.von_mises,
             p_windkessel_Pa: fluid.windkessel_pressure,
@@ -284,7 +293,6 @@ impl Record {
 
     fn count(&mut self, row: &HistoryRow, seconds: &Seconds) {
         let t = &mut self.totals;
-        t.steps += 1;
         t.time_s = row.time_s;
         t.coupling_iterations += row.coupling_iterations;
         t.max_coupling_iterations = t.max_coupling_iterations.max(row.coupling_iterations);
@@ -304,7 +312,7 @@ impl Record {
         s.rest_s = totals.wall_s - s.fluid_s - s.structure_s - s.coupling_s;
         let steps = totals.steps.max(1) as f64;
         Summary {
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").into(),
             status: status.into(),
             reason,
             case: self.settings.case.display().to_string(),

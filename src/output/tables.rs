@@ -1,13 +1,14 @@
 //! `history.csv` (a row a time step), `iterations.csv` (a row a coupling iteration)
 //! and `probes.csv` (a row a time step and probe).
 
-use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io;
 use std::path::Path;
 
 /// A row of `history.csv`. Field names are the headers: they carry the unit.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
 pub struct HistoryRow {
     /// Time at the end of the step.
@@ -99,6 +100,21 @@ pub struct ProbeRow {
     pub uy_m: f64,
     /// Displacement.
     pub uz_m: f64,
+}
+
+/// The rows of a table; a last one that is cut off does not count.
+///
+/// # Errors
+/// If the file cannot be read or is another table.
+pub fn read<T: DeserializeOwned>(path: &Path) -> io::Result<Vec<T>> {
+    let text = std::fs::read(path)?;
+    let whole = text
+        .iter()
+        .rposition(|byte| *byte == b'\n')
+        .map_or(0, |n| n + 1);
+    let mut reader = csv::Reader::from_reader(&text[..whole]);
+    let rows = reader.deserialize().collect::<Result<Vec<T>, _>>();
+    rows.map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))
 }
 
 /// A CSV file that is complete up to its last row at any moment.

@@ -9,7 +9,8 @@ use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// VTK's number of the linear hexahedron.
+/// VTK's numbers of the polygon and the linear hexahedron.
+const VTK_POLYGON: u8 = 7;
 const VTK_HEXAHEDRON: u8 = 12;
 
 /// Values at the points or in the cells of a grid.
@@ -23,13 +24,22 @@ pub enum Values<'a> {
     Integers(&'a [usize]),
 }
 
-/// A grid of linear hexahedra with named values.
+/// Points of the cells of a grid.
+#[derive(Debug, Clone, Copy)]
+pub enum Cells<'a> {
+    /// Linear hexahedra in VTK's order: around the bottom, then around the top.
+    Hexes(&'a [[usize; 8]]),
+    /// Polygons.
+    Polygons(&'a [Vec<u32>]),
+}
+
+/// A grid with named values.
 #[derive(Debug, Clone)]
 pub struct Grid<'a> {
     /// Positions of the points, m.
     pub points: &'a [Vec3],
-    /// Points of each cell in VTK's order: around the bottom, then around the top.
-    pub hexes: &'a [[usize; 8]],
+    /// Points of each cell.
+    pub cells: Cells<'a>,
     /// Names (with unit) and values at the points.
     pub point_data: Vec<(&'a str, Values<'a>)>,
     /// Names and values in the cells.
@@ -43,13 +53,28 @@ impl Grid<'_> {
     }
 
     fn to_xml(&self) -> String {
-        let connectivity: Vec<i64> = self.hexes.iter().flatten().map(|&p| p as i64).collect();
-        let offsets: Vec<i64> = (1..=self.hexes.len()).map(|n| 8 * n as i64).collect();
-        let types = vec![VTK_HEXAHEDRON; self.hexes.len()];
+        let (kind, connectivity, sizes): (u8, Vec<i64>, Vec<usize>) = match self.cells {
+            Cells::Hexes(hexes) => (
+                VTK_HEXAHEDRON,
+                hexes.iter().flatten().map(|&p| p as i64).collect(),
+                vec![8; hexes.len()],
+            ),
+            Cells::Polygons(faces) => (
+                VTK_POLYGON,
+                faces.iter().flatten().map(|&p| i64::from(p)).collect(),
+                faces.iter().map(Vec::len).collect(),
+            ),
+        };
+        let ends = sizes.iter().scan(0, |end, size| {
+            *end += *size as i64;
+            Some(*end)
+        });
+        let offsets: Vec<i64> = ends.collect();
+        let types = vec![kind; sizes.len()];
         let mut xml = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
         );
-        let (points, cells) = (self.points.len(), self.hexes.len());
+        let (points, cells) = (self.points.len(), sizes.len());
         let _ = writeln!(
             xml,
             "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">"
@@ -202,7 +227,7 @@ mod tests {
         let heights: Vec<f64> = points.iter().map(|p| 2.0 * p.z).collect();
         let grid = Grid {
             points: &points,
-            hexes: &[[0, 1, 2, 3, 4, 5, 6, 7]],
+            cells: Cells::Hexes(&[[0, 1, 2, 3, 4, 5, 6, 7]]),
             point_data: vec![
                 ("height", Values::Scalars(&heights)),
                 ("place", Values::Vectors(&points)),

@@ -320,9 +320,20 @@ impl Elements {
     /// Largest von Mises stress (Pa) over all quadrature points with its element and local coordinates, and the
     /// smallest and largest Jacobian `det F`.
     pub fn extremes(&self, body: Body, displacement: &[f64]) -> Result<Extremes, SolidError> {
+        let all = self.element_extremes(body, displacement)?;
+        Ok(all.iter().fold(Extremes::default(), |a, b| a.with(b)))
+    }
+
+    /// The same for each element.
+    pub fn element_extremes(
+        &self,
+        body: Body,
+        displacement: &[f64],
+    ) -> Result<Vec<Extremes>, SolidError> {
         let parts = self.chunks(body, displacement, |chunk, gradients| {
-            let mut extremes = Extremes::default();
+            let mut all = Vec::with_capacity(chunk.len());
             for (c, &e) in chunk.iter().enumerate() {
+                let mut extremes = Extremes::default();
                 let material = &body.materials[body.regions[e]];
                 for (q, point) in self.points[e].iter().enumerate() {
                     let F = self.deformation(body, e, q, gradients, c)?;
@@ -336,10 +347,11 @@ impl Elements {
                         max_jacobian: J,
                     });
                 }
+                all.push(extremes);
             }
-            Ok(extremes)
+            Ok(all)
         })?;
-        Ok(parts.iter().fold(Extremes::default(), |a, b| a.with(b)))
+        Ok(parts.concat())
     }
 
     /// Displacement (m) and von Mises stress (Pa) at all points, element by element.

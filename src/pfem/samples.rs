@@ -2,10 +2,36 @@
 
 use super::SolidError;
 use super::discretization::Discretization;
-use super::elements::Elements;
+use super::elements::{Elements, Extremes};
 use super::mapping::lattice;
 use super::quadrature::Rule;
 use crate::Vec3;
+
+/// Largest von Mises stress at the quadrature points of an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StressPeak {
+    /// Reference position of the element's middle, m.
+    pub element: Vec3,
+    /// The stress, Pa.
+    pub von_mises: f64,
+    /// Reference position of the point, m.
+    pub position: Vec3,
+}
+
+/// The largest stress of each element for a displacement.
+pub fn stress_peaks(
+    body: &Discretization,
+    displacement: &[f64],
+) -> Result<Vec<StressPeak>, SolidError> {
+    let all = body.elements.element_extremes(body.body(), displacement)?;
+    let at = |element, local| body.mapping.at(element, local).position;
+    let peak = |found: Extremes| StressPeak {
+        element: at(found.element, [0.0; 3]),
+        von_mises: found.von_mises,
+        position: at(found.element, found.local),
+    };
+    Ok(all.into_iter().map(peak).collect())
+}
 
 /// Points of a lattice in every element, and the small hexahedra between them.
 pub struct Sampler {

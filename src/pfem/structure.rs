@@ -259,16 +259,6 @@ impl Structure {
         modes::lowest(&self.body, &self.mass, count)
     }
 
-    /// Largest von Mises stress (Pa) at the quadrature points, and its reference position (m).
-    pub fn max_von_mises(&self, trial: &Trial) -> Result<(f64, Vec3), SolidError> {
-        let extremes = self
-            .body
-            .elements
-            .extremes(self.body.body(), &trial.state.d)?;
-        let at = self.body.mapping.at(extremes.element, extremes.local);
-        Ok((extremes.von_mises, at.position))
-    }
-
     fn check(&self, load: &SurfaceLoad) -> Result<(), SolidError> {
         let points = self.wet.points.len();
         if load.pressure.len() != points || load.shear.len() != points {

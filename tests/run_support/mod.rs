@@ -66,7 +66,11 @@ pub fn rows(path: &Path) -> Vec<Vec<String>> {
 
 /// Both runs must have left the same.
 pub fn assert_same_run(a: &Path, b: &Path) {
-    for file in ["history.csv", "iterations.csv"] {
+    for file in ["wall.bin", "hemodynamics.json", "wall-shear.csv"] {
+        let [x, y] = [a, b].map(|run| std::fs::read(run.join(file)).unwrap());
+        assert!(x == y, "{file} differs");
+    }
+    for file in ["history.csv", "iterations.csv", "regions.csv"] {
         let (x, y) = (rows(&a.join(file)), rows(&b.join(file)));
         for (i, (x, y)) in x.iter().zip(&y).enumerate() {
             assert_eq!(x, y, "{file}, row {i}");

@@ -30,7 +30,7 @@ pub struct Arguments {
     /// Folder of the run that provides the warm state; made or completed if need be [default: <case>/warm-<preset>].
     #[arg(long, value_name = "DIR")]
     warm: Option<PathBuf>,
-    /// Time of the warm state in seconds.
+    /// Time of the warm state in seconds; by default one beat after the start.
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     from: f64,
     /// File for the figures, to compare another version with.
@@ -46,32 +46,27 @@ pub struct Arguments {
 
 /// Measures, prints, compares.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let case = arguments.chosen.load(&arguments.case)?;
+    let until = |end: f64| {
+        let chosen = arguments.chosen.clone().with("time.end_s", end);
+        chosen.load(&arguments.case)
+    };
+    let case = until(arguments.from)?;
     install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
     let old = arguments.compare.as_deref().map(Report::read).transpose()?;
     if let Some(old) = &old {
         old.check(&arguments.chosen.preset.to_string(), &case)?;
     }
-    let interrupt = Interrupt::listen(arguments.quiet)
+    let then = (!arguments.quiet).then_some("the time step is finished");
+    let interrupt = Interrupt::listen(then)
         .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
-    let default = || {
+    let folder = (arguments.warm.clone()).unwrap_or_else(|| {
         arguments
             .case
             .join(format!("warm-{}", arguments.chosen.preset))
-    };
-    let folder = arguments.warm.clone().unwrap_or_else(default);
-    let warm = warm::state(
-        &arguments.case,
-        &case,
-        &folder,
-        arguments.from,
-        &interrupt,
-        arguments.quiet,
-    )?;
-
-    let mut measured = (*case).clone();
-    measured.time.end = warm.checkpoint.time + f64::from(arguments.steps) * case.time.step;
+    });
+    let warm = warm::state(&arguments.case, &case, &folder, &interrupt, arguments.quiet)?;
     let begin = warm.checkpoint.time;
+    let measured = until(begin + f64::from(arguments.steps) * case.time.step)?;
     let mut run = Run::assemble(
         &arguments.case,
         &measured,

@@ -1,9 +1,9 @@
 //! The state from which the measured steps start.
 
-use super::super::run::{self, Interrupt, save};
+use super::super::run::{Interrupt, Order, save};
 use super::super::run_folder::{Earlier, RunFolder};
 use super::Failure;
-use crate::case::Case;
+use crate::case::ResolvedCase;
 use crate::checkpoint::Checkpoint;
 use std::fs;
 use std::path::Path;
@@ -33,32 +33,24 @@ pub struct Warm {
     pub _root: TempDir,
 }
 
-/// Finds the checkpoint at the time `from` (s) of the run in `folder`, which is started or continued if it has not come
-/// so far, and copies it.
+/// Finds the checkpoint at the end of the run of `case` in `folder`, which is started or continued if it has not come so
+/// far, and copies it.
 pub fn state(
     path: &Path,
-    case: &Case,
+    case: &ResolvedCase,
     folder: &Path,
-    from: f64,
     interrupt: &Interrupt,
     quiet: bool,
 ) -> Result<Warm, Failure> {
-    let step = (from / case.time.step).round() as usize;
-    if step == 0 {
-        return Err(Failure::Input(format!(
-            "--from {from}: the warm state must lie at least one time step of {} s after the start",
-            case.time.step
-        )));
-    }
-    let earlier = if folder.exists() {
-        Earlier::Resume
-    } else {
-        Earlier::Keep
+    let earlier = match folder.exists() {
+        true => Earlier::Resume,
+        false => Earlier::Keep,
     };
     let found = match earlier {
         Earlier::Resume => newest(folder)?,
         _ => None,
     };
+    let step = case.steps();
     let checkpoint = match found {
         Some(checkpoint) if checkpoint.step() == step => {
             let changed = save::changed_keys(&checkpoint.case, &case.to_toml_string(), MAY_DIFFER);
@@ -73,12 +65,21 @@ pub fn state(
         }
         Some(checkpoint) if checkpoint.step() > step => {
             return Err(Failure::Input(format!(
-                "the run in {} is already at t = {} s; give --from {0}, or another --warm",
+                "the run in {} is already at t = {} s; give --from {1}, or another --warm",
                 folder.display(),
                 checkpoint.time
             )));
         }
-        _ => warm_up(path, case, folder, earlier, step, interrupt, quiet)?,
+        _ => {
+            let order = Order {
+                path,
+                case,
+                out: folder,
+                earlier,
+                quiet,
+            };
+            warm_up(&order, interrupt)?
+        }
     };
     copy(folder, checkpoint)
 }
@@ -88,30 +89,17 @@ fn newest(folder: &Path) -> Result<Option<Checkpoint>, Failure> {
     Ok(save::find(&folder)?.map(|found| found.checkpoint))
 }
 
-/// An ordinary run up to the end of `step`.
-fn warm_up(
-    path: &Path,
-    case: &Case,
-    root: &Path,
-    earlier: Earlier,
-    step: usize,
-    interrupt: &Interrupt,
-    quiet: bool,
-) -> Result<Checkpoint, Failure> {
-    let mut warming = case.clone();
-    warming.time.end = step as f64 * case.time.step;
-    if !quiet {
+/// An ordinary run up to the warm state.
+fn warm_up(order: &Order, interrupt: &Interrupt) -> Result<Checkpoint, Failure> {
+    let (root, step) = (order.out, order.case.steps());
+    if !order.quiet {
         eprintln!(
             "warming up in {} to t = {} s; done once",
             root.display(),
-            warming.time.end
+            order.case.time.end
         );
     }
-    let description = warming.to_toml_string();
-    let interrupt = interrupt.clone();
-    let mut run = run::prepare(path, &warming, &description, root, earlier, interrupt)?;
-    let outcome = run.advance(quiet);
-    run.conclude(outcome, true)?;
+    order.execute(|| Ok(interrupt.clone()))?;
     let found = newest(root)?.filter(|checkpoint| checkpoint.step() == step);
     found.ok_or_else(|| Failure::Run(format!("the run in {} left no checkpoint", root.display())))
 }

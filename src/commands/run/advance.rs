@@ -4,11 +4,12 @@ use super::assemble::Run;
 use super::{run_failure, written};
 use crate::commands::Failure;
 use crate::coupling::FailedStep;
+use crate::hemodynamics::WallState;
 use crate::output::progress::Progress;
 use crate::output::record::{WallPeaks, peak_memory};
 use crate::output::tables::HistoryRow;
-use crate::output::vtu::{Grid, Values};
-use crate::pfem::samples::{Sampler, Samples};
+use crate::output::vtu::{Cells, Grid, Values};
+use crate::pfem::samples::{Sampler, Samples, StressPeak, stress_peaks};
 use crate::pfem::structure::Trial;
 use crate::pfem::{SolidError, Structure};
 use std::cell::Cell;
@@ -37,6 +38,11 @@ impl Run {
             if self.interrupt.asked() && self.is_saved() {
                 return Err(Failure::Interrupted(String::new()));
             }
+            if let Some((last, reason)) = &self.last_good
+                && *last == self.record.totals.steps
+            {
+                return Err(Failure::Run(reason.clone()));
+            }
             match self.step() {
                 Ok(row) => progress.step(
                     self.record.totals.steps as u64,
@@ -56,20 +62,23 @@ impl Run {
         Ok(())
     }
 
-    /// Takes one step, records it, and writes a checkpoint if one is due.
+    /// Takes one step, or a part of it, records it, and writes a checkpoint if one is due.
     fn step(&mut self) -> Result<HistoryRow, Stop> {
         let (clock, last) = (Instant::now(), self.case.steps());
         let number = self.record.totals.steps + 1;
-        let attempt = self.attempt(number);
+        let attempt = self.attempt();
+        let completes = self.cadence.completes();
         let (output, time_step) = (&self.case.output, self.case.time.step);
-        let due = |interval: f64| number == last || is_due(number, time_step, interval);
+        let due =
+            |interval: f64| completes && (number == last || is_due(number, time_step, interval));
+        let ends = number == last || self.last_good.as_ref().is_some_and(|good| good.0 == number);
         let sampler = due(output.structure_interval).then_some(&self.sampler);
         // Decided when the step is about to be accepted: an interrupt may have come until then.
         let saving = Cell::new(false);
         let write = || {
             let waited = self.saved.elapsed().as_secs_f64() / 60.0;
             let now = waited >= output.checkpoint_interval || self.interrupt.asked();
-            saving.set(now || number == last);
+            saving.set(completes && (now || ends));
             saving.get() || due(output.fluid_interval)
         };
         let mut wall = None;
@@ -79,7 +88,7 @@ impl Run {
             probed = self.probes.displacement(solid, trial);
         });
         let accepted = outcome.map_err(Stop::Step)?;
-        let (von_mises, samples) = wall
+        let (stresses, samples) = wall
             .expect("an accepted step has been inspected")
             .map_err(run_failure)?;
         if let Some(samples) = samples {
@@ -91,16 +100,30 @@ impl Run {
         self.record
             .probes(&self.probes.rows(accepted.fluid.time, &probed))
             .map_err(written)?;
+        let state = WallState::new(
+            accepted.fluid.time,
+            &accepted.fluid.wall_shear,
+            &accepted.displacement,
+        );
+        self.record.wall.step(&state, &stresses).map_err(written)?;
         let displacements = accepted.displacement.iter().map(|d| d.norm());
         let peaks = WallPeaks {
             displacement: displacements.fold(0.0, f64::max),
-            von_mises,
+            von_mises: stresses.iter().map(|s| s.von_mises).fold(0.0, f64::max),
         };
         let seconds = clock.elapsed().as_secs_f64();
         let row = self
             .record
-            .step(&accepted, attempt, peaks, seconds)
+            .step(
+                &accepted,
+                self.coupling.settings.time_step,
+                attempt,
+                peaks,
+                seconds,
+            )
             .map_err(written)?;
+        self.cadence.advance();
+        self.record.totals.steps += usize::from(completes);
         let memory = peak_memory(&self.coupling.fluid.process_id().to_string());
         self.fluid_peak_memory = self.fluid_peak_memory.max(memory.unwrap_or(0.0));
         if saving.get() {
@@ -110,23 +133,23 @@ impl Run {
     }
 }
 
-/// Largest von Mises stress (Pa) of an accepted trial, and its fields if they are wanted.
+/// Largest von Mises stress of each element in an accepted trial, and the fields if they are wanted.
 fn inspect(
     solid: &Structure,
     trial: &Trial,
     sampler: Option<&Sampler>,
-) -> Result<(f64, Option<Samples>), SolidError> {
-    let (von_mises, _) = solid.max_von_mises(trial)?;
+) -> Result<(Vec<StressPeak>, Option<Samples>), SolidError> {
+    let stresses = stress_peaks(solid.body(), &trial.state.d)?;
     let samples = sampler
         .map(|s| s.sample(solid.body(), &trial.state.d))
         .transpose()?;
-    Ok((von_mises, samples))
+    Ok((stresses, samples))
 }
 
 fn grid<'a>(sampler: &'a Sampler, samples: &'a Samples) -> Grid<'a> {
     Grid {
         points: &sampler.points,
-        hexes: &sampler.hexes,
+        cells: Cells::Hexes(&sampler.hexes),
         point_data: vec![
             ("displacement_m", Values::Vectors(&samples.displacement)),
             ("von_mises_Pa", Values::Scalars(&samples.von_mises)),

@@ -6,6 +6,7 @@ use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
 use crate::output::progress::human;
 use crate::output::record::Summary;
+use crate::output::results;
 use std::path::PathBuf;
 
 impl Run {
@@ -15,6 +16,7 @@ impl Run {
             coupling,
             record,
             folder,
+            case,
             fluid_peak_memory,
             ..
         } = self;
@@ -26,12 +28,15 @@ impl Run {
             Err(failure) => ("failed", Some(failure.to_string())),
         };
         let summary = record.summary(status, reason, fluid_peak_memory);
-        let summarized = summary.write(&folder.summary());
+        let summarized = summary.write(&folder.summary()).and_then(|()| {
+            let (wall, statistics) = (record.wall.monitor().wall(), record.wall.statistics());
+            results::evaluate(&folder, &case, wall, statistics)
+        });
         match outcome {
             Ok(()) => {
-                summarized.map_err(written)?;
+                let hemodynamics = summarized.map_err(written)?;
                 if !quiet {
-                    print!("{}", farewell(&summary, &folder));
+                    print!("{}\n{}", farewell(&summary, &folder), hemodynamics);
                 }
                 Ok(())
             }
@@ -69,8 +74,12 @@ fn farewell(summary: &Summary, folder: &RunFolder) -> String {
          {:<44} a row a time step: flow, pressure, volume, displacement, stress\n\
          {:<44} a row a coupling iteration\n\
          {:<44} the run in figures\n\
+         {:<44} a row a time step and region: wall shear, volume, stress\n\
+         {:<44} wall shear measures in figures\n\
+         {:<44} wall shear measures on the wall: open it in ParaView\n\
          {:<44} the wall over time: open it in ParaView\n\
          {:<44} the blood over time: open it in ParaView\n\
+         {:<44} opens wall and blood in ParaView\n\
          {:<44} every value that was used\n",
         summary.totals.steps,
         summary.totals.time_s,
@@ -81,8 +90,12 @@ fn farewell(summary: &Summary, folder: &RunFolder) -> String {
         shown(folder.history()),
         shown(folder.iterations()),
         shown(folder.summary()),
+        shown(folder.regions()),
+        shown(folder.hemodynamics()),
+        shown(folder.wall_shear()),
         shown(folder.structure()),
         shown(folder.openfoam().join("fluid.foam")),
+        shown(folder.view()),
         shown(folder.resolved_case()),
     )
 }

@@ -11,8 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Listens from now on. (When the process ends at once, OpenFOAM ends by itself.)
-    pub fn listen(quiet: bool) -> io::Result<Self> {
+    /// Listens from now on, and then says what is done first, if there is something to say. (When the process ends at
+    /// once, OpenFOAM ends by itself.)
+    pub fn listen(then: Option<&'static str>) -> io::Result<Self> {
         let flag = Arc::new(AtomicBool::new(false));
         let signals = [SIGINT, SIGTERM, SIGHUP];
         for signal in signals {
@@ -21,11 +22,11 @@ impl Interrupt {
         }
         let mut heard = Signals::new(signals)?;
         std::thread::spawn(move || {
-            if heard.forever().next().is_some() && !quiet {
+            if let (Some(_), Some(then)) = (heard.forever().next(), then) {
                 // The terminal may be gone.
                 let _ = writeln!(
                     io::stderr(),
-                    "\ninterrupted: the time step is finished and a checkpoint written; a second time ends the run at once"
+                    "\ninterrupted: {then}; a second time ends everything at once"
                 );
             }
         });

@@ -18,9 +18,12 @@ use std::time::Instant;
 /// like the files, are compared by their content.
 const MAY_CHANGE: &[&str] = &[
     "time.end_s",
+    "time.max_halvings",
     "output.structure_interval_s",
     "output.fluid_interval_s",
     "output.checkpoint_interval_min",
+    "output.window_start_s",
+    "output.window_end_s",
     "fluid.answer_limit_s",
     "fluid.transport",
     "fluid.templates",
@@ -33,7 +36,7 @@ impl Run {
     /// Whether the last accepted step is in a checkpoint.
     pub fn is_saved(&self) -> bool {
         let step = self.record.totals.steps;
-        self.folder.checkpoints().path(step).exists()
+        self.cadence.done() == 0 && self.folder.checkpoints().path(step).exists()
     }
 
     /// Writes a checkpoint of the last accepted step, whose fields OpenFOAM has written, and removes what nobody needs
@@ -70,6 +73,8 @@ impl Run {
             (self.folder.history(), record.history),
             (self.folder.iterations(), record.iterations),
             (self.folder.probes(), record.probes),
+            (self.folder.regions(), record.wall.regions),
+            (self.folder.wall_history(), record.wall.history),
         ] {
             if length == 0 {
                 continue;
@@ -92,12 +97,17 @@ impl Run {
             files,
             coupling: self.coupling.memory(),
             structure: self.coupling.solid.memory(),
+            cadence: self.cadence,
             record,
         })
     }
 
     /// Gives wall and coupling the state of a checkpoint.
     pub fn recall(&mut self, checkpoint: &Checkpoint) -> Result<(), Failure> {
+        self.cadence = checkpoint.cadence;
+        // Before the coupling remembers: another length makes it forget.
+        self.coupling
+            .set_time_step(self.case.time.step / self.cadence.parts() as f64);
         self.coupling
             .recall(checkpoint.coupling.clone())
             .map_err(run_failure)?;

@@ -3,13 +3,11 @@
 mod lock;
 
 use super::Failure;
-use crate::checkpoint::Store;
+use crate::output::run_files::{MARK, RunFiles};
 use lock::Lock;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// Its presence marks a folder as one that this program made.
-const MARK: &str = "case.resolved.toml";
 /// Who works in the folder.
 const LOCK: &str = "run.lock";
 
@@ -27,8 +25,16 @@ pub enum Earlier {
 /// The files of a run, and the right to work with them.
 #[derive(Debug)]
 pub struct RunFolder {
-    root: PathBuf,
+    files: RunFiles,
     _lock: Lock,
+}
+
+impl std::ops::Deref for RunFolder {
+    type Target = RunFiles;
+
+    fn deref(&self) -> &RunFiles {
+        &self.files
+    }
 }
 
 impl RunFolder {
@@ -66,7 +72,7 @@ impl RunFolder {
             .map_err(|e| Failure::Input(format!("cannot create {shown}: {e}")))?;
         let folder = Self {
             _lock: Lock::take(&root.join(LOCK))?,
-            root: root.to_owned(),
+            files: RunFiles::new(root),
         };
         if earlier == Earlier::Replace {
             folder
@@ -80,14 +86,14 @@ impl RunFolder {
     pub fn adopt(root: &Path) -> Result<Self, Failure> {
         Ok(Self {
             _lock: Lock::take(&root.join(LOCK))?,
-            root: root.to_owned(),
+            files: RunFiles::new(root),
         })
     }
 
     /// Removes everything but the lock.
     fn clear(&self) -> std::io::Result<()> {
-        for name in contents(&self.root)? {
-            let path = self.root.join(&name);
+        for name in contents(self.root())? {
+            let path = self.root().join(&name);
             if path.is_dir() && !path.is_symlink() {
                 fs::remove_dir_all(path)?;
             } else if name != LOCK {
@@ -95,56 +101,6 @@ impl RunFolder {
             }
         }
         Ok(())
-    }
-
-    /// The checkpoints.
-    pub fn checkpoints(&self) -> Store {
-        Store::new(&self.root)
-    }
-
-    /// The folder itself.
-    pub fn root(&self) -> &Path {
-        &self.root
-    }
-
-    /// Every value of the case.
-    pub fn resolved_case(&self) -> PathBuf {
-        self.root.join(MARK)
-    }
-
-    /// A row a time step.
-    pub fn history(&self) -> PathBuf {
-        self.root.join("history.csv")
-    }
-
-    /// A row a coupling iteration.
-    pub fn iterations(&self) -> PathBuf {
-        self.root.join("iterations.csv")
-    }
-
-    /// A row a time step and probe.
-    pub fn probes(&self) -> PathBuf {
-        self.root.join("probes.csv")
-    }
-
-    /// The run in figures.
-    pub fn summary(&self) -> PathBuf {
-        self.root.join("summary.json")
-    }
-
-    /// The wall over time, for ParaView.
-    pub fn structure(&self) -> PathBuf {
-        self.root.join("structure.pvd")
-    }
-
-    /// The case that OpenFOAM runs in.
-    pub fn openfoam(&self) -> PathBuf {
-        self.root.join("openfoam")
-    }
-
-    /// OpenFOAM's own output.
-    pub fn openfoam_log(&self) -> PathBuf {
-        self.root.join("openfoam.log")
     }
 }
 

@@ -88,6 +88,24 @@ impl Process {
         self.has_ended() && self.status.is_some_and(|status| status.success())
     }
 
+    /// Its exit code, if it has ended with one.
+    pub fn exit_code(&mut self) -> Option<i32> {
+        self.has_ended().then_some(self.status).flatten()?.code()
+    }
+
+    /// Sends it a signal, if it has not ended.
+    pub fn signal(&mut self, signal: Signal) {
+        if !self.has_ended() {
+            // Not yet waited for, so the number is still this child's.
+            let _ = kill_process(Pid::from_child(&self.child), signal);
+        }
+    }
+
+    /// The last lines of its log.
+    pub fn last_words(&self) -> String {
+        tail(&self.log)
+    }
+
     /// How it ended and its last words, for an error.
     pub fn obituary(&mut self) -> String {
         let end = match self.has_ended().then_some(self.status).flatten() {

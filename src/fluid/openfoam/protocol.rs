@@ -11,7 +11,7 @@ mod from_fluid;
 mod to_fluid;
 
 /// Version of `PROTOCOL.md` that this module implements.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Bytes before the payload.
 pub const FRAME_SIZE: usize = 16;
 /// Longest text of a FAILURE, bytes.

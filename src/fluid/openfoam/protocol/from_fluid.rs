@@ -73,6 +73,7 @@ pub struct Accepted {
     pub volume: f64,
     pub wall_velocity_mismatch: f64,
     pub tractions: Vec<Vec3>,
+    pub wall_shear: Vec<Vec3>,
 }
 
 /// The one message that may come now, apart from FAILURE.
@@ -127,7 +128,7 @@ impl Expected {
             Expected::Hello if (HELLO_HEAD..=MAX_HELLO).contains(&frame.length) => return Ok(()),
             Expected::Hello => return wrong_length(format!("{HELLO_HEAD} to {MAX_HELLO}")),
             Expected::Solved { faces } => SOLVED_HEAD + 24 * faces as u64,
-            Expected::Accepted { faces } => ACCEPTED_HEAD + 24 * faces as u64,
+            Expected::Accepted { faces } => ACCEPTED_HEAD + 48 * faces as u64,
         };
         if frame.length == exact {
             Ok(())
@@ -168,7 +169,11 @@ pub fn decode(kind: Kind, payload: &[u8]) -> Result<FromFluid, ProtocolError> {
             windkessel_pressure: reader.f64("windkessel pressure")?,
             volume: reader.f64("volume")?,
             wall_velocity_mismatch: reader.f64("wall velocity mismatch")?,
-            tractions: reader.vectors(reader.rest.len() / 24, "traction of face")?,
+            tractions: reader.vectors(reader.rest.len() / 48, "traction of face")?,
+            wall_shear: reader.vectors(
+                payload.len().saturating_sub(ACCEPTED_HEAD as usize) / 48,
+                "wall shear stress of face",
+            )?,
         }),
         Kind::Failure => FromFluid::Failure(printable(std::mem::take(&mut reader.rest))),
         kind => {

@@ -37,7 +37,7 @@ fn the_welcome_of_the_documentation() {
     let hex: Vec<_> = welcome.iter().map(|byte| format!("{byte:02x}")).collect();
     let documented = include_str!("../../../../of-adapter/PROTOCOL.md");
     let start = documented
-        .find("46 53 49 50  01 00")
+        .find("46 53 49 50  02 00")
         .expect("the example is there");
     let listed = documented[start..].lines().take(4).flat_map(|line| {
         line.split_whitespace()
@@ -98,6 +98,32 @@ fn numbers_that_are_none_are_refused_with_their_place() {
 }
 
 #[test]
+fn a_report_brings_load_and_wall_shear_of_each_face() {
+    let mut payload = Vec::new();
+    (1..=8).for_each(|i| put_f64(&mut payload, f64::from(i)));
+    let [load, shear] = [1.0, 2.0].map(|x| vec![Vec3::new(x, 0.0, -x); 3]);
+    put_vectors(&mut payload, &load);
+    put_vectors(&mut payload, &shear);
+    let frame = Frame {
+        kind: Kind::Accepted,
+        length: payload.len() as u64,
+    };
+    assert_eq!(Expected::Accepted { faces: 3 }.check(frame), Ok(()));
+    let FromFluid::Accepted(accepted) = decode(Kind::Accepted, &payload).unwrap() else {
+        panic!("a report")
+    };
+    assert_eq!((accepted.tractions, accepted.wall_shear), (load, shear));
+
+    // As many bytes as an odd number of vectors: one of the two fields is too short.
+    let refused = decode(Kind::Accepted, &payload[..payload.len() - 24]);
+    assert!(refused.is_err());
+    let at = payload.len() - 8;
+    payload[at..].copy_from_slice(&f64::NAN.to_le_bytes());
+    let refused = decode(Kind::Accepted, &payload).unwrap_err().to_string();
+    assert!(refused.contains("wall shear stress of face 2"), "{refused}");
+}
+
+#[test]
 fn frames_that_do_not_belong_are_refused() {
     let frame = |kind: u16, version: u16, length: u64| {
         let mut bytes = [0; FRAME_SIZE];
@@ -112,36 +138,36 @@ fn frames_that_do_not_belong_are_refused() {
         Err(ProtocolError::Foreign)
     );
     assert_eq!(
-        Frame::decode(&frame(4, 2, 0)),
-        Err(ProtocolError::Version { found: 2 })
+        Frame::decode(&frame(4, 1, 0)),
+        Err(ProtocolError::Version { found: 1 })
     );
     assert_eq!(
-        Frame::decode(&frame(9, 1, 0)),
+        Frame::decode(&frame(9, VERSION, 0)),
         Err(ProtocolError::UnknownKind(9))
     );
     let expected = Expected::Solved { faces: 2 };
     assert_eq!(
-        expected.check(Frame::decode(&frame(4, 1, 72)).unwrap()),
+        expected.check(Frame::decode(&frame(4, VERSION, 72)).unwrap()),
         Ok(())
     );
     assert!(
         expected
-            .check(Frame::decode(&frame(4, 1, u64::MAX)).unwrap())
+            .check(Frame::decode(&frame(4, VERSION, u64::MAX)).unwrap())
             .is_err()
     );
     assert!(
         expected
-            .check(Frame::decode(&frame(6, 1, 72)).unwrap())
+            .check(Frame::decode(&frame(6, VERSION, 72)).unwrap())
             .is_err()
     );
     assert!(
         expected
-            .check(Frame::decode(&frame(8, 1, 4097)).unwrap())
+            .check(Frame::decode(&frame(8, VERSION, 4097)).unwrap())
             .is_err()
     );
     assert!(
         Expected::Hello
-            .check(Frame::decode(&frame(1, 1, MAX_HELLO + 1)).unwrap())
+            .check(Frame::decode(&frame(1, VERSION, MAX_HELLO + 1)).unwrap())
             .is_err()
     );
 }

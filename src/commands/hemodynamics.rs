@@ -1,0 +1,38 @@
+//! `fsi-driver hemodynamics RUN`: wall shear measures again, from what a run has stored, over any window.
+
+use super::Failure;
+use crate::hemodynamics::Window;
+use crate::output::results;
+use crate::output::run_files::RunFiles;
+use std::path::PathBuf;
+
+/// Options of the evaluation.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder of the run.
+    #[arg(value_name = "RUN")]
+    folder: PathBuf,
+    /// Start of the window in seconds, not included [default: as the run was evaluated].
+    #[arg(long, value_name = "S", requires = "to")]
+    from: Option<f64>,
+    /// End of the window in seconds, included.
+    #[arg(long, value_name = "S", requires = "from")]
+    to: Option<f64>,
+}
+
+/// Evaluates a run again and prints the result.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let window = match (arguments.from, arguments.to) {
+        (Some(from), Some(to)) if !(from >= 0.0 && from < to) => {
+            return Err(Failure::Input(format!(
+                "--from {from} --to {to}: expected times with 0 <= FROM < TO"
+            )));
+        }
+        (Some(start_s), Some(end_s)) => Some(Window { start_s, end_s }),
+        _ => None,
+    };
+    let files = RunFiles::new(&arguments.folder);
+    let summary = results::reevaluate(&files, window).map_err(|e| Failure::Input(e.to_string()))?;
+    print!("{summary}");
+    Ok(())
+}

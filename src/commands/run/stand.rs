@@ -1,0 +1,49 @@
+//! How far the run in a folder has come with a case.
+
+use super::save;
+use crate::case::Case;
+use crate::checkpoint::Store;
+use crate::commands::Failure;
+use crate::output::record::Summary;
+use crate::output::run_files::RunFiles;
+use std::path::Path;
+
+/// How far a run has come.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Stand {
+    /// There is none.
+    Absent,
+    /// It can be resumed.
+    Unfinished,
+    /// Its last step is done, and it has said so.
+    Complete,
+    /// It is that of another case; the text says what differs.
+    Changed(String),
+}
+
+impl Stand {
+    /// Looks at the folder `root`.
+    pub fn of(root: &Path, case: &Case) -> Self {
+        let files = RunFiles::new(root);
+        if !files.resolved_case().is_file() {
+            return Self::Absent;
+        }
+        // What is wrong with damaged checkpoints is said by the attempt to resume.
+        let Ok(found) = Store::new(root).newest() else {
+            return Self::Unfinished;
+        };
+        if let Err(Failure::Input(text)) = save::compare(&found.checkpoint, case) {
+            return Self::Changed(text);
+        }
+        let summary = std::fs::read(files.summary()).ok();
+        let summary = summary.and_then(|text| serde_json::from_slice::<Summary>(&text).ok());
+        let complete = summary.is_some_and(|summary| summary.status == "complete")
+            && found.checkpoint.step() >= case.steps()
+            && files.hemodynamics().is_file();
+        if complete {
+            Self::Complete
+        } else {
+            Self::Unfinished
+        }
+    }
+}

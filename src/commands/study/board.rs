@@ -1,0 +1,196 @@
+//! One table of progress for all models: it updates in a terminal, and is printed now and then elsewhere.
+
+use super::models::Model;
+use super::worker::Outcome;
+use crate::output::progress::human;
+use crate::output::run_files::RunFiles;
+use crate::output::tables::{self, HistoryRow};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// Steps over which the speed of a model is averaged.
+const RECENT: usize = 50;
+/// Time between two tables where they do not update.
+const INTERVAL: Duration = Duration::from_secs(60);
+
+/// The table.
+pub struct Board {
+    rows: Vec<Row>,
+    jobs: usize,
+    quiet: bool,
+    lines: Option<Lines>,
+    last_shown: Option<Instant>,
+    last: Vec<Outcome>,
+}
+
+/// The lines in a terminal.
+struct Lines {
+    all: MultiProgress,
+    models: Vec<ProgressBar>,
+    total: ProgressBar,
+}
+
+/// What is known of a model.
+struct Row {
+    name: String,
+    files: RunFiles,
+    steps: usize,
+    done: usize,
+    /// Seconds a step, lately.
+    pace: Option<f64>,
+}
+
+impl Row {
+    fn look(&mut self) {
+        let Ok(history) = tables::read::<HistoryRow>(&self.files.history()) else {
+            return; // not there yet
+        };
+        self.done = history.len();
+        let recent = &history[history.len().saturating_sub(RECENT)..];
+        if !recent.is_empty() {
+            self.pace =
+                Some(recent.iter().map(|row| row.wall_s).sum::<f64>() / recent.len() as f64);
+        }
+    }
+
+    fn message(&self, outcome: &Outcome) -> String {
+        match (outcome, self.pace) {
+            (Outcome::Working, Some(pace)) => {
+                let left = human(pace * (self.steps - self.done.min(self.steps)) as f64);
+                format!("{pace:.2} s/step, {left} left")
+            }
+            (Outcome::Working, None) => "starting".into(),
+            (Outcome::Waiting, _) => "waiting".into(),
+            (Outcome::Done, _) => "done".into(),
+            (Outcome::Interrupted, _) => "interrupted".into(),
+            (Outcome::Failed(_), _) => "failed".into(),
+        }
+    }
+}
+
+impl Board {
+    /// A table of models, `jobs` of which work at once; `quiet` shows nothing.
+    pub fn new(models: &[Model], jobs: usize, quiet: bool) -> Self {
+        let rows: Vec<Row> = models
+            .iter()
+            .map(|model| {
+                let mut row = Row {
+                    name: model.name.clone(),
+                    files: RunFiles::new(&model.out),
+                    steps: model.case.steps(),
+                    done: 0,
+                    pace: None,
+                };
+                row.look();
+                row
+            })
+            .collect();
+        let lines = (!quiet && std::io::stderr().is_terminal()).then(|| {
+            let all = MultiProgress::with_draw_target(ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{prefix:10} {bar:24} {pos:>5}/{len} {msg}")
+                .expect("the template is valid");
+            let line = |row: &Row| {
+                let bar = ProgressBar::new(row.steps as u64).with_prefix(row.name.clone());
+                all.add(bar.with_style(style.clone()))
+            };
+            let models = rows.iter().map(line).collect();
+            let plain = ProgressStyle::with_template("{msg}").expect("the template is valid");
+            let total = all.add(ProgressBar::new(1).with_style(plain));
+            Lines { all, models, total }
+        });
+        Self {
+            last: Vec::new(),
+            rows,
+            jobs,
+            quiet,
+            lines,
+            last_shown: None,
+        }
+    }
+
+    /// Shows how far the models are.
+    pub fn show(&mut self, outcomes: &[Outcome]) {
+        if self.quiet {
+            return;
+        }
+        let changed = self.last != outcomes;
+        let is_due = self
+            .last_shown
+            .is_none_or(|last| last.elapsed() >= INTERVAL);
+        if self.lines.is_none() && !changed && !is_due {
+            return;
+        }
+        for ((i, row), outcome) in self.rows.iter_mut().enumerate().zip(outcomes) {
+            if *outcome == Outcome::Working || changed && self.last.get(i) != Some(outcome) {
+                row.look();
+            }
+        }
+        let total = self.total(outcomes);
+        if let Some(lines) = &self.lines {
+            for ((row, bar), outcome) in self.rows.iter().zip(&lines.models).zip(outcomes) {
+                bar.set_position(row.done as u64);
+                bar.set_message(row.message(outcome));
+            }
+            lines.total.set_message(total);
+        } else {
+            let mut table = String::new();
+            for (row, outcome) in self.rows.iter().zip(outcomes) {
+                let (done, steps) = (row.done, row.steps);
+                let message = row.message(outcome);
+                table += &format!("{:10} {done:>5}/{steps} {message}\n", row.name);
+            }
+            say(&format!("{table}{total}"));
+        }
+        self.last = outcomes.to_vec();
+        self.last_shown = Some(Instant::now());
+    }
+
+    /// Models that are done, and the time that all will be, by the pace of those that have one.
+    fn total(&self, outcomes: &[Outcome]) -> String {
+        let done = outcomes.iter().filter(|o| **o == Outcome::Done).count();
+        let mut text = format!("{done} of {} models done", self.rows.len());
+        let paces: Vec<f64> = self.rows.iter().filter_map(|row| row.pace).collect();
+        if paces.is_empty() || done == self.rows.len() {
+            return text;
+        }
+        let usual = paces.iter().sum::<f64>() / paces.len() as f64;
+        let left = self
+            .rows
+            .iter()
+            .zip(outcomes)
+            .map(|(row, outcome)| match outcome {
+                Outcome::Working | Outcome::Waiting => {
+                    (row.steps - row.done.min(row.steps)) as f64 * row.pace.unwrap_or(usual)
+                }
+                _ => 0.0,
+            });
+        let left: Vec<f64> = left.collect();
+        // Work is shared evenly at best, and no model can be divided.
+        let longest = left.iter().copied().fold(0.0, f64::max);
+        let time = (left.iter().sum::<f64>() / self.jobs as f64).max(longest);
+        text += &format!(", about {} left for all", human(time));
+        text
+    }
+
+    /// Something that the user should know.
+    pub fn note(&self, text: &str) {
+        match &self.lines {
+            Some(lines) => lines.all.suspend(|| say(text)),
+            None => say(text),
+        }
+    }
+
+    /// Leaves the last table standing.
+    pub fn finish(&self) {
+        if let Some(lines) = &self.lines {
+            lines.models.iter().for_each(ProgressBar::abandon);
+            lines.total.abandon();
+        }
+    }
+}
+
+/// Lines on standard error, if anybody is still there to see them.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}

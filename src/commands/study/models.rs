@@ -1,0 +1,174 @@
+//! Which models a study has, and how far each has come.
+
+use super::worker::Outcome;
+use crate::case::ResolvedCase;
+use crate::commands::Failure;
+use crate::commands::case_arguments::CaseArguments;
+use crate::commands::run::Stand;
+use std::path::{Path, PathBuf};
+
+/// A model of the study.
+#[derive(Debug)]
+pub struct Model {
+    /// Name of its folder.
+    pub name: String,
+    /// Folder of the case.
+    pub folder: PathBuf,
+    /// Folder of the run.
+    pub out: PathBuf,
+    /// The case.
+    pub case: ResolvedCase,
+    /// How far its run has come.
+    pub stand: Stand,
+}
+
+impl Model {
+    /// What is to be done with it at the start.
+    pub fn outcome(&self) -> Outcome {
+        match self.stand {
+            Stand::Complete => Outcome::Done,
+            _ => Outcome::Waiting,
+        }
+    }
+
+    /// File of what its run says.
+    pub fn log(&self) -> PathBuf {
+        self.out.with_file_name(format!("{}.log", self.name))
+    }
+}
+
+/// The models in the folder `cases` whose names fit one of the patterns, by name; all cases must be right.
+pub fn find(
+    cases: &Path,
+    patterns: &str,
+    chosen: &CaseArguments,
+    out: &Path,
+) -> Result<Vec<Model>, Failure> {
+    let entries = std::fs::read_dir(cases)
+        .map_err(|e| Failure::Input(format!("cannot read the folder {}: {e}", cases.display())))?;
+    let folders = entries.flatten().map(|entry| entry.path());
+    let mut folders: Vec<(String, PathBuf)> = folders
+        .filter(|folder| folder.join("case.toml").is_file())
+        .filter_map(|folder| Some((folder.file_name()?.to_str()?.to_owned(), folder)))
+        .collect();
+    folders.sort();
+    let fits = |name: &str| patterns.split(',').any(|p| matches(p.trim(), name));
+    let (models, others): (Vec<_>, Vec<_>) = folders.into_iter().partition(|(name, _)| fits(name));
+    if models.is_empty() {
+        let others: Vec<String> = others.into_iter().map(|(name, _)| name).collect();
+        return Err(Failure::Input(format!(
+            "no model in {} is called {patterns}; there are: {}",
+            cases.display(),
+            if others.is_empty() {
+                "none".into()
+            } else {
+                others.join(", ")
+            }
+        )));
+    }
+    let mut wrong = Vec::new();
+    let mut found = Vec::new();
+    for (name, folder) in models {
+        match chosen.load(&folder) {
+            Ok(case) => {
+                let out = out.join(&name);
+                found.push(Model {
+                    stand: Stand::of(&out, &case),
+                    name,
+                    folder,
+                    out,
+                    case,
+                });
+            }
+            Err(failure) => wrong.push(format!("{}: {failure}", folder.display())),
+        }
+    }
+    if wrong.is_empty() {
+        Ok(found)
+    } else {
+        Err(Failure::Input(wrong.join("\n")))
+    }
+}
+
+/// Refuses a folder with runs in it.
+pub fn refuse_earlier(models: &[Model]) -> Result<(), Failure> {
+    match models.iter().find(|model| model.out.exists()) {
+        Some(model) => Err(Failure::Input(format!(
+            "{} exists already; continue the study with --resume, or choose another folder with --out",
+            model.out.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Moves the runs of changed cases aside, and says so.
+pub fn prepare(models: &mut [Model]) -> Result<Vec<String>, Failure> {
+    let mut notes = Vec::new();
+    for model in models {
+        let Stand::Changed(_) = model.stand else {
+            continue;
+        };
+        let aside = (1..)
+            .map(|n| {
+                model
+                    .out
+                    .with_file_name(format!("{}.before-{n}", model.name))
+            })
+            .find(|path| !path.exists())
+            .expect("there are endless numbers");
+        std::fs::rename(&model.out, &aside)
+            .map_err(|e| Failure::Input(format!("cannot rename {}: {e}", model.out.display())))?;
+        notes.push(format!(
+            "{}: its case has changed, so it begins anew; the earlier results are in {}",
+            model.name,
+            aside.display()
+        ));
+        model.stand = Stand::Absent;
+    }
+    Ok(notes)
+}
+
+/// Whether a name fits a pattern with `*` (anything), `?` (a letter) and `[…]` (one of these letters).
+fn matches(pattern: &str, name: &str) -> bool {
+    let mut letters = name.chars();
+    let Some(first) = pattern.chars().next() else {
+        return name.is_empty();
+    };
+    let rest = &pattern[first.len_utf8()..];
+    match first {
+        '*' => {
+            let ends = name.char_indices().map(|(i, _)| i).chain([name.len()]);
+            ends.into_iter().any(|i| matches(rest, &name[i..]))
+        }
+        '[' if rest.contains(']') => {
+            let (set, rest) = rest.split_once(']').expect("it is there");
+            letters.next().is_some_and(|letter| set.contains(letter))
+                && matches(rest, letters.as_str())
+        }
+        _ => {
+            let fits = |letter: char| first == '?' || letter == first;
+            letters.next().is_some_and(fits) && matches(rest, letters.as_str())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::matches;
+
+    #[test]
+    fn patterns_choose_models_as_a_shell_does() {
+        let all = ["A-0.0", "H-0.25", "H-0.5", "S-0.75", "elastic-tube"];
+        let chosen = |pattern: &str| -> Vec<&str> {
+            all.into_iter()
+                .filter(|name| matches(pattern, name))
+                .collect()
+        };
+        assert_eq!(chosen("[SHA]-*"), ["A-0.0", "H-0.25", "H-0.5", "S-0.75"]);
+        assert_eq!(chosen("H-*"), ["H-0.25", "H-0.5"]);
+        assert_eq!(chosen("?-0.?"), ["A-0.0", "H-0.5"]);
+        assert_eq!(chosen("*5"), ["H-0.25", "H-0.5", "S-0.75"]);
+        assert_eq!(chosen("S-0.7"), Vec::<&str>::new());
+        assert_eq!(chosen("[S"), Vec::<&str>::new());
+    }
+}

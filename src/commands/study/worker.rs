@@ -1,0 +1,93 @@
+//! A model at work: a run in a process of its own.
+
+use super::models::Model;
+use crate::commands::case_arguments::CaseArguments;
+use crate::commands::run::Stand;
+use crate::fluid::openfoam::process::Process;
+use rustix::process::Signal;
+use std::process::Command;
+use std::time::Duration;
+
+/// What became of a model so far.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Outcome {
+    /// Its turn has not come.
+    Waiting,
+    /// It is running.
+    Working,
+    /// It has come to its last step.
+    Done,
+    /// It was asked to end, and can be resumed.
+    Interrupted,
+    /// It cannot go on, for this reason.
+    Failed(String),
+}
+
+/// A run in a process of its own, which ends when this one does.
+pub struct Worker {
+    process: Process,
+    log: std::path::PathBuf,
+    asked_to_end: bool,
+}
+
+impl Worker {
+    /// Starts or resumes the run of a model. Call it from a thread that lives as long as the study.
+    pub fn start(model: &Model, chosen: &CaseArguments, threads: usize) -> Result<Self, String> {
+        let program = std::env::current_exe().map_err(|e| format!("cannot find myself: {e}"))?;
+        let mut command = Command::new(program);
+        command
+            .arg("--case")
+            .arg(&model.folder)
+            .arg("--out")
+            .arg(&model.out)
+            .args(chosen.to_arguments());
+        if model.stand != Stand::Absent {
+            command.arg("--resume");
+        }
+        if std::env::var_os("RAYON_NUM_THREADS").is_none() {
+            command.env("RAYON_NUM_THREADS", threads.to_string());
+        }
+        let log = model.log();
+        // Should this process be killed, the run ends in order by itself.
+        let process = Process::start(command, &log, Signal::TERM)
+            .map_err(|e| format!("cannot be started: {e}"))?;
+        Ok(Self {
+            process,
+            log,
+            asked_to_end: false,
+        })
+    }
+
+    /// Asks it to write a checkpoint and end.
+    pub fn interrupt(&mut self) {
+        if !std::mem::replace(&mut self.asked_to_end, true) {
+            self.process.signal(Signal::TERM);
+        }
+    }
+
+    /// What became of it.
+    pub fn outcome(&mut self) -> Outcome {
+        if !self.process.has_ended() {
+            return Outcome::Working;
+        }
+        match self.process.exit_code() {
+            Some(0) => Outcome::Done,
+            Some(130) => Outcome::Interrupted,
+            _ => Outcome::Failed(format!(
+                "see {}\n{}",
+                self.log.display(),
+                self.process.last_words()
+            )),
+        }
+    }
+}
+
+impl Drop for Worker {
+    /// Waits for its checkpoint.
+    fn drop(&mut self) {
+        if !self.process.has_ended() {
+            self.interrupt();
+            while !self.process.wait(Duration::from_secs(1)) {}
+        }
+    }
+}

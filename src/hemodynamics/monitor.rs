@@ -1,0 +1,169 @@
+//! The regions of a vessel at the end of a step, in figures.
+
+use super::region::{Region, RegionName};
+use super::wall::{Place, Wall, WallState, widened};
+use crate::Vec3;
+use crate::pfem::samples::StressPeak;
+use serde::{Deserialize, Serialize};
+
+/// A region at the end of a step; a row of `regions.csv`. Field names are the headers: they carry the unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
+pub struct RegionStep {
+    /// Time at the end of the step.
+    pub time_s: f64,
+    /// Which region.
+    pub region: RegionName,
+    /// Magnitude of the wall shear stress, mean over the deformed area.
+    pub mean_wall_shear_Pa: f64,
+    /// Its largest value over the faces.
+    pub max_wall_shear_Pa: f64,
+    /// Where that is on the unloaded wall.
+    pub max_wall_shear_x_m: f64,
+    /// Where that is around the axis.
+    pub max_wall_shear_phi_deg: f64,
+    /// Volume of the lumen within.
+    pub lumen_volume_m3: f64,
+    /// Largest displacement of the wet surface.
+    pub max_displacement_m: f64,
+    /// Largest von Mises stress at the quadrature points of the elements whose middle lies within.
+    pub max_von_mises_Pa: f64,
+    /// Where that is in the unloaded wall, along the axis.
+    pub max_von_mises_x_m: f64,
+    /// Around the axis.
+    pub max_von_mises_phi_deg: f64,
+    /// Distance from the axis.
+    pub max_von_mises_r_m: f64,
+}
+
+/// A wall with its regions.
+#[derive(Debug, Clone)]
+pub struct Monitor {
+    wall: Wall,
+    places: Vec<Place>,
+    regions: Vec<Part>,
+}
+
+#[derive(Debug, Clone)]
+struct Part {
+    region: Region,
+    shares: Vec<(usize, f64)>,
+    points: Vec<usize>,
+}
+
+impl Monitor {
+    /// Prepares the regions of a wall.
+    pub fn new(wall: Wall, regions: &[Region]) -> Self {
+        let part = |region: &Region| {
+            let points = wall.points.iter().enumerate();
+            Part {
+                region: *region,
+                shares: wall.shares(region),
+                points: points
+                    .filter(|(_, x)| region.contains(x.x))
+                    .map(|(i, _)| i)
+                    .collect(),
+            }
+        };
+        let parts = regions.iter().map(part);
+        Self {
+            regions: parts.collect(),
+            places: wall.places(),
+            wall,
+        }
+    }
+
+    /// The wall.
+    pub fn wall(&self) -> &Wall {
+        &self.wall
+    }
+
+    /// Every region at the end of a step, with the stresses of all elements.
+    pub fn observe(&self, state: &WallState, stresses: &[StressPeak]) -> Vec<RegionStep> {
+        let extents = self.wall.extents(&self.wall.displaced(&state.displacement));
+        let shear: Vec<f64> = state.shear.iter().map(|v| widened(v).norm()).collect();
+        let observe = |part: &Part| {
+            let (mut area, mut volume, mut mean) = (0.0, 0.0, 0.0);
+            let mut most = (0.0, Place::default());
+            for &(face, share) in &part.shares {
+                area += share * extents[face].area;
+                volume += share * extents[face].volume;
+                mean += share * extents[face].area * shear[face];
+                if share >= 0.5 && shear[face] > most.0 {
+                    most = (shear[face], self.places[face]);
+                }
+            }
+            let lengths = part.points.iter().map(|&p| widened(&state.displacement[p]));
+            let stress = stresses
+                .iter()
+                .filter(|peak| part.region.contains(peak.element.x))
+                .max_by(|a, b| a.von_mises.total_cmp(&b.von_mises));
+            let at = stress.map_or(Vec3::zeros(), |peak| peak.position);
+            RegionStep {
+                time_s: state.time,
+                region: part.region.name,
+                mean_wall_shear_Pa: if area > 0.0 { mean / area } else { 0.0 },
+                max_wall_shear_Pa: most.0,
+                max_wall_shear_x_m: most.1.x_m,
+                max_wall_shear_phi_deg: most.1.phi_deg,
+                lumen_volume_m3: volume,
+                max_displacement_m: lengths.map(|u| u.norm()).fold(0.0, f64::max),
+                max_von_mises_Pa: stress.map_or(0.0, |peak| peak.von_mises),
+                max_von_mises_x_m: at.x,
+                max_von_mises_phi_deg: Place::of(&at).phi_deg,
+                max_von_mises_r_m: at.y.hypot(at.z),
+            }
+        };
+        self.regions.iter().map(observe).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hemodynamics::wall::tests::tube;
+    use approx::assert_relative_eq;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn mean_and_largest_values_of_a_region_are_those_within() {
+        let wall = tube(40, 100);
+        let places = wall.places();
+        // Shear that grows along the tube, one face apart; the tube is blown up to twice its radius.
+        let shear: Vec<Vec3> = places.iter().map(|p| Vec3::x() * p.x_m).collect();
+        let displacement: Vec<Vec3> = wall.points.iter().map(|x| x - Vec3::x() * x.x).collect();
+        let regions = [
+            (RegionName::Bypass, 0.0, 2.0),
+            (RegionName::Artery, 2.0, 4.0),
+        ];
+        let regions = regions.map(|(name, from_m, to_m)| Region { name, from_m, to_m });
+        let stress = |x: f64, von_mises: f64| StressPeak {
+            element: Vec3::x() * x,
+            von_mises,
+            position: Vec3::new(x, 0.0, -2.0),
+        };
+        let found = Monitor::new(wall, &regions).observe(
+            &WallState::new(0.5, &shear, &displacement),
+            &[stress(1.0, 7.0), stress(3.0, 5.0), stress(3.5, 6.0)],
+        );
+        assert_relative_eq!(found[0].mean_wall_shear_Pa, 1.0, max_relative = 1e-6);
+        assert_relative_eq!(found[1].mean_wall_shear_Pa, 3.0, max_relative = 1e-6);
+        assert_relative_eq!(found[0].max_wall_shear_Pa, 1.95, max_relative = 1e-6);
+        assert_relative_eq!(found[1].max_wall_shear_x_m, 3.95, max_relative = 1e-6);
+        assert_relative_eq!(
+            found[1].lumen_volume_m3,
+            PI * 16.0 * 2.0,
+            max_relative = 1e-2
+        );
+        assert_relative_eq!(found[1].max_displacement_m, 2.0, max_relative = 1e-6);
+        assert_eq!(
+            (found[0].max_von_mises_Pa, found[1].max_von_mises_Pa),
+            (7.0, 6.0)
+        );
+        assert_eq!(
+            (found[1].max_von_mises_x_m, found[1].max_von_mises_r_m),
+            (3.5, 2.0)
+        );
+        assert_eq!(found[1].max_von_mises_phi_deg, -90.0);
+    }
+}

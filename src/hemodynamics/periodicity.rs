@@ -1,0 +1,63 @@
+//! How far a run is from repeating itself.
+
+use serde::{Deserialize, Serialize};
+
+/// Largest difference between one period and the one before, in a quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Difference {
+    /// End of the later period, s.
+    pub period_end_s: f64,
+    /// Largest `|f(t) - f(t - T)|`, in the unit of the quantity.
+    pub largest: f64,
+    /// The same over the largest `|f|` of the later period.
+    pub relative: f64,
+}
+
+/// Differences between successive whole periods of `values`, one for each step of a run from t = 0, `per_period` to a
+/// period that lasts `period` (s).
+pub fn differences(values: &[f64], per_period: usize, period: f64) -> Vec<Difference> {
+    let periods: Vec<&[f64]> = values.chunks_exact(per_period.max(1)).collect();
+    let difference = |(i, pair): (usize, &[&[f64]])| {
+        let largest = largest(
+            pair[1]
+                .iter()
+                .zip(pair[0])
+                .map(|(now, before)| now - before),
+        );
+        let size = self::largest(pair[1].iter().copied());
+        Difference {
+            period_end_s: period * (i + 2) as f64,
+            largest,
+            relative: if size > 0.0 { largest / size } else { 0.0 },
+        }
+    };
+    periods.windows(2).enumerate().map(difference).collect()
+}
+
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |m, x| m.max(x.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn a_transient_that_decays_to_a_tenth_in_a_period_is_measured() {
+        let values: Vec<f64> = (1..=350)
+            .map(|n| f64::from(n) / 100.0)
+            .map(|t| (TAU * t).cos() + 0.1_f64.powf(t))
+            .collect();
+        let found = differences(&values, 100, 1.0);
+        // The half period at the end does not count.
+        assert_eq!(found.len(), 2);
+        assert_eq!(found[1].period_end_s, 3.0);
+        assert_relative_eq!(
+            found[0].largest / found[1].largest,
+            10.0,
+            max_relative = 1e-9
+        );
+    }
+}

@@ -1,0 +1,331 @@
+//! `hemodynamics.json`: the window in figures.
+
+use super::monitor::RegionStep;
+use super::periodicity::{Difference, differences};
+use super::region::{Region, RegionName};
+use super::statistics::WindowStatistics;
+use super::wall::{Place, Wall};
+use super::window::Window;
+use crate::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// The wall's measures on each face, averaged over a window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WallFields {
+    /// Centres of the unloaded faces.
+    pub places: Vec<Place>,
+    /// Mean positions of the points, m.
+    pub positions: Vec<Vec3>,
+    /// Areas of the faces there, m².
+    pub areas: Vec<f64>,
+    /// Mean wall shear stress, Pa.
+    pub mean_shear: Vec<Vec3>,
+    /// Time-averaged wall shear stress, Pa.
+    pub time_averaged: Vec<f64>,
+    /// Oscillating shear index (10).
+    pub oscillating: Vec<f64>,
+    /// Relative residence time, 1/Pa.
+    pub residence: Vec<f64>,
+}
+
+impl WallFields {
+    /// The fields, if a step was seen.
+    pub fn new(wall: &Wall, statistics: &WindowStatistics) -> Option<Self> {
+        if statistics.steps == 0 {
+            return None;
+        }
+        let moved = wall.points.iter().zip(statistics.mean_displacement());
+        let positions: Vec<Vec3> = moved.map(|(x, u)| x + u).collect();
+        let extents = wall.extents(&positions);
+        let shear = &statistics.shear;
+        Some(Self {
+            places: wall.places(),
+            positions,
+            areas: extents.iter().map(|extent| extent.area).collect(),
+            mean_shear: shear.mean(),
+            time_averaged: shear.time_averaged(),
+            oscillating: shear.oscillating_shear_index(),
+            residence: shear.relative_residence_time(),
+        })
+    }
+}
+
+/// Mean and extremes of a field over a region.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FieldSummary {
+    /// Mean over the area of the wall at its mean position.
+    pub mean: f64,
+    /// Smallest value of a face.
+    pub min: f64,
+    /// Largest value of a face.
+    pub max: f64,
+    /// Where the largest is.
+    pub max_at: Place,
+}
+
+/// Largest value in time and space.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Peak {
+    /// The value.
+    pub max: f64,
+    /// When.
+    pub time_s: f64,
+    /// Where.
+    pub at: Place,
+}
+
+/// Course over the window.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Course {
+    /// Smallest value.
+    pub min: f64,
+    /// Mean over time.
+    pub mean: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+impl Course {
+    /// Of values at equal distances in time; `None` if there are none.
+    pub fn of(values: &[f64]) -> Option<Self> {
+        let n = values.len();
+        (n > 0).then(|| Self {
+            min: values.iter().copied().fold(f64::INFINITY, f64::min),
+            mean: values.iter().sum::<f64>() / n as f64,
+            max: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        })
+    }
+}
+
+/// A region over the window.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(non_snake_case, reason = "the keys carry the units")]
+pub struct RegionSummary {
+    /// Which.
+    #[serde(flatten)]
+    pub region: Region,
+    /// Area of the wall at its mean position.
+    pub area_m2: f64,
+    /// Time-averaged wall shear stress.
+    pub TAWSS_Pa: FieldSummary,
+    /// Oscillating shear index.
+    pub OSI: FieldSummary,
+    /// Relative residence time.
+    pub RRT_1_Pa: FieldSummary,
+    /// Magnitude of the wall shear stress, mean over the deformed area of each step.
+    pub mean_wall_shear_Pa: Course,
+    /// Its largest value.
+    pub max_wall_shear_Pa: Peak,
+    /// Largest von Mises stress.
+    pub max_von_mises_Pa: Peak,
+    /// Volume of the lumen.
+    pub lumen_volume_m3: Course,
+    /// Largest displacement of the wet surface.
+    pub max_displacement_m: Course,
+}
+
+/// What the summary needs of the history of a run, one value a step.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Series {
+    /// Time at the end of the step, s.
+    pub time: Vec<f64>,
+    /// Inflow, m³/s.
+    pub inflow: Vec<f64>,
+    /// Outflow, m³/s.
+    pub outflow: Vec<f64>,
+    /// Mean pressure at the outlet, Pa.
+    pub outlet_pressure: Vec<f64>,
+    /// Largest displacement of the wet surface, m.
+    pub displacement: Vec<f64>,
+}
+
+/// Courses and periodicity of the whole vessel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(non_snake_case, reason = "the keys carry the units")]
+pub struct VesselSummary {
+    /// Inflow.
+    pub Q_in_m3_s: Course,
+    /// Outflow.
+    pub Q_out_m3_s: Course,
+    /// Mean pressure at the outlet.
+    pub p_out_Pa: Course,
+    /// Largest displacement of the wet surface.
+    pub max_displacement_m: Course,
+}
+
+/// Differences between successive periods of the whole run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Periodicity {
+    /// Of the outflow, m³/s.
+    pub outflow: Vec<Difference>,
+    /// Of the largest displacement, m.
+    pub max_displacement: Vec<Difference>,
+}
+
+/// `hemodynamics.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// What was asked for: start < t <= end.
+    pub window: Window,
+    /// Steps of it that were seen.
+    pub steps: usize,
+    /// Whether these are all.
+    pub complete: bool,
+    /// Whether it is a whole number of periods, without which time averages depend on where it begins.
+    pub whole_periods: bool,
+    /// The whole vessel over the window; absent if no step of it was seen.
+    pub vessel: Option<VesselSummary>,
+    /// Its parts.
+    pub regions: Vec<RegionSummary>,
+    /// How far the run is from repeating itself.
+    pub periodicity: Periodicity,
+}
+
+impl Summary {
+    /// Summarizes a run with steps of `step` (s) and periods of `period` (s).
+    pub fn new(
+        wall: &Wall,
+        regions: &[Region],
+        statistics: &WindowStatistics,
+        rows: &[RegionStep],
+        series: &Series,
+        [step, period]: [f64; 2],
+    ) -> Self {
+        let window = statistics.window;
+        let beats = (window.end_s - window.start_s) / period;
+        let fields = WallFields::new(wall, statistics);
+        let part = |region: &Region| {
+            let inside =
+                |row: &&RegionStep| row.region == region.name && window.contains(row.time_s, step);
+            let rows: Vec<_> = rows.iter().filter(inside).collect();
+            region_summary(wall, region, fields.as_ref()?, &rows)
+        };
+        let per_period = (period / step).round() as usize;
+        Self {
+            window,
+            steps: statistics.steps,
+            complete: statistics.is_complete(step),
+            whole_periods: beats.round() >= 1.0 && (beats - beats.round()).abs() < 1e-6,
+            vessel: vessel_summary(series, window, step),
+            regions: regions.iter().filter_map(part).collect(),
+            periodicity: Periodicity {
+                outflow: differences(&series.outflow, per_period, period),
+                max_displacement: differences(&series.displacement, per_period, period),
+            },
+        }
+    }
+
+    /// A region, if the vessel has it.
+    pub fn region(&self, name: RegionName) -> Option<&RegionSummary> {
+        self.regions.iter().find(|r| r.region.name == name)
+    }
+}
+
+fn vessel_summary(series: &Series, window: Window, step: f64) -> Option<VesselSummary> {
+    let inside = |values: &[f64]| -> Vec<f64> {
+        let pairs = series.time.iter().zip(values);
+        let chosen = pairs.filter(|(t, _)| window.contains(**t, step));
+        chosen.map(|(_, value)| *value).collect()
+    };
+    Some(VesselSummary {
+        Q_in_m3_s: Course::of(&inside(&series.inflow))?,
+        Q_out_m3_s: Course::of(&inside(&series.outflow))?,
+        p_out_Pa: Course::of(&inside(&series.outlet_pressure))?,
+        max_displacement_m: Course::of(&inside(&series.displacement))?,
+    })
+}
+
+fn region_summary(
+    wall: &Wall,
+    region: &Region,
+    fields: &WallFields,
+    rows: &[&RegionStep],
+) -> Option<RegionSummary> {
+    let shares = wall.shares(region);
+    let area: f64 = shares
+        .iter()
+        .map(|(f, share)| share * fields.areas[*f])
+        .sum();
+    let field = |values: &[f64]| {
+        let mut found = FieldSummary {
+            mean: 0.0,
+            min: f64::INFINITY,
+            max: f64::NEG_INFINITY,
+            max_at: Place::default(),
+        };
+        for &(face, share) in &shares {
+            let value = values[face];
+            found.mean += share * fields.areas[face] / area * value;
+            if share >= 0.5 {
+                found.min = found.min.min(value);
+                if value > found.max {
+                    (found.max, found.max_at) = (value, fields.places[face]);
+                }
+            }
+        }
+        found
+    };
+    let course = |value: fn(&RegionStep) -> f64| {
+        Course::of(&rows.iter().map(|row| value(row)).collect::<Vec<_>>())
+    };
+    let peak = |value: fn(&RegionStep) -> f64, at: fn(&RegionStep) -> Place| {
+        let row = rows.iter().max_by(|a, b| value(a).total_cmp(&value(b)))?;
+        Some(Peak {
+            max: value(row),
+            time_s: row.time_s,
+            at: at(row),
+        })
+    };
+    Some(RegionSummary {
+        region: *region,
+        area_m2: area,
+        TAWSS_Pa: field(&fields.time_averaged),
+        OSI: field(&fields.oscillating),
+        RRT_1_Pa: field(&fields.residence),
+        mean_wall_shear_Pa: course(|row| row.mean_wall_shear_Pa)?,
+        max_wall_shear_Pa: peak(
+            |row| row.max_wall_shear_Pa,
+            |row| Place {
+                x_m: row.max_wall_shear_x_m,
+                phi_deg: row.max_wall_shear_phi_deg,
+            },
+        )?,
+        max_von_mises_Pa: peak(
+            |row| row.max_von_mises_Pa,
+            |row| Place {
+                x_m: row.max_von_mises_x_m,
+                phi_deg: row.max_von_mises_phi_deg,
+            },
+        )?,
+        lumen_volume_m3: course(|row| row.lumen_volume_m3)?,
+        max_displacement_m: course(|row| row.max_displacement_m)?,
+    })
+}
+
+impl std::fmt::Display for Summary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Window { start_s, end_s } = self.window;
+        let seen = match (self.steps, self.complete) {
+            (0, _) => ", of which no step was computed yet",
+            (_, false) => ", of which not every step was computed",
+            (_, true) if !self.whole_periods => ", which is not a whole number of periods",
+            _ => "",
+        };
+        writeln!(f, "wall shear over {start_s} s < t <= {end_s} s{seen}")?;
+        for region in &self.regions {
+            let (tawss, osi) = (region.TAWSS_Pa, region.OSI);
+            writeln!(
+                f,
+                "{:<11} TAWSS {:.4} Pa (at most {:.4}), OSI {:.5} (at most {:.5} at x = {:.4} m, {:.0}°)",
+                region.region.name.to_string(),
+                tawss.mean,
+                tawss.max,
+                osi.mean,
+                osi.max,
+                osi.max_at.x_m,
+                osi.max_at.phi_deg
+            )?;
+        }
+        Ok(())
+    }
+}

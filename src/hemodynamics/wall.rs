@@ -1,0 +1,178 @@
+//! The wet surface as a list of faces, in the vessel's coordinates: x along the axis, φ around it from +y towards +z.
+
+use super::region::Region;
+use crate::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Where a face lies on the unloaded wall.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Along the axis.
+    pub x_m: f64,
+    /// Around it, from -180 to 180.
+    pub phi_deg: f64,
+}
+
+impl Place {
+    /// The place of a point of the unloaded wall.
+    pub fn of(x: &Vec3) -> Self {
+        Self {
+            x_m: x.x,
+            phi_deg: x.z.atan2(x.y).to_degrees(),
+        }
+    }
+}
+
+/// What the fluid does to the wall, and where the wall is, at the end of a step. In single precision, as it is stored:
+/// what is computed from it while running is then what is computed from the stored values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WallState {
+    /// Time, s.
+    pub time: f64,
+    /// Wall shear stress on each face, Pa.
+    pub shear: Vec<[f32; 3]>,
+    /// Displacement of each point, m.
+    pub displacement: Vec<[f32; 3]>,
+}
+
+impl WallState {
+    /// Rounds the fields.
+    pub fn new(time: f64, shear: &[Vec3], displacement: &[Vec3]) -> Self {
+        let round = |v: &Vec3| [v.x, v.y, v.z].map(|c| c as f32);
+        Self {
+            time,
+            shear: shear.iter().map(round).collect(),
+            displacement: displacement.iter().map(round).collect(),
+        }
+    }
+}
+
+/// A vector in double precision.
+pub fn widened(v: &[f32; 3]) -> Vec3 {
+    Vec3::from(v.map(f64::from))
+}
+
+/// The unloaded wet surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wall {
+    /// Positions of the points, m.
+    pub points: Vec<Vec3>,
+    /// Points of each face; the normal by the right-hand rule points out of the lumen.
+    pub faces: Vec<Vec<u32>>,
+}
+
+/// Area (m²) of a face, and its part of the surface integral of `(y n_y + z n_z)/2` (m³), which gives the volume
+/// between two cross-sections by the divergence theorem.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// Area, m².
+    pub area: f64,
+    /// Part of the volume, m³.
+    pub volume: f64,
+}
+
+impl Wall {
+    /// Centres of the unloaded faces.
+    pub fn places(&self) -> Vec<Place> {
+        let centre = |face: &Vec<u32>| {
+            let sum: Vec3 = face.iter().map(|&p| self.points[p as usize]).sum();
+            Place::of(&(sum / face.len() as f64))
+        };
+        self.faces.iter().map(centre).collect()
+    }
+
+    /// Share of each face in a region; faces outside are left out.
+    pub fn shares(&self, region: &Region) -> Vec<(usize, f64)> {
+        let share = |face: &Vec<u32>| {
+            let xs = face.iter().map(|&p| self.points[p as usize].x);
+            let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                (low.min(x), high.max(x))
+            });
+            region.share(low, high)
+        };
+        let shares = self.faces.iter().map(share).enumerate();
+        shares.filter(|(_, share)| *share > 0.0).collect()
+    }
+
+    /// Positions (m) of the points that are displaced by `displacement` (m).
+    pub fn displaced(&self, displacement: &[[f32; 3]]) -> Vec<Vec3> {
+        let pairs = self.points.iter().zip(displacement);
+        pairs.map(|(x, u)| x + widened(u)).collect()
+    }
+
+    /// Extents of the faces with the points at `positions` (m): triangles between each side and the middle.
+    pub fn extents(&self, positions: &[Vec3]) -> Vec<Extent> {
+        let extent = |face: &Vec<u32>| {
+            let corner = |i: usize| positions[face[i % face.len()] as usize];
+            let middle = (0..face.len()).map(corner).sum::<Vec3>() / face.len() as f64;
+            let mut extent = Extent {
+                area: 0.0,
+                volume: 0.0,
+            };
+            for i in 0..face.len() {
+                let (a, b) = (corner(i), corner(i + 1));
+                let vector = 0.5 * (a - middle).cross(&(b - middle));
+                let centre = (a + b + middle) / 3.0;
+                extent.area += vector.norm();
+                extent.volume += 0.5 * (centre.y * vector.y + centre.z * vector.z);
+            }
+            extent
+        };
+        self.faces.iter().map(extent).collect()
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::hemodynamics::RegionName;
+    use approx::assert_relative_eq;
+    use std::f64::consts::{PI, TAU};
+
+    /// A tube of radius 2 m from x = 0 to 4 m.
+    pub fn tube(along: usize, around: usize) -> Wall {
+        let mut points = Vec::new();
+        let mut faces = Vec::new();
+        for i in 0..=along {
+            for j in 0..around {
+                let phi = TAU * j as f64 / around as f64;
+                let x = 4.0 * i as f64 / along as f64;
+                points.push(Vec3::new(x, 2.0 * phi.cos(), 2.0 * phi.sin()));
+                let at = |i: usize, j: usize| (i * around + j % around) as u32;
+                if i < along {
+                    faces.push(vec![at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)]);
+                }
+            }
+        }
+        Wall { points, faces }
+    }
+
+    #[test]
+    fn a_part_of_a_tube_has_its_area_and_volume_also_between_the_cross_sections_of_the_mesh() {
+        let wall = tube(7, 400);
+        let region = Region {
+            name: RegionName::Artery,
+            from_m: 0.9,
+            to_m: 3.1,
+        };
+        let still = vec![[0.0; 3]; wall.points.len()];
+        let extents = wall.extents(&wall.displaced(&still));
+        let sum = |part: fn(&Extent) -> f64| -> f64 {
+            let shares = wall.shares(&region).into_iter();
+            shares
+                .map(|(face, share)| share * part(&extents[face]))
+                .sum()
+        };
+        assert_relative_eq!(sum(|e| e.area), TAU * 2.0 * 2.2, max_relative = 1e-4);
+        assert_relative_eq!(sum(|e| e.volume), PI * 4.0 * 2.2, max_relative = 1e-4);
+    }
+
+    #[test]
+    fn places_are_told_by_axis_and_angle() {
+        let places = tube(4, 8).places();
+        assert_relative_eq!(places[0].x_m, 0.5);
+        assert_relative_eq!(places[0].phi_deg, 22.5, max_relative = 1e-12);
+        assert_relative_eq!(places[8 + 5].x_m, 1.5);
+        assert_relative_eq!(places[8 + 5].phi_deg, -112.5, max_relative = 1e-12);
+    }
+}

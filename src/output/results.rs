@@ -1,0 +1,155 @@
+//! What a run has left: evaluated at its end, and read again later.
+
+use super::run_files::{MARK, RunFiles};
+use super::tables::{self, HistoryRow};
+use super::wall_fields::{self, FaceRow};
+use super::{record, wall_record, write_atomically};
+use crate::case::Case;
+use crate::hemodynamics::summary::{Series, WallFields};
+use crate::hemodynamics::{Region, RegionStep, Summary, Wall, Window, WindowStatistics};
+use std::io;
+use std::path::Path;
+
+/// Evaluates a run over a window: writes `hemodynamics.json`, and the fields on the wall if a step of the window was
+/// seen.
+pub fn evaluate(
+    files: &RunFiles,
+    case: &Case,
+    wall: &Wall,
+    statistics: &WindowStatistics,
+) -> io::Result<Summary> {
+    let rows: Vec<RegionStep> = tables::read(&files.regions())?;
+    let history: Vec<HistoryRow> = tables::read(&files.history())?;
+    let times = [case.time.step, case.time.period];
+    let series = series(&history);
+    let summary = Summary::new(wall, &Region::of(case), statistics, &rows, &series, times);
+    if let Some(fields) = WallFields::new(wall, statistics) {
+        let rows = wall_fields::rows(wall, &fields);
+        wall_fields::write_table(&files.wall_shear_table(), &rows)?;
+        wall_fields::write_series(&files.wall_shear(), statistics.window.end_s, wall, &fields)?;
+    }
+    let json = serde_json::to_string_pretty(&summary).map_err(io::Error::other)?;
+    write_atomically(&files.hemodynamics(), json.as_bytes())?;
+    write_atomically(&files.view(), include_bytes!("paraview.py"))?;
+    Ok(summary)
+}
+
+/// The columns of a history that the summary needs.
+fn series(history: &[HistoryRow]) -> Series {
+    let column = |value: fn(&HistoryRow) -> f64| history.iter().map(value).collect();
+    Series {
+        time: column(|row| row.time_s),
+        inflow: column(|row| row.Q_in_m3_s),
+        outflow: column(|row| row.Q_out_m3_s),
+        outlet_pressure: column(|row| row.p_out_Pa),
+        displacement: column(|row| row.max_displacement_m),
+    }
+}
+
+/// Why a folder cannot be read as a run.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct ResultsError(String);
+
+/// A run that was read again.
+#[derive(Debug, Clone)]
+pub struct Results {
+    /// Its files.
+    pub files: RunFiles,
+    /// Every value that was used.
+    pub case: Case,
+    /// The run in figures, if it has ended.
+    pub summary: Option<record::Summary>,
+    /// A row a time step.
+    pub history: Vec<HistoryRow>,
+    /// A row a time step and region.
+    pub regions: Vec<RegionStep>,
+    /// The hemodynamics in figures.
+    pub hemodynamics: Summary,
+    /// A row a face; empty if no step of the window was seen.
+    pub faces: Vec<FaceRow>,
+}
+
+impl Results {
+    /// Reads the run in the folder `root`.
+    ///
+    /// # Errors
+    /// If there is none, or it has not ended yet, or a file of it is damaged.
+    pub fn load(root: &Path) -> Result<Self, ResultsError> {
+        let files = RunFiles::new(root);
+        let case = read_case(&files)?;
+        let failed = |path: &Path, error: &dyn std::fmt::Display| {
+            ResultsError(format!("cannot read {}: {error}", path.display()))
+        };
+        let path = files.hemodynamics();
+        if !path.is_file() {
+            return Err(ResultsError(format!(
+                "{} holds no hemodynamics.json: the run has not ended in order yet; continue it with --resume",
+                root.display()
+            )));
+        }
+        let text = std::fs::read(&path).map_err(|e| failed(&path, &e))?;
+        let hemodynamics = serde_json::from_slice(&text).map_err(|e| failed(&path, &e))?;
+        let table = |path: &Path| tables::read(path).map_err(|e| failed(path, &e));
+        let regions = tables::read(&files.regions()).map_err(|e| failed(&files.regions(), &e))?;
+        let faces = match files.wall_shear_table() {
+            path if path.is_file() => tables::read(&path).map_err(|e| failed(&path, &e))?,
+            _ => Vec::new(),
+        };
+        let summary = std::fs::read(files.summary()).ok();
+        Ok(Self {
+            history: table(&files.history())?,
+            summary: summary.and_then(|text| serde_json::from_slice(&text).ok()),
+            regions,
+            faces,
+            hemodynamics,
+            case,
+            files,
+        })
+    }
+}
+
+/// The case of a run.
+///
+/// # Errors
+/// If the folder is not that of a run.
+pub fn read_case(files: &RunFiles) -> Result<Case, ResultsError> {
+    let (root, path) = (files.root().display(), files.resolved_case());
+    if !path.is_file() {
+        return Err(ResultsError(format!(
+            "{root} is not the folder of a run (it holds no {MARK})"
+        )));
+    }
+    let text = std::fs::read_to_string(&path);
+    let text = text.map_err(|e| ResultsError(format!("cannot read {}: {e}", path.display())))?;
+    toml::from_str(&text).map_err(|e| {
+        ResultsError(format!(
+            "{} was written by another version of the program: {e}",
+            path.display()
+        ))
+    })
+}
+
+/// Evaluates a run again from its stored wall, over another window if one is given.
+///
+/// # Errors
+/// If the run did not keep its wall, or a file cannot be read or written.
+pub fn reevaluate(files: &RunFiles, window: Option<Window>) -> Result<Summary, ResultsError> {
+    let case = read_case(files)?;
+    let path = files.wall_history();
+    if !path.is_file() {
+        return Err(ResultsError(format!(
+            "{} is not there: the run did not keep its wall (output.wall_history = false)",
+            path.display()
+        )));
+    }
+    let window = window.unwrap_or_else(|| Window::of(&case));
+    let failed = |error: io::Error| {
+        ResultsError(format!(
+            "cannot evaluate {}: {error}",
+            files.root().display()
+        ))
+    };
+    let (wall, statistics) = wall_record::gather(&path, window, case.time.step).map_err(failed)?;
+    evaluate(files, &case, &wall, &statistics).map_err(failed)
+}

@@ -1,0 +1,102 @@
+//! The names of the files in the folder of a run.
+
+use crate::checkpoint::Store;
+use std::path::{Path, PathBuf};
+
+/// Its presence marks a folder as one that this program made.
+pub const MARK: &str = "case.resolved.toml";
+
+/// The files of a run.
+#[derive(Debug, Clone)]
+pub struct RunFiles {
+    root: PathBuf,
+}
+
+impl RunFiles {
+    /// The files of the run in the folder `root`.
+    pub fn new(root: &Path) -> Self {
+        Self {
+            root: root.to_owned(),
+        }
+    }
+
+    /// The checkpoints.
+    pub fn checkpoints(&self) -> Store {
+        Store::new(&self.root)
+    }
+
+    /// The folder itself.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Every value of the case.
+    pub fn resolved_case(&self) -> PathBuf {
+        self.root.join(MARK)
+    }
+
+    /// A row a time step.
+    pub fn history(&self) -> PathBuf {
+        self.root.join("history.csv")
+    }
+
+    /// A row a coupling iteration.
+    pub fn iterations(&self) -> PathBuf {
+        self.root.join("iterations.csv")
+    }
+
+    /// A row a time step and probe.
+    pub fn probes(&self) -> PathBuf {
+        self.root.join("probes.csv")
+    }
+
+    /// A row a time step and region of the vessel.
+    pub fn regions(&self) -> PathBuf {
+        self.root.join("regions.csv")
+    }
+
+    /// Wall shear stress and displacement of the wet surface at each step.
+    pub fn wall_history(&self) -> PathBuf {
+        self.root.join("wall.bin")
+    }
+
+    /// The run in figures.
+    pub fn summary(&self) -> PathBuf {
+        self.root.join("summary.json")
+    }
+
+    /// The wall over time, for ParaView.
+    pub fn structure(&self) -> PathBuf {
+        self.root.join("structure.pvd")
+    }
+
+    /// The hemodynamics in figures.
+    pub fn hemodynamics(&self) -> PathBuf {
+        self.root.join("hemodynamics.json")
+    }
+
+    /// A row a face of the wall.
+    pub fn wall_shear_table(&self) -> PathBuf {
+        self.root.join("wall-shear.csv")
+    }
+
+    /// Wall shear measures on the wall, for ParaView.
+    pub fn wall_shear(&self) -> PathBuf {
+        self.root.join("wall-shear.pvd")
+    }
+
+    /// Opens everything in ParaView.
+    pub fn view(&self) -> PathBuf {
+        self.root.join("paraview.py")
+    }
+
+    /// The case that OpenFOAM runs in.
+    pub fn openfoam(&self) -> PathBuf {
+        self.root.join("openfoam")
+    }
+
+    /// OpenFOAM's own output.
+    pub fn openfoam_log(&self) -> PathBuf {
+        self.root.join("openfoam.log")
+    }
+}

@@ -1,0 +1,128 @@
+//! What a run writes of its wall while it advances: `regions.csv`, `wall.bin`, and the statistics over the window.
+
+use super::tables::Table;
+use super::wall_history::{WallHistory, WallHistoryReader};
+use crate::hemodynamics::{Monitor, WallState, Window, WindowStatistics};
+use crate::pfem::samples::StressPeak;
+use serde::{Deserialize, Serialize};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What it needs to know before the first step.
+#[derive(Debug, Clone)]
+pub struct WallRecordSettings {
+    /// `regions.csv`.
+    pub regions: PathBuf,
+    /// `wall.bin`, if it is wanted.
+    pub history: Option<PathBuf>,
+    /// The wall with its regions.
+    pub monitor: Monitor,
+    /// The window of the statistics.
+    pub window: Window,
+    /// Length of a time step, s; some may be shorter.
+    pub time_step: f64,
+}
+
+/// What it needs to continue after the last accepted step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WallMemory {
+    /// The statistics so far.
+    pub statistics: WindowStatistics,
+    /// Bytes of `regions.csv`.
+    pub regions: u64,
+    /// Bytes of `wall.bin`.
+    pub history: u64,
+}
+
+/// Follows the wall step by step.
+pub struct WallRecord {
+    settings: WallRecordSettings,
+    regions: Table,
+    history: Option<WallHistory>,
+    statistics: WindowStatistics,
+}
+
+impl WallRecord {
+    /// Creates the files.
+    pub fn create(settings: WallRecordSettings) -> io::Result<Self> {
+        let wall = settings.monitor.wall();
+        let create = |path: &PathBuf| WallHistory::create(path, wall);
+        Ok(Self {
+            regions: Table::create(&settings.regions)?,
+            history: settings.history.as_ref().map(create).transpose()?,
+            statistics: nothing(&settings),
+            settings,
+        })
+    }
+
+    /// Continues the files of an earlier run; what was written after `memory` is cut off. If the window is another one
+    /// now, its statistics are gathered from the stored steps; without them only the steps to come count.
+    pub fn resume(settings: WallRecordSettings, memory: WallMemory) -> io::Result<Self> {
+        let resume = |path: &PathBuf| WallHistory::resume(path, memory.history);
+        let regions = Table::resume(&settings.regions, memory.regions)?;
+        let history = settings.history.as_ref().map(resume).transpose()?;
+        let statistics = match &settings.history {
+            _ if memory.statistics.window == settings.window => memory.statistics,
+            Some(path) => gather(path, settings.window, settings.time_step)?.1,
+            None => nothing(&settings),
+        };
+        Ok(Self {
+            settings,
+            regions,
+            history,
+            statistics,
+        })
+    }
+
+    /// What is needed to continue later; everything so far is on the disk when this returns.
+    pub fn memory(&self) -> io::Result<WallMemory> {
+        self.regions.sync()?;
+        self.history.iter().try_for_each(WallHistory::sync)?;
+        let length = |path: &PathBuf| std::fs::metadata(path).map(|file| file.len());
+        Ok(WallMemory {
+            statistics: self.statistics.clone(),
+            regions: length(&self.settings.regions)?,
+            history: self.settings.history.as_ref().map_or(Ok(0), length)?,
+        })
+    }
+
+    /// Adds the end of a step with the largest stress of each element.
+    pub fn step(&mut self, state: &WallState, stresses: &[StressPeak]) -> io::Result<()> {
+        self.statistics.add(state, self.settings.time_step);
+        if let Some(history) = &mut self.history {
+            history.append(state)?;
+        }
+        self.regions
+            .append(&self.settings.monitor.observe(state, stresses))
+    }
+
+    /// What was gathered so far.
+    pub fn statistics(&self) -> &WindowStatistics {
+        &self.statistics
+    }
+
+    /// The wall with its regions.
+    pub fn monitor(&self) -> &Monitor {
+        &self.settings.monitor
+    }
+}
+
+fn nothing(settings: &WallRecordSettings) -> WindowStatistics {
+    let wall = settings.monitor.wall();
+    WindowStatistics::new(settings.window, wall.faces.len(), wall.points.len())
+}
+
+/// The unloaded wall of a stored history and the statistics over `window`, for steps of at most `time_step` (s).
+pub fn gather(
+    path: &Path,
+    window: Window,
+    time_step: f64,
+) -> io::Result<(crate::hemodynamics::Wall, WindowStatistics)> {
+    let reader = WallHistoryReader::open(path)?;
+    let wall = reader.wall.clone();
+    let mut statistics = WindowStatistics::new(window, wall.faces.len(), wall.points.len());
+    for state in reader {
+        statistics.add(&state?, time_step);
+    }
+    Ok((wall, statistics))
+}
