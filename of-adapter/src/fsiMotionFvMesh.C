@@ -9,6 +9,7 @@
 #include "displacementMotionSolver.H"
 #include "fixedValuePointPatchFields.H"
 #include "solverPerformance.H"
+#include "profiling.H"
 #include "surfaceFields.H"
 #include "Tuple2.H"
 #include "volFields.H"
@@ -85,6 +86,7 @@ void Foam::fsiMotionFvMesh::setOuterCorrectors(const label n)
 
 void Foam::fsiMotionFvMesh::moveWall()
 {
+    addProfiling(motion, "fsi::moveWall");
     pointVectorField& displacement = motionSolver().pointDisplacement();
     refCast<fixedValuePointPatchVectorField>
     (

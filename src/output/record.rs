@@ -42,6 +42,8 @@ pub struct Totals {
     pub time_s: f64,
     /// Coupling iterations of all accepted attempts.
     pub coupling_iterations: usize,
+    /// Outer correctors of the fluid in these iterations, without the final one of each step.
+    pub fluid_correctors: usize,
     /// Largest number of coupling iterations of a step.
     pub max_coupling_iterations: usize,
     /// Attempts at a step that failed.
@@ -52,6 +54,8 @@ pub struct Totals {
     pub resumed: usize,
     /// Outlet pressure at the end of the last step.
     pub p_out_Pa: f64,
+    /// Wall-clock time of the accepted steps alone.
+    pub steps_s: f64,
     /// Wall-clock time of the steps and its parts, without steps that were lost.
     pub wall_s: f64,
     /// The parts.
@@ -263,6 +267,8 @@ impl Record {
         self.history.append(std::slice::from_ref(&row))?;
         self.volume = fluid.volume;
         self.count(&row, &seconds);
+        let correctors = step.iterations.iter().map(|i| i.correctors as usize);
+        self.totals.fluid_correctors += correctors.sum::<usize>();
         Ok(row)
     }
 
@@ -291,6 +297,7 @@ impl Record {
         t.coupling_iterations += row.coupling_iterations;
         t.max_coupling_iterations = t.max_coupling_iterations.max(row.coupling_iterations);
         t.p_out_Pa = row.p_out_Pa;
+        t.steps_s += row.wall_s;
         t.seconds.fluid_s += seconds.fluid_s;
         t.seconds.structure_s += seconds.structure_s;
         t.seconds.coupling_s += seconds.coupling_s;

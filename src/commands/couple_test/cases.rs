@@ -70,8 +70,9 @@ impl Plan<'_> {
             });
             runs.push((path, cases.collect::<Result<Vec<_>, Failure>>()?));
         }
-        let interrupt = Interrupt::listen(Some("the time step is finished and a checkpoint written"))
-            .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
+        let interrupt =
+            Interrupt::listen(Some("the time step is finished and a checkpoint written"))
+                .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
         for (path, cases) in &runs {
             self.table(path, cases, &interrupt)?;
         }

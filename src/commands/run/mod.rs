@@ -5,7 +5,7 @@ mod assemble;
 mod conclude;
 pub mod interrupt;
 mod rescue;
-mod save;
+pub mod save;
 mod stand;
 mod surrogate;
 
@@ -16,7 +16,7 @@ use crate::case::{Case, ResolvedCase};
 use crate::checkpoint::Checkpoint;
 use crate::fluid::openfoam::install;
 use crate::output::write_atomically;
-use assemble::Run;
+pub use assemble::Run;
 pub use interrupt::Interrupt;
 pub use stand::Stand;
 use std::path::{Path, PathBuf};
