@@ -1,6 +1,7 @@
 //! What a run leaves: VTU/PVD for ParaView, CSV and JSON for everything else, figures, and the line of progress.
 
 mod atomic;
+pub mod comparison;
 pub mod figure;
 pub mod probes;
 pub mod progress;
