@@ -7,6 +7,7 @@ mod convergence;
 mod couple_test;
 mod failure;
 mod hemodynamics;
+mod report;
 mod results_folder;
 mod run;
 mod run_folder;
@@ -52,6 +53,8 @@ enum Command {
     Study(study::Arguments),
     /// How far two runs of the same model are from each other; exit code 1 beyond the limits.
     Compare(compare::Arguments),
+    /// Writes one self-contained page about a run or a study.
+    Report(report::Arguments),
     /// Evaluates the wall shear of a run again, over any window of time.
     Hemodynamics(hemodynamics::Arguments),
     /// The paper's convergence study of the structural solver, with its figures 7 to 10.
@@ -68,6 +71,7 @@ pub fn main() -> ExitCode {
         (Some(Command::Solid(arguments)), _) => solid::run(&arguments),
         (Some(Command::Study(arguments)), _) => study::run(&arguments),
         (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
+        (Some(Command::Report(arguments)), _) => report::run(&arguments),
         (Some(Command::Hemodynamics(arguments)), _) => hemodynamics::run(&arguments),
         (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
         (None, Some(arguments)) => run::run(&arguments, &line.chosen),

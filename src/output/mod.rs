@@ -6,6 +6,7 @@ pub mod figure;
 pub mod probes;
 pub mod progress;
 pub mod record;
+pub mod report;
 pub mod results;
 pub mod run_files;
 pub mod tables;
