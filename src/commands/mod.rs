@@ -3,10 +3,12 @@
 mod bench;
 mod case_arguments;
 mod check;
+mod compare;
 mod convergence;
 mod couple_test;
 mod failure;
 mod hemodynamics;
+mod report;
 mod results_folder;
 mod run;
 mod run_folder;
@@ -52,6 +54,10 @@ enum Command {
     Solid(solid::Arguments),
     /// Runs all models, several at once; shows one table of progress.
     Study(study::Arguments),
+    /// How far two runs of the same model are from each other; exit code 1 beyond the limits.
+    Compare(compare::Arguments),
+    /// Writes one self-contained page about a run or a study.
+    Report(report::Arguments),
     /// Evaluates the wall shear of a run again, over any window of time.
     Hemodynamics(hemodynamics::Arguments),
     /// The paper's convergence study of the structural solver, with its figures 7 to 10.
@@ -68,6 +74,8 @@ pub fn main() -> ExitCode {
         (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
         (Some(Command::Solid(arguments)), _) => solid::run(&arguments),
         (Some(Command::Study(arguments)), _) => study::run(&arguments),
+        (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
+        (Some(Command::Report(arguments)), _) => report::run(&arguments),
         (Some(Command::Hemodynamics(arguments)), _) => hemodynamics::run(&arguments),
         (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
         (None, Some(arguments)) => run::run(&arguments, &line.chosen),

@@ -6,6 +6,7 @@
 pub mod monitor;
 pub mod periodicity;
 pub mod region;
+pub mod rings;
 pub mod shear;
 pub mod statistics;
 pub mod summary;
@@ -14,6 +15,7 @@ pub mod window;
 
 pub use monitor::{Monitor, RegionStep};
 pub use region::{Region, RegionName};
+pub use rings::Rings;
 pub use shear::ShearStatistics;
 pub use statistics::WindowStatistics;
 pub use summary::Summary;

@@ -1,10 +1,12 @@
 //! What a run leaves: VTU/PVD for ParaView, CSV and JSON for everything else, figures, and the line of progress.
 
 mod atomic;
+pub mod comparison;
 pub mod figure;
 pub mod probes;
 pub mod progress;
 pub mod record;
+pub mod report;
 pub mod results;
 pub mod run_files;
 pub mod tables;

@@ -8,6 +8,8 @@ use base64::Engine;
 use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
+use vtkio::Vtk;
+use vtkio::model::{Attribute, DataSet, Piece};
 
 /// VTK's numbers of the polygon and the linear hexahedron.
 const VTK_POLYGON: u8 = 7;
@@ -187,6 +189,21 @@ impl Series {
         self.write_list()
     }
 
+    /// Times (s) and files, relative to the folder of `path`, of a series that was written earlier; none if there is
+    /// none.
+    pub fn read(path: &Path) -> io::Result<Vec<(f64, PathBuf)>> {
+        if !path.is_file() {
+            return Ok(Vec::new());
+        }
+        let text = std::fs::read_to_string(path)?;
+        let entry = |line: &str| {
+            let value = |name: &str| line.split_once(name)?.1.split('"').next();
+            let time = value("timestep=\"")?.parse().ok()?;
+            Some((time, PathBuf::from(value("file=\"")?)))
+        };
+        Ok(text.lines().filter_map(entry).collect())
+    }
+
     fn write_list(&self) -> io::Result<()> {
         let mut xml = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n",
@@ -202,10 +219,63 @@ impl Series {
     }
 }
 
+/// Points of a grid with one number each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointValues {
+    /// Positions, m.
+    pub points: Vec<Vec3>,
+    /// The numbers.
+    pub values: Vec<f64>,
+}
+
+/// Reads the field `name` at the points of a grid.
+///
+/// # Errors
+/// If the file is no grid or has no such field.
+pub fn read_points(path: &Path, name: &str) -> io::Result<PointValues> {
+    let bad = |what: String| {
+        io::Error::new(
+            io::ErrorKind::InvalidData,
+            format!("{}: {what}", path.display()),
+        )
+    };
+    let read = Vtk::import(path).map_err(|e| bad(e.to_string()))?;
+    let DataSet::UnstructuredGrid { pieces, .. } = read.data else {
+        return Err(bad("not an unstructured grid".into()));
+    };
+    let Some(Piece::Inline(piece)) = pieces.into_iter().next() else {
+        return Err(bad("no data within".into()));
+    };
+    let arrays = piece
+        .data
+        .point
+        .into_iter()
+        .filter_map(|attribute| match attribute {
+            Attribute::DataArray(array) if array.name == name => array.data.into_vec::<f64>(),
+            _ => None,
+        });
+    let values = arrays.into_iter().next();
+    let points = piece.points.into_vec::<f64>();
+    let (Some(values), Some(points)) = (values, points) else {
+        return Err(bad(format!("no field {name} of numbers")));
+    };
+    let points: Vec<Vec3> = points
+        .chunks_exact(3)
+        .map(Vec3::from_column_slice)
+        .collect();
+    if points.len() != values.len() {
+        return Err(bad(format!(
+            "{} points, {} values",
+            points.len(),
+            values.len()
+        )));
+    }
+    Ok(PointValues { points, values })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vtkio::model::{Attribute, DataSet, Piece};
 
     #[test]
     fn an_independent_reader_finds_what_was_written() {
@@ -238,6 +308,14 @@ mod tests {
         series.add(0.25, &grid).unwrap();
         let pvd = std::fs::read_to_string(folder.path().join("structure.pvd")).unwrap();
         assert!(pvd.contains("timestep=\"0.25\"") && pvd.contains("file=\"structure/00000.vtu\""));
+
+        let series = Series::read(&folder.path().join("structure.pvd")).unwrap();
+        assert_eq!(series, [(0.25, PathBuf::from("structure/00000.vtu"))]);
+        let file = folder.path().join(&series[0].1);
+        let again = read_points(&file, "height").unwrap();
+        assert_eq!((again.points, again.values), (points, heights.clone()));
+        let missing = read_points(&file, "depth").unwrap_err().to_string();
+        assert!(missing.contains("no field depth"), "{missing}");
 
         let read = vtkio::Vtk::import(folder.path().join("structure/00000.vtu")).unwrap();
         let DataSet::UnstructuredGrid { pieces, .. } = read.data else {

@@ -3,7 +3,7 @@
 use crate::analysis::study::cases::{Mesh, TestCase};
 use crate::analysis::study::plan::Choice;
 use crate::analysis::study::table::Row;
-use crate::output::figure::{Curve, Figure, Marker, Panel};
+use crate::output::figure::{Curve, Figure, Marker, Panel, Scale};
 use crate::pfem::SpaceKind::{self, TensorProduct, Trunk};
 use crate::pfem::mapping::MappingKind;
 use std::io;
@@ -231,7 +231,7 @@ fn curve(
             .map(|row| (row.dofs as f64, measure(row)))
             .collect(),
         colour: number,
-        marker: Marker::ALL[number % Marker::ALL.len()],
+        marker: Some(Marker::ALL[number % Marker::ALL.len()]),
         open: false,
     }
 }
@@ -246,6 +246,7 @@ fn panel(title: String, measure: Measure, mut curves: Vec<Curve>) -> Panel {
         title,
         x_label: "degrees of freedom".into(),
         y_label: format!("relative error of {}", measure.1),
+        scales: [Scale::Logarithmic; 2],
         curves,
     }
 }

@@ -1,0 +1,70 @@
+//! `fsi-driver compare A B`: how far two runs of the same model are from each other.
+
+use super::{Failure, results_folder};
+use crate::output::comparison::{Comparison, Difference};
+use crate::output::results::Results;
+use std::path::{Path, PathBuf};
+
+/// The table that marks a folder of comparisons.
+const MARK: &str = "compare.csv";
+
+/// Options of the comparison.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder of a run.
+    #[arg(value_name = "A")]
+    first: PathBuf,
+    /// Folder of another run of the same model.
+    #[arg(value_name = "B")]
+    second: PathBuf,
+    /// Largest allowed root mean square of the difference of a history, relative to that of the history.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.02)]
+    history: f64,
+    /// The same of the fields TAWSS and radius on the wall.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
+    wall: f64,
+    /// Largest allowed root mean square of the difference of the oscillating shear index, absolute.
+    #[arg(long, value_name = "INDEX", default_value_t = 0.01)]
+    osi: f64,
+    /// Folder for the table, the figures of the histories, and maps of both runs and of their difference.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace an earlier comparison in that folder.
+    #[arg(long, requires = "out")]
+    force: bool,
+}
+
+/// Compares two runs; exit code 1 if they differ by more than is allowed.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let limits = [arguments.history, arguments.wall, arguments.osi];
+    if let Some(limit) = limits.iter().find(|limit| !(**limit >= 0.0)) {
+        return Err(Failure::Input(format!(
+            "a limit of {limit}: expected a number from 0"
+        )));
+    }
+    let load = |path: &Path| Results::load(path).map_err(|e| Failure::Input(e.to_string()));
+    let (first, second) = (load(&arguments.first)?, load(&arguments.second)?);
+    let comparison =
+        Comparison::new(&first, &second, limits).map_err(|e| Failure::Input(e.to_string()))?;
+    print!("{comparison}");
+    if let Some(out) = &arguments.out {
+        results_folder::claim(out, MARK, arguments.force)?;
+        comparison
+            .write(out, MARK)
+            .map_err(|e| Failure::Run(format!("cannot write the comparison: {e}")))?;
+        println!("table, figures and maps are in {}", out.display());
+    }
+    let beyond: Vec<String> = comparison
+        .differences
+        .iter()
+        .filter(|difference| difference.is_beyond())
+        .map(Difference::name)
+        .collect();
+    if beyond.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Run(format!(
+        "the runs differ by more than is allowed in: {}",
+        beyond.join(", ")
+    )))
+}

@@ -1,0 +1,100 @@
+//! `fsi-driver report RUN|STUDY`: one page that shows everything, by itself.
+
+use super::Failure;
+use crate::output::report::{self, Study};
+use crate::output::results::Results;
+use crate::output::run_files::MARK;
+use crate::output::write_atomically;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Options of the report.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder of a run, or of a study.
+    #[arg(value_name = "RUN|STUDY")]
+    folder: PathBuf,
+    /// The page [default: report.html in the folder].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Show it in the browser.
+    #[arg(long)]
+    open: bool,
+}
+
+/// Writes the page.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let folder = &arguments.folder;
+    let unreadable = |e: std::io::Error| {
+        Failure::Input(format!(
+            "cannot read the results in {}: {e}",
+            folder.display()
+        ))
+    };
+    let html = if folder.join(MARK).is_file() {
+        let run = Results::load(folder).map_err(|e| Failure::Input(e.to_string()))?;
+        report::of_run(&run).map_err(unreadable)?
+    } else {
+        report::of_study(&study(folder)?).map_err(unreadable)?
+    };
+    let page = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| folder.join("report.html"));
+    write_atomically(&page, html.as_bytes())
+        .map_err(|e| Failure::Run(format!("cannot write {}: {e}", page.display())))?;
+    println!("{} ({:.1} MB)", page.display(), html.len() as f64 / 1e6);
+    if arguments.open {
+        open(&page)?;
+    }
+    Ok(())
+}
+
+/// The runs in the folders below `folder`.
+fn study(folder: &Path) -> Result<Study, Failure> {
+    let entries = std::fs::read_dir(folder)
+        .map_err(|e| Failure::Input(format!("cannot read the folder {}: {e}", folder.display())))?;
+    let folders = entries.flatten().map(|entry| entry.path());
+    let mut folders: Vec<PathBuf> = folders.filter(|path| path.join(MARK).is_file()).collect();
+    // Results that a study has moved aside are no models.
+    folders.retain(|path| !path.to_string_lossy().contains(".before-"));
+    folders.sort();
+    let (mut runs, mut missing) = (Vec::new(), Vec::new());
+    for path in &folders {
+        match Results::load(path) {
+            Ok(run) => runs.push(run),
+            Err(error) => missing.push(error.to_string()),
+        }
+    }
+    if runs.is_empty() {
+        let why = match missing.as_slice() {
+            [] => format!(
+                "{} is neither the folder of a run nor of a study (no folder in it holds {MARK})",
+                folder.display()
+            ),
+            some => some.join("\n"),
+        };
+        return Err(Failure::Input(why));
+    }
+    Ok(Study::new(
+        "The influence of geometric imperfections: a study",
+        runs,
+        missing,
+    ))
+}
+
+/// Hands the page to the browser of this desktop.
+fn open(page: &Path) -> Result<(), Failure> {
+    let shown = Command::new("xdg-open")
+        .arg(page)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    shown.map(drop).map_err(|e| {
+        Failure::Run(format!(
+            "the page is written, but xdg-open cannot show it: {e}; open {} yourself",
+            page.display()
+        ))
+    })
+}

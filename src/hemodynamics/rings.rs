@@ -1,0 +1,102 @@
+//! Values between the faces of a wall: from one mesh to another, or to the pixels of a map.
+
+use super::wall::Place;
+
+/// Faces of a wall in rings around the axis, as meshes that are swept along a vessel have them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rings(Vec<Ring>);
+
+#[derive(Debug, Clone, PartialEq)]
+struct Ring {
+    x: f64,
+    /// Angle (degrees) and index of each face, by the angle.
+    faces: Vec<(f64, usize)>,
+}
+
+impl Rings {
+    /// Sorts the faces; `None` if they do not lie in rings.
+    pub fn new(places: &[Place]) -> Option<Self> {
+        let mut all: Vec<(usize, Place)> = places.iter().copied().enumerate().collect();
+        all.sort_by(|a, b| a.1.x_m.total_cmp(&b.1.x_m));
+        let length = all.last()?.1.x_m - all.first()?.1.x_m;
+        let mut rings: Vec<Ring> = Vec::new();
+        for (face, place) in all {
+            match rings.last_mut() {
+                Some(ring) if place.x_m - ring.x <= 1e-6 * length => {
+                    ring.faces.push((place.phi_deg, face));
+                }
+                _ => rings.push(Ring {
+                    x: place.x_m,
+                    faces: vec![(place.phi_deg, face)],
+                }),
+            }
+        }
+        for ring in &mut rings {
+            ring.faces.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let in_rings = rings.len() >= 2 && rings.iter().all(|ring| ring.faces.len() >= 3);
+        in_rings.then_some(Self(rings))
+    }
+
+    /// The value at `x` (m) and `phi` (degrees): linear around the two neighbouring rings and between them; beyond the
+    /// first and the last ring as on them.
+    pub fn value(&self, values: &[f64], x: f64, phi: f64) -> f64 {
+        let Self(rings) = self;
+        let next = rings.partition_point(|ring| ring.x <= x);
+        if next == 0 || next == rings.len() {
+            return rings[next.min(rings.len() - 1)].value(values, phi);
+        }
+        let (before, after) = (&rings[next - 1], &rings[next]);
+        let share = (x - before.x) / (after.x - before.x);
+        (1.0 - share) * before.value(values, phi) + share * after.value(values, phi)
+    }
+}
+
+impl Ring {
+    fn value(&self, values: &[f64], phi: f64) -> f64 {
+        let n = self.faces.len();
+        let next = self.faces.partition_point(|(angle, _)| *angle <= phi);
+        let (before, after) = (self.faces[(next + n - 1) % n], self.faces[next % n]);
+        let between = (after.0 - before.0).rem_euclid(360.0);
+        let share = (phi - before.0).rem_euclid(360.0) / between;
+        (1.0 - share) * values[before.1] + share * values[after.1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hemodynamics::wall::tests::tube;
+
+    /// Largest error over the wall, for a field that is smooth around.
+    fn error(along: usize, around: usize) -> f64 {
+        let field = |p: &Place| (1.3 * p.x_m).sin() + (2.0 * p.phi_deg.to_radians()).cos();
+        let places = tube(along, around).places();
+        let values: Vec<f64> = places.iter().map(field).collect();
+        let rings = Rings::new(&places).unwrap();
+        let other = tube(37, 53).places();
+        let inner = other.iter().filter(|p| (0.5..3.5).contains(&p.x_m));
+        let errors = inner.map(|p| (rings.value(&values, p.x_m, p.phi_deg) - field(p)).abs());
+        errors.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_error_falls_with_the_square_of_the_mesh_size() {
+        let ratio = error(10, 16) / error(20, 32);
+        assert!((3.0..5.5).contains(&ratio), "{ratio}");
+        assert!(error(40, 64) < 0.01);
+    }
+
+    #[test]
+    fn values_at_the_faces_are_kept_also_across_the_cut_at_180_degrees() {
+        let places = tube(5, 7).places();
+        let values: Vec<f64> = (0..places.len()).map(|i| i as f64).collect();
+        let rings = Rings::new(&places).unwrap();
+        for (place, value) in places.iter().zip(&values) {
+            assert!((rings.value(&values, place.x_m, place.phi_deg) - value).abs() < 1e-9);
+        }
+        let [a, b] = [-180.0, 180.0].map(|phi| rings.value(&values, 1.0, phi));
+        assert!((a - b).abs() < 1e-9);
+        assert_eq!(Rings::new(&places[..2]), None);
+    }
+}

@@ -1,0 +1,363 @@
+//! Differences between two runs of the same model, on different meshes or by different solvers.
+
+use super::figure::colour::Palette;
+use super::figure::map::Map;
+use super::figure::{Curve, Figure, Panel, Scale};
+use super::results::Results;
+use super::tables::HistoryRow;
+use super::wall_fields::FaceRow;
+use super::write_atomically;
+use crate::case::Case;
+use crate::hemodynamics::{Place, Region, Rings};
+use serde::Serialize;
+use std::path::Path;
+
+/// Why two runs cannot be compared.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct ComparisonError(String);
+
+/// A quantity of both runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Difference {
+    /// What, with its unit.
+    pub quantity: &'static str,
+    /// The region of a field; empty for histories.
+    pub region: String,
+    /// Mean of the first run.
+    pub mean_a: f64,
+    /// Mean of the second.
+    pub mean_b: f64,
+    /// Root mean square of the difference: over time, or over the area.
+    pub rms: f64,
+    /// The same over the root mean square of the first.
+    pub relative_rms: f64,
+    /// Largest difference.
+    pub largest: f64,
+    /// What `relative_rms` may be (`rms` of the oscillating shear index).
+    pub limit: Option<f64>,
+}
+
+impl Difference {
+    /// Whether it is more than allowed.
+    pub fn is_beyond(&self) -> bool {
+        let measure = if self.quantity == OSI {
+            self.rms
+        } else {
+            self.relative_rms
+        };
+        // Not a number is beyond any limit.
+        self.limit.is_some_and(|limit| !(measure <= limit))
+    }
+
+    /// What, and where.
+    pub fn name(&self) -> String {
+        match self.region.as_str() {
+            "" => self.quantity.to_owned(),
+            region => format!("{} ({region})", self.quantity),
+        }
+    }
+
+    fn of(quantity: &'static str, region: String, limit: Option<f64>, pairs: &[[f64; 3]]) -> Self {
+        let weight: f64 = pairs.iter().map(|p| p[2]).sum();
+        let mean = |value: &dyn Fn(&[f64; 3]) -> f64| {
+            pairs.iter().map(|p| value(p) * p[2]).sum::<f64>() / weight
+        };
+        let rms = mean(&|p| (p[0] - p[1]).powi(2)).sqrt();
+        let size = mean(&|p| p[0].powi(2)).sqrt();
+        Self {
+            quantity,
+            region,
+            mean_a: mean(&|p| p[0]),
+            mean_b: mean(&|p| p[1]),
+            rms,
+            relative_rms: if rms == 0.0 { 0.0 } else { rms / size },
+            largest: pairs
+                .iter()
+                .map(|p| (p[0] - p[1]).abs())
+                .fold(0.0, f64::max),
+            limit,
+        }
+    }
+}
+
+type Column = (&'static str, fn(&HistoryRow) -> f64);
+type Field = (&'static str, fn(&FaceRow) -> f64);
+
+const HISTORIES: [Column; 6] = [
+    ("outflow / m³/s", |row| row.Q_out_m3_s),
+    ("inlet pressure / Pa", |row| row.p_in_Pa),
+    ("outlet pressure / Pa", |row| row.p_out_Pa),
+    ("lumen volume / m³", |row| row.lumen_volume_m3),
+    ("largest displacement / m", |row| row.max_displacement_m),
+    ("largest von Mises stress / Pa", |row| row.max_von_mises_Pa),
+];
+const OSI: &str = "OSI";
+const FIELDS: [Field; 4] = [
+    ("TAWSS / Pa", |row| row.TAWSS_Pa),
+    ("mean radius / m", |row| row.mean_radius_m),
+    (OSI, |row| row.OSI),
+    ("RRT / 1/Pa", |row| row.RRT_1_Pa),
+];
+
+/// Two runs beside each other.
+pub struct Comparison {
+    /// All quantities: histories first, then fields by region.
+    pub differences: Vec<Difference>,
+    /// Time (s) with both values of each history.
+    histories: Vec<(&'static str, Vec<[f64; 3]>)>,
+    walls: Option<[WallOf; 2]>,
+    length: f64,
+}
+
+/// The fields of a run on its own mesh.
+struct WallOf {
+    rings: Rings,
+    faces: Vec<FaceRow>,
+}
+
+impl WallOf {
+    fn new(run: &Results) -> Result<Self, ComparisonError> {
+        let place = |row: &FaceRow| Place {
+            x_m: row.x_m,
+            phi_deg: row.phi_deg,
+        };
+        let places: Vec<Place> = run.faces.iter().map(place).collect();
+        let rings = Rings::new(&places).ok_or_else(|| {
+            ComparisonError(format!(
+                "the faces of the wall of {} do not lie in rings around the axis",
+                run.files.root().display()
+            ))
+        })?;
+        Ok(Self {
+            rings,
+            faces: run.faces.clone(),
+        })
+    }
+
+    fn values(&self, field: fn(&FaceRow) -> f64) -> Vec<f64> {
+        self.faces.iter().map(field).collect()
+    }
+}
+
+impl Comparison {
+    /// Compares two runs; the limits of histories, of fields, and of the oscillating shear index.
+    ///
+    /// # Errors
+    /// If they are of different models, were evaluated over different windows, or have no common time.
+    pub fn new(
+        a: &Results,
+        b: &Results,
+        [history, wall, osi]: [f64; 3],
+    ) -> Result<Self, ComparisonError> {
+        same_model(&a.case, &b.case)?;
+        let mut differences = Vec::new();
+        let mut histories = Vec::new();
+        for (quantity, value) in HISTORIES {
+            let pairs = common_history(&a.history, &b.history, value);
+            if pairs.is_empty() {
+                return Err(ComparisonError("the runs have no common time".into()));
+            }
+            // Stresses depend on the mesh more than all else: they are shown, not judged.
+            let limit = (!quantity.contains("von Mises")).then_some(history);
+            let weighted: Vec<[f64; 3]> = pairs.iter().map(|p| [p[1], p[2], 1.0]).collect();
+            differences.push(Difference::of(quantity, String::new(), limit, &weighted));
+            histories.push((quantity, pairs));
+        }
+        let mut walls = None;
+        if !a.faces.is_empty() && !b.faces.is_empty() {
+            let [first, second] = [a.hemodynamics.window, b.hemodynamics.window];
+            let far = |x: f64, y: f64| (x - y).abs() > 0.5 * a.case.time.step;
+            if far(first.start_s, second.start_s) || far(first.end_s, second.end_s) {
+                return Err(ComparisonError(format!(
+                    "the windows differ: {} s to {} s, and {} s to {} s; fsi-driver hemodynamics RUN --from S --to S evaluates a run again",
+                    first.start_s, first.end_s, second.start_s, second.end_s
+                )));
+            }
+            let both = [WallOf::new(a)?, WallOf::new(b)?];
+            for region in Region::of(&a.case) {
+                for (quantity, value) in FIELDS {
+                    let limit = match quantity {
+                        OSI => Some(osi),
+                        "RRT / 1/Pa" => None,
+                        _ => Some(wall),
+                    };
+                    let pairs = common_field(&both, &region, value);
+                    let name = region.name.to_string();
+                    differences.push(Difference::of(quantity, name, limit, &pairs));
+                }
+            }
+            walls = Some(both);
+        }
+        let geometry = &a.case.geometry;
+        Ok(Self {
+            differences,
+            histories,
+            walls,
+            length: geometry.graft_length + geometry.artery_length,
+        })
+    }
+
+    /// Writes the table `table`, a figure of each history and maps of each field into `folder`.
+    pub fn write(&self, folder: &Path, table: &str) -> std::io::Result<()> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for difference in &self.differences {
+            writer
+                .serialize(difference)
+                .map_err(std::io::Error::other)?;
+        }
+        let bytes = writer
+            .into_inner()
+            .map_err(|e| std::io::Error::other(e.to_string()))?;
+        for (name, svg) in self.figures() {
+            write_atomically(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
+        }
+        write_atomically(&folder.join(table), &bytes)
+    }
+
+    /// Names and texts of all figures.
+    fn figures(&self) -> Vec<(String, String)> {
+        let mut figures = Vec::new();
+        let file = |quantity: &str| quantity.split(" / ").next().unwrap_or("").replace(' ', "-");
+        for (quantity, pairs) in &self.histories {
+            let curve = |name: &str, value: fn(&[f64; 3]) -> f64, colour: usize| Curve {
+                name: name.into(),
+                points: pairs.iter().map(|p| (p[0], value(p))).collect(),
+                colour,
+                marker: None,
+                open: colour == 1,
+            };
+            let panel = |title: &str, curves| Panel {
+                title: title.into(),
+                x_label: "time / s".into(),
+                y_label: (*quantity).into(),
+                scales: [Scale::Linear; 2],
+                curves,
+            };
+            let both = vec![curve("A", |p| p[1], 2), curve("B", |p| p[2], 1)];
+            let difference = vec![curve("", |p| p[2] - p[1], 0)];
+            let figure = Figure {
+                panels: vec![panel("both runs", both), panel("B − A", difference)],
+                columns: 2,
+            };
+            figures.push((file(quantity), figure.to_svg()));
+        }
+        for (quantity, value) in FIELDS {
+            let Some([a, b]) = &self.walls else { break };
+            let (of_a, of_b) = (a.values(value), b.values(value));
+            let high = of_a.iter().chain(&of_b).copied().filter(|v| v.is_finite());
+            let high = high.fold(0.0, f64::max);
+            let at_a = |x: f64, phi: f64| a.rings.value(&of_a, x, phi);
+            let at_b = |x: f64, phi: f64| b.rings.value(&of_b, x, phi);
+            let gap = |x: f64, phi: f64| at_b(x, phi) - at_a(x, phi);
+            let faces = a.faces.iter().map(|f| gap(f.x_m, f.phi_deg).abs());
+            let widest = faces.filter(|gap| gap.is_finite()).fold(1e-300, f64::max);
+            let (one, two) = ([0.0, high], [-widest, widest]);
+            let maps: [(&str, &dyn Fn(f64, f64) -> f64, [f64; 2], Palette); 3] = [
+                ("A", &at_a, one, Palette::sequential()),
+                ("B", &at_b, one, Palette::sequential()),
+                ("difference", &gap, two, Palette::diverging()),
+            ];
+            for (title, field, range, palette) in maps {
+                let map = Map {
+                    title: title.into(),
+                    label: quantity.into(),
+                    field,
+                    x: [0.0, self.length],
+                    range,
+                    palette,
+                    marks: Vec::new(),
+                };
+                figures.push((format!("map-{}-{title}", file(quantity)), map.to_svg()));
+            }
+        }
+        figures
+    }
+}
+
+/// Times of the first run that both have, with both values; the second linear between its steps.
+fn common_history(
+    a: &[HistoryRow],
+    b: &[HistoryRow],
+    value: fn(&HistoryRow) -> f64,
+) -> Vec<[f64; 3]> {
+    let mut common = Vec::new();
+    for row in a {
+        let t = row.time_s;
+        let next = b.partition_point(|other| other.time_s < t * (1.0 - 1e-9));
+        let Some(after) = b.get(next) else { break };
+        let other = match next.checked_sub(1).map(|i| &b[i]) {
+            _ if (after.time_s - t).abs() <= 1e-9 * t => value(after),
+            Some(before) => {
+                let share = (t - before.time_s) / (after.time_s - before.time_s);
+                (1.0 - share) * value(before) + share * value(after)
+            }
+            None => continue,
+        };
+        common.push([t, value(row), other]);
+    }
+    common
+}
+
+/// Values of both runs at the first one's faces in a region, with the area as weight.
+fn common_field(
+    [a, b]: &[WallOf; 2],
+    region: &Region,
+    value: fn(&FaceRow) -> f64,
+) -> Vec<[f64; 3]> {
+    let other = b.values(value);
+    let inside = a.faces.iter().filter(|face| region.contains(face.x_m));
+    let pair = |face: &FaceRow| {
+        let there = b.rings.value(&other, face.x_m, face.phi_deg);
+        [value(face), there, face.area_m2]
+    };
+    inside.map(pair).collect()
+}
+
+/// Refuses runs of different vessels or under different loads.
+fn same_model(a: &Case, b: &Case) -> Result<(), ComparisonError> {
+    let parts = [
+        ("model", a.model == b.model),
+        ("geometry", a.geometry == b.geometry),
+        ("wall", a.wall == b.wall),
+        ("blood", a.blood == b.blood),
+        ("inflow", a.inflow == b.inflow),
+        ("windkessel", a.windkessel == b.windkessel),
+        ("ramp", a.ramp == b.ramp),
+        ("time.period_s", a.time.period == b.time.period),
+    ];
+    let different: Vec<&str> = parts.iter().filter(|p| !p.1).map(|p| p.0).collect();
+    if different.is_empty() {
+        return Ok(());
+    }
+    Err(ComparisonError(format!(
+        "the runs are not of the same model: they differ in {}; only mesh, solver, numerics and machine may differ",
+        different.join(", ")
+    )))
+}
+
+impl std::fmt::Display for Comparison {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(
+            f,
+            "{:<42} {:>12} {:>12} {:>11} {:>9} {:>11} {:>8}",
+            "quantity", "mean A", "mean B", "rms diff.", "relative", "largest", "limit"
+        )?;
+        for d in &self.differences {
+            let limit = d.limit.map_or("-".into(), |limit| format!("{limit}"));
+            let mark = if d.is_beyond() { "  BEYOND" } else { "" };
+            writeln!(
+                f,
+                "{:<42} {:>12.5e} {:>12.5e} {:>11.3e} {:>9.2e} {:>11.3e} {:>8}{mark}",
+                d.name(),
+                d.mean_a,
+                d.mean_b,
+                d.rms,
+                d.relative_rms,
+                d.largest,
+                limit
+            )?;
+        }
+        Ok(())
+    }
+}

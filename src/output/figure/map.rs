@@ -1,0 +1,172 @@
+//! A field on the unrolled wall: x along, φ up, with a colour bar.
+
+use super::axis::{Axis, Scale};
+use super::colour::Palette;
+use super::text::text;
+use base64::Engine;
+use std::fmt::Write;
+
+/// Pixels of the field: enough for the finest meshes that are drawn, and little to store.
+const PIXELS: [usize; 2] = [220, 72];
+/// Size of the axes.
+const AXES: [f64; 2] = [360.0, 150.0];
+/// Room around: left, top, right, bottom.
+const ROOM: [f64; 4] = [66.0, 30.0, 78.0, 46.0];
+
+/// A map.
+pub struct Map<'a> {
+    /// Stands above.
+    pub title: String,
+    /// Names the colours, with unit.
+    pub label: String,
+    /// The field at x (m) and φ (degrees).
+    pub field: &'a dyn Fn(f64, f64) -> f64,
+    /// Limits of x, m.
+    pub x: [f64; 2],
+    /// Values of the first and the last colour.
+    pub range: [f64; 2],
+    /// The colours.
+    pub palette: Palette,
+    /// Places with a cross: x (m) and φ (degrees).
+    pub marks: Vec<[f64; 2]>,
+}
+
+impl Map<'_> {
+    /// The map as a text in SVG.
+    pub fn to_svg(&self) -> String {
+        let [left, top, right, bottom] = ROOM;
+        let (width, height) = (left + AXES[0] + right, top + AXES[1] + bottom);
+        let mut svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+             font-family=\"{}\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+            super::FAMILY
+        );
+        let (end, floor) = (left + AXES[0], top + AXES[1]);
+        self.draw_field([left, top], &mut svg);
+        let millimetres = self.x.map(|x| 1e3 * x);
+        let x = Axis::new(Scale::Linear, millimetres.into_iter(), false, left, end);
+        let mut line = |path: String| {
+            let _ = writeln!(
+                svg,
+                "<path d=\"{path}\" stroke=\"black\" stroke-width=\"0.8\"/>"
+            );
+        };
+        let angles = [-180.0, -90.0, 0.0, 90.0, 180.0];
+        let up = |phi: f64| floor - (phi + 180.0) / 360.0 * AXES[1];
+        for tick in x.ticks() {
+            line(format!("M{:.1} {floor:.1}v4", x.at(tick.value)));
+        }
+        for phi in angles {
+            line(format!("M{left:.1} {:.1}h-4", up(phi)));
+        }
+        for tick in x.ticks() {
+            let name = tick.name.unwrap_or_default();
+            text(
+                &mut svg,
+                x.at(tick.value),
+                floor + 17.0,
+                "middle",
+                11.0,
+                &name,
+            );
+        }
+        for phi in angles {
+            let name = format!("{phi}°").replace('-', "\u{2212}");
+            text(&mut svg, left - 7.0, up(phi) + 4.0, "end", 11.0, &name);
+        }
+        let middle = 0.5 * (left + end);
+        text(&mut svg, middle, top - 10.0, "middle", 13.0, &self.title);
+        text(&mut svg, middle, floor + 36.0, "middle", 12.0, "x / mm");
+        text(
+            &mut svg,
+            left - 46.0,
+            0.5 * (top + floor) + 4.0,
+            "middle",
+            13.0,
+            "φ",
+        );
+        for [at, phi] in &self.marks {
+            let (cx, cy) = (x.at(1e3 * at), up(*phi));
+            let _ = writeln!(
+                svg,
+                "<path d=\"M{:.1} {cy:.1}h10M{cx:.1} {:.1}v10\" stroke=\"white\" stroke-width=\"3\"/>\
+                 <path d=\"M{:.1} {cy:.1}h10M{cx:.1} {:.1}v10\" stroke=\"black\" stroke-width=\"1.3\"/>",
+                cx - 5.0,
+                cy - 5.0,
+                cx - 5.0,
+                cy - 5.0
+            );
+        }
+        self.draw_bar([end + 14.0, top], &mut svg);
+        svg.push_str("</svg>\n");
+        svg
+    }
+
+    fn share(&self, value: f64) -> f64 {
+        let [low, high] = self.range;
+        if high > low {
+            (value - low) / (high - low)
+        } else {
+            0.0
+        }
+    }
+
+    fn draw_field(&self, [left, top]: [f64; 2], svg: &mut String) {
+        let [columns, rows] = PIXELS;
+        let mut pixels = Vec::with_capacity(columns * rows);
+        for row in 0..rows {
+            let phi = 180.0 - 360.0 * (row as f64 + 0.5) / rows as f64;
+            for column in 0..columns {
+                let share = (column as f64 + 0.5) / columns as f64;
+                let x = self.x[0] + share * (self.x[1] - self.x[0]);
+                pixels.push(self.palette.at(self.share((self.field)(x, phi))));
+            }
+        }
+        image(svg, [left, top, AXES[0], AXES[1]], PIXELS, &pixels);
+    }
+
+    fn draw_bar(&self, [left, top]: [f64; 2], svg: &mut String) {
+        const WIDTH: f64 = 10.0;
+        let colours: Vec<[u8; 3]> = self.palette.colours().iter().rev().copied().collect();
+        image(
+            svg,
+            [left, top, WIDTH, AXES[1]],
+            [1, colours.len()],
+            &colours,
+        );
+        let axis = Axis::new(
+            Scale::Linear,
+            self.range.into_iter(),
+            false,
+            top + AXES[1],
+            top,
+        );
+        for tick in axis.ticks() {
+            let (at, name) = (axis.at(tick.value), tick.name.unwrap_or_default());
+            let _ = writeln!(
+                svg,
+                "<path d=\"M{:.1} {at:.1}h4\" stroke=\"black\" stroke-width=\"0.8\"/>",
+                left + WIDTH
+            );
+            text(svg, left + WIDTH + 6.0, at + 4.0, "start", 11.0, &name);
+        }
+        let (at, height) = (left + WIDTH + 48.0, top + 0.5 * AXES[1]);
+        let _ = write!(
+            svg,
+            "<g transform=\"translate({at:.1} {height:.1}) rotate(-90)\">"
+        );
+        text(svg, 0.0, 0.0, "middle", 12.0, &self.label);
+        svg.push_str("</g>\n");
+    }
+}
+
+/// Pixels, row by row from the top, in a frame at left, top, width and height.
+fn image(svg: &mut String, [x, y, w, h]: [f64; 4], size: [usize; 2], pixels: &[[u8; 3]]) {
+    let _ = writeln!(
+        svg,
+        "<image x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" preserveAspectRatio=\"none\" \
+         href=\"data:image/png;base64,{}\"/>\n\
+         <rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"none\" stroke=\"black\" stroke-width=\"0.8\"/>",
+        base64::engine::general_purpose::STANDARD.encode(super::png_image(size, pixels))
+    );
+}

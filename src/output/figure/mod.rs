@@ -1,0 +1,214 @@
+//! Figures of curves, as SVG for the screen and PNG for paper. They look the same on any machine:
+//! the PNG is drawn with an embedded font (`font/DejaVuSans-subset.ttf`, licence beside it).
+
+pub mod axis;
+pub mod colour;
+mod curve;
+pub mod map;
+mod text;
+
+use super::write_atomically;
+use axis::Axis;
+pub use axis::Scale;
+pub use curve::{Curve, Marker};
+use std::fmt::Write;
+use std::path::Path;
+use text::{letters, text};
+
+/// Size of a panel's axes, pixels of 1/96 inch.
+const AXES: [f64; 2] = [360.0, 270.0];
+/// Room around the axes of a panel: left, top, right, bottom.
+const ROOM: [f64; 4] = [66.0, 30.0, 14.0, 46.0];
+/// Pixels of the PNG per pixel of the SVG: 240 dots per inch.
+const PNG_SCALE: f32 = 2.5;
+const FONT: &[u8] = include_bytes!("../font/DejaVuSans-subset.ttf");
+const FAMILY: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
+
+/// A pair of axes with curves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// Stands above.
+    pub title: String,
+    /// Below the axes.
+    pub x_label: String,
+    /// Beside the axes.
+    pub y_label: String,
+    /// How values become lengths: along x, and along y.
+    pub scales: [Scale; 2],
+    /// The curves in the order of the legend.
+    pub curves: Vec<Curve>,
+}
+
+/// Panels in rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Panels, row by row.
+    pub panels: Vec<Panel>,
+    /// Panels in a row.
+    pub columns: usize,
+}
+
+impl Figure {
+    /// Writes `path` with the endings `svg` and `png`.
+    pub fn write(&self, path: &Path) -> std::io::Result<()> {
+        let svg = self.to_svg();
+        write_atomically(&path.with_extension("png"), &to_png(&svg)?)?;
+        write_atomically(&path.with_extension("svg"), svg.as_bytes())
+    }
+
+    /// The figure as a text in SVG.
+    pub fn to_svg(&self) -> String {
+        let [left, top, right, bottom] = ROOM;
+        let (width, height) = (left + AXES[0] + right, top + AXES[1] + bottom);
+        let columns = self.columns.clamp(1, self.panels.len().max(1));
+        let rows = self.panels.len().div_ceil(columns);
+        let (all_width, all_height) = (width * columns as f64, height * rows as f64);
+        let mut svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{all_width}\" height=\"{all_height}\" \
+             viewBox=\"0 0 {all_width} {all_height}\" font-family=\"{FAMILY}\" font-size=\"12\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+        );
+        for (i, panel) in self.panels.iter().enumerate() {
+            let origin = [
+                (i % columns) as f64 * width + left,
+                (i / columns) as f64 * height + top,
+            ];
+            panel.draw(origin, &mut svg);
+        }
+        svg.push_str("</svg>\n");
+        svg
+    }
+}
+
+impl Panel {
+    fn draw(&self, [left, top]: [f64; 2], svg: &mut String) {
+        let (right, bottom) = (left + AXES[0], top + AXES[1]);
+        let [along, up] = self.scales;
+        let seen = |(x, y): &&(f64, f64)| along.shows(*x) && up.shows(*y);
+        let points = || {
+            self.curves
+                .iter()
+                .flat_map(|curve| curve.points.iter().filter(seen))
+        };
+        let x = Axis::new(along, points().map(|p| p.0), false, left, right);
+        let y = Axis::new(up, points().map(|p| p.1), true, bottom, top);
+        self.draw_axes(&x, &y, svg);
+        let mut drawn = Vec::new();
+        for curve in &self.curves {
+            let seen = curve.points.iter().filter(seen);
+            let at: Vec<_> = seen.map(|&(a, b)| (x.at(a), y.at(b))).collect();
+            curve.draw(&at, svg);
+            drawn.extend(at);
+        }
+        self.draw_legend(&drawn, left, top, svg);
+        let middle = 0.5 * (left + right);
+        text(svg, middle, top - 10.0, "middle", 13.0, &self.title);
+        text(svg, middle, bottom + 38.0, "middle", 12.0, &self.x_label);
+        let (at, height) = (left - 50.0, 0.5 * (top + bottom));
+        let _ = write!(
+            svg,
+            "<g transform=\"translate({at:.1} {height:.1}) rotate(-90)\">"
+        );
+        text(svg, 0.0, 0.0, "middle", 12.0, &self.y_label);
+        svg.push_str("</g>\n");
+    }
+
+    fn draw_axes(&self, x: &Axis, y: &Axis, svg: &mut String) {
+        let mut line = |x1: f64, y1: f64, x2: f64, y2: f64, colour: &str| {
+            let _ = writeln!(
+                svg,
+                "<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" stroke=\"{colour}\" stroke-width=\"0.8\"/>"
+            );
+        };
+        let colour = |major: bool| if major { "#c4c4c4" } else { "#ececec" };
+        for tick in x.ticks() {
+            let at = x.at(tick.value);
+            line(at, y.from, at, y.to, colour(tick.major));
+        }
+        for tick in y.ticks() {
+            let at = y.at(tick.value);
+            line(x.from, at, x.to, at, colour(tick.major));
+        }
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"black\"/>",
+            x.from,
+            y.to,
+            x.to - x.from,
+            y.from - y.to
+        );
+        for tick in x.ticks() {
+            if let Some(name) = &tick.name {
+                text(svg, x.at(tick.value), y.from + 17.0, "middle", 11.0, name);
+            }
+        }
+        for tick in y.ticks() {
+            if let Some(name) = &tick.name {
+                text(svg, x.from - 6.0, y.at(tick.value) + 4.0, "end", 11.0, name);
+            }
+        }
+    }
+
+    /// In the corner with the fewest points of the curves; the first of equals, as errors fall to the right.
+    fn draw_legend(&self, points: &[(f64, f64)], left: f64, top: f64, svg: &mut String) {
+        const LINE: f64 = 15.0;
+        let named = || self.curves.iter().filter(|curve| !curve.name.is_empty());
+        let Some(longest) = named().map(|c| letters(&c.name)).max() else {
+            return;
+        };
+        let (width, height) = (
+            38.0 + 6.2 * longest as f64,
+            LINE * named().count() as f64 + 6.0,
+        );
+        let right = left + AXES[0] - 8.0 - width;
+        let bottom = top + AXES[1] - 8.0 - height;
+        let (left, top) = (left + 8.0, top + 8.0);
+        let covered = |x: f64, y: f64| {
+            let inside = |p: &&(f64, f64)| {
+                (x - 4.0..x + width + 4.0).contains(&p.0)
+                    && (y - 4.0..y + height + 4.0).contains(&p.1)
+            };
+            points.iter().filter(inside).count()
+        };
+        let corners = [(left, bottom), (right, top), (left, top), (right, bottom)];
+        let (x, y) = corners
+            .into_iter()
+            .min_by_key(|(x, y)| covered(*x, *y))
+            .expect("there are four corners");
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"white\" fill-opacity=\"0.85\" \
+             stroke=\"#888888\" stroke-width=\"0.6\"/>"
+        );
+        for (i, curve) in named().enumerate() {
+            let middle = y + 3.0 + LINE * (i as f64 + 0.5);
+            let at = [(x + 5.0, middle), (x + 17.0, middle), (x + 29.0, middle)];
+            curve.line(&at, svg);
+            curve.marker.iter().for_each(|m| curve.mark(*m, at[1], svg));
+            text(svg, x + 34.0, middle + 4.0, "start", 11.0, &curve.name);
+        }
+    }
+}
+
+fn to_png(svg: &str) -> std::io::Result<Vec<u8>> {
+    let mut options = resvg::usvg::Options::default();
+    options.fontdb_mut().load_font_data(FONT.to_vec());
+    let tree = resvg::usvg::Tree::from_str(svg, &options).map_err(std::io::Error::other)?;
+    let scale = |length: f32| (length * PNG_SCALE).ceil() as u32;
+    let size = [tree.size().width(), tree.size().height()].map(scale);
+    let mut pixels = resvg::tiny_skia::Pixmap::new(size[0], size[1])
+        .ok_or_else(|| std::io::Error::other("the figure has no extent"))?;
+    let transform = resvg::tiny_skia::Transform::from_scale(PNG_SCALE, PNG_SCALE);
+    resvg::render(&tree, transform, &mut pixels.as_mut());
+    pixels.encode_png().map_err(std::io::Error::other)
+}
+
+/// Pixels, row by row from the top, as PNG.
+pub fn png_image([columns, rows]: [usize; 2], pixels: &[[u8; 3]]) -> Vec<u8> {
+    let mut image =
+        resvg::tiny_skia::Pixmap::new(columns as u32, rows as u32).expect("an image has an extent");
+    for (to, [r, g, b]) in image.data_mut().chunks_exact_mut(4).zip(pixels) {
+        to.copy_from_slice(&[*r, *g, *b, 255]);
+    }
+    image.encode_png().expect("pixels can be written to memory")
+}

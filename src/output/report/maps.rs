@@ -1,0 +1,184 @@
+//! Maps of the unrolled wall.
+
+use super::page::figure;
+use crate::hemodynamics::{Place, Region, RegionName, Rings};
+use crate::output::figure::colour::Palette;
+use crate::output::figure::map::Map;
+use crate::output::results::Results;
+use crate::output::wall_fields::FaceRow;
+use std::fmt::Write;
+
+/// A field that maps show.
+#[derive(Clone, Copy)]
+pub struct Field {
+    /// Name with unit.
+    pub label: &'static str,
+    /// Name of files.
+    pub file: &'static str,
+    /// Value of a face.
+    pub value: fn(&FaceRow) -> f64,
+}
+
+/// Time-averaged wall shear stress.
+pub const TAWSS: Field = Field {
+    label: "TAWSS / Pa",
+    file: "TAWSS",
+    value: |f| f.TAWSS_Pa,
+};
+/// Oscillating shear index.
+pub const OSI: Field = Field {
+    label: "OSI",
+    file: "OSI",
+    value: |f| f.OSI,
+};
+/// Relative residence time.
+pub const RRT: Field = Field {
+    label: "RRT / (1/Pa)",
+    file: "RRT",
+    value: |f| f.RRT_1_Pa,
+};
+/// Mean radius of the lumen.
+pub const RADIUS: Field = Field {
+    label: "mean radius / mm",
+    file: "radius",
+    value: |f| 1e3 * f.mean_radius_m,
+};
+
+/// A map of a field over a part of a run; `range`: values of the first and the last colour.
+pub fn map(run: &Results, field: Field, title: &str, x: [f64; 2], range: [f64; 2]) -> String {
+    let values: Vec<f64> = run.faces.iter().map(field.value).collect();
+    let inside = |f: &&FaceRow| (x[0]..=x[1]).contains(&f.x_m);
+    let largest = run
+        .faces
+        .iter()
+        .filter(inside)
+        .max_by(|a, b| (field.value)(a).total_cmp(&(field.value)(b)));
+    let marks = largest.map(|f| [f.x_m, f.phi_deg]).into_iter().collect();
+    draw(&places(run), &values, title, field.label, x, range, marks)
+}
+
+/// Centres of the faces.
+pub fn places(run: &Results) -> Vec<Place> {
+    let place = |f: &FaceRow| Place {
+        x_m: f.x_m,
+        phi_deg: f.phi_deg,
+    };
+    run.faces.iter().map(place).collect()
+}
+
+fn draw(
+    places: &[Place],
+    values: &[f64],
+    title: &str,
+    label: &str,
+    x: [f64; 2],
+    range: [f64; 2],
+    marks: Vec<[f64; 2]>,
+) -> String {
+    let Some(rings) = Rings::new(places) else {
+        return "<p>The faces do not lie in rings.</p>\n".into();
+    };
+    Map {
+        title: title.into(),
+        label: label.into(),
+        field: &|x, phi| rings.value(values, x, phi),
+        x,
+        range,
+        palette: Palette::sequential(),
+        marks,
+    }
+    .to_svg()
+}
+
+/// Least and largest value of a field in a part of some runs; `from_zero` begins at zero.
+pub fn range(runs: &[&Results], field: Field, x: [f64; 2], from_zero: bool) -> [f64; 2] {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for face in runs.iter().flat_map(|run| &run.faces) {
+        let value = (field.value)(face);
+        if (x[0]..=x[1]).contains(&face.x_m) && value.is_finite() {
+            (low, high) = (low.min(value), high.max(value));
+        }
+    }
+    [if from_zero { 0.0 } else { low }, high]
+}
+
+/// The whole deformable part of a case.
+pub fn whole(run: &Results) -> [f64; 2] {
+    let geometry = &run.case.geometry;
+    [0.0, geometry.graft_length + geometry.artery_length]
+}
+
+/// The middle part of the artery, or the whole vessel if there is none.
+pub fn middle(run: &Results) -> [f64; 2] {
+    let regions = Region::of(&run.case);
+    let found = regions.iter().find(|r| r.name == RegionName::MidArtery);
+    found.map_or(whole(run), |r| [r.from_m, r.to_m])
+}
+
+/// The values of a field on the faces as a table.
+pub fn numbers(run: &Results, field: Field) -> String {
+    let mut csv = format!("x_m,phi_deg,\"{}\"\n", field.label);
+    for face in &run.faces {
+        let _ = writeln!(
+            csv,
+            "{:.6},{:.3},{:.6e}",
+            face.x_m,
+            face.phi_deg,
+            (field.value)(face)
+        );
+    }
+    csv
+}
+
+/// All fields of a run, over the whole wall and over the middle of the artery.
+pub fn of_run(run: &Results, name: &str) -> Vec<String> {
+    let fields = [(RADIUS, false), (TAWSS, true), (OSI, true), (RRT, true)];
+    let parts = [
+        ("graft and artery", whole(run)),
+        ("middle of the artery", middle(run)),
+    ];
+    let mut figures = Vec::new();
+    for (part, x) in parts {
+        for (field, from_zero) in fields {
+            let range = range(&[run], field, x, from_zero);
+            let svg = map(run, field, &format!("{name}, {part}"), x, range);
+            let caption = format!(
+                "{} on the unrolled wall, {part}; the cross marks the largest value.",
+                field.label
+            );
+            let csv = (x == whole(run)).then(|| (field.file, numbers(run, field)));
+            figures.push(figure(&svg, &caption, csv));
+        }
+    }
+    figures
+}
+
+/// Maps of the radius (mm) at some times (s), with the same colours.
+pub fn radii(run: &Results, places: &[Place], found: &[(f64, Vec<f64>)]) -> Vec<String> {
+    let all = found.iter().flat_map(|(_, values)| values).copied();
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = all.fold(ends, |(low, high), r| (low.min(r), high.max(r)));
+    let draw = |(time, values): &(f64, Vec<f64>)| {
+        let title = format!("t = {time:.3} s");
+        let svg = draw(
+            places,
+            values,
+            &title,
+            "radius / mm",
+            whole(run),
+            [low, high],
+            Vec::new(),
+        );
+        let mut csv = String::from("x_m,phi_deg,radius_mm\n");
+        for (place, value) in places.iter().zip(values) {
+            let _ = writeln!(csv, "{:.6},{:.3},{value:.6}", place.x_m, place.phi_deg);
+        }
+        let file = format!("radius-{time:.3}s");
+        figure(
+            &svg,
+            "Distance of the lumen's surface from the axis.",
+            Some((&file, csv)),
+        )
+    };
+    found.iter().map(draw).collect()
+}

@@ -1,0 +1,200 @@
+//! A page of HTML that stands on nothing but itself.
+
+use crate::output::figure::{Curve, Figure, Panel, Scale};
+use base64::Engine;
+use std::fmt::Write;
+
+const STYLE: &str = include_str!("style.css");
+const VIEWER: &str = include_str!("viewer.js");
+const LIBRARY: &str = include_str!("vendor/three.min.js");
+
+/// A page, section by section.
+pub struct Page {
+    title: String,
+    lead: String,
+    sections: Vec<(String, String, String)>,
+    has_viewer: bool,
+}
+
+impl Page {
+    /// An empty page; `lead` is a sentence below the title.
+    pub fn new(title: &str, lead: &str) -> Self {
+        Self {
+            title: title.into(),
+            lead: lead.into(),
+            sections: Vec::new(),
+            has_viewer: false,
+        }
+    }
+
+    /// Adds a section with this HTML; `id` is where links lead.
+    pub fn section(&mut self, id: &str, title: &str, html: &str) {
+        self.has_viewer |= html.contains("class=\"viewer\"");
+        self.sections.push((id.into(), title.into(), html.into()));
+    }
+
+    /// The whole page.
+    pub fn to_html(&self) -> String {
+        let title = escape(&self.title);
+        let mut html = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p class=\"lead\">{}</p>\n<nav>",
+            escape(&self.lead)
+        );
+        for (id, title, _) in &self.sections {
+            let _ = write!(html, "<a href=\"#{id}\">{}</a>", escape(title));
+        }
+        html.push_str("</nav>\n");
+        for (id, title, body) in &self.sections {
+            let _ = writeln!(
+                html,
+                "<section id=\"{id}\">\n<h2>{}</h2>\n{body}</section>",
+                escape(title)
+            );
+        }
+        let _ = writeln!(
+            html,
+            "<footer><p>Made by fsi-driver {}.{}</p></footer>",
+            env!("CARGO_PKG_VERSION"),
+            if self.has_viewer {
+                " Three-dimensional views by three.js 0.187.0 (MIT License, © three.js authors), which is part of this page."
+            } else {
+                ""
+            }
+        );
+        if self.has_viewer {
+            let _ = writeln!(
+                html,
+                "<script>\n{LIBRARY}</script>\n<script>\n{VIEWER}</script>"
+            );
+        }
+        html.push_str("</body>\n</html>\n");
+        html
+    }
+}
+
+/// Text within HTML.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// Figures beside each other as far as there is room.
+pub fn gallery(figures: &[String]) -> String {
+    format!("<div class=\"figures\">\n{}</div>\n", figures.concat())
+}
+
+/// A figure with its caption, and its numbers to download as `name`.csv.
+pub fn figure(svg: &str, caption: &str, numbers: Option<(&str, String)>) -> String {
+    let download = numbers.map_or(String::new(), |(name, csv)| {
+        let data = base64::engine::general_purpose::STANDARD.encode(csv);
+        format!(
+            " <a class=\"download\" download=\"{name}.csv\" href=\"data:text/csv;base64,{data}\">{name}.csv</a>"
+        )
+    });
+    format!(
+        "<figure>\n{svg}<figcaption>{}{download}</figcaption>\n</figure>\n",
+        escape(caption)
+    )
+}
+
+/// A pair of linear axes with curves, as a figure with its numbers.
+pub fn chart(name: &str, caption: &str, panel: Panel) -> String {
+    let csv = numbers(&panel);
+    let drawn = Figure {
+        panels: vec![panel],
+        columns: 1,
+    };
+    figure(&drawn.to_svg(), caption, Some((name, csv)))
+}
+
+/// A panel with a title and linear axes.
+pub fn panel(title: &str, x_label: &str, y_label: &str, curves: Vec<Curve>) -> Panel {
+    Panel {
+        title: title.into(),
+        x_label: x_label.into(),
+        y_label: y_label.into(),
+        scales: [Scale::Linear; 2],
+        curves,
+    }
+}
+
+/// A mere line.
+pub fn line(name: &str, colour: usize, points: Vec<(f64, f64)>) -> Curve {
+    Curve {
+        name: name.into(),
+        points,
+        colour,
+        marker: None,
+        open: false,
+    }
+}
+
+/// The curves of a panel as a table: beside each other if they share their x, else one after the other.
+fn numbers(panel: &Panel) -> String {
+    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+    let Some(first) = panel.curves.first() else {
+        return String::new();
+    };
+    let xs = |curve: &Curve| curve.points.iter().map(|p| p.0).collect::<Vec<_>>();
+    let shared = panel.curves.iter().all(|curve| xs(curve) == xs(first));
+    let mut csv = String::new();
+    if shared {
+        csv += &quoted(&panel.x_label);
+        for curve in &panel.curves {
+            let name = if curve.name.is_empty() {
+                &panel.y_label
+            } else {
+                &curve.name
+            };
+            let _ = write!(csv, ",{}", quoted(name));
+        }
+        for (i, (x, _)) in first.points.iter().enumerate() {
+            let _ = write!(csv, "\n{x:.7}");
+            for curve in &panel.curves {
+                let _ = write!(csv, ",{:.6e}", curve.points[i].1);
+            }
+        }
+    } else {
+        let _ = write!(
+            csv,
+            "curve,{},{}",
+            quoted(&panel.x_label),
+            quoted(&panel.y_label)
+        );
+        for curve in &panel.curves {
+            for (x, y) in &curve.points {
+                let _ = write!(csv, "\n{},{x:.7},{y:.6e}", quoted(&curve.name));
+            }
+        }
+    }
+    csv.push('\n');
+    csv
+}
+
+/// A table: its heads, and rows of cells that are HTML already.
+pub fn table(heads: &[&str], rows: &[Vec<String>]) -> String {
+    let mut html = String::from("<div class=\"table\"><table>\n<thead><tr>");
+    for head in heads {
+        let _ = write!(html, "<th>{head}</th>");
+    }
+    html.push_str("</tr></thead>\n<tbody>\n");
+    for row in rows {
+        html.push_str("<tr>");
+        for cell in row {
+            // Sentences wrap, numbers do not.
+            let class = if cell.len() > 40 || cell.contains("<span") {
+                " class=\"text\""
+            } else {
+                ""
+            };
+            let _ = write!(html, "<td{class}>{cell}</td>");
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody>\n</table></div>\n");
+    html
+}

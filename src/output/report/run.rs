@@ -1,0 +1,380 @@
+//! The page of a run.
+
+use super::page::{Page, chart, gallery, line, panel, table};
+use super::surface::Surface;
+use super::{maps, quantities, scene};
+use crate::hemodynamics::RegionName;
+use crate::output::figure::{Curve, Panel, Scale};
+use crate::output::results::Results;
+use crate::output::tables::HistoryRow;
+use crate::output::wall_history::WallHistoryReader;
+use std::io;
+
+/// Writes the page.
+pub fn page(run: &Results) -> io::Result<String> {
+    let name = super::name_of(run);
+    let window = run.hemodynamics.window;
+    let lead = format!(
+        "{} fluid cells, structure of degree {} with {} elements; {} steps to t = {:.3} s. Averages over {} s < t ≤ {} s{}.",
+        run.case.fluid.mesh.cells(),
+        run.case.structure.p,
+        run.case.structure.axial_per_section
+            * 4
+            * run.case.structure.circumferential
+            * run.case.structure.radial_per_layer,
+        run.history.len(),
+        run.history.last().map_or(0.0, |row| row.time_s),
+        window.start_s,
+        window.end_s,
+        if run.hemodynamics.complete {
+            ""
+        } else {
+            ", of which not every step was computed"
+        },
+    );
+    let mut page = Page::new(&format!("Blood and wall of model {name}"), &lead);
+    page.section("figures", "In figures", &measures(run));
+    page.section("flow", "Flow, volume and pressure", &gallery(&flow(run)));
+    page.section("periodicity", "Periodicity", &gallery(&periodicity(run)));
+    page.section("wall", "Wall", &gallery(&wall(run)));
+    let surface = Surface::of(run)?;
+    if let Some(surface) = &surface {
+        let html = format!(
+            "<p>The wet surface over the evaluated window. Drag to rotate, roll to zoom.</p>\n{}",
+            scene::viewer(surface)
+        );
+        page.section("view", "The wall in three dimensions", &html);
+        page.section(
+            "pictures",
+            "Deformed wall",
+            &gallery(&pictures(run, surface)),
+        );
+    }
+    if !run.faces.is_empty() {
+        page.section(
+            "maps",
+            "On the unrolled wall",
+            &gallery(&maps::of_run(run, &name)),
+        );
+        page.section(
+            "radius",
+            "Radius of the lumen at chosen times",
+            &gallery(&radii(run)?),
+        );
+    }
+    page.section("effort", "Coupling", &gallery(&effort(run)));
+    Ok(page.to_html())
+}
+
+fn column(run: &Results, value: fn(&HistoryRow) -> f64, unit: f64) -> Vec<(f64, f64)> {
+    let rows = run.history.iter();
+    rows.map(|row| (row.time_s, value(row) / unit)).collect()
+}
+
+/// A row for each measure of the hemodynamics, a column for each region.
+fn measures(run: &Results) -> String {
+    let regions = &run.hemodynamics.regions;
+    if regions.is_empty() {
+        return "<p>The run has not come to the evaluated window yet.</p>\n".into();
+    }
+    let mut heads = vec!["measure".to_owned()];
+    heads.extend(regions.iter().map(|r| {
+        let (from, to) = (1e3 * r.region.from_m, 1e3 * r.region.to_m);
+        format!("{}<br>{from} mm to {to} mm", r.region.name)
+    }));
+    let rows: Vec<Vec<String>> = quantities::all()
+        .iter()
+        .map(|quantity| {
+            let cells = regions.iter().map(|region| (quantity.show)(region));
+            std::iter::once(quantity.name.to_owned())
+                .chain(cells)
+                .collect()
+        })
+        .collect();
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    table(&heads, &rows)
+}
+
+pub(super) fn flow(run: &Results) -> Vec<String> {
+    const MILLILITRE: f64 = 1e-6;
+    let inflow = column(run, |row| row.Q_in_m3_s, MILLILITRE);
+    let outflow = column(run, |row| row.Q_out_m3_s, MILLILITRE);
+    let gap: Vec<_> = inflow
+        .iter()
+        .zip(&outflow)
+        .map(|(a, b)| (a.0, a.1 - b.1))
+        .collect();
+    let volume = column(run, |row| row.lumen_volume_m3, MILLILITRE);
+    // Central differences, as in the paper.
+    let derivative: Vec<_> = volume
+        .windows(3)
+        .map(|w| (w[1].0, (w[2].1 - w[0].1) / (w[2].0 - w[0].0)))
+        .collect();
+    let ramp = run.case.ramp.duration;
+    let share = |t: f64| {
+        if t < ramp {
+            0.5 * (1.0 - (std::f64::consts::PI * t / ramp).cos())
+        } else {
+            1.0
+        }
+    };
+    let ramps = run
+        .history
+        .iter()
+        .map(|row| (row.time_s, share(row.time_s)))
+        .collect();
+    let pressure = |value| column(run, value, quantities::MMHG);
+    vec![
+        chart(
+            "flow",
+            "Flow in and out, and their difference beside the rate of change of the lumen volume (central differences).",
+            panel(
+                "flow",
+                "time / s",
+                "flow / (ml/s)",
+                vec![
+                    line("inflow", 2, inflow),
+                    line("outflow", 1, outflow),
+                    line("inflow − outflow", 3, gap),
+                    Curve {
+                        open: true,
+                        ..line("dV/dt", 0, derivative)
+                    },
+                ],
+            ),
+        ),
+        chart(
+            "volume",
+            "Volume of the lumen of graft and artery.",
+            panel(
+                "lumen volume",
+                "time / s",
+                "volume / ml",
+                vec![line("", 2, volume)],
+            ),
+        ),
+        chart(
+            "pressure",
+            "Mean pressures at inlet and outlet.",
+            panel(
+                "pressure",
+                "time / s",
+                "pressure / mmHg",
+                vec![
+                    line("inlet", 2, pressure(|row| row.p_in_Pa)),
+                    line("outlet", 1, pressure(|row| row.p_out_Pa)),
+                ],
+            ),
+        ),
+        chart(
+            "ramp",
+            "Factor of inflow and outlet pressure at the start.",
+            panel("ramp", "time / s", "factor / 1", vec![line("", 2, ramps)]),
+        ),
+    ]
+}
+
+pub(super) fn periodicity(run: &Results) -> Vec<String> {
+    let beat = (run.case.time.period / run.case.time.step).round() as usize;
+    let against_the_beat_before = |value: fn(&HistoryRow) -> f64| -> Vec<(f64, f64)> {
+        let size = run
+            .history
+            .iter()
+            .map(|row| value(row).abs())
+            .fold(0.0, f64::max);
+        let pairs = run.history.iter().zip(run.history.iter().skip(beat));
+        pairs
+            .map(|(before, now)| (now.time_s, (value(now) - value(before)).abs() / size))
+            .collect()
+    };
+    let curves = vec![
+        line("outflow", 2, against_the_beat_before(|row| row.Q_out_m3_s)),
+        line(
+            "largest displacement",
+            1,
+            against_the_beat_before(|row| row.max_displacement_m),
+        ),
+    ];
+    if curves[0].points.is_empty() {
+        return vec!["<p>The run is not longer than a period.</p>\n".into()];
+    }
+    let panel = Panel {
+        scales: [Scale::Linear, Scale::Logarithmic],
+        ..panel(
+            "difference to the period before",
+            "time / s",
+            "difference / largest value",
+            curves,
+        )
+    };
+    vec![chart(
+        "periodicity",
+        "Absolute difference between successive periods, relative to the largest value of the run.",
+        panel,
+    )]
+}
+
+fn wall(run: &Results) -> Vec<String> {
+    let region = |name: RegionName, value: fn(&crate::hemodynamics::RegionStep) -> f64| {
+        let rows = run.regions.iter().filter(|row| row.region == name);
+        rows.map(|row| (row.time_s, value(row))).collect::<Vec<_>>()
+    };
+    let regions = [
+        (RegionName::Bypass, 3),
+        (RegionName::Artery, 2),
+        (RegionName::MidArtery, 1),
+    ];
+    let by_region = |value: fn(&crate::hemodynamics::RegionStep) -> f64| {
+        let some =
+            regions.map(|(name, colour)| line(&name.to_string(), colour, region(name, value)));
+        some.into_iter()
+            .filter(|curve| !curve.points.is_empty())
+            .collect()
+    };
+    vec![
+        chart(
+            "displacement",
+            "Largest displacement of the wet surface.",
+            panel(
+                "displacement",
+                "time / s",
+                "displacement / mm",
+                by_region(|row| 1e3 * row.max_displacement_m),
+            ),
+        ),
+        chart(
+            "von-mises",
+            "Largest von Mises stress at the quadrature points.",
+            panel(
+                "von Mises stress",
+                "time / s",
+                "stress / kPa",
+                by_region(|row| 1e-3 * row.max_von_mises_Pa),
+            ),
+        ),
+        chart(
+            "mean-wall-shear",
+            "Magnitude of the wall shear stress, mean over the deformed area.",
+            panel(
+                "mean wall shear stress",
+                "time / s",
+                "stress / Pa",
+                by_region(|row| row.mean_wall_shear_Pa),
+            ),
+        ),
+        chart(
+            "max-wall-shear",
+            "Largest wall shear stress.",
+            panel(
+                "largest wall shear stress",
+                "time / s",
+                "stress / Pa",
+                by_region(|row| row.max_wall_shear_Pa),
+            ),
+        ),
+    ]
+}
+
+pub(super) fn pictures(run: &Results, surface: &Surface) -> Vec<String> {
+    // 0.4 of a period after the window's start, as the paper's t = 2.4 s.
+    let wanted = run.hemodynamics.window.end_s - 0.6 * run.case.time.period;
+    let far = |t: &f64| (t - wanted).abs();
+    let frame = (0..surface.times.len())
+        .min_by(|a, b| far(&surface.times[*a]).total_cmp(&far(&surface.times[*b])))
+        .unwrap_or(0);
+    let at = format!("at t = {:.3} s", surface.times[frame]);
+    [
+        (
+            "Displacement",
+            format!("Displacement of the wet surface {at}."),
+        ),
+        (
+            "Von Mises",
+            format!("Von Mises stress at the inner side of the wall {at}."),
+        ),
+        (
+            "Oscillating",
+            format!("Oscillating shear index on the wall as it is {at}."),
+        ),
+        (
+            "Time-averaged",
+            format!("Time-averaged wall shear stress on the wall as it is {at}."),
+        ),
+    ]
+    .into_iter()
+    .filter_map(|(name, caption)| {
+        let field = surface.field(name)?;
+        Some(scene::picture(surface, field, frame, &caption))
+    })
+    .collect()
+}
+
+/// Maps of the radius at four times of the last period.
+fn radii(run: &Results) -> io::Result<Vec<String>> {
+    let path = run.files.wall_history();
+    if !path.is_file() {
+        return Ok(vec!["<p>The run has not kept its wall.</p>\n".into()]);
+    }
+    let (end, period, step) = (
+        run.hemodynamics.window.end_s,
+        run.case.time.period,
+        run.case.time.step,
+    );
+    let wanted = [0.0, 0.2, 0.4, 0.7].map(|share| {
+        let time = (end - period + share * period).max(step);
+        (time / step).round() * step
+    });
+    let reader = WallHistoryReader::open(&path)?;
+    let wall = reader.wall.clone();
+    let mut found = Vec::new();
+    for state in reader {
+        let state = state?;
+        if wanted.iter().any(|t| (t - state.time).abs() < 0.5 * step) {
+            let positions = wall.displaced(&state.displacement);
+            let radius = |face: &Vec<u32>| {
+                let at = |p: &u32| positions[*p as usize];
+                let radii = face.iter().map(|p| at(p).y.hypot(at(p).z));
+                1e3 * radii.sum::<f64>() / face.len() as f64
+            };
+            found.push((
+                state.time,
+                wall.faces.iter().map(radius).collect::<Vec<f64>>(),
+            ));
+        }
+    }
+    Ok(maps::radii(run, &wall.places(), &found))
+}
+
+fn effort(run: &Results) -> Vec<String> {
+    let seconds = |value: fn(&HistoryRow) -> f64| column(run, value, 1.0);
+    vec![
+        chart(
+            "iterations",
+            "Coupling iterations of each time step.",
+            panel(
+                "coupling iterations",
+                "time / s",
+                "iterations / 1",
+                vec![line(
+                    "",
+                    2,
+                    column(run, |row| row.coupling_iterations as f64, 1.0),
+                )],
+            ),
+        ),
+        chart(
+            "seconds",
+            "Wall-clock time of each time step.",
+            panel(
+                "time per step",
+                "time / s",
+                "wall-clock time / s",
+                vec![
+                    line("whole step", 0, seconds(|row| row.wall_s)),
+                    line("fluid", 2, seconds(|row| row.fluid_s)),
+                    line("structure", 1, seconds(|row| row.structure_s)),
+                ],
+            ),
+        ),
+    ]
+}

@@ -1,0 +1,223 @@
+//! The wet surface over the last beat, with the fields on it at its points.
+
+use crate::Vec3;
+use crate::hemodynamics::Wall;
+use crate::hemodynamics::wall::widened;
+use crate::output::results::Results;
+use crate::output::vtu;
+use crate::output::wall_history::WallHistoryReader;
+use std::io;
+
+/// Frames of a beat, at most.
+const FRAMES: usize = 25;
+
+/// A field at the points of the surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Values: one list for each frame, or one for all.
+    pub values: Vec<Vec<f64>>,
+    /// Largest value that is shown as such; the smallest is zero.
+    pub high: f64,
+}
+
+/// The surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// The unloaded surface.
+    pub wall: Wall,
+    /// Times of the frames, s.
+    pub times: Vec<f64>,
+    /// Positions of the points in each frame, m.
+    pub frames: Vec<Vec<Vec3>>,
+    /// The fields.
+    pub fields: Vec<Field>,
+}
+
+impl Surface {
+    /// The surface of a run; `None` if it has not kept its wall, or has not come to its window.
+    pub fn of(run: &Results) -> io::Result<Option<Self>> {
+        let path = run.files.wall_history();
+        if !path.is_file() || run.faces.is_empty() {
+            return Ok(None);
+        }
+        let step = run.case.time.step;
+        let window = run.hemodynamics.window;
+        let inside = |time: f64| window.contains(time, step);
+        // Where the stresses are known too, if they are.
+        let series = vtu::Series::read(&run.files.structure())?;
+        let mut times: Vec<f64> = series
+            .iter()
+            .map(|(t, _)| *t)
+            .filter(|t| inside(*t))
+            .collect();
+        if times.is_empty() {
+            times = run
+                .history
+                .iter()
+                .map(|row| row.time_s)
+                .filter(|t| inside(*t))
+                .collect();
+        }
+        let every = times.len().div_ceil(FRAMES).max(1);
+        let last = times.len() % every;
+        // The last one is always among them.
+        let times: Vec<f64> = times
+            .into_iter()
+            .skip((last + every - 1) % every)
+            .step_by(every)
+            .collect();
+        let is_wanted = |time: f64| times.iter().any(|t| (t - time).abs() < 0.5 * step);
+
+        let reader = WallHistoryReader::open(&path)?;
+        let wall = reader.wall.clone();
+        let to_points = Averaging::new(&wall);
+        let (mut frames, mut shear, mut found) = (Vec::new(), Vec::new(), Vec::new());
+        for state in reader {
+            let state = state?;
+            if !is_wanted(state.time) {
+                continue;
+            }
+            let lengths: Vec<f64> = state.shear.iter().map(|v| widened(v).norm()).collect();
+            shear.push(to_points.average(&lengths));
+            frames.push(wall.displaced(&state.displacement));
+            found.push(state.time);
+        }
+        if frames.is_empty() {
+            return Ok(None);
+        }
+        let moved = |frame: &Vec<Vec3>| -> Vec<f64> {
+            let pairs = frame.iter().zip(&wall.points);
+            pairs.map(|(x, rest)| 1e3 * (x - rest).norm()).collect()
+        };
+        let of_faces = |value: fn(&crate::output::wall_fields::FaceRow) -> f64| {
+            vec![to_points.average(&run.faces.iter().map(value).collect::<Vec<_>>())]
+        };
+        let mut fields = vec![
+            Field::new("Displacement", "mm", frames.iter().map(moved).collect()),
+            Field::new("Oscillating shear index", "", of_faces(|f| f.OSI)),
+            Field::new(
+                "Time-averaged wall shear stress",
+                "Pa",
+                of_faces(|f| f.TAWSS_Pa),
+            ),
+            Field::new("Relative residence time", "1/Pa", of_faces(|f| f.RRT_1_Pa)),
+            Field::new("Wall shear stress", "Pa", shear),
+        ];
+        if let Some(stress) = stresses(run, &series, &wall, &found, step)? {
+            fields.insert(1, Field::new("Von Mises stress in the wall", "kPa", stress));
+        }
+        Ok(Some(Self {
+            wall,
+            times: found,
+            frames,
+            fields,
+        }))
+    }
+
+    /// Corners of triangles between the points.
+    pub fn triangles(&self) -> Vec<[u32; 3]> {
+        let fan = |face: &Vec<u32>| {
+            let pairs = face.windows(2).skip(1);
+            pairs
+                .map(|pair| [face[0], pair[0], pair[1]])
+                .collect::<Vec<_>>()
+        };
+        self.wall.faces.iter().flat_map(fan).collect()
+    }
+
+    /// A field by its name.
+    pub fn field(&self, name: &str) -> Option<&Field> {
+        self.fields
+            .iter()
+            .find(|field| field.name.starts_with(name))
+    }
+}
+
+impl Field {
+    fn new(name: &'static str, unit: &'static str, values: Vec<Vec<f64>>) -> Self {
+        // A few extreme values would leave no colours for the others.
+        let mut all: Vec<f64> = values
+            .iter()
+            .flatten()
+            .copied()
+            .filter(|v| v.is_finite())
+            .collect();
+        all.sort_by(f64::total_cmp);
+        let high = all
+            .get(all.len().saturating_sub(1) * 995 / 1000)
+            .copied()
+            .unwrap_or(1.0);
+        Self {
+            name,
+            unit,
+            values,
+            high: if high > 0.0 { high } else { 1.0 },
+        }
+    }
+
+    /// Shares of the largest value at the points in a frame.
+    pub fn shares(&self, frame: usize) -> Vec<f64> {
+        let values = &self.values[frame.min(self.values.len() - 1)];
+        values
+            .iter()
+            .map(|v| (v / self.high).clamp(0.0, 1.0))
+            .collect()
+    }
+}
+
+/// From faces to points.
+struct Averaging(Vec<Vec<usize>>);
+
+impl Averaging {
+    fn new(wall: &Wall) -> Self {
+        let mut faces_of = vec![Vec::new(); wall.points.len()];
+        for (face, points) in wall.faces.iter().enumerate() {
+            points.iter().for_each(|p| faces_of[*p as usize].push(face));
+        }
+        Self(faces_of)
+    }
+
+    fn average(&self, values: &[f64]) -> Vec<f64> {
+        let mean = |faces: &Vec<usize>| {
+            faces.iter().map(|f| values[*f]).sum::<f64>() / faces.len().max(1) as f64
+        };
+        self.0.iter().map(mean).collect()
+    }
+}
+
+/// Von Mises stress (kPa) of the wall at the surface's points at each of the times, if the run has kept all of them.
+fn stresses(
+    run: &Results,
+    series: &[(f64, std::path::PathBuf)],
+    wall: &Wall,
+    times: &[f64],
+    step: f64,
+) -> io::Result<Option<Vec<Vec<f64>>>> {
+    let mut nearest: Option<Vec<usize>> = None;
+    let mut all = Vec::new();
+    for time in times {
+        let Some((_, file)) = series.iter().find(|(t, _)| (t - time).abs() < 0.5 * step) else {
+            return Ok(None);
+        };
+        let grid = vtu::read_points(&run.files.root().join(file), "von_mises_Pa")?;
+        let nearest = nearest.get_or_insert_with(|| {
+            let nearest = |x: &Vec3| {
+                let distances = grid
+                    .points
+                    .iter()
+                    .map(|p| (p - x).norm_squared())
+                    .enumerate();
+                distances
+                    .min_by(|a, b| a.1.total_cmp(&b.1))
+                    .map_or(0, |(i, _)| i)
+            };
+            wall.points.iter().map(nearest).collect()
+        });
+        all.push(nearest.iter().map(|i| 1e-3 * grid.values[*i]).collect());
+    }
+    Ok(Some(all))
+}
