@@ -90,7 +90,16 @@ pub fn solve(
     let mut stats = Stats::default();
     let evaluate = |d: &[f64], stats: &mut Stats| {
         stats.residuals += 1;
-        timed(&mut stats.residual_s, || problem.residual(d))
+        let residual = timed(&mut stats.residual_s, || problem.residual(d))?;
+        // A finite difference of infinite forces would be taken for an equilibrium.
+        if residual.norm().is_finite() && residual.scale.is_finite() {
+            Ok(residual)
+        } else {
+            Err(SolidError::NoEquilibrium(
+                "the stresses overflow; the load is too large for one step: take smaller ones"
+                    .into(),
+            ))
+        }
     };
     let mut d = start;
     let mut residual = evaluate(&d, &mut stats)?;
@@ -105,7 +114,7 @@ pub fn solve(
         if before <= tolerance && (stats.iterations > 0 || before == 0.0) {
             break;
         }
-        if stats.iterations == options.max_iterations || rises > 4 || !before.is_finite() {
+        if stats.iterations == options.max_iterations || rises > 4 {
             return Err(SolidError::NoEquilibrium(diagnosis(&history, tolerance)));
         }
         if kept.is_some() && !pays(&since, tolerance, options) {
@@ -209,4 +218,40 @@ fn diagnosis(history: &[f64], tolerance: f64) -> String {
         last.join(", "),
         history.len() - 1
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Forces that overflow.
+    struct Burst;
+
+    impl Equilibrium for Burst {
+        fn residual(&self, _: &[f64]) -> Result<Residual, SolidError> {
+            Ok(Residual {
+                vector: vec![1.0],
+                scale: f64::INFINITY,
+                floor: 0.0,
+            })
+        }
+
+        fn tangent(&self, _: &[f64], _: Option<&[f64]>) -> Result<Vec<f64>, SolidError> {
+            unreachable!("there is nothing to linearize")
+        }
+
+        fn factorize(&self, _: &[f64]) -> Result<Factorization, SolidError> {
+            unreachable!("there is nothing to factorize")
+        }
+
+        fn moved(&self, d: &[f64], _: &[f64], _: f64) -> Vec<f64> {
+            d.to_vec()
+        }
+    }
+
+    #[test]
+    fn infinite_forces_are_no_equilibrium() {
+        let found = solve(&Burst, vec![0.0], 1e-6, &NewtonOptions::default(), &mut None);
+        assert!(matches!(found, Err(SolidError::NoEquilibrium(_))));
+    }
 }

@@ -120,9 +120,6 @@ impl Run {
         let parts = self.cadence.parts();
         let trouble = Trouble::after(self.trouble, place, parts, dead);
         self.trouble = Some(trouble);
-        if let Some((_, reason)) = self.last_good.take() {
-            return Err(Failure::Run(format!("{reason}\nThen {what}")));
-        }
         if trouble.is_hopeless(self.case.time.max_halvings) {
             let reason = format!(
                 "{what}\nAll {attempt} attempts at this step failed: from the last displacement, without what the coupling had learnt, with less relaxation, with shorter steps (time.max_halvings = {}).",
@@ -158,6 +155,9 @@ impl Run {
     /// The run cannot go on after the `last` step. If that is in no checkpoint the steps since the newest one are taken
     /// once more, so that it will be.
     fn keep_last_good(&mut self, last: usize, reason: String) -> Result<String, Failure> {
+        if let Some((_, first)) = self.last_good.take() {
+            return Err(Failure::Run(format!("{first}\nThen {reason}")));
+        }
         let newest = self.folder.checkpoints().newest();
         let Some(found) = newest.ok().filter(|found| found.checkpoint.step() < last) else {
             return Err(Failure::Run(reason));
