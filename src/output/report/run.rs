@@ -62,6 +62,10 @@ pub fn page(run: &Results) -> io::Result<String> {
             &gallery(&radii(run)?),
         );
     }
+    let cuts = super::flow_cut::of_run(run)?;
+    if !cuts.is_empty() {
+        page.section("cuts", "Blood in a longitudinal cut", &gallery(&cuts));
+    }
     page.section("effort", "Coupling", &gallery(&effort(run)));
     Ok(page.to_html())
 }
@@ -80,7 +84,7 @@ fn measures(run: &Results) -> String {
     let mut heads = vec!["measure".to_owned()];
     heads.extend(regions.iter().map(|r| {
         let (from, to) = (1e3 * r.region.from_m, 1e3 * r.region.to_m);
-        format!("{}<br>{from} mm to {to} mm", r.region.name)
+        format!("{}<br>{from:.2} mm to {to:.2} mm", r.region.name)
     }));
     let rows: Vec<Vec<String>> = quantities::all()
         .iter()
