@@ -1,4 +1,4 @@
-//! Flow in a straight rigid tube against Womersley's exact solution.
+//! Flow in a straight rigid tube against Poiseuille's and Womersley's exact solutions.
 
 mod fluid_support;
 
@@ -11,7 +11,7 @@ use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use fsi_driver::fluid::{Fluid, FluidStep};
 use fsi_driver::geometry::{PolyMesh, Vessel};
 use nalgebra::Complex;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::time::Duration;
 
@@ -98,6 +98,31 @@ impl RigidTube {
             })
             .collect()
     }
+}
+
+/// `dp = 8 mu L Q / (pi r⁴)` and `tau = r dp / (2 L)`.
+#[test]
+fn steady_flow_is_poiseuilles() {
+    let case = load("poiseuille", &[]);
+    let g = &case.geometry;
+    let (radius, mu) = (g.graft_inner_radius, case.blood.viscosity);
+    let length = g.extension_length + g.graft_length + g.artery_length;
+    let mut tube = RigidTube::start(&case);
+    let steps: Vec<_> = (0..case.steps()).map(|_| tube.step(false)).collect();
+    let [before, last] = [&steps[steps.len() - 2], &steps[steps.len() - 1]];
+    assert!((last.inflow / before.inflow - 1.0).abs() < 1e-3, "steady");
+
+    let drop = last.inlet_pressure - last.outlet_pressure;
+    let exact_drop = 8.0 * mu * length * last.inflow / (PI * radius.powi(4));
+    println!("pressure drop {drop} Pa, exact {exact_drop} Pa");
+    assert!((drop / exact_drop - 1.0).abs() < 0.01);
+
+    // The traction is the fluid's on the wall: along the flow.
+    let exact_shear = 0.5 * radius * drop / length;
+    let error = |traction: &Vec3| (traction.x / exact_shear - 1.0).abs();
+    let worst = last.tractions.iter().map(error).fold(0.0, f64::max);
+    println!("wall shear stress {exact_shear} Pa, largest error of a face {worst}");
+    assert!(worst < 0.01, "{worst}");
 }
 
 /// Bessel's function of order zero by its power series.

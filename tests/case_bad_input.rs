@@ -255,7 +255,7 @@ fn flow_curves_are_refused_with_the_line() {
         ),
         (
             b"time_s,flow_m3_s\n0,1e-6\n0.5,\xff\xff\n",
-            ":3: not a line of text",
+            "line 3 is not UTF-8",
         ),
         (b"", ":1: expected the header"),
     ] {
@@ -269,5 +269,30 @@ fn flow_curves_are_refused_with_the_line() {
             errors.contains("inflow.file") && errors.contains(message),
             "{message:?} is not in {errors}"
         );
+    }
+}
+
+#[test]
+fn files_that_never_end_are_not_opened() {
+    let scratch = tempfile::tempdir().unwrap();
+    let pipe = scratch.path().join("flow.csv");
+    rustix::fs::mknodat(
+        rustix::fs::CWD,
+        &pipe,
+        rustix::fs::FileType::Fifo,
+        rustix::fs::Mode::RUSR,
+        0,
+    )
+    .unwrap();
+    for path in [Path::new("/dev/zero"), &pipe] {
+        let text = format!(
+            "extends = \"{}\"\ninflow.file = \"{}\"\n",
+            project().join("defaults.toml").display(),
+            path.display()
+        );
+        std::fs::write(scratch.path().join("case.toml"), text).unwrap();
+        let errors = refuse(scratch.path(), &[]).to_string();
+        assert!(errors.contains("inflow.file"), "{errors}");
+        assert!(errors.contains("not a file"), "{errors}");
     }
 }

@@ -166,6 +166,59 @@ fn a_step_can_be_repeated_and_a_run_resumed_bit_by_bit() {
     }
 }
 
+/// Forty steps of an artery under a growing, pulsating pressure, the last ones after the memory was handed over to a new
+/// structure if `resume`.
+fn pulsate(newton: NewtonOptions, resume: bool) -> (Structure, usize) {
+    let mesh = tube_mesh(2.35e-3, &[4.5e-4, 4.5e-4], 7.5e-3, 2, 4, 1);
+    let options = StructureOptions {
+        newton,
+        ..options(3, 0.01)
+    };
+    let new = || Structure::new(&mesh, &artery(), &options).unwrap();
+    let mut structure = new();
+    let mut factorizations = 0;
+    for step in 1..=40 {
+        if resume && step == 33 {
+            let memory = structure.memory();
+            structure = new();
+            structure.recall(memory).unwrap();
+        }
+        let t = step as f64 / 40.0;
+        let pressure = 4e3 * t + 2e2 * (20.0 * t).sin();
+        let load = SurfaceLoad {
+            pressure: vec![pressure; structure.wet_points().len()],
+            shear: vec![Vec3::zeros(); structure.wet_points().len()],
+        };
+        let trial = structure.solve(&load, 2e-3, 1e-8, None).unwrap();
+        factorizations += trial.stats.factorizations;
+        structure.accept(trial);
+    }
+    (structure, factorizations)
+}
+
+#[test]
+fn kept_tangents_save_factorizations_and_lead_to_the_same_state() {
+    let full = NewtonOptions {
+        tangent_cost: None,
+        ..NewtonOptions::default()
+    };
+    let (reference, many) = pulsate(full, false);
+    let (structure, few) = pulsate(NewtonOptions::default(), false);
+    assert!(3 * few < many, "{few} factorizations instead of {many}");
+    let (d, expected) = (&structure.state().d, &reference.state().d);
+    let largest = expected.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let worst = d.iter().zip(expected).map(|(a, b)| (a - b).abs());
+    let worst = worst.fold(0.0, f64::max);
+    assert!(worst < 1e-8 * largest, "{worst:e} of {largest:e}");
+}
+
+#[test]
+fn what_a_kept_tangent_has_learnt_is_resumed_to_the_last_bit() {
+    let (straight, _) = pulsate(NewtonOptions::default(), false);
+    let (resumed, _) = pulsate(NewtonOptions::default(), true);
+    assert_eq!(straight.memory(), resumed.memory());
+}
+
 #[test]
 fn the_number_of_threads_changes_no_bit() {
     let states: Vec<State> = [1, 2, 3]

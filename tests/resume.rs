@@ -4,6 +4,7 @@ mod run_support;
 
 use run_support::*;
 use rustix::process::Signal;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 #[test]
@@ -114,20 +115,21 @@ fn nobody_else_may_work_in_the_folder_of_a_run() {
 }
 
 #[test]
-fn a_step_that_never_converges_ends_the_run_after_three_attempts_and_can_be_resumed() {
+fn a_step_that_never_converges_ends_the_run_after_all_attempts_and_can_be_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let hopeless = [
         "--set",
         "coupling.e_abs_m=1e-14",
         "coupling.max_iterations=3",
+        "time.max_halvings=1",
     ];
     let output = driver(&out, 3, &hopeless).output().unwrap();
     let said = text(&output);
     assert_eq!(output.status.code(), Some(1), "{said}");
     for part in [
         "step 1 ",
-        "All 3 attempts",
+        "All 4 attempts",
         "residual",
         "--resume continues from",
     ] {
@@ -135,9 +137,9 @@ fn a_step_that_never_converges_ends_the_run_after_three_attempts_and_can_be_resu
     }
     let iterations = rows(&out.join("iterations.csv"));
     let attempts: Vec<&str> = iterations.iter().map(|row| row[1].as_str()).collect();
-    assert_eq!(attempts.iter().filter(|a| **a == "attempt=3").count(), 3);
+    assert_eq!(attempts.iter().filter(|a| **a == "attempt=4").count(), 3);
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
-    assert!(summary.contains("\"failed_attempts\": 3"), "{summary}");
+    assert!(summary.contains("\"failed_attempts\": 4"), "{summary}");
     let again = [
         "--resume",
         "--set",
@@ -224,4 +226,57 @@ fn check_says_how_large_a_case_is_and_starts_nothing() {
     let bad = check(&["--set", "structure.p=2", "time.step_s=7"]);
     assert_eq!(bad.status.code(), Some(2));
     assert!(text(&bad).contains("structure.p") && text(&bad).contains("time.step_s"));
+}
+
+#[test]
+fn a_step_that_fails_is_halved_and_gives_what_the_shorter_step_gives() {
+    // Too few Newton iterations for the long step, enough for its half
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let mut command = driver(
+            &out,
+            20,
+            &[
+                "--set",
+                "ramp.duration_s=0.1",
+                "output.structure_interval_s=0.04",
+            ],
+        );
+        command.args(["--set", "coupling.e_rel=1e-7"]).args(more);
+        complete(command);
+        out
+    };
+    let halved = run(
+        "halved",
+        &[
+            "--set",
+            "time.step_s=0.02",
+            "structure.newton_max_iterations=4",
+        ],
+    );
+    let short = run("short", &["--set", "time.step_s=0.01"]);
+    let numbers = |out: &Path, column: &str| -> Vec<f64> {
+        let cells = rows(&out.join("history.csv")).into_iter().flatten();
+        let mine = cells.filter_map(|cell| Some(cell.strip_prefix(column)?.parse().unwrap()));
+        mine.collect()
+    };
+    assert_eq!(numbers(&halved, "time_s="), [0.01, 0.02, 0.03, 0.04]);
+    for column in [
+        "p_out_Pa=",
+        "Q_out_m3_s=",
+        "max_displacement_m=",
+        "dVdt_m3_s=",
+    ] {
+        let (a, b) = (numbers(&halved, column), numbers(&short, column));
+        let largest = b.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        for (x, y) in a.iter().zip(&b) {
+            assert!((x - y).abs() < 1e-3 * largest, "{column} {a:?}, {b:?}");
+        }
+    }
+    let summary = std::fs::read_to_string(halved.join("summary.json")).unwrap();
+    assert!(summary.contains("\"steps\": 2"), "{summary}");
+    // The failed attempts are told, and the fluid did not die of them.
+    assert!(summary.contains("\"failed_attempts\": 3"), "{summary}");
+    assert!(summary.contains("\"fluid_restarts\": 0"), "{summary}");
 }

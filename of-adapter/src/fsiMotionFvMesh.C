@@ -9,6 +9,7 @@
 #include "displacementMotionSolver.H"
 #include "fixedValuePointPatchFields.H"
 #include "solverPerformance.H"
+#include "profiling.H"
 #include "surfaceFields.H"
 #include "Tuple2.H"
 #include "volFields.H"
@@ -85,6 +86,7 @@ void Foam::fsiMotionFvMesh::setOuterCorrectors(const label n)
 
 void Foam::fsiMotionFvMesh::moveWall()
 {
+    addProfiling(motion, "fsi::moveWall");
     pointVectorField& displacement = motionSolver().pointDisplacement();
     refCast<fixedValuePointPatchVectorField>
     (
@@ -155,6 +157,18 @@ void Foam::fsiMotionFvMesh::restoreOldState()
     phi == phi.oldTime();
     U == U.oldTime();
     displacement == displacement.oldTime();
+}
+
+
+void Foam::fsiMotionFvMesh::setTimeStep(const scalar length)
+{
+    Time& clock = const_cast<Time&>(time());
+    if (length != clock.deltaTValue())
+    {
+        const scalar start = clock.value() - clock.deltaTValue();
+        clock.setDeltaT(length);
+        clock.setTime(start + length, clock.timeIndex());
+    }
 }
 
 
@@ -240,6 +254,7 @@ bool Foam::fsiMotionFvMesh::update()
             trialCorrectors_ = 0;
             if (trial_.fromOldState)
             {
+                setTimeStep(trial_.timeStep);
                 restoreOldState();
             }
             if (moved || trial_.fromOldState)

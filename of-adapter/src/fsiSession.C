@@ -267,11 +267,17 @@ Foam::fsi::command Foam::fsi::session::decode(const bool stepOpen)
                   + " s; at least one, and more than 0 s, are needed"
                 );
             }
-            if (stepOpen && wanted.timeStep != time().deltaTValue())
+            if
+            (
+                stepOpen
+             && !wanted.fromOldState
+             && wanted.timeStep != time().deltaTValue()
+            )
             {
                 throw protocolError
                 (
-                    "the driver changed the time step within a step, from "
+                    "the driver changed the length of an open time step"
+                    " without going back to its beginning, from "
                   + digits(time().deltaTValue()) + " s to "
                   + digits(wanted.timeStep) + " s"
                 );

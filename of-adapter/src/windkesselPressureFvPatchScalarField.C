@@ -23,7 +23,8 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     phiName_("phi"),
     ramp_(),
     oldPressure_(0),
-    timeIndex_(-1)
+    timeIndex_(-1),
+    timeStep_(0)
 {}
 
 
@@ -41,7 +42,8 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     phiName_(dict.lookupOrDefault<word>("phi", "phi")),
     ramp_(dict.found("ramp") ? Function1<scalar>::New("ramp", dict) : nullptr),
     oldPressure_(dict.get<scalar>("pressure")),
-    timeIndex_(-1)
+    timeIndex_(-1),
+    timeStep_(0)
 {
     if (resistance_ <= 0 || compliance_ < 0 || density_ <= 0)
     {
@@ -78,7 +80,8 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     phiName_(other.phiName_),
     ramp_(other.ramp_.clone()),
     oldPressure_(other.oldPressure_),
-    timeIndex_(other.timeIndex_)
+    timeIndex_(other.timeIndex_),
+    timeStep_(other.timeStep_)
 {}
 
 
@@ -94,7 +97,8 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     phiName_(other.phiName_),
     ramp_(other.ramp_.clone()),
     oldPressure_(other.oldPressure_),
-    timeIndex_(other.timeIndex_)
+    timeIndex_(other.timeIndex_),
+    timeStep_(other.timeStep_)
 {}
 
 
@@ -111,7 +115,8 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     phiName_(other.phiName_),
     ramp_(other.ramp_.clone()),
     oldPressure_(other.oldPressure_),
-    timeIndex_(other.timeIndex_)
+    timeIndex_(other.timeIndex_),
+    timeStep_(other.timeStep_)
 {}
 
 
@@ -127,8 +132,8 @@ void Foam::windkesselPressureFvPatchScalarField::advance()
     if (timeIndex_ >= 0)
     {
         // The flux is still that of the step before: nothing has been solved
-        // since. Its time step may have been another one.
-        const scalar dt = db().time().deltaT0Value();
+        // since. Time::deltaT0 is how long that step was when it began.
+        const scalar dt = timeStep_;
         const scalar Q =
             gSum(patch().lookupPatchField<surfaceScalarField, scalar>(phiName_));
         oldPressure_ =
@@ -161,6 +166,7 @@ void Foam::windkesselPressureFvPatchScalarField::updateCoeffs()
         return;
     }
     advance();
+    timeStep_ = db().time().deltaTValue();
     const scalar factor =
         ramp_.valid() ? ramp_->value(db().time().timeOutputValue()) : 1;
     operator==(factor*pressure()/density_);

@@ -1,6 +1,6 @@
 //! Flow at the inlet over time, and the smooth start.
 
-use super::{Inflow, Ramp};
+use super::{Inflow, Ramp, text_file};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
@@ -119,12 +119,12 @@ impl FlowCurve {
             line,
             message,
         };
+        let text = text_file::read(path).map_err(|error| unreadable(error.to_string()))?;
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
             .trim(csv::Trim::All)
             .flexible(true)
-            .from_path(path)
-            .map_err(|error| unreadable(error.to_string()))?;
+            .from_reader(text.as_bytes());
         let header = reader
             .headers()
             .map_err(|error| unreadable(error.to_string()))?;
@@ -137,12 +137,7 @@ impl FlowCurve {
         }
         let (mut times, mut flows) = (Vec::<f64>::new(), Vec::<f64>::new());
         for record in reader.records() {
-            let record = record.map_err(|error| {
-                wrong(
-                    error.position().map_or(0, |at| at.line()),
-                    "not a line of text in UTF-8".into(),
-                )
-            })?;
+            let record = record.map_err(|error| unreadable(error.to_string()))?;
             let line = record.position().map_or(0, |at| at.line());
             if record.len() != 2 {
                 return Err(wrong(

@@ -126,7 +126,11 @@ fn chain(file: &Path, errors: &mut Vec<CaseError>) -> Vec<Source> {
     let mut sources: Vec<Source> = Vec::new();
     let mut next = Some((file.to_owned(), None));
     while let Some((path, named_by)) = next {
-        let source = source::read(&path, named_by.as_ref(), errors);
+        let advice = match &named_by {
+            Some(place) => format!("`extends` in {place} must name a file, relative to its own"),
+            None => "a case is a folder with a `case.toml`".to_owned(),
+        };
+        let source = source::read(&path, &advice, errors);
         next = source
             .extends
             .as_ref()

@@ -32,6 +32,7 @@ pub mod schema;
 pub(crate) mod source;
 pub(crate) mod spelling;
 mod stack;
+mod text_file;
 pub(crate) mod value;
 mod write;
 
@@ -265,6 +266,8 @@ pub struct Time {
     /// Duration of a beat, s.
     #[serde(rename = "period_s")]
     pub period: f64,
+    /// How often the time step may be halved, for a while, where it fails.
+    pub max_halvings: usize,
 }
 
 /// Discretization of the wall.
@@ -358,21 +361,60 @@ pub struct FluidMesh {
 pub struct Coupling {
     /// How the next trial displacement is found.
     pub acceleration: Acceleration,
+    /// Cheap model of both solvers that answers for what the acceleration has not learnt.
+    pub surrogate: Surrogate,
     /// Relaxation factor: of the constant relaxation, and of the first iteration of the others.
-    pub relaxation: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relaxation: Option<f64>,
     /// Columns of this many earlier steps are reused by IQN-LS.
     pub reuse_steps: usize,
     /// A column is dropped if less than this share of it is new.
     pub filter: f64,
     /// Degree of the extrapolation in time that gives the first trial.
     pub predictor: Predictor,
-    /// Relative limit of criterion (14).
+    /// What the limits are for.
+    #[serde(default)]
+    pub criterion: Criterion,
+    /// Relative limit of the criterion.
     pub e_rel: f64,
-    /// Absolute limit of criterion (14), m, root mean square over the points.
+    /// Absolute limit of the criterion, m, root mean square over the points.
     #[serde(rename = "e_abs_m")]
     pub e_abs: f64,
     /// A step that needs more iterations stops the run.
     pub max_iterations: usize,
+}
+
+impl Coupling {
+    /// The relaxation factor that was given, or a good one: a surrogate knows how far to go, but not exactly.
+    pub fn relaxation(&self) -> f64 {
+        self.relaxation.unwrap_or(match self.surrogate {
+            Surrogate::None => 0.1,
+            Surrogate::Tube | Surrogate::OpenTube => 0.9,
+        })
+    }
+}
+
+/// What must be small for a coupling iteration to have converged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Criterion {
+    /// The change of the accelerated displacement: criterion (14).
+    #[default]
+    Change,
+    /// The residual of the fixed point, by which most published numbers of iterations are counted.
+    Residual,
+}
+
+/// A cheap model of both solvers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Surrogate {
+    /// None: what is not known passes unchanged.
+    None,
+    /// A one-dimensional tube with a prescribed inflow and the case's windkessel.
+    Tube,
+    /// A one-dimensional tube with prescribed pressures at both ends.
+    OpenTube,
 }
 
 /// How the next trial displacement is found.

@@ -1,6 +1,7 @@
 //! TOML text, flattened: every value under its dotted path, with the line it stands in.
 
 use super::error::{CaseError, Place};
+use super::text_file;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Value;
@@ -30,28 +31,15 @@ pub struct Source {
     pub presets: Vec<(String, Entry)>,
 }
 
-/// Reads the file `path`, shown as such in messages; `named_by` is the place of the `extends` that leads to it.
-pub fn read(path: &Path, named_by: Option<&Place>, errors: &mut Vec<CaseError>) -> Source {
+/// Reads the file `path`, shown as such in messages; `advice` says what to do if it cannot be read.
+pub fn read(path: &Path, advice: &str, errors: &mut Vec<CaseError>) -> Source {
     let unreadable = |reason: String| CaseError::Unreadable {
         path: path.to_owned(),
         reason,
     };
-    let text = match std::fs::read(path).map(String::from_utf8) {
-        Ok(Ok(text)) => text,
-        Ok(Err(error)) => {
-            let at = error.utf8_error().valid_up_to();
-            errors.push(unreadable(format!(
-                "byte {at} is not UTF-8; a case file is plain text"
-            )));
-            return Source::default();
-        }
+    let text = match text_file::read(path) {
+        Ok(text) => text,
         Err(error) => {
-            let advice = match named_by {
-                Some(place) => {
-                    format!("`extends` in {place} must name a file, relative to its own")
-                }
-                None => "a case is a folder with a `case.toml`".to_owned(),
-            };
             errors.push(unreadable(format!("{error}; {advice}")));
             return Source::default();
         }

@@ -11,6 +11,7 @@ pub use mark::{Mark, MarkError};
 pub use store::{Found, Store, StoreError};
 
 use crate::coupling;
+use crate::coupling::cadence::Cadence;
 use crate::output::record;
 use crate::pfem::structure;
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,8 @@ pub struct Checkpoint {
     pub coupling: coupling::Memory,
     /// The wall.
     pub structure: structure::Memory,
+    /// How long the next time step is.
+    pub cadence: Cadence,
     /// Tables, series and totals.
     pub record: record::Memory,
 }
@@ -78,14 +81,18 @@ pub enum DecodeError {
 impl Checkpoint {
     /// The bytes of a file.
     pub fn encode(&self) -> Vec<u8> {
-        let mut bytes = vec![0; HEAD];
-        bytes = postcard::to_extend(self, bytes).expect("plain data can be written");
-        let payload = &bytes[HEAD..];
-        let (checksum, length) = (crc32fast::hash(payload), payload.len() as u64);
-        bytes[..8].copy_from_slice(MAGIC);
-        bytes[8..12].copy_from_slice(&VERSION.to_le_bytes());
-        bytes[12..16].copy_from_slice(&checksum.to_le_bytes());
-        bytes[16..HEAD].copy_from_slice(&length.to_le_bytes());
+        let payload = postcard::to_stdvec(self).expect("plain data can be written");
+        Self::with_head(&payload)
+    }
+
+    /// The bytes of a file with these contents, whatever they are.
+    pub fn with_head(payload: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(HEAD + payload.len());
+        bytes.extend(MAGIC);
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(crc32fast::hash(payload).to_le_bytes());
+        bytes.extend((payload.len() as u64).to_le_bytes());
+        bytes.extend(payload);
         bytes
     }
 

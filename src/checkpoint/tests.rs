@@ -4,6 +4,7 @@ use crate::hemodynamics::{Window, WindowStatistics};
 use crate::output::record::Totals;
 use crate::output::wall_record::WallMemory;
 use crate::pfem::SurfaceLoad;
+use crate::pfem::quasi_newton::Experience;
 use crate::pfem::structure::{Linearization, State};
 use nalgebra::DVector;
 use proptest::prelude::*;
@@ -28,21 +29,25 @@ pub fn example(step: usize) -> Checkpoint {
                 fits: vec![Vec::new(), column.into_iter().collect()],
             },
         },
+        cadence: Cadence::default(),
         structure: structure::Memory {
             state: State {
                 d: d.clone(),
                 v: d.clone(),
                 a: d.clone(),
             },
-            tangent: Some(Linearization {
-                d,
-                linearized_at: None,
-                load: SurfaceLoad {
-                    pressure: vec![1e4],
-                    shear: vec![crate::Vec3::new(0.1, 0.2, 0.3)],
+            tangent: Some((
+                Linearization {
+                    d,
+                    linearized_at: None,
+                    load: SurfaceLoad {
+                        pressure: vec![1e4],
+                        shear: vec![crate::Vec3::new(0.1, 0.2, 0.3)],
+                    },
+                    dt: 0.002,
                 },
-                dt: 0.002,
-            }),
+                Experience::default(),
+            )),
         },
         record: record::Memory {
             totals: Totals {
@@ -92,21 +97,11 @@ fn every_truncation_and_every_changed_byte_is_noticed() {
     ));
 }
 
-/// A head that is right, so that the contents are read.
-fn with_head(payload: &[u8]) -> Vec<u8> {
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend(VERSION.to_le_bytes());
-    bytes.extend(crc32fast::hash(payload).to_le_bytes());
-    bytes.extend((payload.len() as u64).to_le_bytes());
-    bytes.extend(payload);
-    bytes
-}
-
 proptest! {
     #[test]
     fn no_bytes_bring_the_reader_down(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let _ = Checkpoint::decode(&bytes);
-        let _ = Checkpoint::decode(&with_head(&bytes));
+        let _ = Checkpoint::decode(&Checkpoint::with_head(&bytes));
     }
 
     #[test]
@@ -119,9 +114,9 @@ proptest! {
             let n = payload.len();
             payload[at.index(n)] = byte;
         }
-        let _ = Checkpoint::decode(&with_head(&payload));
+        let _ = Checkpoint::decode(&Checkpoint::with_head(&payload));
         payload.truncate(cut.index(payload.len()));
-        let _ = Checkpoint::decode(&with_head(&payload));
+        let _ = Checkpoint::decode(&Checkpoint::with_head(&payload));
     }
 }
 

@@ -5,7 +5,7 @@ use crate::case::{Case, Preset, ResolvedCase};
 use std::path::Path;
 
 /// Preset and values that replace those of a case.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct CaseArguments {
     /// Resolution and length of the run.
     #[arg(long, value_enum, default_value_t = Preset::Paper)]
@@ -36,6 +36,12 @@ impl CaseArguments {
             .iter()
             .for_each(|pair| option("--set", pair.clone()));
         words
+    }
+
+    /// The same with one more value that replaces that of the case.
+    pub fn with(mut self, key: &str, value: impl std::fmt::Display) -> Self {
+        self.overrides.push(format!("{key}={value}"));
+        self
     }
 
     /// Loads and checks the case in the folder `case`; it must fit into this machine.

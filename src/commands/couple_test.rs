@@ -1,8 +1,12 @@
-//! `fsi-driver couple-test`: acceleration and prediction on problems with a known answer, without a flow solver.
+//! `fsi-driver couple-test`: acceleration and prediction on problems with a known answer, without a flow solver; or,
+//! with `--case`, every acceleration model on real coupled cases.
 
+mod cases;
+mod measure;
 mod plot;
+mod variant;
 
-use super::Failure;
+use super::{CaseArguments, Failure};
 use crate::coupling::predictor::Extrapolation;
 use crate::coupling::reference::study::{Trial, problems};
 use crate::coupling::reference::{History, Reference};
@@ -11,16 +15,49 @@ use serde::Serialize;
 use std::fs;
 use std::io;
 use std::path::PathBuf;
+use variant::Variant;
 
 /// Options of the study.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Folder of the results: couple_test.csv and a plot of the residual for each problem.
+    /// Folder of the results: tables, plots of the residual, and the runs of cases. Tables of cases go on there.
     #[arg(long, value_name = "DIR", default_value = "couple-test")]
     out: PathBuf,
-    /// Relative residual at which a step has converged.
+    /// Relative residual at which a step of the problems with a known answer has converged.
     #[arg(long, value_name = "R", default_value_t = 1e-6)]
     tolerance: f64,
+    /// Run these cases with every model instead: takes long, and may be interrupted and started again.
+    #[arg(long = "case", value_name = "DIR", num_args = 1..)]
+    cases: Vec<PathBuf>,
+    /// Only these rows of the table of cases, such as iqn_ls-10 or aitken-surrogate.
+    #[arg(long, value_name = "ROW", num_args = 1.., requires = "cases")]
+    only: Vec<String>,
+    /// Number of time steps of the cases [default: to their end].
+    #[arg(long, value_name = "N", requires = "cases", conflicts_with = "end_time", value_parser = clap::value_parser!(u32).range(1..))]
+    steps: Option<u32>,
+    #[command(flatten)]
+    chosen: CaseArguments,
+}
+
+impl Arguments {
+    /// The rows that were asked for.
+    fn variants(&self) -> Result<Vec<Variant>, Failure> {
+        let all = Variant::all();
+        if self.only.is_empty() {
+            return Ok(all);
+        }
+        let find = |name: &String| {
+            let found = all.iter().find(|variant| variant.name() == *name);
+            found.copied().ok_or_else(|| {
+                let names: Vec<_> = all.iter().map(|variant| variant.name()).collect();
+                Failure::Input(format!(
+                    "--only {name}: there is no such row; expected some of {}",
+                    names.join(", ")
+                ))
+            })
+        };
+        self.only.iter().map(find).collect()
+    }
 }
 
 /// A row of `couple_test.csv`.
@@ -41,6 +78,15 @@ struct Row<'a> {
 /// Runs every combination of settings on every problem; prints mean and largest numbers of iterations, writes the
 /// table and the plots.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if !arguments.cases.is_empty() {
+        let plan = cases::Plan {
+            out: &arguments.out,
+            variants: arguments.variants()?,
+            steps: arguments.steps.map(|steps| steps as usize),
+            chosen: &arguments.chosen,
+        };
+        return plan.run(&arguments.cases);
+    }
     study(arguments).map_err(|error| {
         let folder = arguments.out.display();
         Failure::Run(format!(

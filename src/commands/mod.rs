@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand; short, reads like the README.
 
+mod bench;
 mod case_arguments;
 mod check;
 mod compare;
@@ -45,7 +46,9 @@ struct CommandLine {
 enum Command {
     /// Checks a case and says how large it is; starts nothing.
     Check(check::Arguments),
-    /// Compares acceleration models and predictors on problems with a known answer; needs no flow solver.
+    /// Measures where the seconds of a coupled time step go.
+    Bench(bench::Arguments),
+    /// Compares acceleration models and predictors on problems with a known answer, or the models on cases.
     CoupleTest(couple_test::Arguments),
     /// Inflates a tube: statics, or dynamics under a given pressure; needs no flow solver.
     Solid(solid::Arguments),
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
     let line = CommandLine::parse();
     let outcome = match (line.command, line.run) {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
+        (Some(Command::Bench(arguments)), _) => bench::run(&arguments),
         (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
         (Some(Command::Solid(arguments)), _) => solid::run(&arguments),
         (Some(Command::Study(arguments)), _) => study::run(&arguments),

@@ -5,7 +5,9 @@
 //! quadrature points, the structure, its displacement at the fluid's points, and the acceleration.
 
 pub mod acceleration;
+pub mod cadence;
 pub mod convergence;
+pub mod diagnosis;
 pub mod interpolation;
 pub mod predictor;
 pub mod reference;
@@ -14,7 +16,7 @@ pub mod transfer;
 use crate::Vec3;
 use crate::fluid::{Fluid, FluidEffort, FluidError, FluidStep};
 use crate::pfem::{Solid, SolidError};
-use acceleration::Acceleration;
+use acceleration::{Acceleration, Columns};
 use convergence::{Criterion, Measure};
 use nalgebra::DVector;
 use predictor::Predictor;
@@ -31,6 +33,8 @@ pub struct Iteration {
     pub measure: Measure,
     /// Columns that a quasi-Newton model used.
     pub columns: usize,
+    /// Columns dropped since the step began, because newer ones say the same.
+    pub dropped: usize,
     /// Outer correctors that the fluid spent.
     pub correctors: u32,
     /// The fluid's first pressure residual at its last corrector.
@@ -77,7 +81,7 @@ pub enum CouplingError {
 
 /// A time step that failed; both solvers still have the state at its beginning.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}")]
+#[error("{error}{}", diagnosis::circumstances(.error, .iterations))]
 pub struct FailedStep {
     /// The coupling iterations that were done.
     pub iterations: Vec<Iteration>,
@@ -155,7 +159,9 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         while iterations.len() < self.criterion.max_iterations {
             let clock = Instant::now();
             let points = unflatten(&d);
-            let flow = self.fluid.solve(&points, settings.fluid_effort)?; // F
+            let flow = self
+                .fluid
+                .solve(&points, settings.time_step, settings.fluid_effort)?; // F
             let fluid_seconds = clock.elapsed().as_secs_f64();
             let areas = self.transfer.face_areas(&points);
             let load = self.transfer.load(&flow.tractions, &areas); // I: face centres to quadrature points
@@ -172,12 +178,13 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             let clock = Instant::now();
             let d_tilde = flatten(&self.transfer.displacement(&self.solid, &trial)); // I: structure to fluid points
             let d_next = self.acceleration.next(&d, &d_tilde); // A
-            let columns = self.acceleration.columns().used;
-            let measure = self.criterion.measure(&d, &d_tilde, &d_next, columns == 0);
+            let Columns { used, dropped } = self.acceleration.columns();
+            let measure = self.criterion.measure(&d, &d_tilde, &d_next, used == 0);
             iterations.push(Iteration {
                 number: iterations.len() + 1,
                 measure,
-                columns,
+                columns: used,
+                dropped,
                 correctors: flow.correctors,
                 pressure_residual: flow.pressure_residual,
                 force_mismatch: force_mismatch(
@@ -209,8 +216,9 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             d = d_next;
             start = Some(trial);
         }
-        Err(CouplingError::NotConverged(convergence::diagnosis(
-            iterations,
+        let limit = settings.fluid_effort.max_correctors;
+        Err(CouplingError::NotConverged(diagnosis::diagnosis(
+            iterations, limit,
         )))
     }
 
@@ -221,6 +229,15 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         self.predictor.reset();
         self.acceleration.reset();
         self.set_share(BACK_OFF.powi(attempt as i32 - 1));
+    }
+
+    /// Makes the next time steps `time_step` (s) long. What was learnt in steps of another length is forgotten.
+    pub fn set_time_step(&mut self, time_step: f64) {
+        if time_step != self.settings.time_step {
+            self.settings.time_step = time_step;
+            self.predictor.reset();
+            self.acceleration.reset();
+        }
     }
 
     /// Relaxes by this share of the usual factor from now on.

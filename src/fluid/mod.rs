@@ -68,11 +68,12 @@ pub trait Fluid {
     /// The wet surface in the reference configuration.
     fn interface(&self) -> &FluidInterface;
 
-    /// Solves the current time step for the trial displacement (m, one vector a point of the interface).
-    /// The first call after [`Fluid::accept`] opens the next time step.
+    /// Solves the current time step, `time_step` (s) long, for the trial displacement (m, one vector a point of the
+    /// interface). The first call after [`Fluid::accept`] opens the next time step; within a step the length stays.
     fn solve(
         &mut self,
         displacement: &[Vec3],
+        time_step: f64,
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError>;
 

@@ -13,6 +13,8 @@ pub struct WindowStatistics {
     pub window: Window,
     /// Steps that were seen.
     pub steps: usize,
+    /// Time that the run has reached, s.
+    reached: f64,
     /// Of the wall shear stress.
     pub shear: ShearStatistics,
     /// Integral of the points' displacement, m s.
@@ -25,13 +27,17 @@ impl WindowStatistics {
         Self {
             window,
             steps: 0,
+            reached: 0.0,
             shear: ShearStatistics::new(faces),
             displacement: vec![Vec3::zeros(); points],
         }
     }
 
-    /// Adds the end of a step of the length `step` (s), if it lies in the window.
-    pub fn add(&mut self, state: &WallState, step: f64) {
+    /// Adds the end of a step, if it lies in the window; it began where the one before ended, and is at most
+    /// `longest` (s) long.
+    pub fn add(&mut self, state: &WallState, longest: f64) {
+        let step = (state.time - self.reached).min(longest);
+        self.reached = state.time;
         if !self.window.contains(state.time, step) {
             return;
         }
@@ -43,9 +49,10 @@ impl WindowStatistics {
         self.steps += 1;
     }
 
-    /// Whether every step of the window, being `step` (s) long, was seen.
-    pub fn is_complete(&self, step: f64) -> bool {
-        self.steps == self.window.steps(step)
+    /// Whether the whole window was seen.
+    pub fn is_complete(&self) -> bool {
+        let duration = self.window.end_s - self.window.start_s;
+        (self.shear.duration() - duration).abs() < 1e-6 * duration
     }
 
     /// Mean displacement of the points, m; zero if no step was seen.

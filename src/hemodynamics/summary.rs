@@ -204,7 +204,7 @@ impl Summary {
         Self {
             window,
             steps: statistics.steps,
-            complete: statistics.is_complete(step),
+            complete: statistics.is_complete(),
             whole_periods: beats.round() >= 1.0 && (beats - beats.round()).abs() < 1e-6,
             vessel: vessel_summary(series, window, step),
             regions: regions.iter().filter_map(part).collect(),

@@ -42,6 +42,8 @@ pub struct Totals {
     pub time_s: f64,
     /// Coupling iterations of all accepted attempts.
     pub coupling_iterations: usize,
+    /// Outer correctors of the fluid in these iterations, without the final one of each step.
+    pub fluid_correctors: usize,
     /// Largest number of coupling iterations of a step.
     pub max_coupling_iterations: usize,
     /// Attempts at a step that failed.
@@ -52,6 +54,8 @@ pub struct Totals {
     pub resumed: usize,
     /// Outlet pressure at the end of the last step.
     pub p_out_Pa: f64,
+    /// Wall-clock time of the accepted steps alone.
+    pub steps_s: f64,
     /// Wall-clock time of the steps and its parts, without steps that were lost.
     pub wall_s: f64,
     /// The parts.
@@ -143,8 +147,6 @@ pub struct RecordSettings {
     pub wall: WallRecordSettings,
     /// Folder of the case.
     pub case: PathBuf,
-    /// Length of a time step, s.
-    pub time_step: f64,
     /// Volume of the rigid extension, m³.
     pub rigid_volume: f64,
     /// Volume of the whole fluid mesh at rest, m³.
@@ -225,11 +227,12 @@ impl Record {
         self.totals.wall_s + self.started.elapsed().as_secs_f64()
     }
 
-    /// Adds the rows of the accepted `attempt` at a step, which took `wall_seconds` so far; returns the row of the
-    /// history.
+    /// Adds the rows of the accepted `attempt` at a step, or a part of one, `time_step` (s) long, which took
+    /// `wall_seconds` so far; returns the row of the history.
     pub fn step(
         &mut self,
         step: &Step,
+        time_step: f64,
         attempt: usize,
         peaks: WallPeaks,
         wall_seconds: f64,
@@ -251,7 +254,7 @@ impl Record {
             p_in_Pa: fluid.inlet_pressure,
             p_out_Pa: fluid.outlet_pressure,
             lumen_volume_m3: fluid.volume - self.settings.rigid_volume,
-            dVdt_m3_s: (fluid.volume - self.volume) / self.settings.time_step,
+            dVdt_m3_s: (fluid.volume - self.volume) / time_step,
             max_displacement_m: peaks.displacement,
             max_von_mises_Pa: peaks.von_mises,
             p_windkessel_Pa: fluid.windkessel_pressure,
@@ -264,6 +267,8 @@ impl Record {
         self.history.append(std::slice::from_ref(&row))?;
         self.volume = fluid.volume;
         self.count(&row, &seconds);
+        let correctors = step.iterations.iter().map(|i| i.correctors as usize);
+        self.totals.fluid_correctors += correctors.sum::<usize>();
         Ok(row)
     }
 
@@ -288,11 +293,11 @@ impl Record {
 
     fn count(&mut self, row: &HistoryRow, seconds: &Seconds) {
         let t = &mut self.totals;
-        t.steps += 1;
         t.time_s = row.time_s;
         t.coupling_iterations += row.coupling_iterations;
         t.max_coupling_iterations = t.max_coupling_iterations.max(row.coupling_iterations);
         t.p_out_Pa = row.p_out_Pa;
+        t.steps_s += row.wall_s;
         t.seconds.fluid_s += seconds.fluid_s;
         t.seconds.structure_s += seconds.structure_s;
         t.seconds.coupling_s += seconds.coupling_s;

@@ -19,7 +19,7 @@ pub struct WallRecordSettings {
     pub monitor: Monitor,
     /// The window of the statistics.
     pub window: Window,
-    /// Length of a time step, s.
+    /// Length of a time step, s; some may be shorter.
     pub time_step: f64,
 }
 
@@ -112,7 +112,7 @@ fn nothing(settings: &WallRecordSettings) -> WindowStatistics {
     WindowStatistics::new(settings.window, wall.faces.len(), wall.points.len())
 }
 
-/// The unloaded wall of a stored history and the statistics over `window`, for steps of `time_step` (s).
+/// The unloaded wall of a stored history and the statistics over `window`, for steps of at most `time_step` (s).
 pub fn gather(
     path: &Path,
     window: Window,

@@ -22,6 +22,7 @@ pub mod ordering;
 mod pool;
 pub mod prolongation;
 pub mod quadrature;
+pub mod quasi_newton;
 pub mod samples;
 pub mod solid;
 pub mod space;

@@ -6,6 +6,7 @@
 
 use super::SolidError;
 use super::factor::Factorization;
+use super::quasi_newton::{Experience, KeptTangent};
 use super::stats::{Stats, timed};
 
 /// A system of nonlinear equations `r(d) = 0` with a symmetric tangent.
@@ -52,16 +53,16 @@ impl Residual {
 pub struct NewtonOptions {
     /// Most iterations of one solution.
     pub max_iterations: usize,
-    /// The tangent is kept while each iteration reduces the residual at least by this factor; zero is the full Newton
-    /// method.
-    pub contraction: f64,
+    /// What a fresh tangent costs, in iterations with a kept one; `None` is the full Newton method with a fresh tangent
+    /// in each iteration.
+    pub tangent_cost: Option<f64>,
 }
 
 impl Default for NewtonOptions {
     fn default() -> Self {
         Self {
             max_iterations: 25,
-            contraction: 0.2,
+            tangent_cost: Some(10.0),
         }
     }
 }
@@ -77,44 +78,65 @@ pub struct Solution {
     pub stats: Stats,
 }
 
-/// Solves `problem` from `start` to the relative residual `tolerance`. `kept` is a factorization from earlier solutions,
-/// replaced when it has become too old.
+/// Solves `problem` from `start` to the relative residual `tolerance`. `kept` is a tangent from earlier solutions, replaced
+/// when it has become too old.
 pub fn solve(
     problem: &impl Equilibrium,
     start: Vec<f64>,
     tolerance: f64,
     options: &NewtonOptions,
-    kept: &mut Option<Factorization>,
+    kept: &mut Option<KeptTangent>,
 ) -> Result<Solution, SolidError> {
     let mut stats = Stats::default();
     let evaluate = |d: &[f64], stats: &mut Stats| {
         stats.residuals += 1;
-        timed(&mut stats.residual_s, || problem.residual(d))
+        let residual = timed(&mut stats.residual_s, || problem.residual(d))?;
+        // A finite difference of infinite forces would be taken for an equilibrium.
+        if residual.norm().is_finite() && residual.scale.is_finite() {
+            Ok(residual)
+        } else {
+            Err(SolidError::NoEquilibrium(
+                "the stresses overflow; the load is too large for one step: take smaller ones"
+                    .into(),
+            ))
+        }
     };
     let mut d = start;
     let mut residual = evaluate(&d, &mut stats)?;
     let mut history = vec![residual.relative()];
+    // Relative residuals since the tangent in use was taken up.
+    let mut since = history.clone();
     let mut linearized_at: Option<Vec<f64>> = None;
     let mut rises = 0;
-    while history[history.len() - 1] > tolerance {
+    loop {
         let before = history[history.len() - 1];
-        if stats.iterations == options.max_iterations || rises > 4 || !before.is_finite() {
+        // A load that has changed by less than the tolerance still has its answer, which a coupling waits for.
+        if before <= tolerance && (stats.iterations > 0 || before == 0.0) {
+            break;
+        }
+        if stats.iterations == options.max_iterations || rises > 4 {
             return Err(SolidError::NoEquilibrium(diagnosis(&history, tolerance)));
         }
+        if kept.is_some() && !pays(&since, tolerance, options) {
+            *kept = None;
+        }
         let fresh = kept.is_none();
-        let factorization = match kept.take() {
-            Some(factorization) => factorization,
+        let tangent = match kept {
+            Some(tangent) => tangent,
             None => {
                 stats.assemblies += 1;
-                let tangent = timed(&mut stats.assembly_s, || {
+                let values = timed(&mut stats.assembly_s, || {
                     problem.tangent(&d, linearized_at.as_deref())
                 })?;
                 stats.factorizations += 1;
-                timed(&mut stats.factorization_s, || problem.factorize(&tangent))?
+                let factorization =
+                    timed(&mut stats.factorization_s, || problem.factorize(&values))?;
+                since = vec![before];
+                kept.insert(KeptTangent::new(factorization, Experience::default()))
             }
         };
         let mut step = residual.vector.clone();
-        timed(&mut stats.substitution_s, || factorization.solve(&mut step))?;
+        timed(&mut stats.substitution_s, || tangent.solve(&mut step))?;
         stats.iterations += 1;
 
         // Shorten a step that turns an element inside out.
@@ -133,22 +155,54 @@ pub fn solve(
             .filter(|_| fresh || relative < before || (stats.iterations == 1 && relative < 1.0))
         else {
             // The old tangent led astray: forget it together with its step.
+            *kept = None;
             continue;
         };
         rises = if relative > before { rises + 1 } else { 0 };
-        if relative <= options.contraction * before || (stats.iterations == 1 && !fresh) {
-            *kept = Some(factorization);
+        if relative < before {
+            let change = (new.vector.iter().zip(&residual.vector)).map(|(new, old)| new - old);
+            let change = change.collect();
+            step.iter_mut().for_each(|s| *s *= scale);
+            tangent.learn(step, change);
         }
         let old = std::mem::replace(&mut d, moved);
         linearized_at = fresh.then_some(old);
         residual = new;
         history.push(relative);
+        since.push(relative);
+    }
+    if let Some(tangent) = kept {
+        tangent.solved_in(stats.iterations);
+        if options
+            .tangent_cost
+            .is_none_or(|cost| tangent.is_worn(cost))
+        {
+            *kept = None;
+        }
     }
     Ok(Solution {
         d,
         residuals: history,
         stats,
     })
+}
+
+/// Iterations that a solution needs with a fresh tangent.
+const FRESH_ITERATIONS: f64 = 3.0;
+
+/// Whether to go on with a tangent that has led to the relative residuals `since`, as far as their decay tells.
+fn pays(since: &[f64], tolerance: f64, options: &NewtonOptions) -> bool {
+    let Some(cost) = options.tangent_cost else {
+        return false;
+    };
+    // The first step may raise the residual, by terms of second order.
+    let span = since.len().saturating_sub(2).min(2);
+    if span == 0 {
+        return true;
+    }
+    let last = since[since.len() - 1];
+    let decay = (last / since[since.len() - 1 - span]).ln() / span as f64;
+    decay < 0.0 && (tolerance / last).ln() / decay < cost + FRESH_ITERATIONS
 }
 
 fn diagnosis(history: &[f64], tolerance: f64) -> String {
@@ -164,4 +218,40 @@ fn diagnosis(history: &[f64], tolerance: f64) -> String {
         last.join(", "),
         history.len() - 1
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Forces that overflow.
+    struct Burst;
+
+    impl Equilibrium for Burst {
+        fn residual(&self, _: &[f64]) -> Result<Residual, SolidError> {
+            Ok(Residual {
+                vector: vec![1.0],
+                scale: f64::INFINITY,
+                floor: 0.0,
+            })
+        }
+
+        fn tangent(&self, _: &[f64], _: Option<&[f64]>) -> Result<Vec<f64>, SolidError> {
+            unreachable!("there is nothing to linearize")
+        }
+
+        fn factorize(&self, _: &[f64]) -> Result<Factorization, SolidError> {
+            unreachable!("there is nothing to factorize")
+        }
+
+        fn moved(&self, d: &[f64], _: &[f64], _: f64) -> Vec<f64> {
+            d.to_vec()
+        }
+    }
+
+    #[test]
+    fn infinite_forces_are_no_equilibrium() {
+        let found = solve(&Burst, vec![0.0], 1e-6, &NewtonOptions::default(), &mut None);
+        assert!(matches!(found, Err(SolidError::NoEquilibrium(_))));
+    }
 }

@@ -9,6 +9,7 @@ use super::SolidError;
 use super::discretization::Discretization;
 use super::factor::Factorization;
 use super::newton::{self, Equilibrium, NewtonOptions, Residual};
+use super::quasi_newton::KeptTangent;
 use super::solid::SurfaceLoad;
 use super::stats::Stats;
 use super::surface::{LoadKind, Surface};
@@ -50,7 +51,7 @@ impl Default for StaticOptions {
             tolerance: 1e-10,
             newton: NewtonOptions {
                 max_iterations: 25,
-                contraction: 0.0,
+                tangent_cost: None,
             },
         }
     }
@@ -112,7 +113,7 @@ pub fn solve(
                 }
             }
         }
-        let mut kept: Option<Factorization> = None;
+        let mut kept: Option<KeptTangent> = None;
         let tolerance = if factor < 1.0 {
             options.tolerance.max(1e-6)
         } else {

@@ -14,6 +14,7 @@ use super::factor::Factorization;
 use super::locate::{Location, Locator};
 use super::modes::{self, NaturalMode};
 use super::newton::{self, Equilibrium, NewtonOptions, Residual};
+use super::quasi_newton::{Experience, KeptTangent};
 use super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
 use super::stats::Stats;
 use super::supports::{self, Support};
@@ -76,14 +77,15 @@ pub struct Linearization {
 pub struct Memory {
     /// The accepted state.
     pub state: State,
-    /// Whence the kept tangent comes. It decides how Newton's method goes on, and so the last digits.
-    pub tangent: Option<Linearization>,
+    /// Whence the kept tangent comes, and the experience with it. They decide how Newton's method goes on, and so the
+    /// last digits.
+    pub tangent: Option<(Linearization, Experience)>,
 }
 
 /// A factorized tangent, and what it was assembled from.
 struct Kept {
     from: Linearization,
-    factorization: Factorization,
+    tangent: KeptTangent,
 }
 
 /// The solution of a time step that has not been accepted.
@@ -192,14 +194,15 @@ impl Structure {
     pub fn memory(&self) -> Memory {
         Memory {
             state: self.state.clone(),
-            tangent: self.kept.as_ref().map(|kept| kept.from.clone()),
+            tangent: (self.kept.as_ref())
+                .map(|kept| (kept.from.clone(), kept.tangent.experience.clone())),
         }
     }
 
     /// Continues as the structure whose memory this is.
     pub fn recall(&mut self, memory: Memory) -> Result<(), SolidError> {
         self.set_state(memory.state)?;
-        let Some(from) = memory.tangent else {
+        let Some((from, experience)) = memory.tangent else {
             return Ok(());
         };
         self.check(&from.load)?;
@@ -224,7 +227,7 @@ impl Structure {
         let factorization = step.factorize(&tangent)?;
         self.kept = Some(Kept {
             from,
-            factorization,
+            tangent: KeptTangent::new(factorization, experience),
         });
         Ok(())
     }
@@ -285,7 +288,7 @@ impl Structure {
         start: Vec<f64>,
     ) -> Result<newton::Solution, SolidError> {
         let kept = self.kept.take().filter(|kept| kept.from.dt == dt);
-        let (mut kept, from) = kept.map(|k| (k.factorization, k.from)).unzip();
+        let (mut kept, from) = kept.map(|k| (k.tangent, k.from)).unzip();
         let assembled = RefCell::new(from);
         let step = TimeStep {
             structure: self,
@@ -313,10 +316,7 @@ impl Structure {
         // There is never more than one factorization, so it is of the tangent that was assembled last.
         self.kept = kept
             .zip(assembled.into_inner())
-            .map(|(factorization, from)| Kept {
-                from,
-                factorization,
-            });
+            .map(|(tangent, from)| Kept { from, tangent });
         let mut solution = result?;
         solution.stats += cost;
         Ok(solution)
@@ -329,7 +329,7 @@ fn continuation(
     start: Vec<f64>,
     tolerance: f64,
     options: &NewtonOptions,
-    kept: &mut Option<Factorization>,
+    kept: &mut Option<KeptTangent>,
     cost: &mut Stats,
 ) -> Result<newton::Solution, SolidError> {
     let initial = step.residual(&start)?.vector;

@@ -85,7 +85,7 @@ struct Values {
 
 impl Values {
     fn read(file: &Path, errors: &mut Vec<CaseError>) -> Self {
-        let source = source::read(file, None, errors);
+        let source = source::read(file, "docs/solid.toml is an example", errors);
         let readable = errors.is_empty();
         let mut found = source.plain;
         // What a case may have and this file may not.

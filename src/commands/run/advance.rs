@@ -3,7 +3,7 @@
 use super::assemble::Run;
 use super::{run_failure, written};
 use crate::commands::Failure;
-use crate::coupling::FailedStep;
+use crate::coupling::{FailedStep, diagnosis};
 use crate::hemodynamics::WallState;
 use crate::output::progress::Progress;
 use crate::output::record::{WallPeaks, peak_memory};
@@ -38,14 +38,24 @@ impl Run {
             if self.interrupt.asked() && self.is_saved() {
                 return Err(Failure::Interrupted(String::new()));
             }
+            if let Some((last, reason)) = &self.last_good
+                && *last == self.record.totals.steps
+            {
+                return Err(Failure::Run(reason.clone()));
+            }
             match self.step() {
-                Ok(row) => progress.step(
-                    self.record.totals.steps as u64,
-                    row.time_s,
-                    row.coupling_iterations,
-                    row.residual,
-                    row.wall_s,
-                ),
+                Ok((row, slowness)) => {
+                    progress.step(
+                        self.record.totals.steps as u64,
+                        row.time_s,
+                        row.coupling_iterations,
+                        row.residual,
+                        row.wall_s,
+                    );
+                    if let Some(slowness) = slowness.filter(|_| !quiet) {
+                        progress.note(&format!("t = {:.6} s: {slowness}", row.time_s));
+                    }
+                }
                 Err(Stop::Step(failed)) => {
                     let what = self.rescue(failed)?;
                     progress.note(&what);
@@ -57,20 +67,23 @@ impl Run {
         Ok(())
     }
 
-    /// Takes one step, records it, and writes a checkpoint if one is due.
-    fn step(&mut self) -> Result<HistoryRow, Stop> {
+    /// Takes one step, or a part of it, records it, and writes a checkpoint if one is due. Says why if it was slow.
+    fn step(&mut self) -> Result<(HistoryRow, Option<String>), Stop> {
         let (clock, last) = (Instant::now(), self.case.steps());
         let number = self.record.totals.steps + 1;
-        let attempt = self.attempt(number);
+        let attempt = self.attempt();
+        let completes = self.cadence.completes();
         let (output, time_step) = (&self.case.output, self.case.time.step);
-        let due = |interval: f64| number == last || is_due(number, time_step, interval);
+        let due =
+            |interval: f64| completes && (number == last || is_due(number, time_step, interval));
+        let ends = number == last || self.last_good.as_ref().is_some_and(|good| good.0 == number);
         let sampler = due(output.structure_interval).then_some(&self.sampler);
         // Decided when the step is about to be accepted: an interrupt may have come until then.
         let saving = Cell::new(false);
         let write = || {
             let waited = self.saved.elapsed().as_secs_f64() / 60.0;
             let now = waited >= output.checkpoint_interval || self.interrupt.asked();
-            saving.set(now || number == last);
+            saving.set(completes && (now || ends));
             saving.get() || due(output.fluid_interval)
         };
         let mut wall = None;
@@ -98,6 +111,11 @@ impl Run {
             &accepted.displacement,
         );
         self.record.wall.step(&state, &stresses).map_err(written)?;
+        let totals = &self.record.totals;
+        let usual = totals.coupling_iterations as f64 / totals.steps.max(1) as f64;
+        let correctors = self.case.fluid.max_correctors;
+        let slowness = diagnosis::slowness(&accepted.iterations, usual, correctors)
+            .filter(|_| totals.steps > 0);
         let displacements = accepted.displacement.iter().map(|d| d.norm());
         let peaks = WallPeaks {
             displacement: displacements.fold(0.0, f64::max),
@@ -106,14 +124,22 @@ impl Run {
         let seconds = clock.elapsed().as_secs_f64();
         let row = self
             .record
-            .step(&accepted, attempt, peaks, seconds)
+            .step(
+                &accepted,
+                self.coupling.settings.time_step,
+                attempt,
+                peaks,
+                seconds,
+            )
             .map_err(written)?;
+        self.cadence.advance();
+        self.record.totals.steps += usize::from(completes);
         let memory = peak_memory(&self.coupling.fluid.process_id().to_string());
         self.fluid_peak_memory = self.fluid_peak_memory.max(memory.unwrap_or(0.0));
         if saving.get() {
             self.save()?;
         }
-        Ok(row)
+        Ok((row, slowness))
     }
 }
 

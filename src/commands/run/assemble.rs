@@ -2,13 +2,15 @@
 
 use super::interrupt::Interrupt;
 use super::rescue::Trouble;
+use super::surrogate::surrogate;
 use super::{run_failure, written};
 use crate::Vec3;
 use crate::case::{self, Case};
 use crate::checkpoint::Checkpoint;
 use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
-use crate::coupling::acceleration::{self, Acceleration, Filter, Identity};
+use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
+use crate::coupling::cadence::Cadence;
 use crate::coupling::convergence::Criterion;
 use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::Transfer;
@@ -41,8 +43,12 @@ pub struct Run {
     pub probes: Probes<Structure>,
     pub cells: usize,
     pub fluid_peak_memory: f64,
+    /// How long the next step is.
+    pub cadence: Cadence,
     /// The step that makes trouble, if one does.
     pub trouble: Option<Trouble>,
+    /// The step after which the run ends with a checkpoint, and why, if the next one has been given up.
+    pub last_good: Option<(usize, String)>,
     /// When the last checkpoint was written.
     pub saved: Instant,
 }
@@ -58,7 +64,7 @@ impl Run {
     ) -> Result<Self, Failure> {
         let vessel = Vessel::new(case);
         let mesh = vessel.fluid_mesh(&case.fluid.mesh);
-        let solid = structure(case, &vessel).map_err(run_failure)?;
+        let mut solid = structure(case, &vessel).map_err(run_failure)?;
         mesh.write(&folder.openfoam()).map_err(written)?;
         CaseFiles {
             templates: &case.fluid.templates,
@@ -113,7 +119,6 @@ impl Run {
                 time_step: case.time.step,
             },
             case: path.to_owned(),
-            time_step: case.time.step,
             // Cells are numbered cross-section by cross-section, those of the extension first.
             rigid_volume: volumes[..rigid].iter().sum(),
             volume: volumes.iter().sum(),
@@ -127,13 +132,16 @@ impl Run {
         // As many pieces per element and direction as the degree, so that its curves can be seen.
         let sampler = Sampler::new(solid.body(), case.structure.p + 1).map_err(run_failure)?;
         let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
+        let surrogate =
+            surrogate(case, fluid.interface(), &mut solid, &transfer).map_err(run_failure)?;
         let coupling = Coupling {
             fluid,
             solid,
             transfer,
-            acceleration: acceleration(&case.coupling),
+            acceleration: acceleration(&case.coupling, surrogate),
             predictor: Predictor::new(case.coupling.predictor, rest),
             criterion: Criterion {
+                quantity: case.coupling.criterion,
                 relative: case.coupling.e_rel,
                 absolute: case.coupling.e_abs,
                 max_iterations: case.coupling.max_iterations,
@@ -146,7 +154,7 @@ impl Run {
                     pressure_residual: case.fluid.pressure_residual,
                 },
                 newton_tolerance: case.structure.newton_tolerance,
-                relaxation: case.coupling.relaxation,
+                relaxation: case.coupling.relaxation(),
             },
         };
         let mut run = Self {
@@ -159,7 +167,9 @@ impl Run {
             record: record.map_err(written)?,
             cells: volumes.len(),
             fluid_peak_memory: 0.0,
+            cadence: Cadence::default(),
             trouble: None,
+            last_good: None,
             saved: Instant::now(),
         };
         run.coupling.fluid.outlast_interrupts();
@@ -204,9 +214,9 @@ fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
     Structure::new(&vessel.solid_mesh(settings), &materials, &options)
 }
 
-fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
+fn acceleration(settings: &case::Coupling, surrogate: Box<dyn Surrogate>) -> Box<dyn Acceleration> {
     let numerics = acceleration::Settings {
-        relaxation: settings.relaxation,
+        relaxation: settings.relaxation(),
         reuse: settings.reuse_steps,
         filter: Filter {
             dependence: settings.filter,
@@ -215,5 +225,5 @@ fn acceleration(settings: &case::Coupling) -> Box<dyn Acceleration> {
         },
         max_columns: 200,
     };
-    settings.acceleration.build(&numerics, Box::new(Identity))
+    settings.acceleration.build(&numerics, surrogate)
 }

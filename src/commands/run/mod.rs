@@ -3,22 +3,23 @@
 mod advance;
 mod assemble;
 mod conclude;
-mod interrupt;
+pub mod interrupt;
 mod rescue;
-mod save;
+pub mod save;
 mod stand;
+mod surrogate;
 
 use super::Failure;
 use super::case_arguments::CaseArguments;
 use super::run_folder::{Earlier, RunFolder};
-use crate::case::Case;
+use crate::case::{Case, ResolvedCase};
 use crate::checkpoint::Checkpoint;
 use crate::fluid::openfoam::install;
 use crate::output::write_atomically;
-use assemble::Run;
+pub use assemble::Run;
 pub use interrupt::Interrupt;
 pub use stand::Stand;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Options of a coupled run.
@@ -44,7 +45,6 @@ pub struct Arguments {
 /// Runs a coupled case from its first time step, or from a checkpoint, to its last.
 pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure> {
     let case = chosen.load(&arguments.case)?;
-    install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
     let out = arguments
         .out
         .clone()
@@ -54,36 +54,66 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
         (_, true) => Earlier::Replace,
         _ => Earlier::Keep,
     };
-    let folder = RunFolder::open(&out, earlier)?;
-    let checkpoint = match earlier {
-        Earlier::Resume => checkpoint(&folder, &case)?,
-        _ => None,
+    let order = Order {
+        path: &arguments.case,
+        case: &case,
+        out: &out,
+        earlier,
+        quiet: arguments.quiet,
     };
-    write_atomically(&folder.resolved_case(), case.to_toml_string().as_bytes()).map_err(written)?;
+    let interrupt = || {
+        let then = "the time step is finished and a checkpoint written";
+        Interrupt::listen((!arguments.quiet).then_some(then))
+            .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))
+    };
+    order.execute(interrupt)
+}
 
-    let clock = Instant::now();
-    let then = "the time step is finished and a checkpoint written";
-    let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))
-        .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
-    let mut run = Run::assemble(
-        &arguments.case,
-        &case,
-        folder,
-        checkpoint.as_ref(),
-        interrupt,
-    )?;
-    if !arguments.quiet {
-        eprintln!(
-            "{}: {} fluid cells, {} structural degrees of freedom, {} steps; ready in {:.1} s",
-            arguments.case.display(),
-            run.cells,
-            run.coupling.solid.body().degrees_of_freedom(),
-            run.case.steps(),
-            clock.elapsed().as_secs_f64(),
-        );
+/// What is to be run, and where.
+pub struct Order<'a> {
+    /// Folder of the case.
+    pub path: &'a Path,
+    /// The case.
+    pub case: &'a ResolvedCase,
+    /// Folder of the results.
+    pub out: &'a Path,
+    /// What to do with an earlier run there.
+    pub earlier: Earlier,
+    /// Whether to show no progress.
+    pub quiet: bool,
+}
+
+impl Order<'_> {
+    /// Runs the case; `interrupt` is asked for once the folder of the results is claimed.
+    pub fn execute(
+        &self,
+        interrupt: impl FnOnce() -> Result<Interrupt, Failure>,
+    ) -> Result<(), Failure> {
+        let case = self.case;
+        install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
+        let folder = RunFolder::open(self.out, self.earlier)?;
+        let checkpoint = match self.earlier {
+            Earlier::Resume => checkpoint(&folder, case)?,
+            _ => None,
+        };
+        write_atomically(&folder.resolved_case(), case.to_toml_string().as_bytes())
+            .map_err(written)?;
+
+        let clock = Instant::now();
+        let mut run = Run::assemble(self.path, case, folder, checkpoint.as_ref(), interrupt()?)?;
+        if !self.quiet {
+            eprintln!(
+                "{}: {} fluid cells, {} structural degrees of freedom, {} steps; ready in {:.1} s",
+                self.path.display(),
+                run.cells,
+                run.coupling.solid.body().degrees_of_freedom(),
+                run.case.steps(),
+                clock.elapsed().as_secs_f64(),
+            );
+        }
+        let outcome = run.advance(self.quiet);
+        run.conclude(outcome, self.quiet)
     }
-    let outcome = run.advance(arguments.quiet);
-    run.conclude(outcome, arguments.quiet)
 }
 
 /// The checkpoint from which the run in `folder` continues; none if it ended before it wrote the first.

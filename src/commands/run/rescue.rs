@@ -7,58 +7,88 @@ use crate::coupling::{CouplingError, FailedStep};
 use crate::fluid::FluidError;
 use std::time::Duration;
 
-/// Attempts at a step, each more careful than the one before.
+/// Attempts at a step, each more careful than the one before; those that follow halve it.
 const ATTEMPTS: usize = 3;
 /// Deaths of the fluid without a step beyond all earlier ones.
 const DEATHS: usize = 4;
 
+/// A step of the case, from 1, and how much of it was done before, see [`Cadence::done`](crate::coupling::cadence::Cadence::done).
+type Place = (usize, usize);
+
 /// What is known of the step that makes trouble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trouble {
-    /// The farthest step that failed.
-    step: usize,
+    /// Where; if the fluid has died, the farthest that was reached.
+    at: Place,
     /// The attempt that comes next, from 1.
     attempt: usize,
+    /// Parts into which the next attempt cuts a step of the case.
+    parts: usize,
     /// Deaths of the fluid since.
     deaths: usize,
 }
 
 impl Trouble {
-    /// What is known after `step` has failed; `dead` if the fluid died.
-    fn after(earlier: Option<Self>, step: usize, dead: bool) -> Self {
-        let Some(earlier) = earlier.filter(|trouble| trouble.step >= step) else {
-            return Self {
-                step,
-                // A death may be an accident: first everything is done again as it was.
+    /// What is known after the step, cut into `parts`, has failed `at` a place; `dead` if the fluid died.
+    fn after(earlier: Option<Self>, at: Place, parts: usize, dead: bool) -> Self {
+        let earlier = earlier.filter(|trouble| trouble.at >= at);
+        let deaths = earlier.map_or(0, |trouble| trouble.deaths) + usize::from(dead);
+        let mut trouble = match earlier {
+            Some(earlier) if at == earlier.at => Self {
+                attempt: earlier.attempt + 1,
+                parts,
+                ..earlier
+            },
+            // On the way back to where it was.
+            Some(earlier) if dead => earlier,
+            // A death may be an accident: first everything is done again as it was.
+            _ => Self {
+                at,
                 attempt: if dead { 1 } else { 2 },
-                deaths: usize::from(dead),
-            };
+                parts,
+                deaths,
+            },
         };
-        Self {
-            attempt: earlier.attempt + usize::from(step == earlier.step),
-            deaths: earlier.deaths + usize::from(dead),
-            ..earlier
+        trouble.deaths = deaths;
+        if at == trouble.at && trouble.attempt > ATTEMPTS {
+            trouble.parts = 2 * parts;
         }
+        trouble
     }
 
-    fn is_hopeless(self) -> bool {
-        self.attempt > ATTEMPTS || self.deaths > DEATHS
+    fn is_hopeless(self, max_halvings: usize) -> bool {
+        self.parts > 1 << max_halvings || self.deaths > DEATHS
+    }
+
+    /// How careful the next attempt is: a shorter step need not be solved with the utmost care at once.
+    fn care(self) -> usize {
+        if self.attempt > ATTEMPTS {
+            2
+        } else {
+            self.attempt
+        }
     }
 }
 
 impl Run {
-    /// Prepares the next attempt at step `number` and says which it is, from 1.
-    pub fn attempt(&mut self, number: usize) -> usize {
-        self.trouble = self.trouble.filter(|trouble| trouble.step >= number);
-        match self.trouble {
-            Some(trouble) if trouble.step == number => {
-                if trouble.attempt > 1 {
-                    self.coupling.back_off(trouble.attempt);
-                }
-                trouble.attempt
-            }
-            _ => 1,
+    fn place(&self) -> Place {
+        (self.record.totals.steps + 1, self.cadence.done())
+    }
+
+    /// Prepares the next attempt at the step that comes and says which it is, from 1.
+    pub fn attempt(&mut self) -> usize {
+        let place = self.place();
+        self.trouble = self.trouble.filter(|trouble| trouble.at >= place);
+        let here = self.trouble.filter(|trouble| trouble.at == place);
+        if let Some(trouble) = here {
+            self.cadence.refine(trouble.parts);
         }
+        self.coupling
+            .set_time_step(self.case.time.step / self.cadence.parts() as f64);
+        if let Some(trouble) = here.filter(|trouble| trouble.attempt > 1) {
+            self.coupling.back_off(trouble.care());
+        }
+        here.map_or(1, |trouble| trouble.attempt)
     }
 
     /// Makes the run ready to go on after a failed step, and says how.
@@ -66,11 +96,16 @@ impl Run {
     /// # Errors
     /// If there is no hope, or somebody asked the run to end.
     pub fn rescue(&mut self, failed: FailedStep) -> Result<String, Failure> {
-        let number = self.record.totals.steps + 1;
-        let time = number as f64 * self.case.time.step;
-        let attempt = self
-            .trouble
-            .map_or(1, |t| if t.step == number { t.attempt } else { 1 });
+        let place = self.place();
+        let number = place.0;
+        let time = (self.record.totals.steps as f64 + self.cadence.reaches()) * self.case.time.step;
+        let attempt = self.trouble.map_or(1, |trouble| {
+            if trouble.at == place {
+                trouble.attempt
+            } else {
+                1
+            }
+        });
         self.record
             .failed_attempt(time, attempt, &failed.iterations)
             .map_err(written)?;
@@ -82,15 +117,23 @@ impl Run {
             _ => false,
         };
         let what = format!("step {number} (t = {time:.6} s): {}", failed.error);
-        let trouble = Trouble::after(self.trouble, number, dead);
+        let parts = self.cadence.parts();
+        let trouble = Trouble::after(self.trouble, place, parts, dead);
         self.trouble = Some(trouble);
-        if trouble.is_hopeless() {
-            return Err(Failure::Run(format!(
-                "{what}\nAll {attempt} attempts at this step failed, each from the last displacement, without what the coupling had learnt, and with less relaxation than the one before."
-            )));
+        if trouble.is_hopeless(self.case.time.max_halvings) {
+            let reason = format!(
+                "{what}\nAll {attempt} attempts at this step failed: from the last displacement, without what the coupling had learnt, with less relaxation, with shorter steps (time.max_halvings = {}).",
+                self.case.time.max_halvings
+            );
+            return self.keep_last_good(number - 1, reason);
         }
         if !dead {
-            return Ok(format!("{what}; it is tried again more carefully"));
+            let how = if trouble.parts > parts {
+                format!("in {} parts for a while", trouble.parts)
+            } else {
+                "more carefully".into()
+            };
+            return Ok(format!("{what}; it is tried again {how}"));
         }
         let found = self.folder.checkpoints().newest().map_err(run_failure)?;
         for death in trouble.deaths.. {
@@ -108,32 +151,78 @@ impl Run {
             found.path.display()
         ))
     }
+
+    /// The run cannot go on after the `last` step. If that is in no checkpoint the steps since the newest one are taken
+    /// once more, so that it will be.
+    fn keep_last_good(&mut self, last: usize, reason: String) -> Result<String, Failure> {
+        if let Some((_, first)) = self.last_good.take() {
+            return Err(Failure::Run(format!("{first}\nThen {reason}")));
+        }
+        let newest = self.folder.checkpoints().newest();
+        let Some(found) = newest.ok().filter(|found| found.checkpoint.step() < last) else {
+            return Err(Failure::Run(reason));
+        };
+        if self.go_back(&found.checkpoint).is_err() {
+            return Err(Failure::Run(reason));
+        }
+        self.trouble = None;
+        let told = format!(
+            "{reason}\nThe steps from {} on are repeated to keep the last good one",
+            found.path.display()
+        );
+        self.last_good = Some((last, reason));
+        Ok(told)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::Trouble;
 
+    /// Attempts and parts after each failure at one place, until there is no hope.
+    fn attempts(dead: bool, max_halvings: usize) -> Vec<(usize, usize)> {
+        let (mut trouble, mut parts, mut all) = (None, 1, Vec::new());
+        loop {
+            let next = Trouble::after(trouble, (7, 0), parts, dead);
+            if next.is_hopeless(max_halvings) {
+                return all;
+            }
+            all.push((next.attempt, next.parts));
+            parts = parts.max(next.parts);
+            trouble = Some(next);
+        }
+    }
+
+    #[test]
+    fn a_step_is_tried_with_care_and_then_in_parts() {
+        assert_eq!(attempts(false, 0), [(2, 1), (3, 1)]);
+        assert_eq!(attempts(false, 2), [(2, 1), (3, 1), (4, 2), (5, 4)]);
+    }
+
     #[test]
     fn a_death_is_first_taken_for_an_accident_and_then_for_the_fault_of_the_step() {
-        let mut trouble = None;
-        let mut attempts = Vec::new();
-        while trouble.is_none_or(|t: Trouble| !t.is_hopeless()) {
-            trouble = Some(Trouble::after(trouble, 7, true));
-            attempts.extend(trouble.map(|t| t.attempt));
-        }
-        assert_eq!(attempts, [1, 2, 3, 4]);
+        assert_eq!(attempts(true, 1), [(1, 1), (2, 1), (3, 1), (4, 2)]);
     }
 
     #[test]
     fn deaths_on_the_way_back_to_the_step_do_not_count_as_attempts_but_not_forever() {
-        let mut trouble = Some(Trouble::after(None, 7, true));
+        let mut trouble = Trouble::after(None, (7, 0), 1, true);
         let mut deaths = 1;
-        while trouble.is_some_and(|t| !t.is_hopeless()) {
-            trouble = Some(Trouble::after(trouble, 5, true));
+        while !trouble.is_hopeless(0) {
+            trouble = Trouble::after(Some(trouble), (5, 0), 1, true);
             deaths += 1;
         }
-        assert_eq!((deaths, trouble.unwrap().attempt), (5, 1));
-        assert_eq!(Trouble::after(trouble, 8, false).attempt, 2);
+        assert_eq!((deaths, trouble.attempt), (5, 1));
+        assert_eq!(Trouble::after(Some(trouble), (8, 0), 1, false).attempt, 2);
+    }
+
+    #[test]
+    fn a_failure_on_the_way_back_is_met_with_care_as_well() {
+        let trouble = Trouble::after(None, (7, 4), 2, true);
+        let trouble = Trouble::after(Some(trouble), (5, 0), 1, false);
+        assert_eq!(
+            (trouble.at, trouble.attempt, trouble.deaths),
+            ((5, 0), 2, 1)
+        );
     }
 }

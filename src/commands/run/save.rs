@@ -18,6 +18,7 @@ use std::time::Instant;
 /// like the files, are compared by their content.
 const MAY_CHANGE: &[&str] = &[
     "time.end_s",
+    "time.max_halvings",
     "output.structure_interval_s",
     "output.fluid_interval_s",
     "output.checkpoint_interval_min",
@@ -35,7 +36,7 @@ impl Run {
     /// Whether the last accepted step is in a checkpoint.
     pub fn is_saved(&self) -> bool {
         let step = self.record.totals.steps;
-        self.folder.checkpoints().path(step).exists()
+        self.cadence.done() == 0 && self.folder.checkpoints().path(step).exists()
     }
 
     /// Writes a checkpoint of the last accepted step, whose fields OpenFOAM has written, and removes what nobody needs
@@ -96,12 +97,17 @@ impl Run {
             files,
             coupling: self.coupling.memory(),
             structure: self.coupling.solid.memory(),
+            cadence: self.cadence,
             record,
         })
     }
 
     /// Gives wall and coupling the state of a checkpoint.
     pub fn recall(&mut self, checkpoint: &Checkpoint) -> Result<(), Failure> {
+        self.cadence = checkpoint.cadence;
+        // Before the coupling remembers: another length makes it forget.
+        self.coupling
+            .set_time_step(self.case.time.step / self.cadence.parts() as f64);
         self.coupling
             .recall(checkpoint.coupling.clone())
             .map_err(run_failure)?;
@@ -139,7 +145,7 @@ pub fn find(folder: &RunFolder) -> Result<Option<Found>, Failure> {
 
 /// Refuses to resume another case than that of the checkpoint.
 pub fn compare(checkpoint: &Checkpoint, case: &Case) -> Result<(), Failure> {
-    let mut changed = changed_keys(&checkpoint.case, &case.to_toml_string());
+    let mut changed = changed_keys(&checkpoint.case, &case.to_toml_string(), MAY_CHANGE);
     let now = inputs(case).map_err(|e| Failure::Input(format!("cannot read the case: {e}")))?;
     let paths = |marks: &[Mark]| -> BTreeSet<String> {
         marks.iter().map(|mark| mark.path.clone()).collect()
@@ -159,24 +165,30 @@ pub fn compare(checkpoint: &Checkpoint, case: &Case) -> Result<(), Failure> {
     )))
 }
 
-/// Keys with different values, with both, except for those that may change.
-fn changed_keys(before: &str, now: &str) -> Vec<String> {
+/// Keys with different values, with both, except for those (or whole tables) that may change.
+pub fn changed_keys(before: &str, now: &str, may_change: &[&str]) -> Vec<String> {
     let read = |text: &str| toml::from_str::<toml::Table>(text).unwrap_or_default();
     let mut changed = Vec::new();
-    compare_tables(&read(before), &read(now), "", &mut changed);
+    compare_tables(&read(before), &read(now), "", may_change, &mut changed);
     changed
 }
 
-fn compare_tables(before: &toml::Table, now: &toml::Table, above: &str, changed: &mut Vec<String>) {
+fn compare_tables(
+    before: &toml::Table,
+    now: &toml::Table,
+    above: &str,
+    may_change: &[&str],
+    changed: &mut Vec<String>,
+) {
     let names: BTreeSet<&String> = before.keys().chain(now.keys()).collect();
     for name in names {
         let key = format!("{above}{name}");
-        if MAY_CHANGE.contains(&key.as_str()) {
+        if may_change.contains(&key.as_str()) {
             continue;
         }
         match (before.get(name), now.get(name)) {
             (Some(toml::Value::Table(before)), Some(toml::Value::Table(now))) => {
-                compare_tables(before, now, &format!("{key}."), changed);
+                compare_tables(before, now, &format!("{key}."), may_change, changed);
             }
             (before, now) if before != now => {
                 let shown = |value: Option<&toml::Value>| {
@@ -238,20 +250,20 @@ fn below<'a>(root: &Path, path: &'a Path) -> &'a Path {
 
 #[cfg(test)]
 mod tests {
-    use super::changed_keys;
+    use super::{MAY_CHANGE, changed_keys};
 
     #[test]
     fn changed_keys_are_named_with_both_values_unless_they_may_change() {
         let before = "[time]\nstep_s = 0.002\nend_s = 1.0\n[output]\nfluid_interval_s = 1\n[wall.media]\nk2 = 3.5\n";
         let now = "[time]\nstep_s = 0.001\nend_s = 2.0\n[output]\nfluid_interval_s = 2\n[wall.media]\nk1 = 2.0\n";
         assert_eq!(
-            changed_keys(before, now),
+            changed_keys(before, now, MAY_CHANGE),
             [
                 "time.step_s: 0.002 in the run, 0.001 now",
                 "wall.media.k1: absent in the run, 2.0 now",
                 "wall.media.k2: 3.5 in the run, absent now",
             ]
         );
-        assert_eq!(changed_keys(before, before), Vec::<String>::new());
+        assert_eq!(changed_keys(before, before, &[]), Vec::<String>::new());
     }
 }

@@ -82,6 +82,14 @@ impl RunFolder {
         Ok(folder)
     }
 
+    /// Locks a folder into which the files of a run have just been copied.
+    pub fn adopt(root: &Path) -> Result<Self, Failure> {
+        Ok(Self {
+            _lock: Lock::take(&root.join(LOCK))?,
+            files: RunFiles::new(root),
+        })
+    }
+
     /// Removes everything but the lock.
     fn clear(&self) -> std::io::Result<()> {
         for name in contents(self.root())? {

@@ -159,14 +159,14 @@ impl Tube {
     pub fn surrogate_of(&self, sections: usize, error: f64) -> TubeSurrogate {
         let (axis, fluid) = (
             Axis {
-                origin: Vec3::zeros(),
-                direction: Vec3::x(),
+                start: Vec3::zeros(),
+                end: self.setup.cells as f64 * self.setup.fluid.cell * Vec3::x(),
             },
             &self.setup.fluid,
         );
         let sections = Sections::new(&self.points(), axis, sections)
             .expect("every section holds several rings");
-        let stiffness = vec![error * self.wall.dynamic_stiffness(); sections.count()];
+        let stiffness = error * self.wall.dynamic_stiffness();
         let blood = Blood {
             density: fluid.density,
             viscosity: fluid.density * fluid.viscosity,
@@ -188,7 +188,7 @@ impl Tube {
                 rigid_length: 0.0,
             },
         };
-        TubeSurrogate::new(sections, stiffness, blood, inlet, outlet)
+        TubeSurrogate::with_stiffness(sections, stiffness, blood, inlet, outlet)
     }
 }
 

@@ -159,11 +159,12 @@ impl Fluid for OpenFoam {
     fn solve(
         &mut self,
         displacement: &[Vec3],
+        time_step: f64,
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError> {
         let from_old_state = std::mem::take(&mut self.from_old_state);
         let solved = self.talk(|session, patience| {
-            session.solve(displacement, effort, from_old_state, patience)
+            session.solve(displacement, time_step, effort, from_old_state, patience)
         })?;
         Ok(FluidTrial {
             tractions: solved.tractions,

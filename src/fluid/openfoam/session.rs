@@ -84,7 +84,6 @@ fn interface_differences(mine: &FluidInterface, its: &FluidInterface) -> Vec<Str
 pub struct Session {
     transport: Transport,
     interface: FluidInterface,
-    time_step: f64,
 }
 
 impl Session {
@@ -106,7 +105,6 @@ impl Session {
         Ok(Self {
             transport,
             interface: hello.interface,
-            time_step: terms.time_step,
         })
     }
 
@@ -115,10 +113,11 @@ impl Session {
         &self.interface
     }
 
-    /// Sends a trial displacement and waits for its tractions.
+    /// Sends a trial displacement at the end of a step of the length `time_step` (s) and waits for its tractions.
     pub fn solve(
         &mut self,
         displacement: &[Vec3],
+        time_step: f64,
         effort: FluidEffort,
         from_old_state: bool,
         patience: &mut Patience,
@@ -143,7 +142,7 @@ impl Session {
             max_correctors: effort.max_correctors.max(1),
             from_old_state,
             pressure_residual: effort.pressure_residual,
-            time_step: self.time_step,
+            time_step,
             displacement,
         };
         self.transport.send(&solve.encode(), patience)?;

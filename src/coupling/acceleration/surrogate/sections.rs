@@ -4,19 +4,19 @@ use super::Tridiagonal;
 use crate::Vec3;
 use nalgebra::DVector;
 
-/// The axis of a straight tube.
+/// A straight tube that is held at both ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    /// A point on it, m.
-    pub origin: Vec3,
-    /// Its direction, of length 1.
-    pub direction: Vec3,
+    /// Where it begins, m.
+    pub start: Vec3,
+    /// Where it ends, m.
+    pub end: Vec3,
 }
 
 /// A section that the wall points cannot tell apart from its neighbours.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "section {index} of {count} has too few wall points of its own: use at most half as many sections as the wall has rings of points"
+    "section {index} of {count} has too few wall points of its own: use one section for each ring of points, or half as many"
 )]
 pub struct SparseSection {
     /// Number of the section, from 0.
@@ -28,19 +28,19 @@ pub struct SparseSection {
 /// A wall point's share in the sections.
 #[derive(Debug, Clone, PartialEq)]
 struct Point {
-    /// Section before it; it lies between the centres of this one and the next.
-    section: usize,
-    /// Share of the next section.
-    next: f64,
+    /// The sections before and behind it, with its share in each.
+    shares: [(usize, f64); 2],
     /// Radial direction.
     radial: Vec3,
     /// Distance from the axis, m.
     radius: f64,
 }
 
-/// `count` sections of equal length along a straight tube; the radial displacement is linear between their centres.
+/// `count` sections of equal length in a straight tube. The radial displacement is linear between their centres, and
+/// from the first and the last of them to the ends, where it is zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sections {
+    axis: Axis,
     length: f64,
     points: Vec<Point>,
     /// EᵀE, where **E** maps sections to points.
@@ -50,48 +50,60 @@ pub struct Sections {
 impl Sections {
     /// Sections of the tube around `axis` whose wall consists of `points` (reference positions, m).
     pub fn new(points: &[Vec3], axis: Axis, count: usize) -> Result<Self, SparseSection> {
-        let along: Vec<f64> = points
-            .iter()
-            .map(|x| (x - axis.origin).dot(&axis.direction))
-            .collect();
-        let first = along.iter().copied().fold(f64::INFINITY, f64::min);
-        let last = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let length = (last - first) / count as f64;
-        let mut gram = Tridiagonal::zeros(count);
-        let points: Vec<Point> = points
-            .iter()
-            .zip(&along)
-            .map(|(x, along)| {
-                let across = x - axis.origin - *along * axis.direction;
-                let position = ((along - first) / length - 0.5).clamp(0.0, count as f64 - 1.0);
-                let section = (position as usize).min(count.saturating_sub(2));
-                Point {
-                    section,
-                    next: position - section as f64,
-                    radial: across.normalize(),
-                    radius: across.norm(),
-                }
-            })
-            .collect();
+        let direction = (axis.end - axis.start).normalize();
+        let mut sections = Self {
+            axis,
+            length: (axis.end - axis.start).norm() / (count + 1) as f64,
+            points: Vec::new(),
+            gram: Tridiagonal::zeros(count),
+        };
+        let place = |x: &Vec3| {
+            let offset = x - axis.start;
+            let across = offset - offset.dot(&direction) * direction;
+            Point {
+                shares: sections.shares(x),
+                radial: across.normalize(),
+                radius: across.norm(),
+            }
+        };
+        let points: Vec<Point> = points.iter().map(place).collect();
+        let gram = &mut sections.gram;
         for point in &points {
-            let (i, w) = (point.section, point.next);
-            gram.diagonal[i] += (1.0 - w) * (1.0 - w);
-            if i + 1 < count {
-                gram.diagonal[i + 1] += w * w;
-                gram.upper[i] += w * (1.0 - w);
-                gram.lower[i + 1] += w * (1.0 - w);
+            let [(i, before), (j, behind)] = point.shares;
+            gram.diagonal[i] += before * before;
+            gram.diagonal[j] += behind * behind;
+            if i + 1 == j {
+                gram.upper[i] += before * behind;
+                gram.lower[j] += before * behind;
             }
         }
         // A section that the points tell apart from those before it has a pivot of about a third of its points.
         let smallest = 0.02 * points.len() as f64 / count as f64;
         match gram.pivots().iter().position(|pivot| *pivot <= smallest) {
             Some(index) => Err(SparseSection { index, count }),
-            None => Ok(Self {
-                length,
-                points,
-                gram,
-            }),
+            None => Ok(Self { points, ..sections }),
         }
+    }
+
+    /// The sections whose centres lie before and behind `x`, with its share in each; shares of the ends are left out.
+    fn shares(&self, x: &Vec3) -> [(usize, f64); 2] {
+        let (count, axis) = (self.count(), self.axis);
+        let along = (x - axis.start).dot(&(axis.end - axis.start).normalize());
+        let position = (along / self.length).clamp(0.0, (count + 1) as f64);
+        let before = (position as usize).min(count);
+        let behind = position - before as f64;
+        // The first centre is number 1; 0 and count + 1 are the ends.
+        match before {
+            0 => [(0, 0.0), (0, behind)],
+            last if last == count => [(last - 1, 1.0 - behind), (last - 1, 0.0)],
+            i => [(i - 1, 1.0 - behind), (i, behind)],
+        }
+    }
+
+    /// The value at `x` (m) of the field that is 1 at the centre of `section`, 0 at the others, and linear between.
+    pub fn share(&self, section: usize, x: &Vec3) -> f64 {
+        let shares = self.shares(x).into_iter();
+        shares.filter(|(i, _)| *i == section).map(|(_, w)| w).sum()
     }
 
     /// Number of sections.
@@ -106,7 +118,14 @@ impl Sections {
 
     /// Mean radius of each section in the reference configuration, m.
     pub fn reference_radius(&self) -> Vec<f64> {
-        self.fit(self.points.iter().map(|point| point.radius))
+        let (mut sums, mut weights) = (vec![0.0; self.count()], vec![0.0; self.count()]);
+        for point in &self.points {
+            for (i, share) in point.shares {
+                sums[i] += share * point.radius;
+                weights[i] += share;
+            }
+        }
+        sums.iter().zip(weights).map(|(r, w)| r / w).collect()
     }
 
     /// The radial displacement of each section that fits the displacement `d` of all points (x0 y0 z0 x1 …) best in
@@ -123,9 +142,8 @@ impl Sections {
     /// The displacement of all points for a radial displacement of each section.
     pub fn spread(&self, radial: &[f64]) -> DVector<f64> {
         let vectors = self.points.iter().flat_map(|point| {
-            let (i, w) = (point.section, point.next);
-            let next = radial.get(i + 1).map_or(0.0, |value| w * value);
-            let vector = ((1.0 - w) * radial[i] + next) * point.radial;
+            let size: f64 = point.shares.iter().map(|(i, w)| w * radial[*i]).sum();
+            let vector = size * point.radial;
             [vector.x, vector.y, vector.z]
         });
         DVector::from_iterator(3 * self.points.len(), vectors)
@@ -135,9 +153,8 @@ impl Sections {
     fn fit(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut sums = vec![0.0; self.count()];
         for (value, point) in values.zip(&self.points) {
-            sums[point.section] += (1.0 - point.next) * value;
-            if let Some(sum) = sums.get_mut(point.section + 1) {
-                *sum += point.next * value;
+            for (i, share) in point.shares {
+                sums[i] += share * value;
             }
         }
         self.gram.solve(&sums)
@@ -159,20 +176,20 @@ mod tests {
     }
 
     const AXIS: Axis = Axis {
-        origin: Vec3::new(0.0, 0.0, 0.0),
-        direction: Vec3::new(1.0, 0.0, 0.0),
+        start: Vec3::new(0.01, 0.0, 0.0),
+        end: Vec3::new(0.04, 0.0, 0.0),
     };
 
     #[test]
     fn averages_give_back_what_was_spread() {
-        for count in [1, 2, 10] {
+        for count in [1, 2, 10, 29] {
             let sections = Sections::new(&tube(), AXIS, count).unwrap();
             let radial: Vec<f64> = (0..count).map(|i| (i as f64).cos()).collect();
             let back = sections.average(&sections.spread(&radial));
             for (a, b) in radial.iter().zip(back) {
                 assert!((a - b).abs() < 1e-12);
             }
-            assert!((sections.length() * count as f64 - 0.03).abs() < 1e-15);
+            assert!((sections.length() * (count + 1) as f64 - 0.03).abs() < 1e-15);
             assert!(
                 sections
                     .reference_radius()

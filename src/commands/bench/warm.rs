@@ -1,0 +1,132 @@
+//! The state from which the measured steps start.
+
+use super::super::run::{Interrupt, Order, save};
+use super::super::run_folder::{Earlier, RunFolder};
+use super::Failure;
+use crate::case::ResolvedCase;
+use crate::checkpoint::Checkpoint;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// What may differ between the warm state and the measured steps: they are compared for the sake of it.
+const MAY_DIFFER: &[&str] = &[
+    "time.end_s",
+    "output",
+    "coupling",
+    "fluid.answer_limit_s",
+    "fluid.max_correctors",
+    "fluid.pressure_residual",
+    "fluid.templates",
+    "fluid.transport",
+    "structure.newton_tolerance",
+    "structure.newton_max_iterations",
+];
+
+/// A copy of a run at a checkpoint.
+pub struct Warm {
+    /// The checkpoint.
+    pub checkpoint: Checkpoint,
+    /// The folder of the copy.
+    pub folder: RunFolder,
+    /// Where the copy is; removed in the end.
+    pub _root: TempDir,
+}
+
+/// Finds the checkpoint at the end of the run of `case` in `folder`, which is started or continued if it has not come so
+/// far, and copies it.
+pub fn state(
+    path: &Path,
+    case: &ResolvedCase,
+    folder: &Path,
+    interrupt: &Interrupt,
+    quiet: bool,
+) -> Result<Warm, Failure> {
+    let earlier = match folder.exists() {
+        true => Earlier::Resume,
+        false => Earlier::Keep,
+    };
+    let found = match earlier {
+        Earlier::Resume => newest(folder)?,
+        _ => None,
+    };
+    let step = case.steps();
+    let checkpoint = match found {
+        Some(checkpoint) if checkpoint.step() == step => {
+            let changed = save::changed_keys(&checkpoint.case, &case.to_toml_string(), MAY_DIFFER);
+            if !changed.is_empty() {
+                return Err(Failure::Input(format!(
+                    "the run in {} is another case; give the same --preset and --set, or another --warm. Changed:\n  {}",
+                    folder.display(),
+                    changed.join("\n  ")
+                )));
+            }
+            checkpoint
+        }
+        Some(checkpoint) if checkpoint.step() > step => {
+            return Err(Failure::Input(format!(
+                "the run in {} is already at t = {} s; give --from {1}, or another --warm",
+                folder.display(),
+                checkpoint.time
+            )));
+        }
+        _ => {
+            let order = Order {
+                path,
+                case,
+                out: folder,
+                earlier,
+                quiet,
+            };
+            warm_up(&order, interrupt)?
+        }
+    };
+    copy(folder, checkpoint)
+}
+
+fn newest(folder: &Path) -> Result<Option<Checkpoint>, Failure> {
+    let folder = RunFolder::open(folder, Earlier::Resume)?;
+    Ok(save::find(&folder)?.map(|found| found.checkpoint))
+}
+
+/// An ordinary run up to the warm state.
+fn warm_up(order: &Order, interrupt: &Interrupt) -> Result<Checkpoint, Failure> {
+    let (root, step) = (order.out, order.case.steps());
+    if !order.quiet {
+        eprintln!(
+            "warming up in {} to t = {} s; done once",
+            root.display(),
+            order.case.time.end
+        );
+    }
+    order.execute(|| Ok(interrupt.clone()))?;
+    let found = newest(root)?.filter(|checkpoint| checkpoint.step() == step);
+    found.ok_or_else(|| Failure::Run(format!("the run in {} left no checkpoint", root.display())))
+}
+
+/// Copies the files that a checkpoint stands on.
+fn copy(from: &Path, checkpoint: Checkpoint) -> Result<Warm, Failure> {
+    let failed = |e: std::io::Error| {
+        Failure::Run(format!(
+            "cannot copy the warm state from {}: {e}",
+            from.display()
+        ))
+    };
+    let root = tempfile::Builder::new()
+        .prefix("fsi-bench-")
+        .tempdir()
+        .map_err(failed)?;
+    for mark in &checkpoint.files {
+        let to = root.path().join(&mark.path);
+        to.parent()
+            .map_or(Ok(()), fs::create_dir_all)
+            .map_err(failed)?;
+        fs::copy(from.join(&mark.path), to).map_err(failed)?;
+    }
+    let folder = RunFolder::adopt(root.path())?;
+    Ok(Warm {
+        folder,
+        checkpoint,
+        _root: root,
+    })
+}

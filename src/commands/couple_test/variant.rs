@@ -1,0 +1,92 @@
+//! Which settings of the acceleration a table compares.
+
+use crate::case::{Case, Surrogate};
+use crate::commands::case_arguments::CaseArguments;
+use crate::coupling::acceleration::Kind;
+
+/// Iterations that relaxation may take in a step, which the limit of a case is not made for.
+const PATIENCE: usize = 500;
+
+/// A model with its memory, with or without the surrogate: a row of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Variant {
+    /// Acceleration model.
+    pub kind: Kind,
+    /// Number of steps that it remembers; 0 for models without memory.
+    pub reuse: usize,
+    /// Whether it is given the surrogate.
+    pub surrogate: bool,
+}
+
+impl Variant {
+    /// Every model, with memory of 0, 5 and 10 steps for those that can have it, with and without the surrogate. Models
+    /// that agree without memory are there once. The quick ones come first.
+    pub fn all() -> Vec<Self> {
+        use Kind::{Aitken, Constant, Hybrid, IqnLs, MultiVector};
+        let models = [
+            (IqnLs, 10),
+            (IqnLs, 5),
+            (IqnLs, 0),
+            (MultiVector, 5),
+            (MultiVector, 10),
+            (Hybrid, 5),
+            (Hybrid, 10),
+            (Aitken, 0),
+            (Constant, 0),
+        ];
+        let both = |(kind, reuse)| {
+            [false, true].map(|surrogate| Self {
+                kind,
+                reuse,
+                surrogate,
+            })
+        };
+        models.into_iter().flat_map(both).collect()
+    }
+
+    /// The name of its folder, and on the command line: `iqn_ls-10-surrogate`.
+    pub fn name(self) -> String {
+        let memory = if self.kind.remembers() {
+            format!("-{}", self.reuse)
+        } else {
+            String::new()
+        };
+        let surrogate = if self.surrogate { "-surrogate" } else { "" };
+        format!("{}{memory}{surrogate}", self.kind.name())
+    }
+
+    /// The arguments that make `case` a run with these settings.
+    pub fn arguments(self, chosen: &CaseArguments, case: &Case) -> CaseArguments {
+        let surrogate = match (self.surrogate, case.coupling.surrogate) {
+            (false, _) => "none",
+            (true, Surrogate::OpenTube) => "open_tube",
+            (true, Surrogate::Tube | Surrogate::None) => "tube",
+        };
+        let patience = if self.kind.remembers() { 0 } else { PATIENCE };
+        chosen
+            .clone()
+            .with("coupling.acceleration", self.kind.name())
+            .with("coupling.reuse_steps", self.reuse)
+            .with("coupling.surrogate", surrogate)
+            .with(
+                "coupling.max_iterations",
+                case.coupling.max_iterations.max(patience),
+            )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Variant;
+
+    #[test]
+    fn every_row_has_a_name_of_its_own() {
+        let mut names: Vec<_> = Variant::all().into_iter().map(Variant::name).collect();
+        assert!(names.contains(&"iqn_ls-10-surrogate".to_owned()));
+        assert!(names.contains(&"aitken".to_owned()));
+        let count = names.len();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), count);
+    }
+}

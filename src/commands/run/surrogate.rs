@@ -1,0 +1,70 @@
+//! The surrogate of a case: a one-dimensional tube whose wall yields as the structure does.
+
+use crate::Vec3;
+use crate::case::{self, Case};
+use crate::coupling::acceleration::surrogate::{Axis, Blood, End, Sections, TubeSurrogate};
+use crate::coupling::acceleration::{Identity, Surrogate};
+use crate::coupling::flatten;
+use crate::coupling::transfer::Transfer;
+use crate::fluid::FluidInterface;
+use crate::pfem::{Solid, SurfaceLoad, SurfacePoint};
+
+/// Uniform pressure (Pa) that probes the wall: far above round-off, far below what makes the wall nonlinear.
+const PROBE: f64 = 100.0;
+/// The surrogate that the case asks for. Its wall is what `solid`, which is at rest, answers within a time step.
+pub fn surrogate<S: Solid>(
+    case: &Case,
+    interface: &FluidInterface,
+    solid: &mut S,
+    transfer: &Transfer<S::Location>,
+) -> Result<Box<dyn Surrogate>, String> {
+    let g = &case.geometry;
+    let open = |rigid_length| End::Pressure { rigid_length };
+    let (inlet, outlet) = match case.coupling.surrogate {
+        case::Surrogate::None => return Ok(Box::new(Identity)),
+        case::Surrogate::Tube => {
+            let windkessel = End::Windkessel {
+                resistance: case.windkessel.resistance,
+                compliance: case.windkessel.compliance,
+                rigid_length: 0.0,
+            };
+            (End::Flow, windkessel)
+        }
+        case::Surrogate::OpenTube => (open(g.extension_length), open(0.0)),
+    };
+    // The deformable part is straight in all models.
+    let axis = Axis {
+        start: Vec3::zeros(),
+        end: (g.graft_length + g.artery_length) * Vec3::x(),
+    };
+    // A section for each ring of wall points between the ends, or for every other one if they lie unevenly.
+    let rings = 2 * case.fluid.mesh.axial_per_section - 1;
+    let sections = Sections::new(&interface.points, axis, rings)
+        .or_else(|_| Sections::new(&interface.points, axis, rings.div_ceil(2)))
+        .map_err(|e| e.to_string())?;
+    let count = sections.count();
+
+    let tolerance = case.structure.newton_tolerance.max(1e-6);
+    let mut answers = Vec::new();
+    for section in 0..count {
+        let wet = solid.wet_points();
+        let share = |point: &SurfacePoint| PROBE * sections.share(section, &point.position);
+        let probe = SurfaceLoad {
+            pressure: wet.iter().map(share).collect(),
+            shear: vec![Vec3::zeros(); wet.len()],
+        };
+        let trial = solid
+            .solve(&probe, case.time.step, tolerance, None)
+            .map_err(|e| e.to_string())?;
+        answers.push(flatten(&transfer.displacement(solid, &trial)) / PROBE);
+    }
+    let blood = Blood {
+        density: case.blood.density,
+        viscosity: case.blood.viscosity,
+        time_step: case.time.step,
+        radial_inertia: true,
+    };
+    Ok(Box::new(TubeSurrogate::new(
+        sections, &answers, blood, inlet, outlet,
+    )))
+}

@@ -1,0 +1,231 @@
+//! Words for a step that converges slowly or not at all: what was seen, and what to try.
+
+use super::{CouplingError, Iteration};
+
+/// A residual that in the last third of the iterations stays within this factor stagnates.
+const STAGNATION: f64 = 3.0;
+/// A change this many times as large as the one before is a jump.
+const JUMP: f64 = 10.0;
+/// A step is slow with more than this many iterations ...
+const MANY: usize = 12;
+/// ... and this many times the usual number.
+const SLOW: f64 = 3.0;
+
+/// What keeps an iteration from converging.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Finding {
+    /// The residual is larger than at the beginning.
+    Grows,
+    /// It does not fall any more; whether the fluid used all the correctors that it may.
+    Stagnates { fluid_at_its_limit: bool },
+    /// The trial leapt in this iteration by this share of the displacement.
+    Jumps { iteration: usize, change: f64 },
+    /// So many columns were dropped, and so many left.
+    ForgetsColumns { dropped: usize, left: usize },
+    /// Nothing of that.
+    FallsSlowly,
+}
+
+impl Finding {
+    /// Everything that is true of these iterations, the gravest first.
+    fn all(iterations: &[Iteration], max_correctors: u32) -> Vec<Self> {
+        let mut found = Vec::new();
+        let residual = |i: &Iteration| i.measure.residual_rms;
+        let tail = &iterations[iterations.len() - iterations.len().div_ceil(3)..];
+        let low = tail.iter().map(residual).fold(f64::INFINITY, f64::min);
+        let high = tail.iter().map(residual).fold(0.0, f64::max);
+        let (Some(first), Some(last)) = (iterations.first(), iterations.last()) else {
+            return found;
+        };
+        let grows = !(residual(last) <= JUMP * residual(first));
+        if grows {
+            found.push(Self::Grows);
+        } else if iterations.len() > 3 && high < STAGNATION * low {
+            found.push(Self::Stagnates {
+                fluid_at_its_limit: tail.iter().all(|i| i.correctors >= max_correctors),
+            });
+        }
+        let jump = iterations.windows(2).find(|pair| {
+            let [before, now] = [&pair[0], &pair[1]].map(|i| i.measure.change);
+            now > 1.0 && now > JUMP * before
+        });
+        if let Some([_, at]) = jump {
+            found.push(Self::Jumps {
+                iteration: at.number,
+                change: at.measure.change,
+            });
+        }
+        if last.dropped > last.columns {
+            found.push(Self::ForgetsColumns {
+                dropped: last.dropped,
+                left: last.columns,
+            });
+        }
+        if found.is_empty() {
+            found.push(Self::FallsSlowly);
+        }
+        found
+    }
+
+    /// What was seen, and what to try.
+    fn advice(self) -> String {
+        match self {
+            Self::Grows => {
+                "the residual grows; try a smaller coupling.relaxation, or coupling.acceleration = \"iqn_ls\"".into()
+            }
+            Self::Stagnates {
+                fluid_at_its_limit: true,
+            } => {
+                "the residual stagnates while the fluid uses all its correctors, so the fluid's answers are not accurate enough; try a larger fluid.max_correctors".into()
+            }
+            Self::Stagnates {
+                fluid_at_its_limit: false,
+            } => {
+                "the residual stagnates, which points to the tolerances of the solvers; try a smaller fluid.pressure_residual or structure.newton_tolerance".into()
+            }
+            Self::Jumps { iteration, change } => format!(
+                "in iteration {iteration} the trial jumped by {change:.1e} of the displacement; try coupling.predictor = \"constant\", or a smaller coupling.reuse_steps"
+            ),
+            Self::ForgetsColumns { dropped, left } => format!(
+                "{dropped} columns were dropped as dependent and {left} are left; try a smaller coupling.filter"
+            ),
+            Self::FallsSlowly => {
+                "the residual falls slowly; try a larger coupling.reuse_steps or coupling.max_iterations, or a smaller time.step_s".into()
+            }
+        }
+    }
+}
+
+/// Says in words how a step failed to converge, and what to try. The fluid may spend `max_correctors` an iteration.
+pub fn diagnosis(iterations: &[Iteration], max_correctors: u32) -> String {
+    let (Some(first), Some(last)) = (iterations.first(), iterations.last()) else {
+        return "no iteration was allowed; raise coupling.max_iterations".into();
+    };
+    let residuals = iterations.iter().map(|i| i.measure.residual_rms);
+    format!(
+        "residual {:.2e} m after {} iterations, {:.2e} m at the first (smallest {:.2e} m), change {:.2e} of the displacement: {}",
+        last.measure.residual_rms,
+        iterations.len(),
+        first.measure.residual_rms,
+        residuals.fold(f64::INFINITY, f64::min),
+        last.measure.change,
+        advice(iterations, max_correctors)
+    )
+}
+
+fn advice(iterations: &[Iteration], max_correctors: u32) -> String {
+    let found = Finding::all(iterations, max_correctors).into_iter();
+    found.map(Finding::advice).collect::<Vec<_>>().join("; ")
+}
+
+/// Why an accepted step was slow, if it took many more iterations than the `usual` number.
+pub fn slowness(iterations: &[Iteration], usual: f64, max_correctors: u32) -> Option<String> {
+    let count = iterations.len();
+    let slow = count > MANY && count as f64 > SLOW * usual;
+    slow.then(|| {
+        format!(
+            "{count} coupling iterations, {usual:.1} are usual: {}",
+            advice(iterations, max_correctors)
+        )
+    })
+}
+
+/// What had happened before the structure failed, to be added to its error.
+pub fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String {
+    match (error, iterations.last()) {
+        (CouplingError::Solid(_), None) => {
+            " (in coupling iteration 1: the load on the predicted displacement is too much; try coupling.predictor = \"constant\" or a smaller time.step_s)".into()
+        }
+        (CouplingError::Solid(_), Some(last)) => format!(
+            " (in coupling iteration {}, for a trial that had changed by {:.1e} of the displacement; try a smaller coupling.relaxation or time.step_s)",
+            last.number + 1,
+            last.measure.change
+        ),
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::convergence::Measure;
+    use super::*;
+    use crate::pfem::SolidError;
+
+    /// Iterations with these residuals (m), which are changes of the displacement as well.
+    fn iterations(residuals: &[f64]) -> Vec<Iteration> {
+        let iteration = |(k, &residual): (usize, &f64)| Iteration {
+            number: k + 1,
+            measure: Measure {
+                change: residual,
+                change_rms: residual,
+                residual,
+                residual_rms: residual,
+                converged: false,
+            },
+            columns: k,
+            dropped: 0,
+            correctors: 2,
+            pressure_residual: 1e-3,
+            force_mismatch: 0.0,
+            fluid_seconds: 0.0,
+            structure_seconds: 0.0,
+            coupling_seconds: 0.0,
+        };
+        residuals.iter().enumerate().map(iteration).collect()
+    }
+
+    fn says(iterations: &[Iteration], words: &str) {
+        let text = diagnosis(iterations, 3);
+        assert!(text.contains(words), "{text}");
+    }
+
+    #[test]
+    fn every_cause_has_its_words_and_names_a_key() {
+        says(&[], "coupling.max_iterations");
+        says(&iterations(&[1e-3, 1e-2, 1e-1]), "coupling.relaxation");
+        says(&iterations(&[1e-3, 1e-2, f64::NAN]), "the residual grows");
+        says(
+            &iterations(&[1e-1, 5e-2, 2e-2, 1e-2]),
+            "coupling.reuse_steps",
+        );
+
+        let mut stuck = iterations(&[1e-1, 1e-3, 1e-6, 1.1e-6, 1e-6, 1.2e-6]);
+        says(&stuck, "structure.newton_tolerance");
+        stuck.iter_mut().for_each(|i| i.correctors = 3);
+        says(&stuck, "fluid.max_correctors");
+
+        let jump = iterations(&[1e-1, 1e-2, 5.0, 1e-2, 1e-4, 1e-7]);
+        says(&jump, "in iteration 3 the trial jumped by 5.0e0");
+
+        let mut forgetful = iterations(&[1e-1, 5e-2, 2e-2, 1e-2]);
+        (forgetful[3].columns, forgetful[3].dropped) = (2, 5);
+        says(&forgetful, "5 columns were dropped");
+    }
+
+    #[test]
+    fn a_step_is_slow_by_comparison() {
+        let many = iterations(&[1e-1; 13]);
+        assert!(slowness(&many, 6.0, 3).is_none());
+        assert!(slowness(&many[..12], 2.0, 3).is_none());
+        let text = slowness(&many, 4.0, 3).unwrap();
+        assert!(text.starts_with("13 coupling iterations, 4.0 are usual: the residual stagnates"));
+    }
+
+    #[test]
+    fn the_structures_error_is_told_with_the_iteration_and_the_trial() {
+        let error = CouplingError::Solid(SolidError::Inverted {
+            element: 7,
+            jacobian: -0.1,
+            position: [0.0; 3],
+        });
+        let failed = super::super::FailedStep {
+            iterations: iterations(&[0.5]),
+            error,
+        };
+        let text = failed.to_string();
+        assert!(
+            text.contains("element 7") && text.contains("coupling iteration 2"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,104 @@
+//! The inverse of the tangent, approximated by an old factorization and what the iterations since have shown.
+//!
+//! Each iteration moves by a step `s` and so changes the residual by `y`. The BFGS formula corrects the inverse `H` of the
+//! factorized tangent, by as little as possible, such that it stays symmetric, positive definite, and `H y = s` for the
+//! pairs that are remembered (Matthies, Strang: *The solution of nonlinear finite element equations*, 1979; the product by
+//! two loops over the pairs: Nocedal, *Updating quasi-Newton matrices with limited storage*, 1980).
+
+use super::SolidError;
+use super::factor::Factorization;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// Most pairs that are remembered.
+const MAX_PAIRS: usize = 20;
+
+/// Solutions over which the present cost of a solution is averaged: coupled steps need two or three, of unlike cost.
+const RECENT: usize = 6;
+
+/// A step of an iteration, and the change of the residual that it caused.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Pair {
+    step: Vec<f64>,
+    change: Vec<f64>,
+}
+
+/// What iterations with a kept factorization have shown.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Experience {
+    /// Oldest first.
+    pairs: VecDeque<Pair>,
+    /// Iterations that each solution needed.
+    iterations: Vec<usize>,
+}
+
+/// A factorized tangent and the experience with it.
+#[derive(Debug, Clone)]
+pub struct KeptTangent {
+    factorization: Factorization,
+    /// Since it was factorized.
+    pub experience: Experience,
+}
+
+impl KeptTangent {
+    /// Of a fresh factorization, or with the experience of an earlier run.
+    pub fn new(factorization: Factorization, experience: Experience) -> Self {
+        Self {
+            factorization,
+            experience,
+        }
+    }
+
+    /// Replaces a residual by the approximate solution of the linear system.
+    pub fn solve(&self, residual: &mut [f64]) -> Result<(), SolidError> {
+        let pairs = &self.experience.pairs;
+        let mut weights = Vec::with_capacity(pairs.len());
+        for pair in pairs.iter().rev() {
+            let weight = dot(&pair.step, residual) / dot(&pair.step, &pair.change);
+            add(residual, -weight, &pair.change);
+            weights.push(weight);
+        }
+        self.factorization.solve(residual)?;
+        for (pair, weight) in pairs.iter().zip(weights.iter().rev()) {
+            let other = dot(&pair.change, residual) / dot(&pair.step, &pair.change);
+            add(residual, weight - other, &pair.step);
+        }
+        Ok(())
+    }
+
+    /// Remembers a pair, unless it belongs to a direction of negative curvature.
+    pub fn learn(&mut self, step: Vec<f64>, change: Vec<f64>) {
+        if dot(&step, &change) > 0.0 {
+            let pairs = &mut self.experience.pairs;
+            if pairs.len() == MAX_PAIRS {
+                pairs.pop_front();
+            }
+            pairs.push_back(Pair { step, change });
+        }
+    }
+
+    /// Notes that a solution was found after so many iterations.
+    pub fn solved_in(&mut self, iterations: usize) {
+        self.experience.iterations.push(iterations);
+    }
+
+    /// Whether a fresh factorization, which costs as much as `cost` iterations, pays: solutions need more iterations now
+    /// than the average since this factorization was made, itself included. Then the average is as low as it gets.
+    pub fn is_worn(&self, cost: f64) -> bool {
+        let iterations = &self.experience.iterations;
+        let count = iterations.len();
+        if count <= RECENT {
+            return false;
+        }
+        let mean = |of: &[usize]| of.iter().sum::<usize>() as f64 / of.len() as f64;
+        mean(&iterations[count - RECENT..]) > mean(iterations) + cost / count as f64
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn add(to: &mut [f64], scale: f64, vector: &[f64]) {
+    to.iter_mut().zip(vector).for_each(|(t, v)| *t += scale * v);
+}

@@ -1,0 +1,128 @@
+//! `fsi-driver bench`: the parts add up, the warm state is made once, and nonsense is refused.
+
+mod run_support;
+
+use run_support::text;
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn bench(folder: &Path, more: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args([
+            "bench",
+            "--case",
+            "openfoam-case/S-0.25",
+            "--preset",
+            "demo",
+        ])
+        .arg("--warm")
+        .arg(folder.join("warm"))
+        .args(["--set", "fluid.mesh.axial_extension=4"])
+        .args(["--set", "fluid.mesh.axial_per_section=6"])
+        .args(["--set", "structure.axial_per_section=2"])
+        .args(more)
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn the_parts_add_up_and_two_versions_are_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = folder.path().join("old.json");
+    let file = json.to_str().unwrap();
+    let first = bench(
+        folder.path(),
+        &["--from", "0.006", "--steps", "3", "--json", file],
+    );
+    assert!(first.status.success(), "{}", text(&first));
+    assert!(text(&first).contains("warming up"), "{}", text(&first));
+    let report: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    let part = |name: &str| report["per_step"][name].as_f64().unwrap();
+    let sum = |names: &[&str]| names.iter().map(|name| part(name)).sum::<f64>();
+    for (whole, parts) in [
+        (
+            "step_s",
+            &["fluid_s", "structure_s", "coupling_s", "output_s"][..],
+        ),
+        (
+            "structure_s",
+            &[
+                "structure_residual_s",
+                "structure_substitution_s",
+                "structure_assembly_s",
+                "structure_factorization_s",
+                "structure_rest_s",
+            ],
+        ),
+    ] {
+        assert!((part(whole) / sum(parts) - 1.0).abs() < 1e-9, "{whole}");
+        assert!(parts.iter().all(|name| part(name) >= 0.0), "{report:#}");
+    }
+    // OpenFOAM's own clocks measure a part of what the driver waits for.
+    let measured = [
+        "fluid_mesh_motion_s",
+        "fluid_momentum_s",
+        "fluid_pressure_s",
+    ];
+    assert!(measured.iter().all(|name| part(name) > 0.0), "{report:#}");
+    assert!(sum(&measured) < part("fluid_s"), "{report:#}");
+    assert!(part("coupling_iterations") >= 1.0 && part("fluid_correctors") >= 1.0);
+    assert!(part("fluid_cpu_s") > 0.0 && part("driver_cpu_s") > 0.0);
+
+    // The second time starts from the same state, and takes the same steps.
+    let again = folder.path().join("new.json");
+    let second = bench(
+        folder.path(),
+        &[
+            "--from",
+            "0.006",
+            "--steps",
+            "3",
+            "--compare",
+            file,
+            "--json",
+            again.to_str().unwrap(),
+        ],
+    );
+    assert!(second.status.success(), "{}", text(&second));
+    assert!(!text(&second).contains("warming up") && text(&second).contains("now/old"));
+    let again: Value = serde_json::from_slice(&std::fs::read(&again).unwrap()).unwrap();
+    for count in [
+        "coupling_iterations",
+        "fluid_correctors",
+        "newton_iterations",
+    ] {
+        assert_eq!(report["per_step"][count], again["per_step"][count]);
+    }
+
+    // Another mesh is neither measured from this state nor compared with these figures.
+    let other = ["--from", "0.006", "--set", "fluid.mesh.axial_per_section=8"];
+    let refused = bench(folder.path(), &other);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        text(&refused).contains("axial_per_section: 6 in the run, 8 now"),
+        "{}",
+        text(&refused)
+    );
+    let refused = bench(folder.path(), &[&other[..], &["--compare", file]].concat());
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused).contains("--compare"), "{}", text(&refused));
+}
+
+#[test]
+fn impossible_measurements_are_refused_and_leave_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, expected) in [
+        (&["--from", "0"][..], "--from"),
+        (&["--steps", "0"], "--steps"),
+        (&["--compare", "no-such-file.json"], "no-such-file.json"),
+        (&["--compare", "Cargo.toml"], "--json"),
+    ] {
+        let refused = bench(folder.path(), arguments);
+        assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+        assert!(text(&refused).contains(expected), "{}", text(&refused));
+    }
+    assert!(!folder.path().join("warm").exists());
+}
