@@ -40,7 +40,9 @@ fn inspect(html: &str) {
     for figure in figures {
         let svg = format!("<svg{figure}</svg>");
         resvg::usvg::Tree::from_str(&svg, &resvg::usvg::Options::default()).unwrap();
-        for nonsense in ["=\"NaN", "=\"inf", ",NaN", ",inf", "MNaN", "Minf", ">NaN", ">inf<"] {
+        for nonsense in [
+            "=\"NaN", "=\"inf", ",NaN", ",inf", "MNaN", "Minf", ">NaN", ">inf<",
+        ] {
             assert!(!svg.contains(nonsense), "{nonsense} in {svg}");
         }
     }

@@ -21,7 +21,7 @@ pub fn evaluate(
     let rows: Vec<RegionStep> = tables::read(&files.regions())?;
     let history: Vec<HistoryRow> = tables::read(&files.history())?;
     let times = [case.time.step, case.time.period];
-    let series = series(&history);
+    let series = series(&tables::whole_steps(&history, case.time.step));
     let summary = Summary::new(wall, &Region::of(case), statistics, &rows, &series, times);
     if let Some(fields) = WallFields::new(wall, statistics) {
         let rows = wall_fields::rows(wall, &fields);
@@ -35,8 +35,8 @@ pub fn evaluate(
 }
 
 /// The columns of a history that the summary needs.
-fn series(history: &[HistoryRow]) -> Series {
-    let column = |value: fn(&HistoryRow) -> f64| history.iter().map(value).collect();
+fn series(history: &[&HistoryRow]) -> Series {
+    let column = |value: fn(&HistoryRow) -> f64| history.iter().map(|row| value(row)).collect();
     Series {
         time: column(|row| row.time_s),
         inflow: column(|row| row.Q_in_m3_s),

@@ -260,7 +260,8 @@ fn balance(study: &Study) -> Judged {
         if !window.contains(now.time_s, step) {
             continue;
         }
-        let derivative = (after.lumen_volume_m3 - before.lumen_volume_m3) / (2.0 * step);
+        let derivative =
+            (after.lumen_volume_m3 - before.lumen_volume_m3) / (after.time_s - before.time_s);
         // The flows belong to the steps before and after the time of the central difference.
         let flows = 0.5 * (now.Q_in_m3_s - now.Q_out_m3_s + after.Q_in_m3_s - after.Q_out_m3_s);
         gap += (flows - derivative).powi(2);

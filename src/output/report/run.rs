@@ -6,7 +6,7 @@ use super::{maps, quantities, scene};
 use crate::hemodynamics::RegionName;
 use crate::output::figure::{Curve, Panel, Scale};
 use crate::output::results::Results;
-use crate::output::tables::HistoryRow;
+use crate::output::tables::{HistoryRow, whole_steps};
 use crate::output::wall_history::WallHistoryReader;
 use std::io;
 
@@ -186,7 +186,8 @@ pub(super) fn periodicity(run: &Results) -> Vec<String> {
             .iter()
             .map(|row| value(row).abs())
             .fold(0.0, f64::max);
-        let pairs = run.history.iter().zip(run.history.iter().skip(beat));
+        let rows = whole_steps(&run.history, run.case.time.step);
+        let pairs = rows.iter().zip(rows.iter().skip(beat));
         pairs
             .map(|(before, now)| (now.time_s, (value(now) - value(before)).abs() / size))
             .collect()
