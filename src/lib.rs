@@ -12,7 +12,7 @@
 //!                                                                                                    ▼
 //!                       coupling: one time step = repeat { transfer, solve, accelerate } until converged
 //!                                                                                                    ▼
-//!                                         output (history, VTU) and checkpoint ─► hemodynamics
+//!                             hemodynamics ─► output (history, fields, report) and checkpoint
 //! ```
 //! Nothing flows back except through the coupling loop: a module knows the ones on its left, nothing on its right.
 //!

@@ -1,7 +1,7 @@
 //! Differences between two runs of the same model, on different meshes or by different solvers.
 
 use super::figure::colour::Palette;
-use super::figure::map::Map;
+use super::figure::map::{Map, Up};
 use super::figure::{Curve, Figure, Panel, Scale};
 use super::results::Results;
 use super::tables::HistoryRow;
@@ -264,6 +264,7 @@ impl Comparison {
                     label: quantity.into(),
                     field,
                     x: [0.0, self.length],
+                    up: Up::Angle,
                     range,
                     palette,
                     marks: Vec::new(),

@@ -21,7 +21,7 @@ pub fn evaluate(
     let rows: Vec<RegionStep> = tables::read(&files.regions())?;
     let history: Vec<HistoryRow> = tables::read(&files.history())?;
     let times = [case.time.step, case.time.period];
-    let series = series(&history, case.time.step);
+    let series = series(&tables::whole_steps(&history, case.time.step));
     let summary = Summary::new(wall, &Region::of(case), statistics, &rows, &series, times);
     if let Some(fields) = WallFields::new(wall, statistics) {
         let rows = wall_fields::rows(wall, &fields);
@@ -35,14 +35,8 @@ pub fn evaluate(
 }
 
 /// The columns of a history that the summary needs.
-/// The courses at the ends of the case's time steps of the length `step` (s): where one was halved there are more rows.
-fn series(history: &[HistoryRow], step: f64) -> Series {
-    let ends_step = |row: &&HistoryRow| {
-        let steps = row.time_s / step;
-        (steps - steps.round()).abs() < 0.01
-    };
-    let rows: Vec<&HistoryRow> = history.iter().filter(ends_step).collect();
-    let column = |value: fn(&HistoryRow) -> f64| rows.iter().map(|row| value(row)).collect();
+fn series(history: &[&HistoryRow]) -> Series {
+    let column = |value: fn(&HistoryRow) -> f64| history.iter().map(|row| value(row)).collect();
     Series {
         time: column(|row| row.time_s),
         inflow: column(|row| row.Q_in_m3_s),

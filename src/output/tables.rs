@@ -117,6 +117,15 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> io::Result<Vec<T>> {
     rows.map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))
 }
 
+/// The rows at whole multiples of `step` (s): where steps were halved, others lie between.
+pub fn whole_steps(history: &[HistoryRow], step: f64) -> Vec<&HistoryRow> {
+    let is_whole = |row: &&HistoryRow| {
+        let steps = row.time_s / step;
+        (steps - steps.round()).abs() < 1e-3
+    };
+    history.iter().filter(is_whole).collect()
+}
+
 /// A CSV file that is complete up to its last row at any moment.
 pub struct Table {
     writer: csv::Writer<File>,

@@ -38,7 +38,7 @@ impl Stand {
         let summary = std::fs::read(files.summary()).ok();
         let summary = summary.and_then(|text| serde_json::from_slice::<Summary>(&text).ok());
         let complete = summary.is_some_and(|summary| summary.status == "complete")
-            && found.checkpoint.step() >= case.steps()
+            && found.checkpoint.record.totals.time_s > case.time.end - 0.5 * case.time.step
             && files.hemodynamics().is_file();
         if complete {
             Self::Complete

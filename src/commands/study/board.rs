@@ -36,6 +36,7 @@ struct Row {
     name: String,
     files: RunFiles,
     steps: usize,
+    time_step: f64,
     done: usize,
     /// Seconds a step, lately.
     pace: Option<f64>,
@@ -46,7 +47,8 @@ impl Row {
         let Ok(history) = tables::read::<HistoryRow>(&self.files.history()) else {
             return; // not there yet
         };
-        self.done = history.len();
+        let reached = history.last().map_or(0.0, |row| row.time_s);
+        self.done = (reached / self.time_step + 1e-6) as usize;
         let recent = &history[history.len().saturating_sub(RECENT)..];
         if !recent.is_empty() {
             self.pace =
@@ -79,6 +81,7 @@ impl Board {
                     name: model.name.clone(),
                     files: RunFiles::new(&model.out),
                     steps: model.case.steps(),
+                    time_step: model.case.time.step,
                     done: 0,
                     pace: None,
                 };

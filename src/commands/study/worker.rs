@@ -73,6 +73,8 @@ impl Worker {
         match self.process.exit_code() {
             Some(0) => Outcome::Done,
             Some(130) => Outcome::Interrupted,
+            // It may have been asked before it could listen.
+            None if self.asked_to_end => Outcome::Interrupted,
             _ => Outcome::Failed(format!(
                 "see {}\n{}",
                 self.log.display(),

@@ -82,6 +82,8 @@ impl Axis {
                 let near = low > 0.0 && low < 0.35 * high;
                 (if near { 0.0 } else { low - room }, high + room)
             }
+            // A course begins at zero, though its first step ends a little later.
+            (Scale::Linear, false) if low > 0.0 && low < 0.02 * high => (0.0, high),
             (Scale::Linear, false) => (low, high),
         };
         Self {

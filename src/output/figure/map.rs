@@ -1,4 +1,4 @@
-//! A field on the unrolled wall: x along, φ up, with a colour bar.
+//! A field in colours over x, and over the angle of the unrolled wall or a length across, with a colour bar.
 
 use super::axis::{Axis, Scale};
 use super::colour::Palette;
@@ -13,16 +13,61 @@ const AXES: [f64; 2] = [360.0, 150.0];
 /// Room around: left, top, right, bottom.
 const ROOM: [f64; 4] = [66.0, 30.0, 78.0, 46.0];
 
+/// What runs upwards.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Up {
+    /// The angle φ from -180 to 180 degrees.
+    Angle,
+    /// The length y between these limits, m.
+    Length([f64; 2]),
+}
+
+impl Up {
+    fn limits(self) -> [f64; 2] {
+        match self {
+            Self::Angle => [-180.0, 180.0],
+            Self::Length(limits) => limits,
+        }
+    }
+
+    /// Values with a mark, and the numbers beside them.
+    fn ticks(self, floor: f64, top: f64) -> Vec<(f64, String)> {
+        let minus = |text: String| text.replace('-', "\u{2212}");
+        match self {
+            Self::Angle => [-180, -90, 0, 90, 180]
+                .map(|phi| (f64::from(phi), minus(format!("{phi}°"))))
+                .to_vec(),
+            Self::Length(limits) => {
+                let limits = limits.map(|y| 1e3 * y).into_iter();
+                let axis = Axis::new(Scale::Linear, limits, false, floor, top);
+                let ticks = axis.ticks().into_iter();
+                ticks
+                    .map(|tick| (1e-3 * tick.value, tick.name.unwrap_or_default()))
+                    .collect()
+            }
+        }
+    }
+
+    fn label(self) -> &'static str {
+        match self {
+            Self::Angle => "φ",
+            Self::Length(_) => "y / mm",
+        }
+    }
+}
+
 /// A map.
 pub struct Map<'a> {
     /// Stands above.
     pub title: String,
     /// Names the colours, with unit.
     pub label: String,
-    /// The field at x (m) and φ (degrees).
+    /// The field at x (m) and φ (degrees) or y (m); white where it is not a number.
     pub field: &'a dyn Fn(f64, f64) -> f64,
     /// Limits of x, m.
     pub x: [f64; 2],
+    /// What runs upwards.
+    pub up: Up,
     /// Values of the first and the last colour.
     pub range: [f64; 2],
     /// The colours.
@@ -51,13 +96,14 @@ impl Map<'_> {
                 "<path d=\"{path}\" stroke=\"black\" stroke-width=\"0.8\"/>"
             );
         };
-        let angles = [-180.0, -90.0, 0.0, 90.0, 180.0];
-        let up = |phi: f64| floor - (phi + 180.0) / 360.0 * AXES[1];
+        let [low, high] = self.up.limits();
+        let up = |value: f64| floor - (value - low) / (high - low) * AXES[1];
+        let ticks = self.up.ticks(floor, top);
         for tick in x.ticks() {
             line(format!("M{:.1} {floor:.1}v4", x.at(tick.value)));
         }
-        for phi in angles {
-            line(format!("M{left:.1} {:.1}h-4", up(phi)));
+        for (value, _) in &ticks {
+            line(format!("M{left:.1} {:.1}h-4", up(*value)));
         }
         for tick in x.ticks() {
             let name = tick.name.unwrap_or_default();
@@ -70,21 +116,19 @@ impl Map<'_> {
                 &name,
             );
         }
-        for phi in angles {
-            let name = format!("{phi}°").replace('-', "\u{2212}");
-            text(&mut svg, left - 7.0, up(phi) + 4.0, "end", 11.0, &name);
+        for (value, name) in &ticks {
+            text(&mut svg, left - 7.0, up(*value) + 4.0, "end", 11.0, name);
         }
         let middle = 0.5 * (left + end);
         text(&mut svg, middle, top - 10.0, "middle", 13.0, &self.title);
         text(&mut svg, middle, floor + 36.0, "middle", 12.0, "x / mm");
-        text(
-            &mut svg,
-            left - 46.0,
-            0.5 * (top + floor) + 4.0,
-            "middle",
-            13.0,
-            "φ",
+        let (at, height) = (left - 46.0, 0.5 * (top + floor));
+        let _ = write!(
+            svg,
+            "<g transform=\"translate({at:.1} {height:.1}) rotate(-90)\">"
         );
+        text(&mut svg, 0.0, 0.0, "middle", 12.0, self.up.label());
+        svg.push_str("</g>\n");
         for [at, phi] in &self.marks {
             let (cx, cy) = (x.at(1e3 * at), up(*phi));
             let _ = writeln!(
@@ -115,11 +159,17 @@ impl Map<'_> {
         let [columns, rows] = PIXELS;
         let mut pixels = Vec::with_capacity(columns * rows);
         for row in 0..rows {
-            let phi = 180.0 - 360.0 * (row as f64 + 0.5) / rows as f64;
+            let [low, high] = self.up.limits();
+            let y = high - (high - low) * (row as f64 + 0.5) / rows as f64;
             for column in 0..columns {
                 let share = (column as f64 + 0.5) / columns as f64;
                 let x = self.x[0] + share * (self.x[1] - self.x[0]);
-                pixels.push(self.palette.at(self.share((self.field)(x, phi))));
+                let value = (self.field)(x, y);
+                pixels.push(if value.is_nan() {
+                    [255; 3]
+                } else {
+                    self.palette.at(self.share(value))
+                });
             }
         }
         image(svg, [left, top, AXES[0], AXES[1]], PIXELS, &pixels);

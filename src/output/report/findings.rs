@@ -71,7 +71,7 @@ pub fn html(study: &Study) -> String {
     let share = 100.0 * RESOLVED;
     format!(
         "<p>Judged from the numbers alone. Differences between models below {share} % of their values count as not resolved; \
-         linear means R² ≥ {LINEAR}.</p>\n{}",
+         linear means R² ≥ {LINEAR}.</p>\n<div class=\"findings\">{}</div>\n",
         table(
             &["what the paper found", "what this study found", "", ""],
             &rows
@@ -260,8 +260,11 @@ fn balance(study: &Study) -> Judged {
         if !window.contains(now.time_s, step) {
             continue;
         }
-        let derivative = (after.lumen_volume_m3 - before.lumen_volume_m3) / (2.0 * step);
-        gap += (now.Q_in_m3_s - now.Q_out_m3_s - derivative).powi(2);
+        let derivative =
+            (after.lumen_volume_m3 - before.lumen_volume_m3) / (after.time_s - before.time_s);
+        // The flows belong to the steps before and after the time of the central difference.
+        let flows = 0.5 * (now.Q_in_m3_s - now.Q_out_m3_s + after.Q_in_m3_s - after.Q_out_m3_s);
+        gap += (flows - derivative).powi(2);
         rate += derivative.powi(2);
         if now.Q_in_m3_s > first.1 {
             first = (now.time_s, now.Q_in_m3_s);
@@ -433,7 +436,7 @@ fn osi_range(
     let ends = (f64::INFINITY, f64::NEG_INFINITY);
     let (least, most) = values.iter().fold(ends, |(a, b), v| (a.min(*v), b.max(*v)));
     (!values.is_empty()).then(|| {
-        let text = format!("{least:.4} to {most:.4} over {} models", values.len());
+        let text = format!("{least:.4} to {most:.4} over {} model(s)", values.len());
         (text, Verdict::of(least >= low && most <= high))
     })
 }

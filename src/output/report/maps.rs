@@ -3,7 +3,7 @@
 use super::page::figure;
 use crate::hemodynamics::{Place, Region, RegionName, Rings};
 use crate::output::figure::colour::Palette;
-use crate::output::figure::map::Map;
+use crate::output::figure::map::{Map, Up};
 use crate::output::results::Results;
 use crate::output::wall_fields::FaceRow;
 use std::fmt::Write;
@@ -27,7 +27,7 @@ pub const TAWSS: Field = Field {
 };
 /// Oscillating shear index.
 pub const OSI: Field = Field {
-    label: "OSI",
+    label: "OSI / 1",
     file: "OSI",
     value: |f| f.OSI,
 };
@@ -83,6 +83,7 @@ fn draw(
         label: label.into(),
         field: &|x, phi| rings.value(values, x, phi),
         x,
+        up: Up::Angle,
         range,
         palette: Palette::sequential(),
         marks,
@@ -140,7 +141,8 @@ pub fn of_run(run: &Results, name: &str) -> Vec<String> {
     let mut figures = Vec::new();
     for (part, x) in parts {
         for (field, from_zero) in fields {
-            let range = range(&[run], field, x, from_zero);
+            // In the middle of the artery the differences are small.
+            let range = range(&[run], field, x, from_zero && x == whole(run));
             let svg = map(run, field, &format!("{name}, {part}"), x, range);
             let caption = format!(
                 "{} on the unrolled wall, {part}; the cross marks the largest value.",

@@ -2,6 +2,7 @@
 //! wall, a view in three dimensions, and the paper's findings judged from the numbers.
 
 mod findings;
+mod flow_cut;
 mod maps;
 mod page;
 mod quantities;

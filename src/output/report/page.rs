@@ -87,14 +87,17 @@ pub fn gallery(figures: &[String]) -> String {
     format!("<div class=\"figures\">\n{}</div>\n", figures.concat())
 }
 
+/// A link to numbers that are part of the page, to download as `name`.csv.
+pub fn download(name: &str, csv: &str) -> String {
+    let data = base64::engine::general_purpose::STANDARD.encode(csv);
+    format!(
+        " <a class=\"download\" download=\"{name}.csv\" href=\"data:text/csv;base64,{data}\">{name}.csv</a>"
+    )
+}
+
 /// A figure with its caption, and its numbers to download as `name`.csv.
 pub fn figure(svg: &str, caption: &str, numbers: Option<(&str, String)>) -> String {
-    let download = numbers.map_or(String::new(), |(name, csv)| {
-        let data = base64::engine::general_purpose::STANDARD.encode(csv);
-        format!(
-            " <a class=\"download\" download=\"{name}.csv\" href=\"data:text/csv;base64,{data}\">{name}.csv</a>"
-        )
-    });
+    let download = numbers.map_or(String::new(), |(name, csv)| download(name, &csv));
     format!(
         "<figure>\n{svg}<figcaption>{}{download}</figcaption>\n</figure>\n",
         escape(caption)
@@ -185,8 +188,8 @@ pub fn table(heads: &[&str], rows: &[Vec<String>]) -> String {
     for row in rows {
         html.push_str("<tr>");
         for cell in row {
-            // Sentences wrap, numbers do not.
-            let class = if cell.len() > 40 || cell.contains("<span") {
+            // Sentences, which are marked as such, wrap; numbers do not.
+            let class = if cell.contains("<span") {
                 " class=\"text\""
             } else {
                 ""

@@ -6,7 +6,7 @@ use super::{maps, quantities, scene};
 use crate::hemodynamics::RegionName;
 use crate::output::figure::{Curve, Panel, Scale};
 use crate::output::results::Results;
-use crate::output::tables::HistoryRow;
+use crate::output::tables::{HistoryRow, whole_steps};
 use crate::output::wall_history::WallHistoryReader;
 use std::io;
 
@@ -62,6 +62,10 @@ pub fn page(run: &Results) -> io::Result<String> {
             &gallery(&radii(run)?),
         );
     }
+    let cuts = super::flow_cut::of_run(run)?;
+    if !cuts.is_empty() {
+        page.section("cuts", "Blood in a longitudinal cut", &gallery(&cuts));
+    }
     page.section("effort", "Coupling", &gallery(&effort(run)));
     Ok(page.to_html())
 }
@@ -80,7 +84,7 @@ fn measures(run: &Results) -> String {
     let mut heads = vec!["measure".to_owned()];
     heads.extend(regions.iter().map(|r| {
         let (from, to) = (1e3 * r.region.from_m, 1e3 * r.region.to_m);
-        format!("{}<br>{from} mm to {to} mm", r.region.name)
+        format!("{}<br>{from:.2} mm to {to:.2} mm", r.region.name)
     }));
     let rows: Vec<Vec<String>> = quantities::all()
         .iter()
@@ -182,7 +186,8 @@ pub(super) fn periodicity(run: &Results) -> Vec<String> {
             .iter()
             .map(|row| value(row).abs())
             .fold(0.0, f64::max);
-        let pairs = run.history.iter().zip(run.history.iter().skip(beat));
+        let rows = whole_steps(&run.history, run.case.time.step);
+        let pairs = rows.iter().zip(rows.iter().skip(beat));
         pairs
             .map(|(before, now)| (now.time_s, (value(now) - value(before)).abs() / size))
             .collect()

@@ -92,9 +92,9 @@ pub fn picture(surface: &Surface, field: &Field, frame: usize, caption: &str) ->
     let pixels = render(&surface.frames[frame], &surface.triangles(), &shares);
     let image = STANDARD.encode(png_image(PIXELS, &pixels));
     let text = format!(
-        "{caption} Colours from 0 to {} {}.",
+        "{caption} Colours from 0 to {}{}.",
         shown(field.high),
-        field.unit
+        [" ", field.unit].concat().trim_end()
     );
     format!(
         "<figure>\n<img alt=\"{}\" src=\"data:image/png;base64,{image}\">\n\
@@ -130,6 +130,16 @@ fn render(positions: &[Vec3], triangles: &[[u32; 3]], shares: &[f64]) -> Vec<[u8
         let y = 0.5 * rows as f64 - scale * (p[1] - 0.5 * (floor + top));
         [x, y, p[2]]
     };
+    let mut normals = vec![Vec3::zeros(); positions.len()];
+    for corners in triangles {
+        let [p, q, r] = corners.map(|p| positions[p as usize]);
+        let normal = (q - p).cross(&(r - p));
+        corners.iter().for_each(|p| normals[*p as usize] += normal);
+    }
+    let lights: Vec<f64> = normals
+        .iter()
+        .map(|n| n.normalize().dot(&eye).abs())
+        .collect();
     let mut pixels = vec![[255; 3]; columns * rows];
     let mut depths = vec![f64::NEG_INFINITY; columns * rows];
     for triangle in triangles {
@@ -139,8 +149,6 @@ fn render(positions: &[Vec3], triangles: &[[u32; 3]], shares: &[f64]) -> Vec<[u8
         if area == 0.0 {
             continue;
         }
-        let [p, q, r] = corner.map(|p| positions[p]);
-        let light = 0.45 + 0.55 * (q - p).cross(&(r - p)).normalize().dot(&eye).abs();
         let range = |d: usize, most: usize| {
             let low = a[d].min(b[d]).min(c[d]).floor().max(0.0) as usize;
             let high = a[d].max(b[d]).max(c[d]).ceil().max(0.0) as usize;
@@ -161,6 +169,7 @@ fn render(positions: &[Vec3], triangles: &[[u32; 3]], shares: &[f64]) -> Vec<[u8
                 if depth > depths[pixel] {
                     depths[pixel] = depth;
                     let colour = palette.at(mix(corner.map(|p| shares[p])));
+                    let light = 0.5 + 0.5 * mix(corner.map(|p| lights[p]));
                     pixels[pixel] = colour.map(|c| (f64::from(c) * light) as u8);
                 }
             }

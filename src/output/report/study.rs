@@ -2,7 +2,7 @@
 
 use super::findings::{self, series};
 use super::maps::{self, OSI, RADIUS, TAWSS};
-use super::page::{Page, chart, escape, figure, gallery, line, panel, table};
+use super::page::{Page, chart, download, escape, figure, gallery, line, panel, table};
 use super::quantities::{MMHG, place};
 use super::surface::Surface;
 use super::{letter, name_of, scene};
@@ -108,7 +108,7 @@ pub fn influence(a: &Results, b: &Results, value: fn(&FaceRow) -> f64) -> Vec<(f
 /// Writes the page.
 pub fn page(study: &Study) -> io::Result<String> {
     let lead = format!(
-        "{} models of the joint of a bypass graft and an artery: straight (S), helical (H) and arc-shaped (A) upstream extension, \
+        "{} model(s) of the joint of a bypass graft and an artery: straight (S), helical (H) and arc-shaped (A) upstream extension, \
          imperfections of up to d_max = 0.75 mm.",
         study.runs.len()
     );
@@ -229,6 +229,17 @@ fn models(study: &Study) -> String {
     };
     let rows: Vec<Vec<String>> = study.runs.iter().map(row).collect();
     let mut html = table(&heads, &rows);
+    let lines = std::iter::once(heads.map(str::to_owned).to_vec()).chain(rows);
+    let quoted = lines.map(|line| {
+        line.iter()
+            .map(|cell| format!("\"{cell}\""))
+            .collect::<Vec<_>>()
+            .join(",")
+    });
+    html += &format!(
+        "<p>{}</p>\n",
+        download("models", &quoted.collect::<Vec<_>>().join("\n"))
+    );
     for missing in &study.missing {
         html += &format!("<p class=\"lead\">{}</p>\n", escape(missing));
     }
@@ -373,16 +384,10 @@ fn alike(study: &Study) -> Vec<String> {
         return Vec::new();
     };
     let (name, x) = (name_of(run), maps::middle(run));
-    [(RADIUS, false), (OSI, true), (TAWSS, true)]
+    [RADIUS, OSI, TAWSS]
         .into_iter()
-        .map(|(field, from_zero)| {
-            let svg = maps::map(
-                run,
-                field,
-                &name,
-                x,
-                maps::range(&[run], field, x, from_zero),
-            );
+        .map(|field| {
+            let svg = maps::map(run, field, &name, x, maps::range(&[run], field, x, false));
             let caption = format!(
                 "{} in the middle of the artery; the cross marks the largest value.",
                 field.label

@@ -1,0 +1,172 @@
+//! Pages and comparisons of short real runs on two meshes.
+
+mod run_support;
+
+use base64::Engine;
+use run_support::*;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const STEPS: usize = 5;
+const EVERY_STEP: [&str; 2] = ["--set", "output.structure_interval_s=0.002"];
+
+fn fsi(words: &[&str], paths: &[&Path]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    command.args(words).args(paths).output().unwrap()
+}
+
+fn page(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// The texts between two others.
+fn between<'a>(text: &'a str, start: &str, end: &str) -> Vec<&'a str> {
+    let parts = text.split(start).skip(1);
+    parts.map(|part| part.split(end).next().unwrap()).collect()
+}
+
+/// A page must stand on nothing but itself, be small, and hold nothing but well-formed figures.
+fn inspect(html: &str) {
+    for foreign in ["src=\"http", "href=\"http", "<link", "@import", "url(http"] {
+        assert!(!html.contains(foreign), "{foreign}");
+    }
+    assert!(html.len() < 15_000_000, "{} bytes", html.len());
+    let ids = between(html, "<section id=\"", "\"");
+    for target in between(html, "href=\"#", "\"") {
+        assert!(ids.contains(&target), "nothing is called {target}");
+    }
+    let figures = between(html, "<svg", "</svg>");
+    assert!(figures.len() > 8);
+    for figure in figures {
+        let svg = format!("<svg{figure}</svg>");
+        resvg::usvg::Tree::from_str(&svg, &resvg::usvg::Options::default()).unwrap();
+        for nonsense in [
+            "=\"NaN", "=\"inf", ",NaN", ",inf", "MNaN", "Minf", ">NaN", ">inf<",
+        ] {
+            assert!(!svg.contains(nonsense), "{nonsense} in {svg}");
+        }
+    }
+}
+
+#[test]
+fn pages_are_whole_and_comparisons_find_differences() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let study = at("study");
+    std::fs::create_dir(&study).unwrap();
+    let (a, b, other) = (study.join("one"), study.join("two"), study.join("three"));
+    complete(driver(&a, STEPS, &EVERY_STEP));
+    let finer = [
+        "--set",
+        "fluid.mesh.axial_per_section=9",
+        "fluid.mesh.core=5",
+    ];
+    complete(driver(&b, STEPS, &[&EVERY_STEP[..], &finer].concat()));
+    let smooth = ["--set", "model.d_max_m=0.0"];
+    complete(driver(&other, STEPS, &[&EVERY_STEP[..], &smooth].concat()));
+
+    // A run.
+    let output = fsi(&["report"], &[&a]);
+    assert!(output.status.success(), "{}", text(&output));
+    let html = page(&a.join("report.html"));
+    inspect(&html);
+    let csv = between(
+        &html,
+        "download=\"flow.csv\" href=\"data:text/csv;base64,",
+        "\"",
+    )[0];
+    let csv = base64::engine::general_purpose::STANDARD
+        .decode(csv)
+        .unwrap();
+    let csv = String::from_utf8(csv).unwrap();
+    let history = rows(&a.join("history.csv"));
+    let inflow: Vec<&str> = csv
+        .lines()
+        .filter(|line| line.starts_with("inflow,"))
+        .collect();
+    assert_eq!(inflow.len(), STEPS, "{csv}");
+    let last: f64 = inflow[STEPS - 1]
+        .rsplit(',')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    let expected = history[STEPS - 1]
+        .iter()
+        .find_map(|cell| cell.strip_prefix("Q_in_m3_s="));
+    let expected: f64 = expected.unwrap().parse().unwrap();
+    assert!(
+        (1e-6 * last / expected - 1.0).abs() < 1e-5,
+        "{last} ml/s, {expected} m³/s"
+    );
+    let scene = between(&html, "<script type=\"application/json\">", "</script>")[0];
+    let scene: serde_json::Value = serde_json::from_str(scene).unwrap();
+    let frames = scene["times"].as_array().unwrap().len();
+    let points = scene["points"].as_u64().unwrap() as usize;
+    let positions = scene["positions"].as_str().unwrap();
+    let positions = base64::engine::general_purpose::STANDARD
+        .decode(positions)
+        .unwrap();
+    assert_eq!((frames, positions.len()), (STEPS, 6 * points * frames));
+    assert!(scene["fields"].to_string().contains("Von Mises"));
+
+    // A study, with a model that has not ended.
+    let unfinished = study.join("unfinished");
+    std::fs::create_dir(&unfinished).unwrap();
+    std::fs::copy(
+        a.join("case.resolved.toml"),
+        unfinished.join("case.resolved.toml"),
+    )
+    .unwrap();
+    let output = fsi(&["report"], &[&study]);
+    assert!(output.status.success(), "{}", text(&output));
+    let html = page(&study.join("report.html"));
+    inspect(&html);
+    assert!(
+        html.contains("unfinished holds no hemodynamics.json") && html.contains("not computed")
+    );
+    let output = fsi(&["report"], &[folder.path().join("nothing").as_path()]);
+    assert_eq!(output.status.code(), Some(2));
+    let output = fsi(&["report"], &[&a.join("openfoam")]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output).contains("neither the folder of a run"),
+        "{}",
+        text(&output)
+    );
+
+    // Comparisons.
+    let strict = ["compare", "--history", "0", "--wall", "0", "--osi", "0"];
+    let output = fsi(&strict, &[&a, &a]);
+    assert!(output.status.success(), "{}", text(&output));
+    let output = fsi(&strict, &[&a, &b]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    assert!(
+        text(&output).contains("TAWSS / Pa (mid-artery)"),
+        "{}",
+        text(&output)
+    );
+    let generous = ["compare", "--history", "1", "--wall", "1", "--osi", "0.5"];
+    let maps = at("maps");
+    let with_maps = [&generous[..], &["--out", maps.to_str().unwrap()]].concat();
+    let output = fsi(&with_maps, &[&a, &b]);
+    assert!(output.status.success(), "{}", text(&output));
+    for name in [
+        "outflow.svg",
+        "map-TAWSS-A.svg",
+        "map-OSI-difference.svg",
+        "compare.csv",
+    ] {
+        assert!(maps.join(name).is_file(), "{name}");
+    }
+    assert_eq!(fsi(&with_maps, &[&a, &b]).status.code(), Some(2));
+    let output = fsi(&generous, &[&a, &other]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output).contains("they differ in model"),
+        "{}",
+        text(&output)
+    );
+    let output = fsi(&["compare", "--wall", "-1"], &[&a, &b]);
+    assert_eq!(output.status.code(), Some(2));
+}
