@@ -251,7 +251,13 @@ mod tests {
 
     #[test]
     fn infinite_forces_are_no_equilibrium() {
-        let found = solve(&Burst, vec![0.0], 1e-6, &NewtonOptions::default(), &mut None);
+        let found = solve(
+            &Burst,
+            vec![0.0],
+            1e-6,
+            &NewtonOptions::default(),
+            &mut None,
+        );
         assert!(matches!(found, Err(SolidError::NoEquilibrium(_))));
     }
 }
