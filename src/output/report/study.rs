@@ -4,7 +4,7 @@ use super::findings::{self, series};
 use super::maps::{self, OSI, RADIUS, TAWSS};
 use super::page::{Page, chart, download, escape, figure, gallery, line, panel, table};
 use super::quantities::{MMHG, place};
-use super::surface::Surface;
+use super::surface::{Field, Surface};
 use super::{letter, name_of, scene};
 use crate::case::Extension;
 use crate::hemodynamics::RegionName::{Artery, Bypass, MidArtery};
@@ -140,6 +140,18 @@ pub fn page(study: &Study) -> io::Result<String> {
             page.section("view", "The wall in three dimensions", &html);
         }
     }
+    let alike = study.example().map_or(0.0, |run| run.case.model.d_max);
+    let beside = Study::EXTENSIONS.map(|extension| study.find(extension, alike));
+    let beside: Vec<&Results> = beside.into_iter().flatten().collect();
+    page.section(
+        "extensions",
+        "Oscillating shear index behind the three extensions",
+        &gallery(&pictures(
+            &beside,
+            "Oscillating",
+            "Oscillating shear index",
+        )?),
+    );
     page.section(
         "influence",
         "Influence of the imperfection",
@@ -150,7 +162,7 @@ pub fn page(study: &Study) -> io::Result<String> {
         "Largest wall shear stress",
         &gallery(&largest(study)),
     );
-    page.section("stress", "Von Mises stress", &gallery(&stress(study)));
+    page.section("stress", "Von Mises stress", &gallery(&stress(study)?));
     page.section(
         "alike",
         "Radius and oscillating shear index",
@@ -343,7 +355,7 @@ fn largest(study: &Study) -> Vec<String> {
     figures
 }
 
-fn stress(study: &Study) -> Vec<String> {
+fn stress(study: &Study) -> io::Result<Vec<String>> {
     let mut figures = Vec::new();
     for extension in Study::EXTENSIONS {
         let curve = |(i, run): (usize, &&Results)| {
@@ -376,7 +388,38 @@ fn stress(study: &Study) -> Vec<String> {
         "Middle of the artery.",
         over_d_max(study, MidArtery, |r| 1e-3 * r.max_von_mises_Pa.max),
     ));
-    figures
+    for extension in Study::EXTENSIONS {
+        if let [first, .., last] = study.of(extension).as_slice() {
+            let caption = "Von Mises stress at the inner side of the wall";
+            figures.extend(pictures(&[first, last], "Von Mises", caption)?);
+            break;
+        }
+    }
+    Ok(figures)
+}
+
+/// Rendered pictures of some models with the same colours, where their field is largest.
+fn pictures(runs: &[&Results], field: &str, caption: &str) -> io::Result<Vec<String>> {
+    let mut found = Vec::new();
+    for run in runs {
+        if let Some(surface) = Surface::of(run)?
+            && let Some(field) = surface.field(field).cloned()
+        {
+            found.push((name_of(run), surface, field));
+        }
+    }
+    let high = found
+        .iter()
+        .map(|(.., field)| field.high)
+        .fold(0.0, f64::max);
+    let picture = |(name, surface, field): (String, Surface, Field)| {
+        let frame = field.largest_frame();
+        let time = surface.times[frame];
+        let field = Field { high, ..field };
+        let caption = format!("{name}, t = {time:.3} s: {caption}.");
+        scene::picture(&surface, &field, frame, &caption)
+    };
+    Ok(found.into_iter().map(picture).collect())
 }
 
 fn alike(study: &Study) -> Vec<String> {
