@@ -140,8 +140,8 @@ pub fn page(study: &Study) -> io::Result<String> {
             page.section("view", "The wall in three dimensions", &html);
         }
     }
-    let alike = study.example().map_or(0.0, |run| run.case.model.d_max);
-    let beside = Study::EXTENSIONS.map(|extension| study.find(extension, alike));
+    let d_max = study.example().map_or(0.0, |run| run.case.model.d_max);
+    let beside = Study::EXTENSIONS.map(|extension| study.find(extension, d_max));
     let beside: Vec<&Results> = beside.into_iter().flatten().collect();
     page.section(
         "extensions",
