@@ -41,6 +41,15 @@ pub struct Axis {
 }
 
 impl Axis {
+    /// The same with more room at its lower end: a decade, or a tenth.
+    pub fn lengthened(self) -> Self {
+        let low = match self.scale {
+            Scale::Logarithmic => self.low - 1.0,
+            Scale::Linear => self.low - 0.1 * (self.high - self.low),
+        };
+        Self { low, ..self }
+    }
+
     /// An axis that shows all values; `whole`: up to the next decade, or with room at both ends.
     pub fn new(
         scale: Scale,

@@ -24,6 +24,21 @@ const PNG_SCALE: f32 = 2.5;
 const FONT: &[u8] = include_bytes!("../font/DejaVuSans-subset.ttf");
 const FAMILY: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 
+/// Height of a line of the legend.
+const LINE: f64 = 15.0;
+/// An axis is lengthened at most so often to make room for the legend.
+const MOST_LENGTHENINGS: usize = 8;
+
+/// Where the legend stands.
+struct Legend {
+    /// Left and upper end.
+    at: [f64; 2],
+    /// Width and height.
+    size: [f64; 2],
+    /// Points of curves that it covers.
+    hides: usize,
+}
+
 /// A pair of axes with curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
@@ -94,16 +109,25 @@ impl Panel {
         let marked = self.curves.iter().any(|curve| curve.marker.is_some());
         let room = marked && along == Scale::Linear;
         let x = Axis::new(along, points().map(|p| p.0), room, left, right);
-        let y = Axis::new(up, points().map(|p| p.1), true, bottom, top);
+        let mut y = Axis::new(up, points().map(|p| p.1), true, bottom, top);
+        let legend = |y: &Axis| {
+            let drawn: Vec<_> = points().map(|&(a, b)| (x.at(a), y.at(b))).collect();
+            self.legend(&drawn, left, top)
+        };
+        for _ in 0..MOST_LENGTHENINGS {
+            if legend(&y).is_some_and(|legend| legend.hides > 0) {
+                y = y.lengthened();
+            }
+        }
         self.draw_axes(&x, &y, svg);
-        let mut drawn = Vec::new();
         for curve in &self.curves {
             let seen = curve.points.iter().filter(seen);
             let at: Vec<_> = seen.map(|&(a, b)| (x.at(a), y.at(b))).collect();
             curve.draw(&at, svg);
-            drawn.extend(at);
         }
-        self.draw_legend(&drawn, left, top, svg);
+        if let Some(legend) = legend(&y) {
+            self.draw_legend(&legend, svg);
+        }
         let middle = 0.5 * (left + right);
         text(svg, middle, top - 10.0, "middle", 13.0, &self.title);
         text(svg, middle, bottom + 38.0, "middle", 12.0, &self.x_label);
@@ -152,16 +176,17 @@ impl Panel {
         }
     }
 
+    /// The curves that have a name.
+    fn named(&self) -> impl Iterator<Item = &Curve> {
+        self.curves.iter().filter(|curve| !curve.name.is_empty())
+    }
+
     /// In the corner with the fewest points of the curves; the first of equals, as errors fall to the right.
-    fn draw_legend(&self, points: &[(f64, f64)], left: f64, top: f64, svg: &mut String) {
-        const LINE: f64 = 15.0;
-        let named = || self.curves.iter().filter(|curve| !curve.name.is_empty());
-        let Some(longest) = named().map(|c| letters(&c.name)).max() else {
-            return;
-        };
+    fn legend(&self, points: &[(f64, f64)], left: f64, top: f64) -> Option<Legend> {
+        let longest = self.named().map(|c| letters(&c.name)).max()?;
         let (width, height) = (
             38.0 + 6.2 * longest as f64,
-            LINE * named().count() as f64 + 6.0,
+            LINE * self.named().count() as f64 + 6.0,
         );
         let right = left + AXES[0] - 8.0 - width;
         let bottom = top + AXES[1] - 8.0 - height;
@@ -174,16 +199,22 @@ impl Panel {
             points.iter().filter(inside).count()
         };
         let corners = [(left, bottom), (right, top), (left, top), (right, bottom)];
-        let (x, y) = corners
-            .into_iter()
-            .min_by_key(|(x, y)| covered(*x, *y))
-            .expect("there are four corners");
+        let (x, y) = corners.into_iter().min_by_key(|(x, y)| covered(*x, *y))?;
+        Some(Legend {
+            at: [x, y],
+            size: [width, height],
+            hides: covered(x, y),
+        })
+    }
+
+    fn draw_legend(&self, legend: &Legend, svg: &mut String) {
+        let ([x, y], [width, height]) = (legend.at, legend.size);
         let _ = writeln!(
             svg,
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"white\" fill-opacity=\"0.85\" \
              stroke=\"#888888\" stroke-width=\"0.6\"/>"
         );
-        for (i, curve) in named().enumerate() {
+        for (i, curve) in self.named().enumerate() {
             let middle = y + 3.0 + LINE * (i as f64 + 0.5);
             let at = [(x + 5.0, middle), (x + 17.0, middle), (x + 29.0, middle)];
             curve.line(&at, svg);
