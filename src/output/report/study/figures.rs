@@ -12,7 +12,6 @@ use crate::output::report::quantities::place;
 use crate::output::report::surface::{Field, Surface};
 use crate::output::report::{letter, name_of, scene};
 use crate::output::results::Results;
-use crate::output::wall_fields::FaceRow;
 use std::io;
 
 /// A curve with points over d_max for each extension.
@@ -240,9 +239,9 @@ pub fn distance(study: &Study) -> Vec<String> {
             "<p>The model with the straight extension has not been computed.</p>\n".into(),
         ];
     };
-    let fields: [(&str, fn(&FaceRow) -> f64); 2] = [("TAWSS", |f| f.TAWSS_Pa), ("OSI", |f| f.OSI)];
     let mut figures = Vec::new();
-    for (name, value) in fields {
+    for field in [TAWSS, OSI] {
+        let (name, value) = (field.file, field.value);
         let curves = [(Extension::Helix, 1), (Extension::Arc, 2)]
             .into_iter()
             .filter_map(|(extension, colour)| {
