@@ -120,6 +120,10 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "coupling.reuse_steps", "-1", "from 0 to 1000"),
     ("S-0.25", "output.structure_interval_s", "0.003", "multiple of time.step_s"),
     ("S-0.25", "output.fluid_interval_s", "0", "above 0.0"),
+    ("S-0.25", "output.window_start_s", "0.5", "less than the end of the window, 0.1 s"),
+    ("S-0.25", "output.window_end_s", "0.003", "multiple of time.step_s"),
+    ("S-0.25", "output.window_end_s", "0", "above 0.0"),
+    ("S-0.25", "output.wall_history", "2", "true or false"),
     ("S-0.25", "preset.demo.time.end_s", "1", "unknown key"),
     ("S-0.25", "", "1", "unknown key"),
 ];

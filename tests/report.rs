@@ -82,7 +82,7 @@ fn pages_are_whole_and_comparisons_find_differences() {
     let history = rows(&a.join("history.csv"));
     let inflow: Vec<&str> = csv
         .lines()
-        .filter(|line| line.starts_with("inflow,"))
+        .filter(|line| line.starts_with("\"inflow\","))
         .collect();
     assert_eq!(inflow.len(), STEPS, "{csv}");
     let last: f64 = inflow[STEPS - 1]

@@ -194,14 +194,22 @@ fn times(case: &Case, report: &mut Report<'_>) {
         );
     }
     let window = Window::of(case);
-    report(
-        &["output.window_end_s", "output.window_start_s", "time.end_s"],
-        window.end_s < window.start_s + 0.5 * step,
-        format!(
-            "expected more than output.window_start_s = {:?}",
-            window.start_s
-        ),
+    let empty = window.end_s < window.start_s + 0.5 * step;
+    let end = format!(
+        "expected more than the start of the window, {:?} s",
+        window.start_s
     );
+    report(
+        &["output.window_end_s", "output.window_start_s"],
+        empty,
+        end,
+    );
+    let start = format!(
+        "expected less than the end of the window, {:?} s",
+        window.end_s
+    );
+    let start_alone = empty && case.output.window_end.is_none();
+    report(&["output.window_start_s", "time.end_s"], start_alone, start);
     report(
         &["inflow.systole_s", "time.period_s"],
         case.inflow.systole > case.time.period && case.inflow.file.is_none(),

@@ -37,7 +37,7 @@ pub struct Arguments {
 /// Compares two runs; exit code 1 if they differ by more than is allowed.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let limits = [arguments.history, arguments.wall, arguments.osi];
-    if let Some(limit) = limits.iter().find(|limit| !(**limit >= 0.0)) {
+    if let Some(limit) = limits.iter().find(|limit| **limit < 0.0 || limit.is_nan()) {
         return Err(Failure::Input(format!(
             "a limit of {limit}: expected a number from 0"
         )));

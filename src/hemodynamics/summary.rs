@@ -198,7 +198,7 @@ impl Summary {
             let inside =
                 |row: &&RegionStep| row.region == region.name && window.contains(row.time_s, step);
             let rows: Vec<_> = rows.iter().filter(inside).collect();
-            region_summary(wall, region, fields.as_ref()?, &rows)
+            region_summary(wall, region, fields.as_ref()?, &rows, step)
         };
         let per_period = (period / step).round() as usize;
         Self {
@@ -240,6 +240,7 @@ fn region_summary(
     region: &Region,
     fields: &WallFields,
     rows: &[&RegionStep],
+    step: f64,
 ) -> Option<RegionSummary> {
     let shares = wall.shares(region);
     let area: f64 = shares
@@ -265,8 +266,14 @@ fn region_summary(
         }
         found
     };
+    // Where steps were halved, there are rows between the whole ones.
+    let whole = |row: &&&RegionStep| {
+        let steps = row.time_s / step;
+        (steps - steps.round()).abs() < 1e-3
+    };
     let course = |value: fn(&RegionStep) -> f64| {
-        Course::of(&rows.iter().map(|row| value(row)).collect::<Vec<_>>())
+        let values = rows.iter().filter(whole).map(|row| value(row));
+        Course::of(&values.collect::<Vec<_>>())
     };
     let peak = |value: fn(&RegionStep) -> f64, at: fn(&RegionStep) -> Place| {
         let row = rows.iter().max_by(|a, b| value(a).total_cmp(&value(b)))?;

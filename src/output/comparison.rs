@@ -47,7 +47,8 @@ impl Difference {
             self.relative_rms
         };
         // Not a number is beyond any limit.
-        self.limit.is_some_and(|limit| !(measure <= limit))
+        let is_within = |limit| measure <= limit;
+        self.limit.is_some_and(|limit| !is_within(limit))
     }
 
     /// What, and where.
@@ -253,23 +254,30 @@ impl Comparison {
             let faces = a.faces.iter().map(|f| gap(f.x_m, f.phi_deg).abs());
             let widest = faces.filter(|gap| gap.is_finite()).fold(1e-300, f64::max);
             let (one, two) = ([0.0, high], [-widest, widest]);
-            let maps: [(&str, &dyn Fn(f64, f64) -> f64, [f64; 2], Palette); 3] = [
-                ("A", &at_a, one, Palette::sequential()),
-                ("B", &at_b, one, Palette::sequential()),
-                ("difference", &gap, two, Palette::diverging()),
-            ];
-            for (title, field, range, palette) in maps {
-                let map = Map {
-                    title: title.into(),
-                    label: quantity.into(),
-                    field,
-                    x: [0.0, self.length],
-                    up: Up::Angle,
-                    range,
-                    palette,
-                    marks: Vec::new(),
-                };
-                figures.push((format!("map-{}-{title}", file(quantity)), map.to_svg()));
+            let map = |title: &str, field, range, palette| Map {
+                title: title.into(),
+                label: quantity.into(),
+                field,
+                x: [0.0, self.length],
+                up: Up::Angle,
+                range,
+                palette,
+                marks: Vec::new(),
+            };
+            for map in [
+                map(
+                    "A",
+                    &at_a as &dyn Fn(f64, f64) -> f64,
+                    one,
+                    Palette::sequential(),
+                ),
+                map("B", &at_b, one, Palette::sequential()),
+                map("difference", &gap, two, Palette::diverging()),
+            ] {
+                figures.push((
+                    format!("map-{}-{}", file(quantity), map.title),
+                    map.to_svg(),
+                ));
             }
         }
         figures

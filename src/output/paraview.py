@@ -1,7 +1,7 @@
-"""Opens a run of fsi-driver in ParaView: `paraview --script=paraview.py`, or Tools > Python Shell > Run Script.
+"""Opens a run of fsi-driver in ParaView: `paraview --script=paraview.py`.
 
-Blood: speed in a longitudinal cut. Lumen: oscillating shear index over the evaluated window, at its mean position.
-Wall: von Mises stress on the displaced outer half.
+Blood: speed in the longitudinal cut z = 0. Wall: von Mises stress on the displaced half behind it. Lumen, below: the
+oscillating shear index over the evaluated window, at the wall's mean position.
 """
 import os
 
@@ -10,47 +10,56 @@ from paraview.simple import (
     ColorBy,
     GetActiveViewOrCreate,
     GetAnimationScene,
+    GetScalarBar,
     OpenFOAMReader,
     PVDReader,
     Show,
     Slice,
+    Transform,
     WarpByVector,
 )
 
 here = os.path.dirname(os.path.abspath(__file__))
 view = GetActiveViewOrCreate("RenderView")
+view.UseColorPaletteForBackground = 0
+view.Background = [1.0, 1.0, 1.0]
+view.OrientationAxesLabelColor = [0.0, 0.0, 0.0]
 
 
-def show(source, where, name, representation="Surface"):
-    """Shows `source`, coloured by the field `name`, with its colour bar."""
-    display = Show(source, view)
-    display.SetRepresentationType(representation)
-    ColorBy(display, (where, name))
-    display.RescaleTransferFunctionToDataRange(True)
-    display.SetScalarBarVisibility(view, True)
-    return display
+def cut(operation, source, kind):
+    """`source` cut by the plane z = 0."""
+    result = operation(Input=source)
+    setattr(result, kind, "Plane")
+    plane = getattr(result, kind)
+    plane.Origin = [0.03, 0.0, 0.0]
+    plane.Normal = [0.0, 0.0, 1.0]
+    return result
 
 
 blood = OpenFOAMReader(FileName=os.path.join(here, "openfoam", "fluid.foam"))
 blood.MeshRegions = ["internalMesh"]
-cut = Slice(Input=blood)
-cut.SliceType = "Plane"
-cut.SliceType.Origin = [0.03, 0.0, 0.0]
-cut.SliceType.Normal = [0.0, 0.0, 1.0]
-show(cut, "POINTS", "U")
-
-if os.path.exists(os.path.join(here, "wall-shear.pvd")):
-    lumen = PVDReader(FileName=os.path.join(here, "wall-shear.pvd"))
-    display = show(lumen, "CELLS", "OSI")
-    display.Opacity = 0.5
-
 wall = WarpByVector(Input=PVDReader(FileName=os.path.join(here, "structure.pvd")))
 wall.Vectors = ["POINTS", "displacement_m"]
-half = Clip(Input=wall)
-half.ClipType = "Plane"
-half.ClipType.Origin = [0.03, 0.0, 0.0]
-half.ClipType.Normal = [0.0, 0.0, 1.0]
-show(half, "POINTS", "von_mises_Pa")
+shown = [
+    (cut(Slice, blood, "SliceType"), "POINTS", "U"),
+    (cut(Clip, wall, "ClipType"), "POINTS", "von_mises_Pa"),
+]
+if os.path.exists(os.path.join(here, "wall-shear.pvd")):
+    lumen = Transform(Input=PVDReader(FileName=os.path.join(here, "wall-shear.pvd")))
+    lumen.Transform.Translate = [0.0, -0.012, 0.0]
+    shown.append((lumen, "CELLS", "OSI"))
 
-GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
+scene = GetAnimationScene()
+scene.UpdateAnimationUsingDataTimeSteps()
+scene.GoToLast()
+for source, where, name in shown:
+    display = Show(source, view)
+    display.SetRepresentationType("Surface")
+    ColorBy(display, (where, name))
+    display.RescaleTransferFunctionToDataRange(True)
+    display.SetScalarBarVisibility(view, True)
+    colours = display.LookupTable
+    colours.ApplyPreset("Inferno (matplotlib)", True)
+    bar = GetScalarBar(colours, view)
+    bar.TitleColor = bar.LabelColor = [0.0, 0.0, 0.0]
 view.ResetCamera()

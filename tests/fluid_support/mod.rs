@@ -67,6 +67,7 @@ impl Channel {
                 step: STEP,
                 end: 1.0,
                 period: 1.0,
+                max_halvings: 0,
             },
             ranks: 2,
         }

@@ -105,7 +105,10 @@ impl Panel {
                 .iter()
                 .flat_map(|curve| curve.points.iter().filter(seen))
         };
-        let x = Axis::new(along, points().map(|p| p.0), false, left, right);
+        // Points, unlike lines, need room at the ends.
+        let marked = self.curves.iter().any(|curve| curve.marker.is_some());
+        let room = marked && along == Scale::Linear;
+        let x = Axis::new(along, points().map(|p| p.0), room, left, right);
         let mut y = Axis::new(up, points().map(|p| p.1), true, bottom, top);
         let legend = |y: &Axis| {
             let drawn: Vec<_> = points().map(|&(a, b)| (x.at(a), y.at(b))).collect();

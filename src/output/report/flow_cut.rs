@@ -123,7 +123,7 @@ impl Sections {
         let first = per_section * settings.axial_extension;
         let mut sections: Vec<(f64, Vec<(Vec3, usize)>)> = Vec::new();
         for (cell, centre) in centres.skip(first) {
-            if (cell - first) % per_section == 0 {
+            if (cell - first).is_multiple_of(per_section) {
                 sections.push((centre.x, Vec::with_capacity(per_section)));
             }
             let last = sections.len() - 1;

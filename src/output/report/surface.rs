@@ -159,6 +159,14 @@ impl Field {
         }
     }
 
+    /// The frame in which its largest value is; the first one if it is the same in all.
+    pub fn largest_frame(&self) -> usize {
+        let most = |values: &Vec<f64>| values.iter().copied().fold(0.0, f64::max);
+        let frames = self.values.iter().map(most).enumerate();
+        let largest = frames.reduce(|a, b| if b.1 > a.1 { b } else { a });
+        largest.map_or(0, |(frame, _)| frame)
+    }
+
     /// Shares of the largest value at the points in a frame.
     pub fn shares(&self, frame: usize) -> Vec<f64> {
         let values = &self.values[frame.min(self.values.len() - 1)];

@@ -18,7 +18,8 @@
     const [low, high] = element.querySelectorAll('.bar span');
     let renderer;
     try {
-      renderer = new WebGLRenderer({ canvas, antialias: true });
+      // Kept, so that the view is there when the page is printed.
+      renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
     } catch (error) {
       canvas.replaceWith('This browser shows no three-dimensional graphics (WebGL).');
       return;
@@ -86,20 +87,24 @@
       renderer.render(scene, camera);
     }
 
+    // Until it is moved, the view shows all of the wall, whatever the shape of the window.
+    let moved = false;
+    controls.addEventListener('start', () => { moved = true; });
+
     function resize() {
       const { clientWidth: width, clientHeight: height } = canvas;
       renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
       renderer.setSize(width, height, false);
       camera.aspect = width / height;
       camera.updateProjectionMatrix();
+      if (!moved) {
+        const distance = data.size / (2 * Math.tan(14 * Math.PI / 180)) / Math.min(camera.aspect, 2.2) * 1.3;
+        camera.position.copy(middle).add(new Vector3(-0.35, 0.45, 1).setLength(distance));
+        controls.update();
+      }
       draw();
+      requestAnimationFrame(draw);
     }
-
-    // From far enough to see all of it, whatever the shape of the window.
-    const aspect = canvas.clientWidth / canvas.clientHeight;
-    const distance = data.size / (2 * Math.tan(14 * Math.PI / 180)) / Math.min(aspect, 2.2) * 1.15;
-    camera.position.copy(middle).add(new Vector3(-0.35, 0.45, 1).setLength(distance));
-    controls.update();
 
     let playing = false;
     let before = 0;

@@ -1,183 +1,21 @@
-//! What the paper found, and what a study found, judged from its numbers.
+//! One function a finding: what the study found, and whether the paper found the same.
 
-use super::page::{escape, table};
-use super::study::Study;
+use super::{LINEAR, RESOLVED, Verdict};
 use crate::case::Extension;
-use crate::hemodynamics::RegionName::{Artery, Bypass, MidArtery};
+use crate::hemodynamics::RegionName::{self, Artery, MidArtery};
 use crate::hemodynamics::summary::RegionSummary;
+use crate::output::report::study::{Study, influence};
+use crate::output::report::{letter, maps, name_of};
 use crate::output::results::Results;
 
-/// Differences between models that are smaller than this share of their values are not told from errors of the mesh.
-const RESOLVED: f64 = 0.02;
-/// Least coefficient of determination of what counts as linear.
-const LINEAR: f64 = 0.98;
-
-/// How a finding of the paper stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// The numbers say the same.
-    Agrees,
-    /// They say something else.
-    Disagrees,
-    /// The differences are too small to tell.
-    Unresolved,
-    /// Models are missing.
-    Missing,
-}
-
-impl Verdict {
-    fn html(self) -> &'static str {
-        match self {
-            Self::Agrees => "<span class=\"agrees\">agrees</span>",
-            Self::Disagrees => "<span class=\"disagrees\">disagrees</span>",
-            Self::Unresolved => "<span class=\"unresolved\">not resolved by this mesh</span>",
-            Self::Missing => "<span class=\"missing\">not computed</span>",
-        }
-    }
-
-    fn of(agrees: bool) -> Self {
-        if agrees {
-            Self::Agrees
-        } else {
-            Self::Disagrees
-        }
-    }
-}
-
-/// A finding of the paper, beside that of the study.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// What the paper found.
-    pub paper: &'static str,
-    /// What the study found.
-    pub ours: String,
-    /// How they agree.
-    pub verdict: Verdict,
-    /// The section with the figure.
-    pub section: &'static str,
-}
-
-/// All findings as a table.
-pub fn html(study: &Study) -> String {
-    let row = |finding: Finding| {
-        vec![
-            format!("<span>{}</span>", escape(finding.paper)),
-            format!("<span>{}</span>", escape(&finding.ours)),
-            finding.verdict.html().to_owned(),
-            format!("<a href=\"#{}\">figure</a>", finding.section),
-        ]
-    };
-    let rows: Vec<Vec<String>> = all(study).into_iter().map(row).collect();
-    let share = 100.0 * RESOLVED;
-    format!(
-        "<p>Judged from the numbers alone. Differences between models below {share} % of their values count as not resolved; \
-         linear means R² ≥ {LINEAR}.</p>\n<div class=\"findings\">{}</div>\n",
-        table(
-            &["what the paper found", "what this study found", "", ""],
-            &rows
-        )
-    )
-}
-
-/// All findings.
-pub fn all(study: &Study) -> Vec<Finding> {
-    let found = [
-        (
-            "Difference between successive periods of outflow and largest displacement decays close to exponentially and is small after the second period (fig. 11).",
-            "periodicity",
-            periodicity(study),
-        ),
-        (
-            "The outflow lags behind the inflow; their difference is the rate of change of the lumen volume (fig. 11).",
-            "flow",
-            balance(study),
-        ),
-        (
-            "The lumen volume of the artery falls linearly with d_max (fig. 14).",
-            "influence",
-            linear(study, |r| r.lumen_volume_m3.mean, -1.0, "volume"),
-        ),
-        (
-            "The mean wall shear stress of the artery grows linearly with d_max (fig. 14).",
-            "influence",
-            linear(
-                study,
-                |r| r.mean_wall_shear_Pa.mean,
-                1.0,
-                "mean wall shear stress",
-            ),
-        ),
-        (
-            "The largest displacement depends monotonically on d_max (fig. 14).",
-            "influence",
-            monotonic(study),
-        ),
-        (
-            "The lowest largest wall shear stress in the middle of the artery belongs to the largest d_max, whatever the extension (fig. 15).",
-            "largest",
-            lowest_shear(study),
-        ),
-        (
-            "The largest von Mises stress in the middle of the artery grows with d_max although the wall thickens (fig. 16).",
-            "stress",
-            stress(study),
-        ),
-        (
-            "While the load is nearly constant at the end of the first period, the smooth model has the largest von Mises stress (fig. 16).",
-            "stress",
-            stress_at_rest(study),
-        ),
-        (
-            "Where the lumen is locally wide, the OSI is raised: maps of radius and OSI look alike (fig. 17).",
-            "alike",
-            alike(study),
-        ),
-        (
-            "The largest OSI in the bypass lies between 0.2 and 0.4 behind curved extensions (fig. 18).",
-            "osi",
-            osi_range(study, Bypass, [0.2, 0.4], true),
-        ),
-        (
-            "The largest OSI in the artery lies between 0.005 and 0.025 (fig. 18).",
-            "osi",
-            osi_range(study, Artery, [0.005, 0.025], false),
-        ),
-        (
-            "The largest OSI in the artery grows with d_max, whatever the extension; 0 and 0.25 mm are nearly alike (fig. 18).",
-            "osi",
-            osi_order(study),
-        ),
-        (
-            "The influence of the extension's shape is gone after about five diameters.",
-            "distance",
-            distance(study),
-        ),
-    ];
-    let finding =
-        |(paper, section, judged): (&'static str, &'static str, Option<(String, Verdict)>)| {
-            let (ours, verdict) = judged.unwrap_or_else(|| {
-                (
-                    "the models for it have not been computed".into(),
-                    Verdict::Missing,
-                )
-            });
-            Finding {
-                paper,
-                ours,
-                verdict,
-                section,
-            }
-        };
-    found.into_iter().map(finding).collect()
-}
-
+/// What the study found; `None` if models are missing.
 type Judged = Option<(String, Verdict)>;
 
 /// The value of a region for each `d_max` (mm) of an extension.
 pub fn series(
     study: &Study,
     extension: Extension,
-    region: crate::hemodynamics::RegionName,
+    region: RegionName,
     value: impl Fn(&RegionSummary) -> f64,
 ) -> Vec<(f64, f64)> {
     let models = study.of(extension).into_iter();
@@ -196,7 +34,7 @@ fn shown(study: &Study) -> Option<Extension> {
 }
 
 /// Slope and coefficient of determination of the straight line that fits best.
-pub fn fit(points: &[(f64, f64)]) -> (f64, f64) {
+fn fit(points: &[(f64, f64)]) -> (f64, f64) {
     let n = points.len() as f64;
     let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
     let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
@@ -224,7 +62,8 @@ fn list(points: &[(f64, f64)], digits: usize) -> String {
     shown.collect::<Vec<_>>().join(", ")
 }
 
-fn periodicity(study: &Study) -> Judged {
+/// Successive periods.
+pub fn periodicity(study: &Study) -> Judged {
     let mut worst: (f64, f64) = (0.0, 0.0);
     let mut models = 0;
     for run in study.runs() {
@@ -248,7 +87,8 @@ fn periodicity(study: &Study) -> Judged {
     })
 }
 
-fn balance(study: &Study) -> Judged {
+/// Flows and the rate of change of the volume.
+pub fn balance(study: &Study) -> Judged {
     let run = study.example()?;
     let history = &run.history;
     let window = run.hemodynamics.window;
@@ -279,14 +119,15 @@ fn balance(study: &Study) -> Judged {
     let (error, lag) = ((gap / rate).sqrt(), second.0 - first.0);
     let text = format!(
         "{}: the largest outflow comes {:.0} ms after the largest inflow; the difference of the flows is dV/dt within {:.1} % (root mean square)",
-        super::name_of(run),
+        name_of(run),
         1e3 * lag,
         100.0 * error
     );
     Some((text, Verdict::of(lag > 0.0 && error < 0.1)))
 }
 
-fn linear(study: &Study, value: fn(&RegionSummary) -> f64, sign: f64, what: &str) -> Judged {
+/// A value of the artery over `d_max`, whose slope has this sign.
+pub fn linear(study: &Study, value: fn(&RegionSummary) -> f64, sign: f64, what: &str) -> Judged {
     let extension = shown(study)?;
     let points = series(study, extension, Artery, value);
     if points.len() < 3 {
@@ -301,12 +142,13 @@ fn linear(study: &Study, value: fn(&RegionSummary) -> f64, sign: f64, what: &str
     let change = 100.0 * slope * (points[points.len() - 1].0 - points[0].0) / points[0].1;
     let text = format!(
         "{}: {what} changes by {change:+.1} % from the smooth to the most deformed model, R² = {r2:.4}",
-        super::letter(extension)
+        letter(extension)
     );
     Some((text, verdict))
 }
 
-fn monotonic(study: &Study) -> Judged {
+/// The largest displacement over `d_max`.
+pub fn monotonic(study: &Study) -> Judged {
     let extension = shown(study)?;
     let points = series(study, extension, Artery, |r| 1e3 * r.max_displacement_m.max);
     if points.len() < 3 {
@@ -318,12 +160,13 @@ fn monotonic(study: &Study) -> Judged {
         false => Verdict::of(signs.iter().all(|s| *s == signs[0])),
     };
     Some((
-        format!("{} (mm): {}", super::letter(extension), list(&points, 4)),
+        format!("{} (mm): {}", letter(extension), list(&points, 4)),
         verdict,
     ))
 }
 
-fn lowest_shear(study: &Study) -> Judged {
+/// Where the lowest largest wall shear stress is.
+pub fn lowest_shear(study: &Study) -> Judged {
     let mut texts = Vec::new();
     let (mut agree, mut resolved) = (true, true);
     for extension in Study::EXTENSIONS {
@@ -334,11 +177,7 @@ fn lowest_shear(study: &Study) -> Judged {
         let lowest = points.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         agree &= lowest.0 == points[points.len() - 1].0;
         resolved &= spread(&points) >= RESOLVED;
-        texts.push(format!(
-            "{} (Pa): {}",
-            super::letter(extension),
-            list(&points, 3)
-        ));
+        texts.push(format!("{} (Pa): {}", letter(extension), list(&points, 3)));
     }
     let verdict = if resolved {
         Verdict::of(agree)
@@ -348,7 +187,8 @@ fn lowest_shear(study: &Study) -> Judged {
     (!texts.is_empty()).then(|| (texts.join("; "), verdict))
 }
 
-fn stress(study: &Study) -> Judged {
+/// The largest von Mises stress over `d_max`.
+pub fn stress(study: &Study) -> Judged {
     let extension = shown(study)?;
     let points = series(study, extension, MidArtery, |r| {
         1e-3 * r.max_von_mises_Pa.max
@@ -363,12 +203,13 @@ fn stress(study: &Study) -> Judged {
         Verdict::of(grows)
     };
     Some((
-        format!("{} (kPa): {}", super::letter(extension), list(&points, 1)),
+        format!("{} (kPa): {}", letter(extension), list(&points, 1)),
         verdict,
     ))
 }
 
-fn stress_at_rest(study: &Study) -> Judged {
+/// The same while the load hardly changes.
+pub fn stress_at_rest(study: &Study) -> Judged {
     let extension = shown(study)?;
     let mean = |run: &Results| {
         let period = run.case.time.period;
@@ -392,15 +233,16 @@ fn stress_at_rest(study: &Study) -> Judged {
     };
     let text = format!(
         "{}, mean over the last quarter of the first period (kPa): {}",
-        super::letter(extension),
+        letter(extension),
         list(&points, 1)
     );
     Some((text, verdict))
 }
 
-fn alike(study: &Study) -> Judged {
+/// Radius and oscillating shear index.
+pub fn alike(study: &Study) -> Judged {
     let run = study.example().filter(|run| run.case.model.d_max > 0.0)?;
-    let [from, to] = super::maps::middle(run);
+    let [from, to] = maps::middle(run);
     let inside = run.faces.iter().filter(|f| (from..=to).contains(&f.x_m));
     let points: Vec<(f64, f64)> = inside.map(|f| (f.mean_radius_m, f.OSI)).collect();
     if points.len() < 10 {
@@ -410,18 +252,14 @@ fn alike(study: &Study) -> Judged {
     let correlation = slope.signum() * r2.sqrt();
     let text = format!(
         "{}: correlation of radius and OSI over the middle of the artery {correlation:.2}",
-        super::name_of(run)
+        name_of(run)
     );
     // Qualitative likeness, not one-to-one, is what the paper claims.
     Some((text, Verdict::of(correlation > 0.3)))
 }
 
-fn osi_range(
-    study: &Study,
-    region: crate::hemodynamics::RegionName,
-    [low, high]: [f64; 2],
-    curved: bool,
-) -> Judged {
+/// Whether the largest index of each model lies within limits.
+pub fn osi_range(study: &Study, region: RegionName, [low, high]: [f64; 2], curved: bool) -> Judged {
     let mut values = Vec::new();
     for extension in Study::EXTENSIONS {
         if curved && extension == Extension::Straight {
@@ -441,7 +279,8 @@ fn osi_range(
     })
 }
 
-fn osi_order(study: &Study) -> Judged {
+/// The largest index over `d_max`.
+pub fn osi_order(study: &Study) -> Judged {
     let mut texts = Vec::new();
     let (mut grows, mut resolved) = (true, true);
     for extension in Study::EXTENSIONS {
@@ -453,11 +292,7 @@ fn osi_order(study: &Study) -> Judged {
         grows &= points.windows(2).skip(1).all(|p| p[1].1 > p[0].1)
             && points[points.len() - 1].1 > points[0].1;
         resolved &= spread(&points) >= RESOLVED;
-        texts.push(format!(
-            "{}: {}",
-            super::letter(extension),
-            list(&points, 4)
-        ));
+        texts.push(format!("{}: {}", letter(extension), list(&points, 4)));
     }
     let verdict = if resolved {
         Verdict::of(grows)
@@ -468,9 +303,10 @@ fn osi_order(study: &Study) -> Judged {
 }
 
 /// Share of the straight model's TAWSS below which the extension's influence counts as gone.
-pub const GONE: f64 = 0.05;
+const GONE: f64 = 0.05;
 
-fn distance(study: &Study) -> Judged {
+/// How far the extension is felt.
+pub fn distance(study: &Study) -> Judged {
     let mut texts = Vec::new();
     let mut farthest: f64 = 0.0;
     let straight = study.find(Extension::Straight, study.example()?.case.model.d_max)?;
@@ -479,7 +315,7 @@ fn distance(study: &Study) -> Judged {
         let Some(run) = study.find(extension, straight.case.model.d_max) else {
             continue;
         };
-        let differences = super::study::influence(straight, run, |f| f.TAWSS_Pa);
+        let differences = influence(straight, run, |f| f.TAWSS_Pa);
         let last = differences
             .iter()
             .rev()
@@ -488,7 +324,7 @@ fn distance(study: &Study) -> Judged {
         farthest = farthest.max(x / diameter);
         texts.push(format!(
             "{}: TAWSS differs by more than {} % from the straight extension's up to x = {:.1} mm, {:.1} diameters",
-            super::name_of(run),
+            name_of(run),
             100.0 * GONE,
             1e3 * x,
             x / diameter

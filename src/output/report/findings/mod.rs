@@ -1,0 +1,172 @@
+//! What the paper found, and what a study found, judged from its numbers.
+
+mod judge;
+
+use super::page::{escape, table};
+use super::study::Study;
+use crate::hemodynamics::RegionName::{Artery, Bypass};
+pub use judge::series;
+
+/// Differences between models that are smaller than this share of their values are not told from errors of the mesh.
+const RESOLVED: f64 = 0.02;
+/// Least coefficient of determination of what counts as linear.
+const LINEAR: f64 = 0.98;
+
+/// How a finding of the paper stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The numbers say the same.
+    Agrees,
+    /// They say something else.
+    Disagrees,
+    /// The differences are too small to tell.
+    Unresolved,
+    /// Models are missing.
+    Missing,
+}
+
+impl Verdict {
+    fn html(self) -> &'static str {
+        match self {
+            Self::Agrees => "<span class=\"agrees\">agrees</span>",
+            Self::Disagrees => "<span class=\"disagrees\">disagrees</span>",
+            Self::Unresolved => "<span class=\"unresolved\">not resolved by this mesh</span>",
+            Self::Missing => "<span class=\"missing\">not computed</span>",
+        }
+    }
+
+    fn of(agrees: bool) -> Self {
+        if agrees {
+            Self::Agrees
+        } else {
+            Self::Disagrees
+        }
+    }
+}
+
+/// A finding of the paper, beside that of the study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// What the paper found.
+    pub paper: &'static str,
+    /// What the study found.
+    pub ours: String,
+    /// How they agree.
+    pub verdict: Verdict,
+    /// The section with the figure.
+    pub section: &'static str,
+}
+
+/// All findings as a table.
+pub fn html(study: &Study) -> String {
+    let row = |finding: Finding| {
+        vec![
+            format!("<span>{}</span>", escape(finding.paper)),
+            format!("<span>{}</span>", escape(&finding.ours)),
+            finding.verdict.html().to_owned(),
+            format!("<a href=\"#{}\">figure</a>", finding.section),
+        ]
+    };
+    let rows: Vec<Vec<String>> = all(study).into_iter().map(row).collect();
+    let share = 100.0 * RESOLVED;
+    format!(
+        "<p>Judged from the numbers alone. Differences between models below {share} % of their values count as not resolved; \
+         linear means R² ≥ {LINEAR}.</p>\n<div class=\"findings\">{}</div>\n",
+        table(
+            &["what the paper found", "what this study found", "", ""],
+            &rows
+        )
+    )
+}
+
+/// All findings.
+pub fn all(study: &Study) -> Vec<Finding> {
+    let found = [
+        (
+            "Difference between successive periods of outflow and largest displacement decays close to exponentially and is small after the second period (fig. 11).",
+            "periodicity",
+            judge::periodicity(study),
+        ),
+        (
+            "The outflow lags behind the inflow; their difference is the rate of change of the lumen volume (fig. 11).",
+            "flow",
+            judge::balance(study),
+        ),
+        (
+            "The lumen volume of the artery falls linearly with d_max (fig. 14).",
+            "influence",
+            judge::linear(study, |r| r.lumen_volume_m3.mean, -1.0, "volume"),
+        ),
+        (
+            "The mean wall shear stress of the artery grows linearly with d_max (fig. 14).",
+            "influence",
+            judge::linear(
+                study,
+                |r| r.mean_wall_shear_Pa.mean,
+                1.0,
+                "mean wall shear stress",
+            ),
+        ),
+        (
+            "The largest displacement depends monotonically on d_max (fig. 14).",
+            "influence",
+            judge::monotonic(study),
+        ),
+        (
+            "The lowest largest wall shear stress in the middle of the artery belongs to the largest d_max, whatever the extension (fig. 15).",
+            "largest",
+            judge::lowest_shear(study),
+        ),
+        (
+            "The largest von Mises stress in the middle of the artery grows with d_max although the wall thickens (fig. 16).",
+            "stress",
+            judge::stress(study),
+        ),
+        (
+            "While the load is nearly constant at the end of the first period, the smooth model has the largest von Mises stress (fig. 16).",
+            "stress",
+            judge::stress_at_rest(study),
+        ),
+        (
+            "Where the lumen is locally wide, the OSI is raised: maps of radius and OSI look alike (fig. 17).",
+            "alike",
+            judge::alike(study),
+        ),
+        (
+            "The largest OSI in the bypass lies between 0.2 and 0.4 behind curved extensions (fig. 18).",
+            "osi",
+            judge::osi_range(study, Bypass, [0.2, 0.4], true),
+        ),
+        (
+            "The largest OSI in the artery lies between 0.005 and 0.025 (fig. 18).",
+            "osi",
+            judge::osi_range(study, Artery, [0.005, 0.025], false),
+        ),
+        (
+            "The largest OSI in the artery grows with d_max, whatever the extension; 0 and 0.25 mm are nearly alike (fig. 18).",
+            "osi",
+            judge::osi_order(study),
+        ),
+        (
+            "The influence of the extension's shape is gone after about five diameters.",
+            "distance",
+            judge::distance(study),
+        ),
+    ];
+    let finding =
+        |(paper, section, judged): (&'static str, &'static str, Option<(String, Verdict)>)| {
+            let (ours, verdict) = judged.unwrap_or_else(|| {
+                (
+                    "the models for it have not been computed".into(),
+                    Verdict::Missing,
+                )
+            });
+            Finding {
+                paper,
+                ours,
+                verdict,
+                section,
+            }
+        };
+    found.into_iter().map(finding).collect()
+}

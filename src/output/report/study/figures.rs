@@ -1,0 +1,292 @@
+//! The figures of a study.
+
+use super::{Study, influence};
+use crate::case::Extension;
+use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
+use crate::hemodynamics::summary::RegionSummary;
+use crate::output::figure::{Curve, Marker};
+use crate::output::report::findings::series;
+use crate::output::report::maps::{self, OSI, RADIUS, TAWSS};
+use crate::output::report::page::{chart, figure, line, panel, table};
+use crate::output::report::quantities::place;
+use crate::output::report::surface::{Field, Surface};
+use crate::output::report::{letter, name_of, scene};
+use crate::output::results::Results;
+use std::io;
+
+/// A curve with points over d_max for each extension.
+fn over_d_max(
+    study: &Study,
+    region: RegionName,
+    value: impl Fn(&RegionSummary) -> f64,
+) -> Vec<Curve> {
+    let looks = [
+        (Marker::Circle, 0),
+        (Marker::Square, 1),
+        (Marker::Triangle, 2),
+    ];
+    let curve = |(extension, (marker, colour)): (Extension, (Marker, usize))| Curve {
+        name: letter(extension).into(),
+        points: series(study, extension, region, &value),
+        colour,
+        marker: Some(marker),
+        open: false,
+    };
+    let curves = Study::EXTENSIONS.into_iter().zip(looks).map(curve);
+    curves.filter(|curve| !curve.points.is_empty()).collect()
+}
+
+fn d_max_chart(
+    name: &str,
+    title: &str,
+    y_label: &str,
+    caption: &str,
+    curves: Vec<Curve>,
+) -> String {
+    chart(name, caption, panel(title, "d_{max} / mm", y_label, curves))
+}
+
+/// Figure 14 of the paper.
+pub fn influence_of_d_max(study: &Study) -> Vec<String> {
+    vec![
+        d_max_chart(
+            "artery-volume",
+            "lumen volume, artery",
+            "volume / ml",
+            "Mean over the window of the lumen volume of the artery.",
+            over_d_max(study, Artery, |r| 1e6 * r.lumen_volume_m3.mean),
+        ),
+        d_max_chart(
+            "artery-displacement",
+            "largest displacement, artery",
+            "displacement / mm",
+            "Largest displacement of the wet surface in the window.",
+            over_d_max(study, Artery, |r| 1e3 * r.max_displacement_m.max),
+        ),
+        d_max_chart(
+            "artery-mean-wall-shear",
+            "mean wall shear stress, artery",
+            "stress / Pa",
+            "Mean of the wall shear stress over area and window.",
+            over_d_max(study, Artery, |r| r.mean_wall_shear_Pa.mean),
+        ),
+    ]
+}
+
+/// Figure 15.
+pub fn largest(study: &Study) -> Vec<String> {
+    let at = |r: &RegionSummary| r.max_wall_shear_Pa.at;
+    let mut figures = vec![
+        d_max_chart(
+            "mid-artery-largest-wall-shear",
+            "largest wall shear stress, mid-artery",
+            "stress / Pa",
+            "Largest value in time and space, middle of the artery.",
+            over_d_max(study, MidArtery, |r| r.max_wall_shear_Pa.max),
+        ),
+        d_max_chart(
+            "mid-artery-largest-wall-shear-x",
+            "where along the artery",
+            "x / mm",
+            "Position of the largest wall shear stress.",
+            over_d_max(study, MidArtery, |r| 1e3 * at(r).x_m),
+        ),
+        d_max_chart(
+            "mid-artery-largest-wall-shear-phi",
+            "where around the artery",
+            "φ / °",
+            "Position of the largest wall shear stress.",
+            over_d_max(study, MidArtery, |r| at(r).phi_deg),
+        ),
+    ];
+    let row = |run: &Results| {
+        let peak = run.hemodynamics.region(MidArtery)?.max_wall_shear_Pa;
+        let cells = [
+            format!("{:.3}", peak.max),
+            format!("{:.3}", peak.time_s),
+            place(peak.at),
+        ];
+        Some(std::iter::once(name_of(run)).chain(cells).collect())
+    };
+    let rows: Vec<Vec<String>> = study.runs.iter().filter_map(row).collect();
+    figures.push(table(&["model", "largest / Pa", "t / s", "place"], &rows));
+    figures
+}
+
+/// Figure 16.
+pub fn stress(study: &Study) -> io::Result<Vec<String>> {
+    let mut figures = Vec::new();
+    for extension in Study::EXTENSIONS {
+        let curve = |(i, run): (usize, &&Results)| {
+            let rows = run.regions.iter().filter(|row| row.region == MidArtery);
+            let points = rows
+                .map(|row| (row.time_s, 1e-3 * row.max_von_mises_Pa))
+                .collect();
+            line(&name_of(run), [0, 2, 3, 1][i % 4], points)
+        };
+        let curves: Vec<Curve> = study.of(extension).iter().enumerate().map(curve).collect();
+        if curves.is_empty() {
+            continue;
+        }
+        let letter = letter(extension);
+        figures.push(chart(
+            &format!("von-mises-{letter}"),
+            "Largest von Mises stress over time, middle of the artery.",
+            panel(
+                &format!("largest von Mises stress, {letter}"),
+                "time / s",
+                "stress / kPa",
+                curves,
+            ),
+        ));
+    }
+    figures.push(d_max_chart(
+        "von-mises",
+        "largest von Mises stress in the window",
+        "stress / kPa",
+        "Middle of the artery.",
+        over_d_max(study, MidArtery, |r| 1e-3 * r.max_von_mises_Pa.max),
+    ));
+    for extension in Study::EXTENSIONS {
+        if let [first, .., last] = study.of(extension).as_slice() {
+            let caption = "Von Mises stress at the inner side of the wall";
+            figures.extend(pictures(&[first, last], "Von Mises", caption)?);
+            break;
+        }
+    }
+    Ok(figures)
+}
+
+/// Rendered pictures of some models with the same colours, where their field is largest.
+pub fn pictures(runs: &[&Results], field: &str, caption: &str) -> io::Result<Vec<String>> {
+    let mut found = Vec::new();
+    for run in runs {
+        if let Some(surface) = Surface::of(run)?
+            && let Some(field) = surface.field(field).cloned()
+        {
+            found.push((name_of(run), surface, field));
+        }
+    }
+    let high = found
+        .iter()
+        .map(|(.., field)| field.high)
+        .fold(0.0, f64::max);
+    let picture = |(name, surface, field): (String, Surface, Field)| {
+        let frame = field.largest_frame();
+        let time = surface.times[frame];
+        let field = Field { high, ..field };
+        let caption = format!("{name}, t = {time:.3} s: {caption}.");
+        scene::picture(&surface, &field, frame, &caption)
+    };
+    Ok(found.into_iter().map(picture).collect())
+}
+
+/// Figure 17.
+pub fn alike(study: &Study) -> Vec<String> {
+    let Some(run) = study.example().filter(|run| !run.faces.is_empty()) else {
+        return Vec::new();
+    };
+    let (name, x) = (name_of(run), maps::middle(run));
+    [RADIUS, OSI, TAWSS]
+        .into_iter()
+        .map(|field| {
+            let svg = maps::map(run, field, &name, x, maps::range(&[run], field, x, false));
+            let caption = format!(
+                "{} in the middle of the artery; the cross marks the largest value.",
+                field.label
+            );
+            figure(
+                &svg,
+                &caption,
+                Some((&format!("{name}-{}", field.file), maps::numbers(run, field))),
+            )
+        })
+        .collect()
+}
+
+/// Figure 18.
+pub fn osi(study: &Study) -> Vec<String> {
+    let caption = "Largest oscillating shear index on a face.";
+    [
+        ("bypass", Bypass),
+        ("artery", Artery),
+        ("mid-artery", MidArtery),
+    ]
+    .into_iter()
+    .map(|(name, region)| {
+        d_max_chart(
+            &format!("{name}-largest-OSI"),
+            &format!("largest OSI, {name}"),
+            "OSI / 1",
+            caption,
+            over_d_max(study, region, |r| r.OSI.max),
+        )
+    })
+    .collect()
+}
+
+/// How far along the vessel the extension is felt.
+pub fn distance(study: &Study) -> Vec<String> {
+    let Some(example) = study.example() else {
+        return Vec::new();
+    };
+    let d_max = example.case.model.d_max;
+    let Some(straight) = study
+        .find(Extension::Straight, d_max)
+        .filter(|run| !run.faces.is_empty())
+    else {
+        return vec![
+            "<p>The model with the straight extension has not been computed.</p>\n".into(),
+        ];
+    };
+    let mut figures = Vec::new();
+    for field in [TAWSS, OSI] {
+        let (name, value) = (field.file, field.value);
+        let curves = [(Extension::Helix, 1), (Extension::Arc, 2)]
+            .into_iter()
+            .filter_map(|(extension, colour)| {
+                let run = study.find(extension, d_max)?;
+                let points = influence(straight, run, value)
+                    .into_iter()
+                    .map(|(x, share)| (1e3 * x, 100.0 * share));
+                Some(line(
+                    &format!(
+                        "{} against {}",
+                        letter(extension),
+                        letter(Extension::Straight)
+                    ),
+                    colour,
+                    points.collect(),
+                ))
+            });
+        figures.push(chart(&format!("extension-{name}"), "Root mean square around the axis of the difference, relative to the model with the straight extension.",
+            panel(&format!("{name}, d_{{max}} = {} mm", 1e3 * d_max), "x / mm", "difference / %", curves.collect())));
+    }
+    figures
+}
+
+/// Maps of all models with the same colours.
+pub fn all_maps(study: &Study) -> Vec<String> {
+    let runs: Vec<&Results> = study
+        .runs
+        .iter()
+        .filter(|run| !run.faces.is_empty())
+        .collect();
+    let Some(first) = runs.first() else {
+        return Vec::new();
+    };
+    let whole = maps::whole(first);
+    let mut figures = Vec::new();
+    for (field, from_zero) in [(TAWSS, true), (OSI, true)] {
+        let range = maps::range(&runs, field, whole, from_zero);
+        for run in &runs {
+            let svg = maps::map(run, field, &name_of(run), whole, range);
+            figures.push(figure(
+                &svg,
+                &format!("{}, same colours for all models.", field.label),
+                None,
+            ));
+        }
+    }
+    figures
+}
