@@ -34,7 +34,6 @@ const TIME: Time = Time {
     end: 3.0,
     period: 1.0,
     max_halvings: 0,
-    max_halvings: 0,
 };
 
 fn rows(text: &str) -> Vec<[f64; 2]> {
