@@ -115,7 +115,7 @@ fn the_parts_add_up_and_two_versions_are_compared() {
 fn impossible_measurements_are_refused_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, expected) in [
-        (&["--from", "0"][..], "--from"),
+        (&["--from", "0"][..], "--from 0"),
         (&["--steps", "0"], "--steps"),
         (&["--compare", "no-such-file.json"], "no-such-file.json"),
         (&["--compare", "Cargo.toml"], "--json"),

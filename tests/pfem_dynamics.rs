@@ -184,7 +184,7 @@ fn pulsate(newton: NewtonOptions, resume: bool) -> (Structure, usize) {
             structure.recall(memory).unwrap();
         }
         let t = step as f64 / 40.0;
-        let pressure = 4e3 * t + 2e2 * (20.0 * t).sin();
+        let pressure = 4e2 * t + 2e1 * (20.0 * t).sin();
         let load = SurfaceLoad {
             pressure: vec![pressure; structure.wet_points().len()],
             shear: vec![Vec3::zeros(); structure.wet_points().len()],

@@ -31,16 +31,17 @@ impl Finding {
     fn all(iterations: &[Iteration], max_correctors: u32) -> Vec<Self> {
         let mut found = Vec::new();
         let residual = |i: &Iteration| i.measure.residual_rms;
-        let tail = &iterations[iterations.len() - iterations.len().div_ceil(3)..];
+        let length = iterations.len();
+        let tail = &iterations[length - length.div_ceil(3).max(3).min(length)..];
         let low = tail.iter().map(residual).fold(f64::INFINITY, f64::min);
         let high = tail.iter().map(residual).fold(0.0, f64::max);
         let (Some(first), Some(last)) = (iterations.first(), iterations.last()) else {
             return found;
         };
-        let grows = !(residual(last) <= JUMP * residual(first));
+        let grows = residual(last).is_nan() || residual(last) > JUMP * residual(first);
         if grows {
             found.push(Self::Grows);
-        } else if iterations.len() > 3 && high < STAGNATION * low {
+        } else if length > 3 && high < STAGNATION * low {
             found.push(Self::Stagnates {
                 fluid_at_its_limit: tail.iter().all(|i| i.correctors >= max_correctors),
             });

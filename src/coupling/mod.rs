@@ -113,6 +113,14 @@ pub struct Settings {
     pub relaxation: f64,
 }
 
+/// The structure's Newton iteration may end at this share of the last coupling residual: its error must be far below what
+/// the acceleration learns from.
+const EASE: f64 = 1e-3;
+/// From this many times the limit of the criterion on it must not end early: this iteration may be the last one.
+const NEAR: f64 = 30.0;
+/// What the first residual of a step is taken for.
+const FIRST_RESIDUAL: f64 = 1e-2;
+
 /// Each further attempt at a step relaxes by this share of the factor of the attempt before.
 const BACK_OFF: f64 = 0.2;
 
@@ -156,6 +164,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         let settings = self.settings;
         let mut d = self.predictor.first_guess();
         let mut start = None;
+        let mut residual = FIRST_RESIDUAL;
         while iterations.len() < self.criterion.max_iterations {
             let clock = Instant::now();
             let points = unflatten(&d);
@@ -167,19 +176,23 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             let load = self.transfer.load(&flow.tractions, &areas); // I: face centres to quadrature points
 
             let clock = Instant::now();
-            let trial = self.solid.solve(
-                &load,
-                settings.time_step,
-                settings.newton_tolerance,
-                start.as_ref(),
-            )?; // S
-            let structure_seconds = clock.elapsed().as_secs_f64();
+            let dt = settings.time_step;
+            let tolerance = self.newton_tolerance(residual);
+            let mut trial = self.solid.solve(&load, dt, tolerance, start.as_ref())?; // S
+            let mut structure_seconds = clock.elapsed().as_secs_f64();
 
             let clock = Instant::now();
             let d_tilde = flatten(&self.transfer.displacement(&self.solid, &trial)); // I: structure to fluid points
             let d_next = self.acceleration.next(&d, &d_tilde); // A
             let Columns { used, dropped } = self.acceleration.columns();
             let measure = self.criterion.measure(&d, &d_tilde, &d_next, used == 0);
+            residual = measure.residual;
+            let coupling_seconds = clock.elapsed().as_secs_f64();
+            if measure.converged && tolerance > settings.newton_tolerance {
+                let clock = Instant::now();
+                trial = (self.solid).solve(&load, dt, settings.newton_tolerance, Some(&trial))?;
+                structure_seconds += clock.elapsed().as_secs_f64();
+            }
             iterations.push(Iteration {
                 number: iterations.len() + 1,
                 measure,
@@ -195,7 +208,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
                 ),
                 fluid_seconds,
                 structure_seconds,
-                coupling_seconds: clock.elapsed().as_secs_f64(),
+                coupling_seconds,
             });
             if measure.converged {
                 let clock = Instant::now();
@@ -220,6 +233,16 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         Err(CouplingError::NotConverged(diagnosis::diagnosis(
             iterations, limit,
         )))
+    }
+
+    /// The relative residual at which the structure's Newton iteration may end after a coupling `residual`.
+    fn newton_tolerance(&self, residual: f64) -> f64 {
+        let tight = self.settings.newton_tolerance;
+        if residual < NEAR * self.criterion.relative {
+            tight
+        } else {
+            tight.max(EASE * residual)
+        }
     }
 
     /// Makes the next [`Coupling::step`] a more careful attempt, the `attempt`-th (from 2), at the step that failed:

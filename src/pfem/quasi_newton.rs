@@ -21,6 +21,8 @@ const RECENT: usize = 6;
 struct Pair {
     step: Vec<f64>,
     change: Vec<f64>,
+    /// `s · y`.
+    curvature: f64,
 }
 
 /// What iterations with a kept factorization have shown.
@@ -54,13 +56,13 @@ impl KeptTangent {
         let pairs = &self.experience.pairs;
         let mut weights = Vec::with_capacity(pairs.len());
         for pair in pairs.iter().rev() {
-            let weight = dot(&pair.step, residual) / dot(&pair.step, &pair.change);
+            let weight = dot(&pair.step, residual) / pair.curvature;
             add(residual, -weight, &pair.change);
             weights.push(weight);
         }
         self.factorization.solve(residual)?;
         for (pair, weight) in pairs.iter().zip(weights.iter().rev()) {
-            let other = dot(&pair.change, residual) / dot(&pair.step, &pair.change);
+            let other = dot(&pair.change, residual) / pair.curvature;
             add(residual, weight - other, &pair.step);
         }
         Ok(())
@@ -68,12 +70,17 @@ impl KeptTangent {
 
     /// Remembers a pair, unless it belongs to a direction of negative curvature.
     pub fn learn(&mut self, step: Vec<f64>, change: Vec<f64>) {
-        if dot(&step, &change) > 0.0 {
+        let curvature = dot(&step, &change);
+        if curvature > 0.0 {
             let pairs = &mut self.experience.pairs;
             if pairs.len() == MAX_PAIRS {
                 pairs.pop_front();
             }
-            pairs.push_back(Pair { step, change });
+            pairs.push_back(Pair {
+                step,
+                change,
+                curvature,
+            });
         }
     }
 

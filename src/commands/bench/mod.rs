@@ -46,6 +46,12 @@ pub struct Arguments {
 
 /// Measures, prints, compares.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.from.is_nan() || arguments.from <= 0.0 {
+        return Err(Failure::Input(format!(
+            "--from {}: expected a time above 0 s, at which the run is warm",
+            arguments.from
+        )));
+    }
     let until = |end: f64| {
         let chosen = arguments.chosen.clone().with("time.end_s", end);
         chosen.load(&arguments.case)

@@ -217,9 +217,9 @@ fn markdown(rows: &[Row]) -> String {
         } else {
             format!("stopped after {}", row.steps)
         };
-        let _ = write!(
+        let _ = writeln!(
             text,
-            "| {} | {} | {} | {steps} | {:.2} ({}) | {}{:.2} ({}) | {:.2} | {:.2} | {:.2} | {} | {} |\n",
+            "| {} | {} | {} | {steps} | {:.2} ({}) | {}{:.2} ({}) | {:.2} | {:.2} | {:.2} | {} | {} |",
             row.model,
             row.reuse_steps,
             if row.surrogate { "yes" } else { "no" },
