@@ -100,10 +100,10 @@ fn the_death_of_the_solver_is_noticed_at_once() {
         channel.settings.transport = transport;
         let mut fluid = channel.start();
         let displacement = prescribed(fluid.interface(), 1);
-        fluid.solve(&displacement, correctors(2)).unwrap();
+        fluid.solve(&displacement, STEP, correctors(2)).unwrap();
         kill_process(pid(fluid.process_id()), Signal::KILL).unwrap();
         let since = Instant::now();
-        let text = text_of(fluid.solve(&displacement, correctors(2)).unwrap_err());
+        let text = text_of(fluid.solve(&displacement, STEP, correctors(2)).unwrap_err());
         assert!(
             since.elapsed() < Duration::from_secs(1),
             "{:?}",
@@ -124,7 +124,7 @@ fn cells_turned_inside_out_are_reported_with_their_place() {
         let mut fluid = channel.start();
         let mut displacement = bulge(fluid.interface(), -1e-2);
         displacement.iter_mut().for_each(|u| u[2] = 0.0); // else it would be turned by half a turn
-        let text = text_of(fluid.solve(&displacement, correctors(2)).unwrap_err());
+        let text = text_of(fluid.solve(&displacement, STEP, correctors(2)).unwrap_err());
         assert!(
             text.contains("cells of the fluid's mesh inside out, the worst near (0.0"),
             "{text}"
@@ -139,7 +139,7 @@ fn a_silent_solver_is_given_up_after_the_answer_limit() {
     let mut fluid = channel.start();
     let displacement = prescribed(fluid.interface(), 1);
     kill_process(pid(fluid.process_id()), Signal::STOP).unwrap();
-    let text = text_of(fluid.solve(&displacement, correctors(2)).unwrap_err());
+    let text = text_of(fluid.solve(&displacement, STEP, correctors(2)).unwrap_err());
     assert!(
         text.contains("no answer from the fluid within 1 s"),
         "{text}"
@@ -164,7 +164,7 @@ fn a_solver_that_is_told_to_stop_ends_by_itself() {
         ] {
             let mut fluid = channel.start();
             let displacement = prescribed(fluid.interface(), 1);
-            fluid.solve(&displacement, correctors(2)).unwrap();
+            fluid.solve(&displacement, STEP, correctors(2)).unwrap();
             if !within_a_step {
                 fluid.accept(false).unwrap();
             }
@@ -195,7 +195,9 @@ fn an_interrupt_ends_the_wait_and_the_solver() {
         flag.store(true, Ordering::Relaxed);
     });
     let since = Instant::now();
-    let error = fluid.solve(&displacement, correctors(1000)).unwrap_err();
+    let error = fluid
+        .solve(&displacement, STEP, correctors(1000))
+        .unwrap_err();
     assert!(matches!(error, FluidError::Interrupted), "{error}");
     assert!(since.elapsed() < Duration::from_secs(2));
     drop(fluid);
@@ -223,7 +225,7 @@ fn victim() {
     }
     let mut fluid = channel.start();
     let displacement = prescribed(fluid.interface(), 1);
-    fluid.solve(&displacement, correctors(2)).unwrap();
+    fluid.solve(&displacement, STEP, correctors(2)).unwrap();
     std::fs::write(channel.settings.case.join("ready"), "").unwrap();
     std::thread::sleep(Duration::from_secs(60));
 }

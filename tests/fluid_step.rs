@@ -17,7 +17,7 @@ fn a_step_fulfils_the_boundary_conditions_and_conserves_volume() {
     let mut old_volume = 0.03 * 0.006 * 0.006;
     for n in 1..=20 {
         fluid
-            .solve(&prescribed(&interface, n), correctors(10))
+            .solve(&prescribed(&interface, n), STEP, correctors(10))
             .unwrap();
         let step = fluid.accept(false).unwrap();
         let time = n as f64 * STEP;
@@ -77,13 +77,13 @@ fn a_repeated_step_forgets_its_trials() {
             if n > 1 {
                 for factor in factors {
                     let wild: Vec<Vec3> = right.iter().map(|u| u * *factor).collect();
-                    fluid.solve(&wild, correctors(2)).unwrap();
+                    fluid.solve(&wild, STEP, correctors(2)).unwrap();
                 }
                 if forget {
                     fluid.forget_trial();
                 }
             }
-            fluid.solve(&right, correctors(25)).unwrap();
+            fluid.solve(&right, STEP, correctors(25)).unwrap();
             fluid.accept(n == 3).unwrap();
         }
         drop(fluid);

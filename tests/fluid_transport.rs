@@ -16,8 +16,8 @@ fn run(channel: &Channel, from: usize, to: usize) -> Vec<FluidStep> {
         .map(|n| {
             let right = prescribed(&interface, n);
             let first: Vec<_> = right.iter().map(|u| u * 0.9).collect();
-            fluid.solve(&first, correctors(2)).unwrap();
-            fluid.solve(&right, correctors(6)).unwrap();
+            fluid.solve(&first, STEP, correctors(2)).unwrap();
+            fluid.solve(&right, STEP, correctors(6)).unwrap();
             fluid.accept(n == to).unwrap()
         })
         .collect()
