@@ -32,7 +32,7 @@ fn a_pulse_travels_at_the_speed_of_moens_and_korteweg() {
     let arrival: Vec<f64> = motion.iter().map(|probe| time_of_the_peak(probe)).collect();
 
     let (youngs_modulus, thickness, density, radius) = (6e5, 0.25e-3, 1000.0, 5e-3);
-    let exact = (youngs_modulus * thickness / (2.0 * density * radius) as f64).sqrt();
+    let exact = f64::sqrt(youngs_modulus * thickness / (2.0 * density * radius));
     for [from, to] in [[0, 1], [1, 2], [0, 2]] {
         let speed = 0.04 * (to - from) as f64 / (arrival[to] - arrival[from]);
         println!("{from} to {to}: {speed} m/s, exact {exact} m/s");

@@ -31,6 +31,7 @@ fn load(name: &str, overrides: &[(&str, usize)]) -> ResolvedCase {
 /// The fluid of a case with its wall at rest, and its mesh.
 struct RigidTube {
     fluid: OpenFoam,
+    time_step: f64,
     mesh: PolyMesh,
     folder: tempfile::TempDir,
 }
@@ -67,6 +68,7 @@ impl RigidTube {
         .unwrap();
         Self {
             fluid,
+            time_step: case.time.step,
             mesh,
             folder,
         }
@@ -74,7 +76,9 @@ impl RigidTube {
 
     fn step(&mut self, write: bool) -> FluidStep {
         let rest = vec![Vec3::zeros(); self.fluid.interface().points.len()];
-        self.fluid.solve(&rest, correctors(4)).unwrap();
+        self.fluid
+            .solve(&rest, self.time_step, correctors(4))
+            .unwrap();
         self.fluid.accept(write).unwrap()
     }
 

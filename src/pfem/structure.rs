@@ -278,8 +278,8 @@ impl Structure {
         Ok(())
     }
 
-    /// Newton's method from `start`; if that fails, from the old state, and then with the residual there taken away
-    /// and given back in smaller and smaller portions.
+    /// Newton's method from `start`; if that fails, from the old state with a fresh tangent in each iteration, and then
+    /// with the residual there taken away and given back in smaller and smaller portions.
     fn robust_solve(
         &mut self,
         load: &SurfaceLoad,
@@ -303,11 +303,15 @@ impl Structure {
             Ok(solution) => Ok(solution),
             Err(_) => {
                 kept = None;
+                let full = NewtonOptions {
+                    tangent_cost: None,
+                    ..self.newton
+                };
                 continuation(
                     &step,
                     self.state.d.clone(),
                     tolerance,
-                    &self.newton,
+                    &full,
                     &mut kept,
                     &mut cost,
                 )
