@@ -76,7 +76,9 @@ impl RigidTube {
 
     fn step(&mut self, write: bool) -> FluidStep {
         let rest = vec![Vec3::zeros(); self.fluid.interface().points.len()];
-        self.fluid.solve(&rest, self.time_step, correctors(4)).unwrap();
+        self.fluid
+            .solve(&rest, self.time_step, correctors(4))
+            .unwrap();
         self.fluid.accept(write).unwrap()
     }
 

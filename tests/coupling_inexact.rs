@@ -65,7 +65,7 @@ impl Fluid for Cushion {
         &self.interface
     }
 
-    fn solve(&mut self, d: &[Vec3], _: FluidEffort) -> Result<FluidTrial, FluidError> {
+    fn solve(&mut self, d: &[Vec3], _: f64, _: FluidEffort) -> Result<FluidTrial, FluidError> {
         let traction = |(face, centre): (&Vec<u32>, &Vec3)| {
             let radial = Vec3::new(0.0, centre.y, centre.z).normalize();
             let mean: Vec3 = face.iter().map(|&p| d[p as usize]).sum::<Vec3>() / 4.0;
@@ -93,6 +93,7 @@ impl Fluid for Cushion {
             windkessel_pressure: 0.0,
             volume: 1.0,
             tractions: Vec::new(),
+            wall_shear: Vec::new(),
             wall_velocity_mismatch: 0.0,
         })
     }

@@ -195,7 +195,9 @@ fn an_interrupt_ends_the_wait_and_the_solver() {
         flag.store(true, Ordering::Relaxed);
     });
     let since = Instant::now();
-    let error = fluid.solve(&displacement, STEP, correctors(1000)).unwrap_err();
+    let error = fluid
+        .solve(&displacement, STEP, correctors(1000))
+        .unwrap_err();
     assert!(matches!(error, FluidError::Interrupted), "{error}");
     assert!(since.elapsed() < Duration::from_secs(2));
     drop(fluid);

@@ -17,7 +17,10 @@ impl Interrupt {
         let flag = Arc::new(AtomicBool::new(false));
         let signals = [SIGINT, SIGTERM, SIGHUP];
         for signal in signals {
-            signal_hook::flag::register_conditional_shutdown(signal, 130, flag.clone())?;
+            // Who hangs up may do so more than once: a terminal and its shell, each thread of a study that is killed.
+            if signal != SIGHUP {
+                signal_hook::flag::register_conditional_shutdown(signal, 130, flag.clone())?;
+            }
             signal_hook::flag::register(signal, flag.clone())?;
         }
         let mut heard = Signals::new(signals)?;

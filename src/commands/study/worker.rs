@@ -48,8 +48,9 @@ impl Worker {
             command.env("RAYON_NUM_THREADS", threads.to_string());
         }
         let log = model.log();
-        // Should this process be killed, the run ends in order by itself.
-        let process = Process::start(command, &log, Signal::TERM)
+        // Should this process be killed, the run ends in order by itself. The kernel then sends the signal once for each
+        // thread of this process, and a second SIGTERM would end the run at once.
+        let process = Process::start(command, &log, Signal::HUP)
             .map_err(|e| format!("cannot be started: {e}"))?;
         Ok(Self {
             process,

@@ -147,7 +147,7 @@ pub fn stress(study: &Study) -> io::Result<Vec<String>> {
         "Middle of the artery.",
         over_d_max(study, MidArtery, |r| 1e-3 * r.max_von_mises_Pa.max),
     ));
-    for extension in Study::EXTENSIONS {
+    for extension in [Extension::Helix, Extension::Straight, Extension::Arc] {
         if let [first, .., last] = study.of(extension).as_slice() {
             let caption = "Von Mises stress at the inner side of the wall";
             figures.extend(pictures(&[first, last], "Von Mises", caption)?);
