@@ -10,7 +10,7 @@ use run_support::*;
 use rustix::process::Signal;
 use std::path::Path;
 use std::process::Child;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What is done to a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,7 +74,9 @@ fn strike(fault: Fault, child: &mut Child, out: &Path) -> bool {
 fn campaign(kills: usize, steps: usize, seed: u64, more: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let (straight, out) = (folder.path().join("straight"), folder.path().join("run"));
+    let clock = Instant::now();
     complete(driver(&straight, steps, &[]));
+    let pace = clock.elapsed().as_secs_f64() / steps as f64;
     let mut random = Random(seed);
     let mut more = more.to_vec();
     more.extend(["--set", "fluid.answer_limit_s=4"]);
@@ -89,7 +91,9 @@ fn campaign(kills: usize, steps: usize, seed: u64, more: &[&str]) {
             let target = (steps_done(&out) + 1).min(left);
             wait_for_steps(&mut child, &out, target);
         }
-        std::thread::sleep(Duration::from_secs_f64(0.6 * random.next()));
+        // Not so long that the run would end before its last kill.
+        let share = pace * (steps - steps_done(&out)) as f64 / (kills - kill + 1) as f64;
+        std::thread::sleep(Duration::from_secs_f64(share.min(0.6) * random.next()));
         let done = steps_done(&out);
         println!("{kill}: {fault:?} after {done} steps");
         if child.try_wait().unwrap().is_some() {
