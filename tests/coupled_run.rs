@@ -192,7 +192,8 @@ fn one_and_two_ranks_and_both_transports_agree() {
         "fluid.pressure_residual=1e-7",
         "fluid.max_correctors=60",
         "coupling.e_rel=1e-8",
-        "coupling.e_abs_m=1e-17",
+        "coupling.e_abs_m=1e-14",
+        "ramp.duration_s=0.05",
         "structure.newton_tolerance=1e-12",
     ];
     let history = |name: &str, more: &[&str]| {
