@@ -81,6 +81,10 @@ fn campaign(kills: usize, steps: usize, seed: u64, more: &[&str]) {
     let mut more = more.to_vec();
     more.extend(["--set", "fluid.answer_limit_s=4"]);
     let mut child = start(&mut driver(&out, steps, &more));
+    // Before that there is nothing to resume.
+    eventually("the run has a folder", Duration::from_secs(60), || {
+        out.join("case.resolved.toml").exists()
+    });
     more.push("--resume");
     let mut resumed = 0;
     for kill in 0..kills {
