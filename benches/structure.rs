@@ -111,6 +111,7 @@ fn main() {
         run(SpaceKind::TensorProduct, p, p + 2, small);
     }
     run(SpaceKind::TensorProduct, 4, 5, small);
+    run(SpaceKind::Trunk, 5, 6, small);
     for p in [3, 4, 5, 6, 8, 10] {
         run(SpaceKind::Trunk, p, p + 2, small);
     }

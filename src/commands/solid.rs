@@ -257,7 +257,14 @@ fn write(
 fn print(summary: &Summary, out: &Path) {
     let s = summary;
     for (step, residuals) in s.newton_residuals.iter().enumerate() {
-        let shown: Vec<String> = residuals.iter().map(|r| format!("{r:.1e}")).collect();
+        let shown = residuals.iter().map(|&r| {
+            if r > 0.0 {
+                format!("{r:.1e}")
+            } else {
+                "round-off".into()
+            }
+        });
+        let shown: Vec<String> = shown.collect();
         println!(
             "load step {}: relative residuals {}",
             step + 1,
