@@ -6,7 +6,7 @@ use crate::case::{Case, ResolvedCase};
 use crate::commands::Failure;
 use crate::commands::case_arguments::CaseArguments;
 use crate::commands::run::Order;
-use crate::commands::run::interrupt::Interrupt;
+use crate::commands::run::interrupt::{A_RUN_IS_SAVED, Interrupt};
 use crate::commands::run_folder::Earlier;
 use crate::geometry::Vessel;
 use crate::output::write_atomically;
@@ -70,9 +70,8 @@ impl Plan<'_> {
             });
             runs.push((path, cases.collect::<Result<Vec<_>, Failure>>()?));
         }
-        let interrupt =
-            Interrupt::listen(Some("the time step is finished and a checkpoint written"))
-                .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
+        let interrupt = Interrupt::listen(Some(A_RUN_IS_SAVED))
+            .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
         for (path, cases) in &runs {
             self.table(path, cases, &interrupt)?;
         }

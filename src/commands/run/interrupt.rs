@@ -6,6 +6,9 @@ use std::io::{self, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// What a run does first when it is asked to end.
+pub const A_RUN_IS_SAVED: &str = "the time step is finished and a checkpoint written";
+
 /// Whether somebody asked the run to end.
 #[derive(Debug, Clone)]
 pub struct Interrupt(Arc<AtomicBool>);

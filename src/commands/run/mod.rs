@@ -62,8 +62,7 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
         quiet: arguments.quiet,
     };
     let interrupt = || {
-        let then = "the time step is finished and a checkpoint written";
-        Interrupt::listen((!arguments.quiet).then_some(then))
+        Interrupt::listen((!arguments.quiet).then_some(interrupt::A_RUN_IS_SAVED))
             .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))
     };
     order.execute(interrupt)

@@ -75,11 +75,16 @@ impl Run {
         (self.record.totals.steps + 1, self.cadence.done())
     }
 
+    /// What is known of the step that comes, if it has made trouble.
+    fn trouble_here(&self) -> Option<Trouble> {
+        self.trouble.filter(|trouble| trouble.at == self.place())
+    }
+
     /// Prepares the next attempt at the step that comes and says which it is, from 1.
     pub fn attempt(&mut self) -> usize {
         let place = self.place();
         self.trouble = self.trouble.filter(|trouble| trouble.at >= place);
-        let here = self.trouble.filter(|trouble| trouble.at == place);
+        let here = self.trouble_here();
         if let Some(trouble) = here {
             self.cadence.refine(trouble.parts);
         }
@@ -99,13 +104,7 @@ impl Run {
         let place = self.place();
         let number = place.0;
         let time = (self.record.totals.steps as f64 + self.cadence.reaches()) * self.case.time.step;
-        let attempt = self.trouble.map_or(1, |trouble| {
-            if trouble.at == place {
-                trouble.attempt
-            } else {
-                1
-            }
-        });
+        let attempt = self.trouble_here().map_or(1, |trouble| trouble.attempt);
         self.record
             .failed_attempt(time, attempt, &failed.iterations)
             .map_err(written)?;
