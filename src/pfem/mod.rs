@@ -11,6 +11,7 @@
 pub mod basis;
 pub mod discretization;
 pub mod elements;
+pub mod equation_of_motion;
 pub mod factor;
 pub mod locate;
 pub mod mapping;

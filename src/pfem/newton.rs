@@ -173,12 +173,6 @@ pub fn solve(
     }
     if let Some(tangent) = kept {
         tangent.solved_in(stats.iterations);
-        if options
-            .tangent_cost
-            .is_none_or(|cost| tangent.is_worn(cost))
-        {
-            *kept = None;
-        }
     }
     Ok(Solution {
         d,

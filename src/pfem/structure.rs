@@ -10,21 +10,25 @@
 //! `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
 
 use super::discretization::{self, Discretization};
+use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
+pub use super::equation_of_motion::{Linearization, State};
 use super::factor::Factorization;
 use super::locate::{Location, Locator};
 use super::modes::{self, NaturalMode};
-use super::newton::{self, Equilibrium, NewtonOptions, Residual};
+use super::newton::{self, Equilibrium, NewtonOptions};
 use super::quasi_newton::{Experience, KeptTangent};
 use super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
-use super::stats::Stats;
+use super::stats::{Stats, timed};
 use super::supports::{self, Support};
-use super::surface::{LoadKind, Surface};
+use super::surface::Surface;
 use super::time_scheme::TimeScheme;
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
 
 /// Most halvings of the load when a step finds no equilibrium at once.
 const MAX_CUTS: u32 = 6;
@@ -48,30 +52,6 @@ pub struct StructureOptions {
     pub supports: Vec<Support>,
 }
 
-/// Displacement, velocity and acceleration coefficients of all functions, held ones included.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct State {
-    /// Displacement, m.
-    pub d: Vec<f64>,
-    /// Velocity, m/s.
-    pub v: Vec<f64>,
-    /// Acceleration, m/s².
-    pub a: Vec<f64>,
-}
-
-/// What a tangent was assembled from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Linearization {
-    /// Displacement coefficients, m.
-    pub d: Vec<f64>,
-    /// Those that a full step of Newton's method led from to `d`.
-    pub linearized_at: Option<Vec<f64>>,
-    /// The load.
-    pub load: SurfaceLoad,
-    /// Length of the time step, s.
-    pub dt: f64,
-}
-
 /// All that a structure keeps from one time step to the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
@@ -82,10 +62,37 @@ pub struct Memory {
     pub tangent: Option<(Linearization, Experience)>,
 }
 
-/// A factorized tangent, and what it was assembled from.
+/// A tangent that is kept, and what it was assembled from.
 struct Kept {
     from: Linearization,
-    tangent: KeptTangent,
+    tangent: Tangent,
+}
+
+enum Tangent {
+    Ready(KeptTangent),
+    /// Being factorized on another thread, while the fluid works.
+    Coming(JoinHandle<Result<Factorization, SolidError>>),
+}
+
+impl Kept {
+    /// Waits for the factorization, if need be. None if it failed: then the next solution makes its own.
+    fn ready(self, stats: &mut Stats) -> Option<(KeptTangent, Linearization)> {
+        let tangent = match self.tangent {
+            Tangent::Ready(tangent) => tangent,
+            Tangent::Coming(handle) => {
+                let factorization = timed(&mut stats.factorization_s, || handle.join());
+                KeptTangent::new(factorization.ok()?.ok()?, Experience::default())
+            }
+        };
+        Some((tangent, self.from))
+    }
+
+    fn experience(&self) -> Experience {
+        match &self.tangent {
+            Tangent::Ready(tangent) => tangent.experience.clone(),
+            Tangent::Coming(_) => Experience::default(),
+        }
+    }
 }
 
 /// The solution of a time step that has not been accepted.
@@ -97,22 +104,19 @@ pub struct Trial {
     pub residuals: Vec<f64>,
     /// What the solution cost.
     pub stats: Stats,
+    load: SurfaceLoad,
+    dt: f64,
 }
 
 /// A structure in motion.
 pub struct Structure {
-    body: Discretization,
-    wet: Surface,
+    equation: Arc<EquationOfMotion>,
     locator: Locator,
-    /// Density times the mass integrals, one scalar per pair of functions.
-    mass: Vec<f64>,
-    damping: f64,
-    time_scheme: TimeScheme,
     newton: NewtonOptions,
-    floor: f64,
     state: State,
     /// Tangent of an earlier solution.
     kept: Option<Kept>,
+    forces: RefCell<InternalForces>,
     total: Stats,
 }
 
@@ -137,12 +141,15 @@ impl Structure {
         mass.iter_mut().for_each(|m| *m *= options.density);
         let zero = vec![0.0; body.coefficients()];
         Ok(Self {
-            floor: body.round_off()?,
-            wet,
+            equation: Arc::new(EquationOfMotion {
+                floor: body.round_off()?,
+                wet,
+                mass,
+                damping: options.damping,
+                time_scheme: options.time_scheme,
+                body,
+            }),
             locator,
-            mass,
-            damping: options.damping,
-            time_scheme: options.time_scheme,
             newton: options.newton,
             state: State {
                 d: zero.clone(),
@@ -150,19 +157,19 @@ impl Structure {
                 a: zero,
             },
             kept: None,
+            forces: RefCell::default(),
             total: Stats::default(),
-            body,
         })
     }
 
     /// The discretized body.
     pub fn body(&self) -> &Discretization {
-        &self.body
+        &self.equation.body
     }
 
     /// The loaded surface.
     pub fn wet_surface(&self) -> &Surface {
-        &self.wet
+        &self.equation.wet
     }
 
     /// The last accepted state.
@@ -172,7 +179,7 @@ impl Structure {
 
     /// Replaces the accepted state, as when a run is resumed, and forgets the kept tangent.
     pub fn set_state(&mut self, state: State) -> Result<(), SolidError> {
-        let expected = self.body.coefficients();
+        let expected = self.equation.body.coefficients();
         for (name, vector) in [
             ("displacement", &state.d),
             ("velocity", &state.v),
@@ -194,8 +201,7 @@ impl Structure {
     pub fn memory(&self) -> Memory {
         Memory {
             state: self.state.clone(),
-            tangent: (self.kept.as_ref())
-                .map(|kept| (kept.from.clone(), kept.tangent.experience.clone())),
+            tangent: (self.kept.as_ref()).map(|kept| (kept.from.clone(), kept.experience())),
         }
     }
 
@@ -216,18 +222,10 @@ impl Structure {
                 "the stored tangent belongs to another discretization".into(),
             ));
         }
-        let step = TimeStep {
-            structure: self,
-            load: &from.load,
-            dt: from.dt,
-            offset: None,
-            assembled: &RefCell::new(None),
-        };
-        let tangent = step.tangent(&from.d, from.linearized_at.as_deref())?;
-        let factorization = step.factorize(&tangent)?;
+        let factorization = self.equation.factorized_tangent(&from)?;
         self.kept = Some(Kept {
             from,
-            tangent: KeptTangent::new(factorization, experience),
+            tangent: Tangent::Ready(KeptTangent::new(factorization, experience)),
         });
         Ok(())
     }
@@ -238,6 +236,24 @@ impl Structure {
         self.kept = None;
     }
 
+    /// Has the tangent of the accepted state factorized while the fluid works on the next step.
+    fn renew(&mut self, load: SurfaceLoad, dt: f64) {
+        let from = Linearization {
+            d: self.state.d.clone(),
+            linearized_at: None,
+            load,
+            dt,
+        };
+        self.total.assemblies += 1;
+        self.total.factorizations += 1;
+        let (equation, at) = (self.equation.clone(), from.clone());
+        let work = thread::Builder::new().spawn(move || equation.factorized_tangent(&at));
+        self.kept = work.ok().map(|handle| Kept {
+            from,
+            tangent: Tangent::Coming(handle),
+        });
+    }
+
     /// Cost of all solutions so far.
     pub fn stats(&self) -> Stats {
         self.total
@@ -245,22 +261,26 @@ impl Structure {
 
     /// Strain energy (J) of a displacement with `points` Gauss points per direction.
     pub fn strain_energy(&self, d: &[f64], points: [usize; 3]) -> Result<f64, SolidError> {
-        self.body.energy(d, points)
+        self.equation.body.energy(d, points)
     }
 
     /// Kinetic energy (J) of a velocity.
     pub fn kinetic_energy(&self, v: &[f64]) -> f64 {
-        let momentum = self.body.pattern.multiply_scalar(&self.mass, v);
+        let momentum = self
+            .equation
+            .body
+            .pattern
+            .multiply_scalar(&self.equation.mass, v);
         0.5 * momentum.iter().zip(v).map(|(p, v)| p * v).sum::<f64>()
     }
 
     /// The `count` lowest natural modes of the undeformed structure.
     pub fn natural_modes(&self, count: usize) -> Result<Vec<NaturalMode>, SolidError> {
-        modes::lowest(&self.body, &self.mass, count)
+        modes::lowest(&self.equation.body, &self.equation.mass, count)
     }
 
     fn check(&self, load: &SurfaceLoad) -> Result<(), SolidError> {
-        let points = self.wet.points.len();
+        let points = self.equation.wet.points.len();
         if load.pressure.len() != points || load.shear.len() != points {
             return Err(SolidError::Model(format!(
                 "the load has {} pressures and {} shears, but the wet surface {points} quadrature points",
@@ -287,17 +307,19 @@ impl Structure {
         tolerance: f64,
         start: Vec<f64>,
     ) -> Result<newton::Solution, SolidError> {
+        let mut cost = Stats::default();
         let kept = self.kept.take().filter(|kept| kept.from.dt == dt);
-        let (mut kept, from) = kept.map(|k| (k.tangent, k.from)).unzip();
+        let (mut kept, from) = kept.and_then(|kept| kept.ready(&mut cost)).unzip();
         let assembled = RefCell::new(from);
         let step = TimeStep {
-            structure: self,
+            equation: &self.equation,
+            old: &self.state,
             load,
             dt,
             offset: None,
             assembled: &assembled,
+            forces: &self.forces,
         };
-        let mut cost = Stats::default();
         let direct = newton::solve(&step, start, tolerance, &self.newton, &mut kept);
         let result = match direct {
             Ok(solution) => Ok(solution),
@@ -320,7 +342,10 @@ impl Structure {
         // There is never more than one factorization, so it is of the tangent that was assembled last.
         self.kept = kept
             .zip(assembled.into_inner())
-            .map(|(tangent, from)| Kept { from, tangent });
+            .map(|(tangent, from)| Kept {
+                from,
+                tangent: Tangent::Ready(tangent),
+            });
         let mut solution = result?;
         solution.stats += cost;
         Ok(solution)
@@ -341,7 +366,7 @@ fn continuation(
     loop {
         let target = f64::min(reached + increment, 1.0);
         let partial = TimeStep {
-            offset: (target < 1.0).then(|| (initial.clone(), 1.0 - target)),
+            offset: (target < 1.0).then(|| (&initial[..], 1.0 - target)),
             ..*step
         };
         match newton::solve(&partial, d.clone(), tolerance, options, kept) {
@@ -359,101 +384,18 @@ fn continuation(
     }
 }
 
-/// The equations of one time step.
-struct TimeStep<'a> {
-    structure: &'a Structure,
-    load: &'a SurfaceLoad,
-    dt: f64,
-    offset: Option<(Vec<f64>, f64)>,
-    /// Whence the tangent comes that was assembled last.
-    assembled: &'a RefCell<Option<Linearization>>,
-}
-
-impl TimeStep<'_> {
-    /// Velocity and acceleration at the end of the step.
-    fn rates(&self, d: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let structure = self.structure;
-        structure.time_scheme.rates(&structure.state, d, self.dt)
-    }
-}
-
-impl Equilibrium for TimeStep<'_> {
-    fn residual(&self, d: &[f64]) -> Result<Residual, SolidError> {
-        let structure = self.structure;
-        let body = &structure.body;
-        let (v, a) = self.rates(d);
-        let rates: Vec<f64> = a
-            .iter()
-            .zip(&v)
-            .map(|(a, v)| a + structure.damping * v)
-            .collect();
-        let inertia = body.restrict(&body.pattern.multiply_scalar(&structure.mass, &rates));
-        let internal = body.restrict(&body.internal_forces(d)?);
-        let mut external = vec![0.0; d.len()];
-        structure.wet.add_forces(
-            &body.numbering,
-            d,
-            self.load,
-            LoadKind::Follower,
-            &mut external,
-        );
-        let external = body.restrict(&external);
-        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let scale = norm(&inertia).max(norm(&internal)).max(norm(&external));
-        let mut vector: Vec<f64> = (0..inertia.len())
-            .map(|i| inertia[i] + internal[i] - external[i])
-            .collect();
-        if let Some((initial, share)) = &self.offset {
-            vector
-                .iter_mut()
-                .zip(initial)
-                .for_each(|(r, r0)| *r -= share * r0);
-        }
-        Ok(Residual {
-            vector,
-            scale,
-            floor: structure.floor,
-        })
-    }
-
-    fn tangent(&self, d: &[f64], linearized_at: Option<&[f64]>) -> Result<Vec<f64>, SolidError> {
-        let structure = self.structure;
-        let body = &structure.body;
-        let mut values = body.tangent(d, linearized_at, &[(&structure.wet, self.load)])?;
-        let (velocity, acceleration) = structure.time_scheme.slopes(self.dt);
-        let mass = acceleration + structure.damping * velocity;
-        body.pattern.add_scalar(mass, &structure.mass, &mut values);
-        body.pattern.hold(&mut values);
-        *self.assembled.borrow_mut() = Some(Linearization {
-            d: d.to_vec(),
-            linearized_at: linearized_at.map(<[f64]>::to_vec),
-            load: self.load.clone(),
-            dt: self.dt,
-        });
-        Ok(values)
-    }
-
-    fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError> {
-        self.structure.body.factorize(tangent)
-    }
-
-    fn moved(&self, d: &[f64], step: &[f64], scale: f64) -> Vec<f64> {
-        self.structure.body.moved(d, step, scale)
-    }
-}
-
 impl Solid for Structure {
     type Trial = Trial;
     type Location = Location;
 
     fn wet_points(&self) -> &[SurfacePoint] {
-        &self.wet.points
+        &self.equation.wet.points
     }
 
     fn locate(&self, points: &[Vec3]) -> Result<Vec<Location>, SolidError> {
         points
             .iter()
-            .map(|x| self.locator.locate(&self.body, x))
+            .map(|x| self.locator.locate(&self.equation.body, x))
             .collect()
     }
 
@@ -475,14 +417,7 @@ impl Solid for Structure {
         };
         let solution = self.robust_solve(load, dt, tolerance, start)?;
         self.total += solution.stats;
-        let step = TimeStep {
-            structure: self,
-            load,
-            dt,
-            offset: None,
-            assembled: &RefCell::new(None),
-        };
-        let (v, a) = step.rates(&solution.d);
+        let (v, a) = (self.equation.time_scheme).rates(&self.state, &solution.d, dt);
         Ok(Trial {
             state: State {
                 d: solution.d,
@@ -491,6 +426,8 @@ impl Solid for Structure {
             },
             residuals: solution.residuals,
             stats: solution.stats,
+            load: load.clone(),
+            dt,
         })
     }
 
@@ -501,11 +438,18 @@ impl Solid for Structure {
     }
 
     fn deformed_areas(&self, trial: &Trial) -> Vec<Vec3> {
-        self.wet
-            .deformed_areas(&self.body.numbering, &trial.state.d)
+        self.equation
+            .wet
+            .deformed_areas(&self.equation.body.numbering, &trial.state.d)
     }
 
     fn accept(&mut self, trial: Trial) {
         self.state = trial.state;
+        if let (Some(cost), Some(kept)) = (self.newton.tangent_cost, &self.kept)
+            && let Tangent::Ready(tangent) = &kept.tangent
+            && tangent.is_worn(cost)
+        {
+            self.renew(trial.load, trial.dt);
+        }
     }
 }

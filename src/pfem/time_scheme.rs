@@ -1,6 +1,6 @@
 //! Time integration: velocity and acceleration at the end of a step from the displacement there.
 
-use super::structure::State;
+use super::equation_of_motion::State;
 
 pub use crate::case::TimeScheme;
 

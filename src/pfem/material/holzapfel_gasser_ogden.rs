@@ -19,8 +19,9 @@ pub struct HolzapfelGasserOgden {
     pub k1: f64,
     /// Exponent of the fibres.
     pub k2: f64,
-    /// Angle of the fibres from the circumferential direction towards plus and minus the axial direction, rad.
-    pub fibre_angle: f64,
+    /// Cosine and sine of the angle of the fibres from the circumferential direction towards plus and minus the axial
+    /// direction.
+    pub fibre: [f64; 2],
     /// Fibres shorter than in the reference configuration carry no load.
     pub tension_only: bool,
 }
@@ -28,7 +29,7 @@ pub struct HolzapfelGasserOgden {
 impl HolzapfelGasserOgden {
     /// Directions `a_1`, `a_2` of the fibres in the reference configuration.
     fn fibres(&self, frame: &Frame) -> [Vec3; 2] {
-        let (sin, cos) = self.fibre_angle.sin_cos();
+        let [cos, sin] = self.fibre;
         [
             frame.circumferential * cos + frame.axial * sin,
             frame.circumferential * cos - frame.axial * sin,
@@ -62,14 +63,14 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
             .map(|a| self.fibre_energy((F * a).norm_squared() - 1.0)[0])
             .sum();
         fibres
-            + 0.5 * self.mu * (F.norm_squared() * J.powf(-2.0 / 3.0) - 3.0)
+            + 0.5 * self.mu * (F.norm_squared() * J.cbrt().powi(-2) - 3.0)
             + 0.5 * self.kappa * (J - 1.0) * (J - 1.0)
     }
 
     /// `P = mu J^{-2/3} (F - I_C/3 F⁻ᵀ) + kappa (J - 1) J F⁻ᵀ + Σ_f 2 psi' (F a_f) ⊗ a_f`.
     fn stress(&self, F: &Mat3, frame: &Frame) -> Mat3 {
         let (G, J) = inverse_transpose(F);
-        let mu = self.mu * J.powf(-2.0 / 3.0);
+        let mu = self.mu * J.cbrt().powi(-2);
         let mut P = F * mu + G * (self.kappa * (J - 1.0) * J - mu * F.norm_squared() / 3.0);
         for a in self.fibres(frame) {
             let Fa = F * a;
@@ -84,7 +85,7 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
     /// + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj + Σ_f 4 psi'' (F a)_i a_j (F a)_k a_l + 2 psi' δ_ik a_j a_l`.
     fn tangent_with(&self, F: &Mat3, frame: &Frame, slope: f64) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
-        let mu = self.mu * J.powf(-2.0 / 3.0);
+        let mu = self.mu * J.cbrt().powi(-2);
         let I_C = F.norm_squared();
         let [_, curvature] = self.volumetric(J);
         let mut A = Tensor4::identity() * mu;
@@ -124,7 +125,7 @@ mod tests {
             kappa,
             k1,
             k2,
-            fibre_angle: angle.to_radians(),
+            fibre: [angle.to_radians().cos(), angle.to_radians().sin()],
             tension_only,
         };
         check(&material(5.4e4, 1e9, 640.0, 3.54, 10.0, false));
@@ -141,7 +142,7 @@ mod tests {
             kappa: 2.0,
             k1: 3.0,
             k2: 1.5,
-            fibre_angle: 0.0,
+            fibre: [1.0, 0.0],
             tension_only: true,
         };
         let frame = Frame::from_tangents(&Vec3::x(), &Vec3::y());

@@ -79,7 +79,10 @@ pub fn from_case(material: &Material) -> Box<dyn HyperelasticMaterial> {
             kappa,
             k1,
             k2,
-            fibre_angle: fibre_angle_deg.to_radians(),
+            fibre: [
+                fibre_angle_deg.to_radians().cos(),
+                fibre_angle_deg.to_radians().sin(),
+            ],
             tension_only,
         }),
         Material::SaintVenantKirchhoff {

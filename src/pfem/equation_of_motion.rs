@@ -1,0 +1,179 @@
+//! The semidiscrete equation of motion of a body, and its residual and tangent in one time step.
+
+use super::SolidError;
+use super::discretization::Discretization;
+use super::factor::Factorization;
+use super::newton::{Equilibrium, Residual};
+use super::solid::SurfaceLoad;
+use super::surface::{LoadKind, Surface};
+use super::time_scheme::TimeScheme;
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+
+/// Displacement, velocity and acceleration coefficients of all functions, held ones included.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Displacement, m.
+    pub d: Vec<f64>,
+    /// Velocity, m/s.
+    pub v: Vec<f64>,
+    /// Acceleration, m/s².
+    pub a: Vec<f64>,
+}
+
+/// What a tangent was assembled from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Linearization {
+    /// Displacement coefficients, m.
+    pub d: Vec<f64>,
+    /// Those that a full step of Newton's method led from to `d`.
+    pub linearized_at: Option<Vec<f64>>,
+    /// The load.
+    pub load: SurfaceLoad,
+    /// Length of the time step, s.
+    pub dt: f64,
+}
+
+/// What of `M (a + α v) + f_int(d) = f_ext(d)` stays the same from step to step.
+pub struct EquationOfMotion {
+    /// The discretized body.
+    pub body: Discretization,
+    /// The loaded surface.
+    pub wet: Surface,
+    /// Density times the mass integrals, one scalar per pair of functions.
+    pub mass: Vec<f64>,
+    /// Mass-proportional damping `α`, 1/s.
+    pub damping: f64,
+    /// How velocity and acceleration follow from the displacement.
+    pub time_scheme: TimeScheme,
+    /// Norm of the residual below which it is round-off, N.
+    pub floor: f64,
+}
+
+impl EquationOfMotion {
+    /// Assembles the tangent, with single components held.
+    fn tangent(&self, at: &Linearization) -> Result<Vec<f64>, SolidError> {
+        let body = &self.body;
+        let following = [(&self.wet, &at.load)];
+        let mut values = body.tangent(&at.d, at.linearized_at.as_deref(), &following)?;
+        let (velocity, acceleration) = self.time_scheme.slopes(at.dt);
+        let mass = acceleration + self.damping * velocity;
+        body.pattern.add_scalar(mass, &self.mass, &mut values);
+        body.pattern.hold(&mut values);
+        Ok(values)
+    }
+
+    /// Factorizes an assembled tangent. Inertia keeps it well enough conditioned for a factor in single precision.
+    fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError> {
+        self.body.factorize(tangent).map(Factorization::rounded)
+    }
+
+    /// Assembles the tangent and factorizes it.
+    pub fn factorized_tangent(&self, at: &Linearization) -> Result<Factorization, SolidError> {
+        self.factorize(&self.tangent(at)?)
+    }
+}
+
+/// Internal forces with the displacement that they belong to: a coupling iteration starts where the last one ended, with
+/// another load only.
+pub type InternalForces = Option<(Vec<f64>, Vec<f64>)>;
+
+/// The equations of one time step.
+#[derive(Clone, Copy)]
+pub struct TimeStep<'a> {
+    /// The equation of motion.
+    pub equation: &'a EquationOfMotion,
+    /// State at the beginning of the step.
+    pub old: &'a State,
+    /// Load at its end.
+    pub load: &'a SurfaceLoad,
+    /// Its length, s.
+    pub dt: f64,
+    /// A residual that is taken away, and the share of it.
+    pub offset: Option<(&'a [f64], f64)>,
+    /// Whence the tangent comes that was assembled last.
+    pub assembled: &'a RefCell<Option<Linearization>>,
+    /// The internal forces that were computed last.
+    pub forces: &'a RefCell<InternalForces>,
+}
+
+impl TimeStep<'_> {
+    /// Velocity and acceleration at the end of the step.
+    pub fn rates(&self, d: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        self.equation.time_scheme.rates(self.old, d, self.dt)
+    }
+
+    fn internal_forces(&self, d: &[f64]) -> Result<Vec<f64>, SolidError> {
+        let mut last = self.forces.borrow_mut();
+        match &*last {
+            Some((at, forces)) if at == d => Ok(forces.clone()),
+            _ => {
+                let forces = self.equation.body.internal_forces(d)?;
+                *last = Some((d.to_vec(), forces.clone()));
+                Ok(forces)
+            }
+        }
+    }
+}
+
+impl Equilibrium for TimeStep<'_> {
+    fn residual(&self, d: &[f64]) -> Result<Residual, SolidError> {
+        let EquationOfMotion {
+            body,
+            wet,
+            mass,
+            damping,
+            floor,
+            ..
+        } = self.equation;
+        let (v, a) = self.rates(d);
+        let rates: Vec<f64> = a.iter().zip(&v).map(|(a, v)| a + damping * v).collect();
+        let inertia = body.restrict(&body.pattern.multiply_scalar(mass, &rates));
+        let internal = body.restrict(&self.internal_forces(d)?);
+        let mut external = vec![0.0; d.len()];
+        wet.add_forces(
+            &body.numbering,
+            d,
+            self.load,
+            LoadKind::Follower,
+            &mut external,
+        );
+        let external = body.restrict(&external);
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let scale = norm(&inertia).max(norm(&internal)).max(norm(&external));
+        let mut vector: Vec<f64> = (0..inertia.len())
+            .map(|i| inertia[i] + internal[i] - external[i])
+            .collect();
+        if let Some((initial, share)) = self.offset {
+            vector
+                .iter_mut()
+                .zip(initial)
+                .for_each(|(r, r0)| *r -= share * r0);
+        }
+        Ok(Residual {
+            vector,
+            scale,
+            floor: *floor,
+        })
+    }
+
+    fn tangent(&self, d: &[f64], linearized_at: Option<&[f64]>) -> Result<Vec<f64>, SolidError> {
+        let at = Linearization {
+            d: d.to_vec(),
+            linearized_at: linearized_at.map(<[f64]>::to_vec),
+            load: self.load.clone(),
+            dt: self.dt,
+        };
+        let values = self.equation.tangent(&at)?;
+        *self.assembled.borrow_mut() = Some(at);
+        Ok(values)
+    }
+
+    fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError> {
+        self.equation.factorize(tangent)
+    }
+
+    fn moved(&self, d: &[f64], step: &[f64], scale: f64) -> Vec<f64> {
+        self.equation.body.moved(d, step, scale)
+    }
+}
