@@ -58,6 +58,15 @@ impl Palette {
         self.0[step.round() as usize]
     }
 
+    /// The colour of a value in a range; the first one if the range is empty.
+    pub fn within(&self, [low, high]: [f64; 2], value: f64) -> [u8; 3] {
+        self.at(if high > low {
+            (value - low) / (high - low)
+        } else {
+            0.0
+        })
+    }
+
     /// All colours, from 0 to 1.
     pub fn colours(&self) -> &[[u8; 3]] {
         &self.0

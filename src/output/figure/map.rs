@@ -2,8 +2,8 @@
 
 use super::axis::{Axis, Scale};
 use super::colour::Palette;
+use super::raster::{Bar, image};
 use super::text::text;
-use base64::Engine;
 use std::fmt::Write;
 
 /// Pixels of the field: enough for the finest meshes that are drawn, and little to store.
@@ -141,18 +141,14 @@ impl Map<'_> {
                 cy - 5.0
             );
         }
-        self.draw_bar([end + 14.0, top], &mut svg);
+        let bar = Bar {
+            range: self.range,
+            palette: &self.palette,
+            label: &self.label,
+        };
+        bar.draw([end + 14.0, top], AXES[1], &mut svg);
         svg.push_str("</svg>\n");
         svg
-    }
-
-    fn share(&self, value: f64) -> f64 {
-        let [low, high] = self.range;
-        if high > low {
-            (value - low) / (high - low)
-        } else {
-            0.0
-        }
     }
 
     fn draw_field(&self, [left, top]: [f64; 2], svg: &mut String) {
@@ -168,55 +164,10 @@ impl Map<'_> {
                 pixels.push(if value.is_nan() {
                     [255; 3]
                 } else {
-                    self.palette.at(self.share(value))
+                    self.palette.within(self.range, value)
                 });
             }
         }
         image(svg, [left, top, AXES[0], AXES[1]], PIXELS, &pixels);
     }
-
-    fn draw_bar(&self, [left, top]: [f64; 2], svg: &mut String) {
-        const WIDTH: f64 = 10.0;
-        let colours: Vec<[u8; 3]> = self.palette.colours().iter().rev().copied().collect();
-        image(
-            svg,
-            [left, top, WIDTH, AXES[1]],
-            [1, colours.len()],
-            &colours,
-        );
-        let axis = Axis::new(
-            Scale::Linear,
-            self.range.into_iter(),
-            false,
-            top + AXES[1],
-            top,
-        );
-        for tick in axis.ticks() {
-            let (at, name) = (axis.at(tick.value), tick.name.unwrap_or_default());
-            let _ = writeln!(
-                svg,
-                "<path d=\"M{:.1} {at:.1}h4\" stroke=\"black\" stroke-width=\"0.8\"/>",
-                left + WIDTH
-            );
-            text(svg, left + WIDTH + 6.0, at + 4.0, "start", 11.0, &name);
-        }
-        let (at, height) = (left + WIDTH + 48.0, top + 0.5 * AXES[1]);
-        let _ = write!(
-            svg,
-            "<g transform=\"translate({at:.1} {height:.1}) rotate(-90)\">"
-        );
-        text(svg, 0.0, 0.0, "middle", 12.0, &self.label);
-        svg.push_str("</g>\n");
-    }
-}
-
-/// Pixels, row by row from the top, in a frame at left, top, width and height.
-fn image(svg: &mut String, [x, y, w, h]: [f64; 4], size: [usize; 2], pixels: &[[u8; 3]]) {
-    let _ = writeln!(
-        svg,
-        "<image x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" preserveAspectRatio=\"none\" \
-         href=\"data:image/png;base64,{}\"/>\n\
-         <rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"none\" stroke=\"black\" stroke-width=\"0.8\"/>",
-        base64::engine::general_purpose::STANDARD.encode(super::png_image(size, pixels))
-    );
 }

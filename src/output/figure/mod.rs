@@ -5,6 +5,8 @@ pub mod axis;
 pub mod colour;
 mod curve;
 pub mod map;
+mod raster;
+pub mod section;
 mod text;
 
 use super::write_atomically;

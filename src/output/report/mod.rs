@@ -3,6 +3,8 @@
 
 mod findings;
 mod flow_cut;
+mod flow_field;
+mod flow_sections;
 mod maps;
 mod page;
 mod quantities;

@@ -1,5 +1,6 @@
 //! The page of a run.
 
+use super::flow_field::Flow;
 use super::page::{Page, chart, gallery, line, panel, table};
 use super::surface::Surface;
 use super::{maps, quantities, scene};
@@ -62,9 +63,11 @@ pub fn page(run: &Results) -> io::Result<String> {
             &gallery(&radii(run)?),
         );
     }
-    let cuts = super::flow_cut::of_run(run)?;
-    if !cuts.is_empty() {
+    if let Some(flow) = Flow::of(run)? {
+        let cuts = super::flow_cut::cuts(run, &flow);
         page.section("cuts", "Blood in a longitudinal cut", &gallery(&cuts));
+        let sections = super::flow_sections::sections(run, &flow);
+        page.section("sections", "Blood in cross-sections", &gallery(&sections));
     }
     page.section("effort", "Coupling", &gallery(&effort(run)));
     Ok(page.to_html())
