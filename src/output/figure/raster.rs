@@ -42,8 +42,19 @@ impl Bar<'_> {
             [1, colours.len()],
             &colours,
         );
-        let limits = self.range.into_iter();
-        let axis = Axis::new(Scale::Linear, limits, false, top + height, top);
+        // Small numbers would need more room than there is: their power of ten stands in the label.
+        let largest = self.range[0].abs().max(self.range[1].abs());
+        let power = match largest > 0.0 && largest < 5e-3 {
+            true => largest.log10().floor() as i32,
+            false => 0,
+        };
+        let limits = self.range.map(|value| value / 10f64.powi(power));
+        let axis = Axis::new(Scale::Linear, limits.into_iter(), false, top + height, top);
+        let label = match (power, self.label.strip_suffix(" / 1")) {
+            (0, _) => self.label.to_owned(),
+            (_, Some(name)) => format!("{name} / 10^{{{power}}}"),
+            (_, None) => format!("{} × 10^{{{}}}", self.label, -power),
+        };
         for tick in axis.ticks() {
             let (at, name) = (axis.at(tick.value), tick.name.unwrap_or_default());
             let _ = writeln!(
@@ -58,7 +69,7 @@ impl Bar<'_> {
             svg,
             "<g transform=\"translate({at:.1} {middle:.1}) rotate(-90)\">"
         );
-        text(svg, 0.0, 0.0, "middle", 12.0, self.label);
+        text(svg, 0.0, 0.0, "middle", 12.0, &label);
         svg.push_str("</g>\n");
     }
 }
