@@ -229,6 +229,11 @@ void Foam::referenceLaplacianMotionSolver::solve()
         fvPatchVectorField& values =
             cellDisplacement_.boundaryFieldRef()[patchi];
         const polyPatch& pp = fvMesh_.boundaryMesh()[patchi];
+        if (values.empty())
+        {
+            // Of the plane of a problem in two dimensions
+            continue;
+        }
         const SubField<scalar> conductance(conductance_, pp.size(), pp.start());
         if (!values.coupled())
         {
