@@ -130,12 +130,7 @@ pub const KEYS: &[Key] = &[
 pub const OPTIONAL_TABLES: &[&str] = &["flag"];
 
 /// Bodies and parts of the wall that have a material each.
-pub const MATERIAL_TABLES: &[&str] = &[
-    "wall.graft",
-    "wall.media",
-    "wall.adventitia",
-    "flag.solid",
-];
+pub const MATERIAL_TABLES: &[&str] = &["wall.graft", "wall.media", "wall.adventitia", "flag.solid"];
 
 /// The materials by name with their parameters.
 #[rustfmt::skip]

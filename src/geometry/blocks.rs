@@ -78,10 +78,8 @@ impl Block {
         let turn = 1.0 - (b - a) * (d - c);
         let (s, t) = ((a + c * (b - a)) / turn, (c + a * (d - c)) / turn);
         std::array::from_fn(|k| {
-            let sides = (1.0 - t) * south[i][k]
-                + t * north[i][k]
-                + (1.0 - s) * west[j][k]
-                + s * east[j][k];
+            let sides =
+                (1.0 - t) * south[i][k] + t * north[i][k] + (1.0 - s) * west[j][k] + s * east[j][k];
             let corners = (1.0 - s) * ((1.0 - t) * south[0][k] + t * north[0][k])
                 + s * ((1.0 - t) * south[n][k] + t * north[n][k]);
             sides - corners

@@ -81,7 +81,9 @@ impl Flag {
     /// Number of cells of [`fluid_mesh`](Self::fluid_mesh).
     pub fn cells(&self) -> usize {
         let blocks = self.blocks();
-        let cells = blocks.iter().map(|block| block.cells().iter().product::<usize>());
+        let cells = blocks
+            .iter()
+            .map(|block| block.cells().iter().product::<usize>());
         cells.sum()
     }
 
@@ -248,8 +250,7 @@ struct FlagShape(Flag);
 impl HexShape for FlagShape {
     fn position(&self, element: usize, xi: [f64; 3]) -> Vec3 {
         let Self(flag) = self;
-        let station =
-            |i: usize| (i as f64 / flag.mesh.elements as f64).powf(ELEMENTS);
+        let station = |i: usize| (i as f64 / flag.mesh.elements as f64).powf(ELEMENTS);
         let y = flag.cylinder_y + 0.5 * flag.thickness * xi[1];
         let (begin, end) = (flag.begin(y), flag.end());
         let [from, to] = [station(element), station(element + 1)];

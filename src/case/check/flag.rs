@@ -34,7 +34,9 @@ pub(super) fn check(case: &Case, flag: &Flag, report: &mut Report<'_>) {
     report(
         &["flag.thickness_m", "flag.cylinder_radius_m"],
         flag.thickness > r,
-        format!("the flag must be thinner than the cylinder: at most flag.cylinder_radius_m = {r:?}"),
+        format!(
+            "the flag must be thinner than the cylinder: at most flag.cylinder_radius_m = {r:?}"
+        ),
     );
     let end = flag.end();
     report(
