@@ -128,8 +128,12 @@ impl Stack {
                 require(format!("{table}.{}", key.path), key);
             }
         }
-        let (file, count) = (file.to_owned(), missing.len());
-        match missing.first() {
+        let file = file.to_owned();
+        // The defaults have nothing to say about optional tables.
+        let of_defaults =
+            |(path, ..): &&(String, _, _)| !schema::OPTIONAL_TABLES.contains(&schema::root(path));
+        let count = missing.iter().filter(of_defaults).count();
+        match missing.iter().find(of_defaults) {
             Some((first, ..)) if count >= MANY => {
                 errors.push(CaseError::NoDefaults {
                     file,

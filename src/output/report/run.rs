@@ -16,7 +16,7 @@ pub fn page(run: &Results) -> io::Result<String> {
     let window = run.hemodynamics.window;
     let lead = format!(
         "{} fluid cells, structure of degree {} with {} elements; {} steps to t = {:.3} s. Averages over {} s < t ≤ {} s{}.",
-        run.case.fluid_cells(),
+        run.case.fluid.mesh.cells(),
         run.case.structure.p,
         run.case.structure.axial_per_section
             * 4
