@@ -48,6 +48,7 @@ impl RigidTube {
             windkessel: &case.windkessel,
             ramp: &case.ramp,
             time: &case.time,
+            flag: None,
             ranks: 1,
         }
         .write(folder.path())

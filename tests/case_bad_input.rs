@@ -30,6 +30,16 @@ fn refuse(file: &Path, set: &[(&str, &str)]) -> CaseErrors {
 #[rustfmt::skip]
 const SINGLE: &[(&str, &str, &str, &str)] = &[
     // model, key, value, message
+    ("turek-hron", "flag.cylinder_x_m", "0.05", "behind the inlet"),
+    ("turek-hron", "flag.cylinder_y_m", "0.37", "less than 0.36"),
+    ("turek-hron", "flag.channel_height_m", "0.05", "flag.cylinder_y_m"),
+    ("turek-hron", "flag.thickness_m", "0.06", "at most flag.cylinder_radius_m"),
+    ("turek-hron", "flag.length_m", "2.3", "flag.channel_length_m"),
+    ("turek-hron", "flag.lenght_m", "0.3", "did you mean `flag.length_m`?"),
+    ("turek-hron", "flag.mesh.cell_size_m", "1e-9", "a thousandth of"),
+    ("turek-hron", "flag.mesh.largest_cell_m", "1e-3", "at least flag.mesh.cell_size_m"),
+    ("turek-hron", "flag.solid.mu_Pa", "1e6", "it has youngs_modulus_Pa"),
+    ("turek-hron", "coupling.surrogate", "tube", "write \"none\""),
     ("S-0.25", "model.extension", "spiral", "\"straight\", \"helix\", \"arc\""),
     ("S-0.25", "model.extension", "strait", "did you mean \"straight\"?"),
     ("S-0.25", "model.extension", "3", "one of"),

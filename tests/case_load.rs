@@ -228,6 +228,7 @@ fn the_file_of_record_gives_the_same_case_whatever_the_preset() {
                 ("inflow.base_m3_s", "1.23456789012345e-6"),
             ],
         ),
+        ("turek-hron", vec![("flag.solid.poisson_ratio", "0.3")]),
     ] {
         let case = load(&project().join(model), Preset::Demo, &set);
         for text in [case.to_toml_string(), case.case.to_toml_string()] {
@@ -235,6 +236,8 @@ fn the_file_of_record_gives_the_same_case_whatever_the_preset() {
                 "# Every value of a run of fsi-driver {}",
                 env!("CARGO_PKG_VERSION")
             )));
+            // A vessel's case says nothing about what it has not.
+            assert_eq!(text.contains("flag"), model == "turek-hron");
             let file = scratch.path().join("case.resolved.toml");
             std::fs::write(&file, &text).unwrap();
             for preset in Preset::ALL {

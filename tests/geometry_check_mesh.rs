@@ -1,4 +1,4 @@
-//! OpenFOAM's own opinion of the fluid meshes: all twelve models, and the presets.
+//! OpenFOAM's own opinion of the fluid meshes: all twelve models, the presets, the flag.
 
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::geometry::fluid_mesh;
@@ -17,8 +17,11 @@ fn check(model: &str, preset: Preset) -> f64 {
         .join("openfoam-case")
         .join(model);
     let case = Case::load(&folder, preset, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let mesh = fluid_mesh(&case);
-    assert_eq!(mesh.cells(), case.fluid.mesh.cells());
+    let mesh = match &case.flag {
+        Some(flag) => flag.fluid_mesh(),
+        None => fluid_mesh(&case),
+    };
+    assert_eq!(mesh.cells(), case.fluid_cells());
     let scratch = tempfile::tempdir().unwrap();
     mesh.write(scratch.path()).unwrap();
     let system = scratch.path().join("system");
@@ -91,4 +94,9 @@ fn the_hardest_models_are_good_meshes_at_the_other_presets() {
     for model in ["S-0.25", "H-0.75"] {
         check(model, Preset::Paper);
     }
+}
+
+#[test]
+fn the_flag_in_its_channel_passes() {
+    check("turek-hron", Preset::Paper);
 }

@@ -26,6 +26,18 @@ namespace
 {
     //- More outer correctors than any step takes
     const Foam::label unlimited = 1000000000;
+
+    //- The length of the present step as the next one will remember it, which
+    //  Time lays down when a step begins
+    struct presentStep
+    :
+        public Foam::TimeState
+    {
+        static Foam::scalar& length(Foam::Time& clock)
+        {
+            return clock.*(&presentStep::deltaTSave_);
+        }
+    };
 }
 
 
@@ -167,6 +179,7 @@ void Foam::fsiMotionFvMesh::setTimeStep(const scalar length)
     {
         const scalar start = clock.value() - clock.deltaTValue();
         clock.setDeltaT(length);
+        presentStep::length(clock) = length;
         clock.setTime(start + length, clock.timeIndex());
     }
 }

@@ -6,8 +6,10 @@
 #include "addToRunTimeSelectionTable.H"
 #include "fixedValueFvPatchFields.H"
 #include "fvMatrices.H"
+#include "ListListOps.H"
 #include "syncTools.H"
 #include "valuePointPatchField.H"
+#include "wordRes.H"
 
 namespace Foam
 {
@@ -70,6 +72,55 @@ void Foam::referenceLaplacianMotionSolver::setConductance
         const vector d(other - own);
         conductance_[facei] =
             size/max((area & d)/(size + VSMALL), 0.05*mag(d));
+    }
+}
+
+
+void Foam::referenceLaplacianMotionSolver::applyDiffusivity
+(
+    const dictionary& dict
+)
+{
+    const wordRes names(dict.get<wordRes>("patches"));
+    const scalar length = dict.getCheck<scalar>("length", scalarMinMax::ge(VSMALL));
+    const scalar exponent = dict.get<scalar>("exponent");
+    const polyBoundaryMesh& patches = fvMesh_.boundaryMesh();
+    const labelHashSet chosen(patches.patchSet(names, true));
+
+    // Faces of the patches on all ranks
+    List<pointField> gathered(Pstream::nProcs());
+    DynamicList<point> here;
+    for (const label patchi : chosen)
+    {
+        for (const face& f : patches[patchi])
+        {
+            here.append(f.centre(points0()));
+        }
+    }
+    gathered[Pstream::myProcNo()] = here;
+    Pstream::gatherList(gathered);
+    Pstream::scatterList(gathered);
+    const pointField from
+    (
+        ListListOps::combine<pointField>(gathered, accessOp<pointField>())
+    );
+    if (from.empty())
+    {
+        FatalIOErrorInFunction(dict)
+            << "no face on the patches " << names << "; the mesh has "
+            << patches.names() << exit(FatalIOError);
+    }
+
+    const faceList& faces = fvMesh_.faces();
+    forAll(faces, facei)
+    {
+        const point centre(faces[facei].centre(points0()));
+        scalar nearest = GREAT;
+        for (const point& other : from)
+        {
+            nearest = min(nearest, magSqr(centre - other));
+        }
+        conductance_[facei] *= pow(1 + sqrt(nearest)/length, -exponent);
     }
 }
 
@@ -200,6 +251,10 @@ Foam::referenceLaplacianMotionSolver::referenceLaplacianMotionSolver
 {
     const vectorField centres(cellCentres());
     setConductance(centres);
+    if (coeffDict().found("diffusivity"))
+    {
+        applyDiffusivity(coeffDict().subDict("diffusivity"));
+    }
     setPointWeights(centres);
     findPrescribed();
 }
@@ -229,6 +284,11 @@ void Foam::referenceLaplacianMotionSolver::solve()
         fvPatchVectorField& values =
             cellDisplacement_.boundaryFieldRef()[patchi];
         const polyPatch& pp = fvMesh_.boundaryMesh()[patchi];
+        if (values.empty())
+        {
+            // Of the plane of a problem in two dimensions
+            continue;
+        }
         const SubField<scalar> conductance(conductance_, pp.size(), pp.start());
         if (!values.coupled())
         {

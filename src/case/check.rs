@@ -1,5 +1,7 @@
 //! Physical sense: values that are allowed one by one but do not fit each other.
 
+mod flag;
+
 use super::error::CaseError;
 use crate::hemodynamics::Window;
 
@@ -45,7 +47,10 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
             message,
         });
     };
-    vessel(case, &mut report);
+    match &case.flag {
+        Some(flag) => flag::check(case, flag, &mut report),
+        None => vessel(case, &mut report),
+    }
     times(case, &mut report);
     discretization(case, &mut report);
     files(case, &mut report);

@@ -1,6 +1,6 @@
 //! How large a case is before anything is built.
 
-use super::{Case, FluidMesh, Structure};
+use super::{Case, Flag, FluidMesh, Structure};
 
 impl FluidMesh {
     /// Number of fluid cells.
@@ -39,12 +39,27 @@ impl Structure {
 }
 
 impl Case {
+    /// Number of fluid cells.
+    pub fn fluid_cells(&self) -> usize {
+        let mesh = &self.fluid.mesh;
+        self.flag.as_ref().map_or_else(|| mesh.cells(), Flag::cells)
+    }
+
+    /// Degrees of freedom of the structure, the held ones included.
+    pub fn structure_degrees_of_freedom(&self) -> usize {
+        let structure = &self.structure;
+        self.flag.as_ref().map_or_else(
+            || structure.degrees_of_freedom(),
+            |flag| flag.degrees_of_freedom(structure.p),
+        )
+    }
+
     /// Memory that a run takes, bytes, within a quarter for the presets: 98 MB for each `pimpleFoam` and 2.1 kB a cell;
     /// 10 MB for the driver and, for the factors of the tangent, a power of the degrees of freedom n (nested dissection
     /// of a body: n^(4/3)). All factors measured.
     pub fn memory(&self) -> f64 {
-        let fluid = 98e6 * self.fluid.ranks as f64 + 2.1e3 * self.fluid.mesh.cells() as f64;
-        let wall = 10e6 + 600.0 * (self.structure.degrees_of_freedom() as f64).powf(4.0 / 3.0);
+        let fluid = 98e6 * self.fluid.ranks as f64 + 2.1e3 * self.fluid_cells() as f64;
+        let wall = 10e6 + 600.0 * (self.structure_degrees_of_freedom() as f64).powf(4.0 / 3.0);
         fluid + wall
     }
 

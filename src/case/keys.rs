@@ -111,10 +111,26 @@ pub const KEYS: &[Key] = &[
     optional("output.window_start_s", from(0.0, 1e4), "start of the time window of the hemodynamics"),
     optional("output.window_end_s", above(0.0, 1e4), "end of the time window of the hemodynamics"),
     optional("output.probes_m", Kind::Points, "points of the unloaded lumen's surface whose motion is recorded"),
+    key("flag.channel_length_m", above(0.0, 1e3), "length of the channel"),
+    key("flag.channel_height_m", above(0.0, 1e3), "height of the channel"),
+    key("flag.depth_m", above(0.0, 1e3), "extent of the plane problem along z"),
+    key("flag.cylinder_x_m", above(0.0, 1e3), "position of the cylinder along the channel"),
+    key("flag.cylinder_y_m", above(0.0, 1e3), "position of the cylinder above the lower wall"),
+    key("flag.cylinder_radius_m", above(0.0, 1e3), "radius of the cylinder"),
+    key("flag.length_m", above(0.0, 1e3), "length of the flag behind the cylinder"),
+    key("flag.thickness_m", above(0.0, 1e3), "thickness of the flag"),
+    key("flag.mean_velocity_m_s", from(-1e3, 1e3), "mean velocity of the inflow"),
+    key("flag.mesh.elements", Kind::Whole(1, 1000), "elements along the flag"),
+    key("flag.mesh.cell_size_m", above(0.0, 1e3), "size of the fluid's cells at the flag"),
+    key("flag.mesh.growth", from(1.0, 2.0), "ratio of the sizes of neighbouring cells"),
+    key("flag.mesh.largest_cell_m", above(0.0, 1e3), "largest size of a cell along the channel"),
 ];
 
-/// Parts of the wall that have a material each.
-pub const MATERIAL_TABLES: &[&str] = &["wall.graft", "wall.media", "wall.adventitia"];
+/// Tables that a case may do without; where one has any key it needs all.
+pub const OPTIONAL_TABLES: &[&str] = &["flag"];
+
+/// Bodies and parts of the wall that have a material each.
+pub const MATERIAL_TABLES: &[&str] = &["wall.graft", "wall.media", "wall.adventitia", "flag.solid"];
 
 /// The materials by name with their parameters.
 #[rustfmt::skip]

@@ -25,6 +25,7 @@
 mod check;
 mod error;
 mod estimate;
+mod flag;
 mod flow_curve;
 pub(crate) mod keys;
 mod load;
@@ -37,6 +38,7 @@ pub(crate) mod value;
 mod write;
 
 pub use error::{CaseError, CaseErrors, Place};
+pub use flag::{Flag, FlagMesh};
 pub use flow_curve::{FlowCurve, FlowCurveError};
 pub use load::{Preset, ResolvedCase};
 
@@ -71,6 +73,9 @@ pub struct Case {
     pub coupling: Coupling,
     /// What is written and how often.
     pub output: Output,
+    /// A flag in a channel in place of the vessel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flag: Option<Flag>,
 }
 
 /// Upstream path and imperfection.

@@ -1,6 +1,6 @@
 //! What a key of a case is and which values it allows; the keys themselves stand in the table `keys`.
 
-pub use super::keys::{KEYS, MATERIAL, MATERIAL_TABLES, MATERIALS};
+pub use super::keys::{KEYS, MATERIAL, MATERIAL_TABLES, MATERIALS, OPTIONAL_TABLES};
 
 /// One key of `case.toml`.
 #[derive(Debug, Clone, Copy)]
@@ -107,6 +107,11 @@ pub fn split_material(path: &str) -> Option<(&'static str, &str)> {
     MATERIAL_TABLES
         .iter()
         .find_map(|table| Some((*table, path.strip_prefix(table)?.strip_prefix('.')?)))
+}
+
+/// The first name of a path: the table at the root of the file.
+pub fn root(path: &str) -> &str {
+    path.split('.').next().unwrap_or(path)
 }
 
 /// What is known of the key at `path`.

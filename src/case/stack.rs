@@ -104,11 +104,18 @@ impl Stack {
         }
     }
 
+    /// Whether the case has this table at the root of the file.
+    fn is_there(&self, table: &str) -> bool {
+        let mut given = self.top.keys().chain(&self.wrong);
+        !schema::OPTIONAL_TABLES.contains(&table) || given.any(|key| schema::root(key) == table)
+    }
+
     /// Every key needs a value, but for the optional ones.
     pub(super) fn require_all(&self, file: &Path, errors: &mut Vec<CaseError>) {
         let mut missing = Vec::new();
         let mut require = |path: String, key: &Key| {
-            if !key.optional && !self.top.contains_key(&path) && !self.wrong.contains(&path) {
+            let wanted = !key.optional && self.is_there(schema::root(&path));
+            if wanted && !self.top.contains_key(&path) && !self.wrong.contains(&path) {
                 missing.push((path, key.kind, key.about));
             }
         };
@@ -121,8 +128,12 @@ impl Stack {
                 require(format!("{table}.{}", key.path), key);
             }
         }
-        let (file, count) = (file.to_owned(), missing.len());
-        match missing.first() {
+        let file = file.to_owned();
+        // The defaults have nothing to say about optional tables.
+        let of_defaults =
+            |(path, ..): &&(String, _, _)| !schema::OPTIONAL_TABLES.contains(&schema::root(path));
+        let count = missing.iter().filter(of_defaults).count();
+        match missing.iter().find(of_defaults) {
             Some((first, ..)) if count >= MANY => {
                 errors.push(CaseError::NoDefaults {
                     file,

@@ -46,9 +46,12 @@ fn write(case: &Case, origin: impl Fn(&str) -> Option<String>) -> String {
     };
     for (i, key) in schema::KEYS.iter().enumerate() {
         line(key.path, key);
-        // Materials follow the other keys of the wall.
-        if key.path.starts_with("wall.") && !schema::KEYS[i + 1].path.starts_with("wall.") {
-            for table in schema::MATERIAL_TABLES {
+        // Materials follow the other keys of their table.
+        let root = schema::root(key.path);
+        let next = schema::KEYS.get(i + 1);
+        if next.is_none_or(|next| schema::root(next.path) != root) {
+            let tables = schema::MATERIAL_TABLES.iter();
+            for table in tables.filter(|table| schema::root(table) == root) {
                 let parameters = schema::MATERIALS.iter().flat_map(|(_, keys)| *keys);
                 let mut seen = Vec::new();
                 for key in [&schema::MATERIAL].into_iter().chain(parameters) {

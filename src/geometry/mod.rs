@@ -2,8 +2,12 @@
 //!
 //! A [`Vessel`] knows the surfaces `r(x, φ)` and the [`CentreLine`]; both meshes are made from it and so fit together.
 //! The x-axis runs downstream, the deformable part begins at x = 0, and φ turns from +y to +z.
+//!
+//! A case may have a [`Flag`](crate::case::Flag) in a channel instead, whose two meshes are made in [`flag`].
 
+pub mod blocks;
 pub mod centre_line;
+pub mod flag;
 pub mod hex_mesh;
 pub mod imperfection;
 pub mod o_grid;

@@ -38,8 +38,11 @@ pub struct Region {
 
 impl Region {
     /// The regions of a case. The last one begins where the blend of the cross-sections ends, and ends as far from the
-    /// outlet; there is none if the artery is too short for it.
+    /// outlet; there is none if the artery is too short for it. A flag is no vessel and has no regions.
     pub fn of(case: &Case) -> Vec<Self> {
+        if case.flag.is_some() {
+            return Vec::new();
+        }
         let geometry = &case.geometry;
         let joint = geometry.graft_length;
         let end = joint + geometry.artery_length;

@@ -74,10 +74,17 @@ impl Results {
     /// Reads the run in the folder `root`.
     ///
     /// # Errors
-    /// If there is none, or it has not ended yet, or a file of it is damaged.
+    /// If there is none, or it has not ended yet, or a file of it is damaged, or it is not one of a vessel.
     pub fn load(root: &Path) -> Result<Self, ResultsError> {
         let files = RunFiles::new(root);
         let case = read_case(&files)?;
+        if case.flag.is_some() {
+            return Err(ResultsError(format!(
+                "{} is the run of a [flag], but reports and comparisons are about vessels; look at its probes.csv and history.csv, \
+                 and open structure.pvd and openfoam/fluid.foam in ParaView",
+                root.display()
+            )));
+        }
         let failed = |path: &Path, error: &dyn std::fmt::Display| {
             ResultsError(format!("cannot read {}: {error}", path.display()))
         };

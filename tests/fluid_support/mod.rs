@@ -69,6 +69,7 @@ impl Channel {
                 period: 1.0,
                 max_halvings: 0,
             },
+            flag: None,
             ranks: 2,
         }
         .write(&case)

@@ -107,7 +107,7 @@ impl Report {
 
     /// Refuses to compare what cannot be compared.
     pub fn check(&self, preset: &str, case: &Case) -> Result<(), Failure> {
-        let cells = case.fluid.mesh.cells();
+        let cells = case.fluid_cells();
         if (self.preset.as_str(), self.fluid_cells) == (preset, cells) {
             return Ok(());
         }

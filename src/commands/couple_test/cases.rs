@@ -59,7 +59,10 @@ impl Plan<'_> {
         let mut runs = Vec::new();
         for path in cases {
             let base = self.chosen.load(path)?;
-            let mut chosen = self.chosen.clone().with("output.probes_m", probes(&base));
+            let mut chosen = self.chosen.clone();
+            if base.flag.is_none() {
+                chosen = chosen.with("output.probes_m", probes(&base));
+            }
             if let Some(steps) = self.steps {
                 let end = steps as f64 * base.time.step;
                 chosen = chosen.with("time.end_s", format!("{end:?}"));

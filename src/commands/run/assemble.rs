@@ -1,5 +1,6 @@
 //! From a case to everything that a running case consists of.
 
+use super::domain::Domain;
 use super::interrupt::Interrupt;
 use super::rescue::Trouble;
 use super::surrogate::surrogate;
@@ -19,7 +20,6 @@ use crate::fluid::openfoam::case_files::CaseFiles;
 use crate::fluid::openfoam::session::Terms;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::{Fluid, FluidEffort, FluidError};
-use crate::geometry::Vessel;
 use crate::hemodynamics::{Monitor, Region, Wall, Window};
 use crate::output::probes::Probes;
 use crate::output::record::{Record, RecordSettings};
@@ -27,8 +27,7 @@ use crate::output::wall_record::WallRecordSettings;
 use crate::pfem::mapping::MappingKind;
 use crate::pfem::newton::NewtonOptions;
 use crate::pfem::samples::Sampler;
-use crate::pfem::supports::Support;
-use crate::pfem::{SolidError, Space, SpaceKind, Structure, StructureOptions, discretization};
+use crate::pfem::{SolidError, Structure, StructureOptions, discretization};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -62,9 +61,9 @@ impl Run {
         checkpoint: Option<&Checkpoint>,
         interrupt: Interrupt,
     ) -> Result<Self, Failure> {
-        let vessel = Vessel::new(case);
-        let mesh = vessel.fluid_mesh(&case.fluid.mesh);
-        let mut solid = structure(case, &vessel).map_err(run_failure)?;
+        let domain = Domain::new(case);
+        let mut solid = structure(case, &domain).map_err(run_failure)?;
+        let mesh = &domain.fluid;
         mesh.write(&folder.openfoam()).map_err(written)?;
         CaseFiles {
             templates: &case.fluid.templates,
@@ -73,6 +72,7 @@ impl Run {
             windkessel: &case.windkessel,
             ramp: &case.ramp,
             time: &case.time,
+            flag: case.flag.as_ref(),
             ranks: case.fluid.ranks,
         }
         .write(&folder.openfoam())
@@ -96,7 +96,6 @@ impl Run {
         })?;
         let transfer = Transfer::new(fluid.interface(), &solid).map_err(run_failure)?;
         let volumes = mesh.cell_volumes();
-        let rigid = volumes.len() / case.fluid.mesh.slices() * case.fluid.mesh.axial_extension;
         let points = case.output.probes.iter().map(|&x| x.into()).collect();
         let probes = Probes::new(points, &solid)
             .map_err(|e| run_failure(format!("output.probes_m: {e}")))?;
@@ -119,8 +118,7 @@ impl Run {
                 time_step: case.time.step,
             },
             case: path.to_owned(),
-            // Cells are numbered cross-section by cross-section, those of the extension first.
-            rigid_volume: volumes[..rigid].iter().sum(),
+            rigid_volume: volumes[..domain.rigid_cells].iter().sum(),
             volume: volumes.iter().sum(),
             fluid_cells: volumes.len(),
             structure_dofs: solid.body().degrees_of_freedom(),
@@ -184,18 +182,16 @@ impl Run {
     }
 }
 
-/// The wall of a vessel: clamped at both ends, loaded from the inside.
-fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
+/// The solid of a domain.
+fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> {
     let settings = &case.structure;
-    let mut discretization =
-        discretization::Options::new(Space::isotropic(SpaceKind::Trunk, settings.p));
+    let mut discretization = discretization::Options::new(domain.space);
     if let Some(degree) = settings.p_geometry {
         discretization.mapping = MappingKind::Blended(degree);
     }
     if let Some(points) = settings.quadrature_points {
         discretization.quadrature_points = [points; 3];
     }
-    let materials = [&case.wall.graft, &case.wall.media, &case.wall.adventitia].map(Clone::clone);
     let options = StructureOptions {
         discretization,
         density: case.wall.density,
@@ -205,13 +201,10 @@ fn structure(case: &Case, vessel: &Vessel) -> Result<Structure, SolidError> {
             max_iterations: settings.newton_max_iterations,
             ..NewtonOptions::default()
         },
-        wet_surface: "inner".into(),
-        supports: vec![
-            Support::Clamped("start".into()),
-            Support::Clamped("end".into()),
-        ],
+        wet_surface: domain.wet_surface.into(),
+        supports: domain.supports.clone(),
     };
-    Structure::new(&vessel.solid_mesh(settings), &materials, &options)
+    Structure::new(&domain.solid, &domain.materials, &options)
 }
 
 fn acceleration(settings: &case::Coupling, surrogate: Box<dyn Surrogate>) -> Box<dyn Acceleration> {

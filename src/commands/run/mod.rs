@@ -3,6 +3,7 @@
 mod advance;
 mod assemble;
 mod conclude;
+mod domain;
 pub mod interrupt;
 mod rescue;
 pub mod save;

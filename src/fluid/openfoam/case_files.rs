@@ -4,7 +4,7 @@
 //! `system/fsiParameters` (the physics) and `system/fsiConnection` (the way to the driver, new at every start).
 //! The mesh is written by others.
 
-use crate::case::{Blood, Inflow, Ramp, Time, Windkessel};
+use crate::case::{Blood, Flag, Inflow, Ramp, Time, Windkessel};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -61,6 +61,8 @@ pub struct CaseFiles<'a> {
     pub ramp: &'a Ramp,
     /// Time axis.
     pub time: &'a Time,
+    /// The channel, if the blood flows around a flag.
+    pub flag: Option<&'a Flag>,
     /// MPI ranks.
     pub ranks: usize,
 }
@@ -109,8 +111,15 @@ impl CaseFiles<'_> {
             ("period", self.time.period, "s"),
             ("ranks", self.ranks as f64, "MPI ranks"),
         ];
+        let channel = self.flag.map_or(vec![], |flag| {
+            vec![
+                ("channelHeight", flag.channel_height, "m"),
+                ("meanVelocity", flag.mean_velocity, "m/s, at the inlet"),
+                ("depth", flag.depth, "m, along z"),
+            ]
+        });
         let mut text = String::from("// Numbers of the case; written by fsi-driver, do not edit\n");
-        for (name, value, unit) in entries {
+        for (name, value, unit) in entries.into_iter().chain(channel) {
             // `{:e}` is the shortest form that reads back as the same number
             let value = if name == "ranks" {
                 format!("{value}")

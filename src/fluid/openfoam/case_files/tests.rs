@@ -15,6 +15,7 @@ fn files<'a>(inflow: &'a Inflow, time: &'a Time, templates: &'a Path) -> CaseFil
         },
         ramp: &Ramp { duration: 0.0 },
         time,
+        flag: None,
         ranks: 2,
     }
 }

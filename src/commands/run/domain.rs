@@ -1,0 +1,74 @@
+//! What a case is about: the bodies, their meshes, and what holds the solid. The one place where it is chosen.
+
+use crate::case::{Case, Flag, Material};
+use crate::geometry::{HexMesh, PolyMesh, Vessel};
+use crate::pfem::supports::Support;
+use crate::pfem::{Space, SpaceKind};
+
+/// A fluid and a solid that fit together.
+pub struct Domain {
+    /// Mesh of the fluid; its patch `wallFsi` is the wet surface.
+    pub fluid: PolyMesh,
+    /// The first cells of the fluid, whose volume does not count because they are beyond the deformable part.
+    pub rigid_cells: usize,
+    /// Mesh of the solid.
+    pub solid: HexMesh,
+    /// Materials by region of the solid's mesh.
+    pub materials: Vec<Material>,
+    /// Space of the solid's displacement.
+    pub space: Space,
+    /// Surface of the solid's mesh that the fluid touches.
+    pub wet_surface: &'static str,
+    /// What holds the solid.
+    pub supports: Vec<Support>,
+}
+
+impl Domain {
+    /// The domain of a checked case.
+    pub fn new(case: &Case) -> Self {
+        match &case.flag {
+            Some(flag) => Self::flag(flag, case.structure.p),
+            None => Self::vessel(case),
+        }
+    }
+
+    /// The wall of a vessel, clamped at both ends, and the blood within.
+    fn vessel(case: &Case) -> Self {
+        let vessel = Vessel::new(case);
+        let (fluid, mesh) = (vessel.fluid_mesh(&case.fluid.mesh), &case.fluid.mesh);
+        Self {
+            // Cells are numbered cross-section by cross-section, those of the extension first.
+            rigid_cells: fluid.cells() / mesh.slices() * mesh.axial_extension,
+            fluid,
+            solid: vessel.solid_mesh(&case.structure),
+            materials: [&case.wall.graft, &case.wall.media, &case.wall.adventitia]
+                .map(Clone::clone)
+                .to_vec(),
+            space: Space::isotropic(SpaceKind::Trunk, case.structure.p),
+            wet_surface: "inner",
+            supports: vec![
+                Support::Clamped("start".into()),
+                Support::Clamped("end".into()),
+            ],
+        }
+    }
+
+    /// A flag, clamped at the cylinder, in plane strain, and the channel around it.
+    fn flag(flag: &Flag, p: usize) -> Self {
+        Self {
+            fluid: flag.fluid_mesh(),
+            rigid_cells: 0,
+            solid: flag.solid_mesh(),
+            materials: vec![flag.solid.clone()],
+            space: Space {
+                kind: SpaceKind::Trunk,
+                degrees: [p, p, 1],
+            },
+            wet_surface: "wet",
+            supports: vec![
+                Support::Clamped("start".into()),
+                Support::Surface("sides".into(), [false, false, true]),
+            ],
+        }
+    }
+}
