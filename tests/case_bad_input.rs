@@ -109,7 +109,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "time", "0.002", "unknown key"),
     ("S-0.25", "structure.p", "2", "a whole number from 3 to 10"),
     ("S-0.25", "structure.p", "3.0", "a whole number from 3 to 10"),
-    ("S-0.25", "structure.p_geometry", "4", "structure.p = 3"),
+    ("S-0.25", "structure.p_geometry", "5", "structure.p = 4"),
     ("S-0.25", "structure.p_geometry", "1", "straight edges"),
     ("S-0.25", "structure.circumferential", "2", "from 3 to 1000"),
     ("S-0.25", "structure.axial_per_section", "-8", "from 1 to 1000"),

@@ -50,6 +50,15 @@ impl Random {
     }
 }
 
+/// Whether a process has a handler for a signal.
+fn catches(process: i32, signal: Signal) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let mut lines = status.lines();
+    let caught = lines.find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+    let caught = u64::from_str_radix(caught.trim(), 16).unwrap();
+    caught >> (signal.as_raw() - 1) & 1 == 1
+}
+
 /// Strikes; returns whether the driver survives it.
 fn strike(fault: Fault, child: &mut Child, out: &Path) -> bool {
     let driver = child.id() as i32;
@@ -58,6 +67,10 @@ fn strike(fault: Fault, child: &mut Child, out: &Path) -> bool {
         Fault::KillDriver => signal(driver, Signal::KILL),
         Fault::TerminateDriver => signal(driver, Signal::TERM),
         Fault::InterruptTwice => {
+            // What a shell starts in the background ignores Ctrl-C until it listens.
+            eventually("the driver listens", Duration::from_secs(10), || {
+                catches(driver, Signal::INT)
+            });
             signal(driver, Signal::INT);
             signal(driver, Signal::INT);
         }
