@@ -38,6 +38,12 @@ impl Rings {
         in_rings.then_some(Self(rings))
     }
 
+    /// The faces of each ring.
+    pub fn faces(&self) -> impl Iterator<Item = Vec<usize>> + '_ {
+        let faces = |ring: &Ring| ring.faces.iter().map(|(_, face)| *face).collect();
+        self.0.iter().map(faces)
+    }
+
     /// The value at `x` (m) and `phi` (degrees): linear around the two neighbouring rings and between them; beyond the
     /// first and the last ring as on them.
     pub fn value(&self, values: &[f64], x: f64, phi: f64) -> f64 {

@@ -1,6 +1,7 @@
 //! The wet surface as a list of faces, in the vessel's coordinates: x along the axis, φ around it from +y towards +z.
 
 use super::region::Region;
+use super::rings::Rings;
 use crate::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -100,6 +101,26 @@ impl Wall {
         pairs.map(|(x, u)| x + widened(u)).collect()
     }
 
+    /// Distance (m) of each face from the centre of its cross-section, with the points at `positions` (m). The centre moves
+    /// sideways where the vessel bends; it is the x-axis if the faces do not lie in rings.
+    pub fn radii(&self, positions: &[Vec3]) -> Vec<f64> {
+        let at = |p: &u32| positions[*p as usize];
+        let mut middles = vec![Vec3::zeros(); self.faces.len()];
+        for ring in Rings::new(&self.places()).iter().flat_map(Rings::faces) {
+            let centre = |face: &usize| {
+                let points = &self.faces[*face];
+                points.iter().map(at).sum::<Vec3>() / points.len() as f64
+            };
+            let middle = ring.iter().map(centre).sum::<Vec3>() / ring.len() as f64;
+            ring.iter().for_each(|face| middles[*face] = middle);
+        }
+        let radius = |(face, middle): (&Vec<u32>, &Vec3)| {
+            let arms = face.iter().map(|p| at(p) - middle);
+            arms.map(|arm| arm.y.hypot(arm.z)).sum::<f64>() / face.len() as f64
+        };
+        self.faces.iter().zip(&middles).map(radius).collect()
+    }
+
     /// Extents of the faces with the points at `positions` (m): triangles between each side and the middle.
     pub fn extents(&self, positions: &[Vec3]) -> Vec<Extent> {
         let extent = |face: &Vec<u32>| {
@@ -165,6 +186,15 @@ pub(crate) mod tests {
         };
         assert_relative_eq!(sum(|e| e.area), TAU * 2.0 * 2.2, max_relative = 1e-4);
         assert_relative_eq!(sum(|e| e.volume), PI * 4.0 * 2.2, max_relative = 1e-4);
+    }
+
+    #[test]
+    fn a_tube_that_moves_sideways_keeps_its_radii() {
+        let wall = tube(4, 24);
+        let shifted = wall.points.iter().map(|x| x + Vec3::new(0.0, 5.0, 1.0));
+        for radius in wall.radii(&shifted.collect::<Vec<_>>()) {
+            assert_relative_eq!(radius, 2.0, max_relative = 1e-12);
+        }
     }
 
     #[test]

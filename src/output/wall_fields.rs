@@ -16,7 +16,7 @@ pub struct FaceRow {
     pub x_m: f64,
     /// Around the axis, from +y towards +z.
     pub phi_deg: f64,
-    /// Distance of the mean position from the axis.
+    /// Distance of the mean position from the centre of its cross-section.
     pub mean_radius_m: f64,
     /// Area at the mean position.
     pub area_m2: f64,
@@ -36,14 +36,12 @@ pub struct FaceRow {
 
 /// A row for each face.
 pub fn rows(wall: &Wall, fields: &WallFields) -> Vec<FaceRow> {
-    let row = |(face, points): (usize, &Vec<u32>)| {
-        let at = |p: &u32| fields.positions[*p as usize];
-        let radii = points.iter().map(|p| at(p).y.hypot(at(p).z));
+    let row = |(face, radius): (usize, f64)| {
         let shear = fields.mean_shear[face];
         FaceRow {
             x_m: fields.places[face].x_m,
             phi_deg: fields.places[face].phi_deg,
-            mean_radius_m: radii.sum::<f64>() / points.len() as f64,
+            mean_radius_m: radius,
             area_m2: fields.areas[face],
             TAWSS_Pa: fields.time_averaged[face],
             OSI: fields.oscillating[face],
@@ -53,7 +51,8 @@ pub fn rows(wall: &Wall, fields: &WallFields) -> Vec<FaceRow> {
             mean_shear_z_Pa: shear.z,
         }
     };
-    wall.faces.iter().enumerate().map(row).collect()
+    let radii = wall.radii(&fields.positions).into_iter();
+    radii.enumerate().map(row).collect()
 }
 
 /// Writes the table as a whole.

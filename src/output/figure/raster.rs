@@ -44,7 +44,7 @@ impl Bar<'_> {
         );
         // Small numbers would need more room than there is: their power of ten stands in the label.
         let largest = self.range[0].abs().max(self.range[1].abs());
-        let power = match largest > 0.0 && largest < 5e-3 {
+        let power = match largest > 0.0 && largest < 1e-2 {
             true => largest.log10().floor() as i32,
             false => 0,
         };

@@ -178,7 +178,7 @@ pub fn radii(run: &Results, places: &[Place], found: &[(f64, Vec<f64>)]) -> Vec<
         let file = format!("radius-{time:.3}s");
         figure(
             &svg,
-            "Distance of the lumen's surface from the axis.",
+            "Distance of the lumen's surface from the centre of its cross-section.",
             Some((&file, csv)),
         )
     };

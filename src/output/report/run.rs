@@ -334,20 +334,12 @@ fn radii(run: &Results) -> io::Result<Vec<String>> {
     });
     let reader = WallHistoryReader::open(&path)?;
     let wall = reader.wall.clone();
-    let mut found = Vec::new();
+    let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
     for state in reader {
         let state = state?;
         if wanted.iter().any(|t| (t - state.time).abs() < 0.5 * step) {
-            let positions = wall.displaced(&state.displacement);
-            let radius = |face: &Vec<u32>| {
-                let at = |p: &u32| positions[*p as usize];
-                let radii = face.iter().map(|p| at(p).y.hypot(at(p).z));
-                1e3 * radii.sum::<f64>() / face.len() as f64
-            };
-            found.push((
-                state.time,
-                wall.faces.iter().map(radius).collect::<Vec<f64>>(),
-            ));
+            let radii = wall.radii(&wall.displaced(&state.displacement));
+            found.push((state.time, radii.iter().map(|r| 1e3 * r).collect()));
         }
     }
     Ok(maps::radii(run, &wall.places(), &found))
