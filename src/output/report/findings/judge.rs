@@ -319,8 +319,8 @@ pub fn distance(study: &Study) -> Judged {
         let last = differences
             .iter()
             .rev()
-            .find(|(_, difference)| *difference > GONE);
-        let x = last.map_or(0.0, |(x, _)| *x);
+            .find(|difference| difference.relative > GONE);
+        let x = last.map_or(0.0, |difference| difference.x);
         farthest = farthest.max(x / diameter);
         texts.push(format!(
             "{}: TAWSS differs by more than {} % from the straight extension's up to x = {:.1} mm, {:.1} diameters",

@@ -1,6 +1,6 @@
 //! The figures of a study.
 
-use super::{Study, influence};
+use super::{Difference, Study, influence};
 use crate::case::Extension;
 use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
 use crate::hemodynamics::summary::RegionSummary;
@@ -240,15 +240,25 @@ pub fn distance(study: &Study) -> Vec<String> {
         ];
     };
     let mut figures = Vec::new();
-    for field in [TAWSS, OSI] {
+    // Behind the straight extension there is hardly an OSI to which differences could be related.
+    type Shown = fn(&Difference) -> f64;
+    let shown: [(_, &str, &str, Shown); 2] = [
+        (
+            TAWSS,
+            "difference / %",
+            ", relative to the model with the straight extension",
+            |d| 100.0 * d.relative,
+        ),
+        (OSI, "difference / 1", "", |d| d.absolute),
+    ];
+    for (field, label, relative, show) in shown {
         let (name, value) = (field.file, field.value);
         let curves = [(Extension::Helix, 1), (Extension::Arc, 2)]
             .into_iter()
             .filter_map(|(extension, colour)| {
                 let run = study.find(extension, d_max)?;
-                let points = influence(straight, run, value)
-                    .into_iter()
-                    .map(|(x, share)| (1e3 * x, 100.0 * share));
+                let differences = influence(straight, run, value);
+                let points = differences.iter().map(|d| (1e3 * d.x, show(d)));
                 Some(line(
                     &format!(
                         "{} against {}",
@@ -259,8 +269,13 @@ pub fn distance(study: &Study) -> Vec<String> {
                     points.collect(),
                 ))
             });
-        figures.push(chart(&format!("extension-{name}"), "Root mean square around the axis of the difference, relative to the model with the straight extension.",
-            panel(&format!("{name}, d_{{max}} = {} mm", 1e3 * d_max), "x / mm", "difference / %", curves.collect())));
+        let caption = format!("Root mean square around the axis of the difference to S{relative}.");
+        let title = format!("{name}, d_{{max}} = {} mm", 1e3 * d_max);
+        figures.push(chart(
+            &format!("extension-{name}"),
+            &caption,
+            panel(&title, "x / mm", label, curves.collect()),
+        ));
     }
     figures
 }

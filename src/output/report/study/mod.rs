@@ -88,20 +88,33 @@ fn rings_of(run: &Results) -> Vec<(f64, Vec<&FaceRow>)> {
     rings
 }
 
-/// Difference of a field between two runs on the same mesh along the axis: root mean square around, relative to that of
-/// the first run.
-pub fn influence(a: &Results, b: &Results, value: fn(&FaceRow) -> f64) -> Vec<(f64, f64)> {
+/// A field of two runs in a cross-section.
+pub struct Difference {
+    /// Where, m.
+    pub x: f64,
+    /// Root mean square of the difference around the axis.
+    pub absolute: f64,
+    /// The same over the root mean square of the first run's field.
+    pub relative: f64,
+}
+
+/// Difference of a field between two runs along the axis.
+pub fn influence(a: &Results, b: &Results, value: fn(&FaceRow) -> f64) -> Vec<Difference> {
     let Some(rings) = crate::hemodynamics::Rings::new(&maps::places(b)) else {
         return Vec::new();
     };
     let values: Vec<f64> = b.faces.iter().map(value).collect();
-    let share = |(x, ring): &(f64, Vec<&FaceRow>)| {
+    let difference = |(x, ring): &(f64, Vec<&FaceRow>)| {
         let there = |f: &FaceRow| rings.value(&values, f.x_m, f.phi_deg);
         let gap: f64 = ring.iter().map(|f| (value(f) - there(f)).powi(2)).sum();
         let size: f64 = ring.iter().map(|f| value(f).powi(2)).sum();
-        (*x, (gap / size).sqrt())
+        Difference {
+            x: *x,
+            absolute: (gap / ring.len() as f64).sqrt(),
+            relative: (gap / size).sqrt(),
+        }
     };
-    rings_of(a).iter().map(share).collect()
+    rings_of(a).iter().map(difference).collect()
 }
 
 /// Writes the page.
