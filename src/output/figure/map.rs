@@ -3,7 +3,7 @@
 use super::axis::{Axis, Scale};
 use super::colour::Palette;
 use super::raster::{Bar, image};
-use super::text::text;
+use super::text::{text, upward};
 use std::fmt::Write;
 
 /// Pixels of the field: enough for the finest meshes that are drawn, and little to store.
@@ -123,12 +123,7 @@ impl Map<'_> {
         text(&mut svg, middle, top - 10.0, "middle", 13.0, &self.title);
         text(&mut svg, middle, floor + 36.0, "middle", 12.0, "x / mm");
         let (at, height) = (left - 46.0, 0.5 * (top + floor));
-        let _ = write!(
-            svg,
-            "<g transform=\"translate({at:.1} {height:.1}) rotate(-90)\">"
-        );
-        text(&mut svg, 0.0, 0.0, "middle", 12.0, self.up.label());
-        svg.push_str("</g>\n");
+        upward(&mut svg, at, height, self.up.label());
         for [at, phi] in &self.marks {
             let (cx, cy) = (x.at(1e3 * at), up(*phi));
             let _ = writeln!(

@@ -15,7 +15,7 @@ pub use axis::Scale;
 pub use curve::{Curve, Marker};
 use std::fmt::Write;
 use std::path::Path;
-use text::{letters, text};
+use text::{letters, text, upward};
 
 /// Size of a panel's axes, pixels of 1/96 inch.
 const AXES: [f64; 2] = [360.0, 270.0];
@@ -134,12 +134,7 @@ impl Panel {
         text(svg, middle, top - 10.0, "middle", 13.0, &self.title);
         text(svg, middle, bottom + 38.0, "middle", 12.0, &self.x_label);
         let (at, height) = (left - 50.0, 0.5 * (top + bottom));
-        let _ = write!(
-            svg,
-            "<g transform=\"translate({at:.1} {height:.1}) rotate(-90)\">"
-        );
-        text(svg, 0.0, 0.0, "middle", 12.0, &self.y_label);
-        svg.push_str("</g>\n");
+        upward(svg, at, height, &self.y_label);
     }
 
     fn draw_axes(&self, x: &Axis, y: &Axis, svg: &mut String) {

@@ -2,7 +2,7 @@
 
 use super::axis::{Axis, Scale};
 use super::colour::Palette;
-use super::text::text;
+use super::text::{text, upward};
 use base64::Engine;
 use std::fmt::Write;
 
@@ -65,11 +65,6 @@ impl Bar<'_> {
             text(svg, left + WIDTH + 6.0, at + 4.0, "start", 11.0, &name);
         }
         let (at, middle) = (left + WIDTH + 48.0, top + 0.5 * height);
-        let _ = write!(
-            svg,
-            "<g transform=\"translate({at:.1} {middle:.1}) rotate(-90)\">"
-        );
-        text(svg, 0.0, 0.0, "middle", 12.0, &label);
-        svg.push_str("</g>\n");
+        upward(svg, at, middle, &label);
     }
 }

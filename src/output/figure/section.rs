@@ -3,7 +3,7 @@
 use super::axis::{Axis, Scale};
 use super::colour::Palette;
 use super::raster::{Bar, image};
-use super::text::text;
+use super::text::{text, upward};
 use std::fmt::Write;
 
 /// Pixels along a side.
@@ -93,12 +93,7 @@ impl Section<'_> {
         text(&mut svg, middle, top - 10.0, "middle", 13.0, &self.title);
         text(&mut svg, middle, floor + 36.0, "middle", 12.0, "y / mm");
         let (at, height) = (left - 46.0, 0.5 * (top + floor));
-        let _ = write!(
-            svg,
-            "<g transform=\"translate({at:.1} {height:.1}) rotate(-90)\">"
-        );
-        text(&mut svg, 0.0, 0.0, "middle", 12.0, "z / mm");
-        svg.push_str("</g>\n");
+        upward(&mut svg, at, height, "z / mm");
         self.draw_arrows(&y, &z, &mut svg);
         let bar = Bar {
             range: self.range,

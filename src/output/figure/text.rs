@@ -46,3 +46,13 @@ pub(super) fn text(svg: &mut String, x: f64, y: f64, anchor: &str, size: f64, la
     }
     svg.push_str("</text>\n");
 }
+
+/// The label of an axis or a colour bar beside it, centred at (x, y) and read from below.
+pub(super) fn upward(svg: &mut String, x: f64, y: f64, label: &str) {
+    let _ = write!(
+        svg,
+        "<g transform=\"translate({x:.1} {y:.1}) rotate(-90)\">"
+    );
+    text(svg, 0.0, 0.0, "middle", 12.0, label);
+    svg.push_str("</g>\n");
+}
