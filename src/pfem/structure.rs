@@ -222,7 +222,10 @@ impl Structure {
                 "the stored tangent belongs to another discretization".into(),
             ));
         }
-        let factorization = self.equation.factorized_tangent(&from)?;
+        // One that could not be factorized is done without, as in the run that goes on.
+        let Ok(factorization) = self.equation.factorized_tangent(&from) else {
+            return Ok(());
+        };
         self.kept = Some(Kept {
             from,
             tangent: Tangent::Ready(KeptTangent::new(factorization, experience)),
