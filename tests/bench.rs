@@ -118,6 +118,7 @@ fn impossible_measurements_are_refused_and_leave_nothing() {
         (&["--from", "0"][..], "--from 0"),
         (&["--steps", "0"], "--steps"),
         (&["--compare", "no-such-file.json"], "no-such-file.json"),
+        (&["--growth", "g", "--json", "j"], "--growth"),
         (&["--compare", "Cargo.toml"], "--json"),
     ] {
         let refused = bench(folder.path(), arguments);

@@ -3,10 +3,11 @@
 pub use crate::case::Criterion as Quantity;
 use nalgebra::DVector;
 
-/// A change below the relative limit does not count while the residual is this many times above it. With the right
-/// Jacobian their ratio is one more than that of the added mass to the wall's (up to 20 was seen); a wrong one from old
-/// columns can make the change small by chance.
-const MISTRUST: f64 = 30.0;
+/// A change below the relative limit does not count while the residual is this many times above it. The state that is
+/// accepted is the image `S∘F(d)`: its distance to the solution is about the residual, which with much added mass is 20
+/// times the change, and a wrong Jacobian can make the change small by chance. With five times the limit, two models agree
+/// within ten times the limit.
+const MISTRUST: f64 = 5.0;
 
 /// When a coupling iteration counts as converged: `|x| / |d_k| < relative`, or the root mean square of `x` over the points
 /// below `absolute`, where `x` is the change `d_{k+1} - d_k` (14) or the residual `S∘F(d_k) - d_k`.
@@ -97,8 +98,8 @@ mod tests {
 
     #[test]
     fn a_small_change_counts_unless_the_residual_contradicts() {
-        assert!(measure(Quantity::Change, 5e-7, 1e-5));
-        assert!(!measure(Quantity::Change, 2e-6, 1e-5));
+        assert!(measure(Quantity::Change, 5e-7, 4e-6));
+        assert!(!measure(Quantity::Change, 2e-6, 4e-6));
         assert!(!measure(Quantity::Change, 5e-7, 1e-4));
         assert!(measure(Quantity::Change, 1e-13, 1e-4));
     }

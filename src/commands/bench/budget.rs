@@ -6,6 +6,7 @@ use super::profile;
 use crate::case::Case;
 use crate::fluid::openfoam::times;
 use crate::output::record::{Totals, peak_memory};
+use crate::output::write_atomically;
 use crate::pfem::stats::Stats;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
@@ -93,16 +94,28 @@ pub struct Report {
 }
 
 impl Report {
-    /// Reads the figures of another version.
+    /// Writes the figures as JSON.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        let text = serde_json::to_string_pretty(self).expect("plain data can be written");
+        write_atomically(path, text.as_bytes())
+            .map_err(|e| Failure::Run(format!("cannot write {}: {e}", path.display())))
+    }
+
+    /// Reads figures that [`Report::write`] has written.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let wrong = |what: &dyn std::fmt::Display| {
             Failure::Input(format!(
-                "--compare {}: {what}; give a file that --json has written",
+                "{}: {what}; give a file that --json has written",
                 path.display()
             ))
         };
         let text = fs::read_to_string(path).map_err(|e| wrong(&e))?;
         serde_json::from_str(&text).map_err(|e| wrong(&e))
+    }
+
+    /// Outer correctors in a step, with the final one.
+    pub fn correctors(&self) -> f64 {
+        self.per_step.fluid_correctors + 1.0
     }
 
     /// Refuses to compare what cannot be compared.

@@ -5,16 +5,17 @@
 //! taken in a copy of it.
 
 mod budget;
+mod growth;
 mod profile;
 mod warm;
 
 use super::Failure;
 use super::case_arguments::CaseArguments;
 use super::run::{Interrupt, Run};
+use crate::case::ResolvedCase;
 use crate::fluid::openfoam::install;
-use crate::output::write_atomically;
 use budget::{Budget, Report};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of the benchmark.
 #[derive(Debug, clap::Args)]
@@ -39,6 +40,10 @@ pub struct Arguments {
     /// Figures of another version, to be shown beside the new ones.
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
+    /// Measure finer and finer meshes of the case instead, and write a table and a plot of how the cost grows into this
+    /// folder; sizes that are there already are not measured again. Each one is warmed up: give a small --from.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["warm", "json", "compare"])]
+    growth: Option<PathBuf>,
     /// Show no progress.
     #[arg(long)]
     quiet: bool,
@@ -52,11 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             arguments.from
         )));
     }
-    let until = |end: f64| {
-        let chosen = arguments.chosen.clone().with("time.end_s", end);
-        chosen.load(&arguments.case)
-    };
-    let case = until(arguments.from)?;
+    let case = arguments.warm_case(&arguments.chosen)?;
     install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
     let old = arguments.compare.as_deref().map(Report::read).transpose()?;
     if let Some(old) = &old {
@@ -65,46 +66,64 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let then = (!arguments.quiet).then_some("the time step is finished");
     let interrupt = Interrupt::listen(then)
         .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
-    let folder = (arguments.warm.clone()).unwrap_or_else(|| {
+    if let Some(folder) = &arguments.growth {
+        return growth::measure(arguments, &case, folder, &interrupt);
+    }
+    let warm = (arguments.warm.clone()).unwrap_or_else(|| {
         arguments
             .case
             .join(format!("warm-{}", arguments.chosen.preset))
     });
-    let warm = warm::state(&arguments.case, &case, &folder, &interrupt, arguments.quiet)?;
-    let begin = warm.checkpoint.time;
-    let measured = until(begin + f64::from(arguments.steps) * case.time.step)?;
-    let mut run = Run::assemble(
-        &arguments.case,
-        &measured,
-        warm.folder,
-        Some(&warm.checkpoint),
-        interrupt,
-    )?;
-    let budget = take_steps(&mut run, arguments)?;
-    let report = Report {
-        version: env!("CARGO_PKG_VERSION").into(),
-        case: arguments.case.display().to_string(),
-        preset: arguments.chosen.preset.to_string(),
-        fluid_cells: run.cells,
-        structure_dofs: run.coupling.solid.body().degrees_of_freedom(),
-        ranks: case.fluid.ranks,
-        threads: rayon::current_num_threads(),
-        from_s: begin,
-        steps: arguments.steps as usize,
-        per_step: budget,
-    };
+    let report = arguments.measure(&arguments.chosen, &warm, &interrupt)?;
     print!("{}", report.table(old.as_ref()));
-    if let Some(path) = &arguments.json {
-        let text = serde_json::to_string_pretty(&report).expect("plain data can be written");
-        write_atomically(path, text.as_bytes())
-            .map_err(|e| Failure::Run(format!("cannot write {}: {e}", path.display())))?;
-    }
-    Ok(())
+    (arguments.json.iter()).try_for_each(|path| report.write(path))
 }
 
-fn take_steps(run: &mut Run, arguments: &Arguments) -> Result<Budget, Failure> {
+impl Arguments {
+    /// The case until the warm state.
+    fn warm_case(&self, chosen: &CaseArguments) -> Result<ResolvedCase, Failure> {
+        let chosen = chosen.clone().with("time.end_s", self.from);
+        chosen.load(&self.case)
+    }
+
+    /// The figures of the case as it was `chosen`, from the warm state in the folder `warm`.
+    fn measure(
+        &self,
+        chosen: &CaseArguments,
+        warm: &Path,
+        interrupt: &Interrupt,
+    ) -> Result<Report, Failure> {
+        let case = self.warm_case(chosen)?;
+        let warm = warm::state(&self.case, &case, warm, interrupt, self.quiet)?;
+        let begin = warm.checkpoint.time;
+        let end = begin + f64::from(self.steps) * case.time.step;
+        let measured = chosen.clone().with("time.end_s", end).load(&self.case)?;
+        let mut run = Run::assemble(
+            &self.case,
+            &measured,
+            warm.folder,
+            Some(&warm.checkpoint),
+            interrupt.clone(),
+        )?;
+        let per_step = take_steps(&mut run, self.quiet)?;
+        Ok(Report {
+            version: env!("CARGO_PKG_VERSION").into(),
+            case: self.case.display().to_string(),
+            preset: chosen.preset.to_string(),
+            fluid_cells: run.cells,
+            structure_dofs: run.coupling.solid.body().degrees_of_freedom(),
+            ranks: case.fluid.ranks,
+            threads: rayon::current_num_threads(),
+            from_s: begin,
+            steps: self.steps as usize,
+            per_step,
+        })
+    }
+}
+
+fn take_steps(run: &mut Run, quiet: bool) -> Result<Budget, Failure> {
     let meter = budget::Meter::start(run);
-    run.advance(arguments.quiet)?;
+    run.advance(quiet)?;
     let budget = meter.stop(run);
     budget.map_err(|e| Failure::Run(format!("cannot read what was measured: {e}")))
 }
