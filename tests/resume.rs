@@ -260,14 +260,15 @@ fn a_step_that_fails_is_cut_and_comes_closer_to_what_short_steps_give() {
     let cut = (1..=8)
         .rev()
         .map(|newton| run(&format!("cut-{newton}"), "0.02", newton))
-        .find(|out| numbers(out, "time_s=").len() > 2)
-        .expect("a long step fails if the structure may hardly iterate");
+        .find(|out| numbers(out, "time_s=").len() >= 4)
+        .expect("both long steps fail if the structure may hardly iterate");
     let times = numbers(&cut, "time_s=");
     assert!((times[times.len() - 1] - 0.04).abs() < 1e-12, "{times:?}");
     for column in ["Q_out_m3_s=", "p_out_Pa="] {
         let [long, cut, short] = [&long, &cut, &short].map(|out| last(out, column));
+        // In halves the step is twice the short one, in long steps four times. A method of first order would leave a third.
         assert!(
-            (cut - short).abs() < 0.5 * (long - short).abs(),
+            (cut - short).abs() < 0.6 * (long - short).abs(),
             "{column} {long} in long steps, {cut} where they failed, {short} in short steps"
         );
     }

@@ -36,18 +36,8 @@ pub fn example(step: usize) -> Checkpoint {
                 v: d.clone(),
                 a: d.clone(),
             },
-            tangent: Some((
-                Linearization {
-                    d,
-                    linearized_at: None,
-                    load: SurfaceLoad {
-                        pressure: vec![1e4],
-                        shear: vec![crate::Vec3::new(0.1, 0.2, 0.3)],
-                    },
-                    dt: 0.002,
-                },
-                Experience::default(),
-            )),
+            tangent: Some((linearization(d.clone()), Experience::default())),
+            renewal: Some(linearization(d)),
         },
         record: record::Memory {
             totals: Totals {
@@ -159,5 +149,17 @@ fn a_checkpoint_whose_files_have_changed_is_passed_over() {
     for content in ["b row\n", "a r"] {
         std::fs::write(&file, content).unwrap();
         assert_eq!(store.newest().unwrap().checkpoint.step(), 1);
+    }
+}
+
+fn linearization(d: Vec<f64>) -> Linearization {
+    Linearization {
+        d,
+        linearized_at: None,
+        load: SurfaceLoad {
+            pressure: vec![1e4],
+            shear: vec![crate::Vec3::new(0.1, 0.2, 0.3)],
+        },
+        dt: 0.002,
     }
 }

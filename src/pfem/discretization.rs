@@ -265,18 +265,21 @@ fn ordered(
     if pattern.is_empty() {
         return Err(SolidError::Model("the supports hold the whole body".into()));
     }
+    // A factor that two threads share may be a little larger than one that they cannot share as well.
     let orders = [
-        ordering::minimum_degree(&pattern)?,
-        ordering::nested_dissection(numbering, centres),
+        (ordering::minimum_degree(&pattern)?, 1.1),
+        (ordering::two_halves(&pattern, numbering, centres)?, 1.0),
+        (ordering::nested_dissection(numbering, centres), 1.0),
     ];
-    let [first, second] = orders.map(|order| {
+    let mut best: Option<(f64, Pattern, Symbolic)> = None;
+    for (order, penalty) in orders {
         let pattern = Pattern::new(numbering, held, &order);
-        Symbolic::new(&pattern).map(|symbolic| (pattern, symbolic))
-    });
-    let (first, second) = (first?, second?);
-    Ok(if first.1.entries() <= second.1.entries() {
-        first
-    } else {
-        second
-    })
+        let symbolic = Symbolic::new(&pattern)?;
+        let size = penalty * symbolic.entries() as f64;
+        if best.as_ref().is_none_or(|(least, ..)| size < *least) {
+            best = Some((size, pattern, symbolic));
+        }
+    }
+    let (_, pattern, symbolic) = best.expect("there are three");
+    Ok((pattern, symbolic))
 }

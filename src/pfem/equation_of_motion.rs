@@ -5,6 +5,7 @@ use super::discretization::Discretization;
 use super::factor::Factorization;
 use super::newton::{Equilibrium, Residual};
 use super::solid::SurfaceLoad;
+use super::sparse::ScalarMatrix;
 use super::surface::{LoadKind, Surface};
 use super::time_scheme::TimeScheme;
 use serde::{Deserialize, Serialize};
@@ -42,6 +43,8 @@ pub struct EquationOfMotion {
     pub wet: Surface,
     /// Density times the mass integrals, one scalar per pair of functions.
     pub mass: Vec<f64>,
+    /// The same for products.
+    pub mass_matrix: ScalarMatrix,
     /// Mass-proportional damping `α`, 1/s.
     pub damping: f64,
     /// How velocity and acceleration follow from the displacement.
@@ -103,16 +106,11 @@ impl TimeStep<'_> {
         self.equation.time_scheme.rates(self.old, d, self.dt)
     }
 
-    fn internal_forces(&self, d: &[f64]) -> Result<Vec<f64>, SolidError> {
-        let mut last = self.forces.borrow_mut();
-        match &*last {
-            Some((at, forces)) if at == d => Ok(forces.clone()),
-            _ => {
-                let forces = self.equation.body.internal_forces(d)?;
-                *last = Some((d.to_vec(), forces.clone()));
-                Ok(forces)
-            }
-        }
+    /// Those that were computed last, if they belong to `d`.
+    fn known_forces(&self, d: &[f64]) -> Option<Vec<f64>> {
+        let last = self.forces.borrow();
+        let last = last.as_ref().filter(|(at, _)| at == d);
+        last.map(|(_, forces)| forces.clone())
     }
 }
 
@@ -121,24 +119,29 @@ impl Equilibrium for TimeStep<'_> {
         let EquationOfMotion {
             body,
             wet,
-            mass,
+            mass_matrix,
             damping,
             floor,
             ..
         } = self.equation;
         let (v, a) = self.rates(d);
         let rates: Vec<f64> = a.iter().zip(&v).map(|(a, v)| a + damping * v).collect();
-        let inertia = body.restrict(&body.pattern.multiply_scalar(mass, &rates));
-        let internal = body.restrict(&self.internal_forces(d)?);
-        let mut external = vec![0.0; d.len()];
-        wet.add_forces(
-            &body.numbering,
-            d,
-            self.load,
-            LoadKind::Follower,
-            &mut external,
+        let (known, load) = (self.known_forces(d), self.load);
+        let is_new = known.is_none();
+        let (internal, (inertia, external)) = rayon::join(
+            || known.map_or_else(|| body.internal_forces(d), Ok),
+            || {
+                let inertia = mass_matrix.multiply(&rates);
+                let mut external = vec![0.0; d.len()];
+                wet.add_forces(&body.numbering, d, load, LoadKind::Follower, &mut external);
+                (body.restrict(&inertia), body.restrict(&external))
+            },
         );
-        let external = body.restrict(&external);
+        let internal = internal?;
+        if is_new {
+            *self.forces.borrow_mut() = Some((d.to_vec(), internal.clone()));
+        }
+        let internal = body.restrict(&internal);
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let scale = norm(&inertia).max(norm(&internal)).max(norm(&external));
         let mut vector: Vec<f64> = (0..inertia.len())

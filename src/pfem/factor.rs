@@ -2,11 +2,13 @@
 
 use super::SolidError;
 use super::sparse::Pattern;
+use super::substitution::Substitution;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::reborrow::Reborrow;
 use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymmetricOrdering,
+    CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
 use faer::traits::RealField;
@@ -15,7 +17,7 @@ use std::sync::Arc;
 
 /// Elimination order and structure of the factor.
 #[derive(Debug, Clone)]
-pub struct Symbolic(Arc<SymbolicCholesky<usize>>);
+pub struct Symbolic(Arc<SymbolicCholesky<usize>>, Arc<Substitution>);
 
 /// Which factorization was possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,9 +69,10 @@ impl Symbolic {
             .to_col_major()
             .map_err(symbolic_failed)?;
         let ordering = SymmetricOrdering::Identity;
-        factorize_symbolic_cholesky(upper.rb(), Side::Upper, ordering, parameters)
-            .map(|symbolic| Self(Arc::new(symbolic)))
-            .map_err(symbolic_failed)
+        let symbolic = factorize_symbolic_cholesky(upper.rb(), Side::Upper, ordering, parameters)
+            .map_err(symbolic_failed)?;
+        let substitution = Substitution::new(supernodal(&symbolic));
+        Ok(Self(Arc::new(symbolic), Arc::new(substitution)))
     }
 
     /// Number of entries of the factor.
@@ -128,6 +131,14 @@ impl Symbolic {
     }
 }
 
+/// The structure is always made of supernodes.
+fn supernodal(symbolic: &SymbolicCholesky<usize>) -> &SymbolicSupernodalCholesky<usize> {
+    match symbolic.raw() {
+        SymbolicCholeskyRaw::Supernodal(symbolic) => symbolic,
+        SymbolicCholeskyRaw::Simplicial(_) => unreachable!("FORCE_SUPERNODAL"),
+    }
+}
+
 /// Threads for the factorization; the result does not depend on their number.
 fn parallelism() -> Par {
     if rayon::current_num_threads() > 1 {
@@ -176,26 +187,22 @@ impl Factorization {
         }
     }
 
-    fn solve_with<T: RealField>(&self, values: &[T], rhs: &mut [T]) -> Result<(), SolidError> {
+    fn solve_with<T: RealField + Copy>(
+        &self,
+        values: &[T],
+        rhs: &mut [T],
+    ) -> Result<(), SolidError> {
         let symbolic = &*self.symbolic.0;
+        if self.kind == Kind::Llt {
+            let factor = SupernodalLltRef::new(supernodal(symbolic), values);
+            self.symbolic.1.solve(factor, rhs);
+            return Ok(());
+        }
         let n = rhs.len();
         let mut buffer = memory(symbolic.solve_in_place_scratch::<T>(1, Par::Seq))?;
         let stack = MemStack::new(&mut buffer);
         let rhs = MatMut::from_column_major_slice_mut(rhs, n, 1);
-        match self.kind {
-            Kind::Llt => LltRef::new(symbolic, values).solve_in_place_with_conj(
-                Conj::No,
-                rhs,
-                Par::Seq,
-                stack,
-            ),
-            Kind::Ldlt => LdltRef::new(symbolic, values).solve_in_place_with_conj(
-                Conj::No,
-                rhs,
-                Par::Seq,
-                stack,
-            ),
-        }
+        LdltRef::new(symbolic, values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack);
         Ok(())
     }
 }

@@ -31,6 +31,7 @@ pub mod sparse;
 pub mod statics;
 pub mod stats;
 pub mod structure;
+mod substitution;
 pub mod sum_factorization;
 pub mod supports;
 pub mod surface;

@@ -2,6 +2,7 @@
 
 use super::SolidError;
 use super::discretization::Discretization;
+use super::sparse::ScalarMatrix;
 use nalgebra::{DMatrix, DVector};
 
 /// Relative change of the eigenvalues at which the iteration ends.
@@ -16,10 +17,10 @@ pub struct NaturalMode {
     pub shape: Vec<f64>,
 }
 
-/// The `count` lowest modes; `mass` has one scalar per block of the pattern, kg.
+/// The `count` lowest modes; `mass` in kg.
 pub fn lowest(
     body: &Discretization,
-    mass: &[f64],
+    mass: &ScalarMatrix,
     count: usize,
 ) -> Result<Vec<NaturalMode>, SolidError> {
     let zero = vec![0.0; body.coefficients()];
@@ -42,7 +43,7 @@ pub fn lowest(
         .collect();
     let times_mass = |x: &DVector<f64>| -> DVector<f64> {
         let full = body.moved(&zero, x.as_slice(), 1.0);
-        DVector::from_vec(body.restrict(&body.pattern.multiply_scalar(mass, &full)))
+        DVector::from_vec(body.restrict(&mass.multiply(&full)))
     };
     let mut values = vec![0.0; width];
     for _ in 0..500 {

@@ -172,7 +172,7 @@ pub fn solve(
         since.push(relative);
     }
     if let Some(tangent) = kept {
-        tangent.solved_in(stats.iterations);
+        tangent.solved();
     }
     Ok(Solution {
         d,

@@ -12,31 +12,69 @@ use super::numbering::Numbering;
 use super::sparse::Pattern;
 use crate::Vec3;
 use faer::dyn_stack::MemStack;
+use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
 use std::collections::HashSet;
 
 /// The functions that have rows, in the order of elimination by approximate minimum degree.
 pub fn minimum_degree(pattern: &Pattern) -> Result<Vec<usize>, SolidError> {
-    let blocks = pattern.block_symbolic();
-    let n = blocks.nrows();
-    let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
-    let mut buffer = memory(amd::order_scratch::<usize>(n, blocks.compute_nnz()))?;
-    let (control, stack) = (amd::Control::default(), MemStack::new(&mut buffer));
-    amd::order(&mut order, &mut inverse, blocks, control, stack).map_err(symbolic_failed)?;
+    let order = amd_order(pattern.block_symbolic())?;
     Ok(order
         .into_iter()
         .map(|row| pattern.functions[row])
         .collect())
 }
 
+fn amd_order(blocks: SymbolicSparseColMatRef<'_, usize>) -> Result<Vec<usize>, SolidError> {
+    let n = blocks.nrows();
+    let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
+    let mut buffer = memory(amd::order_scratch::<usize>(n, blocks.compute_nnz()))?;
+    let (control, stack) = (amd::Control::default(), MemStack::new(&mut buffer));
+    amd::order(&mut order, &mut inverse, blocks, control, stack).map_err(symbolic_failed)?;
+    Ok(order)
+}
+
+/// The functions that have rows: those of two halves of the mesh by approximate minimum degree, then those that the halves
+/// have in common. The halves are independent of each other, for two threads.
+pub fn two_halves(
+    pattern: &Pattern,
+    numbering: &Numbering,
+    centres: &[Vec3],
+) -> Result<Vec<usize>, SolidError> {
+    let parts = Parts::none(numbering, centres);
+    let (lower, upper) = parts.halves((0..centres.len()).collect());
+    let cut = parts.common_functions(&lower, &upper);
+    let is_cut: Vec<bool> = (pattern.functions.iter())
+        .map(|f| cut.contains(f))
+        .collect();
+    // As if they shared an element: then minimum degree leaves them for the end by itself, or nearly so.
+    let blocks = pattern.block_symbolic();
+    let n = blocks.nrows();
+    let separator: Vec<usize> = (0..n).filter(|&row| is_cut[row]).collect();
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    for column in 0..n {
+        let own = blocks.row_idx_of_col(column);
+        if is_cut[column] {
+            rows.extend(own.filter(|&row| !is_cut[row]));
+            let from = separator.partition_point(|&row| row < column);
+            rows.extend(&separator[from..]);
+            rows[*starts.last().unwrap_or(&0)..].sort_unstable();
+        } else {
+            rows.extend(own);
+        }
+        starts.push(rows.len());
+    }
+    let joined = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &rows);
+    let order = amd_order(joined)?;
+    let (last, first): (Vec<usize>, Vec<usize>) = order.into_iter().partition(|&row| is_cut[row]);
+    Ok((first.into_iter().chain(last))
+        .map(|row| pattern.functions[row])
+        .collect())
+}
+
 /// All functions, in the order in which they are eliminated.
 pub fn nested_dissection(numbering: &Numbering, centres: &[Vec3]) -> Vec<usize> {
-    let mut parts = Parts {
-        numbering,
-        centres,
-        parent: Vec::new(),
-        leaf: vec![0; centres.len()],
-    };
+    let mut parts = Parts::none(numbering, centres);
     parts.divide((0..centres.len()).collect());
     let mut smallest: Vec<Option<usize>> = vec![None; numbering.functions];
     for (e, functions) in numbering.of_element.iter().enumerate() {
@@ -60,18 +98,20 @@ struct Parts<'a> {
     leaf: Vec<usize>,
 }
 
-impl Parts<'_> {
+impl<'a> Parts<'a> {
+    fn none(numbering: &'a Numbering, centres: &'a [Vec3]) -> Self {
+        Self {
+            numbering,
+            centres,
+            parent: Vec::new(),
+            leaf: vec![0; centres.len()],
+        }
+    }
+
     /// Divides a set of elements; returns the number of the part.
     fn divide(&mut self, elements: Vec<usize>) -> usize {
         let halves = if elements.len() > 1 {
-            let cuts = [0, 1, 2].map(|axis| {
-                let mut lower = elements.clone();
-                lower.sort_by(|&a, &b| self.centres[a][axis].total_cmp(&self.centres[b][axis]));
-                let upper = lower.split_off(lower.len() / 2);
-                (self.shared(&lower, &upper), lower, upper)
-            });
-            let best = cuts.into_iter().min_by_key(|(shared, _, _)| *shared);
-            let (_, lower, upper) = best.unwrap_or_default();
+            let (lower, upper) = self.halves(elements.clone());
             vec![self.divide(lower), self.divide(upper)]
         } else {
             Vec::new()
@@ -87,15 +127,28 @@ impl Parts<'_> {
         part
     }
 
-    /// Number of functions that two sets of elements have in common.
-    fn shared(&self, lower: &[usize], upper: &[usize]) -> usize {
+    /// Cuts a set of elements across the axis that leaves the fewest functions on the cut.
+    fn halves(&self, elements: Vec<usize>) -> (Vec<usize>, Vec<usize>) {
+        let cuts = [0, 1, 2].map(|axis| {
+            let mut lower = elements.clone();
+            lower.sort_by(|&a, &b| self.centres[a][axis].total_cmp(&self.centres[b][axis]));
+            let upper = lower.split_off(lower.len() / 2);
+            (self.common_functions(&lower, &upper).len(), lower, upper)
+        });
+        let best = cuts.into_iter().min_by_key(|(common, _, _)| *common);
+        let (_, lower, upper) = best.unwrap_or_default();
+        (lower, upper)
+    }
+
+    /// Functions that two sets of elements have in common.
+    fn common_functions(&self, lower: &[usize], upper: &[usize]) -> HashSet<usize> {
         let functions = |elements: &[usize]| -> HashSet<usize> {
             elements
                 .iter()
                 .flat_map(|&e| self.numbering.of_element[e].iter().flatten().copied())
                 .collect()
         };
-        functions(lower).intersection(&functions(upper)).count()
+        &functions(lower) & &functions(upper)
     }
 
     /// The smallest part that contains both.

@@ -13,9 +13,6 @@ use std::collections::VecDeque;
 /// Most pairs that are remembered.
 const MAX_PAIRS: usize = 20;
 
-/// Solutions over which the present cost of a solution is averaged: coupled steps need two or three, of unlike cost.
-const RECENT: usize = 6;
-
 /// A step of an iteration, and the change of the residual that it caused.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Pair {
@@ -30,8 +27,8 @@ struct Pair {
 pub struct Experience {
     /// Oldest first.
     pairs: VecDeque<Pair>,
-    /// Iterations that each solution needed.
-    iterations: Vec<usize>,
+    /// Number of solutions.
+    solutions: usize,
 }
 
 /// A factorized tangent and the experience with it.
@@ -84,21 +81,14 @@ impl KeptTangent {
         }
     }
 
-    /// Notes that a solution was found after so many iterations.
-    pub fn solved_in(&mut self, iterations: usize) {
-        self.experience.iterations.push(iterations);
+    /// Notes that a solution was found.
+    pub fn solved(&mut self) {
+        self.experience.solutions += 1;
     }
 
-    /// Whether a fresh factorization, which costs as much as `cost` iterations, pays: solutions need more iterations now
-    /// than the average since this factorization was made, itself included. Then the average is as low as it gets.
-    pub fn is_worn(&self, cost: f64) -> bool {
-        let iterations = &self.experience.iterations;
-        let count = iterations.len();
-        if count <= RECENT {
-            return false;
-        }
-        let mean = |of: &[usize]| of.iter().sum::<usize>() as f64 / of.len() as f64;
-        mean(&iterations[count - RECENT..]) > mean(iterations) + cost / count as f64
+    /// Number of solutions since the factorization.
+    pub fn solutions(&self) -> usize {
+        self.experience.solutions
     }
 }
 

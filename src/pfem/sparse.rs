@@ -38,6 +38,29 @@ struct ElementPattern {
     ranks: Vec<u32>,
 }
 
+/// A matrix with the same scalar on the diagonal of each block, for products.
+#[derive(Debug, Clone)]
+pub struct ScalarMatrix {
+    /// Functions, and the functions and scalars of their rows.
+    rows: Vec<(usize, Vec<(usize, f64)>)>,
+}
+
+impl ScalarMatrix {
+    /// Product with a vector of all degrees of freedom; entries of functions without rows are neither read nor written.
+    pub fn multiply(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; x.len()];
+        for (function, row) in &self.rows {
+            let mut sum = [0.0; 3];
+            for &(other, value) in row {
+                let x = &x[3 * other..3 * other + 3];
+                (0..3).for_each(|i| sum[i] += value * x[i]);
+            }
+            y[3 * function..3 * function + 3].copy_from_slice(&sum);
+        }
+        y
+    }
+}
+
 /// The lower triangle of scalars of a lower triangle of blocks.
 fn expand(starts: &[usize], rows: &[usize]) -> SymbolicSparseColMat<usize> {
     let (mut column_starts, mut row_indices) = (vec![0], Vec::new());
@@ -222,22 +245,21 @@ impl Pattern {
         scalars
     }
 
-    /// Product of the matrix with one scalar per block and a vector of all degrees of freedom; entries of functions
-    /// without rows are neither read nor written.
-    pub fn multiply_scalar(&self, scalars: &[f64], x: &[f64]) -> Vec<f64> {
-        let mut y = vec![0.0; x.len()];
-        for (column, &fc) in self.functions.iter().enumerate() {
+    /// The matrix with one scalar per block, both triangles of it.
+    pub fn scalar_matrix(&self, scalars: &[f64]) -> ScalarMatrix {
+        let mut rows = vec![Vec::new(); self.functions.len()];
+        for column in 0..self.functions.len() {
             for block in self.starts[column]..self.starts[column + 1] {
-                let (fr, m) = (self.functions[self.rows[block]], scalars[block]);
-                for i in 0..3 {
-                    y[3 * fr + i] += m * x[3 * fc + i];
-                    if fr != fc {
-                        y[3 * fc + i] += m * x[3 * fr + i];
-                    }
+                let (row, value) = (self.rows[block], scalars[block]);
+                rows[row].push((self.functions[column], value));
+                if row != column {
+                    rows[column].push((self.functions[row], value));
                 }
             }
         }
-        y
+        ScalarMatrix {
+            rows: (self.functions.iter().copied()).zip(rows).collect(),
+        }
     }
 
     /// Splits the values into ranges of block columns, one per thread, and runs `f(columns, first entry, values)`.

@@ -33,6 +33,10 @@ use std::thread::{self, JoinHandle};
 /// Most halvings of the load when a step finds no equilibrium at once.
 const MAX_CUTS: u32 = 6;
 
+/// Solutions after which a tangent is renewed while the fluid works. Sooner, the quasi-Newton pairs of the last one would
+/// still be worth more; later, iterations would cost more than the factorization (both measured).
+const WORN: usize = 3;
+
 /// Choices of a dynamic structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructureOptions {
@@ -60,38 +64,43 @@ pub struct Memory {
     /// Whence the kept tangent comes, and the experience with it. They decide how Newton's method goes on, and so the
     /// last digits.
     pub tangent: Option<(Linearization, Experience)>,
+    /// Whence the tangent comes that will take its place after the next step.
+    pub renewal: Option<Linearization>,
 }
 
 /// A tangent that is kept, and what it was assembled from.
 struct Kept {
     from: Linearization,
-    tangent: Tangent,
+    tangent: KeptTangent,
 }
 
-enum Tangent {
-    Ready(KeptTangent),
-    /// Being factorized on another thread, while the fluid works.
-    Coming(JoinHandle<Result<Factorization, SolidError>>),
+/// A tangent that is being factorized on another thread, while the fluid works.
+struct Renewal {
+    from: Linearization,
+    work: JoinHandle<Result<Factorization, SolidError>>,
 }
 
-impl Kept {
-    /// Waits for the factorization, if need be. None if it failed: then the next solution makes its own.
-    fn ready(self, stats: &mut Stats) -> Option<(KeptTangent, Linearization)> {
-        let tangent = match self.tangent {
-            Tangent::Ready(tangent) => tangent,
-            Tangent::Coming(handle) => {
-                let factorization = timed(&mut stats.factorization_s, || handle.join());
-                KeptTangent::new(factorization.ok()?.ok()?, Experience::default())
-            }
+impl Renewal {
+    fn start(equation: &Arc<EquationOfMotion>, from: Linearization) -> Option<Self> {
+        let (equation, at) = (equation.clone(), from.clone());
+        // One core is left to the fluid.
+        let threads = rayon::current_num_threads().saturating_sub(1).max(1);
+        let work = move || {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let pool = pool.map_err(|e| SolidError::Model(format!("no threads: {e}")))?;
+            pool.install(|| equation.factorized_tangent(&at))
         };
-        Some((tangent, self.from))
+        let work = thread::Builder::new().spawn(work).ok()?;
+        Some(Self { from, work })
     }
 
-    fn experience(&self) -> Experience {
-        match &self.tangent {
-            Tangent::Ready(tangent) => tangent.experience.clone(),
-            Tangent::Coming(_) => Experience::default(),
-        }
+    /// Waits for the factorization, if need be. None if it failed.
+    fn ready(self, stats: &mut Stats) -> Option<Kept> {
+        let factorization = timed(&mut stats.factorization_s, || self.work.join());
+        Some(Kept {
+            from: self.from,
+            tangent: KeptTangent::new(factorization.ok()?.ok()?, Experience::default()),
+        })
     }
 }
 
@@ -116,6 +125,8 @@ pub struct Structure {
     state: State,
     /// Tangent of an earlier solution.
     kept: Option<Kept>,
+    /// Takes its place after the next step: never earlier, though it may be there, so that a run can be repeated.
+    renewal: Option<Renewal>,
     forces: RefCell<InternalForces>,
     total: Stats,
 }
@@ -144,6 +155,7 @@ impl Structure {
             equation: Arc::new(EquationOfMotion {
                 floor: body.round_off()?,
                 wet,
+                mass_matrix: body.pattern.scalar_matrix(&mass),
                 mass,
                 damping: options.damping,
                 time_scheme: options.time_scheme,
@@ -157,6 +169,7 @@ impl Structure {
                 a: zero,
             },
             kept: None,
+            renewal: None,
             forces: RefCell::default(),
             total: Stats::default(),
         })
@@ -201,42 +214,38 @@ impl Structure {
     pub fn memory(&self) -> Memory {
         Memory {
             state: self.state.clone(),
-            tangent: (self.kept.as_ref()).map(|kept| (kept.from.clone(), kept.experience())),
+            tangent: (self.kept.as_ref())
+                .map(|kept| (kept.from.clone(), kept.tangent.experience.clone())),
+            renewal: (self.renewal.as_ref()).map(|renewal| renewal.from.clone()),
         }
     }
 
     /// Continues as the structure whose memory this is.
     pub fn recall(&mut self, memory: Memory) -> Result<(), SolidError> {
         self.set_state(memory.state)?;
-        let Some((from, experience)) = memory.tangent else {
-            return Ok(());
-        };
-        self.check(&from.load)?;
-        let lengths = [Some(&from.d), from.linearized_at.as_ref()];
-        if lengths
-            .iter()
-            .flatten()
-            .any(|d| d.len() != self.state.d.len())
-        {
-            return Err(SolidError::Model(
-                "the stored tangent belongs to another discretization".into(),
-            ));
+        for from in (memory.tangent.iter().map(|(from, _)| from)).chain(&memory.renewal) {
+            self.check(&from.load)?;
+            let lengths = [Some(&from.d), from.linearized_at.as_ref()];
+            if (lengths.iter().flatten()).any(|d| d.len() != self.state.d.len()) {
+                return Err(SolidError::Model(
+                    "the stored tangent belongs to another discretization".into(),
+                ));
+            }
         }
-        // One that could not be factorized is done without, as in the run that goes on.
-        let Ok(factorization) = self.equation.factorized_tangent(&from) else {
-            return Ok(());
-        };
-        self.kept = Some(Kept {
-            from,
-            tangent: Tangent::Ready(KeptTangent::new(factorization, experience)),
+        // One that cannot be factorized is done without, as in the run that goes on.
+        self.kept = memory.tangent.and_then(|(from, experience)| {
+            let factorization = self.equation.factorized_tangent(&from).ok()?;
+            let tangent = KeptTangent::new(factorization, experience);
+            Some(Kept { from, tangent })
         });
+        self.renewal = (memory.renewal).and_then(|from| Renewal::start(&self.equation, from));
         Ok(())
     }
 
     /// Forgets the kept tangent, so that the next solution depends on nothing but the state, the load and the start.
     /// A run that refreshes when it writes a checkpoint is repeated bit by bit by one that resumes there.
     pub fn refresh(&mut self) {
-        self.kept = None;
+        (self.kept, self.renewal) = (None, None);
     }
 
     /// Has the tangent of the accepted state factorized while the fluid works on the next step.
@@ -249,12 +258,7 @@ impl Structure {
         };
         self.total.assemblies += 1;
         self.total.factorizations += 1;
-        let (equation, at) = (self.equation.clone(), from.clone());
-        let work = thread::Builder::new().spawn(move || equation.factorized_tangent(&at));
-        self.kept = work.ok().map(|handle| Kept {
-            from,
-            tangent: Tangent::Coming(handle),
-        });
+        self.renewal = Renewal::start(&self.equation, from);
     }
 
     /// Cost of all solutions so far.
@@ -269,17 +273,13 @@ impl Structure {
 
     /// Kinetic energy (J) of a velocity.
     pub fn kinetic_energy(&self, v: &[f64]) -> f64 {
-        let momentum = self
-            .equation
-            .body
-            .pattern
-            .multiply_scalar(&self.equation.mass, v);
+        let momentum = self.equation.mass_matrix.multiply(v);
         0.5 * momentum.iter().zip(v).map(|(p, v)| p * v).sum::<f64>()
     }
 
     /// The `count` lowest natural modes of the undeformed structure.
     pub fn natural_modes(&self, count: usize) -> Result<Vec<NaturalMode>, SolidError> {
-        modes::lowest(&self.equation.body, &self.equation.mass, count)
+        modes::lowest(&self.equation.body, &self.equation.mass_matrix, count)
     }
 
     fn check(&self, load: &SurfaceLoad) -> Result<(), SolidError> {
@@ -312,7 +312,7 @@ impl Structure {
     ) -> Result<newton::Solution, SolidError> {
         let mut cost = Stats::default();
         let kept = self.kept.take().filter(|kept| kept.from.dt == dt);
-        let (mut kept, from) = kept.and_then(|kept| kept.ready(&mut cost)).unzip();
+        let (mut kept, from) = kept.map(|kept| (kept.tangent, kept.from)).unzip();
         let assembled = RefCell::new(from);
         let step = TimeStep {
             equation: &self.equation,
@@ -345,12 +345,13 @@ impl Structure {
         // There is never more than one factorization, so it is of the tangent that was assembled last.
         self.kept = kept
             .zip(assembled.into_inner())
-            .map(|(tangent, from)| Kept {
-                from,
-                tangent: Tangent::Ready(tangent),
-            });
+            .map(|(tangent, from)| Kept { from, tangent });
         let mut solution = result?;
         solution.stats += cost;
+        if solution.stats.assemblies > 0 {
+            // What is on its way is older than that.
+            self.renewal = None;
+        }
         Ok(solution)
     }
 }
@@ -448,9 +449,10 @@ impl Solid for Structure {
 
     fn accept(&mut self, trial: Trial) {
         self.state = trial.state;
-        if let (Some(cost), Some(kept)) = (self.newton.tangent_cost, &self.kept)
-            && let Tangent::Ready(tangent) = &kept.tangent
-            && tangent.is_worn(cost)
+        if let Some(renewal) = self.renewal.take() {
+            self.kept = renewal.ready(&mut self.total).or(self.kept.take());
+        } else if let Some(kept) = &self.kept
+            && kept.tangent.solutions() >= WORN
         {
             self.renew(trial.load, trial.dt);
         }
