@@ -112,6 +112,93 @@ fn the_parts_add_up_and_two_versions_are_compared() {
 }
 
 #[test]
+fn growth_measures_the_sizes_that_are_missing_and_fits_a_power() {
+    let folder = tempfile::tempdir().unwrap();
+    let growth = folder.path().join("growth");
+    let measure = || {
+        let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .args(["bench", "--case", "openfoam-case/S-0.25"])
+            .args(["--preset", "demo", "--from", "0.004", "--steps", "2"])
+            .args(["--set", "fluid.mesh.axial_extension=5"])
+            .args(["--set", "fluid.mesh.axial_per_section=6"])
+            .args(["--set", "structure.axial_per_section=3"])
+            .arg("--growth")
+            .arg(&growth)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", text(&output));
+    };
+    // All sizes but the first are said to be there already, with costs that grow as the square of the size.
+    std::fs::create_dir(&growth).unwrap();
+    let sizes = [
+        (1.0, 0.7),
+        (1.45, 0.7),
+        (2.0, 0.7),
+        (2.5, 0.7),
+        (0.8, 1.0),
+        (0.8, 1.35),
+        (0.8, 2.0),
+    ];
+    let file = |fluid: f64, structure: f64| {
+        growth.join(format!("fluid-{fluid}-structure-{structure}.json"))
+    };
+    let known = |fluid: f64, structure: f64| {
+        let names = [
+            "coupling_iterations",
+            "fluid_correctors",
+            "newton_iterations",
+            "factorizations",
+            "step_s",
+            "fluid_s",
+            "fluid_mesh_motion_s",
+            "fluid_momentum_s",
+            "fluid_pressure_s",
+            "fluid_rest_s",
+            "structure_s",
+            "structure_residual_s",
+            "structure_substitution_s",
+            "structure_assembly_s",
+            "structure_factorization_s",
+            "structure_rest_s",
+            "coupling_s",
+            "output_s",
+            "driver_peak_memory_MB",
+            "fluid_peak_memory_MB",
+        ];
+        let mut means: serde_json::Map<String, Value> = names
+            .map(|name| (name.to_owned(), 1.0.into()))
+            .into_iter()
+            .collect();
+        means.insert("fluid_cpu_s".into(), (fluid * fluid).into());
+        means.insert("driver_cpu_s".into(), (structure * structure).into());
+        serde_json::json!({
+            "version": "", "case": "", "preset": "", "ranks": 1, "threads": 1, "from_s": 0.0, "steps": 1,
+            "fluid_cells": (1000.0 * fluid) as usize,
+            "structure_dofs": (1000.0 * structure) as usize,
+            "per_step": means,
+        })
+    };
+    for (fluid, structure) in sizes {
+        let text = known(fluid, structure).to_string();
+        std::fs::write(file(fluid, structure), text).unwrap();
+    }
+    measure();
+    let first: Value = serde_json::from_slice(&std::fs::read(file(0.8, 0.7)).unwrap()).unwrap();
+    assert!(first["per_step"]["fluid_cpu_s"].as_f64().unwrap() > 0.0);
+    assert!(!growth.join("fluid-0.8-structure-0.7").exists());
+    let table = std::fs::read_to_string(growth.join("growth.csv")).unwrap();
+    assert_eq!(table.lines().count(), 9, "{table}");
+
+    // With the first as the others, the fit is exact, and nothing is measured.
+    std::fs::write(file(0.8, 0.7), known(0.8, 0.7).to_string()).unwrap();
+    measure();
+    let figure = std::fs::read_to_string(growth.join("growth.svg")).unwrap();
+    assert_eq!(figure.matches("2.00").count(), 4, "{figure}");
+    assert!(growth.join("growth.png").exists());
+}
+
+#[test]
 fn impossible_measurements_are_refused_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, expected) in [

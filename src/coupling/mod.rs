@@ -215,7 +215,11 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
                 let fluid = self.fluid.accept(write())?;
                 let accept_seconds = clock.elapsed().as_secs_f64();
                 inspect(&self.solid, &trial);
+                let clock = Instant::now();
                 self.solid.accept(trial);
+                if let Some(last) = iterations.last_mut() {
+                    last.structure_seconds += clock.elapsed().as_secs_f64();
+                }
                 self.acceleration.finish_step();
                 self.set_share(1.0);
                 self.predictor.accept(d);
