@@ -19,6 +19,9 @@ use std::path::{Path, PathBuf};
 /// Stations along the vessel and points around it where the displacement histories are compared.
 const PROBES: [usize; 2] = [9, 4];
 
+/// Rows are compared with a run of the case's own settings whose residual is below this share of the tolerance.
+const REFERENCE: f64 = 0.1;
+
 /// Which rows, and where.
 pub struct Plan<'a> {
     /// Folder of the results.
@@ -67,16 +70,21 @@ impl Plan<'_> {
                 let end = steps as f64 * base.time.step;
                 chosen = chosen.with("time.end_s", format!("{end:?}"));
             }
+            let e_rel = REFERENCE * base.coupling.e_rel;
+            let reference = (chosen.clone())
+                .with("coupling.e_rel", format!("{e_rel:?}"))
+                .with("coupling.criterion", "residual")
+                .load(path)?;
             let cases = self.variants.iter().map(|variant| {
                 let case = variant.arguments(&chosen, &base).load(path)?;
                 Ok((*variant, case))
             });
-            runs.push((path, cases.collect::<Result<Vec<_>, Failure>>()?));
+            runs.push((path, reference, cases.collect::<Result<Vec<_>, Failure>>()?));
         }
         let interrupt = Interrupt::listen(Some(A_RUN_IS_SAVED))
             .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
-        for (path, cases) in &runs {
-            self.table(path, cases, &interrupt)?;
+        for (path, reference, cases) in &runs {
+            self.table(path, reference, cases, &interrupt)?;
         }
         Ok(())
     }
@@ -84,6 +92,7 @@ impl Plan<'_> {
     fn table(
         &self,
         path: &Path,
+        reference: &ResolvedCase,
         cases: &[(Variant, ResolvedCase)],
         interrupt: &Interrupt,
     ) -> Result<(), Failure> {
@@ -91,19 +100,20 @@ impl Plan<'_> {
         let folder = self.out.join(&name);
         let mut rows: Vec<(Variant, Measured)> = Vec::new();
         println!("{name}");
+        let measure = |name: &str, case: &ResolvedCase| {
+            let run = folder.join(name);
+            if let Some(measured) = finished(&run, case)? {
+                return Ok(measured);
+            }
+            compute(path, case, &run, interrupt)?;
+            finished(&run, case)?.ok_or_else(|| {
+                Failure::Run(format!("{} has left no summary.json", run.display()))
+            })
+        };
+        let reference = measure("reference", reference)?;
         for (variant, case) in cases {
-            let run = folder.join(variant.name());
-            let measured = finished(&run, case)?.map_or_else(
-                || {
-                    compute(path, case, &run, interrupt)?;
-                    finished(&run, case)?.ok_or_else(|| {
-                        Failure::Run(format!("{} has left no summary.json", run.display()))
-                    })
-                },
-                Ok,
-            )?;
-            rows.push((*variant, measured));
-            let table = table(&rows);
+            rows.push((*variant, measure(&variant.name(), case)?));
+            let table = table(&rows, &reference);
             println!("{}", markdown(&table[table.len() - 1..]));
             let written = |error: std::io::Error| {
                 Failure::Run(format!("cannot write {}: {error}", self.out.display()))
@@ -179,9 +189,8 @@ fn probes(case: &Case) -> String {
     format!("{points:?}")
 }
 
-/// Rows with the difference of their displacement histories to the first one that is complete.
-fn table(rows: &[(Variant, Measured)]) -> Vec<Row> {
-    let first = rows.iter().find(|(_, measured)| measured.complete);
+/// Rows with the difference of their displacement histories to the reference.
+fn table(rows: &[(Variant, Measured)], reference: &Measured) -> Vec<Row> {
     rows.iter()
         .map(|(variant, m)| Row {
             model: variant.kind.name(),
@@ -198,9 +207,7 @@ fn table(rows: &[(Variant, Measured)]) -> Vec<Row> {
             structure_s_per_step: m.seconds[1],
             s_per_step: m.seconds[2],
             failed_attempts: m.failed,
-            difference: first
-                .filter(|_| m.complete)
-                .map(|(_, first)| m.difference(first)),
+            difference: (m.complete && reference.complete).then(|| m.difference(reference)),
         })
         .collect()
 }
