@@ -112,6 +112,17 @@ fn the_parts_add_up_and_two_versions_are_compared() {
 }
 
 #[test]
+fn a_parallel_fluid_is_measured_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = bench(
+        folder.path(),
+        &["--from", "0.004", "--steps", "2", "--ranks", "2"],
+    );
+    assert!(output.status.success(), "{}", text(&output));
+    assert!(text(&output).contains("2 rank(s)"), "{}", text(&output));
+}
+
+#[test]
 fn growth_measures_the_sizes_that_are_missing_and_fits_a_power() {
     let folder = tempfile::tempdir().unwrap();
     let growth = folder.path().join("growth");

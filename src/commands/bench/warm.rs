@@ -6,6 +6,7 @@ use super::Failure;
 use crate::case::ResolvedCase;
 use crate::checkpoint::Checkpoint;
 use std::fs;
+use std::io;
 use std::path::Path;
 use tempfile::TempDir;
 
@@ -106,7 +107,7 @@ fn warm_up(order: &Order, interrupt: &Interrupt) -> Result<Checkpoint, Failure> 
 
 /// Copies the files that a checkpoint stands on.
 fn copy(from: &Path, checkpoint: Checkpoint) -> Result<Warm, Failure> {
-    let failed = |e: std::io::Error| {
+    let failed = |e: io::Error| {
         Failure::Run(format!(
             "cannot copy the warm state from {}: {e}",
             from.display()
@@ -123,10 +124,32 @@ fn copy(from: &Path, checkpoint: Checkpoint) -> Result<Warm, Failure> {
             .map_err(failed)?;
         fs::copy(from.join(&mark.path), to).map_err(failed)?;
     }
+    // The mesh of a rank is cut once, when a run begins.
+    for rank in 0.. {
+        let mesh = Path::new("openfoam").join(format!("processor{rank}/constant"));
+        if !from.join(&mesh).exists() {
+            break;
+        }
+        copy_folder(&from.join(&mesh), &root.path().join(&mesh)).map_err(failed)?;
+    }
     let folder = RunFolder::adopt(root.path())?;
     Ok(Warm {
         folder,
         checkpoint,
         _root: root,
     })
+}
+
+fn copy_folder(from: &Path, to: &Path) -> io::Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let target = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            copy_folder(&entry.path(), &target)?;
+        } else {
+            fs::copy(entry.path(), target)?;
+        }
+    }
+    Ok(())
 }

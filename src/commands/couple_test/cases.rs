@@ -106,9 +106,8 @@ impl Plan<'_> {
                 return Ok(measured);
             }
             compute(path, case, &run, interrupt)?;
-            finished(&run, case)?.ok_or_else(|| {
-                Failure::Run(format!("{} has left no summary.json", run.display()))
-            })
+            finished(&run, case)?
+                .ok_or_else(|| Failure::Run(format!("{} has left no summary.json", run.display())))
         };
         let reference = measure("reference", reference)?;
         for (variant, case) in cases {
