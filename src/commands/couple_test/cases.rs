@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// Stations along the vessel and points around it where the displacement histories are compared.
 const PROBES: [usize; 2] = [9, 4];
 
-/// Rows are compared with a run of the case's own settings whose residual is below this share of the tolerance.
+/// Rows are compared with a run of the case's own settings whose residual is below this share of the limits.
 const REFERENCE: f64 = 0.1;
 
 /// Which rows, and where.
@@ -70,9 +70,10 @@ impl Plan<'_> {
                 let end = steps as f64 * base.time.step;
                 chosen = chosen.with("time.end_s", format!("{end:?}"));
             }
-            let e_rel = REFERENCE * base.coupling.e_rel;
+            let tight = |limit: f64| format!("{:?}", REFERENCE * limit);
             let reference = (chosen.clone())
-                .with("coupling.e_rel", format!("{e_rel:?}"))
+                .with("coupling.e_rel", tight(base.coupling.e_rel))
+                .with("coupling.e_abs_m", tight(base.coupling.e_abs))
                 .with("coupling.criterion", "residual")
                 .load(path)?;
             let cases = self.variants.iter().map(|variant| {
