@@ -17,7 +17,7 @@ const FLUID: [f64; 5] = [0.8, 1.0, 1.45, 2.0, 2.5];
 const STRUCTURE: [f64; 4] = [0.7, 1.0, 1.35, 2.0];
 
 /// Measures every size: the fluid with the coarsest structure and the structure with the coarsest fluid. Leaves the
-/// figures of each (`fluid-0.8.json`), `growth.csv`, `growth.svg` and `growth.png`.
+/// figures of each (`fluid-0.8-structure-0.7.json`), `growth.csv`, `growth.svg` and `growth.png`.
 pub fn measure(
     arguments: &Arguments,
     case: &ResolvedCase,
