@@ -205,6 +205,29 @@ fn a_full_disk_is_reported_and_the_run_goes_on_once_there_is_space() {
 }
 
 #[test]
+fn what_an_ended_solver_has_half_written_is_not_taken_for_the_next_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let (straight, resumed) = (
+        folder.path().join("straight"),
+        folder.path().join("resumed"),
+    );
+    complete(driver(&straight, 6, &[]));
+    complete(driver(&resumed, 3, &[]));
+    // OpenFOAM writes this file when the step after the one that it belongs to begins.
+    let late = |time: &str| {
+        let time = resumed.join("openfoam").join(time);
+        time.join("uniform/functionObjects/functionObjectProperties")
+    };
+    let whole = std::fs::read(late("0.006")).unwrap();
+    for (time, length) in [("0.006", 700), ("0.008", 0)] {
+        std::fs::create_dir_all(late(time).parent().unwrap()).unwrap();
+        std::fs::write(late(time), &whole[..length]).unwrap();
+    }
+    complete(driver(&resumed, 6, &["--resume"]));
+    assert_same_run(&resumed, &straight);
+}
+
+#[test]
 fn check_says_how_large_a_case_is_and_starts_nothing() {
     let check = |more: &[&str]| {
         std::process::Command::new(env!("CARGO_BIN_EXE_fsi-driver"))

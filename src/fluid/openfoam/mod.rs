@@ -80,6 +80,7 @@ impl OpenFoam {
         }
         .write(&settings.case)
         .map_err(solver_error)?;
+        times::clear_remains(&settings.case, settings.terms.start_time).map_err(solver_error)?;
         if settings.ranks > 1 {
             decompose(&settings)?;
         }

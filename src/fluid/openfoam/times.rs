@@ -47,6 +47,23 @@ pub fn prune(case: &Path, keep: impl Fn(f64) -> bool) -> io::Result<()> {
     old.try_for_each(|t| fs::remove_dir_all(t.folder))
 }
 
+/// State of OpenFOAM's function objects in the folder of a time. OpenFOAM writes it last, when the next step begins or
+/// the solver ends; it reads it again at its start, and nothing here needs it.
+const LATE: &str = "uniform/functionObjects/functionObjectProperties";
+
+/// Removes what a solver that was ended amid its writing may have left behind, before another one starts at the time
+/// `start` (s): all later times, and a [`LATE`] file that is not whole, at which OpenFOAM would give up.
+pub fn clear_remains(case: &Path, start: f64) -> io::Result<()> {
+    prune(case, |time| time <= start)?;
+    for written in written(case)? {
+        let late = written.folder.join(LATE);
+        if written.time == start && late.exists() && !is_complete(&late)? {
+            fs::remove_file(late)?;
+        }
+    }
+    Ok(())
+}
+
 /// A time with all its files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Files {
@@ -137,7 +154,11 @@ mod tests {
                 .len(),
             2
         );
-        prune(case.path(), |t| t < 0.003).unwrap();
+        let late = case.path().join("processor0/0.002").join(LATE);
+        fs::create_dir_all(late.parent().unwrap()).unwrap();
+        fs::write(&late, "FoamFile").unwrap();
+        clear_remains(case.path(), 0.002).unwrap();
+        assert!(!late.exists() && late.parent().unwrap().exists());
         assert_eq!(written(case.path()).unwrap().len(), 4);
         assert!(case.path().join("constant").is_dir());
     }
