@@ -8,6 +8,8 @@ use nalgebra::DVector;
 /// times the change, and a wrong Jacobian can make the change small by chance. With five times the limit, two models agree
 /// within ten times the limit.
 const MISTRUST: f64 = 5.0;
+/// The same for relaxation, which comes closer by a share of the error in each iteration: more of it is left.
+const MISTRUST_RELAXED: f64 = 2.0;
 
 /// When a coupling iteration counts as converged: `|x| / |d_k| < relative`, or the root mean square of `x` over the points
 /// below `absolute`, where `x` is the change `d_{k+1} - d_k` (14) or the residual `S∘F(d_k) - d_k`.
@@ -65,7 +67,10 @@ impl Criterion {
         let share = if relaxed { self.share } else { 1.0 };
         let (change, residual) = ((d_next - d).norm() / share, (d_tilde - d).norm());
         let (tested, plausible) = match self.quantity {
-            Quantity::Change => (change, relative(residual) < MISTRUST * self.relative),
+            Quantity::Change => {
+                let mistrust = if relaxed { MISTRUST_RELAXED } else { MISTRUST };
+                (change, relative(residual) < mistrust * self.relative)
+            }
             Quantity::Residual => (residual, true),
         };
         Measure {

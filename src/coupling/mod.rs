@@ -250,19 +250,23 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
     }
 
     /// Makes the next [`Coupling::step`] a more careful attempt, the `attempt`-th (from 2), at the step that failed:
-    /// from the old state of the fluid, from the last displacement, without what was learnt, with less relaxation.
+    /// from the old state of the fluid, without what was learnt, with less relaxation, and from the third on from the
+    /// last displacement: not before, for a wall that stops at once is a blow where there is much added mass.
     pub fn back_off(&mut self, attempt: usize) {
         self.fluid.forget_trial();
-        self.predictor.reset();
+        if attempt > 2 {
+            self.predictor.reset();
+        }
         self.acceleration.reset();
         self.set_share(BACK_OFF.powi(attempt as i32 - 1));
     }
 
-    /// Makes the next time steps `time_step` (s) long. What was learnt in steps of another length is forgotten.
+    /// Makes the next time steps `time_step` (s) long. What was learnt of the Jacobian in steps of another length is
+    /// forgotten.
     pub fn set_time_step(&mut self, time_step: f64) {
         if time_step != self.settings.time_step {
+            self.predictor.resample(time_step / self.settings.time_step);
             self.settings.time_step = time_step;
-            self.predictor.reset();
             self.acceleration.reset();
         }
     }

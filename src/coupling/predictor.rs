@@ -5,6 +5,9 @@ use std::collections::VecDeque;
 
 pub use crate::case::Predictor as Extrapolation;
 
+/// Displacements that the longest extrapolation needs.
+const LONGEST: usize = 5;
+
 impl Extrapolation {
     /// All of them, simplest first.
     pub const ALL: [Self; 4] = [
@@ -117,7 +120,34 @@ impl Predictor {
         };
         self.errors = self.candidates().map(error).collect();
         self.history.push_front(displacement);
-        self.history.truncate(5);
+        self.history.truncate(LONGEST);
+    }
+
+    /// Steps are `ratio` times as long from now on: the history becomes what it would have been with such steps, by
+    /// parabolas through the three displacements around each time, as far back as it reaches.
+    pub fn resample(&mut self, ratio: f64) {
+        let Some(last) = self.history.len().checked_sub(3) else {
+            self.reset();
+            return;
+        };
+        let at = |age: f64| {
+            let first = (age.round() as usize).saturating_sub(1).min(last);
+            let x = age - first as f64;
+            let weights = [
+                0.5 * (x - 1.0) * (x - 2.0),
+                x * (2.0 - x),
+                0.5 * x * (x - 1.0),
+            ];
+            let around = weights.iter().zip(self.history.range(first..));
+            around.fold(DVector::zeros(self.history[0].len()), |sum, (weight, d)| {
+                sum + *weight * d
+            })
+        };
+        let ages = (0..LONGEST).map(|step| step as f64 * ratio);
+        self.history = ages
+            .take_while(|age| *age <= (last + 2) as f64)
+            .map(at)
+            .collect();
     }
 
     /// Forgets all but the last displacement, so that the next guess is the constant one.
@@ -181,6 +211,21 @@ mod tests {
                 assert!((guess[0] - value(7)).abs() < 1e-12, "{chosen:?} {guess}");
             }
         }
+    }
+
+    #[test]
+    fn a_parabola_is_predicted_exactly_after_the_step_has_changed() {
+        let value = |t: f64| 1.0 + t * (2.0 + t);
+        for ratio in [0.25, 0.5, 2.0] {
+            let mut predictor = after(Quadratic, 6, |step| value(f64::from(step)));
+            predictor.resample(ratio);
+            let guess = predictor.first_guess();
+            assert!((guess[0] - value(6.0 + ratio)).abs() < 1e-12, "{guess}");
+            assert_eq!(predictor.last()[0], value(6.0));
+        }
+        let mut predictor = after(Quadratic, 1, f64::from);
+        predictor.resample(0.5);
+        assert_eq!(predictor.first_guess()[0], 1.0);
     }
 
     #[test]
