@@ -280,7 +280,7 @@ fn a_step_that_fails_is_cut_and_comes_closer_to_what_short_steps_give() {
     assert_eq!(numbers(&long, "time_s="), [0.02, 0.04]);
     let short = run("short", "0.005", 25);
     // Too few Newton iterations for a long step; how many are too few is the structure's business.
-    let cut = (1..=8)
+    let cut = (1..=5)
         .rev()
         .map(|newton| run(&format!("cut-{newton}"), "0.02", newton))
         .find(|out| numbers(out, "time_s=").len() >= 4)
@@ -289,7 +289,7 @@ fn a_step_that_fails_is_cut_and_comes_closer_to_what_short_steps_give() {
     assert!((times[times.len() - 1] - 0.04).abs() < 1e-12, "{times:?}");
     for column in ["Q_out_m3_s=", "p_out_Pa="] {
         let [long, cut, short] = [&long, &cut, &short].map(|out| last(out, column));
-        // In halves the step is twice the short one, in long steps four times. A method of first order would leave a third.
+        // The short step is a quarter of the long one. Long steps that succeeded keep their error: measured 0.51.
         assert!(
             (cut - short).abs() < 0.6 * (long - short).abs(),
             "{column} {long} in long steps, {cut} where they failed, {short} in short steps"
