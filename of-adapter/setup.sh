@@ -103,20 +103,22 @@ link_headers() {
 }
 
 compile() {
+    # From within build/objects, by relative paths: the project's folder may have a blank in its name.
     includes=
-    for folder in $header_folders; do includes="$includes -isystem $build/include/$(echo "$folder" | tr / _)"; done
+    for folder in $header_folders; do includes="$includes -isystem ../include/$(echo "$folder" | tr / _)"; done
     libraries=
     for library in $link_libraries; do libraries="$libraries -l$library"; done
     say "compiling the adapter"
     # WM_DP, WM_LABEL_SIZE: scalars and labels as in Debian's build. OpenFOAM's headers would warn, hence -isystem.
     flags="-std=c++11 -DOPENFOAM=${source_version%%.*} -DWM_DP -DWM_LABEL_SIZE=32 -DNoRepository -ftemplate-depth-100
-        -O2 -fPIC -Wall -Wextra $includes -isystem $source/src/transportModels"
+        -O2 -fPIC -Wall -Wextra $includes -isystem ../source/${source##*/}/src/transportModels"
     rm -rf "$build/objects"
     mkdir -p "$build/objects"
-    quietly sh -c 'cd "$2" && ls "$1"/src/*.C | xargs -P "$(nproc)" -n 1 g++ -c $3' \
-        compile "$here" "$build/objects" "$(echo $flags)"
+    cd "$build/objects"
+    quietly sh -c 'ls ../../src/*.C | xargs -P "$(nproc)" -n 1 g++ -c $1' compile "$(echo $flags)"
     # shellcheck disable=SC2086
-    quietly g++ -shared "$build"/objects/*.o -o "$build/libfsiAdapter.so.partial" $libraries
+    quietly g++ -shared ./*.o -o "$build/libfsiAdapter.so.partial" $libraries
+    cd "$here"
     mv "$build/libfsiAdapter.so.partial" "$build/libfsiAdapter.so"
 }
 
@@ -139,6 +141,10 @@ check_run() {
     cd "$check"
     WM_PROJECT_DIR=/usr/share/openfoam
     export WM_PROJECT_DIR
+    case $build in *' '*) # or OpenFOAM removes the blank
+        FOAM_CONTROLDICT=$(cat "$WM_PROJECT_DIR/etc/controlDict"; echo 'InfoSwitches { allowSpaceInFileName 1; }')
+        export FOAM_CONTROLDICT ;;
+    esac
     quietly blockMesh
     quietly pimpleFoam
     grep -qx End "$build/last-command.log" ||

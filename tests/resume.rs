@@ -205,6 +205,27 @@ fn a_full_disk_is_reported_and_the_run_goes_on_once_there_is_space() {
 }
 
 #[test]
+fn a_folder_may_have_a_blank_in_its_name_but_no_quotes() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("my runs/first");
+    complete(driver(&out, 1, &[]));
+    complete(driver(
+        &out,
+        2,
+        &["--resume", "--set", "fluid.transport=\"files\""],
+    ));
+    let quoted = folder.path().join("Jane's runs/first");
+    let refused = driver(&quoted, 1, &[]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        text(&refused).contains("no path with quotes"),
+        "{}",
+        text(&refused)
+    );
+    assert!(!quoted.exists());
+}
+
+#[test]
 fn what_an_ended_solver_has_half_written_is_not_taken_for_the_next_ones() {
     let folder = tempfile::tempdir().unwrap();
     let (straight, resumed) = (

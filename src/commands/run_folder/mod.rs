@@ -3,6 +3,7 @@
 mod lock;
 
 use super::Failure;
+use crate::fluid::openfoam::install;
 use crate::output::run_files::{MARK, RunFiles};
 use lock::Lock;
 use std::fs;
@@ -46,6 +47,7 @@ impl RunFolder {
     pub fn open(root: &Path, earlier: Earlier) -> Result<Self, Failure> {
         let shown = root.display();
         let input = |text: String| Err(Failure::Input(text));
+        install::check_path(root).map_err(|e| Failure::Input(e.to_string()))?;
         let entries = contents(root)
             .map_err(|e| Failure::Input(format!("cannot use {shown} as a folder: {e}")))?;
         let ours = entries.iter().any(|name| name == MARK || name == LOCK);

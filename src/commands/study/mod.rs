@@ -53,7 +53,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let mut models = models::find(&arguments.cases, &arguments.models, &arguments.case, &out)?;
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
-    install::check(ranks).map_err(|e| Failure::Input(e.to_string()))?;
+    install::check(ranks)
+        .and_then(|_| install::check_path(&out))
+        .map_err(|e| Failure::Input(e.to_string()))?;
     if !arguments.resume {
         models::refuse_earlier(&models)?;
     }

@@ -22,6 +22,11 @@ pub enum InstallError {
     /// The library named by the environment is missing.
     #[error("FSI_ADAPTER_LIBRARY names {}, which is no file: unset it and {REMEDY}", .0.display())]
     NamedLibrary(PathBuf),
+    /// OpenFOAM cannot work there.
+    #[error(
+        "{}: OpenFOAM takes no path with quotes, tabs or line breaks: choose another folder", .0.display()
+    )]
+    Path(PathBuf),
     /// The library was built for another OpenFOAM.
     #[error(
         "the OpenFOAM adapter was built for version {built}, installed is {installed}: {REMEDY}"
@@ -53,8 +58,41 @@ pub fn check(ranks: usize) -> Result<PathBuf, InstallError> {
         return Err(InstallError::Program((*missing).to_owned()));
     }
     let library = find_library()?;
+    check_path(&library)?;
     check_version(&library)?;
     Ok(library)
+}
+
+/// Checks that OpenFOAM accepts the name of a file or folder, which need not exist yet.
+pub fn check_path(path: &Path) -> Result<(), InstallError> {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    // What OpenFOAM sees is the folder behind all links.
+    let existing = path
+        .ancestors()
+        .find_map(|folder| folder.canonicalize().ok());
+    let refused = |c: u8| matches!(c, b'"' | b'\'' | b'\t' | b'\n' | b'\r' | 0x0b | 0x0c);
+    let both = [Some(&path), existing.as_ref()];
+    match (both.into_iter().flatten()).find(|path| {
+        path.as_os_str()
+            .as_encoded_bytes()
+            .iter()
+            .any(|c| refused(*c))
+    }) {
+        Some(path) => Err(InstallError::Path(path.clone())),
+        None => Ok(()),
+    }
+}
+
+/// What makes OpenFOAM accept blanks in `paths`, if there are any: the content of its own `etc/controlDict`, with a switch,
+/// for the environment variable `FOAM_CONTROLDICT`. (It then ignores a `controlDict` in the user's `~/.OpenFOAM`.)
+pub fn with_blanks(paths: &[&Path]) -> Option<String> {
+    let blank = |path: &&Path| path.as_os_str().as_encoded_bytes().contains(&b' ');
+    paths.iter().any(blank).then_some(())?;
+    let file = Path::new(PROJECT_FOLDER).join("etc/controlDict");
+    let switches = std::fs::read_to_string(file).ok()?;
+    Some(format!(
+        "{switches}\nInfoSwitches {{ allowSpaceInFileName 1; }}\n"
+    ))
 }
 
 fn on_path(program: &str) -> bool {

@@ -81,10 +81,11 @@ impl OpenFoam {
         .write(&settings.case)
         .map_err(solver_error)?;
         times::clear_remains(&settings.case, settings.terms.start_time).map_err(solver_error)?;
+        let programs = Programs::new(&settings.case, &[&library, &address]);
         if settings.ranks > 1 {
-            decompose(&settings)?;
+            decompose(&settings, &programs)?;
         }
-        let (command, death_signal) = solver_command(settings.ranks, &settings.case);
+        let (command, death_signal) = programs.solver(settings.ranks);
         let program = command.get_program().to_owned();
         let mut process =
             Process::start(command, &settings.log, death_signal).map_err(|error| {
@@ -219,49 +220,66 @@ impl Drop for OpenFoam {
     }
 }
 
-/// A program of OpenFOAM, to run in the folder of a case.
-fn openfoam_command(program: &str, case: &Path) -> Command {
-    let mut command = Command::new(program);
-    // A floating point exception ends the solver: better than infinities in the history.
-    command
-        .current_dir(case)
-        .env("WM_PROJECT_DIR", install::PROJECT_FOLDER)
-        .env("FOAM_SIGFPE", "true");
-    if let Ok(folder) = case.canonicalize() {
-        command.env("PWD", folder); // or every line of a stack trace comes with a warning
-    }
-    command
+/// OpenFOAM's programs, to run in the folder of a case.
+struct Programs {
+    case: PathBuf,
+    /// Value of `FOAM_CONTROLDICT`.
+    switches: Option<String>,
 }
 
-/// The solver, and the signal by which it dies with the driver.
-fn solver_command(ranks: usize, case: &Path) -> (Command, Signal) {
-    if ranks == 1 {
-        return (openfoam_command("pimpleFoam", case), Signal::KILL);
+impl Programs {
+    /// For a case that names other `paths` as well.
+    fn new(case: &Path, paths: &[&Path]) -> Self {
+        // An absolute path, or every line of a stack trace comes with a warning
+        let case = case.canonicalize().unwrap_or_else(|_| case.to_owned());
+        let switches = install::with_blanks(&[&[case.as_path()], paths].concat());
+        Self { case, switches }
     }
-    let mut command = openfoam_command("mpirun", case);
-    command
-        .args([
-            "-np",
-            &ranks.to_string(),
-            "--oversubscribe",
-            "--bind-to",
-            "none",
-            "pimpleFoam",
-            "-parallel",
-        ])
-        // In containers one often is root
-        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
-        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
-        // Ranks that wait for the master, which waits for the driver, leave their cores to the structure
-        .env("OMPI_MCA_mpi_yield_when_idle", "1")
-        // Needs a capability that containers lack, and warns without it
-        .env("OMPI_MCA_btl_vader_single_copy_mechanism", "none");
-    // mpirun ends its ranks on SIGTERM; a SIGKILL would leave its session folder behind
-    (command, Signal::TERM)
+
+    fn command(&self, program: &str) -> Command {
+        let mut command = Command::new(program);
+        // A floating point exception ends the solver: better than infinities in the history.
+        command
+            .current_dir(&self.case)
+            .env("WM_PROJECT_DIR", install::PROJECT_FOLDER)
+            .env("FOAM_SIGFPE", "true")
+            .env("PWD", &self.case);
+        if let Some(switches) = &self.switches {
+            command.env("FOAM_CONTROLDICT", switches);
+        }
+        command
+    }
+
+    /// The solver, and the signal by which it dies with the driver.
+    fn solver(&self, ranks: usize) -> (Command, Signal) {
+        if ranks == 1 {
+            return (self.command("pimpleFoam"), Signal::KILL);
+        }
+        let mut command = self.command("mpirun");
+        command
+            .args([
+                "-np",
+                &ranks.to_string(),
+                "--oversubscribe",
+                "--bind-to",
+                "none",
+                "pimpleFoam",
+                "-parallel",
+            ])
+            // In containers one often is root
+            .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+            .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+            // Ranks that wait for the master, which waits for the driver, leave their cores to the structure
+            .env("OMPI_MCA_mpi_yield_when_idle", "1")
+            // Needs a capability that containers lack, and warns without it
+            .env("OMPI_MCA_btl_vader_single_copy_mechanism", "none");
+        // mpirun ends its ranks on SIGTERM; a SIGKILL would leave its session folder behind
+        (command, Signal::TERM)
+    }
 }
 
 /// Cuts the case into one folder a rank, unless it is there from the run that is being continued.
-fn decompose(settings: &OpenFoamSettings) -> Result<(), FluidError> {
+fn decompose(settings: &OpenFoamSettings, programs: &Programs) -> Result<(), FluidError> {
     if settings.terms.start_time > 0.0
         && settings
             .case
@@ -275,7 +293,7 @@ fn decompose(settings: &OpenFoamSettings) -> Result<(), FluidError> {
         return Ok(());
     }
     let log = settings.log.with_file_name("log.decomposePar");
-    let mut command = openfoam_command("decomposePar", &settings.case);
+    let mut command = programs.command("decomposePar");
     command.arg("-force");
     let mut process = Process::start(command, &log, Signal::KILL).map_err(solver_error)?;
     while !process.wait(Duration::from_millis(100)) {
