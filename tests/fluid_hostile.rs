@@ -7,13 +7,12 @@ use fluid_support::*;
 use fsi_driver::Vec3;
 use fsi_driver::fluid::Fluid;
 use fsi_driver::fluid::openfoam::case_files::Connection;
-use fsi_driver::fluid::openfoam::install;
 use fsi_driver::fluid::openfoam::process::Process;
 use fsi_driver::fluid::openfoam::protocol::{FRAME_SIZE, Frame, Kind, ToFluid, message};
+use fsi_driver::fluid::openfoam::{Programs, install};
 use rustix::process::Signal;
 use std::io::{Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::process::Command;
 use std::time::Duration;
 
 fn read_message(stream: &mut UnixStream) -> Option<(Kind, Vec<u8>)> {
@@ -39,10 +38,7 @@ fn attack(channel: &Channel, messages: &[Vec<u8>], then_close: bool) -> (String,
     }
     .write(channel.case())
     .unwrap();
-    let mut command = Command::new("pimpleFoam");
-    command
-        .current_dir(channel.case())
-        .env("WM_PROJECT_DIR", install::PROJECT_FOLDER);
+    let command = Programs::new(channel.case(), &[&library]).command("pimpleFoam");
     let mut process = Process::start(command, &channel.settings.log, Signal::KILL).unwrap();
     let (mut stream, _) = listener.accept().unwrap();
     assert_eq!(read_message(&mut stream).unwrap().0, Kind::Hello);

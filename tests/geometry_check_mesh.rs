@@ -1,9 +1,9 @@
 //! OpenFOAM's own opinion of the fluid meshes: all twelve models, the presets, the flag.
 
 use fsi_driver::case::{Case, Preset};
+use fsi_driver::fluid::openfoam::Programs;
 use fsi_driver::geometry::fluid_mesh;
 use std::path::Path;
-use std::process::Command;
 
 const MODELS: [&str; 12] = [
     "S-0.0", "S-0.25", "S-0.5", "S-0.75", "H-0.0", "H-0.25", "H-0.5", "H-0.75", "A-0.0", "A-0.25",
@@ -35,10 +35,9 @@ fn check(model: &str, preset: Preset) -> f64 {
     let schemes = "divSchemes {} gradSchemes {} laplacianSchemes {}\n";
     std::fs::write(system.join("fvSchemes"), header("fvSchemes") + schemes).unwrap();
     std::fs::write(system.join("fvSolution"), header("fvSolution")).unwrap();
-    let output = Command::new("checkMesh")
-        .env("WM_PROJECT_DIR", "/usr/share/openfoam")
-        .args(["-allGeometry", "-allTopology", "-case"])
-        .arg(scratch.path())
+    let output = Programs::new(scratch.path(), &[])
+        .command("checkMesh")
+        .args(["-allGeometry", "-allTopology"])
         .output()
         .expect("OpenFOAM's checkMesh: install Debian's package openfoam");
     let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();

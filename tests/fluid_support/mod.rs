@@ -5,11 +5,10 @@ use fsi_driver::Vec3;
 use fsi_driver::case::{Blood, Inflow, Ramp, Time, Transport, Windkessel};
 use fsi_driver::fluid::openfoam::case_files::CaseFiles;
 use fsi_driver::fluid::openfoam::session::Terms;
-use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings, install};
+use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings, Programs, install};
 use fsi_driver::fluid::{FluidEffort, FluidInterface};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -118,9 +117,9 @@ impl Channel {
 
 /// Runs a utility of OpenFOAM in a case.
 pub fn run_utility(program: &str, case: &Path) {
-    let output = Command::new(program)
-        .current_dir(case)
-        .env("WM_PROJECT_DIR", install::PROJECT_FOLDER)
+    let library = install::check(1).unwrap();
+    let output = Programs::new(case, &[&library])
+        .command(program)
         .output()
         .unwrap_or_else(|error| panic!("{program}: {error}; run of-adapter/setup.sh first"));
     assert!(

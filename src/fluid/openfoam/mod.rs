@@ -221,22 +221,23 @@ impl Drop for OpenFoam {
 }
 
 /// OpenFOAM's programs, to run in the folder of a case.
-struct Programs {
+pub struct Programs {
     case: PathBuf,
     /// Value of `FOAM_CONTROLDICT`.
     switches: Option<String>,
 }
 
 impl Programs {
-    /// For a case that names other `paths` as well.
-    fn new(case: &Path, paths: &[&Path]) -> Self {
+    /// For a case that names other `paths` as well: all of them may have blanks.
+    pub fn new(case: &Path, paths: &[&Path]) -> Self {
         // An absolute path, or every line of a stack trace comes with a warning
         let case = case.canonicalize().unwrap_or_else(|_| case.to_owned());
         let switches = install::with_blanks(&[&[case.as_path()], paths].concat());
         Self { case, switches }
     }
 
-    fn command(&self, program: &str) -> Command {
+    /// One of them.
+    pub fn command(&self, program: &str) -> Command {
         let mut command = Command::new(program);
         // A floating point exception ends the solver: better than infinities in the history.
         command
