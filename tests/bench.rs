@@ -2,7 +2,7 @@
 
 mod run_support;
 
-use run_support::text;
+use run_support::{SMALL, text};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -19,9 +19,7 @@ fn bench(folder: &Path, more: &[&str]) -> Output {
         ])
         .arg("--warm")
         .arg(folder.join("warm"))
-        .args(["--set", "fluid.mesh.axial_extension=4"])
-        .args(["--set", "fluid.mesh.axial_per_section=6"])
-        .args(["--set", "structure.axial_per_section=2"])
+        .args(SMALL)
         .args(more)
         .output()
         .unwrap()

@@ -29,9 +29,7 @@ fn study(cases: &Path, out: &Path, steps: usize, more: &[&str]) -> Command {
         .arg("--out")
         .arg(out)
         .args(["--end-time", &format!("{:.3}", STEP * steps as f64)])
-        .args(["--set", "fluid.mesh.axial_extension=4"])
-        .args(["--set", "fluid.mesh.axial_per_section=6"])
-        .args(["--set", "structure.axial_per_section=2"])
+        .args(SMALL)
         .args(more);
     command
 }

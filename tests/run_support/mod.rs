@@ -7,6 +7,13 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 pub const STEP: f64 = 0.002;
+/// Makes the preset `demo` that small.
+pub const SMALL: [&str; 4] = [
+    "--set",
+    "fluid.mesh.axial_extension=4",
+    "fluid.mesh.axial_per_section=6",
+    "structure.axial_per_section=2",
+];
 
 /// A run in the folder `out`.
 pub fn driver(out: &Path, steps: usize, more: &[&str]) -> Command {
@@ -17,9 +24,7 @@ pub fn driver(out: &Path, steps: usize, more: &[&str]) -> Command {
         .arg("--out")
         .arg(out)
         .args(["--end-time", &format!("{:.3}", STEP * steps as f64)])
-        .args(["--set", "fluid.mesh.axial_extension=4"])
-        .args(["--set", "fluid.mesh.axial_per_section=6"])
-        .args(["--set", "structure.axial_per_section=2"])
+        .args(SMALL)
         .args(["--set", "output.structure_interval_s=0.01"])
         .args(["--set", "output.checkpoint_interval_min=0"])
         .args(more);
