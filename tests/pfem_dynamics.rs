@@ -114,6 +114,29 @@ fn implicit_euler_damps_a_vibration_as_theory_says() {
 }
 
 #[test]
+fn damped_newmark_damps_a_vibration_as_one_degree_of_freedom() {
+    let options = StructureOptions {
+        time_scheme: TimeScheme::DampedNewmark,
+        ..options(2, 0.0)
+    };
+    let (first, last, _) = vibrate(tube_with(4, &options), 1);
+    // x'' = -x, beta = 0.3025, gamma = 0.6, solved for the acceleration.
+    let (mut x, mut v, mut a, dt) = (1.0_f64, 0.0, -1.0, std::f64::consts::TAU / 24.0);
+    for _ in 0..24 {
+        let (x_ahead, v_ahead) = (x + dt * v + dt * dt * 0.1975 * a, v + dt * 0.4 * a);
+        a = -x_ahead / (1.0 + 0.3025 * dt * dt);
+        (x, v) = (x_ahead + 0.3025 * dt * dt * a, v_ahead + 0.6 * dt * a);
+    }
+    let expected = x * x + v * v;
+    println!("{expected} of the energy is left");
+    assert!(
+        (last / first / expected - 1.0).abs() < 1e-4,
+        "{}",
+        last / first
+    );
+}
+
+#[test]
 fn frequencies_agree_with_a_refined_reference() {
     // The corners of the clamped ends are singular: convergence is algebraic, and from above.
     let coarse = short_tube(6, 4, 0.0).natural_modes(4).unwrap();

@@ -80,7 +80,7 @@ pub const KEYS: &[Key] = &[
     key("structure.axial_per_section", Kind::Whole(1, 1000), "elements along each section"),
     key("structure.circumferential", Kind::Whole(3, 1000), "elements around"),
     key("structure.radial_per_layer", Kind::Whole(1, 100), "elements through each layer"),
-    optional("structure.time_scheme", Kind::Word(&["newmark", "implicit_euler"]), "time integration of the wall"),
+    optional("structure.time_scheme", Kind::Word(&["newmark", "damped_newmark", "implicit_euler"]), "time integration of the wall"),
     key("structure.newton_tolerance", from(1e-14, 0.1), "relative residual at which Newton's method ends"),
     key("structure.newton_max_iterations", Kind::Whole(1, 1000), "most Newton iterations"),
     key("fluid.templates", Kind::Path, "folder of the OpenFOAM dictionary templates"),

@@ -309,6 +309,8 @@ pub enum TimeScheme {
     /// Newmark's method as the trapezoidal rule: second order, no numerical damping.
     #[default]
     Newmark,
+    /// Newmark's method with `β = 0.3025`, `γ = 0.6`: first order, damps what changes from step to step.
+    DampedNewmark,
     /// First order; damps what is not resolved, and some of what is.
     ImplicitEuler,
 }

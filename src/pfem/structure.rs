@@ -6,8 +6,8 @@
 //! a = (d - d_n)/(β dt²) - v_n/(β dt) - (1/(2β) - 1) a_n,      v = v_n + dt ((1 - γ) a_n + γ a),
 //! r(d) = M (a + α v) + f_int(d) - f_ext(d) = 0,                K = ∂(f_int - f_ext)/∂d + (1/(β dt²) + α γ/(β dt)) M
 //! ```
-//! where `α` is the mass-proportional damping (section 2.1); with implicit Euler (first order, damps much)
-//! `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
+//! where `α` is the mass-proportional damping (section 2.1). Other parameters damp high frequencies, see
+//! [`TimeScheme`]; with implicit Euler (first order, damps much) `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
 
 use super::discretization::{self, Discretization};
 use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
