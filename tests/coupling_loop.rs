@@ -123,10 +123,7 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
     let numerics = acceleration::Settings {
         relaxation: 0.3,
         reuse: 5,
-        filter: Filter {
-            dependence: 1e-2,
-            resolution: 1e-6,
-        },
+        filter: Filter::new(1e-2, 1e-6, false),
         max_columns: 100,
     };
     Coupling {

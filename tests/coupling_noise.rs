@@ -65,10 +65,7 @@ fn run(index: usize, kind: Kind, resolution: f64, surrogate: bool) -> History {
     let settings = Settings {
         relaxation: if surrogate { 0.9 } else { noisy.relaxation() },
         reuse: 10,
-        filter: Filter {
-            dependence: 1e-2,
-            resolution,
-        },
+        filter: Filter::new(1e-2, resolution, surrogate),
         max_columns: 100,
     };
     let mut model = kind.build(&settings, start);

@@ -19,17 +19,18 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// Every model, with memory of 0, 5 and 10 steps for those that can have it, with and without the surrogate. Models
+    /// Every model, with memory of up to 40 steps for those that can have it, with and without the surrogate. Models
     /// that agree without memory are there once. The quick ones come first.
     pub fn all() -> Vec<Self> {
         use Kind::{Aitken, Constant, Hybrid, IqnLs, MultiVector};
         let models = [
+            (IqnLs, 40),
             (IqnLs, 10),
             (IqnLs, 5),
             (IqnLs, 0),
-            (MultiVector, 5),
+            (MultiVector, 40),
             (MultiVector, 10),
-            (Hybrid, 5),
+            (Hybrid, 40),
             (Hybrid, 10),
             (Aitken, 0),
             (Constant, 0),

@@ -211,11 +211,12 @@ fn acceleration(settings: &case::Coupling, surrogate: Box<dyn Surrogate>) -> Box
     let numerics = acceleration::Settings {
         relaxation: settings.relaxation(),
         reuse: settings.reuse_steps,
-        filter: Filter {
-            dependence: settings.filter,
-            // What is smaller than the accepted error is noise of the solvers, not a column.
-            resolution: settings.e_rel,
-        },
+        // What is smaller than the accepted error is noise of the solvers, not a column.
+        filter: Filter::new(
+            settings.filter,
+            settings.e_rel,
+            settings.surrogate != case::Surrogate::None,
+        ),
         max_columns: 200,
     };
     settings.acceleration.build(&numerics, surrogate)

@@ -2,7 +2,7 @@
 //! they leave unsaid.
 
 use super::{Prediction, memory::dense};
-use nalgebra::DVector;
+use nalgebra::{Cholesky, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -46,7 +46,8 @@ impl Column {
     }
 }
 
-/// Which columns are dropped because newer ones say the same. The newest is always kept.
+/// How columns are judged: which are dropped because newer ones say the same, and how far the others are believed. The
+/// newest is always kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Filter {
     /// A column is dropped if less than this share of it is orthogonal to all newer ones (Haelterman et al. 2016).
@@ -55,29 +56,64 @@ pub struct Filter {
     /// solvers answer to a tolerance only, and what is smaller than their error says nothing about the Jacobian. The
     /// tolerance of the coupling is a good value, since nothing smaller has to be resolved.
     pub resolution: f64,
+    /// Error of what a new column says about the Jacobian over that of whatever answers for the rest. Older columns are
+    /// doubted more.
+    pub doubt: f64,
 }
 
+/// Doubt of a new column beside a surrogate. Measured on the elastic tube and on S-0.25, where from 0.003 to 0.02 made
+/// little difference.
+const DOUBT: f64 = 0.01;
+
+/// Growth of a column's doubt with each step, relative to that of a new one.
+const AGING: f64 = 0.3;
+
+/// Shares of a column below this are rounding errors: they come from products, so that they are exact to the root of
+/// the machine's precision.
+const ROUNDING: f64 = 1e-6;
+
 impl Filter {
-    /// A filter for solvers without error.
+    /// The filter of models beside a surrogate, or without: what a fixed-point iteration makes of the rest is so wrong
+    /// where there is much added mass that any column is better.
+    pub fn new(dependence: f64, resolution: f64, surrogate: bool) -> Self {
+        Self {
+            dependence,
+            resolution,
+            doubt: if surrogate { DOUBT } else { 0.0 },
+        }
+    }
+
+    /// A filter for a linear problem and solvers without error.
     pub fn exact(dependence: f64) -> Self {
         Self {
             dependence,
             resolution: 0.0,
+            doubt: 0.0,
         }
+    }
+
+    /// The share of `column` that newer ones must leave.
+    fn threshold(&self, column: &Column) -> f64 {
+        self.dependence
+            .max(self.resolution / column.size)
+            .max(ROUNDING)
+    }
+
+    /// The weight of a column's coefficient in the fit.
+    fn weight(&self, column: &Column) -> f64 {
+        self.doubt * (1.0 + AGING * column.age as f64)
     }
 }
 
-/// Columns, newest first, and the decomposition **V** = **Q R** of their residuals.
+/// Columns, newest first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeastSquares {
     filter: Filter,
     columns: VecDeque<Column>,
-    /// Orthonormal basis of the residuals of `columns`.
-    q: Vec<DVector<f64>>,
-    /// `r[j]` is column j of **R**, of length j + 1.
-    r: Vec<Vec<f64>>,
-    /// Whether **Q** and **R** belong to `columns`.
-    decomposed: bool,
+    /// **V**ᵀ**V**, the products of the residuals of `columns`.
+    gram: DMatrix<f64>,
+    /// Whether `columns` are independent.
+    filtered: bool,
     dropped: usize,
 }
 
@@ -87,9 +123,8 @@ impl LeastSquares {
         Self {
             filter,
             columns: VecDeque::new(),
-            q: Vec::new(),
-            r: Vec::new(),
-            decomposed: true,
+            gram: DMatrix::zeros(0, 0),
+            filtered: true,
             dropped: 0,
         }
     }
@@ -112,15 +147,19 @@ impl LeastSquares {
     /// The newest column.
     pub fn add(&mut self, column: Column) {
         self.columns.push_front(column);
-        self.decomposed = false;
+        let products = self.products(&self.columns[0].residual);
+        let gram = std::mem::replace(&mut self.gram, DMatrix::zeros(0, 0));
+        self.gram = gram.insert_row(0, 0.0).insert_column(0, 0.0);
+        self.gram.set_row(0, &products.transpose());
+        self.gram.set_column(0, &products);
+        self.filtered = false;
     }
 
     /// Keeps the newest `count` columns.
     pub fn truncate(&mut self, count: usize) {
         if count < self.columns.len() {
             self.columns.truncate(count);
-            self.q.truncate(count);
-            self.r.truncate(count);
+            self.gram.resize_mut(count, count, 0.0);
         }
     }
 
@@ -144,68 +183,71 @@ impl LeastSquares {
     }
 
     /// Replaces all columns, newest first.
-    pub fn put(&mut self, columns: impl IntoIterator<Item = Column>) {
+    pub fn put(
+        &mut self,
+        columns: impl IntoIterator<Item = Column, IntoIter: DoubleEndedIterator>,
+    ) {
         *self = Self::new(self.filter);
-        self.columns.extend(columns);
-        self.decomposed = self.columns.is_empty();
+        columns
+            .into_iter()
+            .rev()
+            .for_each(|column| self.add(column));
     }
 
-    /// `delta D c` with the `c` that minimizes `|V c + r|`, and the rest `r + V c`.
+    /// `delta D c` with the `c` that minimizes `|V c + r|² + |Λ c|²`, and the rest `r + V c`.
+    ///
+    /// A coefficient `c_j` brings an error proportional to itself into the answer, and the rest one proportional to the
+    /// rest: `Λ`, the doubts of the columns, balances the two (Tikhonov's regularization). Otherwise a nearly dependent
+    /// combination of old columns, small differences with large coefficients, would be believed as much as a new one.
     pub fn predict(&mut self, residual: &DVector<f64>) -> Prediction {
-        self.decompose();
-        let mut c: Vec<f64> = self.q.iter().map(|basis| -basis.dot(residual)).collect();
-        let mut rest = residual.clone();
-        for (basis, c) in self.q.iter().zip(&c) {
-            rest.axpy(*c, basis, 1.0);
+        self.drop_dependent();
+        let mut matrix = self.gram.clone();
+        for (j, column) in self.columns.iter().enumerate() {
+            matrix[(j, j)] += self.filter.weight(column).powi(2);
         }
-        // Back substitution R c = -Qᵀ r.
-        for j in (0..c.len()).rev() {
-            c[j] /= self.r[j][j];
-            for i in 0..j {
-                c[i] -= self.r[j][i] * c[j];
-            }
-        }
+        let mut c = -self.products(residual);
+        let positive = "the products of independent columns are positive definite";
+        Cholesky::new(matrix).expect(positive).solve_mut(&mut c);
         let mut correction = DVector::zeros(residual.len());
-        for (column, c) in self.columns.iter().zip(c) {
-            correction.axpy(c, &column.trial, 1.0);
+        let mut rest = residual.clone();
+        for (column, c) in self.columns.iter().zip(c.iter()) {
+            correction.axpy(*c, &column.trial, 1.0);
+            rest.axpy(*c, &column.residual, 1.0);
         }
         Prediction { correction, rest }
     }
 
-    /// Gram-Schmidt, newest column first, dropping the dependent ones.
-    fn decompose(&mut self) {
-        if self.decomposed {
+    /// The products of all columns with `residual`.
+    fn products(&self, residual: &DVector<f64>) -> DVector<f64> {
+        let products = self.columns.iter().map(|c| c.residual.dot(residual));
+        DVector::from_iterator(self.columns.len(), products)
+    }
+
+    /// Drops columns that depend on newer ones: a Cholesky decomposition of the products, newest first.
+    fn drop_dependent(&mut self) {
+        if std::mem::replace(&mut self.filtered, true) {
             return;
         }
-        self.decomposed = true;
-        self.q.clear();
-        self.r.clear();
-        let (q, r, filter) = (&mut self.q, &mut self.r, self.filter);
-        let before = self.columns.len();
-        self.columns.retain(|column| {
-            let mut v = column.residual.clone();
-            let mut shares = vec![0.0; q.len()];
-            // Twice: once is not enough for nearly dependent columns.
-            for _ in 0..2 {
-                for (basis, sum) in q.iter().zip(&mut shares) {
-                    let share = basis.dot(&v);
-                    v.axpy(-share, basis, 1.0);
-                    *sum += share;
-                }
+        let mut kept = Vec::new();
+        let mut factor: Vec<Vec<f64>> = Vec::new();
+        for (i, column) in self.columns.iter().enumerate() {
+            let mut row = Vec::with_capacity(factor.len() + 1);
+            for (above, j) in factor.iter().zip(&kept) {
+                let known: f64 = row.iter().zip(above).map(|(a, b): (&f64, _)| a * b).sum();
+                row.push((self.gram[(i, *j)] - known) / above[row.len()]);
             }
-            let independent = v.norm();
-            let keep = independent > 0.0
-                && (q.is_empty()
-                    || independent > filter.dependence.max(filter.resolution / column.size))
-                && q.len() < v.len();
-            if keep {
-                shares.push(independent);
-                q.push(v / independent);
-                r.push(shares);
+            let square = self.gram[(i, i)] - row.iter().map(|share| share * share).sum::<f64>();
+            if kept.is_empty() || square > self.filter.threshold(column).powi(2) {
+                row.push(square.sqrt());
+                factor.push(row);
+                kept.push(i);
             }
-            keep
-        });
-        self.dropped += before - self.columns.len();
+        }
+        self.dropped += self.columns.len() - kept.len();
+        self.gram = self.gram.select_rows(&kept).select_columns(&kept);
+        let mut place = 0..;
+        self.columns
+            .retain(|_| place.next().is_some_and(|i| kept.binary_search(&i).is_ok()));
     }
 }
 
@@ -235,12 +277,12 @@ mod tests {
     #[test]
     fn a_change_below_the_resolution_is_dropped_unless_it_is_the_newest() {
         let mut fit = LeastSquares::new(Filter {
-            dependence: 1e-3,
             resolution: 0.1,
+            ..Filter::exact(1e-3)
         });
         for c in [column(0.0, 0.09), column(3.0, 0.0), column(0.01, 0.01)] {
             fit.add(c);
-            fit.decompose();
+            fit.drop_dependent();
         }
         assert_eq!((fit.len(), fit.dropped()), (2, 1));
         assert_eq!(fit.columns[0], column(0.01, 0.01));
@@ -253,6 +295,32 @@ mod tests {
         let answer = fit.predict(&DVector::from_vec(vec![0.5, 7.0]));
         assert_eq!(answer.correction, DVector::from_vec(vec![-1.0, 0.0]));
         assert_eq!(answer.rest, DVector::from_vec(vec![0.0, 7.0]));
+    }
+
+    #[test]
+    fn coefficients_minimize_what_is_left_and_what_is_doubted() {
+        let filter = Filter {
+            doubt: 0.1,
+            ..Filter::exact(1e-3)
+        };
+        let mut fit = LeastSquares::new(filter);
+        fit.add(column(0.6, 0.8));
+        (0..3).for_each(|_| fit.grow_older(9));
+        fit.add(column(1.0, 0.0));
+        let residual = DVector::from_vec(vec![0.3, -0.7]);
+        let objective = |change: [f64; 2]| {
+            // The trials are twice the residuals.
+            let answer = fit.clone().predict(&residual).correction / -2.0;
+            let c = [answer[0] - 0.75 * answer[1], answer[1] / 0.8];
+            let c = [c[0] + change[0], c[1] + change[1]];
+            let rest = [residual[0] - c[0] - 0.6 * c[1], residual[1] - 0.8 * c[1]];
+            let doubts = [0.1 * c[0], 0.1 * (1.0 + 3.0 * AGING) * c[1]];
+            rest.iter().chain(&doubts).map(|x| x * x).sum::<f64>()
+        };
+        let least = objective([0.0; 2]);
+        for change in [[1e-3, 0.0], [-1e-3, 0.0], [0.0, 1e-3], [0.0, -1e-3]] {
+            assert!(objective(change) > least);
+        }
     }
 
     #[test]

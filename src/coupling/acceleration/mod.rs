@@ -12,7 +12,8 @@
 //! | [`Hybrid`] | a fit with the columns of this step; its rest to *one* joint fit of the last `q` steps; `P` for the last rest | between the two above |
 //!
 //! `P` is the [`Surrogate`]: a cheap model of the two solvers, or the identity. All three quasi-Newton models agree as
-//! long as nothing is remembered (`q = 0`).
+//! long as nothing is remembered (`q = 0`). Beside a surrogate, columns are doubted the more the older they are (see
+//! [`LeastSquares::predict`]), so that many steps can be remembered.
 //!
 //! The paper's "modified" variant comes from Radtke et al. 2016 (Comput. Mech. 58), who found a hybrid of two
 //! well-known variants best. Its formulas were not at hand: [`Hybrid`] follows the description, not the text.

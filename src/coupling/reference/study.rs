@@ -50,10 +50,7 @@ impl Trial {
         let settings = Settings {
             relaxation,
             reuse: self.reuse,
-            filter: Filter {
-                dependence: 1e-2,
-                resolution: tolerance,
-            },
+            filter: Filter::new(1e-2, tolerance, self.surrogate),
             max_columns: 200,
         };
         let mut model = self.kind.build(&settings, surrogate);
