@@ -14,11 +14,13 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Whether it was learnt on an interface with `unknowns` components, and holds nothing but finite numbers.
+    /// Whether it was learnt on an interface with `unknowns` components, and holds nothing but finite numbers and residuals
+    /// of length 1.
     pub fn fits_to(&self, unknowns: usize) -> bool {
         let fits_to = |column: &Column| {
             let vectors = [&column.residual, &column.trial];
             column.size.is_finite()
+                && (column.residual.norm() - 1.0).abs() < 1e-9
                 && vectors
                     .iter()
                     .all(|v| v.len() == unknowns && v.iter().all(|x| x.is_finite()))
