@@ -9,7 +9,8 @@ use nalgebra::DVector;
 const MISTRUST: f64 = 2.0;
 
 /// When a coupling iteration counts as converged: `|x| / |d_k| < relative`, or the root mean square of `x` over the points
-/// below `absolute`, where `x` is the change `d_{k+1} - d_k` (14) or the residual `S∘F(d_k) - d_k`.
+/// below `absolute`, where `x` is the change `d_{k+1} - d_k` (14) or the residual `S∘F(d_k) - d_k`. A change counts only while the residual does
+/// not contradict it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criterion {
     /// Which of the two.

@@ -85,11 +85,7 @@ impl Filter {
 
     /// A filter for a linear problem and solvers without error.
     pub fn exact(dependence: f64) -> Self {
-        Self {
-            dependence,
-            resolution: 0.0,
-            doubt: 0.0,
-        }
+        Self::new(dependence, 0.0, false)
     }
 
     /// The share of `column` that newer ones must leave.
