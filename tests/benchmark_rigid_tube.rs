@@ -4,7 +4,7 @@ mod fluid_support;
 
 use fluid_support::{correctors, read_internal_field};
 use fsi_driver::Vec3;
-use fsi_driver::case::{Case, Preset, ResolvedCase};
+use fsi_driver::case::{Case, FlowCurve, Preset, ResolvedCase};
 use fsi_driver::fluid::openfoam::case_files::CaseFiles;
 use fsi_driver::fluid::openfoam::session::Terms;
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings};
@@ -44,7 +44,7 @@ impl RigidTube {
         CaseFiles {
             templates: &case.fluid.templates,
             blood: &case.blood,
-            inflow: &case.inflow,
+            inflow: &FlowCurve::new(&case.inflow, case.time.period).unwrap(),
             windkessel: &case.windkessel,
             ramp: &case.ramp,
             time: &case.time,

@@ -344,3 +344,41 @@ fn the_ramp_is_continuously_differentiable() {
     }
     assert_eq!(Ramp { duration: 0.0 }.factor(0.0), 1.0);
 }
+
+#[test]
+fn what_makes_results_doubtful_is_said() {
+    let warnings = |set: &[(&str, &str)], cores: usize| {
+        load(&project().join("S-0.25"), Preset::Coarse, set).warnings(cores)
+    };
+    assert_eq!(warnings(&[], 1), Vec::<String>::new());
+    let window = warnings(&[("time.end_s", "0.75")], 1);
+    assert!(
+        window.len() == 2
+            && window[0].contains("smooth start")
+            && window[1].contains("0.75 of them"),
+        "{window:?}"
+    );
+    let ranks = warnings(&[("fluid.ranks", "3")], 2);
+    assert!(
+        ranks.len() == 1 && ranks[0].contains("--ranks") && ranks[0].contains("2 core(s)"),
+        "{ranks:?}"
+    );
+    // Nobody evaluates the wall shear of a flag.
+    let flag = load(&project().join("turek-hron"), Preset::Demo, &[]);
+    assert_eq!(flag.warnings(1), Vec::<String>::new());
+
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("flow.csv");
+    let curve = ("inflow.file", file.to_str().unwrap());
+    std::fs::write(
+        &file,
+        "time_s,flow_m3_s\n0,1e-6\n0.1,3e-6\n0.2,2e-6\n0.5,1e-6\n",
+    )
+    .unwrap();
+    assert_eq!(warnings(&[curve], 1), Vec::<String>::new());
+    let gap = warnings(&[curve, ("time.period_s", "1.5"), ("time.end_s", "3.0")], 1);
+    assert!(
+        gap.len() == 1 && gap[0].contains("from 0.5 to 1.5 s"),
+        "{gap:?}"
+    );
+}

@@ -300,3 +300,43 @@ fn bad_input_is_refused_with_nothing_written() {
         assert!(!out.exists());
     }
 }
+
+/// Curves as people have them: with comments, over a part of the period, over another period than a second.
+#[test]
+fn a_curve_that_is_accepted_drives_the_inflow() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("flow.csv");
+    let curve = format!("inflow.file={}", file.display());
+    for (period, rows, expected) in [
+        (
+            1.0,
+            "# measured by ultrasound\ntime_s,flow_m3_s\n0,1e-6\n0.004,4e-6\n# and on\n0.008,3e-6\n0.5,2e-6\n1,1e-6\n",
+            [(0.004, 4e-6), (0.008, 3e-6)],
+        ),
+        // Flat from the last time to the first one of the next period.
+        (
+            1.0,
+            "time_s,flow_m3_s\n0.025,2e-6\n0.3,5e-6\n0.975,2e-6\n",
+            [(0.002, 2e-6), (0.01, 2e-6)],
+        ),
+        (
+            0.8,
+            "time_s,flow_m3_s\n0,3e-6\n0.006,5e-6\n0.2,4e-6\n0.476,3e-6\n",
+            [(0.006, 5e-6), (0.006, 5e-6)],
+        ),
+    ] {
+        std::fs::write(&file, rows).unwrap();
+        let period = format!("time.period_s={period}");
+        let more = ["--set", &curve, &period, "--force"];
+        let out = folder.path().join("run");
+        let output = driver(&out, 0.01, &more).output().unwrap();
+        assert!(output.status.success(), "{}", text(&output));
+        let history = columns(&out.join("history.csv"));
+        for (t, flow) in expected {
+            let i = (t / STEP).round() as usize - 1;
+            let ramp = 0.5 * (1.0 - (PI * t / 0.5).cos());
+            let found = history["Q_in_m3_s"][i] / ramp;
+            assert!((found / flow - 1.0).abs() < 1e-6, "{t} s: {found} {flow}");
+        }
+    }
+}

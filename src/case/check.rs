@@ -3,11 +3,9 @@
 mod flag;
 
 use super::error::CaseError;
-use crate::hemodynamics::Window;
-
 use super::stack::Stack;
 use super::value::shorten;
-use super::{Case, Extension, Material, flow_curve::FlowCurve};
+use super::{Case, Extension, Material, Window, flow_curve::FlowCurve};
 use crate::interpolation::BicubicSurface;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;

@@ -50,6 +50,8 @@ pub enum FlowCurveError {
     },
 }
 
+/// A period is sampled at so many times at least.
+const SAMPLES: usize = 10_000;
 /// More rows than any measured curve has.
 const MOST_ROWS: usize = 1_000_000;
 
@@ -105,6 +107,42 @@ impl FlowCurve {
                 flows[i] * (1.0 - q) + flows[j] * q + h * s * r * (r * slopes[i] - s * slopes[j])
             }
         }
+    }
+
+    /// One period as pairs of time (s) and flow (m³/s) to interpolate linearly, from 0 to the period's end: ten thousand
+    /// or more, among them every multiple of the time `step` (s), of its half, its quarter, …, if it divides the period.
+    pub fn samples(&self, step: f64) -> impl Iterator<Item = [f64; 2]> {
+        let period = self.period();
+        let per_period = (period / step).round().max(1.0) as usize;
+        let n = per_period * SAMPLES.div_ceil(per_period).next_power_of_two();
+        (0..=n).map(move |i| {
+            let time = period * i as f64 / n as f64;
+            [time, self.flow(time)]
+        })
+    }
+
+    /// Duration of a period, s.
+    pub fn period(&self) -> f64 {
+        match self {
+            Self::Pulse { period, .. } | Self::Table { period, .. } => *period,
+        }
+    }
+
+    /// The times (s) between which a table has no value, from its last to its first in the next period, if they are
+    /// more than `times` as far apart as any two others that follow each other.
+    pub fn gap(&self, times: f64) -> Option<[f64; 2]> {
+        let Self::Table {
+            times: known,
+            period,
+            ..
+        } = self
+        else {
+            return None;
+        };
+        let widest = known.windows(2).map(|pair| pair[1] - pair[0]);
+        let widest = widest.fold(0.0, f64::max);
+        let gap = [known[known.len() - 1], known[0] + period];
+        (gap[1] - gap[0] > times * widest).then_some(gap)
     }
 
     /// Reads a CSV file with the header `time_s,flow_m3_s`; lines that begin with `#` are skipped. Times increase and

@@ -35,12 +35,15 @@ pub(crate) mod spelling;
 mod stack;
 mod text_file;
 pub(crate) mod value;
+mod warnings;
+mod window;
 mod write;
 
 pub use error::{CaseError, CaseErrors, Place};
 pub use flag::{Flag, FlagMesh};
 pub use flow_curve::{FlowCurve, FlowCurveError};
 pub use load::{Preset, ResolvedCase};
+pub use window::Window;
 
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;

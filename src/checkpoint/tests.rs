@@ -1,6 +1,7 @@
 use super::*;
+use crate::case::Window;
 use crate::coupling::acceleration::Column;
-use crate::hemodynamics::{Window, WindowStatistics};
+use crate::hemodynamics::WindowStatistics;
 use crate::output::record::Totals;
 use crate::output::wall_record::WallMemory;
 use crate::pfem::SurfaceLoad;

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use crate::case::{Case, Preset, ResolvedCase};
+use std::io::Write as _;
 use std::path::Path;
 
 /// Preset and values that replace those of a case.
@@ -71,6 +72,15 @@ impl CaseArguments {
             ))),
             _ => Ok(case),
         }
+    }
+}
+
+/// Says on standard error what makes the results of a case doubtful.
+pub fn warn(case: &Case) {
+    let cores = std::thread::available_parallelism().map_or(usize::MAX, usize::from);
+    for warning in case.warnings(cores) {
+        // The terminal may be gone.
+        let _ = writeln!(std::io::stderr(), "warning: {warning}");
     }
 }
 

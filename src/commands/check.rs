@@ -1,7 +1,7 @@
 //! `fsi-driver check DIR`: everything that can be said of a case before it runs.
 
 use super::Failure;
-use super::case_arguments::{CaseArguments, machine_memory};
+use super::case_arguments::{CaseArguments, machine_memory, warn};
 use std::path::PathBuf;
 
 /// Options of the check.
@@ -36,5 +36,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         case.time.step,
         case.memory() / 1e9,
     );
+    warn(&case);
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `fsi-driver hemodynamics RUN`: wall shear measures again, from what a run has stored, over any window.
 
 use super::Failure;
-use crate::hemodynamics::Window;
+use crate::case::Window;
 use crate::output::results;
 use crate::output::run_files::RunFiles;
 use std::path::PathBuf;

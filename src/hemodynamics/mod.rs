@@ -11,7 +11,6 @@ pub mod shear;
 pub mod statistics;
 pub mod summary;
 pub mod wall;
-pub mod window;
 
 pub use monitor::{Monitor, RegionStep};
 pub use region::{Region, RegionName};
@@ -20,4 +19,3 @@ pub use shear::ShearStatistics;
 pub use statistics::WindowStatistics;
 pub use summary::Summary;
 pub use wall::{Place, Wall, WallState};
-pub use window::Window;

@@ -2,8 +2,8 @@
 
 use super::shear::ShearStatistics;
 use super::wall::{WallState, widened};
-use super::window::Window;
 use crate::Vec3;
+use crate::case::Window;
 use serde::{Deserialize, Serialize};
 
 /// Integrals over a window, as far as the run has come.

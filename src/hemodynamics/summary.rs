@@ -5,8 +5,8 @@ use super::periodicity::{Difference, differences};
 use super::region::{Region, RegionName};
 use super::statistics::WindowStatistics;
 use super::wall::{Place, Wall};
-use super::window::Window;
 use crate::Vec3;
+use crate::case::Window;
 use serde::{Deserialize, Serialize};
 
 /// The wall's measures on each face, averaged over a window.

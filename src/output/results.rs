@@ -4,9 +4,9 @@ use super::run_files::{MARK, RunFiles};
 use super::tables::{self, HistoryRow};
 use super::wall_fields::{self, FaceRow};
 use super::{record, wall_record, write_atomically};
-use crate::case::Case;
+use crate::case::{Case, Window};
 use crate::hemodynamics::summary::{Series, WallFields};
-use crate::hemodynamics::{Region, RegionStep, Summary, Wall, Window, WindowStatistics};
+use crate::hemodynamics::{Region, RegionStep, Summary, Wall, WindowStatistics};
 use std::io;
 use std::path::Path;
 

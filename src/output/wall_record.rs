@@ -2,7 +2,8 @@
 
 use super::tables::Table;
 use super::wall_history::{WallHistory, WallHistoryReader};
-use crate::hemodynamics::{Monitor, WallState, Window, WindowStatistics};
+use crate::case::Window;
+use crate::hemodynamics::{Monitor, WallState, WindowStatistics};
 use crate::pfem::samples::StressPeak;
 use serde::{Deserialize, Serialize};
 use std::io;

@@ -2,7 +2,7 @@
 #![allow(dead_code)] // each test file uses a part
 
 use fsi_driver::Vec3;
-use fsi_driver::case::{Blood, Inflow, Ramp, Time, Transport, Windkessel};
+use fsi_driver::case::{Blood, FlowCurve, Inflow, Ramp, Time, Transport, Windkessel};
 use fsi_driver::fluid::openfoam::case_files::CaseFiles;
 use fsi_driver::fluid::openfoam::session::Terms;
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings, Programs, install};
@@ -16,13 +16,16 @@ use std::time::Duration;
 pub const STEP: f64 = 0.002;
 pub const DENSITY: f64 = 1050.0;
 
-pub fn inflow() -> Inflow {
-    Inflow {
-        base: 3.5e-6,
-        amplitude: 4.5e-6,
-        systole: 0.5,
-        exponent: 0.8,
-        file: None,
+pub fn inflow() -> FlowCurve {
+    FlowCurve::Pulse {
+        inflow: Inflow {
+            base: 3.5e-6,
+            amplitude: 4.5e-6,
+            systole: 0.5,
+            exponent: 0.8,
+            file: None,
+        },
+        period: 1.0,
     }
 }
 

@@ -6,7 +6,7 @@ use super::rescue::Trouble;
 use super::surrogate::surrogate;
 use super::{run_failure, written};
 use crate::Vec3;
-use crate::case::{self, Case};
+use crate::case::{self, Case, FlowCurve, Window};
 use crate::checkpoint::Checkpoint;
 use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
@@ -20,7 +20,7 @@ use crate::fluid::openfoam::case_files::CaseFiles;
 use crate::fluid::openfoam::session::Terms;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::{Fluid, FluidEffort, FluidError};
-use crate::hemodynamics::{Monitor, Region, Wall, Window};
+use crate::hemodynamics::{Monitor, Region, Wall};
 use crate::output::probes::Probes;
 use crate::output::record::{Record, RecordSettings};
 use crate::output::wall_record::WallRecordSettings;
@@ -61,6 +61,7 @@ impl Run {
         checkpoint: Option<&Checkpoint>,
         interrupt: Interrupt,
     ) -> Result<Self, Failure> {
+        let inflow = FlowCurve::new(&case.inflow, case.time.period).map_err(run_failure)?;
         let domain = Domain::new(case);
         let mut solid = structure(case, &domain).map_err(run_failure)?;
         let mesh = &domain.fluid;
@@ -68,7 +69,7 @@ impl Run {
         CaseFiles {
             templates: &case.fluid.templates,
             blood: &case.blood,
-            inflow: &case.inflow,
+            inflow: &inflow,
             windkessel: &case.windkessel,
             ramp: &case.ramp,
             time: &case.time,

@@ -11,7 +11,7 @@ mod stand;
 mod surrogate;
 
 use super::Failure;
-use super::case_arguments::CaseArguments;
+use super::case_arguments::{CaseArguments, warn};
 use super::run_folder::{Earlier, RunFolder};
 use crate::case::{Case, ResolvedCase};
 use crate::checkpoint::Checkpoint;
@@ -102,6 +102,7 @@ impl Order<'_> {
         let clock = Instant::now();
         let mut run = Run::assemble(self.path, case, folder, checkpoint.as_ref(), interrupt()?)?;
         if !self.quiet {
+            warn(case);
             eprintln!(
                 "{}: {} fluid cells, {} structural degrees of freedom, {} steps; ready in {:.1} s",
                 self.path.display(),

@@ -4,13 +4,11 @@
 //! `system/fsiParameters` (the physics) and `system/fsiConnection` (the way to the driver, new at every start).
 //! The mesh is written by others.
 
-use crate::case::{Blood, Flag, Inflow, Ramp, Time, Windkessel};
+use crate::case::{Blood, Flag, FlowCurve, Ramp, Time, Windkessel};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// The inflow curve is written with at least this many points per period; OpenFOAM interpolates linearly between.
-const CURVE_POINTS: usize = 10_000;
 /// A ramp of no duration, s.
 const NO_RAMP: f64 = 1e-9;
 
@@ -26,14 +24,6 @@ pub enum CaseFilesError {
         path: PathBuf,
         /// Why it failed.
         source: io::Error,
-    },
-    /// A curve that is none.
-    #[error("{}: {reason}", .path.display())]
-    Curve {
-        /// The file.
-        path: PathBuf,
-        /// What was expected and found, and where.
-        reason: String,
     },
 }
 
@@ -53,8 +43,8 @@ pub struct CaseFiles<'a> {
     pub templates: &'a Path,
     /// The blood.
     pub blood: &'a Blood,
-    /// Flow at the inlet; a relative path of its file is taken from the working directory.
-    pub inflow: &'a Inflow,
+    /// Flow at the inlet.
+    pub inflow: &'a FlowCurve,
     /// The outlet.
     pub windkessel: &'a Windkessel,
     /// Smooth start.
@@ -72,7 +62,7 @@ impl CaseFiles<'_> {
     pub fn write(&self, folder: &Path) -> Result<(), CaseFilesError> {
         copy_folder(self.templates, folder)?;
         write_file(&folder.join("system/fsiParameters"), &self.parameters())?;
-        write_file(&folder.join("constant/inflow.csv"), &self.curve()?)?;
+        write_file(&folder.join("constant/inflow.csv"), &self.curve())?;
         // Until the solver is started: enough for checkMesh and other utilities to read the case.
         Connection {
             library: None,
@@ -131,74 +121,13 @@ impl CaseFiles<'_> {
         text
     }
 
-    /// One period of the inflow as `time_s,flow_m3_s`, with a point at every multiple of the time step (and of its half,
-    /// its quarter, …), where the interpolation is exact, if the time step divides the period.
-    fn curve(&self) -> Result<String, CaseFilesError> {
+    /// One period of the inflow as `time_s,flow_m3_s`; OpenFOAM interpolates linearly and repeats it.
+    fn curve(&self) -> String {
         let mut text = String::from("time_s,flow_m3_s\n");
-        if let Some(path) = &self.inflow.file {
-            for [time, flow] in read_curve(path, self.time.period)? {
-                let _ = writeln!(text, "{time:e},{flow:e}");
-            }
-            return Ok(text);
+        for [time, flow] in self.inflow.samples(self.time.step) {
+            let _ = writeln!(text, "{time:e},{flow:e}");
         }
-        let per_period = (self.time.period / self.time.step).round().max(1.0) as usize;
-        let n = per_period * CURVE_POINTS.div_ceil(per_period).next_power_of_two();
-        for i in 0..=n {
-            let time = self.time.period * i as f64 / n as f64;
-            let _ = writeln!(text, "{time:e},{:e}", self.inflow.flow(time));
-        }
-        Ok(text)
-    }
-}
-
-impl Inflow {
-    /// The formula's flow at a time within the period, m³/s.
-    pub fn flow(&self, time: f64) -> f64 {
-        if time >= self.systole {
-            return self.base;
-        }
-        let phase = std::f64::consts::PI * (time / self.systole).powf(self.exponent);
-        self.base + self.amplitude * phase.sin().powi(2)
-    }
-}
-
-fn read_curve(path: &Path, period: f64) -> Result<Vec<[f64; 2]>, CaseFilesError> {
-    let wrong = |reason: String| CaseFilesError::Curve {
-        path: path.to_owned(),
-        reason,
-    };
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(|e| wrong(e.to_string()))?;
-    let header = reader.headers().map_err(|e| wrong(e.to_string()))?;
-    if header.iter().collect::<Vec<_>>() != ["time_s", "flow_m3_s"] {
-        return Err(wrong("the first line must be time_s,flow_m3_s".to_owned()));
-    }
-    let rows = reader
-        .deserialize::<[f64; 2]>()
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|e| wrong(e.to_string()))?;
-    if let Some(i) = rows
-        .iter()
-        .position(|row| !row.iter().all(|x| x.is_finite()))
-    {
-        return Err(wrong(format!("line {}: not a finite number", i + 2)));
-    }
-    if let Some(i) = rows.windows(2).position(|pair| pair[1][0] <= pair[0][0]) {
-        return Err(wrong(format!("line {}: times must increase", i + 3)));
-    }
-    match (rows.first(), rows.last()) {
-        (Some(first), Some(last))
-            if first[0] == 0.0 && (last[0] - period).abs() <= 1e-9 * period =>
-        {
-            Ok(rows)
-        }
-        (Some(first), Some(last)) => Err(wrong(format!(
-            "must cover one period, 0 to {period} s (time.period_s); found {} to {} s",
-            first[0], last[0]
-        ))),
-        _ => Err(wrong("has no rows".to_owned())),
+        text
     }
 }
 

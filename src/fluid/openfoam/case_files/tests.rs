@@ -1,6 +1,7 @@
 use super::*;
+use crate::case::Inflow;
 
-fn files<'a>(inflow: &'a Inflow, time: &'a Time, templates: &'a Path) -> CaseFiles<'a> {
+fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> CaseFiles<'a> {
     CaseFiles {
         templates,
         blood: &Blood {
@@ -20,7 +21,7 @@ fn files<'a>(inflow: &'a Inflow, time: &'a Time, templates: &'a Path) -> CaseFil
     }
 }
 
-fn inflow() -> Inflow {
+fn pulse() -> Inflow {
     Inflow {
         base: 3.5e-6,
         amplitude: 4.5e-6,
@@ -28,6 +29,10 @@ fn inflow() -> Inflow {
         exponent: 0.8,
         file: None,
     }
+}
+
+fn inflow() -> FlowCurve {
+    FlowCurve::new(&pulse(), 1.0).unwrap()
 }
 
 const TIME: Time = Time {
@@ -52,7 +57,7 @@ fn rows(text: &str) -> Vec<[f64; 2]> {
 #[test]
 fn the_curve_between_its_points_is_the_formula() {
     let (inflow, templates) = (inflow(), PathBuf::new());
-    let rows = rows(&files(&inflow, &TIME, &templates).curve().unwrap());
+    let rows = rows(&files(&inflow, &TIME, &templates).curve());
     assert_eq!(rows[32], [0.002, inflow.flow(0.002)]);
     for pair in rows.windows(2) {
         let middle = 0.5 * (pair[0][0] + pair[1][0]);
@@ -68,47 +73,44 @@ fn the_curve_between_its_points_is_the_formula() {
 }
 
 #[test]
-fn a_curve_of_the_users_is_checked() {
+fn a_curve_of_the_users_is_sampled_finely_over_the_whole_period() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flow.csv");
-    let templates = PathBuf::new();
+    // A comment, a part of the period, another period than 1 s.
+    fs::write(
+        &path,
+        "# measured\ntime_s,flow_m3_s\n0.1,1e-6\n0.2,5e-6\n0.5,2e-6\n0.6,-1e-6\n",
+    )
+    .unwrap();
     let inflow = Inflow {
-        file: Some(path.clone()),
-        ..inflow()
+        file: Some(path),
+        ..pulse()
     };
-    let curve = |text: &str| {
-        fs::write(&path, text).unwrap();
-        files(&inflow, &TIME, &templates)
-            .curve()
-            .map_err(|error| error.to_string())
+    let curve = FlowCurve::new(&inflow, 0.8).unwrap();
+    let time = Time {
+        period: 0.8,
+        ..TIME
     };
-    assert_eq!(
-        rows(&curve("time_s, flow_m3_s\n0, 1e-6\n0.5, 2e-6\n1, 1e-6\n").unwrap())[1],
-        [0.5, 2e-6]
-    );
-    for (text, reason) in [
-        ("t,q\n0,1\n1,1\n", "the first line must be time_s,flow_m3_s"),
-        ("time_s,flow_m3_s\n", "has no rows"),
-        (
-            "time_s,flow_m3_s\n0,1\n0.5,nan\n1,1\n",
-            "line 3: not a finite number",
-        ),
-        (
-            "time_s,flow_m3_s\n0,1\n0.5,1\n0.4,1\n1,1\n",
-            "line 4: times must increase",
-        ),
-        (
-            "time_s,flow_m3_s\n0,1\n0.9,1\n",
-            "must cover one period, 0 to 1 s (time.period_s); found 0 to 0.9 s",
-        ),
-        ("time_s,flow_m3_s\n0,x\n", "line: 2"),
-    ] {
-        let error = curve(text).unwrap_err();
-        assert!(
-            error.contains(reason) && error.contains("flow.csv"),
-            "{error}"
-        );
+    let rows = rows(&files(&curve, &time, Path::new("")).curve());
+    assert_eq!(rows.len(), 400 * 32 + 1);
+    let (first, last) = (rows[0], rows[rows.len() - 1]);
+    assert_eq!((first[0], last[0]), (0.0, 0.8));
+    assert_eq!(first[1], last[1]);
+    // Straight lines between 40 µs apart samples miss the cubic by its curvature only.
+    for pair in rows.windows(2) {
+        let middle = 0.5 * (pair[0][0] + pair[1][0]);
+        let linear = 0.5 * (pair[0][1] + pair[1][1]);
+        assert!((linear - curve.flow(middle)).abs() < 1e-12, "at {middle}");
     }
+    // Every step is a sample.
+    for n in [1, 57, 400] {
+        let row = rows[32 * n];
+        assert!((row[0] - 0.002 * n as f64).abs() < 1e-15 && row[1] == curve.flow(row[0]));
+    }
+    // The extrema are those of the file.
+    let flows = rows.iter().map(|row| row[1]);
+    assert!((flows.clone().fold(f64::MIN, f64::max) - 5e-6).abs() < 1e-11);
+    assert!((flows.fold(f64::MAX, f64::min) + 1e-6).abs() < 1e-11);
 }
 
 #[test]

@@ -1,0 +1,117 @@
+//! The part of a run that is evaluated.
+
+use super::{Case, Ramp};
+use serde::{Deserialize, Serialize};
+
+/// The times `start < t <= end`, s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    /// Not included.
+    pub start_s: f64,
+    /// Included.
+    pub end_s: f64,
+}
+
+impl Window {
+    /// The window that a case asks for: the last period if it names none, which is shorter than a period in a run that
+    /// is.
+    pub fn of(case: &Case) -> Self {
+        let end = case.output.window_end.unwrap_or(case.time.end);
+        let last_period = (end - case.time.period).max(0.0);
+        // Differences of decimal numbers are not decimal: 3.3 - 1.0.
+        let rounded = (last_period / case.time.step).round() * case.time.step;
+        Self {
+            start_s: case.output.window_start.unwrap_or(rounded),
+            end_s: end,
+        }
+    }
+
+    /// Whether the step that ends at `time` (s) and is `step` (s) long belongs to it.
+    pub fn contains(self, time: f64, step: f64) -> bool {
+        time > self.start_s + 0.5 * step && time < self.end_s + 0.5 * step
+    }
+
+    /// Why averages over the window may not be those of a beat; empty if nothing is to be said against it.
+    pub fn warnings(self, ramp: &Ramp, period: f64) -> Vec<String> {
+        let Self { start_s, end_s } = self;
+        let mut warnings = Vec::new();
+        let rounding = 1e-9 * period;
+        if start_s < ramp.duration - rounding {
+            warnings.push(format!(
+                "the window of the hemodynamics, {start_s} to {end_s} s, contains the smooth start, which ends at \
+                 {} s (ramp.duration_s): its averages are not those of a beat",
+                ramp.duration
+            ));
+        }
+        let periods = (end_s - start_s) / period;
+        if periods.round() < 1.0 || (periods - periods.round()).abs() > 1e-6 * periods {
+            warnings.push(format!(
+                "the window of the hemodynamics, {start_s} to {end_s} s, is no whole number of periods but {} of \
+                 them (time.period_s = {period}): its averages depend on where it begins",
+                significant(periods)
+            ));
+        }
+        warnings
+    }
+
+    /// Number of steps of the length `step` (s).
+    pub fn steps(self, step: f64) -> usize {
+        ((self.end_s - self.start_s) / step).round().max(0.0) as usize
+    }
+}
+
+/// A number with three significant digits, without trailing zeros.
+fn significant(x: f64) -> String {
+    let digits = (2.0 - x.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+    let text = format!("{x:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_has_the_steps_after_its_start_up_to_its_end_despite_rounding() {
+        let window = Window {
+            start_s: 0.2,
+            end_s: 0.3,
+        };
+        let inside: Vec<usize> = (0..1000)
+            .filter(|n| window.contains(*n as f64 * 0.002, 0.002))
+            .collect();
+        assert_eq!((inside[0], inside[inside.len() - 1]), (101, 150));
+        assert_eq!(inside.len(), window.steps(0.002));
+    }
+
+    #[test]
+    fn a_window_with_the_ramp_in_it_or_a_part_of_a_period_is_warned_of() {
+        let warnings = |start_s, end_s| {
+            let ramp = Ramp { duration: 0.5 };
+            Window { start_s, end_s }.warnings(&ramp, 0.8)
+        };
+        // Whole periods after the ramp, with the rounding of decimal numbers.
+        for (start, end) in [(0.5, 1.3), (1.6, 2.4), (0.7, 0.7 + 3.0 * 0.8)] {
+            assert_eq!(warnings(start, end), Vec::<String>::new());
+        }
+        let ramp = warnings(0.48, 1.28);
+        assert_eq!(ramp.len(), 1);
+        assert!(
+            ramp[0].contains("0.48 to 1.28 s, contains the smooth start, which ends at 0.5 s"),
+            "{ramp:?}"
+        );
+        let part = warnings(0.8, 1.0);
+        assert_eq!(part.len(), 1);
+        assert!(
+            part[0].contains("no whole number of periods but 0.25 of them"),
+            "{part:?}"
+        );
+        assert_eq!(warnings(0.0, 1.0).len(), 2);
+        assert!(warnings(0.8, 2.0)[0].contains("but 1.5 of them"));
+        assert_eq!(significant(1.0 / 3.0), "0.333");
+        assert_eq!(significant(1234.5), "1234");
+    }
+}
