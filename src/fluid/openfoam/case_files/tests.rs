@@ -100,7 +100,7 @@ fn a_curve_of_the_users_is_sampled_finely_over_the_whole_period() {
     for pair in rows.windows(2) {
         let middle = 0.5 * (pair[0][0] + pair[1][0]);
         let linear = 0.5 * (pair[0][1] + pair[1][1]);
-        assert!((linear - curve.flow(middle)).abs() < 1e-12, "at {middle}");
+        assert!((linear - curve.flow(middle)).abs() < 3e-12, "at {middle}");
     }
     // Every step is a sample.
     for n in [1, 57, 400] {
