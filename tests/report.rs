@@ -48,6 +48,35 @@ fn inspect(html: &str) {
     }
 }
 
+/// The script that comes with a run, in a folder that was moved and without a display, if ParaView is there.
+fn picture_by_paraview(run: &Path, elsewhere: &Path) {
+    let has_paraview = Command::new("pvpython").arg("--version").output().is_ok();
+    if !has_paraview || Command::new("Xvfb").arg("-version").output().is_err() {
+        eprintln!("without ParaView and Xvfb the picture of view.py is not tried");
+        return;
+    }
+    std::fs::rename(run, elsewhere).unwrap();
+    let picture = run.with_file_name("picture.png");
+    let mut command = Command::new("pvpython");
+    command.env_remove("DISPLAY").arg(elsewhere.join("view.py"));
+    complete({
+        command.arg("--screenshot").arg(&picture);
+        command
+    });
+    let image = resvg::tiny_skia::Pixmap::decode_png(&std::fs::read(&picture).unwrap()).unwrap();
+    assert_eq!((image.width(), image.height()), (1600, 900));
+    // From the data's bounds: what is shown fills the width but for the margins.
+    let is_drawn = |column: &u32| {
+        (0..600).any(|row| image.pixel(*column, row).unwrap().demultiply().red() < 200)
+    };
+    let drawn: Vec<u32> = (0..1600).filter(is_drawn).collect();
+    assert!((40..120).contains(&drawn[0]), "{}", drawn[0]);
+    let last = drawn[drawn.len() - 1];
+    assert!((1480..1560).contains(&last), "{last}");
+    std::fs::rename(elsewhere, run).unwrap();
+    std::fs::remove_file(picture).unwrap();
+}
+
 #[test]
 fn pages_are_whole_and_comparisons_find_differences() {
     let folder = tempfile::tempdir().unwrap();
@@ -109,6 +138,15 @@ fn pages_are_whole_and_comparisons_find_differences() {
         .unwrap();
     assert_eq!((frames, positions.len()), (STEPS, 6 * points * frames));
     assert!(scene["fields"].to_string().contains("Von Mises"));
+
+    // What ParaView opens.
+    assert!(a.join("openfoam/fluid.foam").is_file());
+    picture_by_paraview(&a, &at("elsewhere"));
+    let old = a.join("paraview.py");
+    std::fs::write(&old, "").unwrap();
+    let output = fsi(&["hemodynamics"], &[&a]);
+    assert!(output.status.success(), "{}", text(&output));
+    assert!(a.join("view.py").is_file() && !old.exists());
 
     // A study, with a model that has not ended.
     let unfinished = study.join("unfinished");

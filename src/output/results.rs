@@ -30,7 +30,12 @@ pub fn evaluate(
     }
     let json = serde_json::to_string_pretty(&summary).map_err(io::Error::other)?;
     write_atomically(&files.hemodynamics(), json.as_bytes())?;
-    write_atomically(&files.view(), include_bytes!("paraview.py"))?;
+    write_atomically(&files.view(), include_bytes!("view.py"))?;
+    // Its earlier name hid ParaView's own module of that name.
+    match std::fs::remove_file(files.root().join("paraview.py")) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+        _ => {}
+    }
     Ok(summary)
 }
 

@@ -87,7 +87,7 @@ impl RunFiles {
 
     /// Opens everything in ParaView.
     pub fn view(&self) -> PathBuf {
-        self.root.join("paraview.py")
+        self.root.join("view.py")
     }
 
     /// The case that OpenFOAM runs in.

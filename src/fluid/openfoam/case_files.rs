@@ -61,6 +61,8 @@ impl CaseFiles<'_> {
     /// Writes everything but `constant/polyMesh` into `folder`.
     pub fn write(&self, folder: &Path) -> Result<(), CaseFilesError> {
         copy_folder(self.templates, folder)?;
+        // ParaView opens the case by this name.
+        write_file(&folder.join("fluid.foam"), "")?;
         write_file(&folder.join("system/fsiParameters"), &self.parameters())?;
         write_file(&folder.join("constant/inflow.csv"), &self.curve())?;
         // Until the solver is started: enough for checkMesh and other utilities to read the case.
