@@ -31,12 +31,14 @@ pub mod case;
 pub mod checkpoint;
 pub mod commands;
 pub mod coupling;
+pub mod files;
 pub mod fluid;
 pub mod geometry;
 pub mod hemodynamics;
 pub mod interpolation;
 pub mod output;
 pub mod pfem;
+pub mod processes;
 
 /// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -115,17 +115,20 @@ fn steady_flow_is_poiseuilles() {
     let mut tube = RigidTube::start(&case);
     let steps: Vec<_> = (0..case.steps()).map(|_| tube.step(false)).collect();
     let [before, last] = [&steps[steps.len() - 2], &steps[steps.len() - 1]];
-    assert!((last.inflow / before.inflow - 1.0).abs() < 1e-3, "steady");
+    assert!(
+        (last.inflow() / before.inflow() - 1.0).abs() < 1e-3,
+        "steady"
+    );
 
-    let drop = last.inlet_pressure - last.outlet_pressure;
-    let exact_drop = 8.0 * mu * length * last.inflow / (PI * radius.powi(4));
+    let drop = last.inlet_pressure() - last.outlet_pressure();
+    let exact_drop = 8.0 * mu * length * last.inflow() / (PI * radius.powi(4));
     println!("pressure drop {drop} Pa, exact {exact_drop} Pa");
     assert!((drop / exact_drop - 1.0).abs() < 0.01);
 
-    // The traction is the fluid's on the wall: along the flow.
+    // The force is the fluid's on the wall: along the flow.
     let exact_shear = 0.5 * radius * drop / length;
     let error = |traction: &Vec3| (traction.x / exact_shear - 1.0).abs();
-    let worst = last.tractions.iter().map(error).fold(0.0, f64::max);
+    let worst = last.wall_shear.iter().map(error).fold(0.0, f64::max);
     println!("wall shear stress {exact_shear} Pa, largest error of a face {worst}");
     assert!(worst < 0.01, "{worst}");
 }
@@ -175,7 +178,7 @@ fn womersley_errors(core: usize, radial: usize) -> [f64; 2] {
     let exact_shear =
         case.blood.viscosity * (exact(radius - h) - exact(radius - 2.0 * h) * 0.25) * 4.0
             / (2.0 * h);
-    let shear = last.tractions.iter().map(|t| t.x).sum::<f64>() / last.tractions.len() as f64;
+    let shear = last.wall_shear.iter().map(|t| t.x).sum::<f64>() / last.wall_shear.len() as f64;
     println!("{core} {radial}: shear {shear} Pa, exact {exact_shear} Pa");
     [(error / size).sqrt(), (shear / exact_shear - 1.0).abs()]
 }

@@ -7,7 +7,9 @@ use fsi_driver::coupling::convergence::{Criterion, Quantity};
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
 use fsi_driver::coupling::transfer::Transfer;
 use fsi_driver::coupling::{Coupling, Settings, flatten};
-use fsi_driver::fluid::{Fluid, FluidEffort, FluidError, FluidInterface, FluidStep, FluidTrial};
+use fsi_driver::fluid::{
+    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
+};
 use fsi_driver::geometry::Vessel;
 use fsi_driver::pfem::newton::NewtonOptions;
 use fsi_driver::pfem::supports::Support;
@@ -77,8 +79,10 @@ impl Fluid for Cushion {
                 .zip(&self.interface.face_centres)
                 .map(traction)
                 .collect(),
-            correctors: 1,
-            pressure_residual: 0.0,
+            cost: FluidCost {
+                sweeps: 1,
+                residual: 0.0,
+            },
         })
     }
 
@@ -86,16 +90,23 @@ impl Fluid for Cushion {
         self.time += 1e-4;
         Ok(FluidStep {
             time: self.time,
-            inflow: 0.0,
-            outflow: 0.0,
-            inlet_pressure: 0.0,
-            outlet_pressure: 0.0,
-            windkessel_pressure: 0.0,
+            openings: Vec::new(),
             volume: 1.0,
-            tractions: Vec::new(),
             wall_shear: Vec::new(),
             wall_velocity_mismatch: 0.0,
         })
+    }
+
+    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+        Ok(FluidMemory {
+            state: self.time.to_le_bytes().to_vec(),
+            files: Vec::new(),
+        })
+    }
+
+    fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
+        self.time = f64::from_le_bytes(memory.state.as_slice().try_into().unwrap());
+        Ok(())
     }
 }
 
@@ -142,8 +153,8 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
         settings: Settings {
             time_step: 1e-4,
             fluid_effort: FluidEffort {
-                max_correctors: 1,
-                pressure_residual: 1.0,
+                max_sweeps: 1,
+                residual: 1.0,
             },
             newton_tolerance: NEWTON_TOLERANCE,
             relaxation: 0.3,

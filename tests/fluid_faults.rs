@@ -133,6 +133,20 @@ fn cells_turned_inside_out_are_reported_with_their_place() {
 }
 
 #[test]
+fn a_trial_that_is_not_finite_is_refused_and_the_solver_lives() {
+    let channel = Channel::new(false);
+    let mut fluid = channel.start();
+    let good = prescribed(fluid.interface(), 1);
+    let mut wild = good.clone();
+    wild[3][1] = f64::NAN;
+    let error = fluid.solve(&wild, STEP, correctors(2)).unwrap_err();
+    assert!(matches!(error, FluidError::NotSolved(_)), "{error}");
+    assert!(error.to_string().contains("point 3"), "{error}");
+    fluid.solve(&good, STEP, correctors(2)).unwrap();
+    fluid.accept(false).unwrap();
+}
+
+#[test]
 fn a_silent_solver_is_given_up_after_the_answer_limit() {
     let mut channel = Channel::new(false);
     channel.settings.answer_limit = Duration::from_secs(1);

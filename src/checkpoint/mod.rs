@@ -1,7 +1,7 @@
 //! Everything that a run consists of at the end of a time step, in a file: a run that resumes there repeats the
 //! uninterrupted one to the bit.
 //!
-//! The fluid's own state stays where OpenFOAM has written it; a checkpoint names its files with their lengths and
+//! A fluid may keep its state in files of its own; a checkpoint names them with their lengths and
 //! checksums ([`Mark`]), as it does for the tables, and counts as whole only if they all are what they were.
 
 mod mark;
@@ -12,6 +12,7 @@ pub use store::{Found, Store, StoreError};
 
 use crate::coupling;
 use crate::coupling::cadence::Cadence;
+use crate::fluid::FluidMemory;
 use crate::output::record;
 use crate::pfem::structure;
 use serde::{Deserialize, Serialize};
@@ -23,10 +24,10 @@ pub struct Checkpoint {
     pub case: String,
     /// The files that the case names: templates of OpenFOAM's dictionaries, the inflow curve.
     pub inputs: Vec<Mark>,
-    /// The time as OpenFOAM spells it in the name of its folder, s.
-    pub time: f64,
     /// The files that the checkpoint stands on.
     pub files: Vec<Mark>,
+    /// The fluid; its files are named from the folder of the run.
+    pub fluid: FluidMemory,
     /// The coupling.
     pub coupling: coupling::Memory,
     /// The wall.
@@ -42,10 +43,15 @@ impl Checkpoint {
     pub fn step(&self) -> usize {
         self.record.totals.steps
     }
+
+    /// Time at the end of the last accepted step, s.
+    pub fn time(&self) -> f64 {
+        self.record.totals.time_s
+    }
 }
 
 /// Version of the file format: another one is refused.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const MAGIC: &[u8; 8] = b"FSICHECK";
 /// Magic, version, checksum and length of what follows.
 const HEAD: usize = 8 + 4 + 4 + 8;

@@ -20,8 +20,11 @@ pub fn example(step: usize) -> Checkpoint {
     Checkpoint {
         case: "[time]\nstep_s = 0.002\n".into(),
         inputs: Vec::new(),
-        time: 0.002 * step as f64,
         files: Vec::new(),
+        fluid: FluidMemory {
+            state: vec![1, 2, 3],
+            files: vec!["openfoam/0.02/U".into()],
+        },
         coupling: coupling::Memory {
             displacements: vec![d.clone(), vec![0.0; 3]],
             predictor_errors: vec![f64::INFINITY, 0.1],

@@ -9,8 +9,8 @@ use crate::analysis::study::errors::Solution;
 use crate::analysis::study::plan::{Choice, Plan};
 use crate::analysis::study::table::Row;
 use crate::output::progress::human;
-use crate::output::record::peak_memory;
 use crate::output::write_atomically;
+use crate::processes::peak_memory;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -260,7 +260,7 @@ impl Results {
             errors.von_mises,
             computed.stats.iterations
         );
-        let memory = peak_memory("self").unwrap_or(0.0) / 1e6;
+        let memory = peak_memory(std::process::id()).unwrap_or(0.0) / 1e6;
         self.rows.push(Row::new(choice, &computed, &errors, memory));
         self.save()?;
         Ok(Some(computed.solution))

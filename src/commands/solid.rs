@@ -6,7 +6,6 @@ use crate::analysis::motion::{Dynamics, Motion};
 use crate::analysis::solid_file::SolidFile;
 use crate::analysis::tube::{self, Tube};
 use crate::output::progress::Progress;
-use crate::output::record::peak_memory;
 use crate::output::tables::Table;
 use crate::output::vtu::{Cells, Grid, Values};
 use crate::output::write_atomically;
@@ -14,6 +13,7 @@ use crate::pfem::samples::Sampler;
 use crate::pfem::statics::StaticOptions;
 use crate::pfem::stats::Stats;
 use crate::pfem::{Discretization, SolidError};
+use crate::processes::peak_memory;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -201,7 +201,7 @@ fn summarize(
         assembly_s: stats.assembly_s + stats.residual_s,
         solve_s: stats.factorization_s + stats.substitution_s,
         total_s: clock.elapsed().as_secs_f64(),
-        peak_memory_MB: peak_memory("self").unwrap_or(0.0) / 1e6,
+        peak_memory_MB: peak_memory(std::process::id()).unwrap_or(0.0) / 1e6,
     })
 }
 

@@ -28,7 +28,7 @@ enum Finding {
 
 impl Finding {
     /// Everything that is true of these iterations, the gravest first.
-    fn all(iterations: &[Iteration], max_correctors: u32) -> Vec<Self> {
+    fn all(iterations: &[Iteration], max_sweeps: u32) -> Vec<Self> {
         let mut found = Vec::new();
         let residual = |i: &Iteration| i.measure.residual_rms;
         let length = iterations.len();
@@ -43,7 +43,7 @@ impl Finding {
             found.push(Self::Grows);
         } else if length > 3 && high < STAGNATION * low {
             found.push(Self::Stagnates {
-                fluid_at_its_limit: tail.iter().all(|i| i.correctors >= max_correctors),
+                fluid_at_its_limit: tail.iter().all(|i| i.fluid_cost.sweeps >= max_sweeps),
             });
         }
         let jump = iterations.windows(2).find(|pair| {
@@ -97,8 +97,8 @@ impl Finding {
     }
 }
 
-/// Says in words how a step failed to converge, and what to try. The fluid may spend `max_correctors` an iteration.
-pub fn diagnosis(iterations: &[Iteration], max_correctors: u32) -> String {
+/// Says in words how a step failed to converge, and what to try. The fluid may spend `max_sweeps` an iteration.
+pub fn diagnosis(iterations: &[Iteration], max_sweeps: u32) -> String {
     let (Some(first), Some(last)) = (iterations.first(), iterations.last()) else {
         return "no iteration was allowed; raise coupling.max_iterations".into();
     };
@@ -110,23 +110,23 @@ pub fn diagnosis(iterations: &[Iteration], max_correctors: u32) -> String {
         first.measure.residual_rms,
         residuals.fold(f64::INFINITY, f64::min),
         last.measure.change,
-        advice(iterations, max_correctors)
+        advice(iterations, max_sweeps)
     )
 }
 
-fn advice(iterations: &[Iteration], max_correctors: u32) -> String {
-    let found = Finding::all(iterations, max_correctors).into_iter();
+fn advice(iterations: &[Iteration], max_sweeps: u32) -> String {
+    let found = Finding::all(iterations, max_sweeps).into_iter();
     found.map(Finding::advice).collect::<Vec<_>>().join("; ")
 }
 
 /// Why an accepted step was slow, if it took many more iterations than the `usual` number.
-pub fn slowness(iterations: &[Iteration], usual: f64, max_correctors: u32) -> Option<String> {
+pub fn slowness(iterations: &[Iteration], usual: f64, max_sweeps: u32) -> Option<String> {
     let count = iterations.len();
     let slow = count > MANY && count as f64 > SLOW * usual;
     slow.then(|| {
         format!(
             "{count} coupling iterations, {usual:.1} are usual: {}",
-            advice(iterations, max_correctors)
+            advice(iterations, max_sweeps)
         )
     })
 }
@@ -150,6 +150,7 @@ pub fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String 
 mod tests {
     use super::super::convergence::Measure;
     use super::*;
+    use crate::fluid::FluidCost;
     use crate::pfem::SolidError;
 
     /// Iterations with these residuals (m), which are changes of the displacement as well.
@@ -165,8 +166,10 @@ mod tests {
             },
             columns: k,
             dropped: 0,
-            correctors: 2,
-            pressure_residual: 1e-3,
+            fluid_cost: FluidCost {
+                sweeps: 2,
+                residual: 1e-3,
+            },
             force_mismatch: 0.0,
             fluid_seconds: 0.0,
             structure_seconds: 0.0,
@@ -192,7 +195,7 @@ mod tests {
 
         let mut stuck = iterations(&[1e-1, 1e-3, 1e-6, 1.1e-6, 1e-6, 1.2e-6]);
         says(&stuck, "structure.newton_tolerance");
-        stuck.iter_mut().for_each(|i| i.correctors = 3);
+        stuck.iter_mut().for_each(|i| i.fluid_cost.sweeps = 3);
         says(&stuck, "fluid.max_correctors");
 
         let jump = iterations(&[1e-1, 1e-2, 5.0, 1e-2, 1e-4, 1e-7]);

@@ -14,7 +14,7 @@ pub mod reference;
 pub mod transfer;
 
 use crate::Vec3;
-use crate::fluid::{Fluid, FluidEffort, FluidError, FluidStep};
+use crate::fluid::{Fluid, FluidCost, FluidEffort, FluidError, FluidStep};
 use crate::pfem::{Solid, SolidError};
 use acceleration::{Acceleration, Columns};
 use convergence::{Criterion, Measure};
@@ -35,10 +35,8 @@ pub struct Iteration {
     pub columns: usize,
     /// Columns dropped since the step began, because newer ones say the same.
     pub dropped: usize,
-    /// Outer correctors that the fluid spent.
-    pub correctors: u32,
-    /// The fluid's first pressure residual at its last corrector.
-    pub pressure_residual: f64,
+    /// What the fluid's answer cost.
+    pub fluid_cost: FluidCost,
     /// |resultant of the fluid's load - resultant on the structure| over the sum of |load| of all faces.
     pub force_mismatch: f64,
     /// Seconds spent in the fluid.
@@ -198,8 +196,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
                 measure,
                 columns: used,
                 dropped,
-                correctors: flow.correctors,
-                pressure_residual: flow.pressure_residual,
+                fluid_cost: flow.cost,
                 force_mismatch: force_mismatch(
                     &flow.tractions,
                     &areas,
@@ -233,7 +230,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             d = d_next;
             start = Some(trial);
         }
-        let limit = settings.fluid_effort.max_correctors;
+        let limit = settings.fluid_effort.max_sweeps;
         Err(CouplingError::NotConverged(diagnosis::diagnosis(
             iterations, limit,
         )))

@@ -1,8 +1,13 @@
 //! The fluid as a black box: displacement of the wall in, traction on the wall out.
 //!
-//! [`Fluid`] is all that the coupling knows of a flow solver.
+//! [`Fluid`] is all that the coupling and a simulation know of a flow solver. It has two verbs for a coupling iteration
+//! ([`Fluid::solve`], [`Fluid::forget_trial`]), one for the end of a step ([`Fluid::accept`]), and two for a
+//! checkpoint ([`Fluid::memory`], [`Fluid::recall`]); the others have answers that fit a solver within the driver's own
+//! process.
 
 use crate::Vec3;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 pub mod openfoam;
 
@@ -17,13 +22,23 @@ pub struct FluidInterface {
     pub face_centres: Vec<Vec3>,
 }
 
-/// How much work the fluid may spend on one coupling iteration.
+/// How much work the fluid may spend on one coupling iteration. A *sweep* is one pass over the solver's equations: an
+/// outer corrector of PIMPLE, an iteration of Newton's or Picard's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FluidEffort {
-    /// At most this many outer correctors before it answers.
-    pub max_correctors: u32,
-    /// It answers earlier once the first pressure residual of a corrector is below this.
-    pub pressure_residual: f64,
+    /// At most this many sweeps before it answers.
+    pub max_sweeps: u32,
+    /// It answers earlier once the relative residual with which a sweep began is below this.
+    pub residual: f64,
+}
+
+/// The work that the fluid did spend.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FluidCost {
+    /// Sweeps over its equations.
+    pub sweeps: u32,
+    /// Relative residual with which the last one began; OpenFOAM's is the first one of the pressure.
+    pub residual: f64,
 }
 
 /// The fluid's answer to a trial displacement; thrown away when the iteration is repeated.
@@ -32,10 +47,21 @@ pub struct FluidTrial {
     /// Load of the fluid on the wall per deformed area at each face of the interface, Pa:
     /// `p n - mu n . dev(2 sym grad u)` with `n` out of the fluid.
     pub tractions: Vec<Vec3>,
-    /// Outer correctors that were spent.
-    pub correctors: u32,
-    /// First pressure residual of the last corrector.
-    pub pressure_residual: f64,
+    /// What the answer cost.
+    pub cost: FluidCost,
+}
+
+/// Where the fluid enters or leaves its domain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Opening {
+    /// Its name: that of the patch, for a solver with a mesh.
+    pub name: String,
+    /// Flow into the domain, m³/s; negative where the fluid leaves it.
+    pub flow: f64,
+    /// Pressure, mean over its area, Pa.
+    pub mean_pressure: f64,
+    /// Pressure that the model behind it holds (that of a windkessel, before any ramp), Pa; none without such a model.
+    pub model_pressure: Option<f64>,
 }
 
 /// What the fluid reports of an accepted time step.
@@ -43,24 +69,63 @@ pub struct FluidTrial {
 pub struct FluidStep {
     /// Time at the end of the step, s.
     pub time: f64,
-    /// Flow into the domain through the inlet, m³/s.
-    pub inflow: f64,
-    /// Flow out of the domain through the outlet, m³/s.
-    pub outflow: f64,
-    /// Area-averaged pressure at the inlet, Pa.
-    pub inlet_pressure: f64,
-    /// Area-averaged pressure at the outlet (the ramped one that acts on the flow), Pa.
-    pub outlet_pressure: f64,
-    /// Pressure of the windkessel before the ramp, Pa; equals `outlet_pressure` once the ramp is over.
-    pub windkessel_pressure: f64,
-    /// Volume of the whole fluid mesh, m³.
+    /// The openings: the inlet first, then one or more outlets.
+    pub openings: Vec<Opening>,
+    /// Volume of the whole domain, m³.
     pub volume: f64,
-    /// Load on the wall at each face of the interface after the last corrector, Pa.
-    pub tractions: Vec<Vec3>,
-    /// Its viscous part, `-mu n . dev(2 sym grad u)`: the wall shear stress, as a force of the fluid on the wall, Pa.
+    /// Viscous part of the load on the wall at each face of the interface, `-mu n . dev(2 sym grad u)`: the wall shear
+    /// stress, as a force of the fluid on the wall, Pa.
     pub wall_shear: Vec<Vec3>,
     /// Largest difference between the fluid's velocity at the wall and the velocity of the wall's mesh, m/s.
     pub wall_velocity_mismatch: f64,
+}
+
+impl FluidStep {
+    /// Flow into the domain through the inlet, m³/s.
+    pub fn inflow(&self) -> f64 {
+        self.openings.first().map_or(0.0, |inlet| inlet.flow)
+    }
+
+    /// Flow out of the domain through all outlets, m³/s.
+    pub fn outflow(&self) -> f64 {
+        (self.openings.iter().skip(1)).fold(0.0, |sum, outlet| sum - outlet.flow)
+    }
+
+    /// Mean pressure at the inlet, Pa.
+    pub fn inlet_pressure(&self) -> f64 {
+        let inlet = self.openings.first();
+        inlet.map_or(0.0, |inlet| inlet.mean_pressure)
+    }
+
+    /// Mean pressure at the first outlet, Pa.
+    pub fn outlet_pressure(&self) -> f64 {
+        let outlet = self.openings.get(1);
+        outlet.map_or(0.0, |outlet| outlet.mean_pressure)
+    }
+
+    /// Pressure of the model behind the first outlet, Pa; that of the outlet itself if there is none.
+    pub fn outlet_model_pressure(&self) -> f64 {
+        let model = (self.openings.get(1)).and_then(|outlet| outlet.model_pressure);
+        model.unwrap_or_else(|| self.outlet_pressure())
+    }
+}
+
+/// The state of a fluid between two time steps, in a form that can be stored.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct FluidMemory {
+    /// Whatever the solver wants to find again.
+    pub state: Vec<u8>,
+    /// Files on disk that it stands on, for a solver that keeps its state there; nobody changes them.
+    pub files: Vec<PathBuf>,
+}
+
+/// What a fluid has used in processes of its own.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FluidUsage {
+    /// CPU time so far, s.
+    pub cpu_seconds: f64,
+    /// Largest memory so far, bytes.
+    pub peak_memory: f64,
 }
 
 /// A flow solver that can repeat a time step with different displacements of the wall.
@@ -81,16 +146,55 @@ pub trait Fluid {
     /// slower, but the way back from a trial that went astray. Solvers that always do so need not know.
     fn forget_trial(&mut self) {}
 
-    /// Keeps the last trial as the new state. `write` asks the solver to leave its fields on disk.
+    /// Keeps the last trial as the new state. `write` asks the solver to leave its fields on disk, for the user and so
+    /// that [`Fluid::memory`] may be called.
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError>;
+
+    /// The state after the last accepted step, to be stored. It is asked for between two steps, before the first one or
+    /// after one that was accepted with `write`.
+    ///
+    /// # Errors
+    /// If the state is not whole, a full disk for example; the solver itself goes on.
+    fn memory(&mut self) -> Result<FluidMemory, FluidError>;
+
+    /// Goes back (or on) to a state that [`Fluid::memory`] has given, perhaps in an earlier process, and continues from
+    /// it to the last digit. A solver that has died comes to life again.
+    ///
+    /// # Errors
+    /// If it cannot; it may be tried again.
+    fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError>;
+
+    /// Removes what the solver has left on disk at times (s) that are not `wanted`.
+    fn discard(&mut self, _wanted: &dyn Fn(f64) -> bool) -> Result<(), FluidError> {
+        Ok(())
+    }
+
+    /// What processes of its own have used; nothing for a solver within the driver's own process.
+    fn usage(&self) -> FluidUsage {
+        FluidUsage::default()
+    }
+
+    /// Seconds of wall-clock time since the solver was started by named part of its work (`momentum`), as far as it
+    /// knows them after a step that was accepted with `write`.
+    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
+        Ok(Vec::new())
+    }
 }
 
 /// Why a flow solver failed.
 #[derive(Debug, thiserror::Error)]
 pub enum FluidError {
-    /// The solver could not be started, died, did not answer, or spoke wrongly; the text says which, where, and what to do.
+    /// The solver is not there any more: it could not be started, died, did not answer, or spoke wrongly. Only
+    /// [`Fluid::recall`] helps. The text says what happened, where, and what to do.
     #[error("{0}")]
-    Solver(String),
+    Died(String),
+    /// It found no solution for this trial, but lives and still has the state at the beginning of the step: a more
+    /// careful attempt may help.
+    #[error("{0}")]
+    NotSolved(String),
+    /// What it keeps on disk could not be written or read; it goes on.
+    #[error("{0}")]
+    Storage(String),
     /// The user ended the run while the solver was at work.
     #[error("interrupted")]
     Interrupted,

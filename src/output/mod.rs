@@ -1,6 +1,5 @@
 //! What a run leaves: VTU/PVD for ParaView, CSV and JSON for everything else, figures, and the line of progress.
 
-mod atomic;
 pub mod comparison;
 pub mod figure;
 pub mod probes;
@@ -15,4 +14,4 @@ pub mod wall_fields;
 pub mod wall_history;
 pub mod wall_record;
 
-pub use atomic::{sync_folder, write_atomically};
+pub use crate::files::{sync_folder, write_atomically};

@@ -5,6 +5,7 @@ use super::vtu::Series;
 use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::coupling::{Iteration, Step};
+use crate::processes::peak_memory;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -249,15 +250,15 @@ impl Record {
             residual: last.measure.residual,
             fluid_s: seconds.fluid_s,
             structure_s: seconds.structure_s,
-            Q_in_m3_s: fluid.inflow,
-            Q_out_m3_s: fluid.outflow,
-            p_in_Pa: fluid.inlet_pressure,
-            p_out_Pa: fluid.outlet_pressure,
+            Q_in_m3_s: fluid.inflow(),
+            Q_out_m3_s: fluid.outflow(),
+            p_in_Pa: fluid.inlet_pressure(),
+            p_out_Pa: fluid.outlet_pressure(),
             lumen_volume_m3: fluid.volume - self.settings.rigid_volume,
             dVdt_m3_s: (fluid.volume - self.volume) / time_step,
             max_displacement_m: peaks.displacement,
             max_von_mises_Pa: peaks.von_mises,
-            p_windkessel_Pa: fluid.windkessel_pressure,
+            p_windkessel_Pa: fluid.outlet_model_pressure(),
             force_mismatch: last.force_mismatch,
             wall_velocity_mismatch_m_s: fluid.wall_velocity_mismatch,
             wall_s: wall_seconds,
@@ -267,7 +268,7 @@ impl Record {
         self.history.append(std::slice::from_ref(&row))?;
         self.volume = fluid.volume;
         self.count(&row, &seconds);
-        let correctors = step.iterations.iter().map(|i| i.correctors as usize);
+        let correctors = step.iterations.iter().map(|i| i.fluid_cost.sweeps as usize);
         self.totals.fluid_correctors += correctors.sum::<usize>();
         Ok(row)
     }
@@ -321,7 +322,7 @@ impl Record {
             mean_coupling_iterations: totals.coupling_iterations as f64 / steps,
             seconds_per_step: totals.wall_s / steps,
             totals,
-            driver_peak_memory_MB: peak_memory("self").unwrap_or(0.0) / 1e6,
+            driver_peak_memory_MB: peak_memory(std::process::id()).unwrap_or(0.0) / 1e6,
             fluid_peak_memory_MB: fluid_peak_memory / 1e6,
         }
     }
@@ -354,8 +355,7 @@ fn iteration_rows(time: f64, attempt: usize, iterations: &[Iteration]) -> Vec<It
             number,
             measure,
             columns,
-            correctors,
-            pressure_residual,
+            fluid_cost,
             ..
         } = *iteration;
         IterationRow {
@@ -367,8 +367,8 @@ fn iteration_rows(time: f64, attempt: usize, iterations: &[Iteration]) -> Vec<It
             residual: measure.residual,
             residual_rms_m: measure.residual_rms,
             columns,
-            correctors,
-            pressure_residual,
+            correctors: fluid_cost.sweeps,
+            pressure_residual: fluid_cost.residual,
             force_mismatch: iteration.force_mismatch,
             fluid_s: iteration.fluid_seconds,
             structure_s: iteration.structure_seconds,
@@ -376,12 +376,4 @@ fn iteration_rows(time: f64, attempt: usize, iterations: &[Iteration]) -> Vec<It
         }
     };
     iterations.iter().map(row).collect()
-}
-
-/// Largest resident memory so far of the process with this id (or `self`), bytes; `None` if it is gone.
-pub fn peak_memory(process: &str) -> Option<f64> {
-    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kilobytes * 1024.0)
 }

@@ -67,9 +67,9 @@ pub struct IterationRow {
     pub residual_rms_m: f64,
     /// Columns of the quasi-Newton model.
     pub columns: usize,
-    /// Outer correctors of the fluid.
+    /// Sweeps of the fluid over its equations: outer correctors of OpenFOAM.
     pub correctors: u32,
-    /// First pressure residual of the fluid's last corrector.
+    /// Relative residual with which the fluid's last sweep began: OpenFOAM's first one of the pressure.
     pub pressure_residual: f64,
     /// Mismatch of the resultant force.
     pub force_mismatch: f64,

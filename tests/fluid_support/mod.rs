@@ -153,8 +153,8 @@ pub fn prescribed(interface: &FluidInterface, n: usize) -> Vec<Vec3> {
 
 pub fn correctors(n: u32) -> FluidEffort {
     FluidEffort {
-        max_correctors: n,
-        pressure_residual: 0.0,
+        max_sweeps: n,
+        residual: 0.0,
     }
 }
 

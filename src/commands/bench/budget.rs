@@ -2,16 +2,16 @@
 
 use super::super::run::Run;
 use super::Failure;
-use super::profile;
 use crate::case::Case;
-use crate::fluid::openfoam::times;
-use crate::output::record::{Totals, peak_memory};
+use crate::fluid::{Fluid, FluidError, FluidUsage};
+use crate::output::record::Totals;
 use crate::output::write_atomically;
 use crate::pfem::stats::Stats;
+use crate::processes::{cpu_seconds, peak_memory};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
-use std::io;
 use std::path::Path;
 
 /// Means over the measured steps; seconds of wall-clock time unless the name says CPU.
@@ -26,11 +26,9 @@ pub struct Budget {
     pub step_s: f64,
     /// The fluid as the driver sees it: from the question to the answer.
     pub fluid_s: f64,
-    pub fluid_mesh_motion_s: f64,
-    pub fluid_momentum_s: f64,
-    pub fluid_pressure_s: f64,
-    /// Assembly of the equations, fluxes, exchange.
-    pub fluid_rest_s: f64,
+    /// What the fluid says of its own seconds, by part: `fluid_momentum_s` and others.
+    #[serde(flatten)]
+    pub fluid_parts: BTreeMap<String, f64>,
     pub structure_s: f64,
     pub structure_residual_s: f64,
     pub structure_substitution_s: f64,
@@ -49,31 +47,42 @@ pub struct Budget {
 
 impl Budget {
     /// Names, values, and whether they are parts of `step_s`, of whom the share is shown.
-    fn rows(&self) -> [(&'static str, f64, bool); 22] {
-        [
-            ("coupling iterations", self.coupling_iterations, false),
-            ("fluid correctors", self.fluid_correctors, false),
-            ("Newton iterations", self.newton_iterations, false),
-            ("factorizations", self.factorizations, false),
-            ("step, s", self.step_s, true),
-            ("  fluid, s", self.fluid_s, true),
-            ("    mesh motion, s", self.fluid_mesh_motion_s, true),
-            ("    momentum, s", self.fluid_momentum_s, true),
-            ("    pressure, s", self.fluid_pressure_s, true),
-            ("    rest, s", self.fluid_rest_s, true),
-            ("  structure, s", self.structure_s, true),
-            ("    residual, s", self.structure_residual_s, true),
-            ("    substitution, s", self.structure_substitution_s, true),
-            ("    assembly, s", self.structure_assembly_s, true),
-            ("    factorization, s", self.structure_factorization_s, true),
-            ("    rest, s", self.structure_rest_s, true),
-            ("  transfer and acceleration, s", self.coupling_s, true),
-            ("  output, s", self.output_s, true),
-            ("fluid, CPU s", self.fluid_cpu_s, false),
-            ("driver, CPU s", self.driver_cpu_s, false),
-            ("driver, MB", self.driver_peak_memory_MB, false),
-            ("fluid, MB", self.fluid_peak_memory_MB, false),
-        ]
+    fn rows(&self) -> Vec<(String, f64, bool)> {
+        let row = |(name, value, is_share): (&str, f64, bool)| (name.to_owned(), value, is_share);
+        let mut rows = Vec::from(
+            [
+                ("coupling iterations", self.coupling_iterations, false),
+                ("fluid correctors", self.fluid_correctors, false),
+                ("Newton iterations", self.newton_iterations, false),
+                ("factorizations", self.factorizations, false),
+                ("step, s", self.step_s, true),
+                ("  fluid, s", self.fluid_s, true),
+            ]
+            .map(row),
+        );
+        // `fluid_mesh_motion_s` is shown as `mesh motion, s`.
+        rows.extend(self.fluid_parts.iter().map(|(key, seconds)| {
+            let part = key.trim_start_matches("fluid_").trim_end_matches("_s");
+            (format!("    {}, s", part.replace('_', " ")), *seconds, true)
+        }));
+        rows.extend(
+            [
+                ("  structure, s", self.structure_s, true),
+                ("    residual, s", self.structure_residual_s, true),
+                ("    substitution, s", self.structure_substitution_s, true),
+                ("    assembly, s", self.structure_assembly_s, true),
+                ("    factorization, s", self.structure_factorization_s, true),
+                ("    rest, s", self.structure_rest_s, true),
+                ("  transfer and acceleration, s", self.coupling_s, true),
+                ("  output, s", self.output_s, true),
+                ("fluid, CPU s", self.fluid_cpu_s, false),
+                ("driver, CPU s", self.driver_cpu_s, false),
+                ("driver, MB", self.driver_peak_memory_MB, false),
+                ("fluid, MB", self.fluid_peak_memory_MB, false),
+            ]
+            .map(row),
+        );
+        rows
     }
 }
 
@@ -152,13 +161,14 @@ impl Report {
             "\n"
         };
         let before = old.map(|report| report.per_step.rows());
-        for (i, (name, value, is_share)) in self.per_step.rows().into_iter().enumerate() {
+        for (name, value, is_share) in self.per_step.rows() {
             let share = match is_share {
                 true => format!("{:.1} %", 100.0 * value / self.per_step.step_s),
                 false => String::new(),
             };
             let _ = write!(text, "{name:<32}{value:>10.4}{share:>8}");
-            if let Some((_, old, _)) = before.map(|rows| rows[i]) {
+            let old = (before.iter().flatten()).find(|row| row.0 == name);
+            if let Some(&(_, old, _)) = old {
                 let ratio = if old == 0.0 { f64::NAN } else { value / old };
                 let _ = write!(text, "{old:>10.4}{ratio:>10.2}");
             }
@@ -172,24 +182,26 @@ impl Report {
 pub struct Meter {
     totals: Totals,
     stats: Stats,
-    fluid_cpu: f64,
-    /// With that of the fluid.
-    driver_cpu: f64,
+    fluid: FluidUsage,
+    fluid_parts: Vec<(String, f64)>,
+    /// With that of the fluid's processes.
+    cpu_seconds: f64,
 }
 
 impl Meter {
     /// From now on.
-    pub fn start(run: &Run) -> Self {
-        Self {
+    pub fn start(run: &Run) -> Result<Self, FluidError> {
+        Ok(Self {
             totals: run.record.totals.clone(),
             stats: run.coupling.solid.stats(),
-            fluid_cpu: cpu_seconds(run.coupling.fluid.process_id()),
-            driver_cpu: cpu_seconds(std::process::id()),
-        }
+            fluid: run.coupling.fluid.usage(),
+            fluid_parts: run.coupling.fluid.seconds_by_part()?,
+            cpu_seconds: cpu_seconds(std::process::id()),
+        })
     }
 
     /// The means over all steps until now.
-    pub fn stop(self, run: &Run) -> io::Result<Budget> {
+    pub fn stop(self, run: &Run) -> Result<Budget, FluidError> {
         let (before, after) = (&self.totals, &run.record.totals);
         let steps = (after.steps - before.steps) as f64;
         let mean = |before: f64, after: f64| (after - before) / steps;
@@ -211,27 +223,26 @@ impl Meter {
             structure_assembly_s: stats(|s| s.assembly_s),
             structure_factorization_s: stats(|s| s.factorization_s),
             coupling_s: seconds(|t| t.seconds.coupling_s),
-            fluid_cpu_s: mean(self.fluid_cpu, cpu_seconds(run.coupling.fluid.process_id())),
-            driver_peak_memory_MB: peak_memory("self").unwrap_or(0.0) / 1e6,
+            fluid_cpu_s: mean(
+                self.fluid.cpu_seconds,
+                run.coupling.fluid.usage().cpu_seconds,
+            ),
+            driver_peak_memory_MB: peak_memory(std::process::id()).unwrap_or(0.0) / 1e6,
             fluid_peak_memory_MB: run.fluid_peak_memory / 1e6,
             ..Budget::default()
         };
-        let with_fluid = mean(self.driver_cpu, cpu_seconds(std::process::id()));
-        budget.driver_cpu_s = with_fluid - budget.fluid_cpu_s;
-        let time_step = run.case.time.step;
-        let written = times::files(&run.folder.openfoam(), after.time_s, time_step)?;
-        let folder = (written.files.iter())
-            .find(|file| file.ends_with("uniform/profiling"))
-            .and_then(|file| file.parent()?.parent());
-        let profile = folder.map_or(Ok(Default::default()), profile::read)?;
-        let section = |name: &str| profile.get(name).map_or(0.0, |seconds| seconds / steps);
-        budget.fluid_mesh_motion_s = section("fsi::moveWall");
-        budget.fluid_momentum_s = section("fvMatrix::solve.U");
-        budget.fluid_pressure_s = section("fvMatrix::solve.p");
-        budget.fluid_rest_s = budget.fluid_s
-            - budget.fluid_mesh_motion_s
-            - budget.fluid_momentum_s
-            - budget.fluid_pressure_s;
+        let all = mean(self.cpu_seconds, cpu_seconds(std::process::id()));
+        budget.driver_cpu_s = all - budget.fluid_cpu_s;
+        let mut rest = budget.fluid_s;
+        for (part, after) in run.coupling.fluid.seconds_by_part()? {
+            let before = self.fluid_parts.iter().find(|(name, _)| *name == part);
+            let seconds = mean(before.map_or(0.0, |(_, seconds)| *seconds), after);
+            rest -= seconds;
+            let key = format!("fluid_{}_s", part.replace(' ', "_"));
+            budget.fluid_parts.insert(key, seconds);
+        }
+        // Assembly of the equations, fluxes, exchange.
+        budget.fluid_parts.insert("fluid_rest_s".into(), rest);
         budget.structure_rest_s = budget.structure_s
             - budget.structure_residual_s
             - budget.structure_substitution_s
@@ -240,25 +251,4 @@ impl Meter {
         budget.output_s = budget.step_s - budget.fluid_s - budget.structure_s - budget.coupling_s;
         Ok(budget)
     }
-}
-
-/// CPU seconds of a process and those that it has started and that are still there.
-fn cpu_seconds(process: u32) -> f64 {
-    let tasks = fs::read_dir(format!("/proc/{process}/task"));
-    let mut sum = 0.0;
-    for task in tasks.into_iter().flatten().flatten() {
-        let read = |name: &str| fs::read_to_string(task.path().join(name)).unwrap_or_default();
-        let nanoseconds = read("schedstat");
-        let first = nanoseconds
-            .split(' ')
-            .next()
-            .and_then(|n| n.parse::<f64>().ok());
-        sum += first.unwrap_or(0.0) * 1e-9;
-        let children = read("children");
-        sum += (children.split_whitespace())
-            .filter_map(|id| id.parse().ok())
-            .map(cpu_seconds)
-            .sum::<f64>();
-    }
-    sum
 }

@@ -6,13 +6,13 @@
 
 mod budget;
 mod growth;
-mod profile;
 mod warm;
 
 use super::Failure;
 use super::case_arguments::CaseArguments;
 use super::run::{Interrupt, Run};
 use crate::case::ResolvedCase;
+use crate::fluid::FluidError;
 use crate::fluid::openfoam::install;
 use budget::{Budget, Report};
 use std::path::{Path, PathBuf};
@@ -95,7 +95,7 @@ impl Arguments {
     ) -> Result<Report, Failure> {
         let case = self.warm_case(chosen)?;
         let warm = warm::state(&self.case, &case, warm, interrupt, self.quiet)?;
-        let begin = warm.checkpoint.time;
+        let begin = warm.checkpoint.time();
         let end = begin + f64::from(self.steps) * case.time.step;
         let measured = chosen.clone().with("time.end_s", end).load(&self.case)?;
         let mut run = Run::assemble(
@@ -122,8 +122,9 @@ impl Arguments {
 }
 
 fn take_steps(run: &mut Run, quiet: bool) -> Result<Budget, Failure> {
-    let meter = budget::Meter::start(run);
+    let failed = |e: FluidError| Failure::Run(format!("cannot read what was measured: {e}"));
+    let meter = budget::Meter::start(run).map_err(failed)?;
     run.advance(quiet)?;
     let budget = meter.stop(run);
-    budget.map_err(|e| Failure::Run(format!("cannot read what was measured: {e}")))
+    budget.map_err(failed)
 }

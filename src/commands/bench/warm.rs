@@ -68,7 +68,7 @@ pub fn state(
             return Err(Failure::Input(format!(
                 "the run in {} is already at t = {} s; give --from {1}, or another --warm",
                 folder.display(),
-                checkpoint.time
+                checkpoint.time()
             )));
         }
         _ => {

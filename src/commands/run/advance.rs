@@ -4,9 +4,10 @@ use super::assemble::Run;
 use super::{run_failure, written};
 use crate::commands::Failure;
 use crate::coupling::{FailedStep, diagnosis};
+use crate::fluid::Fluid;
 use crate::hemodynamics::WallState;
 use crate::output::progress::Progress;
-use crate::output::record::{WallPeaks, peak_memory};
+use crate::output::record::WallPeaks;
 use crate::output::tables::HistoryRow;
 use crate::output::vtu::{Cells, Grid, Values};
 use crate::pfem::samples::{Sampler, Samples, StressPeak, stress_peaks};
@@ -134,8 +135,8 @@ impl Run {
             .map_err(written)?;
         self.cadence.advance();
         self.record.totals.steps += usize::from(completes);
-        let memory = peak_memory(&self.coupling.fluid.process_id().to_string());
-        self.fluid_peak_memory = self.fluid_peak_memory.max(memory.unwrap_or(0.0));
+        let memory = self.coupling.fluid.usage().peak_memory;
+        self.fluid_peak_memory = self.fluid_peak_memory.max(memory);
         if saving.get() {
             self.save()?;
         }

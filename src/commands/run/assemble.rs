@@ -78,23 +78,28 @@ impl Run {
         }
         .write(&folder.openfoam())
         .map_err(run_failure)?;
-        let fluid = OpenFoam::start(OpenFoamSettings {
+        let settings = OpenFoamSettings {
             case: folder.openfoam(),
             log: folder.openfoam_log(),
             ranks: case.fluid.ranks,
             transport: case.fluid.transport,
             answer_limit: Duration::from_secs_f64(case.fluid.answer_limit),
             terms: Terms {
-                start_time: checkpoint.map_or(0.0, |checkpoint| checkpoint.time),
+                start_time: 0.0,
                 time_step: case.time.step,
                 interface: None,
             },
             interrupt: interrupt.of_the_start(),
-        })
-        .map_err(|error| match error {
+        };
+        let started = match checkpoint {
+            Some(checkpoint) => OpenFoam::resume(settings, &checkpoint.fluid),
+            None => OpenFoam::start(settings),
+        };
+        let mut fluid = started.map_err(|error| match error {
             FluidError::Interrupted => Failure::Interrupted("no step was taken".into()),
             error => run_failure(error),
         })?;
+        fluid.outlast_interrupts();
         let transfer = Transfer::new(fluid.interface(), &solid).map_err(run_failure)?;
         let volumes = mesh.cell_volumes();
         let points = case.output.probes.iter().map(|&x| x.into()).collect();
@@ -149,8 +154,8 @@ impl Run {
             settings: Settings {
                 time_step: case.time.step,
                 fluid_effort: FluidEffort {
-                    max_correctors: case.fluid.max_correctors,
-                    pressure_residual: case.fluid.pressure_residual,
+                    max_sweeps: case.fluid.max_correctors,
+                    residual: case.fluid.pressure_residual,
                 },
                 newton_tolerance: case.structure.newton_tolerance,
                 relaxation: case.coupling.relaxation(),
@@ -171,7 +176,6 @@ impl Run {
             last_good: None,
             saved: Instant::now(),
         };
-        run.coupling.fluid.outlast_interrupts();
         match checkpoint {
             Some(checkpoint) => {
                 run.recall(checkpoint)?;

@@ -134,7 +134,7 @@ fn checkpoint(folder: &RunFolder, case: &Case) -> Result<Option<Checkpoint>, Fai
         "continues from {}: {} steps, t = {} s",
         found.path.display(),
         found.checkpoint.step(),
-        found.checkpoint.time
+        found.checkpoint.time()
     );
     Ok(Some(found.checkpoint))
 }

@@ -112,7 +112,7 @@ impl Run {
             CouplingError::Fluid(FluidError::Interrupted) => {
                 return Err(Failure::Interrupted(String::new()));
             }
-            CouplingError::Fluid(FluidError::Solver(_)) => true,
+            CouplingError::Fluid(FluidError::Died(_)) => true,
             _ => false,
         };
         let what = format!("step {number} (t = {time:.6} s): {}", failed.error);

@@ -6,12 +6,11 @@ use crate::case::Case;
 use crate::checkpoint::{Checkpoint, Found, Mark, StoreError};
 use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
-use crate::fluid::openfoam::times;
-use crate::output::sync_folder;
+use crate::fluid::{Fluid, FluidMemory};
 use std::collections::BTreeSet;
-use std::fs::{self, File};
+use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 /// Keys (or tables) that may change when a run is resumed: they have no influence on the steps that were done, or,
@@ -46,7 +45,8 @@ impl Run {
         let failed = |what: &dyn std::fmt::Display| {
             Failure::Run(format!("cannot write a checkpoint: {what}"))
         };
-        let checkpoint = self.checkpoint().map_err(|e| failed(&e))?;
+        let fluid = self.coupling.fluid.memory().map_err(|e| failed(&e))?;
+        let checkpoint = self.checkpoint(fluid).map_err(|e| failed(&e))?;
         let kept = self
             .folder
             .checkpoints()
@@ -57,15 +57,16 @@ impl Run {
             let step = (time / time_step).round() as usize;
             step == 0 || kept.contains(&step) || super::advance::is_due(step, time_step, interval)
         };
-        let done = checkpoint.time + 0.5 * time_step;
-        times::prune(&self.folder.openfoam(), |time| time < done && wanted(time))
-            .map_err(written)?;
+        let done = checkpoint.time() + 0.5 * time_step;
+        (self.coupling.fluid)
+            .discard(&|time| time < done && wanted(time))
+            .map_err(run_failure)?;
         self.saved = Instant::now();
         self.record.totals.checkpoint_s += clock.elapsed().as_secs_f64();
         Ok(())
     }
 
-    fn checkpoint(&self) -> io::Result<Checkpoint> {
+    fn checkpoint(&self, mut fluid: FluidMemory) -> io::Result<Checkpoint> {
         let root = self.folder.root();
         let record = self.record.memory()?;
         let mut files = Vec::new();
@@ -81,20 +82,15 @@ impl Run {
             }
             files.push(Mark::of(root, below(root, &path), Some(length))?);
         }
-        let mut time = 0.0;
-        if record.totals.steps > 0 {
-            let (case, step) = (self.folder.openfoam(), self.case.time.step);
-            let found = times::files(&case, record.totals.time_s, step)?;
-            time = found.time;
-            for file in found.files {
-                files.push(fluid_file(root, &file)?);
-            }
+        for file in &mut fluid.files {
+            *file = below(root, file).to_owned();
+            files.push(Mark::of(root, file, None)?);
         }
         Ok(Checkpoint {
             case: self.case.to_toml_string(),
             inputs: inputs(&self.case)?,
-            time,
             files,
+            fluid,
             coupling: self.coupling.memory(),
             structure: self.coupling.solid.memory(),
             cadence: self.cadence,
@@ -102,8 +98,13 @@ impl Run {
         })
     }
 
-    /// Gives wall and coupling the state of a checkpoint.
+    /// Gives fluid, wall and coupling the state of a checkpoint.
     pub fn recall(&mut self, checkpoint: &Checkpoint) -> Result<(), Failure> {
+        let mut fluid = checkpoint.fluid.clone();
+        for file in &mut fluid.files {
+            *file = self.folder.root().join(&*file);
+        }
+        self.coupling.fluid.recall(&fluid).map_err(run_failure)?;
         self.cadence = checkpoint.cadence;
         // Before the coupling remembers: another length makes it forget.
         self.coupling
@@ -117,12 +118,8 @@ impl Run {
             .map_err(run_failure)
     }
 
-    /// Goes back to a checkpoint of this run, with OpenFOAM started anew.
+    /// Goes back to a checkpoint of this run.
     pub fn go_back(&mut self, checkpoint: &Checkpoint) -> Result<(), Failure> {
-        self.coupling
-            .fluid
-            .restart(checkpoint.time)
-            .map_err(run_failure)?;
         self.recall(checkpoint)?;
         self.record
             .rewind(checkpoint.record.clone())
@@ -229,19 +226,6 @@ fn inputs(case: &Case) -> io::Result<Vec<Mark>> {
     }
     marks.sort_by(|a, b| a.path.cmp(&b.path));
     Ok(marks)
-}
-
-/// Marks a file that OpenFOAM has written, once it is on the disk as a whole.
-fn fluid_file(root: &Path, path: &PathBuf) -> io::Result<Mark> {
-    File::open(path)?.sync_all()?;
-    path.parent().map_or(Ok(()), sync_folder)?;
-    if !times::is_complete(path)? {
-        return Err(io::Error::other(format!(
-            "OpenFOAM has not written {} to its end; is the disk full?",
-            path.display()
-        )));
-    }
-    Mark::of(root, below(root, path), None)
 }
 
 fn below<'a>(root: &Path, path: &'a Path) -> &'a Path {

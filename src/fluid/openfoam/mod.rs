@@ -3,9 +3,13 @@
 //! [`OpenFoam::start`] starts the solver on a case that [`case_files`] has written, and from then on is a
 //! [`Fluid`]. When the value is dropped, the solver has ended.
 
-use super::{Fluid, FluidEffort, FluidError, FluidInterface, FluidStep, FluidTrial};
+use super::{
+    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
+    FluidUsage, Opening,
+};
 use crate::Vec3;
 use crate::case;
+use crate::processes;
 use case_files::Connection;
 use process::Process;
 use rustix::process::Signal;
@@ -20,6 +24,7 @@ use transport::{Listener, Patience, TransportError};
 pub mod case_files;
 pub mod install;
 pub mod process;
+mod profile;
 pub mod protocol;
 pub mod session;
 pub mod times;
@@ -57,6 +62,12 @@ pub struct OpenFoam {
     from_old_state: bool,
     /// The longest that an answer has taken.
     longest: Duration,
+    /// End and length of the last accepted step since the start, s.
+    accepted: Option<(f64, f64)>,
+    /// Whether it was given something to solve since the start.
+    at_work: bool,
+    /// What processes before this one have used.
+    earlier: FluidUsage,
     // Dropped in this order: the connection is closed before the process is ended for good.
     session: Session,
     process: Process,
@@ -106,6 +117,9 @@ impl OpenFoam {
                 settings,
                 from_old_state: false,
                 longest: Duration::ZERO,
+                accepted: None,
+                at_work: false,
+                earlier: FluidUsage::default(),
                 session,
                 process,
             }),
@@ -113,14 +127,16 @@ impl OpenFoam {
         }
     }
 
-    /// Ends the solver, if it has not ended already, and starts it again at `time` (s), which it must have written.
-    pub fn restart(&mut self, time: f64) -> Result<(), FluidError> {
-        self.process.end(Duration::ZERO);
-        let mut settings = self.settings.clone();
-        settings.terms.start_time = time;
-        settings.terms.interface = Some(self.interface().clone());
-        *self = Self::start(settings)?;
-        Ok(())
+    /// Starts the solver where it was when it gave `memory`, perhaps in an earlier process.
+    ///
+    /// # Errors
+    /// If it cannot be started, or the memory is another solver's.
+    pub fn resume(
+        mut settings: OpenFoamSettings,
+        memory: &FluidMemory,
+    ) -> Result<Self, FluidError> {
+        settings.terms.start_time = remembered_time(memory)?;
+        Self::start(settings)
     }
 
     /// From now on the solver's answers are waited for whatever happens to `interrupt`.
@@ -131,6 +147,11 @@ impl OpenFoam {
     /// Number of the process that was started: `pimpleFoam`, or `mpirun` for more than one rank.
     pub fn process_id(&self) -> u32 {
         self.process.id()
+    }
+
+    /// The files of the written time `at` (s), the end of a step of the length `step` (s).
+    fn files(&self, at: f64, step: f64) -> Result<times::Files, FluidError> {
+        times::files(&self.settings.case, at, step).map_err(storage_error)
     }
 
     /// One exchange with the solver.
@@ -164,14 +185,26 @@ impl Fluid for OpenFoam {
         time_step: f64,
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError> {
+        // The solver would end at it; that it never hears of it keeps it alive.
+        if let Some(i) = displacement
+            .iter()
+            .position(|u| !u.iter().all(|c| c.is_finite()))
+        {
+            return Err(FluidError::NotSolved(format!(
+                "the trial displacement of point {i} of the wall is not finite"
+            )));
+        }
         let from_old_state = std::mem::take(&mut self.from_old_state);
+        self.at_work = true;
         let solved = self.talk(|session, patience| {
             session.solve(displacement, time_step, effort, from_old_state, patience)
         })?;
         Ok(FluidTrial {
             tractions: solved.tractions,
-            correctors: solved.correctors,
-            pressure_residual: solved.pressure_residual,
+            cost: FluidCost {
+                sweeps: solved.correctors,
+                residual: solved.pressure_residual,
+            },
         })
     }
 
@@ -181,18 +214,84 @@ impl Fluid for OpenFoam {
 
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
         let step = self.talk(|session, patience| session.accept(write, patience))?;
+        let before = self
+            .accepted
+            .map_or(self.settings.terms.start_time, |(end, _)| end);
+        self.accepted = Some((step.time, step.time - before));
         Ok(FluidStep {
             time: step.time,
-            inflow: step.inflow,
-            outflow: step.outflow,
-            inlet_pressure: step.inlet_pressure,
-            outlet_pressure: step.outlet_pressure,
-            windkessel_pressure: step.windkessel_pressure,
+            openings: vec![
+                Opening {
+                    name: "inlet".into(),
+                    flow: step.inflow,
+                    mean_pressure: step.inlet_pressure,
+                    model_pressure: None,
+                },
+                Opening {
+                    name: "outlet".into(),
+                    flow: -step.outflow,
+                    mean_pressure: step.outlet_pressure,
+                    model_pressure: Some(step.windkessel_pressure),
+                },
+            ],
             volume: step.volume,
-            tractions: step.tractions,
             wall_shear: step.wall_shear,
             wall_velocity_mismatch: step.wall_velocity_mismatch,
         })
+    }
+
+    /// The state stays where OpenFOAM has written it; the time as the name of that folder spells it leads back to it
+    /// to the bit.
+    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+        let start = self.settings.terms.start_time;
+        let written = match self.accepted {
+            Some((end, step)) => self.files(end, step)?,
+            None if start > 0.0 => self.files(start, self.settings.terms.time_step)?,
+            None => times::Files::default(), // what it began with can be made again
+        };
+        (written.files.iter())
+            .try_for_each(|file| times::sync_whole(file))
+            .map_err(storage_error)?;
+        Ok(FluidMemory {
+            state: written.time.to_le_bytes().to_vec(),
+            files: written.files,
+        })
+    }
+
+    fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
+        let mut settings = self.settings.clone();
+        settings.terms.start_time = remembered_time(memory)?;
+        if !self.at_work
+            && !self.process.has_ended()
+            && settings.terms.start_time == self.settings.terms.start_time
+        {
+            return Ok(());
+        }
+        let earlier = self.usage();
+        self.process.end(Duration::ZERO);
+        settings.terms.interface = Some(self.interface().clone());
+        *self = Self::start(settings)?;
+        self.earlier = earlier;
+        Ok(())
+    }
+
+    fn discard(&mut self, wanted: &dyn Fn(f64) -> bool) -> Result<(), FluidError> {
+        times::prune(&self.settings.case, wanted).map_err(storage_error)
+    }
+
+    fn usage(&self) -> FluidUsage {
+        let process = self.process.id();
+        FluidUsage {
+            cpu_seconds: self.earlier.cpu_seconds + processes::cpu_seconds(process),
+            peak_memory: (self.earlier.peak_memory).max(processes::peak_memory_of_all(process)),
+        }
+    }
+
+    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
+        let Some((end, step)) = self.accepted else {
+            return Ok(Vec::new());
+        };
+        profile::seconds_by_part(&self.files(end, step)?.files).map_err(storage_error)
     }
 }
 
@@ -313,7 +412,21 @@ fn decompose(settings: &OpenFoamSettings, programs: &Programs) -> Result<(), Flu
 }
 
 fn solver_error(error: impl std::fmt::Display) -> FluidError {
-    FluidError::Solver(error.to_string())
+    FluidError::Died(error.to_string())
+}
+
+fn storage_error(error: std::io::Error) -> FluidError {
+    FluidError::Storage(error.to_string())
+}
+
+/// The time (s) that [`Fluid::memory`] has stored.
+fn remembered_time(memory: &FluidMemory) -> Result<f64, FluidError> {
+    let bytes = memory.state.as_slice().try_into();
+    let time = bytes
+        .map(f64::from_le_bytes)
+        .ok()
+        .filter(|time| time.is_finite());
+    time.ok_or_else(|| solver_error("the stored state of the fluid is not one of OpenFOAM"))
 }
 
 /// What happened, how the process ended, and its last words.

@@ -139,9 +139,9 @@ impl Session {
             .into());
         }
         let solve = ToFluid::Solve {
-            max_correctors: effort.max_correctors.max(1),
+            max_correctors: effort.max_sweeps.max(1),
             from_old_state,
-            pressure_residual: effort.pressure_residual,
+            pressure_residual: effort.residual,
             time_step,
             displacement,
         };

@@ -1,5 +1,6 @@
 //! The times that OpenFOAM has written: a folder each, in the case or in the `processorN` of each rank.
 
+use crate::files::sync_folder;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -65,7 +66,7 @@ pub fn clear_remains(case: &Path, start: f64) -> io::Result<()> {
 }
 
 /// A time with all its files.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Files {
     /// The time as the names of the folders spell it, s: from here OpenFOAM continues to the bit.
     pub time: f64,
@@ -89,13 +90,29 @@ pub fn files(case: &Path, at: f64, time_step: f64) -> io::Result<Files> {
 }
 
 /// Whether OpenFOAM has written a file up to its last line; it does not notice a full disk.
-pub fn is_complete(path: &Path) -> io::Result<bool> {
+fn is_complete(path: &Path) -> io::Result<bool> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
     file.seek(SeekFrom::Start(length.saturating_sub(64)))?;
     let mut end = Vec::new();
     file.read_to_end(&mut end)?;
     Ok(end.trim_ascii_end().ends_with(b"****** //"))
+}
+
+/// Sees to it that a file that OpenFOAM has written is on the disk.
+///
+/// # Errors
+/// If it is not whole.
+pub fn sync_whole(path: &Path) -> io::Result<()> {
+    File::open(path)?.sync_all()?;
+    path.parent().map_or(Ok(()), sync_folder)?;
+    if is_complete(path)? {
+        return Ok(());
+    }
+    Err(io::Error::other(format!(
+        "OpenFOAM has not written {} to its end; is the disk full?",
+        path.display()
+    )))
 }
 
 fn time(name: &str) -> Option<f64> {

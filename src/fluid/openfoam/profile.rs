@@ -4,17 +4,31 @@
 use std::collections::HashMap;
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::PathBuf;
 
 /// Seconds of each section of the solver that measures itself, those within it included.
-pub type Profile = HashMap<String, f64>;
+type Profile = HashMap<String, f64>;
 
-/// Reads the profile in the folder of a written time; empty if the case's templates do not ask for one.
-pub fn read(time: &Path) -> io::Result<Profile> {
-    match fs::read_to_string(time.join("uniform/profiling")) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Profile::new()),
-        text => Ok(parse(&text?)),
-    }
+/// Parts of the solver's work, and the sections in which it spends them.
+const PARTS: [(&str, &str); 3] = [
+    ("mesh motion", "fsi::moveWall"),
+    ("momentum", "fvMatrix::solve.U"),
+    ("pressure", "fvMatrix::solve.p"),
+];
+
+/// The seconds of each part by the profile among the `files` of a written time; none if the case's templates do not ask
+/// for one.
+pub fn seconds_by_part(files: &[PathBuf]) -> io::Result<Vec<(String, f64)>> {
+    let Some(file) = files
+        .iter()
+        .find(|file| file.ends_with("uniform/profiling"))
+    else {
+        return Ok(Vec::new());
+    };
+    let profile = parse(&fs::read_to_string(file)?);
+    let seconds = |section: &str| profile.get(section).copied().unwrap_or(0.0);
+    let parts = PARTS.map(|(part, section)| (part.to_owned(), seconds(section)));
+    Ok(parts.into())
 }
 
 /// Entries are dictionaries with a `description` and a `totalTime`; sections that appear below several others are added.

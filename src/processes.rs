@@ -1,0 +1,75 @@
+//! What processes have used, as the kernel knows it.
+
+use std::fs;
+
+/// Largest resident memory so far of the process with this number, bytes; `None` if it is gone.
+pub fn peak_memory(process: u32) -> Option<f64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes * 1024.0)
+}
+
+/// CPU seconds of a process and those that it has started and that are still there.
+pub fn cpu_seconds(process: u32) -> f64 {
+    let of_thread = |task: &fs::DirEntry| {
+        let nanoseconds = fs::read_to_string(task.path().join("schedstat")).unwrap_or_default();
+        let first = nanoseconds.split(' ').next();
+        first.and_then(|n| n.parse::<f64>().ok()).unwrap_or(0.0) * 1e-9
+    };
+    let own: f64 = threads(process).iter().map(of_thread).sum();
+    own + children(process).into_iter().map(cpu_seconds).sum::<f64>()
+}
+
+/// Sum of the largest resident memories of a process and those that it has started and that are still there, bytes.
+pub fn peak_memory_of_all(process: u32) -> f64 {
+    let own = peak_memory(process).unwrap_or(0.0);
+    own + (children(process).into_iter())
+        .map(peak_memory_of_all)
+        .sum::<f64>()
+}
+
+fn threads(process: u32) -> Vec<fs::DirEntry> {
+    let tasks = fs::read_dir(format!("/proc/{process}/task"));
+    tasks.into_iter().flatten().flatten().collect()
+}
+
+fn children(process: u32) -> Vec<u32> {
+    let of_thread = |task: &fs::DirEntry| {
+        let text = fs::read_to_string(task.path().join("children")).unwrap_or_default();
+        let ids: Vec<u32> = text
+            .split_whitespace()
+            .filter_map(|id| id.parse().ok())
+            .collect();
+        ids
+    };
+    threads(process).iter().flat_map(of_thread).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_child_counts_with_its_parent() {
+        let own = std::process::id();
+        let alone = peak_memory_of_all(own);
+        let mut child = std::process::Command::new("sleep")
+            .arg("30")
+            .spawn()
+            .unwrap();
+        let both = peak_memory_of_all(own);
+        let its = peak_memory(child.id()).unwrap();
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(
+            alone > 1e5 && its > 1e5 && both >= alone + 0.9 * its,
+            "{alone} {its} {both}"
+        );
+        assert!(cpu_seconds(own) > 0.0);
+        assert_eq!(
+            (peak_memory(child.id()), cpu_seconds(child.id())),
+            (None, 0.0)
+        );
+    }
+}
