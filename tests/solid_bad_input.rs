@@ -95,6 +95,14 @@ fn files_that_are_none_are_refused() {
             .refused()
             .contains("`tube.layer[1].material` is missing")
     );
+    // A quoted key is no way into a list, least of all to its four-billionth table.
+    let quoted = "length_m = 0.006\n\"layer[4000000000]\".k2 = 1.0\n";
+    let quoted = with(&example(), &[("length_m = 0.006\n", quoted)]);
+    let said = Tube::new(&quoted).refused();
+    assert!(
+        said.contains("unknown key `tube.\"layer[4000000000]\".k2`"),
+        "{said}"
+    );
     let tube = Tube::new("");
     std::fs::remove_file(tube.folder.path().join("tube.toml")).unwrap();
     std::fs::create_dir(tube.folder.path().join("tube.toml")).unwrap();

@@ -2,6 +2,7 @@
 
 use crate::Vec3;
 use crate::case::Material;
+use crate::case::table::words;
 use crate::geometry::{HexMesh, tube_mesh};
 use crate::pfem::discretization::{Discretization, Options};
 use crate::pfem::elements::{Elements, Extremes};
@@ -65,13 +66,15 @@ pub struct Tube {
     pub kind: LoadKind,
 }
 
-/// What holds the two ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ends {
-    /// `u_x = 0`: plane strain.
-    Axial,
-    /// No displacement.
-    Clamped,
+words! {
+    /// What holds the two ends.
+    #[derive(Default)]
+    pub enum Ends {
+        /// `u_x = 0`: plane strain.
+        Axial = "axial" (default),
+        /// No displacement.
+        Clamped = "clamped",
+    }
 }
 
 impl Tube {

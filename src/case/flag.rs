@@ -1,61 +1,39 @@
 //! A flag behind a cylinder in a channel, which takes the place of the vessel where a case has the table `[flag]`.
 
 use super::Material;
-use serde::{Deserialize, Serialize};
+use super::schema::{above, from, whole};
+use super::table::table;
 
-/// An elastic flag that is clamped to a rigid cylinder in a plane channel, after Turek and Hron, *Proposal for numerical
-/// benchmarking of fluid-structure interaction*, 2006. The channel begins at x = 0 and its lower wall is y = 0; the flag
-/// points downstream. Plane strain: nothing depends on z.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Flag {
-    /// Length of the channel, m.
-    #[serde(rename = "channel_length_m")]
-    pub channel_length: f64,
-    /// Height of the channel, m.
-    #[serde(rename = "channel_height_m")]
-    pub channel_height: f64,
-    /// Extent along z, one cell and one element, m.
-    #[serde(rename = "depth_m")]
-    pub depth: f64,
-    /// Centre of the cylinder, m.
-    #[serde(rename = "cylinder_x_m")]
-    pub cylinder_x: f64,
-    /// Centre of the cylinder, m.
-    #[serde(rename = "cylinder_y_m")]
-    pub cylinder_y: f64,
-    /// Radius of the cylinder, m.
-    #[serde(rename = "cylinder_radius_m")]
-    pub cylinder_radius: f64,
-    /// Length of the flag from the cylinder's rearmost point, m.
-    #[serde(rename = "length_m")]
-    pub length: f64,
-    /// Thickness of the flag, m.
-    #[serde(rename = "thickness_m")]
-    pub thickness: f64,
-    /// Mean velocity of the parabolic inflow after the ramp, m/s.
-    #[serde(rename = "mean_velocity_m_s")]
-    pub mean_velocity: f64,
-    /// Material of the flag; its density and damping are those of the wall.
-    pub solid: Material,
-    /// Both meshes.
-    pub mesh: FlagMesh,
+table! {
+    /// An elastic flag that is clamped to a rigid cylinder in a plane channel, after Turek and Hron, *Proposal for numerical
+    /// benchmarking of fluid-structure interaction*, 2006. The channel begins at x = 0 and its lower wall is y = 0; the flag
+    /// points downstream. Plane strain: nothing depends on z, along which there is one cell and one element.
+    pub struct Flag {
+        channel_length: f64 = "channel_length_m", above(0.0, 1e3), "length of the channel";
+        channel_height: f64 = "channel_height_m", above(0.0, 1e3), "height of the channel";
+        depth: f64 = "depth_m", above(0.0, 1e3), "extent of the plane problem along z";
+        cylinder_x: f64 = "cylinder_x_m", above(0.0, 1e3), "position of the cylinder along the channel";
+        cylinder_y: f64 = "cylinder_y_m", above(0.0, 1e3), "position of the cylinder above the lower wall";
+        cylinder_radius: f64 = "cylinder_radius_m", above(0.0, 1e3), "radius of the cylinder";
+        /// From the cylinder's rearmost point.
+        length: f64 = "length_m", above(0.0, 1e3), "length of the flag behind the cylinder";
+        thickness: f64 = "thickness_m", above(0.0, 1e3), "thickness of the flag";
+        /// Of a parabola, after the ramp.
+        mean_velocity: f64 = "mean_velocity_m_s", from(-1e3, 1e3), "mean velocity of the inflow";
+        [solid: Material, "material of the flag; its density and damping are those of the wall"]
+        [mesh: FlagMesh, "both meshes"]
+    }
 }
 
-/// Meshes of the flag and of the channel around it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FlagMesh {
-    /// Elements along the flag.
-    pub elements: usize,
-    /// Size of the fluid's cells at the flag and at the cylinder, m.
-    #[serde(rename = "cell_size_m")]
-    pub cell_size: f64,
-    /// Ratio of the sizes of neighbouring cells away from there.
-    pub growth: f64,
-    /// Largest size of a cell along the channel, m.
-    #[serde(rename = "largest_cell_m")]
-    pub largest_cell: f64,
+table! {
+    /// Meshes of the flag and of the channel around it.
+    pub struct FlagMesh {
+        elements: usize = "elements", whole(1, 1000), "elements along the flag";
+        /// And at the cylinder.
+        cell_size: f64 = "cell_size_m", above(0.0, 1e3), "size of the fluid's cells at the flag";
+        growth: f64 = "growth", from(1.0, 2.0), "ratio of the sizes of neighbouring cells";
+        largest_cell: f64 = "largest_cell_m", above(0.0, 1e3), "largest size of a cell along the channel";
+    }
 }
 
 impl Flag {

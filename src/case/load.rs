@@ -1,45 +1,26 @@
 //! From files, preset and command line to a checked [`Case`]: layers of values, the last one wins.
 
 use super::error::{CaseError, CaseErrors, Place};
-use super::schema;
+use super::schema::Schema;
 use super::source::{self, Entry, Source};
 use super::stack::Stack;
+use super::table::words;
 use super::{Case, check, spelling, value};
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
+use std::sync::LazyLock;
 
-/// Resolution and length of a run, with everything else unchanged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "snake_case")]
-pub enum Preset {
-    /// About 5000 fluid cells, 0.1 s: to see that everything runs.
-    Demo,
-    /// About 10,000 fluid cells, three beats.
-    Coarse,
-    /// 30,000 fluid cells, the structure at the order and mesh of the paper's study, three beats.
-    #[default]
-    Paper,
-}
-
-impl Preset {
-    /// All of them.
-    pub const ALL: [Preset; 3] = [Preset::Demo, Preset::Coarse, Preset::Paper];
-
-    /// Name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Preset::Demo => "demo",
-            Preset::Coarse => "coarse",
-            Preset::Paper => "paper",
-        }
-    }
-}
-
-impl std::fmt::Display for Preset {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
+words! {
+    /// Resolution and length of a run, with everything else unchanged.
+    #[derive(Default, clap::ValueEnum)]
+    pub enum Preset {
+        /// About 5000 fluid cells, 0.1 s: to see that everything runs.
+        Demo = "demo",
+        /// About 10,000 fluid cells, three beats.
+        Coarse = "coarse",
+        /// 30,000 fluid cells, the structure at the order and mesh of the paper's study, three beats.
+        Paper = "paper" (default),
     }
 }
 
@@ -64,6 +45,12 @@ impl Deref for ResolvedCase {
 const MAX_DEPTH: usize = 10;
 
 impl Case {
+    /// All keys of a case.
+    pub fn schema() -> &'static Schema {
+        static SCHEMA: LazyLock<Schema> = LazyLock::new(|| Schema::of::<Case>().with_defaults());
+        &SCHEMA
+    }
+
     /// Reads and checks the case in the folder `dir` (or a file of any name): the file that its `extends` names, the
     /// preset, its own values, then `overrides` (pairs of a dotted key and a value in TOML; a bare word is a string).
     ///
@@ -88,7 +75,7 @@ impl Case {
             // Mistakes in presets that are not asked for are mistakes too.
             others
                 .into_iter()
-                .for_each(|entry| drop(check_entry(entry, &mut errors)));
+                .for_each(|entry| drop(value::check_entry(entry, Case::schema(), &mut errors)));
         }
         let set = overrides
             .iter()
@@ -96,21 +83,15 @@ impl Case {
         layers.push(set.flat_map(source::split_tables).collect());
         let readable = errors.is_empty();
 
-        let mut stack = Stack::default();
-        for (rank, layer) in layers.into_iter().enumerate() {
-            for entry in layer {
-                let key = entry.key.clone();
-                match check_entry(entry, &mut errors) {
-                    Some(entry) => stack.put(rank, entry),
-                    None => stack.refuse(key),
-                }
-            }
+        let mut stack = Stack::new(Case::schema());
+        for layer in layers {
+            stack.lay(layer, &mut errors);
         }
-        stack.sort_out_materials(&mut errors);
+        stack.sort_out_choices(&mut errors);
         if readable {
             stack.require_all(&file, &mut errors);
         }
-        if let Some(case) = stack.build(&file, &mut errors) {
+        if let Some(case) = stack.build::<Case>(&file, &mut errors) {
             check::check(&case, &stack, &mut errors);
             if errors.is_empty() {
                 let origins = stack.places();
@@ -170,19 +151,4 @@ fn presets(
         }
     }
     values
-}
-
-/// The entry with its value in the form that its key asks for, or an error.
-fn check_entry(entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
-    match schema::find(&entry.key) {
-        Some(key) => value::check(entry, &key, errors),
-        None => {
-            errors.push(CaseError::UnknownKey {
-                suggestion: spelling::suggest(&entry.key, &schema::all_paths()),
-                place: entry.place,
-                key: entry.key,
-            });
-            None
-        }
-    }
 }

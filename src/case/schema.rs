@@ -1,145 +1,211 @@
-//! What a key of a case is and which values it allows; the keys themselves stand in the table `keys`.
+//! What may stand in a file: its keys with their ranges and meanings, collected from the types that it is read into.
 
-pub use super::keys::{KEYS, MATERIAL, MATERIAL_TABLES, MATERIALS, OPTIONAL_TABLES};
+mod kind;
 
-/// One key of `case.toml`.
-#[derive(Debug, Clone, Copy)]
+pub use kind::{Kind, Range, above, from, whole};
+
+use std::collections::HashMap;
+
+/// One key of a file.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Key {
-    /// Dotted path, such as `time.step_s`; the unit is part of the name.
-    pub path: &'static str,
+    /// Dotted path, such as `time.step_s`; the unit is part of the name, and `[]` stands for any index.
+    pub path: String,
     /// Which values are allowed.
     pub kind: Kind,
-    /// Whether the key may be absent.
-    pub optional: bool,
+    /// What counts where the key is absent; without it the key is needed.
+    pub absent: Option<&'static str>,
     /// What the value is, in a few words.
     pub about: &'static str,
+    /// The only choices of its table that have this key; any if empty.
+    pub choices: Vec<Choice>,
 }
 
-/// Which values a key allows.
-#[derive(Debug, Clone, Copy)]
-pub enum Kind {
-    /// A number within a range.
-    Real(Range),
-    /// A whole number from the first to the second.
-    Whole(i64, i64),
-    /// One of these words.
-    Word(&'static [&'static str]),
-    /// `true` or `false`.
-    Flag,
-    /// A path, relative to the file that names it.
-    Path,
-    /// Rows of numbers of equal length from 0 to 1; first and last row zero.
-    Rows,
-    /// Points of space.
-    Points,
-    /// A whole number within the limits, or one for each of the three local directions.
-    Degrees(i64, i64),
-    /// A whole number within the limits, or this word.
-    WholeOr(i64, i64, &'static str),
-    /// Two or more numbers.
-    Numbers,
+/// A table whose key `tag` has the value `word`, such as `material = "neo_hooke"`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    /// Name of the key that chooses.
+    pub tag: &'static str,
+    /// Its value.
+    pub word: &'static str,
 }
 
-/// A range of real numbers.
-#[derive(Debug, Clone, Copy)]
-pub struct Range {
-    /// Lower end.
-    pub low: f64,
-    /// Whether the lower end itself is allowed.
-    pub with_low: bool,
-    /// Upper end, allowed.
-    pub high: f64,
-}
+impl Key {
+    /// The path of the table that the key stands in.
+    pub fn table(&self) -> &str {
+        parent(&self.path)
+    }
 
-impl Range {
-    /// Whether the number is allowed; NaN never is.
-    pub fn contains(self, value: f64) -> bool {
-        value <= self.high && (value > self.low || self.with_low && value == self.low)
+    /// The last name of the path.
+    pub fn name(&self) -> &str {
+        self.path.rsplit('.').next().unwrap_or(&self.path)
+    }
+
+    /// The unit that the name ends with, if it has one.
+    pub fn unit(&self) -> Option<&'static str> {
+        const UNITS: [(&str, &str); 12] = [
+            ("_Pa_s_m3", "Pa s/m³"),
+            ("_kg_m3", "kg/m³"),
+            ("_m3_Pa", "m³/Pa"),
+            ("_m3_s", "m³/s"),
+            ("_Pa_s", "Pa s"),
+            ("_m_s", "m/s"),
+            ("_1_s", "1/s"),
+            ("_Pa", "Pa"),
+            ("_deg", "°"),
+            ("_min", "min"),
+            ("_m", "m"),
+            ("_s", "s"),
+        ];
+        let ends = |(suffix, _): &&(&str, &str)| self.name().ends_with(suffix);
+        UNITS.iter().find(ends).map(|(_, unit)| *unit)
     }
 }
 
-impl std::fmt::Display for Range {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Range {
-            low,
-            with_low,
-            high,
-        } = *self;
-        match with_low {
-            true => write!(f, "a number from {low:?} to {high:?}"),
-            false => write!(f, "a number above {low:?}, at most {high:?}"),
+/// A table of a file, which the macros [`table!`](super::table) and [`choice!`](super::choice) make.
+pub trait Table {
+    /// Adds what may stand in this table at `path` (empty: the file itself).
+    fn describe(path: &str, schema: &mut Schema);
+}
+
+/// A table that a file may do without; where it has any key it needs all.
+impl<T: Table> Table for Option<T> {
+    fn describe(path: &str, schema: &mut Schema) {
+        schema.optional_tables.push(path.to_owned());
+        T::describe(path, schema);
+    }
+}
+
+/// One or more tables, `[[path]]`.
+impl<T: Table> Table for Vec<T> {
+    fn describe(path: &str, schema: &mut Schema) {
+        T::describe(&format!("{path}[]"), schema);
+    }
+}
+
+/// All keys of a kind of file.
+#[derive(Debug, Default)]
+pub struct Schema {
+    keys: Vec<Key>,
+    by_path: HashMap<String, usize>,
+    optional_tables: Vec<String>,
+    has_defaults: bool,
+}
+
+impl Schema {
+    /// The keys of files that are read into a `T`.
+    pub fn of<T: Table>() -> Self {
+        let mut schema = Self::default();
+        T::describe("", &mut schema);
+        schema
+    }
+
+    /// The same for files that can stand on others by `extends`.
+    pub fn with_defaults(self) -> Self {
+        Self {
+            has_defaults: true,
+            ..self
         }
     }
-}
 
-impl std::fmt::Display for Kind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Kind::Real(range) => range.fmt(f),
-            Kind::Whole(low, high) => write!(f, "a whole number from {low} to {high}"),
-            Kind::Word(words) => write!(f, "one of \"{}\"", words.join("\", \"")),
-            Kind::Flag => f.write_str("true or false"),
-            Kind::Path => f.write_str("a path in quotes"),
-            Kind::Degrees(low, high) => write!(
-                f,
-                "a whole number from {low} to {high}, or three of them in brackets"
-            ),
-            Kind::WholeOr(low, high, word) => {
-                write!(f, "a whole number from {low} to {high}, or \"{word}\"")
+    /// Whether a file can stand on others by `extends`.
+    pub fn has_defaults(&self) -> bool {
+        self.has_defaults
+    }
+
+    /// The keys in the order of the file.
+    pub fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
+    /// Adds a key; one that several choices of a table have becomes one.
+    pub(crate) fn add(&mut self, key: Key) {
+        match self.by_path.get(&key.path) {
+            Some(&i) => {
+                let same = &mut self.keys[i];
+                assert_eq!(same.kind, key.kind, "{} has two ranges", key.path);
+                same.choices.extend(key.choices);
             }
-            Kind::Numbers => f.write_str("two or more numbers in brackets"),
-            Kind::Rows => f.write_str("rows of equally many numbers from 0 to 1, at least 3 by 3, the first and the last row zero"),
-            Kind::Points => f.write_str("points in brackets, such as [[0.02, 3e-3, 0.0]]"),
-        }
-    }
-}
-
-/// Parameters of the material of that name.
-pub fn parameters(material: &str) -> &'static [Key] {
-    MATERIALS
-        .iter()
-        .find(|(name, _)| *name == material)
-        .map_or(&[], |(_, keys)| keys)
-}
-
-/// The part of the wall and the parameter that a path such as `wall.media.k2` names.
-pub fn split_material(path: &str) -> Option<(&'static str, &str)> {
-    MATERIAL_TABLES
-        .iter()
-        .find_map(|table| Some((*table, path.strip_prefix(table)?.strip_prefix('.')?)))
-}
-
-/// The first name of a path: the table at the root of the file.
-pub fn root(path: &str) -> &str {
-    path.split('.').next().unwrap_or(path)
-}
-
-/// What is known of the key at `path`.
-pub fn find(path: &str) -> Option<Key> {
-    let Some((_, parameter)) = split_material(path) else {
-        return KEYS.iter().find(|key| key.path == path).copied();
-    };
-    let mut all = MATERIALS
-        .iter()
-        .flat_map(|(_, keys)| *keys)
-        .chain([&MATERIAL]);
-    all.find(|key| key.path == parameter).copied()
-}
-
-/// All paths that may appear in a file.
-pub fn all_paths() -> Vec<String> {
-    let mut paths: Vec<String> = KEYS.iter().map(|key| key.path.to_owned()).collect();
-    for table in MATERIAL_TABLES {
-        for key in MATERIALS
-            .iter()
-            .flat_map(|(_, keys)| *keys)
-            .chain([&MATERIAL])
-        {
-            let path = format!("{table}.{}", key.path);
-            if !paths.contains(&path) {
-                paths.push(path);
+            None => {
+                self.by_path.insert(key.path.clone(), self.keys.len());
+                self.keys.push(key);
             }
         }
     }
-    paths
+
+    /// What is known of the key at `path`, which may have indices.
+    pub fn find(&self, path: &str) -> Option<&Key> {
+        let index = self.by_path.get(&without_indices(path))?;
+        Some(&self.keys[*index])
+    }
+
+    /// Whether there is a table at `path`, which may have indices.
+    pub fn has_table(&self, path: &str) -> bool {
+        let prefix = without_indices(path) + ".";
+        self.keys.iter().any(|key| key.path.starts_with(&prefix))
+    }
+
+    /// The outermost optional table that the key at `path` stands in.
+    pub fn optional_table(&self, path: &str) -> Option<&str> {
+        let mut tables = self.optional_tables.iter();
+        tables
+            .find(|table| is_within(path, table))
+            .map(String::as_str)
+    }
+
+    /// The keys that a table has where it makes this choice.
+    pub fn chosen(&self, table: &str, choice: Choice) -> impl Iterator<Item = &Key> {
+        let table = without_indices(table);
+        let keys = self.keys.iter();
+        keys.filter(move |key| key.table() == table && key.choices.contains(&choice))
+    }
+
+    /// The paths that may stand where `path` stands: in lists, those with its indices.
+    pub fn alternatives(&self, path: &str) -> Vec<String> {
+        let keys = self.keys.iter();
+        keys.map(|key| with_indices_of(path, &key.path)).collect()
+    }
+}
+
+/// The path of the table that a path stands in.
+pub(crate) fn parent(path: &str) -> &str {
+    path.rsplit_once('.').map_or("", |(table, _)| table)
+}
+
+/// Whether a path lies in this table, or is the table itself.
+pub(crate) fn is_within(path: &str, table: &str) -> bool {
+    let rest = path.strip_prefix(table);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// The path of `name` in the table at `path`.
+pub(crate) fn join(path: &str, name: &str) -> String {
+    if path.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{path}.{name}")
+    }
+}
+
+/// `tube.layer[3].k2` as `tube.layer[].k2`.
+fn without_indices(path: &str) -> String {
+    let mut bare = String::with_capacity(path.len());
+    for part in path.split_inclusive('[') {
+        bare.push_str(part.trim_start_matches(|c: char| c.is_ascii_digit() && part.contains(']')));
+    }
+    bare
+}
+
+/// The `pattern` with the indices of `path` in place of its `[]`, or with 0 where `path` has none.
+fn with_indices_of(path: &str, pattern: &str) -> String {
+    let mut indices = path.split('[').skip(1).map(|rest| {
+        let digits = rest.split(']').next().unwrap_or_default();
+        digits.parse().unwrap_or(0)
+    });
+    let mut parts = pattern.split("[]");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| {
+        let index: usize = indices.next().unwrap_or(0);
+        format!("{text}[{index}]{part}")
+    })
 }

@@ -166,7 +166,11 @@ fn walk(
         let Some(value) = values.get(&name) else {
             continue;
         };
-        keys.push(name.clone());
+        // Brackets are for indices; a quoted key that has some must not pass for one.
+        keys.push(match name.contains(['[', ']']) {
+            true => format!("{name:?}"),
+            false => name.clone(),
+        });
         match (spanned.get_ref(), value) {
             (DeValue::Table(inner), Value::Table(table)) if !table.is_empty() => {
                 walk(inner, table, keys, place, flat)

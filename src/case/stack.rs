@@ -1,10 +1,10 @@
 //! Layers of values on top of each other: the last one wins.
 
-use super::Case;
 use super::error::{CaseError, Place};
-use super::schema::{self, Key};
+use super::schema::{self, Choice, Key, Schema};
 use super::source::Entry;
-use super::value::shorten;
+use super::value::{self, shorten};
+use serde::de::DeserializeOwned;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use toml::Value;
@@ -13,34 +13,58 @@ use toml::Value;
 const MANY: usize = 10;
 
 /// The values that count, with the rank of the layer that each stands in.
-#[derive(Debug, Default)]
-pub(super) struct Stack {
+#[derive(Debug)]
+pub(crate) struct Stack {
+    schema: &'static Schema,
+    layers: usize,
     top: BTreeMap<String, (usize, Entry)>,
     /// Keys whose last value was refused, so that a lower layer's stands in its place.
     wrong: BTreeSet<String>,
-    /// Materials: the rank from which on a part of the wall has its present one.
-    material_since: BTreeMap<&'static str, usize>,
+    /// Tables that were written without any key.
+    empty: BTreeSet<String>,
+    /// The rank from which on a table makes its present choice, by the path of the tag.
+    chosen_since: BTreeMap<String, usize>,
 }
 
 impl Stack {
-    /// Lays a checked entry on top; ranks grow from call to call.
-    pub(super) fn put(&mut self, rank: usize, entry: Entry) {
-        self.wrong.remove(&entry.key);
-        let same = self
-            .top
-            .get(&entry.key)
-            .is_some_and(|(_, below)| below.value == entry.value);
-        if let Some((table, "material")) = schema::split_material(&entry.key)
-            && !same
-        {
-            self.material_since.insert(table, rank);
+    /// No values yet for the keys of this schema.
+    pub(crate) fn new(schema: &'static Schema) -> Self {
+        Self {
+            schema,
+            layers: 0,
+            top: BTreeMap::new(),
+            wrong: BTreeSet::new(),
+            empty: BTreeSet::new(),
+            chosen_since: BTreeMap::new(),
         }
-        self.top.insert(entry.key.clone(), (rank, entry));
     }
 
-    /// Remembers that the last value of `key` makes no sense.
-    pub(super) fn refuse(&mut self, key: String) {
-        self.wrong.insert(key);
+    /// Checks the values of a layer and lays them on top.
+    pub(crate) fn lay(&mut self, layer: Vec<Entry>, errors: &mut Vec<CaseError>) {
+        for entry in layer {
+            let key = entry.key.clone();
+            if entry.value.as_table().is_some_and(|table| table.is_empty())
+                && self.schema.has_table(&key)
+            {
+                self.empty.insert(key);
+                continue;
+            }
+            match value::check_entry(entry, self.schema, errors) {
+                Some(entry) => self.put(entry),
+                None => drop(self.wrong.insert(key)),
+            }
+        }
+        self.layers += 1;
+    }
+
+    fn put(&mut self, entry: Entry) {
+        let key = entry.key.clone();
+        self.wrong.remove(&key);
+        let same = (self.top.get(&key)).is_some_and(|(_, below)| below.value == entry.value);
+        if !same {
+            self.chosen_since.insert(key.clone(), self.layers);
+        }
+        self.top.insert(key, (self.layers, entry));
     }
 
     /// Where each value was written.
@@ -52,7 +76,7 @@ impl Stack {
     }
 
     /// The value of `key` that counts.
-    pub(super) fn entry(&self, key: &str) -> Option<&Entry> {
+    pub(crate) fn entry(&self, key: &str) -> Option<&Entry> {
         self.top.get(key).map(|(_, entry)| entry)
     }
 
@@ -67,76 +91,99 @@ impl Stack {
         self.wrong.contains(key)
     }
 
-    fn material(&self, table: &str) -> Option<&str> {
-        self.top.get(&format!("{table}.material"))?.1.value.as_str()
+    /// The choice that `table` makes among those of its `key`, and the rank since when.
+    fn choice(&self, table: &str, key: &Key) -> Option<(Choice, usize)> {
+        let tag = key.choices.first()?.tag;
+        let path = schema::join(table, tag);
+        let word = self.entry(&path)?.value.as_str()?;
+        let keys = self.schema.keys().iter();
+        let mut known = keys.flat_map(|key| &key.choices);
+        let choice = known.find(|choice| choice.tag == tag && choice.word == word)?;
+        Some((*choice, self.chosen_since[&path]))
     }
 
-    /// Drops the parameters of a material that was replaced in a higher layer; others must fit their material.
-    pub(super) fn sort_out_materials(&mut self, errors: &mut Vec<CaseError>) {
-        for &table in schema::MATERIAL_TABLES {
-            let Some(material) = self.material(table).map(str::to_owned) else {
+    /// Drops the keys of a choice, such as the parameters of a material, that was replaced in a higher layer; others must
+    /// fit the choice.
+    pub(crate) fn sort_out_choices(&mut self, errors: &mut Vec<CaseError>) {
+        let mut dropped = Vec::new();
+        for (path, (rank, entry)) in &self.top {
+            let Some(key) = self.schema.find(path) else {
                 continue;
             };
-            let since = self.material_since[table];
-            let names: Vec<_> = schema::parameters(&material)
-                .iter()
-                .map(|key| key.path)
-                .collect();
-            self.top.retain(|key, (rank, entry)| {
-                let parameter = match schema::split_material(key) {
-                    Some((of, parameter)) if of == table && parameter != "material" => parameter,
-                    _ => return true,
-                };
-                let belongs = names.contains(&parameter);
-                if !belongs && *rank >= since {
-                    errors.push(CaseError::Nonsense {
-                        place: entry.place.clone(),
-                        key: key.clone(),
-                        found: shorten(&entry.value),
-                        message: format!(
-                            "{material} has no such parameter; it has {}",
-                            names.join(", ")
-                        ),
-                    });
-                }
-                belongs && *rank >= since
-            });
+            let table = schema::parent(path);
+            let Some((choice, since)) = self.choice(table, key) else {
+                continue;
+            };
+            let belongs = key.choices.contains(&choice);
+            if !belongs && *rank >= since {
+                let names: Vec<_> = (self.schema.chosen(table, choice))
+                    .map(|key| key.name())
+                    .collect();
+                errors.push(CaseError::Nonsense {
+                    place: entry.place.clone(),
+                    key: path.clone(),
+                    found: shorten(&entry.value),
+                    message: format!(
+                        "{} has no such parameter; it has {}",
+                        choice.word,
+                        names.join(", ")
+                    ),
+                });
+            }
+            if !belongs || *rank < since {
+                dropped.push(path.clone());
+            }
+        }
+        for path in dropped {
+            self.top.remove(&path);
         }
     }
 
-    /// Whether the case has this table at the root of the file.
-    fn is_there(&self, table: &str) -> bool {
-        let mut given = self.top.keys().chain(&self.wrong);
-        !schema::OPTIONAL_TABLES.contains(&table) || given.any(|key| schema::root(key) == table)
+    /// Whether anything was said of this table.
+    pub(crate) fn is_there(&self, table: &str) -> bool {
+        let mut given = self.top.keys().chain(&self.wrong).chain(&self.empty);
+        given.any(|path| schema::is_within(path, table))
+    }
+
+    /// The paths of a key: one for each table of a list, and one if there is none.
+    fn paths(&self, key: &Key) -> Vec<String> {
+        let Some((list, name)) = key.path.split_once("[]") else {
+            return vec![key.path.clone()];
+        };
+        let given = self.top.keys().chain(&self.wrong).chain(&self.empty);
+        let prefix = format!("{list}[");
+        let indices = given.filter_map(|path| {
+            let (index, _) = path.strip_prefix(&prefix)?.split_once(']')?;
+            index.parse::<usize>().ok()
+        });
+        let last = indices.max().unwrap_or(0);
+        (0..=last).map(|i| format!("{list}[{i}]{name}")).collect()
     }
 
     /// Every key needs a value, but for the optional ones.
-    pub(super) fn require_all(&self, file: &Path, errors: &mut Vec<CaseError>) {
+    pub(crate) fn require_all(&self, file: &Path, errors: &mut Vec<CaseError>) {
         let mut missing = Vec::new();
-        let mut require = |path: String, key: &Key| {
-            let wanted = !key.optional && self.is_there(schema::root(&path));
-            if wanted && !self.top.contains_key(&path) && !self.wrong.contains(&path) {
-                missing.push((path, key.kind, key.about));
+        for key in self.schema.keys() {
+            let optional = self.schema.optional_table(&key.path);
+            if key.absent.is_some() || optional.is_some_and(|table| !self.is_there(table)) {
+                continue;
             }
-        };
-        schema::KEYS
-            .iter()
-            .for_each(|key| require(key.path.to_owned(), key));
-        for &table in schema::MATERIAL_TABLES {
-            let parameters = self.material(table).map_or(&[][..], schema::parameters);
-            for key in [&schema::MATERIAL].into_iter().chain(parameters) {
-                require(format!("{table}.{}", key.path), key);
+            for path in self.paths(key) {
+                let chosen = (self.choice(schema::parent(&path), key))
+                    .is_some_and(|(choice, _)| key.choices.contains(&choice));
+                let needed = key.choices.is_empty() || chosen;
+                if needed && !self.top.contains_key(&path) && !self.wrong.contains(&path) {
+                    missing.push((path, key, optional.is_some()));
+                }
             }
         }
-        let file = file.to_owned();
         // The defaults have nothing to say about optional tables.
-        let of_defaults =
-            |(path, ..): &&(String, _, _)| !schema::OPTIONAL_TABLES.contains(&schema::root(path));
+        let of_defaults = |(.., optional): &&(String, &Key, bool)| !optional;
         let count = missing.iter().filter(of_defaults).count();
         match missing.iter().find(of_defaults) {
-            Some((first, ..)) if count >= MANY => {
+            Some((first, ..)) if self.schema.has_defaults() && count >= MANY => {
                 errors.push(CaseError::NoDefaults {
-                    file,
+                    file: file.to_owned(),
                     count,
                     first: first.clone(),
                 });
@@ -144,35 +191,32 @@ impl Stack {
             _ => errors.extend(
                 missing
                     .into_iter()
-                    .map(|(key, kind, about)| CaseError::Missing {
-                        file: file.clone(),
-                        key,
-                        allowed: kind.to_string(),
-                        about: about.to_owned(),
+                    .map(|(path, key, _)| CaseError::Missing {
+                        file: file.to_owned(),
+                        key: path,
+                        allowed: key.kind.to_string(),
+                        about: key.about.to_owned(),
                     }),
             ),
         }
     }
 
-    /// The case, if there is a value for every key (be it a lower layer's for a refused one).
-    pub(super) fn build(&self, file: &Path, errors: &mut Vec<CaseError>) -> Option<Case> {
+    /// The typed form, if there is a value for every key (be it a lower layer's for a refused one).
+    pub(crate) fn build<T: DeserializeOwned>(
+        &self,
+        file: &Path,
+        errors: &mut Vec<CaseError>,
+    ) -> Option<T> {
         let mut root = toml::Table::new();
-        for (path, (_, entry)) in &self.top {
-            let mut table = &mut root;
-            let mut names = path.split('.').peekable();
-            while let Some(name) = names.next() {
-                if names.peek().is_none() {
-                    table.insert(name.to_owned(), entry.value.clone());
-                    break;
-                }
-                let inner = table
-                    .entry(name)
-                    .or_insert_with(|| Value::Table(toml::Table::new()));
-                table = inner.as_table_mut()?;
-            }
+        let values = self.top.iter();
+        let values = values.map(|(path, (_, entry))| (path, entry.value.clone()));
+        let empty = self.empty.iter();
+        let empty = empty.map(|path| (path, Value::Table(toml::Table::new())));
+        for (path, value) in empty.chain(values) {
+            insert(&mut root, path, value)?;
         }
         match root.try_into() {
-            Ok(case) => Some(case),
+            Ok(typed) => Some(typed),
             // A key without any value has been reported; what else is refused here is a mistake of the schema.
             Err(_) if !errors.is_empty() => None,
             Err(error) => {
@@ -185,4 +229,31 @@ impl Stack {
             }
         }
     }
+}
+
+/// Puts a value at a dotted path, which may have indices of lists.
+fn insert(root: &mut toml::Table, path: &str, value: Value) -> Option<()> {
+    let empty = || Value::Table(toml::Table::new());
+    let mut table = root;
+    let mut names = path.split('.').peekable();
+    while let Some(name) = names.next() {
+        let place = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
+            Some((list, index)) => {
+                let index: usize = index.parse().ok()?;
+                let list = table
+                    .entry(list)
+                    .or_insert_with(|| Value::Array(Vec::new()));
+                let list = list.as_array_mut()?;
+                list.resize_with(list.len().max(index + 1), empty);
+                &mut list[index]
+            }
+            None => table.entry(name).or_insert_with(empty),
+        };
+        if names.peek().is_none() {
+            *place = value;
+            return Some(());
+        }
+        table = place.as_table_mut()?;
+    }
+    None
 }

@@ -1,14 +1,32 @@
 //! One value against its key: the right type and range, in the form that the types ask for.
 
 use super::error::CaseError;
-use super::schema::{Key, Kind};
+use super::schema::{Key, Kind, Schema};
 use super::source::{self, Entry};
 use super::spelling;
 use std::ops::RangeInclusive;
 use toml::Value;
 
-/// The entry with its value in the form that `key` asks for, or an error.
-pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) -> Option<Entry> {
+/// The entry with its value in the form that its key asks for, or an error.
+pub(crate) fn check_entry(
+    entry: Entry,
+    schema: &Schema,
+    errors: &mut Vec<CaseError>,
+) -> Option<Entry> {
+    match schema.find(&entry.key) {
+        Some(key) => check(entry, key, errors),
+        None => {
+            errors.push(CaseError::UnknownKey {
+                suggestion: spelling::suggest(&entry.key, &schema.alternatives(&entry.key)),
+                place: entry.place,
+                key: entry.key,
+            });
+            None
+        }
+    }
+}
+
+fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) -> Option<Entry> {
     let value = match (key.kind, &entry.value) {
         (Kind::Real(range), Value::Float(x)) if range.contains(*x) => Some(Value::Float(*x)),
         (Kind::Real(range), Value::Integer(i)) if range.contains(*i as f64) => {
@@ -17,7 +35,9 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
         (Kind::Whole(low, high), Value::Integer(i)) if (low..=high).contains(i) => {
             Some(Value::Integer(*i))
         }
-        (Kind::Word(words), Value::String(word)) if words.contains(&word.as_str()) => {
+        (Kind::Word(words), Value::String(word))
+            if words.iter().any(|(known, _)| known == word) =>
+        {
             Some(entry.value.clone())
         }
         (Kind::Flag, Value::Boolean(_)) => Some(entry.value.clone()),
@@ -49,7 +69,7 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
         None => {
             let suggestion = match (key.kind, &entry.value) {
                 (Kind::Word(words), Value::String(word)) => {
-                    spelling::closest(word, words.iter().copied())
+                    spelling::closest(word, words.iter().map(|(known, _)| *known))
                 }
                 (Kind::WholeOr(_, _, word), Value::String(found)) => {
                     spelling::closest(found, [word])

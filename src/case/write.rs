@@ -1,6 +1,5 @@
 //! The case as a file again: every value used, loadable by itself.
 
-use super::schema::{self, Key};
 use super::{Case, ResolvedCase};
 use std::fmt::Write as _;
 use toml::Value;
@@ -28,40 +27,18 @@ fn write(case: &Case, origin: impl Fn(&str) -> Option<String>) -> String {
         "# Every value of a run of fsi-driver {}. Units stand in the names.\n",
         env!("CARGO_PKG_VERSION")
     );
-    let mut section = String::new();
-    let mut line = |path: &str, key: &Key| {
-        let (table, name) = path.rsplit_once('.').expect("every key stands in a table");
-        let Some(value) = path
-            .split('.')
-            .try_fold(&values, |value, name| value.get(name))
-        else {
-            return;
+    let mut section = "";
+    for key in Case::schema().keys() {
+        let mut names = key.path.split('.');
+        let Some(value) = names.try_fold(&values, |value, name| value.get(name)) else {
+            continue;
         };
-        if section != table {
-            let _ = write!(text, "\n[{table}]\n");
-            section = table.to_owned();
+        if section != key.table() {
+            section = key.table();
+            let _ = write!(text, "\n[{section}]\n");
         }
-        let origin = origin(path).map_or(String::new(), |place| format!("; {place}"));
-        let _ = writeln!(text, "{name} = {value} # {}{origin}", key.about);
-    };
-    for (i, key) in schema::KEYS.iter().enumerate() {
-        line(key.path, key);
-        // Materials follow the other keys of their table.
-        let root = schema::root(key.path);
-        let next = schema::KEYS.get(i + 1);
-        if next.is_none_or(|next| schema::root(next.path) != root) {
-            let tables = schema::MATERIAL_TABLES.iter();
-            for table in tables.filter(|table| schema::root(table) == root) {
-                let parameters = schema::MATERIALS.iter().flat_map(|(_, keys)| *keys);
-                let mut seen = Vec::new();
-                for key in [&schema::MATERIAL].into_iter().chain(parameters) {
-                    if !seen.contains(&key.path) {
-                        seen.push(key.path);
-                        line(&format!("{table}.{}", key.path), key);
-                    }
-                }
-            }
-        }
+        let origin = origin(&key.path).map_or(String::new(), |place| format!("; {place}"));
+        let _ = writeln!(text, "{} = {value} # {}{origin}", key.name(), key.about);
     }
     text
 }

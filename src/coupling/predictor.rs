@@ -9,24 +9,6 @@ pub use crate::case::Predictor as Extrapolation;
 const LONGEST: usize = 5;
 
 impl Extrapolation {
-    /// All of them, simplest first.
-    pub const ALL: [Self; 4] = [
-        Self::Constant,
-        Self::Linear,
-        Self::Quadratic,
-        Self::LeastSquares,
-    ];
-
-    /// The name in tables and in `case.toml`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Constant => "constant",
-            Self::Linear => "linear",
-            Self::Quadratic => "quadratic",
-            Self::LeastSquares => "least_squares",
-        }
-    }
-
     /// Weights of the displacements, newest first.
     fn weights(self) -> &'static [f64] {
         match self {

@@ -22,16 +22,16 @@
 //! | 9 | 250 | 1000 |
 //! | 10 | 319 | 1331 |
 
-use serde::{Deserialize, Serialize};
+use crate::case::table::words;
 
-/// Which products of one-dimensional functions belong to a space.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SpaceKind {
-    /// Total degree bounded (serendipity).
-    Trunk,
-    /// Degree bounded in each direction.
-    TensorProduct,
+words! {
+    /// Which products of one-dimensional functions belong to a space.
+    pub enum SpaceKind {
+        /// Total degree bounded (serendipity).
+        Trunk = "trunk",
+        /// Degree bounded in each direction.
+        TensorProduct = "tensor_product",
+    }
 }
 
 /// A polynomial space on the hexahedron with its own degree in each local direction.

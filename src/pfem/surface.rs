@@ -18,16 +18,18 @@ use super::solid::{SurfaceLoad, SurfacePoint};
 use super::space::{Mode, Space};
 use super::supports::modes_on_face;
 use crate::Vec3;
+use crate::case::table::words;
 use crate::geometry::HexFace;
 use std::collections::HashMap;
 
-/// The area on which a load acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LoadKind {
-    /// Per deformed area; pressure follows the deformed normal.
-    Follower,
-    /// Per reference area; pressure keeps the reference normal.
-    Dead,
+words! {
+    /// The area on which a load acts.
+    pub enum LoadKind {
+        /// Per deformed area; pressure follows the deformed normal.
+        Follower = "follower",
+        /// Per reference area; pressure keeps the reference normal.
+        Dead = "dead",
+    }
 }
 
 /// The modes that do not vanish on one of the six faces, at its quadrature points.

@@ -1,78 +1,107 @@
-//! The keys of the file of `fsi-driver solid`.
+//! The table of all keys of the file of `fsi-driver solid`, as the types that hold their values.
 
-use crate::case::keys::{MATERIAL, above, from, key, optional};
-use crate::case::schema::{self, Key, Kind};
+use crate::analysis::tube::Ends;
+use crate::case::Material;
+use crate::case::schema::{Key, Kind, Schema, Table, above, from, join, whole};
+use crate::case::table::table;
+use crate::pfem::SpaceKind;
+use crate::pfem::surface::LoadKind;
+use serde::{Deserialize, Serialize};
 
 /// Largest degree of the shape functions.
-pub const MAX_DEGREE: i64 = 12;
+const MAX_DEGREE: i64 = 12;
 
-/// Keys outside the layers, in the order of the file.
-#[rustfmt::skip]
-pub const KEYS: &[Key] = &[
-    key("tube.inner_radius_m", above(0.0, 10.0), "inner radius of the unloaded tube"),
-    key("tube.length_m", above(0.0, 100.0), "length of the tube"),
-    key("mesh.axial", Kind::Whole(1, 1000), "elements along the axis"),
-    key("mesh.circumferential", Kind::Whole(3, 1000), "elements around the circumference"),
-    key("mesh.radial_per_layer", Kind::Whole(1, 100), "elements through each layer"),
-    key("space.kind", Kind::Word(&["trunk", "tensor_product"]), "ansatz space"),
-    key("space.p", Kind::Degrees(1, MAX_DEGREE), "degree of the shape functions; of three: axial, circumferential, thickness"),
-    optional("space.p_geometry", Kind::WholeOr(1, MAX_DEGREE, "exact"), "degree of the mapping along the edges"),
-    optional("space.quadrature_points", Kind::Whole(2, 30), "Gauss points per direction"),
-    key("load.pressure_Pa", from(-1e9, 1e9), "pressure inside the tube"),
-    key("load.kind", Kind::Word(&["follower", "dead"]), "load on the deformed or on the reference area"),
-    optional("load.steps", Kind::Whole(1, 10_000), "load steps to begin with"),
-    optional("supports.ends", Kind::Word(&["axial", "clamped"]), "u_x = 0 at the ends, or all components"),
-    optional("dynamics.density_kg_m3", above(0.0, 1e5), "density of the wall"),
-    optional("dynamics.damping_1_s", from(0.0, 1e4), "mass-proportional damping"),
-    optional("dynamics.step_s", above(0.0, 1e4), "time step"),
-    optional("dynamics.end_s", above(0.0, 1e6), "end of the analysis"),
-    optional("dynamics.times_s", Kind::Numbers, "times at which the load is given"),
-    optional("dynamics.load_factors", Kind::Numbers, "shares of load.pressure_Pa at these times"),
-];
-
-/// Keys that are needed as soon as there is a table `[dynamics]`.
-pub const DYNAMICS: &[&str] = &[
-    "dynamics.density_kg_m3",
-    "dynamics.step_s",
-    "dynamics.end_s",
-    "dynamics.times_s",
-    "dynamics.load_factors",
-];
-
-/// Key of every layer besides its material.
-pub const THICKNESS: Key = key("thickness_m", above(0.0, 10.0), "thickness of this layer");
-
-/// The name of the tables that hold the layers.
-pub const LAYER: &str = "tube.layer";
-
-/// The index of a layer and the key in it that a path such as `tube.layer[1].k2` names.
-pub fn in_layer(path: &str) -> Option<(usize, &str)> {
-    let rest = path.strip_prefix(LAYER)?.strip_prefix('[')?;
-    let (index, name) = rest.split_once("].")?;
-    Some((index.parse().ok()?, name))
-}
-
-/// Keys that a layer of any material can have.
-fn of_layers() -> impl Iterator<Item = &'static Key> {
-    let parameters = schema::MATERIALS.iter().flat_map(|(_, keys)| *keys);
-    parameters.chain([&THICKNESS, &MATERIAL])
-}
-
-/// What is known of the key at `path`.
-pub fn find(path: &str) -> Option<&'static Key> {
-    match in_layer(path) {
-        Some((_, name)) => of_layers().find(|key| key.path == name),
-        None => KEYS.iter().find(|key| key.path == path),
+table! {
+    /// The file.
+    pub struct Keys {
+        [tube: Tube, "the unloaded tube"]
+        [mesh: Mesh, "numbers of elements"]
+        [space: Space, "the ansatz"]
+        [load: Load, "the pressure inside"]
+        [supports: Option<Supports>, "what holds the ends"]
+        [dynamics: Option<Dynamics>, "the load over time"]
     }
 }
 
-/// Paths that may stand where `path` stands: all keys, those of layers in the layer that `path` is in.
-pub fn alternatives(path: &str) -> Vec<String> {
-    let layer = in_layer(path).map_or(0, |(index, _)| index);
-    let of_layers = of_layers().map(|key| format!("{LAYER}[{layer}].{}", key.path));
-    let mut all: Vec<String> = KEYS.iter().map(|key| key.path.to_owned()).collect();
-    all.extend(of_layers);
-    all.sort();
-    all.dedup();
-    all
+table! {
+    /// The unloaded tube.
+    pub struct Tube {
+        inner_radius: f64 = "inner_radius_m", above(0.0, 10.0), "inner radius of the unloaded tube";
+        length: f64 = "length_m", above(0.0, 100.0), "length of the tube";
+        [layer: Vec<Layer>, "the layers from the inside out"]
+    }
+}
+
+/// A layer: its thickness beside the keys of its material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Layer {
+    /// `thickness_m`.
+    #[serde(rename = "thickness_m")]
+    pub thickness: f64,
+    /// The others.
+    #[serde(flatten)]
+    pub material: Material,
+}
+
+impl Table for Layer {
+    fn describe(path: &str, schema: &mut Schema) {
+        schema.add(Key {
+            path: join(path, "thickness_m"),
+            kind: above(0.0, 10.0),
+            absent: None,
+            about: "thickness of this layer",
+            choices: Vec::new(),
+        });
+        Material::describe(path, schema);
+    }
+}
+
+table! {
+    /// Numbers of elements.
+    pub struct Mesh {
+        axial: usize = "axial", whole(1, 1000), "elements along the axis";
+        circumferential: usize = "circumferential", whole(3, 1000), "elements around the circumference";
+        radial_per_layer: usize = "radial_per_layer", whole(1, 100), "elements through each layer";
+    }
+}
+
+table! {
+    /// The ansatz.
+    pub struct Space {
+        kind: SpaceKind = "kind", Kind::Word(SpaceKind::WORDS), "ansatz space";
+        p: [usize; 3] = "p", Kind::Degrees(1, MAX_DEGREE),
+            "degree of the shape functions; of three: axial, circumferential, thickness";
+        p_geometry: Option<toml::Value> = "p_geometry", Kind::WholeOr(1, MAX_DEGREE, "exact"),
+            "degree of the mapping along the edges", absent "the largest of space.p";
+        quadrature_points: Option<usize> = "quadrature_points", whole(2, 30), "Gauss points per direction",
+            absent "space.p + 2 in each direction";
+    }
+}
+
+table! {
+    /// The pressure inside.
+    pub struct Load {
+        pressure: f64 = "pressure_Pa", from(-1e9, 1e9), "pressure inside the tube";
+        kind: LoadKind = "kind", Kind::Word(LoadKind::WORDS), "load on the deformed or on the reference area";
+        steps: Option<usize> = "steps", whole(1, 10_000), "load steps to begin with", absent "10";
+    }
+}
+
+table! {
+    /// What holds the tube.
+    pub struct Supports {
+        ends: Ends = "ends", Kind::Word(Ends::WORDS), "u_x = 0 at the ends, or all components", absent "axial";
+    }
+}
+
+table! {
+    /// The load over time.
+    pub struct Dynamics {
+        density: f64 = "density_kg_m3", above(0.0, 1e5), "density of the wall";
+        damping: f64 = "damping_1_s", from(0.0, 1e4), "mass-proportional damping", absent "0";
+        step: f64 = "step_s", above(0.0, 1e4), "time step";
+        end: f64 = "end_s", above(0.0, 1e6), "end of the analysis";
+        times: Vec<f64> = "times_s", Kind::Numbers, "times at which the load is given";
+        load_factors: Vec<f64> = "load_factors", Kind::Numbers, "shares of load.pressure_Pa at these times";
+    }
 }

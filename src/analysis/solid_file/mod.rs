@@ -6,16 +6,21 @@ mod sense;
 
 use super::motion::Dynamics;
 use super::tube::{Ends, Grid, Tube};
+use crate::case::schema::Schema;
 use crate::case::source::{self, Entry};
-use crate::case::value::{self, shorten};
-use crate::case::{CaseError, CaseErrors, Material, schema, spelling};
+use crate::case::stack::Stack;
+use crate::case::{CaseErrors, Material};
+use crate::pfem::Space;
 use crate::pfem::discretization::Options;
 use crate::pfem::mapping::MappingKind;
 use crate::pfem::surface::LoadKind;
-use crate::pfem::{Space, SpaceKind};
-use std::collections::{BTreeMap, BTreeSet};
+use keys::Keys;
 use std::path::Path;
+use std::sync::LazyLock;
 use toml::Value;
+
+/// Load steps to begin with.
+const STEPS: usize = 10;
 
 /// A tube with everything that its analysis needs.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,23 +48,48 @@ pub struct SolidFile {
 }
 
 impl SolidFile {
+    /// All keys of a file.
+    pub fn schema() -> &'static Schema {
+        static SCHEMA: LazyLock<Schema> = LazyLock::new(Schema::of::<Keys>);
+        &SCHEMA
+    }
+
     /// Reads and checks a file.
     ///
     /// # Errors
     /// All mistakes at once, each with file, line, key, what was found and what is allowed.
     pub fn load(file: &Path) -> Result<Self, CaseErrors> {
         let mut errors = Vec::new();
-        let values = Values::read(file, &mut errors);
-        if !errors.is_empty() {
-            return Err(CaseErrors(errors));
+        let source = source::read(file, "docs/solid.toml is an example", &mut errors);
+        let readable = errors.is_empty();
+        let mut entries = source.plain;
+        // What a case may have and this file may not.
+        entries.extend(source.extends.map(|(path, place)| Entry {
+            key: "extends".into(),
+            value: Value::String(path.display().to_string()),
+            place,
+            folder: Default::default(),
+        }));
+        entries.extend(source.presets.into_iter().map(|(name, entry)| Entry {
+            key: format!("preset.{name}.{}", entry.key),
+            ..entry
+        }));
+        let mut stack = Stack::new(Self::schema());
+        stack.lay(entries, &mut errors);
+        stack.sort_out_choices(&mut errors);
+        if readable {
+            stack.require_all(file, &mut errors);
         }
-        let solid = values.build();
-        sense::check(&solid, &values, &mut errors);
-        if errors.is_empty() {
-            Ok(solid)
-        } else {
-            Err(CaseErrors(errors))
+        if errors.is_empty()
+            && let Some(keys) = stack.build::<Keys>(file, &mut errors)
+        {
+            let solid = Self::from(keys);
+            sense::check(&solid, &stack, &mut errors);
+            if errors.is_empty() {
+                return Ok(solid);
+            }
         }
+        Err(CaseErrors(errors))
     }
 
     /// The tube under its full load.
@@ -75,237 +105,48 @@ impl SolidFile {
     }
 }
 
-/// Checked values by their dotted paths; complete unless errors were reported.
-struct Values {
-    entries: BTreeMap<String, Entry>,
-    layers: usize,
-    /// Whether there is a table `[dynamics]`.
-    is_dynamic: bool,
-}
-
-impl Values {
-    fn read(file: &Path, errors: &mut Vec<CaseError>) -> Self {
-        let source = source::read(file, "docs/solid.toml is an example", errors);
-        let readable = errors.is_empty();
-        let mut found = source.plain;
-        // What a case may have and this file may not.
-        if let Some((path, place)) = source.extends {
-            let value = Value::String(path.display().to_string());
-            found.push(Entry {
-                key: "extends".into(),
-                value,
-                place,
-                folder: Default::default(),
-            });
-        }
-        found.extend(source.presets.into_iter().map(|(name, entry)| Entry {
-            key: format!("preset.{name}.{}", entry.key),
-            ..entry
-        }));
-        let mut values = Self {
-            entries: BTreeMap::new(),
-            layers: 0,
-            is_dynamic: false,
-        };
-        let mut refused = BTreeSet::new();
-        for entry in found {
-            // A dot, so that an empty table is one of its kind.
-            let path = entry.key.clone();
-            let table = format!("{path}.");
-            let empty = entry.value.as_table().is_some_and(|table| table.is_empty());
-            values.is_dynamic |= table.starts_with("dynamics.");
-            if let Some((index, _)) = keys::in_layer(&table) {
-                values.layers = values.layers.max(index + 1);
-            }
-            if empty
-                && keys::alternatives(&table)
-                    .iter()
-                    .any(|key| key.starts_with(&table))
-            {
-                continue;
-            }
-            let checked = match keys::find(&path) {
-                Some(key) => value::check(entry, key, errors),
-                None => {
-                    errors.push(CaseError::UnknownKey {
-                        suggestion: spelling::suggest(&path, &keys::alternatives(&path)),
-                        place: entry.place,
-                        key: entry.key,
-                    });
-                    None
-                }
-            };
-            match checked {
-                Some(entry) => drop(values.entries.insert(path, entry)),
-                None => drop(refused.insert(path)),
-            }
-        }
-        values.check_parameters(errors);
-        if readable {
-            values.require(file, &refused, errors);
-        }
-        values
-    }
-
-    /// A layer has the parameters of its material and no others.
-    fn check_parameters(&self, errors: &mut Vec<CaseError>) {
-        for (path, entry) in &self.entries {
-            let Some((layer, name)) = keys::in_layer(path) else {
-                continue;
-            };
-            let Some(material) = self.material(layer) else {
-                continue;
-            };
-            let known = schema::parameters(material);
-            if ["material", "thickness_m"].contains(&name) || known.iter().any(|k| k.path == name) {
-                continue;
-            }
-            let names: Vec<&str> = known.iter().map(|key| key.path).collect();
-            errors.push(CaseError::Nonsense {
-                place: entry.place.clone(),
-                key: path.clone(),
-                found: shorten(&entry.value),
-                message: format!(
-                    "{material} has no such parameter; it has {}",
-                    names.join(", ")
-                ),
-            });
-        }
-    }
-
-    /// Every key needs a value, but for the optional ones.
-    fn require(&self, file: &Path, refused: &BTreeSet<String>, errors: &mut Vec<CaseError>) {
-        let mut require = |path: String, key: &schema::Key| {
-            if !self.entries.contains_key(&path) && !refused.contains(&path) {
-                errors.push(CaseError::Missing {
-                    file: file.to_owned(),
-                    key: path,
-                    allowed: key.kind.to_string(),
-                    about: key.about.to_owned(),
-                });
-            }
-        };
-        let dynamic = self.is_dynamic;
-        for key in keys::KEYS {
-            if !key.optional || dynamic && keys::DYNAMICS.contains(&key.path) {
-                require(key.path.to_owned(), key);
-            }
-        }
-        for layer in 0..self.layers.max(1) {
-            let own = self.material(layer).map_or(&[][..], schema::parameters);
-            for key in [&keys::THICKNESS, &schema::MATERIAL].into_iter().chain(own) {
-                if !key.optional {
-                    require(format!("{}[{layer}].{}", keys::LAYER, key.path), key);
-                }
-            }
-        }
-    }
-
-    fn value(&self, path: &str) -> Option<&Value> {
-        self.entries.get(path).map(|entry| &entry.value)
-    }
-
-    fn material(&self, layer: usize) -> Option<&str> {
-        self.value(&format!("{}[{layer}].material", keys::LAYER))?
-            .as_str()
-    }
-
-    fn real(&self, path: &str) -> f64 {
-        self.value(path).and_then(Value::as_float).unwrap_or(0.0)
-    }
-
-    fn whole(&self, path: &str) -> Option<usize> {
-        self.value(path)?.as_integer().map(|i| i as usize)
-    }
-
-    fn is(&self, path: &str, word: &str) -> bool {
-        self.value(path).and_then(Value::as_str) == Some(word)
-    }
-
-    fn numbers(&self, path: &str) -> Vec<f64> {
-        let values = self.value(path).and_then(Value::as_array);
-        let numbers = values.into_iter().flatten().filter_map(Value::as_float);
-        numbers.collect()
-    }
-
-    fn layer(&self, index: usize) -> Option<(f64, Material)> {
-        let mut table = toml::Table::new();
-        for (path, entry) in &self.entries {
-            match keys::in_layer(path) {
-                Some((layer, name)) if layer == index && name != "thickness_m" => {
-                    table.insert(name.to_owned(), entry.value.clone());
-                }
-                _ => {}
-            }
-        }
-        let thickness = self.real(&format!("{}[{index}].thickness_m", keys::LAYER));
-        Some((thickness, table.try_into().ok()?))
-    }
-
-    /// The typed form of a complete set of values.
-    fn build(&self) -> SolidFile {
-        let degrees = self.value("space.p").and_then(Value::as_array);
-        let degrees: Vec<usize> = degrees
-            .into_iter()
-            .flatten()
-            .filter_map(|p| p.as_integer().map(|p| p as usize))
-            .collect();
+impl From<Keys> for SolidFile {
+    fn from(keys: Keys) -> Self {
         let space = Space {
-            kind: match self.is("space.kind", "trunk") {
-                true => SpaceKind::Trunk,
-                false => SpaceKind::TensorProduct,
-            },
-            degrees: std::array::from_fn(|d| degrees.get(d).copied().unwrap_or(1)),
+            kind: keys.space.kind,
+            degrees: keys.space.p,
         };
-        let mapping = match self.whole("space.p_geometry") {
-            Some(degree) => MappingKind::Blended(degree),
-            None if self.is("space.p_geometry", "exact") => MappingKind::Exact,
-            None => MappingKind::Blended(space.max_degree()),
-        };
-        let points = self.whole("space.quadrature_points");
-        let layers: Vec<_> = (0..self.layers).filter_map(|i| self.layer(i)).collect();
-        let count = |path: &str| self.whole(path).unwrap_or(1);
-        SolidFile {
-            inner_radius: self.real("tube.inner_radius_m"),
-            length: self.real("tube.length_m"),
+        Self {
+            inner_radius: keys.tube.inner_radius,
+            length: keys.tube.length,
             grid: Grid {
-                axial: count("mesh.axial"),
-                circumferential: count("mesh.circumferential"),
-                radial_per_layer: count("mesh.radial_per_layer"),
-                layers: layers.len(),
+                axial: keys.mesh.axial,
+                circumferential: keys.mesh.circumferential,
+                radial_per_layer: keys.mesh.radial_per_layer,
+                layers: keys.tube.layer.len(),
             },
-            layers,
+            layers: (keys.tube.layer.into_iter())
+                .map(|layer| (layer.thickness, layer.material))
+                .collect(),
             options: Options {
                 space,
-                mapping,
-                quadrature_points: match points {
+                mapping: match keys.space.p_geometry {
+                    Some(Value::Integer(degree)) => MappingKind::Blended(degree as usize),
+                    Some(_) => MappingKind::Exact,
+                    None => MappingKind::Blended(space.max_degree()),
+                },
+                quadrature_points: match keys.space.quadrature_points {
                     Some(points) => [points; 3],
                     None => space.degrees.map(|p| p + 2),
                 },
             },
-            pressure: self.real("load.pressure_Pa"),
-            kind: match self.is("load.kind", "dead") {
-                true => LoadKind::Dead,
-                false => LoadKind::Follower,
-            },
-            steps: self.whole("load.steps").unwrap_or(10),
-            ends: match self.is("supports.ends", "clamped") {
-                true => Ends::Clamped,
-                false => Ends::Axial,
-            },
-            dynamics: self.is_dynamic.then(|| self.dynamics()),
-        }
-    }
-
-    fn dynamics(&self) -> Dynamics {
-        let step = self.real("dynamics.step_s");
-        Dynamics {
-            density: self.real("dynamics.density_kg_m3"),
-            damping: self.real("dynamics.damping_1_s"),
-            step,
-            steps: (self.real("dynamics.end_s") / step).round() as usize,
-            times: self.numbers("dynamics.times_s"),
-            factors: self.numbers("dynamics.load_factors"),
+            pressure: keys.load.pressure,
+            kind: keys.load.kind,
+            steps: keys.load.steps.unwrap_or(STEPS),
+            ends: keys.supports.map_or(Ends::default(), |held| held.ends),
+            dynamics: keys.dynamics.map(|dynamics| Dynamics {
+                density: dynamics.density,
+                damping: dynamics.damping,
+                step: dynamics.step,
+                steps: (dynamics.end / dynamics.step).round() as usize,
+                times: dynamics.times,
+                factors: dynamics.load_factors,
+            }),
         }
     }
 }

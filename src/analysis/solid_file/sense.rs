@@ -1,7 +1,9 @@
 //! Values that are allowed one by one but do not fit each other.
 
-use super::{SolidFile, Values, keys, shorten};
+use super::SolidFile;
 use crate::analysis::tube::Ends;
+use crate::case::stack::Stack;
+use crate::case::value::shorten;
 use crate::case::{CaseError, Material};
 use crate::pfem::surface::LoadKind;
 
@@ -9,9 +11,9 @@ use crate::pfem::surface::LoadKind;
 const MOST_COEFFICIENTS: usize = 3_000_000;
 
 /// Appends what makes no sense.
-pub(super) fn check(solid: &SolidFile, values: &Values, errors: &mut Vec<CaseError>) {
+pub(super) fn check(solid: &SolidFile, stack: &Stack, errors: &mut Vec<CaseError>) {
     let mut report = |key: &str, nonsense: bool, message: String| {
-        if let (true, Some(entry)) = (nonsense, values.entries.get(key)) {
+        if let (true, Some(entry)) = (nonsense, stack.entry(key)) {
             errors.push(CaseError::Nonsense {
                 place: entry.place.clone(),
                 key: key.to_owned(),
@@ -26,7 +28,7 @@ pub(super) fn check(solid: &SolidFile, values: &Values, errors: &mut Vec<CaseErr
             material
         {
             report(
-                &format!("{}[{index}].kappa_Pa", keys::LAYER),
+                &format!("tube.layer[{index}].kappa_Pa"),
                 *kappa <= 2.0 / 3.0 * mu,
                 format!(
                     "expected more than 2/3 of mu_Pa = {mu:?}: Poisson's ratio would not be positive"

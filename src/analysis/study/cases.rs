@@ -8,10 +8,10 @@
 use crate::Vec3;
 use crate::analysis::tube::{Ends, Grid, Tube, nearest_vertex};
 use crate::case::Material;
+use crate::case::table::words;
 use crate::geometry::{HexMesh, Imperfection, irregular_tube_mesh};
 use crate::pfem::supports::Support;
 use crate::pfem::surface::LoadKind;
-use serde::{Deserialize, Serialize};
 
 /// Pressure inside, Pa [paper].
 const PRESSURE: f64 = 1.6e4;
@@ -36,16 +36,17 @@ const SUPPORT: [[f64; 5]; 7] = [
     [0.00, 0.00, 0.00, 0.00, 0.00],
 ];
 
-/// A test case.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "snake_case")]
-pub enum TestCase {
-    /// Circular shaped artery: two layers of the HGO material.
-    Circular,
-    /// Idealized bypass graft: one layer of the Neo-Hookean material.
-    Graft,
-    /// Irregular shaped artery.
-    Irregular,
+words! {
+    /// A test case.
+    #[derive(clap::ValueEnum)]
+    pub enum TestCase {
+        /// Circular shaped artery: two layers of the HGO material.
+        Circular = "circular",
+        /// Idealized bypass graft: one layer of the Neo-Hookean material.
+        Graft = "graft",
+        /// Irregular shaped artery.
+        Irregular = "irregular",
+    }
 }
 
 /// One of the two meshes.
@@ -81,18 +82,6 @@ impl Mesh {
 }
 
 impl TestCase {
-    /// All of them.
-    pub const ALL: [TestCase; 3] = [TestCase::Circular, TestCase::Graft, TestCase::Irregular];
-
-    /// Name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            TestCase::Circular => "circular",
-            TestCase::Graft => "graft",
-            TestCase::Irregular => "irregular",
-        }
-    }
-
     /// The tube under its load, on one of the meshes.
     pub fn tube(self, mesh: Mesh) -> Tube {
         let layers: Vec<(f64, Material)> = self

@@ -76,10 +76,7 @@ impl Row {
 
     /// What rows are sorted by.
     pub fn order(&self) -> Order<'_> {
-        let space = match self.space {
-            SpaceKind::Trunk => "trunk",
-            SpaceKind::TensorProduct => "tensor_product",
-        };
+        let space = self.space.name();
         let varied = self.p_T != self.p || self.p_G != self.p.to_string();
         let geometry = match self.p_G.parse() {
             Ok(degree) if degree == self.p => 0,

@@ -87,26 +87,6 @@ pub struct Settings {
 pub use crate::case::Acceleration as Kind;
 
 impl Kind {
-    /// All models.
-    pub const ALL: [Self; 5] = [
-        Self::Constant,
-        Self::Aitken,
-        Self::IqnLs,
-        Self::MultiVector,
-        Self::Hybrid,
-    ];
-
-    /// The name in tables and in `case.toml`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Constant => "constant",
-            Self::Aitken => "aitken",
-            Self::IqnLs => "iqn_ls",
-            Self::MultiVector => "multi_vector",
-            Self::Hybrid => "hybrid",
-        }
-    }
-
     /// Whether the model learns from earlier steps.
     pub fn remembers(self) -> bool {
         !matches!(self, Self::Constant | Self::Aitken)

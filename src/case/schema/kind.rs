@@ -1,0 +1,108 @@
+//! Which values a key allows.
+
+use std::fmt;
+
+/// Which values a key allows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// A number within a range.
+    Real(Range),
+    /// A whole number from the first to the second.
+    Whole(i64, i64),
+    /// One of these words; each with its meaning.
+    Word(&'static [(&'static str, &'static str)]),
+    /// `true` or `false`.
+    Flag,
+    /// A path, relative to the file that names it.
+    Path,
+    /// Rows of numbers of equal length from 0 to 1; first and last row zero.
+    Rows,
+    /// Points of space.
+    Points,
+    /// A whole number within the limits, or one for each of the three local directions.
+    Degrees(i64, i64),
+    /// A whole number within the limits, or this word.
+    WholeOr(i64, i64, &'static str),
+    /// Two or more numbers.
+    Numbers,
+}
+
+/// A range of real numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Lower end.
+    pub low: f64,
+    /// Whether the lower end itself is allowed.
+    pub with_low: bool,
+    /// Upper end, allowed.
+    pub high: f64,
+}
+
+impl Range {
+    /// Whether the number is allowed; NaN never is.
+    pub fn contains(self, value: f64) -> bool {
+        value <= self.high && (value > self.low || self.with_low && value == self.low)
+    }
+}
+
+/// A number above `low`, at most `high`.
+pub const fn above(low: f64, high: f64) -> Kind {
+    Kind::Real(Range {
+        low,
+        with_low: false,
+        high,
+    })
+}
+
+/// A number from `low` to `high`.
+pub const fn from(low: f64, high: f64) -> Kind {
+    Kind::Real(Range {
+        low,
+        with_low: true,
+        high,
+    })
+}
+
+/// A whole number from `low` to `high`.
+pub const fn whole(low: i64, high: i64) -> Kind {
+    Kind::Whole(low, high)
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Range {
+            low,
+            with_low,
+            high,
+        } = *self;
+        match with_low {
+            true => write!(f, "a number from {low:?} to {high:?}"),
+            false => write!(f, "a number above {low:?}, at most {high:?}"),
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Kind::Real(range) => range.fmt(f),
+            Kind::Whole(low, high) => write!(f, "a whole number from {low} to {high}"),
+            Kind::Word(words) => {
+                let words: Vec<_> = words.iter().map(|(word, _)| *word).collect();
+                write!(f, "one of \"{}\"", words.join("\", \""))
+            }
+            Kind::Flag => f.write_str("true or false"),
+            Kind::Path => f.write_str("a path in quotes"),
+            Kind::Degrees(low, high) => write!(
+                f,
+                "a whole number from {low} to {high}, or three of them in brackets"
+            ),
+            Kind::WholeOr(low, high, word) => {
+                write!(f, "a whole number from {low} to {high}, or \"{word}\"")
+            }
+            Kind::Numbers => f.write_str("two or more numbers in brackets"),
+            Kind::Rows => f.write_str("rows of equally many numbers from 0 to 1, at least 3 by 3, the first and the last row zero"),
+            Kind::Points => f.write_str("points in brackets, such as [[0.02, 3e-3, 0.0]]"),
+        }
+    }
+}

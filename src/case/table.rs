@@ -1,0 +1,184 @@
+//! How a key is declared: once, with its field, its name in the file, its range and its meaning. From that line come the
+//! type, the check of what a file says, the file of record, `fsi-driver keys` and the schema for editors.
+
+/// An enumeration whose variants are words of a file; their docs are the words' meanings.
+macro_rules! words {
+    (
+        $(#[$meta:meta])*
+        $visibility:vis enum $enum:ident {
+            $($(#[doc = $about:literal])+ $variant:ident = $word:literal $(($default:ident))?,)+
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+        $visibility enum $enum {
+            $($(#[doc = $about])+ #[serde(rename = $word)] $(#[$default])? $variant,)+
+        }
+
+        impl $enum {
+            /// All of them.
+            pub const ALL: [Self; [$($word),+].len()] = [$(Self::$variant),+];
+            /// The word of each in files, and what it means.
+            pub const WORDS: &'static [(&'static str, &'static str)] =
+                &[$(($word, concat!($($about),+).trim_ascii())),+];
+
+            /// The word in files, in tables and on the command line.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word,)+
+                }
+            }
+        }
+
+        impl std::fmt::Display for $enum {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl $crate::case::table::Absent for $enum {}
+    };
+}
+
+/// A table of a file as a type. A key is a line
+/// `field: Type = "name_unit", kind, "meaning";`, with `, absent "what counts then"` if it may be; a table in it is a line
+/// `[field: Type, "meaning"]`.
+macro_rules! table {
+    (
+        $(#[$meta:meta])*
+        $visibility:vis struct $struct:ident {
+            $(
+                $(#[$more:meta])*
+                $field:ident: $type:ty = $name:literal, $kind:expr, $about:literal $(, absent $absent:literal)?;
+            )*
+            $([$table:ident: $inner:ty, $about_table:literal])*
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        $visibility struct $struct {
+            $(
+                #[doc = concat!("`", $name, "`: ", $about, ".")]
+                $(#[$more])*
+                #[serde(rename = $name)]
+                $(
+                    #[doc = concat!("If absent: ", $absent, ".")]
+                    #[serde(default, skip_serializing_if = "crate::case::table::Absent::is_absent")]
+                )?
+                pub $field: $type,
+            )*
+            $(
+                #[doc = concat!("`[", stringify!($table), "]`: ", $about_table, ".")]
+                pub $table: $inner,
+            )*
+        }
+
+        impl $crate::case::schema::Table for $struct {
+            fn describe(path: &str, schema: &mut $crate::case::schema::Schema) {
+                #[allow(unused_imports)] // not every table has both
+                use $crate::case::schema::{Key, Table, join};
+                $(
+                    schema.add(Key {
+                        path: join(path, $name),
+                        kind: $kind,
+                        absent: None$(.or(Some($absent)))?,
+                        about: $about,
+                        choices: Vec::new(),
+                    });
+                )*
+                $(<$inner as Table>::describe(&join(path, stringify!($table)), schema);)*
+            }
+        }
+    };
+}
+
+/// A table of which there are several kinds, each with keys of its own, as an enumeration: one key, the tag, says which.
+macro_rules! choice {
+    (
+        $(#[$meta:meta])*
+        $visibility:vis enum $enum:ident by $tag:literal, $about_tag:literal {
+            $(
+                $(#[doc = $doc:literal])+
+                $variant:ident = $word:literal {
+                    $($field:ident: $type:ty = $name:literal, $kind:expr, $about:literal $(, absent $absent:literal)?;)*
+                }
+            )+
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(tag = $tag, deny_unknown_fields)]
+        $visibility enum $enum {
+            $(
+                $(#[doc = $doc])+
+                #[serde(rename = $word)]
+                $variant {
+                    $(
+                        #[doc = concat!("`", $name, "`: ", $about, ".")]
+                        #[serde(rename = $name)]
+                        $(
+                            #[doc = concat!("If absent: ", $absent, ".")]
+                            #[serde(default, skip_serializing_if = "crate::case::table::Absent::is_absent")]
+                        )?
+                        $field: $type,
+                    )*
+                },
+            )+
+        }
+
+        impl $enum {
+            /// The word of each in files, and what it means.
+            pub const WORDS: &'static [(&'static str, &'static str)] =
+                &[$(($word, concat!($($doc),+).trim_ascii())),+];
+        }
+
+        impl $crate::case::schema::Table for $enum {
+            fn describe(path: &str, schema: &mut $crate::case::schema::Schema) {
+                use $crate::case::schema::{Choice, Key, Kind, join};
+                schema.add(Key {
+                    path: join(path, $tag),
+                    kind: Kind::Word(Self::WORDS),
+                    absent: None,
+                    about: $about_tag,
+                    choices: Vec::new(),
+                });
+                $($(
+                    schema.add(Key {
+                        path: join(path, $name),
+                        kind: $kind,
+                        absent: None$(.or(Some($absent)))?,
+                        about: $about,
+                        choices: vec![Choice { tag: $tag, word: $word }],
+                    });
+                )*)+
+            }
+        }
+    };
+}
+
+pub(crate) use {choice, table, words};
+
+/// Values of keys that may be absent.
+pub(crate) trait Absent {
+    /// Whether the key is left out of the file of record.
+    fn is_absent(&self) -> bool {
+        false
+    }
+}
+
+impl Absent for bool {}
+
+impl Absent for f64 {}
+
+impl<T> Absent for Option<T> {
+    fn is_absent(&self) -> bool {
+        self.is_none()
+    }
+}
+
+impl<T> Absent for Vec<T> {
+    fn is_absent(&self) -> bool {
+        self.is_empty()
+    }
+}
