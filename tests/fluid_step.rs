@@ -65,11 +65,11 @@ fn a_step_fulfils_the_boundary_conditions_and_conserves_volume() {
     }
 }
 
-/// After trials far off, the right trial gives the fields of a straight run.
-#[test]
-fn a_repeated_step_forgets_its_trials() {
+/// After trials far off, the right trial gives the fields of a straight run: also those that a model carries along.
+fn a_repeated_step_forgets_its_trials(choose_model: fn(&Channel), fields: &[&str]) {
     let run = |factors: &[f64], forget: bool| {
         let channel = Channel::new(true);
+        choose_model(&channel);
         let mut fluid = channel.start();
         let interface = fluid.interface().clone();
         for n in 1..=3 {
@@ -88,10 +88,18 @@ fn a_repeated_step_forgets_its_trials() {
         }
         drop(fluid);
         let written = channel.case().join("0.006");
-        ["p", "U", "phi", "pointDisplacement", "polyMesh/points"]
-            .map(|name| read_internal_field(&written.join(name)))
+        let names = ["p", "U", "phi", "pointDisplacement", "polyMesh/points"];
+        let names = names.iter().chain(fields);
+        let read = |name: &&str| read_internal_field(&written.join(name));
+        names.map(read).collect::<Vec<_>>()
     };
     let straight = run(&[], false);
+    for field in &straight[5..] {
+        let lowest = field.iter().copied().fold(f64::INFINITY, f64::min);
+        let highest = field.iter().copied().fold(0.0, f64::max);
+        println!("a model's field from {lowest:e} to {highest:e}");
+        assert!(highest > 1.5 * lowest, "frozen at {lowest:e}");
+    }
     for forget in [false, true] {
         let repeated = run(&[3.0, -2.0, 0.5], forget);
         for (a, b) in repeated.iter().zip(&straight) {
@@ -100,4 +108,60 @@ fn a_repeated_step_forgets_its_trials() {
             assert!(difference(a, b) < 1e-9, "{:e}", difference(a, b));
         }
     }
+}
+
+#[test]
+fn a_repeated_step_of_newtonian_blood_forgets_its_trials() {
+    a_repeated_step_forgets_its_trials(|_| (), &[]);
+}
+
+#[test]
+fn a_repeated_step_of_shear_thinning_blood_forgets_its_trials() {
+    a_repeated_step_forgets_its_trials(Channel::use_bird_carreau, &["nu"]);
+}
+
+#[test]
+fn a_repeated_step_with_a_model_of_turbulence_forgets_its_trials() {
+    a_repeated_step_forgets_its_trials(Channel::use_k_omega_sst, &["k", "omega", "nut"]);
+}
+
+/// Two steps, then the same two with a new process for the second: the fields that a model carries along continue.
+fn a_restart_continues(choose_model: fn(&Channel), fields: &[&str]) {
+    let run = |restart: bool| {
+        let mut channel = Channel::new(true);
+        choose_model(&channel);
+        let mut fluid = channel.start();
+        let interface = fluid.interface().clone();
+        for n in 1..=3 {
+            fluid
+                .solve(&prescribed(&interface, n), STEP, correctors(3))
+                .unwrap();
+            fluid.accept(true).unwrap();
+            if restart && n == 2 {
+                drop(fluid);
+                channel.settings.terms.start_time = 2.0 * STEP;
+                fluid = channel.start();
+            }
+        }
+        drop(fluid);
+        let written = channel.case().join("0.006");
+        let names = ["p", "U", "phi"];
+        let names = names.iter().chain(fields);
+        let read = |name: &&str| read_internal_field(&written.join(name));
+        names.map(read).collect::<Vec<_>>()
+    };
+    for (a, b) in run(true).iter().zip(&run(false)) {
+        println!("{} numbers, difference {:e}", b.len(), difference(a, b));
+        assert_eq!(a, b);
+    }
+}
+
+#[test]
+fn a_restart_of_shear_thinning_blood_continues_to_the_last_digit() {
+    a_restart_continues(Channel::use_bird_carreau, &["nu"]);
+}
+
+#[test]
+fn a_restart_with_a_model_of_turbulence_continues_to_the_last_digit() {
+    a_restart_continues(Channel::use_k_omega_sst, &["k", "omega", "nut"]);
 }

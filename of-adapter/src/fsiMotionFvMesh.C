@@ -38,6 +38,56 @@ namespace
             return clock.*(&presentStep::deltaTSave_);
         }
     };
+
+    struct keepOld
+    {
+        template<class Field>
+        static void act(Field& field)
+        {
+            field.oldTime();
+        }
+    };
+
+    struct returnToOld
+    {
+        template<class Field>
+        static void act(Field& field)
+        {
+            field == field.oldTime();
+        }
+    };
+
+    template<class Action, class Field>
+    void applyTo(const Foam::fvMesh& mesh)
+    {
+        for (const Foam::word& name : mesh.sortedNames<Field>())
+        {
+            // Old fields are out of reach of trials; the mesh's motion follows
+            // from the points
+            if (!name.ends_with("_0") && name != "meshPhi")
+            {
+                Action::act(mesh.lookupObjectRef<Field>(name));
+            }
+        }
+    }
+
+    //- Does something with each registered field: velocity, pressure and
+    //  fluxes, but also the viscosity and all that models of turbulence,
+    //  viscosity or viscoelasticity carry along
+    template<class Action>
+    void applyToState(const Foam::fvMesh& mesh)
+    {
+        applyTo<Action, Foam::volScalarField>(mesh);
+        applyTo<Action, Foam::volVectorField>(mesh);
+        applyTo<Action, Foam::volSphericalTensorField>(mesh);
+        applyTo<Action, Foam::volSymmTensorField>(mesh);
+        applyTo<Action, Foam::volTensorField>(mesh);
+        applyTo<Action, Foam::surfaceScalarField>(mesh);
+        applyTo<Action, Foam::surfaceVectorField>(mesh);
+        applyTo<Action, Foam::surfaceSphericalTensorField>(mesh);
+        applyTo<Action, Foam::surfaceSymmTensorField>(mesh);
+        applyTo<Action, Foam::surfaceTensorField>(mesh);
+    }
 }
 
 
@@ -62,6 +112,9 @@ Foam::fsiMotionFvMesh::fsiMotionFvMesh(const IOobject& io)
     setOuterCorrectors(unlimited);
     // Without this the mesh would not be asked at every corrector
     const_cast<dictionary&>(pimple).set("moveMeshOuterCorrectors", true);
+    // Which corrector is the final one is known too late for the models of
+    // viscosity and turbulence: by default they would never be corrected
+    const_cast<dictionary&>(pimple).set("turbOnFinalIterOnly", false);
 }
 
 
@@ -152,23 +205,13 @@ void Foam::fsiMotionFvMesh::checkCells()
 
 void Foam::fsiMotionFvMesh::storeOldState()
 {
-    lookupObjectRef<volScalarField>("p").oldTime();
-    lookupObjectRef<surfaceScalarField>("phi").oldTime();
-    lookupObjectRef<volVectorField>("U").oldTime();
-    lookupObjectRef<volVectorField>("cellDisplacement").oldTime();
+    applyToState<keepOld>(*this);
 }
 
 
 void Foam::fsiMotionFvMesh::restoreOldState()
 {
-    auto& p = lookupObjectRef<volScalarField>("p");
-    auto& phi = lookupObjectRef<surfaceScalarField>("phi");
-    auto& U = lookupObjectRef<volVectorField>("U");
-    auto& displacement = lookupObjectRef<volVectorField>("cellDisplacement");
-    p == p.oldTime();
-    phi == phi.oldTime();
-    U == U.oldTime();
-    displacement == displacement.oldTime();
+    applyToState<returnToOld>(*this);
 }
 
 

@@ -1,6 +1,7 @@
 //! Words for a step that converges slowly or not at all: what was seen, and what to try.
 
 use super::{CouplingError, Iteration};
+use crate::geometry::CentreShift;
 
 /// A residual that in the last third of the iterations stays within this factor stagnates.
 const STAGNATION: f64 = 3.0;
@@ -146,6 +147,23 @@ pub fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String 
     }
 }
 
+/// Says that the wall has moved aside, if it has, and what usually helps: to be added to whatever error came of it.
+pub fn buckling(shift: &Option<CentreShift>) -> String {
+    let Some(seen) = shift.filter(CentreShift::is_large) else {
+        return String::new();
+    };
+    let mm = |metres: f64| 1e3 * metres;
+    format!(
+        "; the wall has moved aside: at ({:.1}, {:.1}, {:.1}) mm the centre of its cross-section lies {:.2} mm from where it was, {:.1} times the radius, of {:.2} mm that any point has moved. So a tube held at both ends buckles under pressure, and smaller steps do not help; the usual cure is what holds arteries straight, axial prestretch and support by the tissue around them, else a thicker or shorter wall or less pressure (docs/limitations.md, \"Lateral buckling\")",
+        mm(seen.centre.x),
+        mm(seen.centre.y),
+        mm(seen.centre.z),
+        mm(seen.shift),
+        seen.shift / seen.radius,
+        mm(seen.largest_displacement)
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::convergence::Measure;
@@ -224,6 +242,7 @@ mod tests {
         });
         let failed = super::super::FailedStep {
             iterations: iterations(&[0.5]),
+            centre_shift: None,
             error,
         };
         let text = failed.to_string();
@@ -231,5 +250,30 @@ mod tests {
             text.contains("element 7") && text.contains("coupling iteration 2"),
             "{text}"
         );
+        assert!(!text.contains("aside"), "{text}");
+    }
+
+    #[test]
+    fn a_wall_that_has_moved_aside_is_told_to_have_buckled() {
+        let failed = |shift| super::super::FailedStep {
+            iterations: Vec::new(),
+            centre_shift: Some(CentreShift {
+                centre: crate::Vec3::new(0.045, 0.0, 0.0),
+                shift,
+                radius: 2e-3,
+                largest_displacement: 1.03e-2,
+            }),
+            error: CouplingError::Solid(SolidError::NoEquilibrium("in 25 iterations".into())),
+        };
+        let text = failed(9.9e-3).to_string();
+        for words in [
+            "at (45.0, 0.0, 0.0) mm",
+            "lies 9.90 mm from where it was, 5.0 times the radius",
+            "axial prestretch",
+            "support by the tissue",
+        ] {
+            assert!(text.contains(words), "{text}");
+        }
+        assert!(!failed(4e-3).to_string().contains("aside"));
     }
 }

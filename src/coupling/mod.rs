@@ -15,6 +15,7 @@ pub mod transfer;
 
 use crate::Vec3;
 use crate::fluid::{Fluid, FluidCost, FluidEffort, FluidError, FluidStep};
+use crate::geometry::CentreShift;
 use crate::pfem::{Solid, SolidError};
 use acceleration::{Acceleration, Columns};
 use convergence::{Criterion, Measure};
@@ -79,10 +80,12 @@ pub enum CouplingError {
 
 /// A time step that failed; both solvers still have the state at its beginning.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}{}", diagnosis::circumstances(.error, .iterations))]
+#[error("{error}{}{}", diagnosis::circumstances(.error, .iterations), diagnosis::buckling(.centre_shift))]
 pub struct FailedStep {
     /// The coupling iterations that were done.
     pub iterations: Vec<Iteration>,
+    /// Of the last trial or of the last accepted displacement, whichever is farther aside; `None` if the wall is no tube.
+    pub centre_shift: Option<CentreShift>,
     /// Why it failed.
     pub error: CouplingError,
 }
@@ -149,23 +152,33 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         inspect: impl FnOnce(&S, &S::Trial),
     ) -> Result<Step, FailedStep> {
         let mut iterations = Vec::new();
-        let done = self.iterate(&mut iterations, write, inspect);
-        done.map_err(|error| FailedStep { iterations, error })
+        let mut d = self.predictor.first_guess();
+        let done = self.iterate(&mut d, &mut iterations, write, inspect);
+        done.map_err(|error| {
+            let shift = |d: &DVector<f64>| self.transfer.centre_shift(&unflatten(d));
+            let shifts = [&d, self.predictor.last()].into_iter().filter_map(shift);
+            FailedStep {
+                iterations,
+                centre_shift: shifts.max_by(|a, b| a.shift.total_cmp(&b.shift)),
+                error,
+            }
+        })
     }
 
+    /// Iterates from the trial `d`, which is the last one afterwards.
     fn iterate(
         &mut self,
+        d: &mut DVector<f64>,
         iterations: &mut Vec<Iteration>,
         write: impl FnOnce() -> bool,
         inspect: impl FnOnce(&S, &S::Trial),
     ) -> Result<Step, CouplingError> {
         let settings = self.settings;
-        let mut d = self.predictor.first_guess();
         let mut start = None;
         let mut residual = FIRST_RESIDUAL;
         while iterations.len() < self.criterion.max_iterations {
             let clock = Instant::now();
-            let points = unflatten(&d);
+            let points = unflatten(d);
             let flow = self
                 .fluid
                 .solve(&points, settings.time_step, settings.fluid_effort)?; // F
@@ -181,9 +194,9 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
 
             let clock = Instant::now();
             let d_tilde = flatten(&self.transfer.displacement(&self.solid, &trial)); // I: structure to fluid points
-            let d_next = self.acceleration.next(&d, &d_tilde); // A
+            let d_next = self.acceleration.next(d, &d_tilde); // A
             let Columns { used, dropped } = self.acceleration.columns();
-            let measure = self.criterion.measure(&d, &d_tilde, &d_next, used == 0);
+            let measure = self.criterion.measure(d, &d_tilde, &d_next, used == 0);
             residual = measure.residual;
             let coupling_seconds = clock.elapsed().as_secs_f64();
             if measure.converged && tolerance > settings.newton_tolerance {
@@ -219,7 +232,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
                 }
                 self.acceleration.finish_step();
                 self.set_share(1.0);
-                self.predictor.accept(d);
+                self.predictor.accept(d.clone());
                 return Ok(Step {
                     iterations: std::mem::take(iterations),
                     fluid,
@@ -227,7 +240,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
                     accept_seconds,
                 });
             }
-            d = d_next;
+            *d = d_next;
             start = Some(trial);
         }
         let limit = settings.fluid_effort.max_sweeps;

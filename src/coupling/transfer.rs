@@ -3,6 +3,7 @@
 use super::interpolation::Interpolation;
 use crate::Vec3;
 use crate::fluid::FluidInterface;
+use crate::geometry::CentreShift;
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
 
 /// The two interpolations of equation (13), prepared once in the reference configuration.
@@ -58,6 +59,11 @@ impl<L> Transfer<L> {
     /// Displacement (m) of the fluid's wall points that follows from a trial of the structure.
     pub fn displacement<S: Solid<Location = L>>(&self, solid: &S, trial: &S::Trial) -> Vec<Vec3> {
         solid.displacement(trial, &self.points)
+    }
+
+    /// How far the wall has moved aside with this displacement (m) of the fluid's wall points; `None` if it is no tube.
+    pub fn centre_shift(&self, displacement: &[Vec3]) -> Option<CentreShift> {
+        CentreShift::of(&self.reference, displacement)
     }
 
     /// Area vectors (m², out of the fluid) of the fluid's faces after its wall points have moved by `displacement` (m).

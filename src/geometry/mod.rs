@@ -7,6 +7,7 @@
 
 pub mod blocks;
 pub mod centre_line;
+pub mod centre_shift;
 pub mod flag;
 pub mod hex_mesh;
 pub mod imperfection;
@@ -16,6 +17,7 @@ pub mod vessel;
 pub mod wall;
 
 pub use centre_line::{CentreLine, Frame};
+pub use centre_shift::CentreShift;
 pub use hex_mesh::{HexFace, HexMesh, HexShape};
 pub use imperfection::{Imperfection, irregular_tube_mesh};
 pub use o_grid::fluid_mesh;

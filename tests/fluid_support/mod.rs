@@ -109,6 +109,69 @@ impl Channel {
         Self { folder, settings }
     }
 
+    fn write(&self, file: &str, text: &str) {
+        std::fs::write(self.case().join(file), text).unwrap();
+    }
+
+    fn replace(&self, file: &str, from: &str, to: &str) {
+        let text = std::fs::read_to_string(self.case().join(file)).unwrap();
+        assert!(text.contains(from), "{file}: {from}");
+        self.write(file, &text.replace(from, to));
+    }
+
+    /// Blood of Bird and Carreau, as a user's templates would choose it.
+    pub fn use_bird_carreau(&self) {
+        use_bird_carreau(self.case());
+    }
+
+    /// Menter's model of turbulence with wall functions, as a user's templates would choose it.
+    pub fn use_k_omega_sst(&self) {
+        self.replace(
+            "constant/turbulenceProperties",
+            "laminar;",
+            "RAS;\nRAS { RASModel kOmegaSST; turbulence on; printCoeffs off; }",
+        );
+        self.replace(
+            "system/fvSchemes",
+            "div((nuEff",
+            "div(phi,k) Gauss upwind;\n    div(phi,omega) Gauss upwind;\n    div((nuEff",
+        );
+        self.replace(
+            "system/fvSchemes",
+            "snGradSchemes",
+            "wallDist { method meshWave; }\n\nsnGradSchemes",
+        );
+        self.replace(
+            "system/fvSolution",
+            "\"U.*\"",
+            "\"(k|omega).*\" { solver PBiCGStab; preconditioner DILU; tolerance 1e-15; relTol 1e-10; }\n    \"U.*\"",
+        );
+        for (name, dimensions, inside, wall) in [
+            ("k", "[0 2 -2 0 0 0 0]", "1e-4", "kqRWallFunction"),
+            ("omega", "[0 0 -1 0 0 0 0]", "20", "omegaWallFunction"),
+            ("nut", "[0 2 -1 0 0 0 0]", "5e-6", "nutkWallFunction"),
+        ] {
+            let inlet = match name {
+                "nut" => "calculated",
+                _ => "fixedValue",
+            };
+            let outlet = match name {
+                "nut" => "type calculated;".to_owned(),
+                _ => format!("type inletOutlet; inletValue uniform {inside};"),
+            };
+            self.write(
+                &format!("0/{name}"),
+                &format!(
+                    "FoamFile {{ version 2.0; format ascii; class volScalarField; object {name}; }}\n\
+                     dimensions {dimensions};\ninternalField uniform {inside};\nboundaryField\n{{\n\
+                     inlet {{ type {inlet}; value uniform {inside}; }}\n\
+                     outlet {{ {outlet} value uniform {inside}; }}\n\
+                     \"wall.*\" {{ type {wall}; value uniform {inside}; }}\n}}\n"
+                ),
+            );
+        }
+    }
+
     pub fn start(&self) -> OpenFoam {
         OpenFoam::start(self.settings.clone()).unwrap()
     }
@@ -116,6 +179,19 @@ impl Channel {
     pub fn case(&self) -> &Path {
         &self.settings.case
     }
+}
+
+/// Kinematic viscosity (m²/s) at rest and at high rates of shear, time constant (s) and exponent of [`use_bird_carreau`].
+pub const BIRD_CARREAU: [f64; 4] = [5.33e-5, 3.29e-6, 3.313, 0.3568];
+
+/// Blood of Bird and Carreau in a case.
+pub fn use_bird_carreau(case: &Path) {
+    let [rest, high, time, n] = BIRD_CARREAU;
+    let text = format!(
+        "FoamFile {{ version 2.0; format ascii; class dictionary; object transportProperties; }}\n\
+         transportModel BirdCarreau;\nBirdCarreauCoeffs {{ nu0 {rest}; nuInf {high}; k {time}; n {n}; }}\n"
+    );
+    std::fs::write(case.join("constant/transportProperties"), text).unwrap();
 }
 
 /// Runs a utility of OpenFOAM in a case.
