@@ -125,8 +125,9 @@ fn a_repeated_step_with_a_model_of_turbulence_forgets_its_trials() {
     a_repeated_step_forgets_its_trials(Channel::use_k_omega_sst, &["k", "omega", "nut"]);
 }
 
-/// Two steps, then the same two with a new process for the second: the fields that a model carries along continue.
-fn a_restart_continues(choose_model: fn(&Channel), fields: &[&str]) {
+/// Largest difference in any field of three steps from those in which a new process takes the last one: the fields that
+/// a model carries along continue. At this time the outlet is one where blood flows back.
+fn difference_by_a_restart(choose_model: fn(&Channel), fields: &[&str]) -> f64 {
     let run = |restart: bool| {
         let mut channel = Channel::new(true);
         choose_model(&channel);
@@ -150,18 +151,24 @@ fn a_restart_continues(choose_model: fn(&Channel), fields: &[&str]) {
         let read = |name: &&str| read_internal_field(&written.join(name));
         names.map(read).collect::<Vec<_>>()
     };
-    for (a, b) in run(true).iter().zip(&run(false)) {
-        println!("{} numbers, difference {:e}", b.len(), difference(a, b));
-        assert_eq!(a, b);
-    }
+    let pairs = run(true).into_iter().zip(run(false));
+    pairs.fold(0.0, |m, (a, b)| m.max(difference(&a, &b)))
+}
+
+#[test]
+fn a_restart_of_newtonian_blood_continues_to_the_last_digit() {
+    assert_eq!(difference_by_a_restart(|_| (), &[]), 0.0);
 }
 
 #[test]
 fn a_restart_of_shear_thinning_blood_continues_to_the_last_digit() {
-    a_restart_continues(Channel::use_bird_carreau, &["nu"]);
+    let found = difference_by_a_restart(Channel::use_bird_carreau, &["nu"]);
+    assert_eq!(found, 0.0);
 }
 
 #[test]
-fn a_restart_with_a_model_of_turbulence_continues_to_the_last_digit() {
-    a_restart_continues(Channel::use_k_omega_sst, &["k", "omega", "nut"]);
+fn a_restart_with_a_model_of_turbulence_continues_to_rounding() {
+    let found = difference_by_a_restart(Channel::use_k_omega_sst, &["k", "omega", "nut"]);
+    // Measured 5e-10, where 5e-7 came of a viscosity that was not brought up to date.
+    assert!(found < 1e-8, "{found:e}");
 }

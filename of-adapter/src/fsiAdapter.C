@@ -6,7 +6,11 @@
 #include "fsiMeasure.H"
 #include "fsiMotionFvMesh.H"
 #include "addToRunTimeSelectionTable.H"
+#include "directionMixedFvPatchFields.H"
 #include "foamVersion.H"
+#include "mixedFvPatchFields.H"
+#include "turbulentTransportModel.H"
+#include "volFields.H"
 
 #include <signal.h>
 #include <sys/prctl.h>
@@ -59,6 +63,32 @@ fsiMotionFvMesh& meshOf(const Time& time)
     return time.lookupObjectRef<fsiMotionFvMesh>(polyMesh::defaultRegion);
 }
 
+//- Brings viscosities to what they were when the fields were written.
+//  Conditions such as inletOutlet are read without the share of the patch that
+//  flows in, on which the gradient there depends; the models have been made
+//  with that.
+void settleModels(const fvMesh& mesh)
+{
+    auto& U = mesh.lookupObjectRef<volVectorField>("U");
+    for (fvPatchVectorField& patch : U.boundaryFieldRef())
+    {
+        if
+        (
+            isA<mixedFvPatchVectorField>(patch)
+         || isA<directionMixedFvPatchVectorField>(patch)
+        )
+        {
+            patch.evaluate();
+        }
+    }
+    auto& model = mesh.lookupObjectRef<incompressible::turbulenceModel>
+    (
+        turbulenceModel::propertiesName
+    );
+    const_cast<transportModel&>(model.transport()).correct();
+    model.validate();
+}
+
 } // End anonymous namespace
 
 
@@ -80,6 +110,7 @@ Foam::functionObjects::fsiAdapter::fsiAdapter
 {
     // The driver says when the run ends
     time_.setEndTime(GREAT);
+    settleModels(mesh_);
     awaitStep();
 }
 
