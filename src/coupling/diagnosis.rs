@@ -148,8 +148,8 @@ pub fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String 
 }
 
 /// Says that the wall has moved aside, if it has, and what usually helps: to be added to whatever error came of it.
-pub fn buckling(shift: &Option<CentreShift>) -> String {
-    let Some(seen) = shift.filter(CentreShift::is_large) else {
+pub fn buckling(shift: Option<&CentreShift>) -> String {
+    let Some(seen) = shift.filter(|shift| shift.is_large()) else {
         return String::new();
     };
     let mm = |metres: f64| 1e3 * metres;
@@ -257,12 +257,12 @@ mod tests {
     fn a_wall_that_has_moved_aside_is_told_to_have_buckled() {
         let failed = |shift| super::super::FailedStep {
             iterations: Vec::new(),
-            centre_shift: Some(CentreShift {
+            centre_shift: Some(Box::new(CentreShift {
                 centre: crate::Vec3::new(0.045, 0.0, 0.0),
                 shift,
                 radius: 2e-3,
                 largest_displacement: 1.03e-2,
-            }),
+            })),
             error: CouplingError::Solid(SolidError::NoEquilibrium("in 25 iterations".into())),
         };
         let text = failed(9.9e-3).to_string();

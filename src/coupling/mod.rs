@@ -80,12 +80,12 @@ pub enum CouplingError {
 
 /// A time step that failed; both solvers still have the state at its beginning.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}{}{}", diagnosis::circumstances(.error, .iterations), diagnosis::buckling(.centre_shift))]
+#[error("{error}{}{}", diagnosis::circumstances(.error, .iterations), diagnosis::buckling(.centre_shift.as_deref()))]
 pub struct FailedStep {
     /// The coupling iterations that were done.
     pub iterations: Vec<Iteration>,
     /// Of the last trial or of the last accepted displacement, whichever is farther aside; `None` if the wall is no tube.
-    pub centre_shift: Option<CentreShift>,
+    pub centre_shift: Option<Box<CentreShift>>,
     /// Why it failed.
     pub error: CouplingError,
 }
@@ -159,7 +159,9 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             let shifts = [&d, self.predictor.last()].into_iter().filter_map(shift);
             FailedStep {
                 iterations,
-                centre_shift: shifts.max_by(|a, b| a.shift.total_cmp(&b.shift)),
+                centre_shift: shifts
+                    .max_by(|a, b| a.shift.total_cmp(&b.shift))
+                    .map(Box::new),
                 error,
             }
         })
