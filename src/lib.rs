@@ -26,6 +26,8 @@
 //!
 //! All quantities are in SI units. Names carry a unit only at the border (`case.toml`, headers of CSV files).
 
+#![warn(clippy::print_stdout, clippy::print_stderr)] // panic where nobody reads: see output::terminal
+
 pub mod analysis;
 pub mod case;
 pub mod checkpoint;
@@ -36,6 +38,7 @@ pub mod fluid;
 pub mod geometry;
 pub mod hemodynamics;
 pub mod interpolation;
+mod numbers;
 pub mod output;
 pub mod pfem;
 pub mod processes;

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::case_arguments::{CaseArguments, machine_memory, warn};
+use crate::output::terminal;
 use std::path::PathBuf;
 
 /// Options of the check.
@@ -20,7 +21,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let there = machine_memory().map_or(String::new(), |bytes| {
         format!(" of this machine's {:.1} GB", bytes / 1e9)
     });
-    print!(
+    terminal::print(format_args!(
         "{} with --preset {} can be run:\n\
          blood   {} cells, {} MPI rank(s)\n\
          wall    {} degrees of freedom, p = {}\n\
@@ -35,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         case.steps(),
         case.time.step,
         case.memory() / 1e9,
-    );
+    ))?;
     warn(&case);
     Ok(())
 }

@@ -3,6 +3,7 @@
 use super::{Failure, results_folder};
 use crate::output::comparison::{Comparison, Difference};
 use crate::output::results::Results;
+use crate::output::terminal;
 use std::path::{Path, PathBuf};
 
 /// The table that marks a folder of comparisons.
@@ -46,13 +47,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (first, second) = (load(&arguments.first)?, load(&arguments.second)?);
     let comparison =
         Comparison::new(&first, &second, limits).map_err(|e| Failure::Input(e.to_string()))?;
-    print!("{comparison}");
+    terminal::print(&comparison)?;
     if let Some(out) = &arguments.out {
         results_folder::claim(out, MARK, arguments.force)?;
         comparison
             .write(out, MARK)
             .map_err(|e| Failure::Run(format!("cannot write the comparison: {e}")))?;
-        println!("table, figures and maps are in {}", out.display());
+        let out = out.display();
+        terminal::print(format_args!("table, figures and maps are in {out}\n"))?;
     }
     let beyond: Vec<String> = comparison
         .differences

@@ -9,7 +9,7 @@ use crate::analysis::study::errors::Solution;
 use crate::analysis::study::plan::{Choice, Plan};
 use crate::analysis::study::table::Row;
 use crate::output::progress::human;
-use crate::output::write_atomically;
+use crate::output::{terminal, write_atomically};
 use crate::processes::peak_memory;
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -77,11 +77,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         figures::write(&results.rows, &arguments.out).map_err(|e| results.unwritten(&e))?;
     }
-    println!(
-        "{} rows and the figures are in {}",
+    terminal::print(format_args!(
+        "{} rows and the figures are in {}\n",
         results.rows.len(),
         arguments.out.display()
-    );
+    ))?;
     match failures {
         0 => Ok(()),
         1 => Err(Failure::Run(
@@ -236,7 +236,7 @@ impl Results {
     ) -> Result<Option<Solution>, Failure> {
         clock.count[0] += 1;
         let [number, all] = clock.count;
-        eprint!("[{number}/{all}] {choice}: ");
+        terminal::note(format_args!("[{number}/{all}] {choice}"));
         forget_peak_memory();
         let began = Instant::now();
         let outcome = compute(choice);
@@ -245,21 +245,23 @@ impl Results {
         let computed = match outcome {
             Ok(computed) => computed,
             Err(error) => {
-                eprintln!("failed after {seconds:.1} s: {error}; {left}");
+                terminal::note(format_args!(
+                    "  failed after {seconds:.1} s: {error}; {left}"
+                ));
                 return Ok(None);
             }
         };
         let errors = computed
             .solution
             .errors(reference.unwrap_or(&computed.solution));
-        eprintln!(
-            "{} degrees of freedom, e_E {:.1e}, e_d {:.1e}, e_sv {:.1e}, {} iterations, {seconds:.1} s; {left}",
+        terminal::note(format_args!(
+            "  {} degrees of freedom, e_E {:.1e}, e_d {:.1e}, e_sv {:.1e}, {} iterations, {seconds:.1} s; {left}",
             computed.dofs,
             errors.energy,
             errors.displacement,
             errors.von_mises,
             computed.stats.iterations
-        );
+        ));
         let memory = peak_memory(std::process::id()).unwrap_or(0.0) / 1e6;
         self.rows.push(Row::new(choice, &computed, &errors, memory));
         self.save()?;

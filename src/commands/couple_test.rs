@@ -10,6 +10,7 @@ use super::{CaseArguments, Failure};
 use crate::coupling::predictor::Extrapolation;
 use crate::coupling::reference::study::{Trial, problems};
 use crate::coupling::reference::{History, Reference};
+use crate::output::terminal;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fs;
@@ -87,17 +88,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         return plan.run(&arguments.cases);
     }
-    study(arguments).map_err(|error| {
+    let unwritten = |error: io::Error| {
         let folder = arguments.out.display();
         Failure::Run(format!(
             "the study could not be written to {folder}: {error}; choose another --out"
         ))
-    })
-}
-
-fn study(arguments: &Arguments) -> io::Result<()> {
-    fs::create_dir_all(&arguments.out)?;
-    let mut table = csv::Writer::from_path(arguments.out.join("couple_test.csv"))?;
+    };
+    fs::create_dir_all(&arguments.out).map_err(unwritten)?;
+    let table = csv::Writer::from_path(arguments.out.join("couple_test.csv"));
+    let mut table = table.map_err(|e| unwritten(e.into()))?;
     for (index, problem) in problems().iter().enumerate() {
         let exact = problem.exact();
         let results: Vec<(Trial, History)> = Trial::all()
@@ -107,67 +106,81 @@ fn study(arguments: &Arguments) -> io::Result<()> {
                 (trial, trial.run(problem.as_mut(), arguments.tolerance))
             })
             .collect();
-        for (trial, history) in &results {
-            table.serialize(Row {
-                problem: problem.name(),
-                model: trial.kind.name(),
-                reuse_steps: trial.reuse,
-                surrogate: trial.surrogate,
-                predictor: trial.extrapolation.name(),
-                converged: history.converged,
-                mean_iterations: history.mean(),
-                max_iterations: history.most(),
-                difference_to_exact: history.difference(&exact),
-            })?;
-        }
-        print(problem.as_ref(), &results, |history| {
-            history.difference(&exact)
-        });
-        let file = format!("residual_{}.svg", problem.name().replace(' ', "_"));
-        plot::residuals(&arguments.out.join(file), problem.name(), &results)
-            .map_err(io::Error::other)?;
+        let difference = |history: &History| history.difference(&exact);
+        write(
+            arguments,
+            &mut table,
+            problem.as_ref(),
+            &results,
+            difference,
+        )
+        .map_err(unwritten)?;
+        terminal::print(shown(problem.as_ref(), &results, difference))?;
     }
-    table.flush()
+    table.flush().map_err(unwritten)
 }
 
-/// A line for each model, reuse and surrogate, a column for each predictor.
-fn print(
+/// Adds a row for each trial and draws the residuals.
+fn write(
+    arguments: &Arguments,
+    table: &mut csv::Writer<fs::File>,
     problem: &dyn Reference,
     results: &[(Trial, History)],
     difference: impl Fn(&History) -> f64,
-) {
-    println!(
-        "{}, {} steps: mean (largest) number of coupling iterations",
-        problem.name(),
-        problem.steps()
-    );
-    print!("  {:<14}{:>3}  {:<9}", "model", "q", "surrogate");
-    for extrapolation in Extrapolation::ALL {
-        print!("{:>16}", extrapolation.name());
+) -> io::Result<()> {
+    for (trial, history) in results {
+        table.serialize(Row {
+            problem: problem.name(),
+            model: trial.kind.name(),
+            reuse_steps: trial.reuse,
+            surrogate: trial.surrogate,
+            predictor: trial.extrapolation.name(),
+            converged: history.converged,
+            mean_iterations: history.mean(),
+            max_iterations: history.most(),
+            difference_to_exact: difference(history),
+        })?;
     }
-    println!("{:>22}", "difference to exact");
+    let file = format!("residual_{}.svg", problem.name().replace(' ', "_"));
+    plot::residuals(&arguments.out.join(file), problem.name(), results).map_err(io::Error::other)
+}
+
+/// A line for each model, reuse and surrogate, a column for each predictor.
+fn shown(
+    problem: &dyn Reference,
+    results: &[(Trial, History)],
+    difference: impl Fn(&History) -> f64,
+) -> String {
+    let mut text = format!(
+        "{}, {} steps: mean (largest) number of coupling iterations\n  {:<14}{:>3}  {:<9}",
+        problem.name(),
+        problem.steps(),
+        "model",
+        "q",
+        "surrogate"
+    );
+    for extrapolation in Extrapolation::ALL {
+        text += &format!("{:>16}", extrapolation.name());
+    }
+    text += &format!("{:>22}\n", "difference to exact");
     for line in results.chunks(Extrapolation::ALL.len()) {
         let trial = &line[0].0;
         let surrogate = if trial.surrogate { "yes" } else { "no" };
-        print!(
-            "  {:<14}{:>3}  {:<9}",
-            trial.kind.name(),
-            trial.reuse,
-            surrogate
-        );
+        let (model, reuse) = (trial.kind.name(), trial.reuse);
+        text += &format!("  {model:<14}{reuse:>3}  {surrogate:<9}");
         for (_, history) in line {
             let figure = if history.converged {
                 format!("{:.2} ({})", history.mean(), history.most())
             } else {
                 "diverged".into()
             };
-            print!("{figure:>16}");
+            text += &format!("{figure:>16}");
         }
         let worst = line
             .iter()
             .map(|(_, history)| difference(history))
             .fold(0.0, f64::max);
-        println!("{worst:>22.1e}");
+        text += &format!("{worst:>22.1e}\n");
     }
-    println!();
+    text + "\n"
 }

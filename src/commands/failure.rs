@@ -1,5 +1,6 @@
 //! What ends a command early, and its exit code.
 
+use crate::output::terminal::PrintError;
 use std::process::ExitCode;
 
 /// What ends a command early; printed once, by `main`.
@@ -14,6 +15,12 @@ pub enum Failure {
     /// The user, or the system, asked to stop. Exit code 130.
     #[error("interrupted: {0}")]
     Interrupted(String),
+}
+
+impl From<PrintError> for Failure {
+    fn from(error: PrintError) -> Self {
+        Self::Run(error.to_string())
+    }
 }
 
 impl Failure {

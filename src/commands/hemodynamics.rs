@@ -4,6 +4,7 @@ use super::Failure;
 use crate::case::Window;
 use crate::output::results;
 use crate::output::run_files::RunFiles;
+use crate::output::terminal;
 use std::path::PathBuf;
 
 /// Options of the evaluation.
@@ -33,6 +34,5 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let files = RunFiles::new(&arguments.folder);
     let summary = results::reevaluate(&files, window).map_err(|e| Failure::Input(e.to_string()))?;
-    print!("{summary}");
-    Ok(())
+    Ok(terminal::print(summary)?)
 }

@@ -16,9 +16,9 @@ mod solid;
 mod study;
 
 use clap::{Parser, Subcommand};
-use std::io::Write;
 use std::process::ExitCode;
 
+use crate::output::terminal;
 use case_arguments::CaseArguments;
 pub use failure::Failure;
 
@@ -67,8 +67,22 @@ enum Command {
 /// Parses the command line and runs the command. Exit code 0: done; 1: a solver failed; 2: the input or the
 /// installation is at fault, nothing was written; 130: interrupted.
 pub fn main() -> ExitCode {
-    let line = CommandLine::parse();
-    let outcome = match (line.command, line.run) {
+    let outcome = match CommandLine::try_parse() {
+        Ok(line) => execute(line),
+        Err(mistake) if mistake.use_stderr() => mistake.exit(),
+        Err(help) => terminal::print(help.render()).map_err(Failure::from),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            terminal::note(&failure);
+            failure.exit_code()
+        }
+    }
+}
+
+fn execute(line: CommandLine) -> Result<(), Failure> {
+    match (line.command, line.run) {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),
         (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
@@ -80,13 +94,5 @@ pub fn main() -> ExitCode {
         (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
         (None, Some(arguments)) => run::run(&arguments, &line.chosen),
         (None, None) => unreachable!("clap shows the help when there are no arguments"),
-    };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            // The terminal may be gone.
-            let _ = writeln!(std::io::stderr(), "{failure}");
-            failure.exit_code()
-        }
     }
 }

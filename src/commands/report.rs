@@ -4,7 +4,7 @@ use super::Failure;
 use crate::output::report::{self, Study};
 use crate::output::results::Results;
 use crate::output::run_files::MARK;
-use crate::output::write_atomically;
+use crate::output::{terminal, write_atomically};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -43,7 +43,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .unwrap_or_else(|| folder.join("report.html"));
     write_atomically(&page, html.as_bytes())
         .map_err(|e| Failure::Run(format!("cannot write {}: {e}", page.display())))?;
-    println!("{} ({:.1} MB)", page.display(), html.len() as f64 / 1e6);
+    let size = html.len() as f64 / 1e6;
+    terminal::print(format_args!("{} ({size:.1} MB)\n", page.display()))?;
     if arguments.open {
         open(&page)?;
     }

@@ -7,10 +7,11 @@ use crate::analysis::solid_file::SolidFile;
 use crate::analysis::tube::{self, Tube};
 use crate::output::progress::Progress;
 use crate::output::tables::Table;
+use crate::output::terminal::{self, PrintError};
 use crate::output::vtu::{Cells, Grid, Values};
 use crate::output::write_atomically;
 use crate::pfem::samples::Sampler;
-use crate::pfem::statics::StaticOptions;
+use crate::pfem::statics::{LoadStep, StaticOptions};
 use crate::pfem::stats::Stats;
 use crate::pfem::{Discretization, SolidError};
 use crate::processes::peak_memory;
@@ -107,9 +108,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }?;
     let summary = summarize(&solid, &tube, &body, &solution, clock).map_err(failed)?;
+    if !solution.steps.is_empty() {
+        let curve = curve(&solid, &tube, &body, &solution.steps).map_err(written)?;
+        write_atomically(&out.join("curve.csv"), &curve).map_err(written)?;
+    }
     write(&out, &body, &solution.displacement, &summary)?;
-    print(&summary, &out);
-    Ok(())
+    Ok(print(&summary, &out)?)
 }
 
 /// The folder `name-results` beside `name.toml`.
@@ -130,7 +134,8 @@ fn written(error: impl std::fmt::Display) -> Failure {
 /// The last displacement and the way to it.
 struct Solution {
     displacement: Vec<f64>,
-    residuals: Vec<Vec<f64>>,
+    /// Of a static analysis.
+    steps: Vec<LoadStep>,
     stats: Stats,
 }
 
@@ -144,7 +149,7 @@ fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Solu
         .map_err(failed)?;
     Ok(Solution {
         displacement: found.displacement,
-        residuals: found.steps.into_iter().map(|step| step.residuals).collect(),
+        steps: found.steps,
         stats: found.stats,
     })
 }
@@ -172,7 +177,7 @@ fn move_tube(
     progress.finish();
     Ok(Solution {
         displacement: motion.structure().state().d.clone(),
-        residuals: Vec::new(),
+        steps: Vec::new(),
         stats: motion.structure().stats(),
     })
 }
@@ -193,7 +198,9 @@ fn summarize(
         strain_energy_J: measures.energy,
         energy_quadrature_points: tube::fine_rule(&solid.options),
         newton_iterations: stats.iterations,
-        newton_residuals: solution.residuals.clone(),
+        newton_residuals: (solution.steps.iter())
+            .map(|step| step.residuals.clone())
+            .collect(),
         radial_displacement_m: tube.radial_displacement(body, d),
         min_jacobian: measures.extremes.min_jacobian,
         max_jacobian: measures.extremes.max_jacobian,
@@ -203,6 +210,29 @@ fn summarize(
         total_s: clock.elapsed().as_secs_f64(),
         peak_memory_MB: peak_memory(std::process::id()).unwrap_or(0.0) / 1e6,
     })
+}
+
+/// `curve.csv`: pressure and mean radii at mid-length, from the unloaded tube through every load step.
+fn curve(
+    solid: &SolidFile,
+    tube: &Tube,
+    body: &Discretization,
+    steps: &[LoadStep],
+) -> Result<Vec<u8>, csv::Error> {
+    let radii = solid.radii();
+    let names = surfaces(&radii).map(|(name, _)| format!("{}_radius_m", name.replace(' ', "_")));
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(std::iter::once("pressure_Pa".into()).chain(names))?;
+    let rest = vec![0.0; body.coefficients()];
+    let loaded = steps.iter().map(|step| (step.factor, &step.displacement));
+    for (factor, d) in std::iter::once((0.0, &rest)).chain(loaded) {
+        let moved = radii.iter().zip(tube.radial_displacement(body, d));
+        let row: Vec<f64> = std::iter::once(factor * solid.pressure)
+            .chain(moved.map(|(r, u)| r + u))
+            .collect();
+        table.serialize(row)?;
+    }
+    table.into_inner().map_err(|e| e.into_error().into())
 }
 
 fn write(
@@ -254,8 +284,9 @@ fn write(
     write_atomically(&out.join("summary.json"), json.as_bytes()).map_err(written)
 }
 
-fn print(summary: &Summary, out: &Path) {
+fn print(summary: &Summary, out: &Path) -> Result<(), PrintError> {
     let s = summary;
+    let mut text = String::new();
     for (step, residuals) in s.newton_residuals.iter().enumerate() {
         let shown = residuals.iter().map(|&r| {
             if r > 0.0 {
@@ -265,35 +296,46 @@ fn print(summary: &Summary, out: &Path) {
             }
         });
         let shown: Vec<String> = shown.collect();
-        println!(
-            "load step {}: relative residuals {}",
-            step + 1,
-            shown.join(" ")
-        );
+        let residuals = shown.join(" ");
+        text += &format!("load step {}:  relative residuals {residuals}\n", step + 1);
     }
-    let radial = s.radial_displacement_m.iter();
-    let radial: Vec<String> = radial.map(|u| format!("{u:.10e}")).collect();
     let points = s
         .energy_quadrature_points
         .map(|n| n.to_string())
         .join(" x ");
-    println!(
-        "degrees of freedom   {} ({} of them free)",
-        s.dofs, s.free_dofs
+    text += &format!(
+        "degrees of freedom   {} ({} of them free)\n\
+         strain energy        {:.10e} J ({points} Gauss points per element)\n\
+         radial displacement  at mid-length, mean around the circumference\n",
+        s.dofs, s.free_dofs, s.strain_energy_J
     );
-    println!(
-        "strain energy        {:.10e} J ({points} Gauss points per element)",
-        s.strain_energy_J
+    for (surface, u) in surfaces(&s.radial_displacement_m) {
+        text += &format!("  {surface:<17}  {u:.10e} m\n");
+    }
+    text += &format!(
+        "Jacobian             {:.8} to {:.8}\n\
+         largest von Mises    {:.6e} Pa\n\
+         Newton iterations    {} ({:.2} s assembly, {:.2} s solution, {:.2} s in all, {:.0} MB)\n\
+         results in           {}\n",
+        s.min_jacobian,
+        s.max_jacobian,
+        s.max_von_mises_Pa,
+        s.newton_iterations,
+        s.assembly_s,
+        s.solve_s,
+        s.total_s,
+        s.peak_memory_MB,
+        out.display()
     );
-    println!("radial displacement  {} m", radial.join(", "));
-    println!(
-        "Jacobian             {:.8} to {:.8}",
-        s.min_jacobian, s.max_jacobian
-    );
-    println!("largest von Mises    {:.6e} Pa", s.max_von_mises_Pa);
-    println!(
-        "Newton iterations    {} ({:.2} s assembly, {:.2} s solution, {:.2} s in all, {:.0} MB)",
-        s.newton_iterations, s.assembly_s, s.solve_s, s.total_s, s.peak_memory_MB
-    );
-    println!("results in           {}", out.display());
+    terminal::print(text)
+}
+
+/// Values from the inside out, each with the name of its surface.
+fn surfaces(values: &[f64]) -> impl Iterator<Item = (String, f64)> + '_ {
+    let name = move |i: usize| match i {
+        0 => "inner surface".into(),
+        i if i + 1 == values.len() => "outer surface".into(),
+        i => format!("interface {i}"),
+    };
+    values.iter().enumerate().map(move |(i, u)| (name(i), *u))
 }

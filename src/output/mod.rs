@@ -9,6 +9,7 @@ pub mod report;
 pub mod results;
 pub mod run_files;
 pub mod tables;
+pub mod terminal;
 pub mod vtu;
 pub mod wall_fields;
 pub mod wall_history;

@@ -1,14 +1,17 @@
 //! The line of progress: one that updates in a terminal, plain lines elsewhere.
 
+use super::terminal;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::VecDeque;
-use std::io::{IsTerminal, Write};
+use std::io::stderr;
 use std::time::{Duration, Instant};
 
 /// Steps over which the speed is averaged: steps differ (ramp, systole), so only the last ones say what comes.
 const WINDOW: usize = 50;
 /// Shortest time between two plain lines.
 const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
+/// Columns of the bar, if there is room.
+const BAR: std::ops::RangeInclusive<usize> = 8..=24;
 
 /// Progress of a run over a known number of time steps.
 pub struct Progress {
@@ -23,9 +26,8 @@ pub struct Progress {
 impl Progress {
     /// Progress of `steps` steps; `quiet` shows nothing.
     pub fn new(steps: u64, quiet: bool) -> Self {
-        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
-            let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {msg}")
-                .expect("the template is valid");
+        let bar = terminal::columns(&stderr()).filter(|_| !quiet).map(|_| {
+            let style = ProgressStyle::with_template("{msg}").expect("the template is valid");
             ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr())
                 .with_style(style)
         });
@@ -50,19 +52,25 @@ impl Progress {
             return;
         }
         let mean = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
-        let left = human(mean * (self.steps - self.done) as f64);
-        let text = format!(
-            "t = {time:.4} s  {iterations} iterations  residual {residual:.1e}  {mean:.2} s/step  {left} left"
-        );
+        let figures = Figures {
+            done,
+            steps: self.steps,
+            time,
+            iterations,
+            residual,
+            seconds: mean,
+            left: human(mean * (self.steps - done) as f64),
+        };
         if let Some(bar) = &self.bar {
-            bar.set_position(self.done);
-            bar.set_message(text);
-        } else if self.done == self.steps
+            bar.set_position(done);
+            let columns = terminal::columns(&stderr()).unwrap_or(usize::MAX);
+            bar.set_message(figures.line(columns));
+        } else if done == self.steps
             || self
                 .last_line
                 .is_none_or(|last| last.elapsed() >= PLAIN_INTERVAL)
         {
-            say(&format!("step {}/{}  {text}", self.done, self.steps));
+            terminal::note(format_args!("step {}", figures.text(usize::MAX)));
             self.last_line = Some(Instant::now());
         }
     }
@@ -70,8 +78,8 @@ impl Progress {
     /// Something that the user should know.
     pub fn note(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| say(text)),
-            None => say(text),
+            Some(bar) => bar.suspend(|| terminal::note(text)),
+            None => terminal::note(text),
         }
     }
 
@@ -83,9 +91,51 @@ impl Progress {
     }
 }
 
-/// A line on standard error, if anybody is still there to see it.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+/// What the line says.
+struct Figures {
+    done: u64,
+    steps: u64,
+    time: f64,
+    iterations: usize,
+    residual: f64,
+    seconds: f64,
+    left: String,
+}
+
+impl Figures {
+    /// As much as fits into `columns`; the least important figures are left out first.
+    fn text(&self, columns: usize) -> String {
+        // In the order in which they are shown, with their rank.
+        let all = [
+            (0, format!("{}/{}", self.done, self.steps)),
+            (1, format!("t = {:.4} s", self.time)),
+            (3, format!("{} iterations", self.iterations)),
+            (5, format!("residual {:.1e}", self.residual)),
+            (4, format!("{:.2} s/step", self.seconds)),
+            (2, format!("{} left", self.left)),
+        ];
+        let text = |ranks: usize| {
+            let shown = all.iter().filter(|(rank, _)| *rank < ranks);
+            let shown: Vec<&str> = shown.map(|(_, figure)| figure.as_str()).collect();
+            shown.join("  ")
+        };
+        let fitting = (1..=all.len()).rev().map(text).find(|t| t.len() <= columns);
+        fitting.unwrap_or_default()
+    }
+
+    /// A line for a terminal: a bar before the text, if there is room.
+    fn line(&self, columns: usize) -> String {
+        // A terminal may wrap a line that ends in its last column.
+        let columns = columns.saturating_sub(1);
+        let text = self.text(columns);
+        let room = columns.saturating_sub(text.len() + 1).min(*BAR.end());
+        if !BAR.contains(&room) {
+            return text;
+        }
+        let share = self.done as f64 / self.steps.max(1) as f64;
+        let full = ((share * room as f64) as usize).min(room);
+        format!("{}{} {text}", "█".repeat(full), "░".repeat(room - full))
+    }
 }
 
 /// A duration as a person says it: `45 s`, `12 min`, `3 h 05 min`.
@@ -100,7 +150,42 @@ pub fn human(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::human;
+    use super::{Figures, human};
+
+    #[test]
+    fn a_line_fits_into_the_terminal_and_holds_whole_figures() {
+        let figures = Figures {
+            done: 12345,
+            steps: 15000,
+            time: 2.469,
+            iterations: 12,
+            residual: 1.25e-6,
+            seconds: 12.25,
+            left: "9 h 02 min".into(),
+        };
+        let whole = figures.text(usize::MAX);
+        assert_eq!(
+            whole,
+            "12345/15000  t = 2.4690 s  12 iterations  residual 1.2e-6  12.25 s/step  9 h 02 min left"
+        );
+        for columns in 12..150 {
+            let line = figures.line(columns);
+            assert!(line.chars().count() < columns, "{line}");
+            let text = line.trim_start_matches(['█', '░', ' ']);
+            for figure in text.split("  ") {
+                assert!(whole.split("  ").any(|f| f == figure), "{columns}: {line}");
+            }
+        }
+        assert_eq!(
+            figures.line(60),
+            "12345/15000  t = 2.4690 s  12 iterations  9 h 02 min left"
+        );
+        assert_eq!(
+            figures.line(80),
+            "12345/15000  t = 2.4690 s  12 iterations  12.25 s/step  9 h 02 min left"
+        );
+        assert!(figures.line(100).starts_with("████████░░ 12345/15000  t"));
+    }
 
     #[test]
     fn durations_are_said_as_a_person_would() {

@@ -64,6 +64,8 @@ pub struct LoadStep {
     pub factor: f64,
     /// Relative residuals of Newton's method.
     pub residuals: Vec<f64>,
+    /// Displacement coefficients in equilibrium with it.
+    pub displacement: Vec<f64>,
 }
 
 /// Static equilibrium under the full load.
@@ -128,6 +130,7 @@ pub fn solve(
                 steps.push(LoadStep {
                     factor,
                     residuals: solution.residuals,
+                    displacement: solution.d.clone(),
                 });
                 if factor >= 1.0 {
                     return Ok(Equilibrated {
@@ -168,11 +171,12 @@ pub fn solve_from(
     let (tolerance, newton) = (options.tolerance, &options.newton);
     let solution = newton::solve(&problem, start, tolerance, newton, &mut None)?;
     Ok(Equilibrated {
-        displacement: solution.d,
         steps: vec![LoadStep {
             factor: 1.0,
             residuals: solution.residuals,
+            displacement: solution.d.clone(),
         }],
+        displacement: solution.d,
         stats: solution.stats,
     })
 }

@@ -92,6 +92,15 @@ impl SolidFile {
         Err(CaseErrors(errors))
     }
 
+    /// Radii of the inner surface, the interfaces and the outer surface, m.
+    pub fn radii(&self) -> Vec<f64> {
+        let mut radii = vec![self.inner_radius];
+        for (thickness, _) in &self.layers {
+            radii.push(radii[radii.len() - 1] + thickness);
+        }
+        radii
+    }
+
     /// The tube under its full load.
     pub fn tube(&self) -> Tube {
         Tube::circular(

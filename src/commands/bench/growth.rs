@@ -6,7 +6,7 @@ use crate::commands::Failure;
 use crate::commands::case_arguments::CaseArguments;
 use crate::commands::run::Interrupt;
 use crate::output::figure::{Curve, Figure, Marker, Panel, Scale};
-use crate::output::write_atomically;
+use crate::output::{terminal, write_atomically};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -59,7 +59,7 @@ pub fn measure(
             fs::remove_dir_all(&warm).map_err(failed)?;
             report
         };
-        println!("{}", report.table(None));
+        terminal::print(format_args!("{}\n", report.table(None)))?;
         reports.push(report);
     }
     let (fluid, structure) = reports.split_at(FLUID.len());

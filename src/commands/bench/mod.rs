@@ -14,6 +14,7 @@ use super::run::{Interrupt, Run};
 use crate::case::ResolvedCase;
 use crate::fluid::FluidError;
 use crate::fluid::openfoam::install;
+use crate::output::terminal;
 use budget::{Budget, Report};
 use std::path::{Path, PathBuf};
 
@@ -75,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             .join(format!("warm-{}", arguments.chosen.preset))
     });
     let report = arguments.measure(&arguments.chosen, &warm, &interrupt)?;
-    print!("{}", report.table(old.as_ref()));
+    terminal::print(report.table(old.as_ref()))?;
     (arguments.json.iter()).try_for_each(|path| report.write(path))
 }
 

@@ -5,6 +5,7 @@ use super::super::run_folder::{Earlier, RunFolder};
 use super::Failure;
 use crate::case::ResolvedCase;
 use crate::checkpoint::Checkpoint;
+use crate::output::terminal;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -94,11 +95,11 @@ fn newest(folder: &Path) -> Result<Option<Checkpoint>, Failure> {
 fn warm_up(order: &Order, interrupt: &Interrupt) -> Result<Checkpoint, Failure> {
     let (root, step) = (order.out, order.case.steps());
     if !order.quiet {
-        eprintln!(
+        terminal::note(format_args!(
             "warming up in {} to t = {} s; done once",
             root.display(),
             order.case.time.end
-        );
+        ));
     }
     order.execute(|| Ok(interrupt.clone()))?;
     let found = newest(root)?.filter(|checkpoint| checkpoint.step() == step);

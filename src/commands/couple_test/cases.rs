@@ -9,7 +9,7 @@ use crate::commands::run::Order;
 use crate::commands::run::interrupt::{A_RUN_IS_SAVED, Interrupt};
 use crate::commands::run_folder::Earlier;
 use crate::geometry::Vessel;
-use crate::output::write_atomically;
+use crate::output::{terminal, write_atomically};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -100,7 +100,7 @@ impl Plan<'_> {
         let name = format!("{}-{}", folder_name(path), self.chosen.preset);
         let folder = self.out.join(&name);
         let mut rows: Vec<(Variant, Measured)> = Vec::new();
-        println!("{name}");
+        terminal::print(format_args!("{name}\n"))?;
         let measure = |name: &str, case: &ResolvedCase| {
             let run = folder.join(name);
             if let Some(measured) = finished(&run, case)? {
@@ -114,7 +114,8 @@ impl Plan<'_> {
         for (variant, case) in cases {
             rows.push((*variant, measure(&variant.name(), case)?));
             let table = table(&rows, &reference);
-            println!("{}", markdown(&table[table.len() - 1..]));
+            let newest = markdown(&table[table.len() - 1..]);
+            terminal::print(format_args!("{newest}\n"))?;
             let written = |error: std::io::Error| {
                 Failure::Run(format!("cannot write {}: {error}", self.out.display()))
             };
@@ -166,7 +167,7 @@ fn compute(
         .map_err(|e| Failure::Input(format!("cannot create {}: {e}", run.display())))?;
     match order.execute(|| Ok(interrupt.clone())) {
         Err(Failure::Run(reason)) => {
-            eprintln!("{}: {reason}", run.display());
+            terminal::note(format_args!("{}: {reason}", run.display()));
             Ok(())
         }
         outcome => outcome,

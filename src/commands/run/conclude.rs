@@ -6,7 +6,7 @@ use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
 use crate::output::progress::human;
 use crate::output::record::Summary;
-use crate::output::results;
+use crate::output::{results, terminal};
 use std::path::PathBuf;
 
 impl Run {
@@ -36,7 +36,8 @@ impl Run {
             Ok(()) => {
                 let hemodynamics = summarized.map_err(written)?;
                 if !quiet {
-                    print!("{}\n{}", farewell(&summary, &folder), hemodynamics);
+                    let farewell = farewell(&summary, &folder);
+                    terminal::print(format_args!("{farewell}\n{hemodynamics}"))?;
                 }
                 Ok(())
             }

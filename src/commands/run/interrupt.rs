@@ -1,8 +1,9 @@
 //! Ctrl-C, SIGTERM and SIGHUP: the first one ends the run in order, the second one at once.
 
+use crate::output::terminal;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
-use std::io::{self, Write};
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -29,11 +30,9 @@ impl Interrupt {
         let mut heard = Signals::new(signals)?;
         std::thread::spawn(move || {
             if let (Some(_), Some(then)) = (heard.forever().next(), then) {
-                // The terminal may be gone.
-                let _ = writeln!(
-                    io::stderr(),
+                terminal::note(format_args!(
                     "\ninterrupted: {then}; a second time ends everything at once"
-                );
+                ));
             }
         });
         Ok(Self(flag))

@@ -5,12 +5,14 @@ use super::worker::Outcome;
 use crate::output::progress::human;
 use crate::output::run_files::RunFiles;
 use crate::output::tables::{self, HistoryRow};
+use crate::output::terminal;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 /// Steps over which the speed of a model is averaged.
 const RECENT: usize = 50;
+/// Columns of a line beside its bar.
+const BESIDE_BAR: usize = 54;
 /// Time between two tables where they do not update.
 const INTERVAL: Duration = Duration::from_secs(60);
 
@@ -89,10 +91,12 @@ impl Board {
                 row
             })
             .collect();
-        let lines = (!quiet && std::io::stderr().is_terminal()).then(|| {
+        let columns = terminal::columns(&std::io::stderr()).filter(|_| !quiet);
+        let lines = columns.map(|columns| {
             let all = MultiProgress::with_draw_target(ProgressDrawTarget::stderr());
-            let style = ProgressStyle::with_template("{prefix:10} {bar:24} {pos:>5}/{len} {msg}")
-                .expect("the template is valid");
+            let bar = columns.saturating_sub(BESIDE_BAR).clamp(4, 24);
+            let template = format!("{{prefix:10}} {{bar:{bar}}} {{pos:>5}}/{{len}} {{wide_msg}}");
+            let style = ProgressStyle::with_template(&template).expect("the template is valid");
             let line = |row: &Row| {
                 let bar = ProgressBar::new(row.steps as u64).with_prefix(row.name.clone());
                 all.add(bar.with_style(style.clone()))
@@ -143,7 +147,7 @@ impl Board {
                 let message = row.message(outcome);
                 table += &format!("{:10} {done:>5}/{steps} {message}\n", row.name);
             }
-            say(&format!("{table}{total}"));
+            terminal::note(format_args!("{table}{total}"));
         }
         self.last = outcomes.to_vec();
         self.last_shown = Some(Instant::now());
@@ -179,8 +183,8 @@ impl Board {
     /// Something that the user should know.
     pub fn note(&self, text: &str) {
         match &self.lines {
-            Some(lines) => lines.all.suspend(|| say(text)),
-            None => say(text),
+            Some(lines) => lines.all.suspend(|| terminal::note(text)),
+            None => terminal::note(text),
         }
     }
 
@@ -191,9 +195,4 @@ impl Board {
             lines.total.abandon();
         }
     }
-}
-
-/// Lines on standard error, if anybody is still there to see them.
-fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
 }

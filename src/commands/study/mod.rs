@@ -8,6 +8,7 @@ use super::Failure;
 use super::case_arguments::CaseArguments;
 use super::run::Interrupt;
 use crate::fluid::openfoam::install;
+use crate::output::terminal;
 use board::Board;
 use models::Model;
 use std::collections::VecDeque;
@@ -138,8 +139,9 @@ fn conclude(models: &[Model], outcomes: &[Outcome], out: &std::path::Path) -> Re
     let (all, shown) = (models.len(), out.display());
     let again = "--resume continues them";
     if done == all {
-        println!("all {all} models are done: {shown}; fsi-driver report {shown} shows them");
-        return Ok(());
+        return Ok(terminal::print(format_args!(
+            "all {all} models are done: {shown}; fsi-driver report {shown} shows them\n"
+        ))?);
     }
     if failed.is_empty() {
         return Err(Failure::Interrupted(format!(
