@@ -1,6 +1,6 @@
 //! The folder of the checkpoints: the last two are kept, each is whole or absent.
 
-use super::{Checkpoint, DecodeError, MarkError};
+use super::{Checkpoint, DecodeError, Mark, MarkError};
 use crate::output::{sync_folder, write_atomically};
 use std::fs;
 use std::io;
@@ -120,6 +120,11 @@ impl Store {
 
     /// The newest checkpoint that is whole, with all files that it stands on.
     pub fn newest(&self) -> Result<Found, StoreError> {
+        self.newest_without(&[])
+    }
+
+    /// The newest checkpoint that is whole, with all files that it stands on but those at the paths `waived`.
+    pub fn newest_without(&self, waived: &[String]) -> Result<Found, StoreError> {
         let steps = self.steps().map_err(|source| StoreError::Io {
             path: self.folder(),
             source,
@@ -130,7 +135,7 @@ impl Store {
         let mut damaged = Vec::new();
         for step in steps {
             let path = self.path(step);
-            match self.read(&path) {
+            match self.read(&path, waived) {
                 Ok(checkpoint) => {
                     return Ok(Found {
                         checkpoint,
@@ -144,9 +149,10 @@ impl Store {
         Err(StoreError::Damaged(damaged))
     }
 
-    fn read(&self, path: &Path) -> Result<Checkpoint, Flaw> {
+    fn read(&self, path: &Path, waived: &[String]) -> Result<Checkpoint, Flaw> {
         let checkpoint = Checkpoint::decode(&fs::read(path)?)?;
-        for mark in &checkpoint.files {
+        let needed = |mark: &&Mark| !waived.contains(&mark.path);
+        for mark in checkpoint.files.iter().filter(needed) {
             mark.check(&self.run)?;
         }
         Ok(checkpoint)

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use crate::case::{Case, Preset, ResolvedCase};
-use std::io::Write as _;
+use crate::output::terminal;
 use std::path::Path;
 
 /// Preset and values that replace those of a case.
@@ -79,8 +79,7 @@ impl CaseArguments {
 pub fn warn(case: &Case) {
     let cores = std::thread::available_parallelism().map_or(usize::MAX, usize::from);
     for warning in case.warnings(cores) {
-        // The terminal may be gone.
-        let _ = writeln!(std::io::stderr(), "warning: {warning}");
+        terminal::note(format_args!("warning: {warning}"));
     }
 }
 

@@ -8,8 +8,10 @@ pub struct Difference {
     /// End of the later period, s.
     pub period_end_s: f64,
     /// Largest `|f(t) - f(t - T)|`, in the unit of the quantity.
+    #[serde(with = "crate::numbers")]
     pub largest: f64,
     /// The same over the largest `|f|` of the later period.
+    #[serde(with = "crate::numbers")]
     pub relative: f64,
 }
 

@@ -54,10 +54,13 @@ impl WallFields {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FieldSummary {
     /// Mean over the area of the wall at its mean position.
+    #[serde(with = "crate::numbers")]
     pub mean: f64,
     /// Smallest value of a face.
+    #[serde(with = "crate::numbers")]
     pub min: f64,
     /// Largest value of a face.
+    #[serde(with = "crate::numbers")]
     pub max: f64,
     /// Where the largest is.
     pub max_at: Place,
@@ -67,6 +70,7 @@ pub struct FieldSummary {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
     /// The value.
+    #[serde(with = "crate::numbers")]
     pub max: f64,
     /// When.
     pub time_s: f64,
@@ -78,10 +82,13 @@ pub struct Peak {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Course {
     /// Smallest value.
+    #[serde(with = "crate::numbers")]
     pub min: f64,
     /// Mean over time.
+    #[serde(with = "crate::numbers")]
     pub mean: f64,
     /// Largest value.
+    #[serde(with = "crate::numbers")]
     pub max: f64,
 }
 
@@ -105,6 +112,7 @@ pub struct RegionSummary {
     #[serde(flatten)]
     pub region: Region,
     /// Area of the wall at its mean position.
+    #[serde(with = "crate::numbers")]
     pub area_m2: f64,
     /// Time-averaged wall shear stress.
     pub TAWSS_Pa: FieldSummary,
@@ -247,6 +255,9 @@ fn region_summary(
         .iter()
         .map(|(f, share)| share * fields.areas[*f])
         .sum();
+    // Of a region that has no half face, all that it has count.
+    let enough = shares.iter().map(|(_, share)| *share).fold(0.0, f64::max);
+    let enough = enough.min(0.5);
     let field = |values: &[f64]| {
         let mut found = FieldSummary {
             mean: 0.0,
@@ -257,7 +268,7 @@ fn region_summary(
         for &(face, share) in &shares {
             let value = values[face];
             found.mean += share * fields.areas[face] / area * value;
-            if share >= 0.5 {
+            if share >= enough {
                 found.min = found.min.min(value);
                 if value > found.max {
                     (found.max, found.max_at) = (value, fields.places[face]);

@@ -54,6 +54,7 @@ pub struct Totals {
     /// How often the run was resumed.
     pub resumed: usize,
     /// Outlet pressure at the end of the last step.
+    #[serde(with = "crate::numbers")]
     pub p_out_Pa: f64,
     /// Wall-clock time of the accepted steps alone.
     pub steps_s: f64,
@@ -64,6 +65,7 @@ pub struct Totals {
     /// Seconds of `rest_s` that writing checkpoints took.
     pub checkpoint_s: f64,
     /// Largest mismatch of the resultant force between the two surfaces, relative to the sum of |load|.
+    #[serde(with = "crate::numbers")]
     pub max_force_mismatch: f64,
 }
 

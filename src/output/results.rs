@@ -10,8 +10,8 @@ use crate::hemodynamics::{Region, RegionStep, Summary, Wall, WindowStatistics};
 use std::io;
 use std::path::Path;
 
-/// Evaluates a run over a window: writes `hemodynamics.json`, and the fields on the wall if a step of the window was
-/// seen.
+/// Evaluates a run over a window: writes `hemodynamics.json` and the fields on the wall. If no step of the window was
+/// seen there are no fields, and an earlier evaluation stays as it is.
 pub fn evaluate(
     files: &RunFiles,
     case: &Case,
@@ -23,20 +23,45 @@ pub fn evaluate(
     let times = [case.time.step, case.time.period];
     let series = series(&tables::whole_steps(&history, case.time.step));
     let summary = Summary::new(wall, &Region::of(case), statistics, &rows, &series, times);
-    if let Some(fields) = WallFields::new(wall, statistics) {
-        let rows = wall_fields::rows(wall, &fields);
-        wall_fields::write_table(&files.wall_shear_table(), &rows)?;
-        wall_fields::write_series(&files.wall_shear(), statistics.window.end_s, wall, &fields)?;
+    let fields = WallFields::new(wall, statistics);
+    if fields.is_none() && files.hemodynamics().exists() {
+        return Ok(summary);
+    }
+    // Whole files beside the earlier ones, then in their place: a full disk spoils nothing.
+    let folder = tempfile::Builder::new()
+        .prefix(".evaluation-")
+        .tempdir_in(files.root())?;
+    let draft = RunFiles::new(folder.path());
+    if let Some(fields) = &fields {
+        let rows = wall_fields::rows(wall, fields);
+        wall_fields::write_table(&draft.wall_shear_table(), &rows)?;
+        wall_fields::write_series(&draft.wall_shear(), statistics.window.end_s, wall, fields)?;
     }
     let json = serde_json::to_string_pretty(&summary).map_err(io::Error::other)?;
-    write_atomically(&files.hemodynamics(), json.as_bytes())?;
-    write_atomically(&files.view(), include_bytes!("view.py"))?;
+    write_atomically(&draft.hemodynamics(), json.as_bytes())?;
+    write_atomically(&draft.view(), include_bytes!("view.py"))?;
+    replace(folder.path(), files.root())?;
     // Its earlier name hid ParaView's own module of that name.
     match std::fs::remove_file(files.root().join("paraview.py")) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
         _ => {}
     }
     Ok(summary)
+}
+
+/// Moves all files of a folder, and of the folders in it, to the same places in another.
+fn replace(from: &Path, to: &Path) -> io::Result<()> {
+    for entry in std::fs::read_dir(from)? {
+        let entry = entry?;
+        let target = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            std::fs::create_dir_all(&target)?;
+            replace(&entry.path(), &target)?;
+        } else {
+            std::fs::rename(entry.path(), target)?;
+        }
+    }
+    Ok(())
 }
 
 /// The columns of a history that the summary needs.
@@ -102,17 +127,16 @@ impl Results {
         }
         let text = std::fs::read(&path).map_err(|e| failed(&path, &e))?;
         let hemodynamics = serde_json::from_slice(&text).map_err(|e| failed(&path, &e))?;
-        let table = |path: &Path| tables::read(path).map_err(|e| failed(path, &e));
-        let regions = tables::read(&files.regions()).map_err(|e| failed(&files.regions(), &e))?;
+        let unread = |e: io::Error| ResultsError(format!("cannot read {e}"));
         let faces = match files.wall_shear_table() {
-            path if path.is_file() => tables::read(&path).map_err(|e| failed(&path, &e))?,
+            path if path.is_file() => tables::read(&path).map_err(unread)?,
             _ => Vec::new(),
         };
         let summary = std::fs::read(files.summary()).ok();
         Ok(Self {
-            history: table(&files.history())?,
+            history: tables::read(&files.history()).map_err(unread)?,
             summary: summary.and_then(|text| serde_json::from_slice(&text).ok()),
-            regions,
+            regions: tables::read(&files.regions()).map_err(unread)?,
             faces,
             hemodynamics,
             case,
@@ -175,14 +199,22 @@ pub fn reevaluate(files: &RunFiles, window: Option<Window>) -> Result<Summary, R
         )));
     }
     let window = window.unwrap_or_else(|| Window::of(&case));
-    let failed = |error: io::Error| {
-        ResultsError(format!(
-            "cannot evaluate {}: {error}",
-            files.root().display()
-        ))
+    let failed = |error: &dyn std::fmt::Display| {
+        let root = files.root().display();
+        ResultsError(format!("cannot evaluate {root}: {error}"))
     };
-    let (wall, statistics) = wall_record::gather(&path, window, case.time.step).map_err(failed)?;
-    evaluate(files, &case, &wall, &statistics).map_err(failed)
+    let history: Vec<HistoryRow> = tables::read(&files.history()).map_err(|e| failed(&e))?;
+    let times: Vec<f64> = history.iter().map(|row| row.time_s).collect();
+    let gathered = wall_record::gather(&path, window, case.time.step, &times);
+    let (wall, statistics) = gathered.map_err(|e| failed(&e))?;
+    if statistics.steps == 0 {
+        let Window { start_s, end_s } = window;
+        let reached = times.last().copied().unwrap_or(0.0);
+        return Err(failed(&format!(
+            "the run has no step in {start_s} s < t <= {end_s} s; it has reached t = {reached} s"
+        )));
+    }
+    evaluate(files, &case, &wall, &statistics).map_err(|e| failed(&e))
 }
 
 #[cfg(test)]

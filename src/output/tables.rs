@@ -107,14 +107,17 @@ pub struct ProbeRow {
 /// # Errors
 /// If the file cannot be read or is another table.
 pub fn read<T: DeserializeOwned>(path: &Path) -> io::Result<Vec<T>> {
-    let text = std::fs::read(path)?;
+    let failed = |kind, what: &dyn std::fmt::Display| {
+        io::Error::new(kind, format!("{}: {what}", path.display()))
+    };
+    let text = std::fs::read(path).map_err(|e| failed(e.kind(), &e))?;
     let whole = text
         .iter()
         .rposition(|byte| *byte == b'\n')
         .map_or(0, |n| n + 1);
     let mut reader = csv::Reader::from_reader(&text[..whole]);
     let rows = reader.deserialize().collect::<Result<Vec<T>, _>>();
-    rows.map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))
+    rows.map_err(|e| failed(io::ErrorKind::InvalidData, &e))
 }
 
 /// The rows at whole multiples of `step` (s): where steps were halved, others lie between.
@@ -139,9 +142,10 @@ impl Table {
         })
     }
 
-    /// Opens the file of an earlier run to continue after its first `length` bytes; what follows them is cut off.
+    /// Opens the file of an earlier run to continue after its first `length` bytes; what follows them is cut off. With
+    /// nothing to continue, the file need not exist.
     pub fn resume(path: &Path, length: u64) -> io::Result<Self> {
-        let file = File::options().append(true).open(path)?;
+        let file = (File::options().append(true).create(length == 0)).open(path)?;
         file.set_len(length)?;
         // An empty file still needs its header.
         let writer = csv::WriterBuilder::new()

@@ -1,23 +1,84 @@
 //! `wall.bin`: wall shear stress and displacement of the wet surface at every step, in a compact binary file.
 //!
-//! Little-endian. The head: `FSIWALL` and the version (one byte); number of points, number of faces, sum of the faces'
-//! numbers of vertices (u32 each); positions of the points of the unloaded wall, m (3 f64 each); number of vertices of
-//! each face (u32); vertices of the faces, one face after the other (u32). Then for each step: time, s (f64); wall
-//! shear stress of each face, Pa (3 f32); displacement of each point, m (3 f32).
+//! Little-endian, without padding but for the end of the head. The head, with P points, F faces and V vertices of all
+//! faces together:
+//!
+//! | byte | type | meaning |
+//! | --- | --- | --- |
+//! | 0 | 8 bytes | `FSIWALL` and the version, 2 |
+//! | 8 | 4 u32 | P, F, V, and H: where the first record begins |
+//! | 24 | 3 P f64 | positions of the points of the unloaded wall, m |
+//! | | F u32 | number of vertices of each face |
+//! | | V u32 | vertices of the faces, one face after the other, as numbers of points from 0 |
+//! | | | zeros, so that H is a multiple of 8 |
+//! | H - 4 | u32 | CRC-32 (as of zip and PNG) of all bytes before it |
+//!
+//! Then a record for each step; `numpy` reads all of them in a line:
+//!
+//! ```python
+//! P, F, V, H = numpy.fromfile("wall.bin", "<u4", 4, offset=8)
+//! steps = numpy.fromfile("wall.bin", [("time_s", "<f8"), ("number", "<u4"), ("wall_shear_Pa", "<f4", (F, 3)), ("displacement_m", "<f4", (P, 3)), ("checksum", "<u4")], offset=H)
+//! ```
+//!
+//! Records are numbered from 0, and each ends with the CRC-32 of its bytes before. Wall shear stress is that of each
+//! face, displacement that of each point. `examples/python/fsi_results.py` reads the file and checks it.
 
 use crate::Vec3;
 use crate::hemodynamics::{Wall, WallState};
 use std::fs::File;
-use std::io::{self, BufReader, Read, Write};
-use std::path::Path;
+use std::io::{self, BufReader, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
 
-const MAGIC: &[u8; 8] = b"FSIWALL\x01";
-/// Bytes of one step beside its fields.
-const STEP_HEAD: usize = 8;
+const MAGIC: &[u8; 7] = b"FSIWALL";
+const VERSION: u8 = 2;
+/// Magic, version and counts.
+const BEGIN: usize = 24;
+/// Bytes of a record beside its fields: time, number, checksum.
+const BESIDE_FIELDS: usize = 8 + 4 + 4;
+
+/// Why a file is no history of the wall.
+#[derive(Debug, thiserror::Error)]
+pub enum WallHistoryError {
+    /// The system refused.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// Another file, or one of another version.
+    #[error("{} cannot be used: {what}", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is, and what to do.
+        what: String,
+    },
+    /// Bytes are missing or have changed.
+    #[error(
+        "{} is damaged: {what}; restore it from a copy, or compute the run again",
+        path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        what: String,
+    },
+}
+
+impl From<WallHistoryError> for io::Error {
+    fn from(error: WallHistoryError) -> Self {
+        Self::other(error)
+    }
+}
 
 /// Writes the file.
 pub struct WallHistory {
     file: File,
+    /// Number of the next record.
+    number: u32,
 }
 
 impl WallHistory {
@@ -25,22 +86,27 @@ impl WallHistory {
     pub fn create(path: &Path, wall: &Wall) -> io::Result<Self> {
         let mut file = File::create(path)?;
         file.write_all(&head(wall))?;
-        Ok(Self { file })
+        Ok(Self { file, number: 0 })
     }
 
     /// Opens the file of an earlier run to continue after its first `length` bytes; what follows them is cut off.
-    pub fn resume(path: &Path, length: u64) -> io::Result<Self> {
+    /// Nothing is left to continue if `length` is 0: then the file begins anew.
+    pub fn resume(path: &Path, wall: &Wall, length: u64) -> io::Result<Self> {
+        if length == 0 {
+            return Self::create(path, wall);
+        }
+        let steps = length.saturating_sub(head(wall).len() as u64) / record_length(wall);
         let file = File::options().append(true).open(path)?;
         file.set_len(length)?;
-        Ok(Self { file })
+        let number = u32::try_from(steps).map_err(io::Error::other)?;
+        Ok(Self { file, number })
     }
 
     /// Adds the end of a step.
     pub fn append(&mut self, state: &WallState) -> io::Result<()> {
-        let values = state.shear.iter().chain(&state.displacement).flatten();
-        let mut bytes = state.time.to_le_bytes().to_vec();
-        bytes.extend(values.flat_map(|value| value.to_le_bytes()));
-        self.file.write_all(&bytes)
+        self.file.write_all(&record(state, self.number))?;
+        self.number += 1;
+        Ok(())
     }
 
     /// Sees to it that all steps are on the disk.
@@ -51,170 +117,357 @@ impl WallHistory {
 
 fn head(wall: &Wall) -> Vec<u8> {
     let sizes = wall.faces.iter().map(|face| face.len() as u32);
-    let counts = [wall.points.len() as u32, wall.faces.len() as u32];
-    let whole = counts.into_iter().chain([sizes.clone().sum()]);
+    let (points, faces, vertices) = (wall.points.len(), wall.faces.len(), sizes.clone().sum());
+    let length = head_length([points as u64, faces as u64, u64::from(vertices)]) as usize;
     let mut bytes = MAGIC.to_vec();
-    bytes.extend(whole.flat_map(u32::to_le_bytes));
+    bytes.push(VERSION);
+    let counts = [points as u32, faces as u32, vertices, length as u32];
+    bytes.extend(counts.into_iter().flat_map(u32::to_le_bytes));
     let positions = wall.points.iter().flat_map(|x| [x.x, x.y, x.z]);
     bytes.extend(positions.flat_map(f64::to_le_bytes));
     let vertices = wall.faces.iter().flatten().copied();
     bytes.extend(sizes.chain(vertices).flat_map(u32::to_le_bytes));
+    bytes.resize(length - 4, 0);
+    with_checksum(bytes)
+}
+
+fn head_length([points, faces, vertices]: [u64; 3]) -> u64 {
+    (BEGIN as u64 + 24 * points + 4 * faces + 4 * vertices + 4).next_multiple_of(8)
+}
+
+fn record_length(wall: &Wall) -> u64 {
+    BESIDE_FIELDS as u64 + 12 * (wall.faces.len() + wall.points.len()) as u64
+}
+
+fn record(state: &WallState, number: u32) -> Vec<u8> {
+    let values = state.shear.iter().chain(&state.displacement).flatten();
+    let mut bytes = state.time.to_le_bytes().to_vec();
+    bytes.extend(number.to_le_bytes());
+    bytes.extend(values.flat_map(|value| value.to_le_bytes()));
+    with_checksum(bytes)
+}
+
+fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
+    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
     bytes
+}
+
+/// The bytes before the checksum, if that is right.
+fn checked(bytes: &[u8]) -> Option<&[u8]> {
+    let (contents, checksum) = bytes.split_last_chunk()?;
+    (crc32fast::hash(contents) == u32::from_le_bytes(*checksum)).then_some(contents)
 }
 
 /// Reads the file, step by step.
 pub struct WallHistoryReader {
     /// The unloaded wall.
     pub wall: Wall,
+    path: PathBuf,
     file: BufReader<File>,
-    steps: u64,
+    /// Bytes of the file, of its head, and of a record.
+    length: u64,
+    head: u64,
+    record: u64,
+    /// Records that were read.
+    number: u64,
+    /// Time of the last one, s.
+    time: f64,
 }
 
 impl WallHistoryReader {
     /// Opens the file and reads its head.
     ///
     /// # Errors
-    /// If it is not such a file.
-    pub fn open(path: &Path) -> io::Result<Self> {
-        let file = File::open(path)?;
-        let length = file.metadata()?.len();
+    /// If it is not such a file, or its head is not what was written.
+    pub fn open(path: &Path) -> Result<Self, WallHistoryError> {
+        let io = |source| WallHistoryError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let file = File::open(path).map_err(io)?;
+        let length = file.metadata().map_err(io)?.len();
         let mut file = BufReader::with_capacity(1 << 18, file);
-        let bad = |what: &str| {
-            io::Error::new(
-                io::ErrorKind::InvalidData,
-                format!("{}: {what}", path.display()),
-            )
+        let damaged = |what: String| WallHistoryError::Damaged {
+            path: path.to_owned(),
+            what,
         };
-        if read::<8>(&mut file)? != *MAGIC {
-            return Err(bad("not a history of the wall of this version"));
-        }
-        let mut counts = [0; 3];
-        for count in &mut counts {
-            *count = u64::from(u32::from_le_bytes(read(&mut file)?));
-        }
-        let [points, faces, vertices] = counts;
-        let head = 20 + 24 * points + 4 * faces + 4 * vertices;
-        if length < head {
-            return Err(bad("its head is cut off"));
-        }
-        let number = |file: &mut BufReader<File>| io::Result::Ok(u32::from_le_bytes(read(file)?));
-        let mut wall = Wall {
-            points: Vec::new(),
-            faces: Vec::new(),
-        };
-        for _ in 0..points {
-            let mut x = Vec3::zeros();
-            for c in x.iter_mut() {
-                *c = f64::from_le_bytes(read(&mut file)?);
+        let mut begin = [0; BEGIN];
+        match file.read_exact(&mut begin) {
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => {
+                return Err(damaged(format!(
+                    "it has {length} bytes, too few for its head"
+                )));
             }
-            wall.points.push(x);
+            read => read.map_err(io)?,
         }
-        let sizes = (0..faces).map(|_| number(&mut file));
-        let sizes = sizes.collect::<io::Result<Vec<u32>>>()?;
-        if sizes.iter().map(|size| u64::from(*size)).sum::<u64>() != vertices {
-            return Err(bad("its faces do not have the vertices that it announces"));
+        check_kind(path, &begin)?;
+        let [points, faces, vertices, stated] = words(&begin[8..]).map(u64::from);
+        let head = head_length([points, faces, vertices]);
+        if stated != head || length < head {
+            return Err(damaged(format!(
+                "its head (bytes 0 to {}) has changed, or is cut off: {length} bytes in all",
+                stated.max(BEGIN as u64)
+            )));
         }
-        for size in sizes {
-            let face = (0..size).map(|_| number(&mut file));
-            let face = face.collect::<io::Result<Vec<u32>>>()?;
-            if face.is_empty() || face.iter().any(|p| u64::from(*p) >= points) {
-                return Err(bad("a face of it has points that do not exist"));
-            }
-            wall.faces.push(face);
-        }
-        let step = STEP_HEAD as u64 + 12 * (faces + points);
+        let mut bytes = begin.to_vec();
+        (&mut file)
+            .take(head - BEGIN as u64)
+            .read_to_end(&mut bytes)
+            .map_err(io)?;
+        let wall = checked(&bytes).and_then(|contents| {
+            let counts = [points as usize, faces as usize];
+            decode_wall(&contents[BEGIN..], counts)
+        });
+        let wall =
+            wall.ok_or_else(|| damaged(format!("its head (bytes 0 to {head}) has changed")))?;
         Ok(Self {
+            record: record_length(&wall),
             wall,
+            path: path.to_owned(),
             file,
-            steps: (length - head) / step,
+            length,
+            head,
+            number: 0,
+            time: 0.0,
+        })
+    }
+
+    /// Bytes that were read.
+    fn offset(&self) -> u64 {
+        self.head + self.number * self.record
+    }
+
+    /// The error that the file ends before the step at `time` (s).
+    pub fn ends_before(&self, time: f64) -> WallHistoryError {
+        let (number, reached, offset) = (self.number, self.time, self.offset());
+        self.damaged(format!(
+            "its {number} whole records end at byte {offset} (t = {reached} s), but history.csv has a step at t = {time} s"
+        ))
+    }
+
+    fn damaged(&self, what: String) -> WallHistoryError {
+        WallHistoryError::Damaged {
+            path: self.path.clone(),
+            what,
+        }
+    }
+
+    /// A flaw of the record that is being read.
+    fn flaw(&self, what: &str) -> WallHistoryError {
+        let (from, to) = (self.offset(), self.offset() + self.record);
+        self.damaged(format!(
+            "record {} (bytes {from} to {to}), after t = {} s: {what}",
+            self.number, self.time
+        ))
+    }
+
+    fn read(&mut self) -> Result<WallState, WallHistoryError> {
+        let mut bytes = vec![0; self.record as usize];
+        if let Err(source) = self.file.read_exact(&mut bytes) {
+            let path = self.path.clone();
+            return Err(WallHistoryError::Io { path, source });
+        }
+        let Some(contents) = checked(&bytes) else {
+            return Err(self.flaw("its checksum is wrong"));
+        };
+        let time = f64::from_le_bytes(*contents.first_chunk().expect("a record has a time"));
+        let [number] = words(&contents[8..]);
+        let values: Vec<[f32; 3]> = contents[12..].chunks_exact(12).map(vector).collect();
+        if u64::from(number) != self.number {
+            return Err(self.flaw(&format!("it is number {number}")));
+        }
+        let is_next = time.is_finite() && (self.number == 0 || time > self.time);
+        if !is_next || !values.as_flattened().iter().all(|c| c.is_finite()) {
+            return Err(self.flaw("it holds numbers that are none, or a time that is not the next"));
+        }
+        let (shear, displacement) = values.split_at(self.wall.faces.len());
+        (self.number, self.time) = (self.number + 1, time);
+        Ok(WallState {
+            time,
+            shear: shear.to_vec(),
+            displacement: displacement.to_vec(),
         })
     }
 }
 
 impl Iterator for WallHistoryReader {
-    type Item = io::Result<WallState>;
+    type Item = Result<WallState, WallHistoryError>;
 
-    /// The next step that is whole.
+    /// The next step; one at the end that is cut off does not count.
     fn next(&mut self) -> Option<Self::Item> {
-        self.steps = self.steps.checked_sub(1)?;
-        let (faces, points) = (self.wall.faces.len(), self.wall.points.len());
-        let mut bytes = vec![0; STEP_HEAD + 12 * (faces + points)];
-        if let Err(error) = self.file.read_exact(&mut bytes) {
-            return Some(Err(error));
-        }
-        let (time, fields) = bytes.split_at(STEP_HEAD);
-        let mut time_bytes = [0; 8];
-        time_bytes.copy_from_slice(time);
-        let vector = |chunk: &[u8]| {
-            let part =
-                |i: usize| f32::from_le_bytes([chunk[i], chunk[i + 1], chunk[i + 2], chunk[i + 3]]);
-            [part(0), part(4), part(8)]
-        };
-        let (shear, displacement) = fields.split_at(12 * faces);
-        Some(Ok(WallState {
-            time: f64::from_le_bytes(time_bytes),
-            shear: shear.chunks_exact(12).map(vector).collect(),
-            displacement: displacement.chunks_exact(12).map(vector).collect(),
-        }))
+        (self.offset() + self.record <= self.length).then(|| self.read())
     }
 }
 
-fn read<const N: usize>(file: &mut impl Read) -> io::Result<[u8; N]> {
-    let mut bytes = [0; N];
-    file.read_exact(&mut bytes)?;
-    Ok(bytes)
+fn check_kind(path: &Path, begin: &[u8; BEGIN]) -> Result<(), WallHistoryError> {
+    let foreign = |what: String| {
+        let path = path.to_owned();
+        Err(WallHistoryError::Foreign { path, what })
+    };
+    if &begin[..7] != MAGIC {
+        return foreign("it is no history of the wall".into());
+    }
+    match begin[7] {
+        VERSION => Ok(()),
+        version => foreign(format!(
+            "its format is version {version}, this program reads version {VERSION}; evaluate it with the version of the program that wrote it"
+        )),
+    }
+}
+
+/// Points and faces from the bytes after the counts.
+fn decode_wall(bytes: &[u8], [points, faces]: [usize; 2]) -> Option<Wall> {
+    let (positions, rest) = bytes.split_at_checked(24 * points)?;
+    let (sizes, mut rest) = rest.split_at_checked(4 * faces)?;
+    let component = |chunk: &[u8]| f64::from_le_bytes(chunk.try_into().expect("eight bytes"));
+    let components: Vec<f64> = positions.chunks_exact(8).map(component).collect();
+    let mut wall = Wall {
+        points: components
+            .chunks_exact(3)
+            .map(|x| Vec3::new(x[0], x[1], x[2]))
+            .collect(),
+        faces: Vec::with_capacity(faces),
+    };
+    for size in sizes.chunks_exact(4) {
+        let [size] = words(size);
+        let (face, others) = rest.split_at_checked(4 * size as usize)?;
+        let face: Vec<u32> = face.chunks_exact(4).map(|w| words::<1>(w)[0]).collect();
+        if face.is_empty() || face.iter().any(|p| *p as usize >= points) {
+            return None;
+        }
+        wall.faces.push(face);
+        rest = others;
+    }
+    Some(wall)
+}
+
+/// The first N numbers.
+fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
+    std::array::from_fn(|i| {
+        let word = &bytes[4 * i..4 * i + 4];
+        u32::from_le_bytes(word.try_into().expect("four bytes"))
+    })
+}
+
+fn vector(bytes: &[u8]) -> [f32; 3] {
+    words(bytes).map(f32::from_bits)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn wall() -> Wall {
+        Wall {
+            points: (0..4).map(|k| Vec3::new(0.1, k as f64, 1.0)).collect(),
+            faces: vec![vec![0, 1, 2], vec![0, 1, 2, 3]],
+        }
+    }
+
     fn state(n: usize) -> WallState {
         let v = |k: usize| Vec3::new(n as f64, k as f64, 0.1);
         WallState::new(0.002 * n as f64, &[v(0), v(1)], &[v(2), v(3), v(4), v(5)])
+    }
+
+    /// The file with the steps 1, 2, …
+    fn written(path: &Path, steps: usize) -> WallHistory {
+        let mut history = WallHistory::create(path, &wall()).unwrap();
+        (1..=steps).for_each(|n| history.append(&state(n)).unwrap());
+        history
+    }
+
+    fn read(path: &Path) -> Result<Vec<WallState>, WallHistoryError> {
+        WallHistoryReader::open(path)?.collect()
     }
 
     #[test]
     fn what_was_written_is_read_and_what_was_cut_off_is_continued() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("wall.bin");
-        let wall = Wall {
-            points: (0..4).map(|k| Vec3::new(0.1, k as f64, 1.0)).collect(),
-            faces: vec![vec![0, 1, 2], vec![0, 1, 2, 3]],
-        };
-        let mut history = WallHistory::create(&path, &wall).unwrap();
-        (1..4).for_each(|n| history.append(&state(n)).unwrap());
+        let mut history = written(&path, 3);
         let length = std::fs::metadata(&path).unwrap().len();
         history.append(&state(9)).unwrap();
-        let mut history = WallHistory::resume(&path, length).unwrap();
+        let mut history = WallHistory::resume(&path, &wall(), length).unwrap();
         history.append(&state(4)).unwrap();
 
         // A step that a dying driver left half written does not count.
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, [&bytes[..], &[7; 20]].concat()).unwrap();
-        let reader = WallHistoryReader::open(&path).unwrap();
-        assert_eq!(reader.wall, wall);
-        let steps: Vec<WallState> = reader.map(Result::unwrap).collect();
-        assert_eq!(steps, [1, 2, 3, 4].map(state));
+        assert_eq!(WallHistoryReader::open(&path).unwrap().wall, wall());
+        assert_eq!(read(&path).unwrap(), [1, 2, 3, 4].map(state));
+
+        WallHistory::resume(&path, &wall(), 0).unwrap();
+        assert_eq!(read(&path).unwrap(), []);
     }
 
     #[test]
-    fn foreign_and_damaged_files_are_refused() {
+    fn a_bit_that_is_flipped_anywhere_is_noticed_and_its_place_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("wall.bin");
-        let wall = Wall {
-            points: vec![Vec3::zeros(); 3],
-            faces: vec![vec![0, 1, 2]],
-        };
-        let good = head(&wall);
-        let mut wild = good.clone();
-        let last = wild.len() - 1;
-        wild[last] = 1;
+        written(&path, 3);
+        let good = std::fs::read(&path).unwrap();
+        let (head, record) = (head(&wall()).len(), record(&state(1), 0).len());
+        assert_eq!(good.len(), head + 3 * record);
+        for bit in 0..8 * good.len() {
+            let mut bytes = good.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            std::fs::write(&path, &bytes).unwrap();
+            let error = read(&path).unwrap_err().to_string();
+            if let Some(after) = (bit / 8).checked_sub(head) {
+                let n = after / record;
+                let (from, to) = (head + n * record, head + (n + 1) * record);
+                let place = format!(
+                    "record {n} (bytes {from} to {to}), after t = {} s",
+                    0.002 * n as f64
+                );
+                assert!(error.contains(&place), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn records_that_are_missing_doubled_or_no_numbers_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("wall.bin");
+        written(&path, 3);
+        let good = std::fs::read(&path).unwrap();
+        let (head, record) = (head(&wall()).len(), record(&state(1), 0).len());
+        let at = |n: usize| &good[head + n * record..head + (n + 1) * record];
+        let mut infinite = state(3);
+        infinite.shear[1][2] = f32::INFINITY;
+        let infinite = super::record(&infinite, 2);
+        for records in [
+            vec![at(0), at(2)],
+            vec![at(0), at(0)],
+            vec![at(0), at(1), &infinite],
+        ] {
+            std::fs::write(&path, [&good[..head], &records.concat()].concat()).unwrap();
+            assert!(read(&path).is_err());
+        }
+    }
+
+    #[test]
+    fn foreign_and_cut_off_heads_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("wall.bin");
+        let good = head(&wall());
         let mut huge = good.clone();
         huge[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
-        for bytes in [&b"FSIWALL\x02"[..], &good[..30], &wild, &huge, b"", b"no"] {
+        let cases: [(&[u8], &str); 6] = [
+            (b"", "0 bytes"),
+            (b"no", "2 bytes"),
+            (&[b'a'; 100], "no history of the wall"),
+            (b"FSIWALL\x01................", "version 1"),
+            (&good[..40], "cut off"),
+            (&huge, "cut off"),
+        ];
+        for (bytes, expected) in cases {
             std::fs::write(&path, bytes).unwrap();
-            assert!(WallHistoryReader::open(&path).is_err());
+            let error = read(&path).unwrap_err().to_string();
+            assert!(
+                error.contains(expected) && error.contains("wall.bin"),
+                "{error}"
+            );
         }
     }
 }

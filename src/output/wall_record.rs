@@ -1,9 +1,9 @@
 //! What a run writes of its wall while it advances: `regions.csv`, `wall.bin`, and the statistics over the window.
 
 use super::tables::Table;
-use super::wall_history::{WallHistory, WallHistoryReader};
+use super::wall_history::{WallHistory, WallHistoryError, WallHistoryReader};
 use crate::case::Window;
-use crate::hemodynamics::{Monitor, WallState, WindowStatistics};
+use crate::hemodynamics::{Monitor, Wall, WallState, WindowStatistics};
 use crate::pfem::samples::StressPeak;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -59,12 +59,16 @@ impl WallRecord {
     /// Continues the files of an earlier run; what was written after `memory` is cut off. If the window is another one
     /// now, its statistics are gathered from the stored steps; without them only the steps to come count.
     pub fn resume(settings: WallRecordSettings, memory: WallMemory) -> io::Result<Self> {
-        let resume = |path: &PathBuf| WallHistory::resume(path, memory.history);
+        let wall = settings.monitor.wall();
+        let resume = |path: &PathBuf| WallHistory::resume(path, wall, memory.history);
         let regions = Table::resume(&settings.regions, memory.regions)?;
         let history = settings.history.as_ref().map(resume).transpose()?;
         let statistics = match &settings.history {
             _ if memory.statistics.window == settings.window => memory.statistics,
-            Some(path) => gather(path, settings.window, settings.time_step)?.1,
+            Some(path) => {
+                let gathered = gather(path, settings.window, settings.time_step, &[]);
+                gathered.map_err(io::Error::other)?.1
+            }
             None => nothing(&settings),
         };
         Ok(Self {
@@ -114,16 +118,32 @@ fn nothing(settings: &WallRecordSettings) -> WindowStatistics {
 }
 
 /// The unloaded wall of a stored history and the statistics over `window`, for steps of at most `time_step` (s).
+///
+/// # Errors
+/// If the file is damaged, or lacks one of the `times` (s) that the run has reached since the file begins.
 pub fn gather(
     path: &Path,
     window: Window,
     time_step: f64,
-) -> io::Result<(crate::hemodynamics::Wall, WindowStatistics)> {
-    let reader = WallHistoryReader::open(path)?;
-    let wall = reader.wall.clone();
-    let mut statistics = WindowStatistics::new(window, wall.faces.len(), wall.points.len());
-    for state in reader {
-        statistics.add(&state?, time_step);
+    times: &[f64],
+) -> Result<(Wall, WindowStatistics), WallHistoryError> {
+    let mut reader = WallHistoryReader::open(path)?;
+    let (faces, points) = (reader.wall.faces.len(), reader.wall.points.len());
+    let mut statistics = WindowStatistics::new(window, faces, points);
+    let mut reached = times.iter().copied().peekable();
+    let mut begun = false;
+    for state in reader.by_ref() {
+        let state = state?;
+        // A file that was begun anew has no record of earlier steps.
+        while reached
+            .next_if(|t| *t == state.time || !begun && *t < state.time)
+            .is_some()
+        {}
+        begun = true;
+        statistics.add(&state, time_step);
     }
-    Ok((wall, statistics))
+    match reached.next() {
+        Some(time) => Err(reader.ends_before(time)),
+        None => Ok((reader.wall, statistics)),
+    }
 }

@@ -16,7 +16,7 @@ use super::run_folder::{Earlier, RunFolder};
 use crate::case::{Case, ResolvedCase};
 use crate::checkpoint::Checkpoint;
 use crate::fluid::openfoam::install;
-use crate::output::write_atomically;
+use crate::output::{terminal, write_atomically};
 pub use assemble::Run;
 pub use interrupt::Interrupt;
 pub use stand::Stand;
@@ -38,6 +38,9 @@ pub struct Arguments {
     /// Continue an earlier run in the same folder from its newest checkpoint, with the same case.
     #[arg(long, conflicts_with = "force")]
     resume: bool,
+    /// With --resume: go on although tables of the run are missing or damaged; they begin anew.
+    #[arg(long, requires = "resume")]
+    new_tables: bool,
     /// Show no progress.
     #[arg(long)]
     quiet: bool,
@@ -50,9 +53,12 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
         .out
         .clone()
         .unwrap_or_else(|| arguments.case.join(format!("run-{}", chosen.preset)));
-    let earlier = match (arguments.resume, arguments.force) {
-        (true, _) => Earlier::Resume,
-        (_, true) => Earlier::Replace,
+    let earlier = match arguments {
+        Arguments {
+            new_tables: true, ..
+        } => Earlier::ResumeWithoutTables,
+        Arguments { resume: true, .. } => Earlier::Resume,
+        Arguments { force: true, .. } => Earlier::Replace,
         _ => Earlier::Keep,
     };
     let order = Order {
@@ -94,23 +100,27 @@ impl Order<'_> {
         let folder = RunFolder::open(self.out, self.earlier)?;
         let checkpoint = match self.earlier {
             Earlier::Resume => checkpoint(&folder, case)?,
-            _ => None,
+            Earlier::ResumeWithoutTables => Some(checkpoint_without_tables(&folder, case)?),
+            Earlier::Keep | Earlier::Replace => None,
         };
         write_atomically(&folder.resolved_case(), case.to_toml_string().as_bytes())
             .map_err(written)?;
 
         let clock = Instant::now();
         let mut run = Run::assemble(self.path, case, folder, checkpoint.as_ref(), interrupt()?)?;
+        if self.earlier == Earlier::ResumeWithoutTables {
+            run.save()?; // a checkpoint that stands on the new tables
+        }
         if !self.quiet {
             warn(case);
-            eprintln!(
+            terminal::note(format_args!(
                 "{}: {} fluid cells, {} structural degrees of freedom, {} steps; ready in {:.1} s",
                 self.path.display(),
                 run.cells,
                 run.coupling.solid.body().degrees_of_freedom(),
                 run.case.steps(),
                 clock.elapsed().as_secs_f64(),
-            );
+            ));
         }
         let outcome = run.advance(self.quiet);
         run.conclude(outcome, self.quiet)
@@ -120,23 +130,57 @@ impl Order<'_> {
 /// The checkpoint from which the run in `folder` continues; none if it ended before it wrote the first.
 fn checkpoint(folder: &RunFolder, case: &Case) -> Result<Option<Checkpoint>, Failure> {
     let Some(found) = save::find(folder)? else {
-        eprintln!(
-            "the run in {} had not begun; it starts now",
-            folder.root().display()
-        );
+        let root = folder.root().display();
+        terminal::note(format_args!(
+            "the run in {root} had not begun; it starts now"
+        ));
         return Ok(None);
     };
-    save::compare(&found.checkpoint, case)?;
+    can_follow(&found.checkpoint, case)?;
     for damaged in &found.damaged {
-        eprintln!("passed over: {damaged}");
+        terminal::note(format_args!("passed over: {damaged}"));
     }
-    eprintln!(
+    terminal::note(format_args!(
         "continues from {}: {} steps, t = {} s",
         found.path.display(),
         found.checkpoint.step(),
         found.checkpoint.time()
-    );
+    ));
     Ok(Some(found.checkpoint))
+}
+
+/// The checkpoint from which the run in `folder` continues with new tables.
+fn checkpoint_without_tables(folder: &RunFolder, case: &Case) -> Result<Checkpoint, Failure> {
+    let found = folder
+        .checkpoints()
+        .newest_without(&save::table_names(folder));
+    let found = found.map_err(|e| Failure::Input(e.to_string()))?;
+    can_follow(&found.checkpoint, case)?;
+    let (checkpoint, lost) = save::without_tables(folder, found.checkpoint)?;
+    for lost in lost {
+        terminal::note(format_args!("begins anew: {lost}"));
+    }
+    terminal::note(format_args!(
+        "continues from {}: {} steps, t = {} s",
+        found.path.display(),
+        checkpoint.step(),
+        checkpoint.time()
+    ));
+    Ok(checkpoint)
+}
+
+/// Refuses another case than that of the checkpoint, and one that ends before it: its results would be cut off.
+fn can_follow(checkpoint: &Checkpoint, case: &Case) -> Result<(), Failure> {
+    save::compare(checkpoint, case)?;
+    let reached = checkpoint.record.totals.time_s;
+    if reached > case.time.end + 0.5 * case.time.step {
+        return Err(Failure::Input(format!(
+            "time.end_s (--end-time): {} s, but the run to be resumed has reached t = {reached} s; expected at least that. \
+             For results until an earlier time: fsi-driver hemodynamics RUN --from S --to S",
+            case.time.end
+        )));
+    }
+    Ok(())
 }
 
 fn run_failure(error: impl std::fmt::Display) -> Failure {

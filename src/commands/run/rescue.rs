@@ -5,6 +5,7 @@ use super::{run_failure, written};
 use crate::commands::Failure;
 use crate::coupling::{CouplingError, FailedStep};
 use crate::fluid::FluidError;
+use crate::fluid::openfoam::times;
 use std::time::Duration;
 
 /// Attempts at a step, each more careful than the one before; those that follow halve it.
@@ -103,7 +104,8 @@ impl Run {
     pub fn rescue(&mut self, failed: FailedStep) -> Result<String, Failure> {
         let place = self.place();
         let number = place.0;
-        let time = (self.record.totals.steps as f64 + self.cadence.reaches()) * self.case.time.step;
+        let steps = self.record.totals.steps as f64 + self.cadence.reaches();
+        let time = times::spelt(steps * self.case.time.step);
         let attempt = self.trouble_here().map_or(1, |trouble| trouble.attempt);
         self.record
             .failed_attempt(time, attempt, &failed.iterations)

@@ -10,7 +10,7 @@ use crate::fluid::{Fluid, FluidMemory};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Keys (or tables) that may change when a run is resumed: they have no influence on the steps that were done, or,
@@ -134,10 +134,68 @@ pub fn find(folder: &RunFolder) -> Result<Option<Found>, Failure> {
         Err(StoreError::None(_)) if fs::metadata(folder.history()).map_or(0, |f| f.len()) == 0 => {
             Ok(None)
         }
-        Err(error) => Err(Failure::Input(format!(
-            "{error}\nThe run cannot be resumed; start it again with --force."
-        ))),
+        Err(error) => {
+            let state = folder.checkpoints().newest_without(&table_names(folder));
+            Err(Failure::Input(match state {
+                Ok(_) => format!(
+                    "{error}\nRestore such a file from a copy, or go on without its rows until now: --resume --new-tables sets it aside and begins it anew."
+                ),
+                Err(_) => {
+                    format!("{error}\nThe run cannot be resumed; start it again with --force.")
+                }
+            }))
+        }
     }
+}
+
+/// Sets tables that are missing, or not what they were at the `checkpoint`, aside and says what is wrong with each; the
+/// checkpoint then knows none of their rows.
+pub fn without_tables(
+    folder: &RunFolder,
+    mut checkpoint: Checkpoint,
+) -> Result<(Checkpoint, Vec<String>), Failure> {
+    let root = folder.root();
+    let (mut lost, record) = (Vec::new(), &mut checkpoint.record);
+    for (path, length) in [
+        (folder.history(), &mut record.history),
+        (folder.iterations(), &mut record.iterations),
+        (folder.probes(), &mut record.probes),
+        (folder.regions(), &mut record.wall.regions),
+        (folder.wall_history(), &mut record.wall.history),
+    ] {
+        let name = below(root, &path).display().to_string();
+        let mut marks = checkpoint.files.iter().filter(|mark| mark.path == name);
+        let Some(flaw) = marks.find_map(|mark| mark.check(root).err()) else {
+            continue;
+        };
+        set_aside(&path).map_err(|e| Failure::Input(format!("cannot rename {name}: {e}")))?;
+        lost.push(flaw.to_string());
+        *length = 0;
+    }
+    Ok((checkpoint, lost))
+}
+
+/// Renames a file, if it is there, to a name that is free.
+fn set_aside(path: &Path) -> io::Result<()> {
+    let name = |n: usize| PathBuf::from(format!("{}.damaged-{n}", path.display()));
+    let free = (1..).map(name).find(|name| !name.exists());
+    match fs::rename(path, free.expect("some number is free")) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        renamed => renamed,
+    }
+}
+
+/// The files of a run that grow by rows: results, without which a state is whole.
+pub fn table_names(folder: &RunFolder) -> Vec<String> {
+    let tables = [
+        folder.history(),
+        folder.iterations(),
+        folder.probes(),
+        folder.regions(),
+        folder.wall_history(),
+    ];
+    let names = tables.iter().map(|path| below(folder.root(), path));
+    names.map(|name| name.display().to_string()).collect()
 }
 
 /// Refuses to resume another case than that of the checkpoint.

@@ -21,6 +21,8 @@ pub enum Earlier {
     Replace,
     /// Go on with it.
     Resume,
+    /// Go on with it although tables of it are missing or damaged.
+    ResumeWithoutTables,
 }
 
 /// The files of a run, and the right to work with them.
@@ -53,7 +55,7 @@ impl RunFolder {
         let ours = entries.iter().any(|name| name == MARK || name == LOCK);
         let occupied = entries.iter().any(|name| name != LOCK);
         match earlier {
-            Earlier::Resume if !ours => {
+            Earlier::Resume | Earlier::ResumeWithoutTables if !ours => {
                 return input(format!(
                     "{shown} holds no run to resume; start it without --resume"
                 ));

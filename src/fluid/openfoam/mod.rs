@@ -219,7 +219,7 @@ impl Fluid for OpenFoam {
             .map_or(self.settings.terms.start_time, |(end, _)| end);
         self.accepted = Some((step.time, step.time - before));
         Ok(FluidStep {
-            time: step.time,
+            time: times::spelt(step.time),
             openings: vec![
                 Opening {
                     name: "inlet".into(),
