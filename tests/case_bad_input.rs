@@ -1,6 +1,6 @@
 //! A table of mistakes: each is reported with its key, and quickly.
 
-use fsi_driver::case::{Case, CaseError, CaseErrors, Preset};
+use fsi_driver::case::{Case, CaseError, CaseErrors, Override, Place, Preset};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -136,6 +136,12 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "output.wall_history", "2", "true or false"),
     ("S-0.25", "preset.demo.time.end_s", "1", "unknown key"),
     ("S-0.25", "", "1", "unknown key"),
+    ("S-0.25", "time.step_s", "1e-12", "1.0e11 steps until time.end_s = 0.1 are more than a run can take: expected 1e-8 s or more"),
+    ("S-0.25", "time.step_s", "5e-7", "steps until time.period_s = 1.0 are more than"),
+    ("S-0.25", "fluid.ranks", "64", "there are 63 cells along it: at most 63"),
+    ("S-0.25", "geometry.length_m", "0.3", "did you mean `geometry.graft_length_m`, `geometry.artery_length_m`, `geometry.blend_length_m` or `geometry.extension_length_m`?"),
+    ("turek-hron", "geometry.thickness_m", "0.3", "did you mean `flag.thickness_m`?"),
+    ("S-0.25", "wall.mu_Pa", "1e4", "did you mean `wall.graft.mu_Pa`, `wall.media.mu_Pa` or `wall.adventitia.mu_Pa`?"),
 ];
 
 #[test]
@@ -309,4 +315,80 @@ fn files_that_never_end_are_not_opened() {
         assert!(errors.contains("inflow.file"), "{errors}");
         assert!(errors.contains("not a file"), "{errors}");
     }
+}
+
+#[test]
+fn a_key_that_is_given_twice_is_refused() {
+    let model = project().join("S-0.25");
+    let both = refuse(&model, &[("time.end_s", "0.02"), ("time.end_s", "0.04")]).to_string();
+    assert_eq!(
+        both,
+        "--set: `time.end_s` is given twice, as 0.02 by --set and as 0.04 by --set: leave one of them out"
+    );
+    let table = refuse(
+        &model,
+        &[("fluid.mesh", "{ core = 4 }"), ("fluid.mesh.core", "5")],
+    );
+    assert!(
+        table
+            .to_string()
+            .contains("`fluid.mesh.core` is given twice"),
+        "{table}"
+    );
+}
+
+#[test]
+fn options_are_blamed_by_their_name() {
+    let given = |place, key: &str, value: &str| Override {
+        place,
+        key: key.into(),
+        value: value.into(),
+    };
+    let zero = given(Place::Option("--end-time"), "time.end_s", "0.0");
+    let model = project().join("S-0.25");
+    let errors = Case::load_with(&model, Preset::Demo, &[zero]).unwrap_err();
+    assert!(
+        errors
+            .to_string()
+            .starts_with("--end-time: `time.end_s` = 0.0: expected a number above 0.0"),
+        "{errors}"
+    );
+    // What a command chooses for itself takes the place of what the user chose.
+    let chosen = [
+        given(Place::Set, "time.end_s", "0.02"),
+        given(Place::Command, "time.end_s", "0.04"),
+    ];
+    let case = Case::load_with(&model, Preset::Demo, &chosen).unwrap();
+    assert_eq!(case.time.end, 0.04);
+}
+
+/// A file that is no case at all is refused as quickly as another, however much there is of it.
+#[test]
+fn endless_mistakes_take_no_time() {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("case.toml");
+    let defaults = project().join("defaults.toml");
+    let case = |lines: &str| {
+        std::fs::write(&file, format!("extends = {defaults:?}\n{lines}")).unwrap();
+        refuse(scratch.path(), &[])
+    };
+    let keys: String = (0..60_000).map(|i| format!("key_{i} = {i}\n")).collect();
+    let errors = case(&keys);
+    assert_eq!(errors.0.len(), 60_000);
+    let text = errors.to_string();
+    assert!(
+        text.ends_with("\n  and 59975 more"),
+        "{}",
+        &text[text.len() - 200..]
+    );
+    assert!(text.contains(":26: unknown key `key_24`"), "{text}");
+    let large: String = (0..2_000_000)
+        .map(|i| format!("key_{i:08} = 1\n"))
+        .collect();
+    let text = case(&large).to_string();
+    assert!(text.contains("case.toml: larger than 1 MiB"), "{text}");
+    let long = format!("{} = 1\n", "a".repeat(900_000));
+    assert_eq!(case(&long).0.len(), 1);
+    let nested = format!("{}a = 1\n", "a.".repeat(100_000));
+    assert!(!case(&nested).0.is_empty());
 }

@@ -340,3 +340,96 @@ fn a_curve_that_is_accepted_drives_the_inflow() {
         }
     }
 }
+
+/// `check` and the run look at the same: what a run would refuse after its first files is found before.
+#[test]
+fn what_a_run_reads_is_checked_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let templates = |name: &str, change: &dyn Fn(&Path)| {
+        let to = folder.path().join(name);
+        for part in ["0", "constant", "system"] {
+            let from = Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("openfoam-case/base")
+                .join(part);
+            std::fs::create_dir_all(to.join(part)).unwrap();
+            for file in std::fs::read_dir(from).unwrap().flatten() {
+                std::fs::copy(file.path(), to.join(part).join(file.file_name())).unwrap();
+            }
+        }
+        change(&to);
+        format!("fluid.templates={}", to.display())
+    };
+    let no_system = templates("a", &|t| std::fs::remove_dir_all(t.join("system")).unwrap());
+    let no_p = templates("b", &|t| std::fs::remove_file(t.join("0/p")).unwrap());
+    let rubbish = templates("c", &|t| {
+        std::fs::write(t.join("0/U"), "rubbish\n").unwrap()
+    });
+    let mistakes: [(&[&str], &[&str]); 9] = [
+        (
+            &["--set", &no_system],
+            &["`fluid.templates` = ", "it lacks system/controlDict"],
+        ),
+        (
+            &["--set", &no_p],
+            &["`fluid.templates` = ", "it lacks 0/p;"],
+        ),
+        (
+            &["--set", &rubbish],
+            &["`fluid.templates` = ", "0/U:1: the entry `rubbish`"],
+        ),
+        (
+            &[
+                "--set",
+                "output.probes_m=[[0.045,2.35e-3,0.0],[15.0,0.0,0.0]]",
+            ],
+            &[
+                "--set: `output.probes_m`",
+                "probe 1, [15.0, 0.0, 0.0], does not lie on",
+                "1.49e1 m away",
+            ],
+        ),
+        (&["--ranks", "0"], &["--ranks: `fluid.ranks` = 0"]),
+        (
+            &["--ranks", "64"],
+            &["--ranks: `fluid.ranks` = 64", "at most 34"],
+        ),
+        (
+            &["--set", "time.step_s=1e-12"],
+            &["`time.step_s`", "more than a run can take"],
+        ),
+        (
+            &[
+                "--set",
+                "coupling.e_rel=1e-5",
+                "--set",
+                "coupling.e_rel=1e-6",
+            ],
+            &["`coupling.e_rel` is given twice"],
+        ),
+        (
+            &["--set", "time.end_s=0.02"],
+            &["`time.end_s` is given twice, as 0.01 by --end-time and as 0.02 by --set"],
+        ),
+    ];
+    for (arguments, messages) in mistakes {
+        let run = driver(&out, 0.01, arguments);
+        let words: Vec<_> = run.get_args().map(|word| word.to_str().unwrap()).collect();
+        // The words of the run without its folders.
+        let check = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .args(["check", words[1], words[2], words[3]])
+            .args(&words[6..])
+            .output()
+            .unwrap();
+        let mut run = run;
+        let run = run.output().unwrap();
+        for output in [&check, &run] {
+            let said = text(output);
+            assert_eq!(output.status.code(), Some(2), "{said}");
+            assert!(messages.iter().all(|m| said.contains(m)), "{said}");
+        }
+        assert_eq!(text(&check), text(&run));
+        assert!(!out.exists());
+    }
+}

@@ -12,6 +12,10 @@ use std::fmt::Write as _;
 
 /// The imperfection must leave at least this share of the artery's inner radius.
 const LEAST_LUMEN: f64 = 0.2;
+/// Most steps of a run.
+const MOST_STEPS: f64 = 1e7;
+/// Most steps of a period: its inflow is sampled at each of them.
+const MOST_STEPS_OF_A_PERIOD: f64 = 1e6;
 /// A cell of the rigid extension may bend by this angle at most.
 const MAX_BEND_DEG: f64 = 30.0;
 
@@ -180,6 +184,25 @@ fn times(case: &Case, report: &mut Report<'_>) {
         !whole,
         format!("expected a whole part of time.period_s = {period:?}, such as {example:?}"),
     );
+    let limits = [
+        ("time.end_s", case.time.end, MOST_STEPS),
+        ("time.period_s", period, MOST_STEPS_OF_A_PERIOD),
+    ];
+    if let Some((key, duration, most)) = limits
+        .into_iter()
+        .find(|(_, duration, most)| duration / step > most * (1.0 + 1e-6))
+    {
+        report(
+            &["time.step_s", key],
+            true,
+            format!(
+                "{:.1e} steps until {key} = {duration:?} are more than a run can take: expected {:e} s or more, for at \
+                 most {most:e} steps",
+                duration / step,
+                duration / most
+            ),
+        );
+    }
     for (key, value) in [
         ("time.end_s", case.time.end),
         (
@@ -260,6 +283,14 @@ fn discretization(case: &Case, report: &mut Report<'_>) {
         (length > 0.0) != (cells > 0),
         format!(
             "a rigid extension of the length {length:?} m with {cells} cells along it: both or neither must be zero"
+        ),
+    );
+    let (ranks, slices) = (case.fluid.ranks, case.fluid.mesh.slices());
+    report(
+        &["fluid.ranks", "fluid.mesh.axial_per_section"],
+        case.flag.is_none() && ranks > slices,
+        format!(
+            "each MPI rank takes a slice of the vessel, and there are {slices} cells along it: at most {slices}"
         ),
     );
     let turn = match case.model.extension {

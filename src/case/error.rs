@@ -10,6 +10,12 @@ pub enum Place {
     File(PathBuf, usize),
     /// An option `--set` of the command line.
     Set,
+    /// Another option of the command line, such as `--end-time`, that stands for a key.
+    Option(&'static str),
+    /// Nowhere: a default counts.
+    Absent,
+    /// The command itself, whatever the user said: a benchmark ends when it ends.
+    Command,
 }
 
 impl fmt::Display for Place {
@@ -17,6 +23,9 @@ impl fmt::Display for Place {
         match self {
             Place::File(path, line) => write!(f, "{}:{line}", path.display()),
             Place::Set => f.write_str("--set"),
+            Place::Option(name) => f.write_str(name),
+            Place::Absent => f.write_str("by default"),
+            Place::Command => f.write_str("chosen by the command"),
         }
     }
 }
@@ -41,14 +50,27 @@ pub enum CaseError {
         message: String,
     },
     /// A key that no case has.
-    #[error("{place}: unknown key `{key}`{}", suggestion.as_ref().map(|s| format!("; did you mean `{s}`?")).unwrap_or_default())]
+    #[error("{place}: unknown key `{key}`{}", meant(suggestions))]
     UnknownKey {
         /// Where.
         place: Place,
         /// The key.
         key: String,
-        /// What may have been meant.
-        suggestion: Option<String>,
+        /// Keys that may have been meant.
+        suggestions: Vec<String>,
+    },
+    /// A key that the command line gives two values.
+    #[error(
+        "{}: `{key}` is given twice, as {} by {} and as {} by {}: leave one of them out",
+        second.0, first.1, first.0, second.1, second.0
+    )]
+    Repeated {
+        /// The key.
+        key: String,
+        /// Option and value.
+        first: (Place, String),
+        /// Option and value of the other.
+        second: (Place, String),
     },
     /// A value of the wrong type or out of range.
     #[error("{place}: `{key}` = {found}: expected {allowed} ({about}){}", suggestion.as_ref().map(|s| format!("; did you mean \"{s}\"?")).unwrap_or_default())]
@@ -105,6 +127,19 @@ pub enum CaseError {
     },
 }
 
+/// "; did you mean `a`, `b` or `c`?"
+fn meant(keys: &[String]) -> String {
+    let quoted: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+    match quoted.split_last() {
+        None => String::new(),
+        Some((only, [])) => format!("; did you mean {only}?"),
+        Some((last, others)) => format!("; did you mean {} or {last}?", others.join(", ")),
+    }
+}
+
+/// So many mistakes are shown at once.
+const SHOWN: usize = 25;
+
 /// All mistakes of a case, in the order in which they were found; never empty.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub struct CaseErrors(pub Vec<CaseError>);
@@ -115,7 +150,12 @@ impl fmt::Display for CaseErrors {
             [only] => only.fmt(f),
             all => {
                 write!(f, "{} mistakes in the case:", all.len())?;
-                all.iter().try_for_each(|error| write!(f, "\n  {error}"))
+                let mut shown = all.iter().take(SHOWN);
+                shown.try_for_each(|error| write!(f, "\n  {error}"))?;
+                match all.len().saturating_sub(SHOWN) {
+                    0 => Ok(()),
+                    more => write!(f, "\n  and {more} more"),
+                }
             }
         }
     }

@@ -58,9 +58,26 @@ impl Case {
     /// 10 MB for the driver and, for the factors of the tangent, a power of the degrees of freedom n (nested dissection
     /// of a body: n^(4/3)). All factors measured.
     pub fn memory(&self) -> f64 {
-        let fluid = 98e6 * self.fluid.ranks as f64 + 2.1e3 * self.fluid_cells() as f64;
-        let wall = 10e6 + 600.0 * (self.structure_degrees_of_freedom() as f64).powf(4.0 / 3.0);
-        fluid + wall
+        self.memory_of().into_iter().map(|(bytes, _)| bytes).sum()
+    }
+
+    /// The parts of [`Case::memory`], bytes, each with what makes it less.
+    pub fn memory_of(&self) -> [(f64, &'static str); 3] {
+        let wall = (self.structure_degrees_of_freedom() as f64).powf(4.0 / 3.0);
+        [
+            (
+                98e6 * self.fluid.ranks as f64,
+                "fewer MPI ranks (--ranks, fluid.ranks)",
+            ),
+            (
+                2.1e3 * self.fluid_cells() as f64,
+                "fewer cells (fluid.mesh.*, or flag.mesh.*)",
+            ),
+            (
+                10e6 + 600.0 * wall,
+                "fewer elements (structure.*, or flag.mesh.elements) or a lower structure.p",
+            ),
+        ]
     }
 
     /// Number of time steps.

@@ -157,7 +157,8 @@ impl FlowCurve {
             line,
             message,
         };
-        let text = text_file::read(path).map_err(|error| unreadable(error.to_string()))?;
+        let text = text_file::read(path, text_file::OF_A_CURVE)
+            .map_err(|error| unreadable(error.to_string()))?;
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
             .trim(csv::Trim::All)

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
 use std::sync::LazyLock;
+use toml::Value;
 
 words! {
     /// Resolution and length of a run, with everything else unchanged.
@@ -33,12 +34,40 @@ pub struct ResolvedCase {
     pub origins: BTreeMap<String, Place>,
 }
 
+impl ResolvedCase {
+    /// A mistake in the value of `key` that only shows when the case is built.
+    pub fn mistake(&self, key: &str, message: String) -> CaseError {
+        let found = Value::try_from(&self.case).ok().and_then(|case| {
+            let mut names = key.split('.');
+            let value = names.try_fold(&case, |value, name| value.get(name));
+            value.map(value::shorten)
+        });
+        CaseError::Nonsense {
+            place: self.origins.get(key).cloned().unwrap_or(Place::Absent),
+            key: key.to_owned(),
+            found: found.unwrap_or_else(|| "(not given)".into()),
+            message,
+        }
+    }
+}
+
 impl Deref for ResolvedCase {
     type Target = Case;
 
     fn deref(&self) -> &Case {
         &self.case
     }
+}
+
+/// A value of the command line, which replaces that of the files.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Override {
+    /// The option that gives it.
+    pub place: Place,
+    /// Dotted key.
+    pub key: String,
+    /// The value in TOML; a bare word is a string.
+    pub value: String,
 }
 
 /// Files that stand on each other, at most.
@@ -61,6 +90,24 @@ impl Case {
         preset: Preset,
         overrides: &[(String, String)],
     ) -> Result<ResolvedCase, CaseErrors> {
+        let set = |(key, value): &(String, String)| Override {
+            place: Place::Set,
+            key: key.clone(),
+            value: value.clone(),
+        };
+        let overrides: Vec<Override> = overrides.iter().map(set).collect();
+        Self::load_with(dir, preset, &overrides)
+    }
+
+    /// As [`Case::load`], with overrides that know the option they come from.
+    ///
+    /// # Errors
+    /// As [`Case::load`]; also a key that is given twice.
+    pub fn load_with(
+        dir: &Path,
+        preset: Preset,
+        overrides: &[Override],
+    ) -> Result<ResolvedCase, CaseErrors> {
         let file = if dir.is_file() {
             dir.to_owned()
         } else {
@@ -68,22 +115,26 @@ impl Case {
         };
         let mut errors = Vec::new();
         let mut layers = Vec::new();
+        let mut others = Vec::new();
         for source in chain(&file, &mut errors) {
             layers.push(source.plain);
-            let (chosen, others) = presets(source.presets, preset, &mut errors);
+            let (chosen, unchosen) = presets(source.presets, preset, &mut errors);
             layers.push(chosen);
-            // Mistakes in presets that are not asked for are mistakes too.
-            others
-                .into_iter()
-                .for_each(|entry| drop(value::check_entry(entry, Case::schema(), &mut errors)));
+            others.extend(unchosen);
         }
-        let set = overrides
+        let given = overrides
             .iter()
-            .map(|(key, value)| source::read_set(key, value));
-        layers.push(set.flat_map(source::split_tables).collect());
+            .map(|given| source::read_option(given.place.clone(), &given.key, &given.value));
+        let given: Vec<Entry> = given.flat_map(source::split_tables).collect();
+        refuse_repeated(&given, &mut errors);
+        layers.push(given);
         let readable = errors.is_empty();
 
-        let mut stack = Stack::new(Case::schema());
+        let mut stack = Stack::new(Case::schema(), source::tables(layers.iter().flatten()));
+        // Mistakes in presets that are not asked for are mistakes too.
+        for entry in others {
+            stack.check(entry, &mut errors);
+        }
         for layer in layers {
             stack.lay(layer, &mut errors);
         }
@@ -141,7 +192,10 @@ fn presets(
         if !names.contains(&name.as_str()) {
             errors.push(CaseError::UnknownKey {
                 place: entry.place,
-                suggestion: spelling::closest(&name, names).map(|near| format!("preset.{near}")),
+                suggestions: spelling::closest(&name, names)
+                    .map(|near| format!("preset.{near}"))
+                    .into_iter()
+                    .collect(),
                 key: format!("preset.{name}"),
             });
         } else if name == chosen.name() {
@@ -151,4 +205,19 @@ fn presets(
         }
     }
     values
+}
+
+/// Of two values for a key nobody knows which one is meant.
+fn refuse_repeated(given: &[Entry], errors: &mut Vec<CaseError>) {
+    let mut seen: BTreeMap<&str, &Entry> = BTreeMap::new();
+    for entry in given.iter().filter(|entry| entry.place != Place::Command) {
+        if let Some(first) = seen.insert(&entry.key, entry) {
+            let shown = |entry: &Entry| (entry.place.clone(), value::shorten(&entry.value));
+            errors.push(CaseError::Repeated {
+                key: entry.key.clone(),
+                first: shown(first),
+                second: shown(entry),
+            });
+        }
+    }
 }

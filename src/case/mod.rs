@@ -44,7 +44,7 @@ pub use error::{CaseError, CaseErrors, Place};
 pub use flag::{Flag, FlagMesh};
 pub use flow_curve::{FlowCurve, FlowCurveError};
 pub use keys::*;
-pub use load::{Preset, ResolvedCase};
+pub use load::{Override, Preset, ResolvedCase};
 pub use window::Window;
 
 impl Coupling {

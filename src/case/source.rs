@@ -2,6 +2,7 @@
 
 use super::error::{CaseError, Place};
 use super::text_file;
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Value;
@@ -37,7 +38,7 @@ pub fn read(path: &Path, advice: &str, errors: &mut Vec<CaseError>) -> Source {
         path: path.to_owned(),
         reason,
     };
-    let text = match text_file::read(path) {
+    let text = match text_file::read(path, text_file::OF_PARAMETERS) {
         Ok(text) => text,
         Err(error) => {
             errors.push(unreadable(format!("{error}; {advice}")));
@@ -48,7 +49,9 @@ pub fn read(path: &Path, advice: &str, errors: &mut Vec<CaseError>) -> Source {
         Ok(folder) => folder,
         Err(_) => std::env::current_dir().unwrap_or_default(),
     };
-    let place = |span: Range<usize>| Place::File(path.to_owned(), line_of(&text, span.start));
+    let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+    let line_of = |offset: usize| 1 + lines.partition_point(|end| *end < offset);
+    let place = |span: Range<usize>| Place::File(path.to_owned(), line_of(span.start));
     let mut source = Source::default();
     for (mut keys, value, at) in flatten(&text, &place, errors) {
         let entry = |key: String| Entry {
@@ -82,8 +85,9 @@ pub fn read(path: &Path, advice: &str, errors: &mut Vec<CaseError>) -> Source {
     source
 }
 
-/// Reads an option `--set key=value`: the value is TOML, or else a word. Relative paths start from the current folder.
-pub fn read_set(key: &str, value: &str) -> Entry {
+/// Reads a value of the command line, such as that of `--set key=value`: it is TOML, or else a word. Relative paths start
+/// from the current folder.
+pub fn read_option(place: Place, key: &str, value: &str) -> Entry {
     let value = toml::from_str::<toml::Table>(&format!("value = {value}\n"))
         .ok()
         .and_then(|mut table| {
@@ -97,9 +101,15 @@ pub fn read_set(key: &str, value: &str) -> Entry {
     Entry {
         key: key.trim().to_owned(),
         value,
-        place: Place::Set,
+        place,
         folder: std::env::current_dir().unwrap_or_default(),
     }
+}
+
+/// The tables at the root of the file that these entries stand in.
+pub fn tables<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> BTreeSet<String> {
+    let roots = entries.into_iter().map(|entry| entry.key.split('.').next());
+    roots.flatten().map(str::to_owned).collect()
 }
 
 /// Splits a table given to `--set` (such as `fluid.mesh={core=4}`) into its entries.
@@ -192,13 +202,6 @@ fn walk(
         }
         keys.pop();
     }
-}
-
-fn line_of(text: &str, offset: usize) -> usize {
-    1 + text.as_bytes()[..offset.min(text.len())]
-        .iter()
-        .filter(|byte| **byte == b'\n')
-        .count()
 }
 
 /// Removes `name/..` from a path, so that messages show `openfoam-case/defaults.toml`.

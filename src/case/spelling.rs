@@ -1,28 +1,73 @@
 //! What may have been meant by a misspelt key or word.
 
-/// The one of the known `paths` that was most likely meant by the unknown `path`: one spelt nearly the same, or the
-/// same in another table.
-pub fn suggest(path: &str, paths: &[String]) -> Option<String> {
-    fn name(path: &str) -> &str {
-        path.rsplit('.').next().unwrap_or_default()
+use super::error::CaseError;
+use super::source::Entry;
+use strsim::levenshtein;
+
+/// After so many mistakes nobody looks for what may have been meant by another unknown key.
+const PATIENCE: usize = 20;
+/// Most keys that are suggested at once.
+const MOST_KEYS: usize = 4;
+/// Longer names are nobody's misspelling.
+const LONGEST: usize = 100;
+
+/// Reports a key that no file has; `known` are the paths that it might be a misspelling of.
+pub fn unknown_key(
+    entry: Entry,
+    known: impl FnOnce(&str) -> Vec<String>,
+    errors: &mut Vec<CaseError>,
+) {
+    let suggestions = match errors.len() < PATIENCE {
+        true => suggest(&entry.key, &known(&entry.key)),
+        false => Vec::new(),
+    };
+    errors.push(CaseError::UnknownKey {
+        place: entry.place,
+        key: entry.key,
+        suggestions,
+    });
+}
+
+/// Those of the known `paths` that were most likely meant by the unknown `path`: the one spelt nearly the same; or
+/// else those of the same name in other tables; or else those in the same table that are named more precisely, such as
+/// `geometry.graft_length_m` for `geometry.length_m`.
+pub fn suggest(path: &str, paths: &[String]) -> Vec<String> {
+    fn split(path: &str) -> (&str, &str) {
+        path.rsplit_once('.').unwrap_or(("", path))
     }
-    let wanted = name(path);
-    let near = paths
-        .iter()
-        .map(|known| (edit_distance(path, known), known))
-        .min();
-    let near = near
-        .filter(|(distance, _)| *distance <= tolerance(wanted))
-        .map(|(_, known)| known);
-    near.or_else(|| paths.iter().find(|known| name(known) == wanted))
-        .cloned()
+    if path.len() > LONGEST {
+        return Vec::new();
+    }
+    let (table, wanted) = split(path);
+    let near = paths.iter().map(|known| (levenshtein(path, known), known));
+    if let Some((_, known)) = near.min().filter(|(d, _)| *d <= tolerance(wanted)) {
+        return vec![known.clone()];
+    }
+    let alike = |fits: &dyn Fn(&str, &str) -> bool| -> Vec<String> {
+        let found = paths.iter().filter(|known| {
+            let (table, name) = split(known);
+            fits(table, name)
+        });
+        found.take(MOST_KEYS).cloned().collect()
+    };
+    let same = alike(&|_, name| name == wanted);
+    if !same.is_empty() {
+        return same;
+    }
+    let words: Vec<&str> = wanted.split('_').collect();
+    alike(&|known, name| {
+        known == table && words.iter().all(|word| name.split('_').any(|w| w == *word))
+    })
 }
 
 /// The allowed word that `found` is most likely a misspelling of.
 pub fn closest<'a>(found: &str, allowed: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if found.len() > LONGEST {
+        return None;
+    }
     let best = allowed
         .into_iter()
-        .map(|word| (edit_distance(found, word), word))
+        .map(|word| (levenshtein(found, word), word))
         .min()?;
     (best.0 <= tolerance(found)).then_some(best.1)
 }
@@ -30,20 +75,4 @@ pub fn closest<'a>(found: &str, allowed: impl IntoIterator<Item = &'a str>) -> O
 /// Wrong letters with which a word is still recognized.
 fn tolerance(word: &str) -> usize {
     1.max(word.chars().count() / 3)
-}
-
-/// Levenshtein's distance: how many letters must be inserted, removed or replaced.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }

@@ -3,6 +3,7 @@
 use super::error::{CaseError, Place};
 use super::schema::{self, Choice, Key, Schema};
 use super::source::Entry;
+use super::spelling;
 use super::value::{self, shorten};
 use serde::de::DeserializeOwned;
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,6 +17,8 @@ const MANY: usize = 10;
 #[derive(Debug)]
 pub(crate) struct Stack {
     schema: &'static Schema,
+    /// The tables at the root that are mentioned anywhere.
+    tables: BTreeSet<String>,
     layers: usize,
     top: BTreeMap<String, (usize, Entry)>,
     /// Keys whose last value was refused, so that a lower layer's stands in its place.
@@ -27,16 +30,38 @@ pub(crate) struct Stack {
 }
 
 impl Stack {
-    /// No values yet for the keys of this schema.
-    pub(crate) fn new(schema: &'static Schema) -> Self {
+    /// No values yet for the keys of this schema; there will be some in these `tables` at the root.
+    pub(crate) fn new(schema: &'static Schema, tables: BTreeSet<String>) -> Self {
         Self {
             schema,
+            tables,
             layers: 0,
             top: BTreeMap::new(),
             wrong: BTreeSet::new(),
             empty: BTreeSet::new(),
             chosen_since: BTreeMap::new(),
         }
+    }
+
+    /// The entry with its value in the form that its key asks for, or an error.
+    pub(crate) fn check(&self, entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
+        match self.schema.find(&entry.key) {
+            Some(key) => value::check(entry, key, errors),
+            None => {
+                spelling::unknown_key(entry, |path| self.alternatives(path), errors);
+                None
+            }
+        }
+    }
+
+    /// The paths that may stand where `path` stands, without those in optional tables that nobody mentions.
+    fn alternatives(&self, path: &str) -> Vec<String> {
+        let mut paths = self.schema.alternatives(path);
+        paths.retain(|path| {
+            let optional = self.schema.optional_table(path);
+            optional.is_none_or(|table| self.tables.iter().any(|t| schema::is_within(table, t)))
+        });
+        paths
     }
 
     /// Checks the values of a layer and lays them on top.
@@ -49,7 +74,7 @@ impl Stack {
                 self.empty.insert(key);
                 continue;
             }
-            match value::check_entry(entry, self.schema, errors) {
+            match self.check(entry, errors) {
                 Some(entry) => self.put(entry),
                 None => drop(self.wrong.insert(key)),
             }

@@ -5,13 +5,15 @@ use std::io::{self, Read};
 use std::path::Path;
 
 /// Far larger than anything that people write.
-const MOST_BYTES: u64 = 64 << 20;
+pub const OF_PARAMETERS: u64 = 1 << 20;
+/// Far larger than anything that people measure.
+pub const OF_A_CURVE: u64 = 64 << 20;
 
 /// The text of a file. A device, a pipe or a socket is refused before it is opened: reading it might never end.
 ///
 /// # Errors
-/// If it cannot be read, is no regular file, is larger than 64 MiB, or is not UTF-8, in words.
-pub fn read(path: &Path) -> io::Result<String> {
+/// If it cannot be read, is no regular file, is larger than `most_bytes`, or is not UTF-8, in words.
+pub fn read(path: &Path, most_bytes: u64) -> io::Result<String> {
     let invalid = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
     let kind = fs::metadata(path)?.file_type();
     if kind.is_dir() {
@@ -24,12 +26,12 @@ pub fn read(path: &Path) -> io::Result<String> {
     }
     let mut bytes = Vec::new();
     File::open(path)?
-        .take(MOST_BYTES + 1)
+        .take(most_bytes + 1)
         .read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MOST_BYTES {
+    if bytes.len() as u64 > most_bytes {
         return Err(invalid(format!(
-            "larger than {} MiB: not a file that was written by hand",
-            MOST_BYTES >> 20
+            "larger than {} MiB: this cannot be the right file",
+            most_bytes >> 20
         )));
     }
     String::from_utf8(bytes).map_err(|error| {

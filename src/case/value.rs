@@ -1,32 +1,14 @@
 //! One value against its key: the right type and range, in the form that the types ask for.
 
 use super::error::CaseError;
-use super::schema::{Key, Kind, Schema};
+use super::schema::{Key, Kind};
 use super::source::{self, Entry};
 use super::spelling;
 use std::ops::RangeInclusive;
 use toml::Value;
 
-/// The entry with its value in the form that its key asks for, or an error.
-pub(crate) fn check_entry(
-    entry: Entry,
-    schema: &Schema,
-    errors: &mut Vec<CaseError>,
-) -> Option<Entry> {
-    match schema.find(&entry.key) {
-        Some(key) => check(entry, key, errors),
-        None => {
-            errors.push(CaseError::UnknownKey {
-                suggestion: spelling::suggest(&entry.key, &schema.alternatives(&entry.key)),
-                place: entry.place,
-                key: entry.key,
-            });
-            None
-        }
-    }
-}
-
-fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) -> Option<Entry> {
+/// The entry with its value in the form that `key` asks for, or an error.
+pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) -> Option<Entry> {
     let value = match (key.kind, &entry.value) {
         (Kind::Real(range), Value::Float(x)) if range.contains(*x) => Some(Value::Float(*x)),
         (Kind::Real(range), Value::Integer(i)) if range.contains(*i as f64) => {

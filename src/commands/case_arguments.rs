@@ -1,7 +1,8 @@
 //! What the command line says about a case.
 
 use super::Failure;
-use crate::case::{Case, Preset, ResolvedCase};
+use super::run::preflight;
+use crate::case::{Case, Override, Place, Preset, ResolvedCase};
 use crate::output::terminal;
 use std::path::Path;
 
@@ -20,6 +21,9 @@ pub struct CaseArguments {
     /// Values that replace those of the case, such as coupling.e_rel=1e-6 or fluid.transport=files.
     #[arg(long = "set", value_name = "KEY=VALUE", num_args = 1..)]
     overrides: Vec<String>,
+    /// Keys and values that the program itself has chosen, whatever the user said.
+    #[arg(skip)]
+    own: Vec<(String, String)>,
 }
 
 impl CaseArguments {
@@ -36,23 +40,32 @@ impl CaseArguments {
         self.overrides
             .iter()
             .for_each(|pair| option("--set", pair.clone()));
+        debug_assert!(self.own.is_empty(), "they have no option");
         words
     }
 
-    /// The same with one more value that replaces that of the case.
+    /// The same with a value that replaces that of the case and of the options.
     pub fn with(mut self, key: &str, value: impl std::fmt::Display) -> Self {
-        self.overrides.push(format!("{key}={value}"));
+        self.own.retain(|(other, _)| other != key);
+        self.own.push((key.to_owned(), value.to_string()));
         self
     }
 
-    /// Loads and checks the case in the folder `case`; it must fit into this machine.
-    pub fn load(&self, case: &Path) -> Result<ResolvedCase, Failure> {
+    /// The values that replace those of the case.
+    fn overrides(&self) -> Result<Vec<Override>, Failure> {
+        let given = |place, key: &str, value: &str| Override {
+            place,
+            key: key.trim().to_owned(),
+            value: value.trim().to_owned(),
+        };
         let mut overrides = Vec::new();
         if let Some(end) = self.end_time {
-            overrides.push(("time.end_s".to_owned(), format!("{end:?}")));
+            let place = Place::Option("--end-time");
+            overrides.push(given(place, "time.end_s", &format!("{end:?}")));
         }
         if let Some(ranks) = self.ranks {
-            overrides.push(("fluid.ranks".to_owned(), ranks.to_string()));
+            let place = Place::Option("--ranks");
+            overrides.push(given(place, "fluid.ranks", &ranks.to_string()));
         }
         for pair in &self.overrides {
             let (key, value) = pair.split_once('=').ok_or_else(|| {
@@ -60,18 +73,29 @@ impl CaseArguments {
                     "--set {pair}: expected KEY=VALUE, such as coupling.e_rel=1e-6"
                 ))
             })?;
-            overrides.push((key.trim().to_owned(), value.trim().to_owned()));
+            overrides.push(given(Place::Set, key, value));
         }
-        let case =
-            Case::load(case, self.preset, &overrides).map_err(|e| Failure::Input(e.to_string()))?;
-        match machine_memory() {
-            Some(there) if case.memory() > there => Err(Failure::Input(format!(
-                "the case needs about {:.1} GB of memory, and this machine has {:.1} GB: take fewer elements (structure.*), a lower structure.p, or fewer cells (fluid.mesh.*)",
+        let own = self.own.iter();
+        overrides.extend(own.map(|(key, value)| given(Place::Command, key, value)));
+        Ok(overrides)
+    }
+
+    /// Loads and checks the case in the folder `case`; it must fit into this machine.
+    pub fn load(&self, case: &Path) -> Result<ResolvedCase, Failure> {
+        let case = Case::load_with(case, self.preset, &self.overrides()?)
+            .map_err(|e| Failure::Input(e.to_string()))?;
+        if let Some(there) = machine_memory().filter(|there| case.memory() > *there) {
+            let parts = case.memory_of().into_iter();
+            let largest = parts.max_by(|a, b| a.0.total_cmp(&b.0));
+            return Err(Failure::Input(format!(
+                "the case needs about {:.1} GB of memory, and this machine has {:.1} GB: take {}",
                 case.memory() / 1e9,
-                there / 1e9
-            ))),
-            _ => Ok(case),
+                there / 1e9,
+                largest.map_or("less of everything", |(_, advice)| advice)
+            )));
         }
+        preflight::check(&case).map_err(|e| Failure::Input(e.to_string()))?;
+        Ok(case)
     }
 }
 

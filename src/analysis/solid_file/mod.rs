@@ -74,7 +74,7 @@ impl SolidFile {
             key: format!("preset.{name}.{}", entry.key),
             ..entry
         }));
-        let mut stack = Stack::new(Self::schema());
+        let mut stack = Stack::new(Self::schema(), source::tables(&entries));
         stack.lay(entries, &mut errors);
         stack.sort_out_choices(&mut errors);
         if readable {

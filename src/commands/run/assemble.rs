@@ -188,7 +188,7 @@ impl Run {
 }
 
 /// The solid of a domain.
-fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> {
+pub(super) fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> {
     let settings = &case.structure;
     let mut discretization = discretization::Options::new(domain.space);
     if let Some(degree) = settings.p_geometry {

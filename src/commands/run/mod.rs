@@ -5,6 +5,7 @@ mod assemble;
 mod conclude;
 mod domain;
 pub mod interrupt;
+pub mod preflight;
 mod rescue;
 pub mod save;
 mod stand;

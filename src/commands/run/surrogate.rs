@@ -2,7 +2,9 @@
 
 use crate::Vec3;
 use crate::case::{self, Case};
-use crate::coupling::acceleration::surrogate::{Axis, Blood, End, Sections, TubeSurrogate};
+use crate::coupling::acceleration::surrogate::{
+    Axis, Blood, End, Sections, SparseSection, TubeSurrogate,
+};
 use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
 use crate::coupling::transfer::Transfer;
@@ -37,18 +39,7 @@ pub fn surrogate<S: Solid>(
         }
         case::Surrogate::OpenTube => (open(g.extension_length), open(0.0)),
     };
-    // The deformable part is straight in all models.
-    let axis = Axis {
-        start: Vec3::zeros(),
-        end: (g.graft_length + g.artery_length) * Vec3::x(),
-    };
-    // A section for each ring of wall points between the ends, or for every other one if they are many or uneven.
-    let rings = 2 * case.fluid.mesh.axial_per_section - 1;
-    let half = rings.div_ceil(2);
-    let finest = if rings > MOST_RINGS { half } else { rings };
-    let sections = Sections::new(&interface.points, axis, finest)
-        .or_else(|_| Sections::new(&interface.points, axis, half))
-        .map_err(|e| e.to_string())?;
+    let sections = sections(case, &interface.points).map_err(|e| e.to_string())?;
     let count = sections.count();
 
     let mut answers = Vec::new();
@@ -73,4 +64,24 @@ pub fn surrogate<S: Solid>(
     Ok(Box::new(TubeSurrogate::new(
         sections, &answers, blood, inlet, outlet,
     )))
+}
+
+/// The sections of the surrogate of a case whose wall has these `points` (m): one for each ring of points between the
+/// ends, or for every other one if they are many; fewer if they are uneven.
+pub fn sections(case: &Case, points: &[Vec3]) -> Result<Sections, SparseSection> {
+    let g = &case.geometry;
+    // The deformable part is straight in all models.
+    let axis = Axis {
+        start: Vec3::zeros(),
+        end: (g.graft_length + g.artery_length) * Vec3::x(),
+    };
+    let rings = 2 * case.fluid.mesh.axial_per_section - 1;
+    let half = rings.div_ceil(2);
+    let mut count = if rings > MOST_RINGS { half } else { rings };
+    loop {
+        match Sections::new(points, axis, count) {
+            Err(_) if count > 1 => count = count.div_ceil(2),
+            sections => return sections,
+        }
+    }
 }

@@ -12,6 +12,9 @@ use std::path::Path;
 /// Who works in the folder.
 const LOCK: &str = "run.lock";
 
+/// What a run leaves whose fluid could not be started.
+const OF_A_START: [&str; 5] = [LOCK, MARK, "openfoam", "openfoam.log", "log.decomposePar"];
+
 /// What to do with an earlier run in the same folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Earlier {
@@ -53,7 +56,12 @@ impl RunFolder {
         let entries = contents(root)
             .map_err(|e| Failure::Input(format!("cannot use {shown} as a folder: {e}")))?;
         let ours = entries.iter().any(|name| name == MARK || name == LOCK);
-        let occupied = entries.iter().any(|name| name != LOCK);
+        // Without the first row of a history nothing is lost: OpenFOAM did not start.
+        let never_begun = ours
+            && entries
+                .iter()
+                .all(|name| OF_A_START.iter().any(|n| name == n));
+        let occupied = !never_begun && entries.iter().any(|name| name != LOCK);
         match earlier {
             Earlier::Resume | Earlier::ResumeWithoutTables if !ours => {
                 return input(format!(
@@ -78,7 +86,7 @@ impl RunFolder {
             _lock: Lock::take(&root.join(LOCK))?,
             files: RunFiles::new(root),
         };
-        if earlier == Earlier::Replace {
+        if earlier == Earlier::Replace || earlier == Earlier::Keep && never_begun {
             folder
                 .clear()
                 .map_err(|e| Failure::Input(format!("cannot empty {shown}: {e}")))?;
@@ -129,6 +137,12 @@ mod tests {
         assert!(refused.to_string().contains("no run to resume") && !root.exists());
         let folder = RunFolder::open(&root, Earlier::Keep).unwrap();
         fs::write(folder.resolved_case(), "").unwrap();
+        drop(folder);
+        // A run that never began is in nobody's way.
+        let folder = RunFolder::open(&root, Earlier::Keep).unwrap();
+        assert!(!folder.resolved_case().exists());
+        fs::write(folder.resolved_case(), "").unwrap();
+        fs::write(folder.history(), "").unwrap();
         drop(folder);
         let refused = RunFolder::open(&root, Earlier::Keep).unwrap_err();
         assert!(refused.to_string().contains("--force"));

@@ -4,6 +4,7 @@
 //! `system/fsiParameters` (the physics) and `system/fsiConnection` (the way to the driver, new at every start).
 //! The mesh is written by others.
 
+use super::templates;
 use crate::case::{Blood, Flag, FlowCurve, Ramp, Time, Windkessel};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -60,7 +61,13 @@ pub struct CaseFiles<'a> {
 impl CaseFiles<'_> {
     /// Writes everything but `constant/polyMesh` into `folder`.
     pub fn write(&self, folder: &Path) -> Result<(), CaseFilesError> {
-        copy_folder(self.templates, folder)?;
+        templates::copy(self.templates, folder).map_err(|(action, path, source)| {
+            CaseFilesError::Io {
+                action,
+                path,
+                source,
+            }
+        })?;
         // ParaView opens the case by this name.
         write_file(&folder.join("fluid.foam"), "")?;
         write_file(&folder.join("system/fsiParameters"), &self.parameters())?;
@@ -170,20 +177,6 @@ impl Connection<'_> {
 
 fn write_file(path: &Path, text: &str) -> Result<(), CaseFilesError> {
     fs::write(path, text).map_err(io_error("write", path))
-}
-
-fn copy_folder(from: &Path, to: &Path) -> Result<(), CaseFilesError> {
-    fs::create_dir_all(to).map_err(io_error("make", to))?;
-    for entry in fs::read_dir(from).map_err(io_error("read", from))? {
-        let entry = entry.map_err(io_error("read", from))?;
-        let (source, target) = (entry.path(), to.join(entry.file_name()));
-        if source.is_dir() {
-            copy_folder(&source, &target)?;
-        } else {
-            fs::copy(&source, &target).map_err(io_error("copy", &source))?;
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -22,11 +22,13 @@ use std::time::{Duration, Instant};
 use transport::{Listener, Patience, TransportError};
 
 pub mod case_files;
+mod dictionary;
 pub mod install;
 pub mod process;
 mod profile;
 pub mod protocol;
 pub mod session;
+pub mod templates;
 pub mod times;
 pub mod transport;
 

@@ -1,0 +1,109 @@
+//! What a run would refuse after it has written its first files, found before.
+
+use super::assemble::structure;
+use super::domain::Domain;
+use super::surrogate::sections;
+use crate::Vec3;
+use crate::case::{CaseErrors, ResolvedCase, Surrogate};
+use crate::coupling::transfer::Transfer;
+use crate::fluid::FluidInterface;
+use crate::fluid::openfoam::templates;
+use crate::geometry::PolyMesh;
+use crate::pfem::Solid;
+use std::collections::BTreeMap;
+
+/// Builds both meshes and the wall, and looks at all that a run reads: the templates, whether the two meshes have the
+/// same wall, the probes, the sections of the surrogate.
+///
+/// # Errors
+/// All mistakes that were found, with the keys to blame.
+pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
+    let domain = Domain::new(case);
+    let patches: Vec<&str> = domain
+        .fluid
+        .patches
+        .iter()
+        .map(|patch| patch.name.as_str())
+        .collect();
+    let found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
+    let mut errors: Vec<_> = found
+        .into_iter()
+        .map(|error| case.mistake("fluid.templates", error.to_string()))
+        .collect();
+    let interface = interface(&domain.fluid);
+    match structure(case, &domain) {
+        Err(error) => errors.push(case.mistake("structure.p", error.to_string())),
+        Ok(solid) => {
+            if let Err(error) = Transfer::new(&interface, &solid) {
+                let advice = "take more elements around and along, or a higher structure.p";
+                errors.push(case.mistake("structure.p", format!("{error}; {advice}")));
+            }
+            for (i, &probe) in case.output.probes.iter().enumerate() {
+                let probe = Vec3::from(probe);
+                if solid.locate(&[probe]).is_err() {
+                    errors
+                        .push(case.mistake("output.probes_m", off_the_wall(i, probe, &interface)));
+                }
+            }
+        }
+    }
+    if case.coupling.surrogate != Surrogate::None
+        && let Err(error) = sections(case, &interface.points)
+    {
+        let advice = "write \"none\", or take more cells (fluid.mesh.axial_per_section)";
+        errors.push(case.mistake("coupling.surrogate", format!("{error}; {advice}")));
+    }
+    if errors.is_empty() {
+        Ok(())
+    } else {
+        Err(CaseErrors(errors))
+    }
+}
+
+/// The wall as OpenFOAM will see it.
+fn interface(mesh: &PolyMesh) -> FluidInterface {
+    let wall = mesh.patches.iter().filter(|patch| patch.name == "wallFsi");
+    let faces: Vec<&Vec<usize>> = wall
+        .flat_map(|patch| &mesh.faces[patch.start..patch.start + patch.size])
+        .collect();
+    let mut numbers = BTreeMap::new();
+    let mut points = Vec::new();
+    let mut number = |point: &usize| {
+        *numbers.entry(*point).or_insert_with(|| {
+            points.push(mesh.points[*point]);
+            points.len() as u32 - 1
+        })
+    };
+    let centre = |face: &&Vec<usize>| {
+        let sum: Vec3 = face.iter().map(|point| mesh.points[*point]).sum();
+        sum / face.len() as f64
+    };
+    FluidInterface {
+        face_centres: faces.iter().map(centre).collect(),
+        faces: faces
+            .iter()
+            .map(|face| face.iter().map(&mut number).collect())
+            .collect(),
+        points,
+    }
+}
+
+fn off_the_wall(index: usize, probe: Vec3, wall: &FluidInterface) -> String {
+    let nearest = wall.points.iter().min_by(|a, b| {
+        let [a, b] = [a, b].map(|point| (*point - probe).norm());
+        a.total_cmp(&b)
+    });
+    let near = nearest.map_or(String::new(), |x| {
+        format!(
+            "; the point of the wall nearest to it, [{:.4e}, {:.4e}, {:.4e}], is {:.2e} m away",
+            x.x,
+            x.y,
+            x.z,
+            (x - probe).norm()
+        )
+    });
+    format!(
+        "probe {index}, [{:?}, {:?}, {:?}], does not lie on the unloaded surface that the blood touches{near}",
+        probe.x, probe.y, probe.z
+    )
+}
