@@ -365,7 +365,37 @@ fn what_a_run_reads_is_checked_before_anything_is_written() {
     let rubbish = templates("c", &|t| {
         std::fs::write(t.join("0/U"), "rubbish\n").unwrap()
     });
-    let mistakes: [(&[&str], &[&str]); 9] = [
+    let unknown = templates("d", &|t| {
+        let text = std::fs::read_to_string(t.join("0/U")).unwrap();
+        std::fs::write(t.join("0/U"), text.replace("noSlip", "noSlop")).unwrap();
+    });
+    let no_scheme = templates("e", &|t| {
+        let text = std::fs::read_to_string(t.join("system/fvSchemes")).unwrap();
+        std::fs::write(
+            t.join("system/fvSchemes"),
+            text.replace("div(phi,U)", "div(phi,V)"),
+        )
+        .unwrap();
+    });
+    let mistakes: [(&[&str], &[&str]); 11] = [
+        (
+            &["--set", &unknown],
+            &[
+                "`fluid.templates` = ",
+                "OpenFOAM refuses it: ",
+                "/d/0/U",
+                "noSlop",
+            ],
+        ),
+        (
+            &["--set", &no_scheme],
+            &[
+                "`fluid.templates` = ",
+                "OpenFOAM refuses it: ",
+                "/e/system/fvSchemes",
+                "div(phi,U)",
+            ],
+        ),
         (
             &["--set", &no_system],
             &["`fluid.templates` = ", "it lacks system/controlDict"],

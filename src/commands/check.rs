@@ -2,6 +2,8 @@
 
 use super::Failure;
 use super::case_arguments::{CaseArguments, machine_memory, warn};
+use super::run::preflight;
+use crate::fluid::openfoam::install;
 use crate::output::terminal;
 use std::path::PathBuf;
 
@@ -18,6 +20,13 @@ pub struct Arguments {
 /// Loads and checks a case and prints its size.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = arguments.case.load(&arguments.folder)?;
+    let openfoam = match install::check(case.fluid.ranks) {
+        Ok(_) => {
+            preflight::try_fluid(&case).map_err(|e| Failure::Input(e.to_string()))?;
+            "takes the templates".to_owned()
+        }
+        Err(missing) => format!("could not be asked: {missing}"),
+    };
     let there = machine_memory().map_or(String::new(), |bytes| {
         format!(" of this machine's {:.1} GB", bytes / 1e9)
     });
@@ -26,6 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
          blood   {} cells, {} MPI rank(s)\n\
          wall    {} degrees of freedom, p = {}\n\
          time    {} steps of {} s\n\
+         OpenFOAM {openfoam}\n\
          memory  about {:.2} GB{there}\n",
         arguments.folder.display(),
         arguments.case.preset,

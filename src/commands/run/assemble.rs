@@ -66,18 +66,9 @@ impl Run {
         let mut solid = structure(case, &domain).map_err(run_failure)?;
         let mesh = &domain.fluid;
         mesh.write(&folder.openfoam()).map_err(written)?;
-        CaseFiles {
-            templates: &case.fluid.templates,
-            blood: &case.blood,
-            inflow: &inflow,
-            windkessel: &case.windkessel,
-            ramp: &case.ramp,
-            time: &case.time,
-            flag: case.flag.as_ref(),
-            ranks: case.fluid.ranks,
-        }
-        .write(&folder.openfoam())
-        .map_err(run_failure)?;
+        case_files(case, &inflow)
+            .write(&folder.openfoam())
+            .map_err(run_failure)?;
         let settings = OpenFoamSettings {
             case: folder.openfoam(),
             log: folder.openfoam_log(),
@@ -184,6 +175,20 @@ impl Run {
             None => run.save()?, // so that there is always one to go back to
         }
         Ok(run)
+    }
+}
+
+/// The OpenFOAM case of a case.
+pub(super) fn case_files<'a>(case: &'a Case, inflow: &'a FlowCurve) -> CaseFiles<'a> {
+    CaseFiles {
+        templates: &case.fluid.templates,
+        blood: &case.blood,
+        inflow,
+        windkessel: &case.windkessel,
+        ramp: &case.ramp,
+        time: &case.time,
+        flag: case.flag.as_ref(),
+        ranks: case.fluid.ranks,
     }
 }
 

@@ -98,6 +98,9 @@ impl Order<'_> {
     ) -> Result<(), Failure> {
         let case = self.case;
         install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
+        if self.earlier != Earlier::Resume {
+            preflight::try_fluid(case).map_err(|e| Failure::Input(e.to_string()))?;
+        }
         let folder = RunFolder::open(self.out, self.earlier)?;
         let checkpoint = match self.earlier {
             Earlier::Resume => checkpoint(&folder, case)?,

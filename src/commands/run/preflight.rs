@@ -1,13 +1,13 @@
 //! What a run would refuse after it has written its first files, found before.
 
-use super::assemble::structure;
+use super::assemble::{case_files, structure};
 use super::domain::Domain;
 use super::surrogate::sections;
 use crate::Vec3;
-use crate::case::{CaseErrors, ResolvedCase, Surrogate};
+use crate::case::{CaseErrors, FlowCurve, ResolvedCase, Surrogate};
 use crate::coupling::transfer::Transfer;
 use crate::fluid::FluidInterface;
-use crate::fluid::openfoam::templates;
+use crate::fluid::openfoam::{templates, trial};
 use crate::geometry::PolyMesh;
 use crate::pfem::Solid;
 use std::collections::BTreeMap;
@@ -58,6 +58,18 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     } else {
         Err(CaseErrors(errors))
     }
+}
+
+/// Starts OpenFOAM for trial on the mesh and the templates of the case, in a folder that is gone afterwards.
+///
+/// # Errors
+/// What OpenFOAM refuses.
+pub fn try_fluid(case: &ResolvedCase) -> Result<(), CaseErrors> {
+    let refused = |key: &str, reason: String| CaseErrors(vec![case.mistake(key, reason)]);
+    let inflow = FlowCurve::new(&case.inflow, case.time.period)
+        .map_err(|e| refused("inflow.file", e.to_string()))?;
+    trial::start(&case_files(case, &inflow), &Domain::new(case).fluid)
+        .map_err(|reason| refused("fluid.templates", format!("OpenFOAM refuses it: {reason}")))
 }
 
 /// The wall as OpenFOAM will see it.

@@ -38,6 +38,8 @@ pub enum Entry {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Dictionary {
     entries: Vec<(String, Entry)>,
+    /// Whether a keyword is a pattern, in quotes.
+    has_patterns: bool,
     /// Whether it may have entries that are not seen here.
     is_open: bool,
 }
@@ -53,12 +55,11 @@ impl Dictionary {
         Ok(root)
     }
 
-    /// The entry of a keyword; the last one counts.
+    /// The entry of a keyword.
     pub fn get(&self, keyword: &str) -> Option<&Entry> {
-        let mut entries = self.entries.iter().rev();
-        entries
-            .find(|(name, _)| name == keyword)
-            .map(|(_, entry)| entry)
+        let mut entries = self.entries.iter();
+        let named = entries.find(|(name, _)| name == keyword);
+        named.map(|(_, entry)| entry)
     }
 
     /// The dictionary of a keyword.
@@ -87,9 +88,24 @@ impl Dictionary {
 
     /// Whether there may be an entry for this keyword: there is, or a pattern in quotes or a macro may stand for it.
     pub fn may_have(&self, keyword: &str) -> bool {
-        let pattern = |name: &str| name.contains(['*', '|', '[', '.', '(']);
-        let names = |(name, _): &(String, Entry)| name == keyword || pattern(name);
-        self.is_open || self.entries.iter().any(names)
+        self.is_open || self.has_patterns || self.get(keyword).is_some()
+    }
+
+    /// Adds an entry: a dictionary to the one of that name, if there is one.
+    fn add(&mut self, keyword: String, entry: Entry) {
+        let named = self.entries.iter_mut().rev();
+        let mut named = named.filter(|(name, _)| *name == keyword);
+        match (named.next(), entry) {
+            (Some((_, Entry::Dictionary(earlier))), Entry::Dictionary(more)) => {
+                earlier.has_patterns |= more.has_patterns;
+                earlier.is_open |= more.is_open;
+                for (keyword, entry) in more.entries {
+                    earlier.add(keyword, entry);
+                }
+            }
+            (Some((_, earlier)), entry) => *earlier = entry,
+            (None, entry) => self.entries.push((keyword, entry)),
+        }
     }
 }
 
@@ -187,12 +203,17 @@ impl Parser<'_> {
                     self.skip_line();
                 }
                 (Some(Token::Word(word)), _) if word.starts_with('$') => into.is_open = true,
-                (Some(Token::Word(keyword) | Token::Text(keyword)), _) => {
+                (Some(Token::Text(pattern)), _) => {
+                    into.has_patterns = true;
+                    let entry = self.value(&pattern, line)?;
+                    into.add(pattern, entry);
+                }
+                (Some(Token::Word(keyword)), _) => {
                     let entry = self.value(&keyword, line)?;
                     // The rest of a binary file is not text.
                     let binary = matches!(&entry, Entry::Dictionary(header)
                         if keyword == "FoamFile" && header.word("format") == Some("binary"));
-                    into.entries.push((keyword, entry));
+                    into.add(keyword, entry);
                     if binary {
                         into.is_open = true;
                         return Ok(());
@@ -429,7 +450,7 @@ mod tests {
             "// a comment }\nFoamFile { class dictionary; }\n/* { */\n#include \"other\"\n#include \"$FOAM_CASE/system/fsiParameters\"\n\
              nu $kinematicViscosity;\ndiv(phi,U) Gauss linearUpwind grad(U);\ndiv((nuEff*dev2(T(grad(U))))) Gauss linear;\n\
              dimensions [0 2 -2 0 0 0 0];\nvalue nonuniform List<vector> 2((0 0 1)(0 1 0));\nempty;\n\
-             table ((0 1)\n (1 2)); inner { \"(a|b)\" { type x; } list ( { a 1; } \"b;c\" ); code #{ if (a) { b; #}; n ($ranks 1 1); }\n",
+             table ((0 1)\n (1 2)); inner { \"(a|b)\" { type x; } list ( { a 1; } \"b;c\" ); sub { x 1; } sub { y 2; y 3; } code #{ if (a) { b; #}; n ($ranks 1 1); }\n",
         )
         .unwrap();
         assert_eq!(read.word("included"), Some("yes"));
@@ -438,7 +459,9 @@ mod tests {
         assert_eq!(read.word("empty"), None);
         let inner = read.dictionary("inner").unwrap();
         assert!(inner.may_have("a") && !read.may_have("a"));
-        assert_eq!(inner.dictionaries().count(), 1);
+        assert_eq!(inner.dictionaries().count(), 2);
+        let merged = inner.dictionary("sub").unwrap();
+        assert_eq!((merged.word("x"), merged.word("y")), (Some("1"), Some("3")));
         // What cannot be followed may say anything.
         for open in [
             "$other;\n",

@@ -31,6 +31,7 @@ pub mod session;
 pub mod templates;
 pub mod times;
 pub mod transport;
+pub mod trial;
 
 /// Starting may take longer than an answer: OpenFOAM reads and checks the mesh.
 const START_LIMIT: Duration = Duration::from_secs(120);

@@ -258,7 +258,9 @@ mod tests {
                 "0/U: it has no header",
             ),
             (
-                |t| drop(fs::copy(t.join("0/p"), t.join("0/U")).unwrap()),
+                |t| {
+                    fs::copy(t.join("0/p"), t.join("0/U")).unwrap();
+                },
                 "0/U: its header says class volScalarField: expected volVectorField",
             ),
             (

@@ -1,0 +1,85 @@
+//! OpenFOAM started for trial, to know whether it takes the templates.
+
+use super::case_files::CaseFiles;
+use super::session::Terms;
+use super::{OpenFoam, OpenFoamSettings};
+use crate::Vec3;
+use crate::case::Transport;
+use crate::fluid::{Fluid, FluidEffort};
+use crate::geometry::PolyMesh;
+use std::path::Path;
+use std::time::Duration;
+
+/// With these words OpenFOAM complains of what it reads; other errors may be of the moment.
+const REFUSAL: &str = "FOAM FATAL IO ERROR";
+/// Most letters of a complaint: OpenFOAM lists all types that it has.
+const MOST_LETTERS: usize = 600;
+
+/// Starts OpenFOAM in a folder that is gone afterwards, on one rank, and has it begin the first step with the wall at
+/// rest.
+///
+/// # Errors
+/// Why OpenFOAM could not be started, or what it refused to read, with the file of the templates and the line.
+pub fn start(files: &CaseFiles<'_>, mesh: &PolyMesh) -> Result<(), String> {
+    let folder = tempfile::Builder::new().prefix("fsi-trial-").tempdir();
+    let folder = folder.map_err(|e| format!("no folder for a trial: {e}"))?;
+    // As OpenFOAM will name it.
+    let root = folder.path().canonicalize().map_err(|e| e.to_string())?;
+    let (case, log) = (root.join("openfoam"), root.join("openfoam.log"));
+    mesh.write(&case).map_err(|e| e.to_string())?;
+    let files = CaseFiles { ranks: 1, ..*files };
+    files.write(&case).map_err(|e| e.to_string())?;
+    let time_step = files.time.step;
+    let started = OpenFoam::start(OpenFoamSettings {
+        case: case.clone(),
+        log: log.clone(),
+        ranks: 1,
+        transport: Transport::Socket,
+        answer_limit: Duration::from_secs(300),
+        terms: Terms {
+            start_time: 0.0,
+            time_step,
+            interface: None,
+        },
+        interrupt: Default::default(),
+    });
+    let complaint = || complaint(&log, &case, files.templates);
+    let mut fluid = started.map_err(|error| complaint().unwrap_or_else(|| error.to_string()))?;
+    // Schemes and solvers are read when they are needed.
+    let rest = vec![Vec3::zeros(); fluid.interface().points.len()];
+    let effort = FluidEffort {
+        max_correctors: 1,
+        pressure_residual: 1.0,
+    };
+    match fluid.solve(&rest, time_step, effort) {
+        // A step that fails otherwise is tried again with more care in a run.
+        Err(_) => complaint().map_or(Ok(()), Err),
+        Ok(_) => Ok(()),
+    }
+}
+
+/// What OpenFOAM refuses to read, in one line, with the paths of the templates.
+fn complaint(log: &Path, case: &Path, templates: &Path) -> Option<String> {
+    let log = std::fs::read(log).ok()?;
+    let log = String::from_utf8_lossy(&log);
+    let (_, text) = log.split_once(REFUSAL)?;
+    let lines: Vec<&str> = text
+        .lines()
+        .take_while(|line| !line.starts_with("    From") && !line.starts_with("FOAM exiting"))
+        .collect();
+    // The place stands behind a list of all types that there are, which is cut off.
+    let (place, words): (Vec<&str>, Vec<&str>) = lines
+        .into_iter()
+        .partition(|line| line.starts_with("file: "));
+    let words = place.into_iter().map(|line| &line[6..]).chain(words);
+    let words: Vec<&str> = words.flat_map(str::split_whitespace).collect();
+    let said = words
+        .join(" ")
+        .replace(&*case.to_string_lossy(), &templates.display().to_string());
+    let said = said.trim_start_matches([':', ' ']);
+    let mut short: String = said.chars().take(MOST_LETTERS).collect();
+    if short.len() < said.len() {
+        short.push('…');
+    }
+    Some(short)
+}
