@@ -44,7 +44,7 @@ struct CommandLine {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Checks a case and says how large it is; starts nothing.
+    /// Checks a case and all that it reads, and says how large it is; writes nothing.
     Check(check::Arguments),
     /// Measures where the seconds of a coupled time step go.
     Bench(bench::Arguments),
