@@ -48,8 +48,8 @@ pub fn start(files: &CaseFiles<'_>, mesh: &PolyMesh) -> Result<(), String> {
     // Schemes and solvers are read when they are needed.
     let rest = vec![Vec3::zeros(); fluid.interface().points.len()];
     let effort = FluidEffort {
-        max_correctors: 1,
-        pressure_residual: 1.0,
+        max_sweeps: 1,
+        residual: 1.0,
     };
     match fluid.solve(&rest, time_step, effort) {
         // A step that fails otherwise is tried again with more care in a run.
