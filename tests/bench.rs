@@ -2,7 +2,7 @@
 
 mod run_support;
 
-use run_support::{SMALL, text};
+use run_support::{SMALL, text, unless_set};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -19,7 +19,7 @@ fn bench(folder: &Path, more: &[&str]) -> Output {
         ])
         .arg("--warm")
         .arg(folder.join("warm"))
-        .args(SMALL)
+        .args(unless_set(&SMALL, more))
         .args(more)
         .output()
         .unwrap()

@@ -15,6 +15,22 @@ pub const SMALL: [&str; 4] = [
     "structure.axial_per_section=2",
 ];
 
+/// Files and checkpoints often.
+const OFTEN: [&str; 2] = [
+    "output.structure_interval_s=0.01",
+    "output.checkpoint_interval_min=0",
+];
+
+/// `--set` and those of these settings whose keys `more` does not set itself: a key is given once.
+pub fn unless_set<'a>(settings: &[&'a str], more: &[&str]) -> Vec<&'a str> {
+    let key = |setting: &str| setting.split('=').next().unwrap().to_owned();
+    let open = settings
+        .iter()
+        .filter(|setting| !more.iter().any(|other| key(other) == key(setting)));
+    let open: Vec<&str> = open.copied().filter(|word| *word != "--set").collect();
+    [&["--set"][..], &open].concat()
+}
+
 /// A run in the folder `out`.
 pub fn driver(out: &Path, steps: usize, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
@@ -24,9 +40,7 @@ pub fn driver(out: &Path, steps: usize, more: &[&str]) -> Command {
         .arg("--out")
         .arg(out)
         .args(["--end-time", &format!("{:.3}", STEP * steps as f64)])
-        .args(SMALL)
-        .args(["--set", "output.structure_interval_s=0.01"])
-        .args(["--set", "output.checkpoint_interval_min=0"])
+        .args(unless_set(&[&SMALL[..], &OFTEN].concat(), more))
         .args(more);
     command
 }
