@@ -40,6 +40,7 @@ pub mod hemodynamics;
 pub mod interpolation;
 mod numbers;
 pub mod output;
+pub mod paper;
 pub mod pfem;
 pub mod processes;
 

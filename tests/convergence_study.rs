@@ -1,8 +1,8 @@
 //! `fsi-driver convergence --quick`: the findings of section 4.1, and that a study goes on where it ended.
 
-use fsi_driver::analysis::study::cases::{Mesh, TestCase};
-use fsi_driver::analysis::study::plan::{Choice, Quadrature};
-use fsi_driver::analysis::study::table::Row;
+use fsi_driver::paper::convergence::cases::{Mesh, TestCase};
+use fsi_driver::paper::convergence::plan::{Choice, Quadrature};
+use fsi_driver::paper::convergence::table::Row;
 use fsi_driver::pfem::SpaceKind::{self, TensorProduct, Trunk};
 use fsi_driver::pfem::mapping::MappingKind;
 use fsi_driver::pfem::statics::StaticOptions;

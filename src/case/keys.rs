@@ -299,6 +299,8 @@ words! {
 table! {
     /// What is written and how often.
     pub struct Output {
+        title: Option<String> = "title", Kind::Text(100), "what pages and figures call the case",
+            absent "the name of the run's folder, or of the case's where the run lies within it";
         structure_interval: f64 = "structure_interval_s", above(0.0, 1e4), "interval of the structure's files";
         fluid_interval: f64 = "fluid_interval_s", above(0.0, 1e4), "interval of the fluid's files";
         checkpoint_interval: f64 = "checkpoint_interval_min", from(0.0, 1e5),

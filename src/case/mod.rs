@@ -23,6 +23,7 @@
 //! ```
 
 mod check;
+mod earlier;
 mod error;
 mod estimate;
 mod flag;

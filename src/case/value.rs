@@ -23,6 +23,13 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
             Some(entry.value.clone())
         }
         (Kind::Flag, Value::Boolean(_)) => Some(entry.value.clone()),
+        (Kind::Text(most), Value::String(text))
+            if !text.trim().is_empty()
+                && text.chars().count() <= most
+                && !text.chars().any(char::is_control) =>
+        {
+            Some(entry.value.clone())
+        }
         (Kind::Path, Value::String(path)) if !path.is_empty() => {
             let absolute = source::tidy(&entry.folder.join(path));
             absolute.to_str().map(|path| Value::String(path.to_owned()))

@@ -1,15 +1,14 @@
 //! `fsi-driver convergence`: the study of section 4.1 and its figures 7 to 10.
 
-mod figures;
-
 use super::Failure;
-use crate::analysis::study::cases::TestCase;
-use crate::analysis::study::compute;
-use crate::analysis::study::errors::Solution;
-use crate::analysis::study::plan::{Choice, Plan};
-use crate::analysis::study::table::Row;
 use crate::output::progress::human;
 use crate::output::{terminal, write_atomically};
+use crate::paper::convergence::cases::TestCase;
+use crate::paper::convergence::compute;
+use crate::paper::convergence::errors::Solution;
+use crate::paper::convergence::figures;
+use crate::paper::convergence::plan::{Choice, Plan};
+use crate::paper::convergence::table::Row;
 use crate::processes::peak_memory;
 use serde::{Deserialize, Serialize};
 use std::fs;

@@ -142,7 +142,7 @@ fn write(
         })?;
     }
     let file = format!("residual_{}.svg", problem.name().replace(' ', "_"));
-    plot::residuals(&arguments.out.join(file), problem.name(), results).map_err(io::Error::other)
+    plot::residuals(&arguments.out.join(file), problem.name(), results)
 }
 
 /// A line for each model, reuse and surrogate, a column for each predictor.

@@ -5,6 +5,7 @@ use crate::output::report::{self, Study};
 use crate::output::results::Results;
 use crate::output::run_files::MARK;
 use crate::output::{terminal, write_atomically};
+use crate::paper;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -35,7 +36,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let run = Results::load(folder).map_err(|e| Failure::Input(e.to_string()))?;
         report::of_run(&run).map_err(unreadable)?
     } else {
-        report::of_study(&study(folder)?).map_err(unreadable)?
+        let study = study(folder)?;
+        let page = match paper::Study::is_that_of(&study) {
+            true => paper::study::page(&paper::Study::new(study)),
+            false => report::of_study(&study),
+        };
+        page.map_err(unreadable)?
     };
     let page = arguments
         .out
@@ -77,11 +83,13 @@ fn study(folder: &Path) -> Result<Study, Failure> {
         };
         return Err(Failure::Input(why));
     }
-    Ok(Study::new(
-        "The influence of geometric imperfections: a study",
+    let name = folder.canonicalize().ok();
+    let name = name.and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
+    Ok(Study {
+        title: name.map_or("Study".into(), |name| format!("Study {name}")),
         runs,
         missing,
-    ))
+    })
 }
 
 /// Hands the page to the browser of this desktop.

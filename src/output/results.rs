@@ -101,6 +101,29 @@ pub struct Results {
 }
 
 impl Results {
+    /// What its case is called: its `output.title`, or else the name of the run's folder, or of the case's where the run
+    /// lies within it.
+    pub fn name(&self) -> String {
+        if let Some(title) = &self.case.output.title {
+            return title.clone();
+        }
+        let root = self.files.root();
+        let root = root.canonicalize().unwrap_or_else(|_| root.to_owned());
+        let name = |path: &Path| path.file_name().map(|n| n.to_string_lossy().into_owned());
+        let own = name(&root).unwrap_or_else(|| "a run".into());
+        // Without `--out` a run lies in `<case>/run-<preset>`.
+        match root.parent().and_then(name) {
+            Some(case) if own.starts_with("run-") => case,
+            _ => own,
+        }
+    }
+
+    /// Why its averages may not be those of a beat, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let window = self.hemodynamics.window;
+        window.warnings(&self.case.ramp, self.case.time.period)
+    }
+
     /// Reads the run in the folder `root`.
     ///
     /// # Errors
@@ -158,31 +181,12 @@ pub fn read_case(files: &RunFiles) -> Result<Case, ResultsError> {
     }
     let text = std::fs::read_to_string(&path);
     let text = text.map_err(|e| ResultsError(format!("cannot read {}: {e}", path.display())))?;
-    parse_case(&text).map_err(|e| {
+    Case::of_earlier_run(&text).map_err(|e| {
         ResultsError(format!(
             "{} was written by another version of the program: {e}",
             path.display()
         ))
     })
-}
-
-/// A case as a run has left it. Settings of the method that came later than the run, and cannot have changed its
-/// results, have their defaults.
-fn parse_case(text: &str) -> Result<Case, toml::de::Error> {
-    const LATER: [&str; 5] = ["time", "structure", "fluid", "coupling", "output"];
-    let defaults: toml::Table = toml::from_str(include_str!("../../openfoam-case/defaults.toml"))?;
-    let mut case: toml::Table = toml::from_str(text)?;
-    for name in LATER {
-        let (Some(toml::Value::Table(own)), Some(toml::Value::Table(all))) =
-            (case.get_mut(name), defaults.get(name))
-        else {
-            continue;
-        };
-        for (key, value) in all {
-            own.entry(key.clone()).or_insert_with(|| value.clone());
-        }
-    }
-    toml::Value::Table(case).try_into()
 }
 
 /// Evaluates a run again from its stored wall, over another window if one is given.
@@ -215,25 +219,4 @@ pub fn reevaluate(files: &RunFiles, window: Option<Window>) -> Result<Summary, R
         )));
     }
     evaluate(files, &case, &wall, &statistics).map_err(|e| failed(&e))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::case::Preset;
-
-    #[test]
-    fn a_case_of_an_earlier_version_lacks_settings_but_never_physics() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/H-0.5");
-        let case = Case::load(&folder, Preset::Coarse, &[]).unwrap();
-        let text = case.to_toml_string();
-        assert_eq!(parse_case(&text).unwrap(), case.case);
-        let without = |key: &str| -> String {
-            let lines = text.lines().filter(|line| !line.starts_with(key));
-            lines.collect::<Vec<_>>().join("\n")
-        };
-        assert_eq!(parse_case(&without("wall_history")).unwrap(), case.case);
-        let refused = parse_case(&without("viscosity_Pa_s")).unwrap_err();
-        assert!(refused.to_string().contains("viscosity_Pa_s"), "{refused}");
-    }
 }

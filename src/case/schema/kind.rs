@@ -13,6 +13,8 @@ pub enum Kind {
     Word(&'static [(&'static str, &'static str)]),
     /// `true` or `false`.
     Flag,
+    /// A line of text with at most so many characters.
+    Text(usize),
     /// A path, relative to the file that names it.
     Path,
     /// Rows of numbers of equal length from 0 to 1; first and last row zero.
@@ -92,6 +94,7 @@ impl fmt::Display for Kind {
                 write!(f, "one of \"{}\"", words.join("\", \""))
             }
             Kind::Flag => f.write_str("true or false"),
+            Kind::Text(most) => write!(f, "a line of 1 to {most} characters in quotes"),
             Kind::Path => f.write_str("a path in quotes"),
             Kind::Degrees(low, high) => write!(
                 f,

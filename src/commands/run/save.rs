@@ -18,6 +18,7 @@ use std::time::Instant;
 const MAY_CHANGE: &[&str] = &[
     "time.end_s",
     "time.max_halvings",
+    "output.title",
     "output.structure_interval_s",
     "output.fluid_interval_s",
     "output.checkpoint_interval_min",

@@ -6,6 +6,8 @@ use std::fmt::Write;
 
 const STYLE: &str = include_str!("style.css");
 const VIEWER: &str = include_str!("viewer.js");
+/// Columns of a table that does not fit beside each other on most screens.
+const WIDE: usize = 9;
 const LIBRARY: &str = include_str!("vendor/three.min.js");
 
 /// A page, section by section.
@@ -82,9 +84,45 @@ pub fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// Figures beside each other as far as there is room.
+/// Figures beside each other as far as there is room: two in a row, or three where that leaves no gap.
 pub fn gallery(figures: &[String]) -> String {
-    format!("<div class=\"figures\">\n{}</div>\n", figures.concat())
+    let count = figures.iter().filter(|f| f.starts_with("<figure")).count();
+    let class = match count % 2 {
+        1 if count.is_multiple_of(3) => "figures three",
+        1 if count > 1 => "figures odd",
+        _ => "figures",
+    };
+    format!("<div class=\"{class}\">\n{}</div>\n", figures.concat())
+}
+
+/// Sentences that a reader must not miss.
+pub fn warnings(sentences: &[String]) -> String {
+    let lines = sentences
+        .iter()
+        .map(|text| format!("<p class=\"warning\">{}</p>\n", escape(text)));
+    lines.collect()
+}
+
+/// A number with that many significant digits, so that what is small does not look like nothing.
+pub fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let places = digits as i32 - 1 - value.abs().log10().floor() as i32;
+    let text = match places {
+        i32::MIN..0 => format!("{value:.0}"),
+        0..9 => format!("{value:.*}", places as usize),
+        _ => format!("{value:.*e}", digits - 1),
+    };
+    text.replace('-', "\u{2212}")
+}
+
+/// A name as a part of a file's name.
+pub fn file_name(name: &str) -> String {
+    let kept = |c: char| c.is_alphanumeric() || "-._".contains(c);
+    name.chars()
+        .map(|c| if kept(c) { c } else { '-' })
+        .collect()
 }
 
 /// A link to numbers that are part of the page, to download as `name`.csv.
@@ -178,26 +216,73 @@ fn numbers(panel: &Panel) -> String {
     csv
 }
 
-/// A table: its heads, and rows of cells that are HTML already.
+/// A table: its heads and rows of cells; all are HTML already.
 pub fn table(heads: &[&str], rows: &[Vec<String>]) -> String {
-    let mut html = String::from("<div class=\"table\"><table>\n<thead><tr>");
+    let class = match heads.len() {
+        ..WIDE => "table",
+        _ => "table wide",
+    };
+    let mut html = format!("<div class=\"{class}\"><table>\n<thead><tr>");
     for head in heads {
         let _ = write!(html, "<th>{head}</th>");
     }
     html.push_str("</tr></thead>\n<tbody>\n");
     for row in rows {
         html.push_str("<tr>");
-        for cell in row {
+        for (head, cell) in heads.iter().zip(row) {
             // Sentences, which are marked as such, wrap; numbers do not.
             let class = if cell.contains("<span") {
                 " class=\"text\""
             } else {
                 ""
             };
-            let _ = write!(html, "<td{class}>{cell}</td>");
+            // On narrow screens each cell stands on a line of its own, after its head.
+            let head = head.replace("<br>", ", ");
+            let _ = write!(
+                html,
+                "<td{class} data-head=\"{head}\"><div>{cell}</div></td>"
+            );
         }
         html.push_str("</tr>\n");
     }
     html.push_str("</tbody>\n</table></div>\n");
     html
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_keep_their_digits() {
+        let shown =
+            [0.0, 0.0342, 1.0, 99.96, 123_456.0, -2.5e-9, 4.2e-6].map(|x| significant(x, 3));
+        let expected = [
+            "0",
+            "0.0342",
+            "1.00",
+            "100.0",
+            "123456",
+            "\u{2212}2.50e\u{2212}9",
+            "0.00000420",
+        ];
+        assert_eq!(shown, expected);
+        assert_eq!(file_name("A leg, 3 mm/left"), "A-leg--3-mm-left");
+    }
+
+    #[test]
+    fn a_gallery_leaves_no_half_row() {
+        let class = |count: usize| {
+            let html = gallery(&vec!["<figure></figure>".to_owned(); count]);
+            html.split('"').nth(1).unwrap().to_owned()
+        };
+        assert_eq!(
+            [1, 2, 3].map(class),
+            ["figures", "figures", "figures three"]
+        );
+        assert_eq!(
+            [4, 5, 6, 9].map(class),
+            ["figures", "figures odd", "figures", "figures three"]
+        );
+    }
 }

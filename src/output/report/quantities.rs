@@ -1,5 +1,6 @@
 //! Measures of a region with the units in which people know them.
 
+use super::page::significant;
 use crate::hemodynamics::Place;
 use crate::hemodynamics::summary::RegionSummary;
 
@@ -19,28 +20,32 @@ pub fn place(at: Place) -> String {
     format!("x = {:.1} mm, φ = {:.0}°", 1e3 * at.x_m, at.phi_deg).replace('-', "\u{2212}")
 }
 
+fn four(value: f64) -> String {
+    significant(value, 4)
+}
+
 /// The measures of the table of a run.
 pub fn all() -> Vec<Quantity> {
     let quantity = |name, show| Quantity { name, show };
     vec![
-        quantity("TAWSS, mean / Pa", |r| format!("{:.4}", r.TAWSS_Pa.mean)),
+        quantity("TAWSS, mean / Pa", |r| four(r.TAWSS_Pa.mean)),
         quantity("TAWSS, largest / Pa", |r| {
-            format!("{:.4}<br>{}", r.TAWSS_Pa.max, place(r.TAWSS_Pa.max_at))
+            format!("{}<br>{}", four(r.TAWSS_Pa.max), place(r.TAWSS_Pa.max_at))
         }),
-        quantity("TAWSS, smallest / Pa", |r| format!("{:.4}", r.TAWSS_Pa.min)),
-        quantity("OSI, mean", |r| format!("{:.5}", r.OSI.mean)),
+        quantity("TAWSS, smallest / Pa", |r| four(r.TAWSS_Pa.min)),
+        quantity("OSI, mean", |r| four(r.OSI.mean)),
         quantity("OSI, largest", |r| {
-            format!("{:.5}<br>{}", r.OSI.max, place(r.OSI.max_at))
+            format!("{}<br>{}", four(r.OSI.max), place(r.OSI.max_at))
         }),
-        quantity("RRT, mean / (1/Pa)", |r| format!("{:.3}", r.RRT_1_Pa.mean)),
+        quantity("RRT, mean / (1/Pa)", |r| four(r.RRT_1_Pa.mean)),
         quantity("RRT, largest / (1/Pa)", |r| {
-            format!("{:.3}<br>{}", r.RRT_1_Pa.max, place(r.RRT_1_Pa.max_at))
+            format!("{}<br>{}", four(r.RRT_1_Pa.max), place(r.RRT_1_Pa.max_at))
         }),
         quantity("wall shear stress, largest in time and space / Pa", |r| {
             let peak = r.max_wall_shear_Pa;
             format!(
-                "{:.4}<br>t = {:.3} s, {}",
-                peak.max,
+                "{}<br>t = {:.3} s, {}",
+                four(peak.max),
                 peak.time_s,
                 place(peak.at)
             )
@@ -48,18 +53,18 @@ pub fn all() -> Vec<Quantity> {
         quantity("von Mises stress, largest in time and space / kPa", |r| {
             let peak = r.max_von_mises_Pa;
             format!(
-                "{:.2}<br>t = {:.3} s, {}",
-                1e-3 * peak.max,
+                "{}<br>t = {:.3} s, {}",
+                four(1e-3 * peak.max),
                 peak.time_s,
                 place(peak.at)
             )
         }),
         quantity("displacement, largest / mm", |r| {
-            format!("{:.4}", 1e3 * r.max_displacement_m.max)
+            four(1e3 * r.max_displacement_m.max)
         }),
         quantity("lumen volume, smallest to largest / ml", |r| {
             let volume = r.lumen_volume_m3;
-            format!("{:.4} to {:.4}", 1e6 * volume.min, 1e6 * volume.max)
+            format!("{} to {}", four(1e6 * volume.min), four(1e6 * volume.max))
         }),
     ]
 }

@@ -1,7 +1,7 @@
 //! The page of a run.
 
 use super::flow_field::Flow;
-use super::page::{Page, chart, gallery, line, panel, table};
+use super::page::{Page, chart, gallery, line, panel, table, warnings};
 use super::surface::Surface;
 use super::{maps, quantities, scene};
 use crate::hemodynamics::RegionName;
@@ -13,7 +13,7 @@ use std::io;
 
 /// Writes the page.
 pub fn page(run: &Results) -> io::Result<String> {
-    let name = super::name_of(run);
+    let name = run.name();
     let window = run.hemodynamics.window;
     let lead = format!(
         "{} fluid cells, structure of degree {} with {} elements; {} steps to t = {:.3} s. Averages over {} s < t ≤ {} s{}.",
@@ -33,8 +33,9 @@ pub fn page(run: &Results) -> io::Result<String> {
             ", of which not every step was computed"
         },
     );
-    let mut page = Page::new(&format!("Blood and wall of model {name}"), &lead);
-    page.section("figures", "In figures", &measures(run));
+    let mut page = Page::new(&format!("Blood and wall of {name}"), &lead);
+    let figures = warnings(&run.warnings()) + &measures(run);
+    page.section("figures", "In figures", &figures);
     page.section("flow", "Flow, volume and pressure", &gallery(&flow(run)));
     page.section("periodicity", "Periodicity", &gallery(&periodicity(run)));
     page.section("wall", "Wall", &gallery(&wall(run)));
@@ -42,14 +43,10 @@ pub fn page(run: &Results) -> io::Result<String> {
     if let Some(surface) = &surface {
         let html = format!(
             "<p>The wet surface over the evaluated window. Drag to rotate, roll to zoom.</p>\n{}",
-            scene::viewer(surface)
+            scene::viewer(surface, surface.widest_frame())
         );
         page.section("view", "The wall in three dimensions", &html);
-        page.section(
-            "pictures",
-            "Deformed wall",
-            &gallery(&pictures(run, surface)),
-        );
+        page.section("pictures", "Deformed wall", &gallery(&pictures(surface)));
     }
     if !run.faces.is_empty() {
         page.section(
@@ -102,7 +99,7 @@ fn measures(run: &Results) -> String {
     table(&heads, &rows)
 }
 
-pub(super) fn flow(run: &Results) -> Vec<String> {
+pub(crate) fn flow(run: &Results) -> Vec<String> {
     const MILLILITRE: f64 = 1e-6;
     let inflow = column(run, |row| row.Q_in_m3_s, MILLILITRE);
     let outflow = column(run, |row| row.Q_out_m3_s, MILLILITRE);
@@ -181,7 +178,7 @@ pub(super) fn flow(run: &Results) -> Vec<String> {
     ]
 }
 
-pub(super) fn periodicity(run: &Results) -> Vec<String> {
+pub(crate) fn periodicity(run: &Results) -> Vec<String> {
     let beat = (run.case.time.period / run.case.time.step).round() as usize;
     let against_the_beat_before = |value: fn(&HistoryRow) -> f64| -> Vec<(f64, f64)> {
         let size = run
@@ -233,8 +230,11 @@ fn wall(run: &Results) -> Vec<String> {
         (RegionName::MidArtery, 1),
     ];
     let by_region = |value: fn(&crate::hemodynamics::RegionStep) -> f64| {
-        let some =
-            regions.map(|(name, colour)| line(&name.to_string(), colour, region(name, value)));
+        // Dashed, since the middle is a part of the artery and often has the artery's own value.
+        let some = regions.map(|(name, colour)| Curve {
+            open: name == RegionName::MidArtery,
+            ..line(&name.to_string(), colour, region(name, value))
+        });
         some.into_iter()
             .filter(|curve| !curve.points.is_empty())
             .collect()
@@ -283,13 +283,8 @@ fn wall(run: &Results) -> Vec<String> {
     ]
 }
 
-pub(super) fn pictures(run: &Results, surface: &Surface) -> Vec<String> {
-    // 0.4 of a period after the window's start, as the paper's t = 2.4 s.
-    let wanted = run.hemodynamics.window.end_s - 0.6 * run.case.time.period;
-    let far = |t: &f64| (t - wanted).abs();
-    let frame = (0..surface.times.len())
-        .min_by(|a, b| far(&surface.times[*a]).total_cmp(&far(&surface.times[*b])))
-        .unwrap_or(0);
+pub(crate) fn pictures(surface: &Surface) -> Vec<String> {
+    let frame = surface.widest_frame();
     let at = format!("at t = {:.3} s", surface.times[frame]);
     [
         (
@@ -317,6 +312,15 @@ pub(super) fn pictures(run: &Results, surface: &Surface) -> Vec<String> {
     .collect()
 }
 
+/// Times (s) at these shares of the last period, or of all of a run that is shorter, rounded to steps that were done.
+fn chosen_times(end: f64, period: f64, step: f64) -> Vec<f64> {
+    let start = (end - period).max(0.0);
+    let times = [0.0, 0.2, 0.4, 0.7].map(|share| start + share * (end - start));
+    let mut steps: Vec<f64> = times.map(|t| (t / step).round().max(1.0)).to_vec();
+    steps.dedup();
+    steps.into_iter().map(|n| n * step).collect()
+}
+
 /// Maps of the radius at four times of the last period.
 fn radii(run: &Results) -> io::Result<Vec<String>> {
     let path = run.files.wall_history();
@@ -328,10 +332,7 @@ fn radii(run: &Results) -> io::Result<Vec<String>> {
         run.case.time.period,
         run.case.time.step,
     );
-    let wanted = [0.0, 0.2, 0.4, 0.7].map(|share| {
-        let time = (end - period + share * period).max(step);
-        (time / step).round() * step
-    });
+    let wanted = chosen_times(end, period, step);
     let reader = WallHistoryReader::open(&path)?;
     let wall = reader.wall.clone();
     let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
@@ -377,4 +378,21 @@ fn effort(run: &Results) -> Vec<String> {
             ),
         ),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::chosen_times;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn times_are_spread_over_the_last_period_or_a_short_run() {
+        let close = |found: Vec<f64>, expected: &[f64]| {
+            assert_eq!(found.len(), expected.len(), "{found:?}");
+            assert_relative_eq!(found[..], expected[..], epsilon = 1e-12);
+        };
+        close(chosen_times(3.0, 1.0, 0.002), &[2.0, 2.2, 2.4, 2.7]);
+        close(chosen_times(0.1, 1.0, 0.002), &[0.002, 0.02, 0.04, 0.07]);
+        close(chosen_times(0.006, 1.0, 0.002), &[0.002, 0.004]);
+    }
 }

@@ -1,6 +1,6 @@
 //! The surface for `viewer.js`, and as rendered pictures.
 
-use super::page::escape;
+use super::page::{escape, significant};
 use super::surface::{Field, Surface};
 use crate::Vec3;
 use crate::output::figure::{colour::Palette, png_image};
@@ -13,8 +13,8 @@ const PIXELS: [usize; 2] = [1080, 300];
 /// From the surface towards the eye.
 const EYE: [f64; 3] = [-0.35, 0.45, 1.0];
 
-/// The interactive view.
-pub fn viewer(surface: &Surface) -> String {
+/// The interactive view, which begins with this frame.
+pub fn viewer(surface: &Surface, frame: usize) -> String {
     let size = surface
         .wall
         .points
@@ -53,6 +53,7 @@ pub fn viewer(surface: &Surface) -> String {
     let data = json!({
         "points": surface.wall.points.len(),
         "times": surface.times,
+        "frame": frame,
         "unit": unit,
         "positions": STANDARD.encode(positions),
         "triangles": STANDARD.encode(triangles),
@@ -80,10 +81,8 @@ fn gradient() -> String {
     (0..=16).map(stop).collect::<Vec<_>>().join(",")
 }
 
-/// A number with three digits.
 fn shown(value: f64) -> String {
-    let digits = (2.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize;
-    format!("{value:.digits$}")
+    significant(value, 3)
 }
 
 /// A rendered picture of the surface in a frame, coloured by a field.

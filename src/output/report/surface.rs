@@ -129,6 +129,11 @@ impl Surface {
         self.wall.faces.iter().flat_map(fan).collect()
     }
 
+    /// The frame in which the wall has moved farthest.
+    pub fn widest_frame(&self) -> usize {
+        self.field("Displacement").map_or(0, Field::largest_frame)
+    }
+
     /// A field by its name.
     pub fn field(&self, name: &str) -> Option<&Field> {
         self.fields

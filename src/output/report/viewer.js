@@ -126,10 +126,11 @@
     const single = data.times.length < 2;
     play.hidden = time.hidden = single;
     time.max = String(data.times.length - 1);
+    time.value = String(data.frame);
     time.addEventListener('input', () => show(Number(time.value)));
     field.addEventListener('change', () => show(Number(time.value)));
     new ResizeObserver(resize).observe(canvas);
-    show(0);
+    show(data.frame);
     resize();
   }
 

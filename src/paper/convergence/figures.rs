@@ -1,9 +1,9 @@
 //! Figures 7 to 10 of the paper from the rows of the study, and one more on the limits that mappings set.
 
-use crate::analysis::study::cases::{Mesh, TestCase};
-use crate::analysis::study::plan::Choice;
-use crate::analysis::study::table::Row;
 use crate::output::figure::{Curve, Figure, Marker, Panel, Scale};
+use crate::paper::convergence::cases::{Mesh, TestCase};
+use crate::paper::convergence::plan::Choice;
+use crate::paper::convergence::table::Row;
 use crate::pfem::SpaceKind::{self, TensorProduct, Trunk};
 use crate::pfem::mapping::MappingKind;
 use std::io;

@@ -5,13 +5,15 @@ use crate::case::Extension;
 use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
 use crate::hemodynamics::summary::RegionSummary;
 use crate::output::figure::{Curve, Marker};
-use crate::output::report::findings::series;
 use crate::output::report::maps::{self, OSI, RADIUS, TAWSS};
-use crate::output::report::page::{chart, figure, line, panel, table};
+use crate::output::report::page::{
+    chart, escape, figure, file_name, line, panel, significant, table,
+};
 use crate::output::report::quantities::place;
-use crate::output::report::surface::{Field, Surface};
-use crate::output::report::{letter, name_of, scene};
+use crate::output::report::study::pictures;
 use crate::output::results::Results;
+use crate::paper::findings::series;
+use crate::paper::models::{EXTENSIONS, letter};
 use std::io;
 
 /// A curve with points over d_max for each extension.
@@ -32,7 +34,7 @@ fn over_d_max(
         marker: Some(marker),
         open: false,
     };
-    let curves = Study::EXTENSIONS.into_iter().zip(looks).map(curve);
+    let curves = EXTENSIONS.into_iter().zip(looks).map(curve);
     curves.filter(|curve| !curve.points.is_empty()).collect()
 }
 
@@ -102,11 +104,11 @@ pub fn largest(study: &Study) -> Vec<String> {
     let row = |run: &Results| {
         let peak = run.hemodynamics.region(MidArtery)?.max_wall_shear_Pa;
         let cells = [
-            format!("{:.3}", peak.max),
+            significant(peak.max, 4),
             format!("{:.3}", peak.time_s),
             place(peak.at),
         ];
-        Some(std::iter::once(name_of(run)).chain(cells).collect())
+        Some(std::iter::once(escape(&run.name())).chain(cells).collect())
     };
     let rows: Vec<Vec<String>> = study.runs.iter().filter_map(row).collect();
     figures.push(table(&["model", "largest / Pa", "t / s", "place"], &rows));
@@ -116,13 +118,13 @@ pub fn largest(study: &Study) -> Vec<String> {
 /// Figure 16.
 pub fn stress(study: &Study) -> io::Result<Vec<String>> {
     let mut figures = Vec::new();
-    for extension in Study::EXTENSIONS {
+    for extension in EXTENSIONS {
         let curve = |(i, run): (usize, &&Results)| {
             let rows = run.regions.iter().filter(|row| row.region == MidArtery);
             let points = rows
                 .map(|row| (row.time_s, 1e-3 * row.max_von_mises_Pa))
                 .collect();
-            line(&name_of(run), [0, 2, 3, 1][i % 4], points)
+            line(&run.name(), [0, 2, 3, 1][i % 4], points)
         };
         let curves: Vec<Curve> = study.of(extension).iter().enumerate().map(curve).collect();
         if curves.is_empty() {
@@ -157,36 +159,12 @@ pub fn stress(study: &Study) -> io::Result<Vec<String>> {
     Ok(figures)
 }
 
-/// Rendered pictures of some models with the same colours, where their field is largest.
-pub fn pictures(runs: &[&Results], field: &str, caption: &str) -> io::Result<Vec<String>> {
-    let mut found = Vec::new();
-    for run in runs {
-        if let Some(surface) = Surface::of(run)?
-            && let Some(field) = surface.field(field).cloned()
-        {
-            found.push((name_of(run), surface, field));
-        }
-    }
-    let high = found
-        .iter()
-        .map(|(.., field)| field.high)
-        .fold(0.0, f64::max);
-    let picture = |(name, surface, field): (String, Surface, Field)| {
-        let frame = field.largest_frame();
-        let time = surface.times[frame];
-        let field = Field { high, ..field };
-        let caption = format!("{name}, t = {time:.3} s: {caption}.");
-        scene::picture(&surface, &field, frame, &caption)
-    };
-    Ok(found.into_iter().map(picture).collect())
-}
-
 /// Figure 17.
 pub fn alike(study: &Study) -> Vec<String> {
     let Some(run) = study.example().filter(|run| !run.faces.is_empty()) else {
         return Vec::new();
     };
-    let (name, x) = (name_of(run), maps::middle(run));
+    let (name, x) = (run.name(), maps::middle(run));
     [RADIUS, OSI, TAWSS]
         .into_iter()
         .map(|field| {
@@ -198,7 +176,10 @@ pub fn alike(study: &Study) -> Vec<String> {
             figure(
                 &svg,
                 &caption,
-                Some((&format!("{name}-{}", field.file), maps::numbers(run, field))),
+                Some((
+                    &format!("{}-{}", file_name(&name), field.file),
+                    maps::numbers(run, field),
+                )),
             )
         })
         .collect()
@@ -276,32 +257,6 @@ pub fn distance(study: &Study) -> Vec<String> {
             &caption,
             panel(&title, "x / mm", label, curves.collect()),
         ));
-    }
-    figures
-}
-
-/// Maps of all models with the same colours.
-pub fn all_maps(study: &Study) -> Vec<String> {
-    let runs: Vec<&Results> = study
-        .runs
-        .iter()
-        .filter(|run| !run.faces.is_empty())
-        .collect();
-    let Some(first) = runs.first() else {
-        return Vec::new();
-    };
-    let whole = maps::whole(first);
-    let mut figures = Vec::new();
-    for (field, from_zero) in [(TAWSS, true), (OSI, true)] {
-        let range = maps::range(&runs, field, whole, from_zero);
-        for run in &runs {
-            let svg = maps::map(run, field, &name_of(run), whole, range);
-            figures.push(figure(
-                &svg,
-                &format!("{}, same colours for all models.", field.label),
-                None,
-            ));
-        }
     }
     figures
 }

@@ -1,34 +1,37 @@
-//! The page of a study.
+//! The page of the paper's study.
 
 mod figures;
 
-use super::page::{Page, download, escape, gallery, table};
-use super::quantities::MMHG;
-use super::surface::Surface;
-use super::{findings, maps, name_of, scene};
+use super::findings;
+use super::models::{EXTENSIONS, is_model};
 use crate::case::Extension;
-use crate::hemodynamics::RegionName::{Artery, Bypass, MidArtery};
-use crate::hemodynamics::summary::RegionSummary;
+use crate::output::report::page::{Page, gallery};
+use crate::output::report::surface::Surface;
+use crate::output::report::{self, maps, run, scene};
 use crate::output::results::Results;
 use crate::output::wall_fields::FaceRow;
 use std::io;
 
-/// Runs of different models.
+/// Runs of the paper's models.
 pub struct Study {
-    title: String,
     runs: Vec<Results>,
     /// Models that cannot be shown, and why.
     missing: Vec<String>,
 }
 
 impl Study {
-    /// All extensions, in the paper's order.
-    pub const EXTENSIONS: [Extension; 3] = [Extension::Straight, Extension::Helix, Extension::Arc];
+    /// Whether a study has no other cases than the paper's models.
+    pub fn is_that_of(study: &report::Study) -> bool {
+        study.runs.iter().all(is_model)
+    }
 
-    /// A study of these runs; `missing` says of other models why they are not among them.
-    pub fn new(title: &str, mut runs: Vec<Results>, missing: Vec<String>) -> Self {
+    /// Its runs in the paper's order.
+    pub fn new(study: report::Study) -> Self {
+        let report::Study {
+            mut runs, missing, ..
+        } = study;
         let rank = |run: &Results| {
-            Self::EXTENSIONS
+            EXTENSIONS
                 .iter()
                 .position(|e| *e == run.case.model.extension)
         };
@@ -37,11 +40,7 @@ impl Study {
                 .cmp(&rank(b))
                 .then(a.case.model.d_max.total_cmp(&b.case.model.d_max))
         });
-        Self {
-            title: title.into(),
-            runs,
-            missing,
-        }
+        Self { runs, missing }
     }
 
     /// All runs.
@@ -124,41 +123,46 @@ pub fn page(study: &Study) -> io::Result<String> {
          imperfections of up to d_max = 0.75 mm.",
         study.runs.len()
     );
-    let mut page = Page::new(&study.title, &lead);
+    let mut page = Page::new("The influence of geometric imperfections: a study", &lead);
     page.section(
         "findings",
         "What the paper found, what we found",
         &findings::html(study),
     );
-    page.section("models", "Models", &models(study));
+    let runs: Vec<&Results> = study.runs.iter().collect();
+    page.section(
+        "models",
+        "Models",
+        &report::study::cases(&runs, &study.missing),
+    );
     if let Some(example) = study.example() {
-        let name = name_of(example);
+        let name = example.name();
         page.section(
             "flow",
             &format!("Flow and volume of {name}"),
-            &gallery(&super::run::flow(example)),
+            &gallery(&run::flow(example)),
         );
         page.section(
             "periodicity",
             "Periodicity",
-            &gallery(&super::run::periodicity(example)),
+            &gallery(&run::periodicity(example)),
         );
         if let Some(surface) = Surface::of(example)? {
             let html = format!(
                 "<p>Model {name} over the evaluated window. Drag to rotate, roll to zoom.</p>\n{}{}",
-                scene::viewer(&surface),
-                gallery(&super::run::pictures(example, &surface))
+                scene::viewer(&surface, surface.widest_frame()),
+                gallery(&run::pictures(&surface))
             );
             page.section("view", "The wall in three dimensions", &html);
         }
     }
     let d_max = study.example().map_or(0.0, |run| run.case.model.d_max);
-    let beside = Study::EXTENSIONS.map(|extension| study.find(extension, d_max));
+    let beside = EXTENSIONS.map(|extension| study.find(extension, d_max));
     let beside: Vec<&Results> = beside.into_iter().flatten().collect();
     page.section(
         "extensions",
         "Oscillating shear index behind the three extensions",
-        &gallery(&figures::pictures(
+        &gallery(&report::study::pictures(
             &beside,
             "Oscillating",
             "Oscillating shear index",
@@ -197,79 +201,7 @@ pub fn page(study: &Study) -> io::Result<String> {
     page.section(
         "maps",
         "All models on the unrolled wall",
-        &gallery(&figures::all_maps(study)),
+        &gallery(&report::study::all_maps(&runs)),
     );
     Ok(page.to_html())
-}
-
-fn models(study: &Study) -> String {
-    let heads = [
-        "model",
-        "steps",
-        "coupling iterations a step",
-        "s per step",
-        "outlet pressure / mmHg",
-        "period to period, outflow / %",
-        "period to period, displacement / %",
-        "artery volume / ml",
-        "artery mean WSS / Pa",
-        "mid-artery largest WSS / Pa",
-        "bypass largest OSI",
-        "artery largest OSI",
-        "mid-artery largest von Mises / kPa",
-    ];
-    let row = |run: &Results| {
-        let found = &run.hemodynamics;
-        let show = |value: Option<String>| value.unwrap_or_else(|| "–".into());
-        let last = |differences: &[crate::hemodynamics::periodicity::Difference]| {
-            show(
-                differences
-                    .last()
-                    .map(|d| format!("{:.2}", 100.0 * d.relative)),
-            )
-        };
-        let of =
-            |region, value: fn(&RegionSummary) -> String| show(found.region(region).map(value));
-        let summary = run.summary.as_ref();
-        vec![
-            escape(&name_of(run)),
-            run.history.len().to_string(),
-            show(summary.map(|s| format!("{:.2}", s.mean_coupling_iterations))),
-            show(summary.map(|s| format!("{:.2}", s.seconds_per_step))),
-            show(found.vessel.as_ref().map(|v| {
-                format!(
-                    "{:.0} to {:.0}",
-                    v.p_out_Pa.min / MMHG,
-                    v.p_out_Pa.max / MMHG
-                )
-            })),
-            last(&found.periodicity.outflow),
-            last(&found.periodicity.max_displacement),
-            of(Artery, |r| format!("{:.4}", 1e6 * r.lumen_volume_m3.mean)),
-            of(Artery, |r| format!("{:.4}", r.mean_wall_shear_Pa.mean)),
-            of(MidArtery, |r| format!("{:.3}", r.max_wall_shear_Pa.max)),
-            of(Bypass, |r| format!("{:.4}", r.OSI.max)),
-            of(Artery, |r| format!("{:.4}", r.OSI.max)),
-            of(MidArtery, |r| {
-                format!("{:.1}", 1e-3 * r.max_von_mises_Pa.max)
-            }),
-        ]
-    };
-    let rows: Vec<Vec<String>> = study.runs.iter().map(row).collect();
-    let mut html = table(&heads, &rows);
-    let lines = std::iter::once(heads.map(str::to_owned).to_vec()).chain(rows);
-    let quoted = lines.map(|line| {
-        line.iter()
-            .map(|cell| format!("\"{cell}\""))
-            .collect::<Vec<_>>()
-            .join(",")
-    });
-    html += &format!(
-        "<p>{}</p>\n",
-        download("models", &quoted.collect::<Vec<_>>().join("\n"))
-    );
-    for missing in &study.missing {
-        html += &format!("<p class=\"lead\">{}</p>\n", escape(missing));
-    }
-    html
 }

@@ -1,12 +1,15 @@
 //! One function a finding: what the study found, and whether the paper found the same.
 
-use super::{LINEAR, RESOLVED, Verdict};
+use super::{ALIKE, EXPONENTIAL, LINEAR, RESOLVED, Verdict};
 use crate::case::Extension;
 use crate::hemodynamics::RegionName::{self, Artery, MidArtery};
 use crate::hemodynamics::summary::RegionSummary;
-use crate::output::report::study::{Study, influence};
-use crate::output::report::{letter, maps, name_of};
+use crate::output::report::maps;
+use crate::output::report::page::significant;
 use crate::output::results::Results;
+use crate::output::tables::{HistoryRow, whole_steps};
+use crate::paper::models::{EXTENSIONS, letter};
+use crate::paper::study::{Study, influence};
 
 /// What the study found; `None` if models are missing.
 type Judged = Option<(String, Verdict)>;
@@ -62,29 +65,105 @@ fn list(points: &[(f64, f64)], digits: usize) -> String {
     shown.collect::<Vec<_>>().join(", ")
 }
 
-/// Successive periods.
-pub fn periodicity(study: &Study) -> Judged {
-    let mut worst: (f64, f64) = (0.0, 0.0);
-    let mut models = 0;
-    for run in study.runs() {
-        let found = &run.hemodynamics.periodicity;
-        for differences in [&found.outflow, &found.max_displacement] {
-            let [.., before, last] = differences.as_slice() else {
-                continue;
-            };
-            worst.0 = worst.0.max(last.relative);
-            worst.1 = worst.1.max(last.largest / before.largest);
-            models += 1;
+/// Parts of a period in which differences between periods are followed from beat to beat.
+const PHASES: usize = 8;
+
+/// How the difference between successive periods falls from period to period.
+#[derive(Debug, Clone, Copy)]
+struct Decay {
+    /// What is left of it after a period.
+    left: f64,
+    /// Coefficient of determination of the logarithm over time, each phase of the beat with a constant of its own.
+    r2: f64,
+}
+
+/// The decay of values (s, any unit) of a run whose smooth start ends at `ramp` (s); `None` if no phase of the beat has two
+/// differences after it.
+fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64) -> Option<Decay> {
+    let beat = (period / step).round() as usize;
+    let part = period / PHASES as f64;
+    // The largest difference in each part of each period, by the number of the part from t = 0.
+    let mut largest: std::collections::BTreeMap<usize, f64> = Default::default();
+    for (before, now) in values.iter().zip(values.iter().skip(beat)) {
+        let number = ((now.0 - 0.5 * step) / part).floor();
+        // Neither of the two beats may be in the smooth start.
+        if number * part - period > ramp - 0.5 * step {
+            let most = largest.entry(number as usize).or_default();
+            *most = most.max((now.1 - before.1).abs());
         }
     }
-    (models > 0).then(|| {
-        let text = format!(
-            "last period against the one before: at most {:.2} % of the largest value; the difference fell to at most {:.3} of the one a period earlier",
-            100.0 * worst.0,
-            worst.1
-        );
-        (text, Verdict::of(worst.0 <= 0.02 && worst.1 < 1.0))
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for phase in 0..PHASES {
+        let numbers = largest
+            .iter()
+            .filter(|(n, most)| **n % PHASES == phase && **most > 0.0);
+        let points = numbers.map(|(n, most)| ((n / PHASES) as f64, most.ln()));
+        let points: Vec<(f64, f64)> = points.collect();
+        let n = points.len() as f64;
+        let middle = points
+            .iter()
+            .fold((0.0, 0.0), |m, p| (m.0 + p.0 / n, m.1 + p.1 / n));
+        for (x, y) in points.iter().map(|p| (p.0 - middle.0, p.1 - middle.1)) {
+            (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
+        }
+    }
+    (xx > 0.0).then(|| Decay {
+        left: (xy / xx).exp(),
+        r2: if yy > 0.0 { xy * xy / (xx * yy) } else { 1.0 },
     })
+}
+
+/// Successive periods.
+pub fn periodicity(study: &Study) -> Judged {
+    let mut last: Option<f64> = None;
+    let mut decays = Vec::new();
+    for run in study.runs() {
+        let (time, found) = (&run.case.time, &run.hemodynamics.periodicity);
+        let rows = whole_steps(&run.history, time.step);
+        let columns: [fn(&HistoryRow) -> f64; 2] = [|r| r.Q_out_m3_s, |r| r.max_displacement_m];
+        for (differences, value) in [&found.outflow, &found.max_displacement]
+            .into_iter()
+            .zip(columns)
+        {
+            let values: Vec<(f64, f64)> = rows.iter().map(|row| (row.time_s, value(row))).collect();
+            decays.extend(decay(
+                &values,
+                time.step,
+                time.period,
+                run.case.ramp.duration,
+            ));
+            if let Some(difference) = differences.last() {
+                last = Some(last.map_or(difference.relative, |l| l.max(difference.relative)));
+            }
+        }
+    }
+    let last = last?;
+    let ends = |value: fn(&Decay) -> f64| {
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        decays
+            .iter()
+            .map(value)
+            .fold(ends, |(a, b), v| (a.min(v), b.max(v)))
+    };
+    let small = format!(
+        "last period against the one before: at most {} % of the largest value",
+        significant(100.0 * last, 2)
+    );
+    if decays.is_empty() {
+        let text = format!("{small}; too few periods after the smooth start to see how it decays");
+        return Some((text, Verdict::Unresolved));
+    }
+    let ((least, most), (r2, _)) = (ends(|d| d.left), ends(|d| d.r2));
+    let text = format!(
+        "{small}; over a period {} to {} of the difference is left, exponential with R² ≥ {}",
+        significant(least, 2),
+        significant(most, 2),
+        significant(r2, 3)
+    );
+    Some((
+        text,
+        Verdict::of(last <= 0.02 && most < 1.0 && r2 >= EXPONENTIAL),
+    ))
 }
 
 /// Flows and the rate of change of the volume.
@@ -118,10 +197,10 @@ pub fn balance(study: &Study) -> Judged {
     }
     let (error, lag) = ((gap / rate).sqrt(), second.0 - first.0);
     let text = format!(
-        "{}: the largest outflow comes {:.0} ms after the largest inflow; the difference of the flows is dV/dt within {:.1} % (root mean square)",
-        name_of(run),
+        "{}: the largest outflow comes {:.0} ms after the largest inflow; the difference of the flows is dV/dt within {} % (root mean square)",
+        run.name(),
         1e3 * lag,
-        100.0 * error
+        significant(100.0 * error, 2)
     );
     Some((text, Verdict::of(lag > 0.0 && error < 0.1)))
 }
@@ -169,7 +248,7 @@ pub fn monotonic(study: &Study) -> Judged {
 pub fn lowest_shear(study: &Study) -> Judged {
     let mut texts = Vec::new();
     let (mut agree, mut resolved) = (true, true);
-    for extension in Study::EXTENSIONS {
+    for extension in EXTENSIONS {
         let points = series(study, extension, MidArtery, |r| r.max_wall_shear_Pa.max);
         if points.len() < 3 {
             continue;
@@ -208,16 +287,20 @@ pub fn stress(study: &Study) -> Judged {
     ))
 }
 
+/// Whether the load hardly changes at the time `t` (s): in the second half of the first period, as in the paper.
+fn is_at_rest(t: f64, period: f64) -> bool {
+    t >= 0.5 * period * (1.0 - 1e-9) && t <= period * (1.0 + 1e-9)
+}
+
 /// The same while the load hardly changes.
 pub fn stress_at_rest(study: &Study) -> Judged {
     let extension = shown(study)?;
     let mean = |run: &Results| {
         let period = run.case.time.period;
-        let resting = |t: f64| t > 0.75 * period && t <= period;
         let rows = run
             .regions
             .iter()
-            .filter(|r| r.region == MidArtery && resting(r.time_s));
+            .filter(|r| r.region == MidArtery && is_at_rest(r.time_s, period));
         let stresses: Vec<f64> = rows.map(|row| 1e-3 * row.max_von_mises_Pa).collect();
         let mean = stresses.iter().sum::<f64>() / stresses.len() as f64;
         (!stresses.is_empty()).then_some((1e3 * run.case.model.d_max, mean))
@@ -232,7 +315,7 @@ pub fn stress_at_rest(study: &Study) -> Judged {
         false => Verdict::of(highest.0 == points[0].0),
     };
     let text = format!(
-        "{}, mean over the last quarter of the first period (kPa): {}",
+        "{}, mean over the second half of the first period (kPa): {}",
         letter(extension),
         list(&points, 1)
     );
@@ -252,7 +335,7 @@ pub fn alike(study: &Study) -> Judged {
     let correlation = slope.signum() * r2.sqrt();
     let text = format!(
         "{}: correlation of radius and OSI over the middle of the artery {correlation:.2}",
-        name_of(run)
+        run.name()
     );
     // Qualitative likeness, not one-to-one, is what the paper claims.
     Some((text, Verdict::of(correlation > 0.3)))
@@ -261,7 +344,7 @@ pub fn alike(study: &Study) -> Judged {
 /// Whether the largest index of each model lies within limits.
 pub fn osi_range(study: &Study, region: RegionName, [low, high]: [f64; 2], curved: bool) -> Judged {
     let mut values = Vec::new();
-    for extension in Study::EXTENSIONS {
+    for extension in EXTENSIONS {
         if curved && extension == Extension::Straight {
             continue;
         }
@@ -274,28 +357,52 @@ pub fn osi_range(study: &Study, region: RegionName, [low, high]: [f64; 2], curve
     let ends = (f64::INFINITY, f64::NEG_INFINITY);
     let (least, most) = values.iter().fold(ends, |(a, b), v| (a.min(*v), b.max(*v)));
     (!values.is_empty()).then(|| {
-        let text = format!("{least:.4} to {most:.4} over {} model(s)", values.len());
+        let text = format!(
+            "{} to {} over {} model(s)",
+            significant(least, 2),
+            significant(most, 2),
+            values.len()
+        );
         (text, Verdict::of(least >= low && most <= high))
     })
+}
+
+/// Whether the first two values of a series are nearly alike, and the others grow.
+fn is_flat_and_then_grows(points: &[(f64, f64)]) -> bool {
+    let values: Vec<f64> = points.iter().map(|p| p.1).collect();
+    let largest = values.iter().copied().fold(0.0, f64::max);
+    (values[1] - values[0]).abs() <= ALIKE * largest
+        && values[1..].windows(2).all(|pair| pair[1] > pair[0])
+        && values[values.len() - 1] > values[0]
 }
 
 /// The largest index over `d_max`.
 pub fn osi_order(study: &Study) -> Judged {
     let mut texts = Vec::new();
-    let (mut grows, mut resolved) = (true, true);
-    for extension in Study::EXTENSIONS {
-        let points = series(study, extension, Artery, |r| r.OSI.max);
-        if points.len() < 3 {
+    let (mut agrees, mut resolved) = (true, true);
+    for extension in EXTENSIONS {
+        let points = series(study, extension, MidArtery, |r| r.OSI.max);
+        // "0 and 0.25 mm" can be told only where these are there.
+        let begins = points.len() >= 3 && points[0].0 == 0.0 && (points[1].0 - 0.25).abs() < 1e-9;
+        if !begins {
             continue;
         }
-        // From the second model on: the first two are nearly alike.
-        grows &= points.windows(2).skip(1).all(|p| p[1].1 > p[0].1)
-            && points[points.len() - 1].1 > points[0].1;
+        agrees &= is_flat_and_then_grows(&points);
         resolved &= spread(&points) >= RESOLVED;
-        texts.push(format!("{}: {}", letter(extension), list(&points, 4)));
+        let values: Vec<String> = points
+            .iter()
+            .map(|(d, v)| format!("{} at {d} mm", significant(*v, 2)))
+            .collect();
+        let largest = points.iter().map(|p| p.1).fold(0.0, f64::max);
+        texts.push(format!(
+            "{}: {} (the first two differ by {} % of the largest)",
+            letter(extension),
+            values.join(", "),
+            significant(100.0 * (points[1].1 - points[0].1).abs() / largest, 2)
+        ));
     }
     let verdict = if resolved {
-        Verdict::of(grows)
+        Verdict::of(agrees)
     } else {
         Verdict::Unresolved
     };
@@ -324,7 +431,7 @@ pub fn distance(study: &Study) -> Judged {
         farthest = farthest.max(x / diameter);
         texts.push(format!(
             "{}: TAWSS differs by more than {} % from the straight extension's up to x = {:.1} mm, {:.1} diameters",
-            name_of(run),
+            run.name(),
             100.0 * GONE,
             1e3 * x,
             x / diameter
@@ -336,6 +443,55 @@ pub fn distance(study: &Study) -> Judged {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_exponential_decay_is_told_from_others() {
+        let step = 0.01;
+        let of = |transient: fn(f64) -> f64, beats: i32| {
+            let times = (1..=100 * beats).map(|n| f64::from(n) * step);
+            let values = times.map(|t| (t, (std::f64::consts::TAU * t).cos() + transient(t)));
+            decay(&values.collect::<Vec<_>>(), step, 1.0, 0.5)
+        };
+        let found = of(|t| 0.1_f64.powf(t), 4).unwrap();
+        assert!(
+            (found.left - 0.1).abs() < 1e-9 && (found.r2 - 1.0).abs() < 1e-9,
+            "{found:?}"
+        );
+        // Falls in every period, but not by the same share.
+        let found = of(|t| 1.0 / t, 4).unwrap();
+        assert!(
+            (0.34..0.35).contains(&found.left) && (0.965..0.975).contains(&found.r2),
+            "{found:?}"
+        );
+        // Comes and goes.
+        let found = of(
+            |t| {
+                if t as i32 != 2 { 0.01 * t } else { 0.3 * t }
+            },
+            5,
+        )
+        .unwrap();
+        assert!(found.r2 < EXPONENTIAL, "{found:?}");
+        assert!(of(|t| 0.1_f64.powf(t), 2).is_none());
+    }
+
+    #[test]
+    fn models_are_nearly_alike_only_if_they_are() {
+        let on = |values: [f64; 4]| {
+            let points: Vec<(f64, f64)> = [0.0, 0.25, 0.5, 0.75].into_iter().zip(values).collect();
+            is_flat_and_then_grows(&points)
+        };
+        assert!(on([0.005, 0.006, 0.012, 0.025]));
+        assert!(on([0.006, 0.005, 0.012, 0.025]));
+        assert!(!on([0.005, 0.009, 0.012, 0.025]));
+        assert!(!on([0.005, 0.006, 0.025, 0.020]));
+    }
+
+    #[test]
+    fn at_rest_is_the_second_half_of_the_first_period() {
+        let inside = [0.49, 0.5, 0.75, 1.0, 1.002].map(|t| is_at_rest(t, 1.0));
+        assert_eq!(inside, [false, true, true, true, false]);
+    }
 
     #[test]
     fn a_line_is_linear_and_a_parabola_is_not() {

@@ -1,14 +1,15 @@
 //! The convergence study of section 4.1: three tubes, many discretizations, one reference each.
 //!
 //! [`cases`] holds the tubes, [`plan`] the discretizations of each figure, [`errors`] the measures (15) and (16),
-//! [`table`] the rows; this file computes a row.
+//! [`table`] the rows, [`figures`] draws them; this file computes a row.
 
 pub mod cases;
 pub mod errors;
+pub mod figures;
 pub mod plan;
 pub mod table;
 
-use super::tube::{self, Tube};
+use crate::analysis::tube::{self, Tube};
 use crate::pfem::prolongation::prolong;
 use crate::pfem::statics::StaticOptions;
 use crate::pfem::stats::Stats;

@@ -1,0 +1,54 @@
+//! Cases as runs have left them, also runs of earlier versions.
+
+use super::Case;
+
+/// Tables of settings of the method. Those that came later than a run cannot have changed its results.
+const METHOD: [&str; 5] = ["time", "structure", "fluid", "coupling", "output"];
+
+impl Case {
+    /// Reads the text of a `case.resolved.toml`. Settings of the method that came later than the run have their defaults.
+    ///
+    /// # Errors
+    /// If a value of the physics is missing, or one cannot be read.
+    pub fn of_earlier_run(text: &str) -> Result<Self, toml::de::Error> {
+        let defaults: toml::Table =
+            toml::from_str(include_str!("../../openfoam-case/defaults.toml"))?;
+        let mut case: toml::Table = toml::from_str(text)?;
+        for name in METHOD {
+            let (Some(toml::Value::Table(own)), Some(toml::Value::Table(all))) =
+                (case.get_mut(name), defaults.get(name))
+            else {
+                continue;
+            };
+            for (key, value) in all {
+                own.entry(key.clone()).or_insert_with(|| value.clone());
+            }
+        }
+        toml::Value::Table(case).try_into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Preset;
+    use std::path::Path;
+
+    #[test]
+    fn a_case_of_an_earlier_version_lacks_settings_but_never_physics() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/H-0.5");
+        let case = Case::load(&folder, Preset::Coarse, &[]).unwrap();
+        let text = case.to_toml_string();
+        assert_eq!(Case::of_earlier_run(&text).unwrap(), case.case);
+        let without = |key: &str| -> String {
+            let lines = text.lines().filter(|line| !line.starts_with(key));
+            lines.collect::<Vec<_>>().join("\n")
+        };
+        assert_eq!(
+            Case::of_earlier_run(&without("wall_history")).unwrap(),
+            case.case
+        );
+        let refused = Case::of_earlier_run(&without("viscosity_Pa_s")).unwrap_err();
+        assert!(refused.to_string().contains("viscosity_Pa_s"), "{refused}");
+    }
+}

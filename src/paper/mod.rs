@@ -1,0 +1,9 @@
+//! What exists for the paper alone: its twelve models and the page that judges its findings by them, and its convergence
+//! study.
+
+pub mod convergence;
+mod findings;
+pub mod models;
+pub mod study;
+
+pub use study::Study;

@@ -1,0 +1,42 @@
+//! The paper's twelve models: three extensions, four imperfections.
+
+use crate::case::{Extension, Material};
+use crate::output::results::Results;
+
+/// All extensions, in the paper's order.
+pub const EXTENSIONS: [Extension; 3] = [Extension::Straight, Extension::Helix, Extension::Arc];
+/// Largest radius deviations of the imperfection, m.
+pub const D_MAX: [f64; 4] = [0.0, 0.25e-3, 0.5e-3, 0.75e-3];
+/// Length of the graft and of the artery, m.
+const SECTION: f64 = 0.03;
+
+/// The paper's letter for an extension.
+pub fn letter(extension: Extension) -> &'static str {
+    match extension {
+        Extension::Straight => "S",
+        Extension::Helix => "H",
+        Extension::Arc => "A",
+    }
+}
+
+/// A model's name as the paper has it, such as `H-0.5`.
+pub fn name(extension: Extension, d_max: f64) -> String {
+    let millimetres = (1e6 * d_max).round() / 1e3;
+    format!("{}-{millimetres:?}", letter(extension))
+}
+
+/// Whether a run is one of the models: called as the paper calls it, with that extension and imperfection, a graft and an
+/// artery as long as the paper's and made of its materials. What the paper leaves open (radii, flow, windkessel) may differ.
+pub fn is_model(run: &Results) -> bool {
+    let case = &run.case;
+    let (model, geometry, wall) = (&case.model, &case.geometry, &case.wall);
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+    let is_artery = |layer: &Material| matches!(layer, Material::HolzapfelGasserOgden { .. });
+    run.name() == name(model.extension, model.d_max)
+        && D_MAX.iter().any(|d_max| near(*d_max, model.d_max))
+        && near(geometry.graft_length, SECTION)
+        && near(geometry.artery_length, SECTION)
+        && matches!(wall.graft, Material::NeoHooke { .. })
+        && is_artery(&wall.media)
+        && is_artery(&wall.adventitia)
+}
