@@ -2,7 +2,7 @@
 
 mod fluid_support;
 
-use fluid_support::{correctors, read_internal_field};
+use fluid_support::{BIRD_CARREAU, correctors, read_internal_field, use_bird_carreau};
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, FlowCurve, Preset, ResolvedCase};
 use fsi_driver::fluid::openfoam::case_files::CaseFiles;
@@ -38,6 +38,11 @@ struct RigidTube {
 
 impl RigidTube {
     fn start(case: &Case) -> Self {
+        Self::start_with(case, |_| ())
+    }
+
+    /// After a change of the files in OpenFOAM's case.
+    fn start_with(case: &Case, change: fn(&Path)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let mesh = Vessel::new(case).fluid_mesh(&case.fluid.mesh);
         mesh.write(folder.path()).unwrap();
@@ -53,6 +58,7 @@ impl RigidTube {
         }
         .write(folder.path())
         .unwrap();
+        change(folder.path());
         let fluid = OpenFoam::start(OpenFoamSettings {
             case: folder.path().to_owned(),
             log: folder.path().join("log"),
@@ -105,10 +111,11 @@ impl RigidTube {
     }
 }
 
-/// `dp = 8 mu L Q / (pi r⁴)` and `tau = r dp / (2 L)`.
-#[test]
-fn steady_flow_is_poiseuilles() {
-    let case = load("poiseuille", &[]);
+/// Errors of the steady state: of the pressure drop `8 mu L Q / (pi r⁴)` with its sign, and the largest of a face's shear
+/// stress `r dp / (2 L)`.
+fn poiseuille_errors(core: usize, radial: usize) -> [f64; 2] {
+    let mesh = [("fluid.mesh.core", core), ("fluid.mesh.radial", radial)];
+    let case = load("poiseuille", &mesh);
     let g = &case.geometry;
     let (radius, mu) = (g.graft_inner_radius, case.blood.viscosity);
     let length = g.extension_length + g.graft_length + g.artery_length;
@@ -122,15 +129,86 @@ fn steady_flow_is_poiseuilles() {
 
     let drop = last.inlet_pressure() - last.outlet_pressure();
     let exact_drop = 8.0 * mu * length * last.inflow() / (PI * radius.powi(4));
-    println!("pressure drop {drop} Pa, exact {exact_drop} Pa");
-    assert!((drop / exact_drop - 1.0).abs() < 0.01);
 
     // The force is the fluid's on the wall: along the flow.
     let exact_shear = 0.5 * radius * drop / length;
     let error = |traction: &Vec3| (traction.x / exact_shear - 1.0).abs();
     let worst = last.wall_shear.iter().map(error).fold(0.0, f64::max);
-    println!("wall shear stress {exact_shear} Pa, largest error of a face {worst}");
-    assert!(worst < 0.01, "{worst}");
+    println!(
+        "{core} {radial}: pressure drop {drop} Pa, exact {exact_drop} Pa; largest error of a face's shear {worst}"
+    );
+    [drop / exact_drop - 1.0, worst]
+}
+
+#[test]
+fn steady_flow_is_poiseuilles() {
+    // The benchmark's own mesh, and those of the presets `paper`, `coarse` and `demo`. The drop is too high, since the
+    // mesh is a polygon within the circle.
+    for (core, radial, drop, shear) in [
+        (12, 8, 0.008, 0.005),
+        (8, 5, 0.02, 0.01),
+        (5, 4, 0.04, 0.02),
+        (4, 4, 0.05, 0.03),
+    ] {
+        let found = poiseuille_errors(core, radial);
+        assert!((found[0] / drop - 1.0).abs() < 0.1, "{core}: {found:?}");
+        assert!((found[1] / shear - 1.0).abs() < 0.1, "{core}: {found:?}");
+    }
+}
+
+/// Blood of Bird and Carreau, chosen in the templates: the viscosity follows the rate of shear, in the flow as in the load
+/// on the wall.
+#[test]
+fn steady_flow_of_shear_thinning_blood_is_that_of_the_generalized_newtonian_tube() {
+    let case = load(
+        "poiseuille",
+        &[("fluid.mesh.core", 8), ("fluid.mesh.radial", 5)],
+    );
+    let g = &case.geometry;
+    let (radius, rho) = (g.graft_inner_radius, case.blood.density);
+    let length = g.extension_length + g.graft_length + g.artery_length;
+    let mut tube = RigidTube::start_with(&case, use_bird_carreau);
+    let last = (0..case.steps()).map(|_| tube.step(false)).last().unwrap();
+    let drop = last.inlet_pressure() - last.outlet_pressure();
+    let shear = 0.5 * radius * drop / length;
+
+    // rho nu(g) g = shear r / R gives the rate g(r); Q = pi ∫ r² g dr after integration by parts.
+    let nu = |rate: f64| {
+        let [rest, high, time, n] = BIRD_CARREAU;
+        high + (rest - high) * (1.0 + (time * rate).powi(2)).powf(0.5 * (n - 1.0))
+    };
+    let rate = |r: f64| {
+        let (mut low, mut high) = (0.0, 1e6);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if rho * nu(middle) * middle < shear * r / radius {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    };
+    let pieces = 2000;
+    let flow: f64 = (0..pieces)
+        .map(|i| {
+            let r = radius * (i as f64 + 0.5) / pieces as f64;
+            PI * r * r * rate(r) * radius / pieces as f64
+        })
+        .sum();
+    let found = last.wall_shear.iter().map(|t| t.x).sum::<f64>() / last.wall_shear.len() as f64;
+    let newtonian = PI * radius.powi(4) * drop / (8.0 * case.blood.viscosity * length);
+    println!(
+        "flow {}, exact {flow}, Newtonian {newtonian} m³/s",
+        last.inflow()
+    );
+    println!("wall shear stress {found}, exact {shear} Pa");
+    assert!(
+        (last.inflow() / flow - 1.0).abs() < 0.03,
+        "{}",
+        last.inflow()
+    );
+    assert!((found / shear - 1.0).abs() < 0.01, "{found}");
 }
 
 /// Bessel's function of order zero by its power series.

@@ -1,5 +1,8 @@
 //! The command of the README, with the real OpenFOAM, on a coarse mesh for a few steps.
 
+mod pfem_support;
+
+use pfem_support::{artery, radial};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -85,6 +88,11 @@ fn prescribed_flow(t: f64) -> f64 {
     ramp * (3.5e-6 + 4.5e-6 * pulse)
 }
 
+/// What is lost of the flow, as a share of the larger of inflow and outflow.
+fn imbalance(q_in: f64, q_out: f64, dvdt: f64) -> f64 {
+    (q_in - q_out - dvdt).abs() / q_in.abs().max(q_out.abs())
+}
+
 #[test]
 fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -108,7 +116,7 @@ fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
     let [time, q_in, q_out, dvdt] =
         ["time_s", "Q_in_m3_s", "Q_out_m3_s", "dVdt_m3_s"].map(|name| &history[name]);
     assert_eq!(time.len(), 20);
-    let peak = 8e-6;
+    let mut balance = 0.0_f64;
     for (i, &t) in time.iter().enumerate() {
         assert!((t - STEP * (i + 1) as f64).abs() < 1e-9);
         let prescribed = prescribed_flow(t);
@@ -117,16 +125,12 @@ fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
             "inflow {} instead of {prescribed}",
             q_in[i]
         );
-        assert!(
-            (q_in[i] - q_out[i] - dvdt[i]).abs() < 1e-2 * peak,
-            "at {t} s: {} {} {}",
-            q_in[i],
-            q_out[i],
-            dvdt[i]
-        );
+        balance = balance.max(imbalance(q_in[i], q_out[i], dvdt[i]));
         assert!(history["wall_velocity_mismatch_m_s"][i] < 1e-9);
         assert!(history["force_mismatch"][i] < 1e-3);
     }
+    println!("largest imbalance {balance:e} of the flow");
+    assert!(balance < 1e-4, "{balance:e}");
     assert!(
         history["max_displacement_m"][19] > 1e-6,
         "the wall did not move"
@@ -181,6 +185,56 @@ fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
         history,
         "a refused run must not touch the earlier one"
     );
+}
+
+/// The smooth artery at 110 mmHg, where its fibres carry the load: filled from the windkessel within a ramp of 0.1 s, then
+/// compared with the boundary value problem of the radius in plane strain.
+#[test]
+fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let coarse = [
+        "--set",
+        "model.d_max_m=0",
+        "fluid.mesh.axial_extension=4",
+        "fluid.mesh.axial_per_section=6",
+        "structure.axial_per_section=2",
+        "time.step_s=0.005",
+        "ramp.duration_s=0.1",
+        "windkessel.initial_pressure_Pa=2.2e4",
+        "output.probes_m=[[0.045,2.35e-3,0],[0.045,0,-2.35e-3]]",
+    ];
+    let output = driver(&out, 0.15, &coarse).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output));
+    let history = columns(&out.join("history.csv"));
+    let [q_in, q_out, dvdt, p_in, p_out] = [
+        "Q_in_m3_s",
+        "Q_out_m3_s",
+        "dVdt_m3_s",
+        "p_in_Pa",
+        "p_out_Pa",
+    ]
+    .map(|name| &history[name]);
+    let balances = (0..30).map(|i| imbalance(q_in[i], q_out[i], dvdt[i]));
+    let balance = balances.fold(0.0, f64::max);
+    println!("largest imbalance {balance:e} of the flow");
+    assert!(balance < 1e-4, "{balance:e}");
+
+    let pressure = 0.5 * (p_in[29] + p_out[29]);
+    let mmhg = pressure / 133.322;
+    assert!((105.0..118.0).contains(&mmhg), "{mmhg}");
+    let layers: Vec<_> = artery().into_iter().map(|m| (0.45e-3, m)).collect();
+    let exact = radial::inflate(2.35e-3, &layers, pressure, true).displacement[0];
+    let probes = columns(&out.join("probes.csv"));
+    let [y, z] = [probes["uy_m"][58], -probes["uz_m"][59]];
+    println!("{mmhg} mmHg: widened by {y} and {z} m, in plane strain by {exact} m");
+    // The fibres carry it: what is isotropic in the layers bears at most Σ mu ln(r_o/r_i) = 10.3 kPa = 77 mmHg.
+    for found in [y, z] {
+        assert!((found / exact - 1.0).abs() < 0.05, "{found} {exact}");
+    }
+    let iterations = history["coupling_iterations"].iter().sum::<f64>() / 30.0;
+    println!("{iterations} coupling iterations a step");
+    assert!((4.0..7.5).contains(&iterations), "{iterations}");
 }
 
 /// With tolerances so tight that the order of the sums in the linear solvers no longer matters.

@@ -138,6 +138,7 @@ fn the_artery_is_met_with_trunk_spaces() {
                 p + 2,
             );
             let (energy, displacement) = errors(&result, reference.energy, &reference.displacement);
+            println!("{kind:?} p = {p}: {energy:e} {displacement:e}");
             assert!(
                 energy.abs() < limit,
                 "{kind:?} p = {p}: energy error {energy:e}"
@@ -201,6 +202,7 @@ fn other_tubes_are_met_as_well() {
             8,
         );
         let (energy, displacement) = errors(&result, reference.energy, &reference.displacement);
+        println!("{radius} {kind:?}: {energy:e} {displacement:e}");
         assert!(
             energy.abs() < 1e-6 && displacement < 1e-6,
             "{radius} {layers:?}: {energy:e} {displacement:e}"
