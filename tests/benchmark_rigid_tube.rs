@@ -111,8 +111,8 @@ impl RigidTube {
     }
 }
 
-/// Errors of the steady state: of the pressure drop `8 mu L Q / (pi r⁴)` with its sign, and the largest of a face's shear
-/// stress `r dp / (2 L)`.
+/// Errors of the steady state with their signs: of the pressure drop `8 mu L Q / (pi r⁴)`, and of the mean wall shear stress
+/// `r dp / (2 L)`.
 fn poiseuille_errors(core: usize, radial: usize) -> [f64; 2] {
     let mesh = [("fluid.mesh.core", core), ("fluid.mesh.radial", radial)];
     let case = load("poiseuille", &mesh);
@@ -132,27 +132,26 @@ fn poiseuille_errors(core: usize, radial: usize) -> [f64; 2] {
 
     // The force is the fluid's on the wall: along the flow.
     let exact_shear = 0.5 * radius * drop / length;
-    let error = |traction: &Vec3| (traction.x / exact_shear - 1.0).abs();
-    let worst = last.wall_shear.iter().map(error).fold(0.0, f64::max);
+    let mean = last.wall_shear.iter().map(|t| t.x).sum::<f64>() / last.wall_shear.len() as f64;
     println!(
-        "{core} {radial}: pressure drop {drop} Pa, exact {exact_drop} Pa; largest error of a face's shear {worst}"
+        "{core} {radial}: pressure drop {drop} Pa, exact {exact_drop} Pa; wall shear {mean} Pa, exact {exact_shear} Pa"
     );
-    [drop / exact_drop - 1.0, worst]
+    [drop / exact_drop - 1.0, mean / exact_shear - 1.0]
 }
 
 #[test]
 fn steady_flow_is_poiseuilles() {
-    // The benchmark's own mesh, and those of the presets `paper`, `coarse` and `demo`. The drop is too high, since the
-    // mesh is a polygon within the circle.
+    // The benchmark's own mesh, and those of the presets `paper`, `coarse` and `demo`. The drop is too high for the flow, and
+    // the shear too low for the drop, since the mesh is a polygon within the circle.
     for (core, radial, drop, shear) in [
-        (12, 8, 0.008, 0.005),
-        (8, 5, 0.02, 0.01),
-        (5, 4, 0.04, 0.02),
-        (4, 4, 0.05, 0.03),
+        (12, 8, 0.0083, -0.0034),
+        (8, 5, 0.0128, -0.0060),
+        (5, 4, 0.0314, -0.0134),
+        (4, 4, 0.0519, -0.0203),
     ] {
         let found = poiseuille_errors(core, radial);
-        assert!((found[0] / drop - 1.0).abs() < 0.1, "{core}: {found:?}");
-        assert!((found[1] / shear - 1.0).abs() < 0.1, "{core}: {found:?}");
+        assert!((found[0] - drop).abs() < 5e-4, "{core}: {found:?}");
+        assert!((found[1] - shear).abs() < 5e-4, "{core}: {found:?}");
     }
 }
 
@@ -208,7 +207,7 @@ fn steady_flow_of_shear_thinning_blood_is_that_of_the_generalized_newtonian_tube
         "{}",
         last.inflow()
     );
-    assert!((found / shear - 1.0).abs() < 0.01, "{found}");
+    assert!((found / shear - 0.9951).abs() < 5e-4, "{found}");
 }
 
 /// Bessel's function of order zero by its power series.

@@ -181,8 +181,10 @@ fn the_irregular_artery_needs_the_refined_mesh() {
         assert!((found - error).abs() < 1e-4, "p = {p}: {found}");
     }
     let (initial, refined) = (row(Mesh::Initial, 4).e_d, row(Mesh::Refined, 3).e_d);
-    println!("displacement errors {initial} {refined}");
-    assert!(initial > 4.0 * refined, "{initial} {refined}");
+    assert!(
+        (8.0..10.0).contains(&(initial / refined)),
+        "{initial} {refined}"
+    );
 }
 
 /// Why a stated, fine rule matters: with the points that the solution was computed with, the energy of a nearly

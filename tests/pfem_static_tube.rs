@@ -126,7 +126,15 @@ fn the_radial_reference_meets_the_published_values() {
 fn the_artery_is_met_with_trunk_spaces() {
     for kind in [LoadKind::Follower, LoadKind::Dead] {
         let reference = radial::inflate(3e-3, &artery_layers(), 1.6e4, kind == LoadKind::Follower);
-        for (p, limit) in [(4, 1e-3), (6, 1e-6)] {
+        // Energy and displacement, each from below and above.
+        let quartic = match kind {
+            LoadKind::Follower => 8.97e-5,
+            LoadKind::Dead => 10.49e-5,
+        };
+        for (p, energies, displacements) in [
+            (4, 0.99 * quartic..1.01 * quartic, 1e-5..4e-5),
+            (6, -1e-9..1e-9, 0.0..1.5e-9),
+        ] {
             let space = Space::isotropic(SpaceKind::Trunk, p);
             let result = inflate(
                 3e-3,
@@ -138,13 +146,12 @@ fn the_artery_is_met_with_trunk_spaces() {
                 p + 2,
             );
             let (energy, displacement) = errors(&result, reference.energy, &reference.displacement);
-            println!("{kind:?} p = {p}: {energy:e} {displacement:e}");
             assert!(
-                energy.abs() < limit,
+                energies.contains(&energy),
                 "{kind:?} p = {p}: energy error {energy:e}"
             );
             assert!(
-                displacement < limit,
+                displacements.contains(&displacement),
                 "{kind:?} p = {p}: displacement error {displacement:e}"
             );
         }
@@ -202,7 +209,6 @@ fn other_tubes_are_met_as_well() {
             8,
         );
         let (energy, displacement) = errors(&result, reference.energy, &reference.displacement);
-        println!("{radius} {kind:?}: {energy:e} {displacement:e}");
         assert!(
             energy.abs() < 1e-6 && displacement < 1e-6,
             "{radius} {layers:?}: {energy:e} {displacement:e}"
