@@ -70,6 +70,7 @@ impl RigidTube {
                 time_step: case.time.step,
                 interface: None,
             },
+            sampling: Default::default(),
             interrupt: Default::default(),
         })
         .unwrap();

@@ -63,6 +63,16 @@ class Run:
         return self.table("probes.csv")
 
     @property
+    def fluid_probes(self):
+        """A row a time step and probe in the blood; NaN where that is not in the blood."""
+        return self.table("fluid-probes.csv")
+
+    @property
+    def phases(self):
+        """A row a phase of the period, averaged over beats (`fsi-driver hemodynamics RUN --phases N`)."""
+        return self.table("phases.csv")
+
+    @property
     def wall_shear(self):
         """A row a face of the wall: TAWSS, OSI and RRT over the evaluated window."""
         return self.table("wall-shear.csv")

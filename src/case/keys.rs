@@ -310,7 +310,9 @@ table! {
             absent "a period before the window's end";
         window_end: Option<f64> = "window_end_s", above(0.0, 1e4), "end of the time window of the hemodynamics",
             absent "time.end_s";
-        probes: Vec<[f64; 3]> = "probes_m", Kind::Points, "points of the unloaded lumen's surface whose motion is recorded",
-            absent "none";
+        probes: Vec<[f64; 3]> = "probes_m", Kind::Points,
+            "points of the unloaded lumen's surface whose motion and wall shear stress are recorded", absent "none";
+        fluid_probes: Vec<[f64; 3]> = "fluid_probes_m", Kind::Points,
+            "points, fixed in space, where pressure and velocity of the blood are recorded", absent "none";
     }
 }

@@ -51,7 +51,7 @@ impl Checkpoint {
 }
 
 /// Version of the file format: another one is refused.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const MAGIC: &[u8; 8] = b"FSICHECK";
 /// Magic, version, checksum and length of what follows.
 const HEAD: usize = 8 + 4 + 4 + 8;

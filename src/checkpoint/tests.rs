@@ -52,6 +52,7 @@ pub fn example(step: usize) -> Checkpoint {
             history: 7,
             iterations: 8,
             probes: 0,
+            fluid_probes: 0,
             grids: vec![(0.02, "structure/00000.vtu".into())],
             wall: WallMemory {
                 statistics: WindowStatistics::new(

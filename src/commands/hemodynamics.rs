@@ -19,6 +19,9 @@ pub struct Arguments {
     /// End of the window in seconds, included.
     #[arg(long, value_name = "S", requires = "from")]
     to: Option<f64>,
+    /// Also average over the beats of the window at N phases of the period: phases.csv and phases.pvd.
+    #[arg(long, value_name = "N")]
+    phases: Option<usize>,
 }
 
 /// Evaluates a run again and prints the result.
@@ -33,6 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         _ => None,
     };
     let files = RunFiles::new(&arguments.folder);
-    let summary = results::reevaluate(&files, window).map_err(|e| Failure::Input(e.to_string()))?;
+    let summary = results::reevaluate(&files, window, arguments.phases)
+        .map_err(|e| Failure::Input(e.to_string()))?;
     Ok(terminal::print(summary)?)
 }

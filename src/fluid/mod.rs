@@ -110,6 +110,15 @@ impl FluidStep {
     }
 }
 
+/// The fluid at a point that is watched, at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FluidProbe {
+    /// Pressure, Pa; NaN if the point does not lie in the fluid.
+    pub pressure: f64,
+    /// Velocity, m/s; likewise.
+    pub velocity: Vec3,
+}
+
 /// The state of a fluid between two time steps, in a form that can be stored.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FluidMemory {
@@ -172,6 +181,11 @@ pub trait Fluid {
     /// What processes of its own have used; nothing for a solver within the driver's own process.
     fn usage(&self) -> FluidUsage {
         FluidUsage::default()
+    }
+
+    /// Pressure and velocity at the points that the solver was asked to watch, at the end of the last accepted step.
+    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
+        Ok(Vec::new())
     }
 
     /// Seconds of wall-clock time since the solver was started by named part of its work (`momentum`), as far as it

@@ -44,6 +44,26 @@ pub struct PatchFaces {
     pub faces: Vec<[usize; 4]>,
 }
 
+impl PolyMesh {
+    /// Whether a point lies in a cell: on the inner side of all its faces, which are taken for plane.
+    pub fn contains(&self, x: &Vec3) -> bool {
+        let cells = self.owner.iter().max().map_or(0, |last| last + 1);
+        let mut inside = vec![true; cells];
+        for (face, points) in self.faces.iter().enumerate() {
+            let corner = |i: usize| self.points[points[i % points.len()]];
+            let middle = (0..points.len()).map(corner).sum::<Vec3>() / points.len() as f64;
+            let arm = |i: usize| corner(i) - middle;
+            let area: Vec3 = (0..points.len()).map(|i| arm(i).cross(&arm(i + 1))).sum();
+            let beyond = area.dot(&(x - middle));
+            inside[self.owner[face]] &= beyond <= 0.0;
+            if let Some(&neighbour) = self.neighbour.get(face) {
+                inside[neighbour] &= beyond >= 0.0;
+            }
+        }
+        inside.contains(&true)
+    }
+}
+
 /// Faces of a hexahedron with the vertices 0-3 around the bottom and 4-7 above them, normals outward.
 const HEX_FACES: [[usize; 4]; 6] = [
     [0, 3, 2, 1],

@@ -5,6 +5,7 @@
 
 pub mod monitor;
 pub mod periodicity;
+pub mod phases;
 pub mod region;
 pub mod rings;
 pub mod shear;

@@ -2,6 +2,7 @@
 
 pub mod comparison;
 pub mod figure;
+pub mod phases;
 pub mod probes;
 pub mod progress;
 pub mod record;

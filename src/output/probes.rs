@@ -1,20 +1,32 @@
-//! The motion of chosen points of the wet surface, for `probes.csv`.
+//! What is recorded at chosen points: of the wet surface for `probes.csv`, in the blood for `fluid-probes.csv`.
 
-use super::tables::ProbeRow;
+use super::tables::{FluidProbeRow, ProbeRow};
 use crate::Vec3;
+use crate::fluid::FluidProbe;
 use crate::pfem::{Solid, SolidError};
 
 /// Points of the wet surface of a structure.
 pub struct Probes<S: Solid> {
     points: Vec<Vec3>,
     locations: Vec<S::Location>,
+    /// The fluid's face whose centre is nearest to each.
+    faces: Vec<usize>,
 }
 
 impl<S: Solid> Probes<S> {
-    /// Finds the points (reference positions, m) on the wet surface of `solid`.
-    pub fn new(points: Vec<Vec3>, solid: &S) -> Result<Self, SolidError> {
-        let locations = solid.locate(&points)?;
-        Ok(Self { points, locations })
+    /// Finds the points (reference positions, m) on the wet surface of `solid`, and among the fluid's faces with these
+    /// `centres` (m).
+    pub fn new(points: Vec<Vec3>, solid: &S, centres: &[Vec3]) -> Result<Self, SolidError> {
+        let nearest = |x: &Vec3| {
+            let distance = |face: &usize| (centres[*face] - x).norm_squared();
+            let order = |a: &usize, b: &usize| distance(a).total_cmp(&distance(b));
+            (0..centres.len()).min_by(order).unwrap_or(0)
+        };
+        Ok(Self {
+            locations: solid.locate(&points)?,
+            faces: points.iter().map(nearest).collect(),
+            points,
+        })
     }
 
     /// Displacement (m) of each point in a trial.
@@ -22,19 +34,43 @@ impl<S: Solid> Probes<S> {
         solid.displacement(trial, &self.locations)
     }
 
-    /// A row for each point.
-    pub fn rows(&self, time: f64, displacement: &[Vec3]) -> Vec<ProbeRow> {
+    /// A row for each point, with its displacement (m) and the wall shear stress (Pa) of all faces.
+    pub fn rows(&self, time: f64, displacement: &[Vec3], wall_shear: &[Vec3]) -> Vec<ProbeRow> {
         let pairs = self.points.iter().zip(displacement).enumerate();
-        let row = |(probe, (x, u)): (usize, (&Vec3, &Vec3))| ProbeRow {
-            time_s: time,
-            probe,
-            x_m: x.x,
-            y_m: x.y,
-            z_m: x.z,
-            ux_m: u.x,
-            uy_m: u.y,
-            uz_m: u.z,
+        let row = |(probe, (x, u)): (usize, (&Vec3, &Vec3))| {
+            let shear = wall_shear[self.faces[probe]];
+            ProbeRow {
+                time_s: time,
+                probe,
+                x_m: x.x,
+                y_m: x.y,
+                z_m: x.z,
+                ux_m: u.x,
+                uy_m: u.y,
+                uz_m: u.z,
+                wall_shear_x_Pa: shear.x,
+                wall_shear_y_Pa: shear.y,
+                wall_shear_z_Pa: shear.z,
+            }
         };
         pairs.map(row).collect()
     }
+}
+
+/// A row for each point (m) in the blood.
+pub fn fluid_rows(time: f64, points: &[[f64; 3]], found: &[FluidProbe]) -> Vec<FluidProbeRow> {
+    let pairs = points.iter().zip(found).enumerate();
+    let row =
+        |(probe, (&[x_m, y_m, z_m], found)): (usize, (&[f64; 3], &FluidProbe))| FluidProbeRow {
+            time_s: time,
+            probe,
+            x_m,
+            y_m,
+            z_m,
+            p_Pa: found.pressure,
+            ux_m_s: found.velocity.x,
+            uy_m_s: found.velocity.y,
+            uz_m_s: found.velocity.z,
+        };
+    pairs.map(row).collect()
 }

@@ -166,7 +166,7 @@ mod tests {
         let whole = figures.text(usize::MAX);
         assert_eq!(
             whole,
-            "12345/15000  t = 2.4690 s  12 iterations  residual 1.2e-6  12.25 s/step  9 h 02 min left"
+            "12345/15000  t = 2.4690 s  12 iterations  residual 1.3e-6  12.25 s/step  9 h 02 min left"
         );
         for columns in 12..150 {
             let line = figures.line(columns);

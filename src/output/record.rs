@@ -1,6 +1,6 @@
 //! What a run writes while it advances, and the summary at its end.
 
-use super::tables::{HistoryRow, IterationRow, ProbeRow, Table};
+use super::tables::{FluidProbeRow, HistoryRow, IterationRow, ProbeRow, Table};
 use super::vtu::Series;
 use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
@@ -82,6 +82,8 @@ pub struct Memory {
     pub iterations: u64,
     /// Bytes of `probes.csv`.
     pub probes: u64,
+    /// Bytes of `fluid-probes.csv`.
+    pub fluid_probes: u64,
     /// Times (s) and files of the wall's grids.
     pub grids: Vec<(f64, String)>,
     /// What is known of the wall.
@@ -124,6 +126,7 @@ pub struct Record {
     history: Table,
     iterations: Table,
     probes: Option<Table>,
+    fluid_probes: Option<Table>,
     /// The wall over time.
     pub structure: Series,
     /// The wet surface over time.
@@ -144,6 +147,8 @@ pub struct RecordSettings {
     pub iterations: PathBuf,
     /// `probes.csv`, if there are probes.
     pub probes: Option<PathBuf>,
+    /// `fluid-probes.csv`, if there are some in the blood.
+    pub fluid_probes: Option<PathBuf>,
     /// `structure.pvd`.
     pub structure: PathBuf,
     /// The wet surface.
@@ -167,6 +172,9 @@ impl Record {
             history: Table::create(&settings.history)?,
             iterations: Table::create(&settings.iterations)?,
             probes: settings.probes.as_deref().map(Table::create).transpose()?,
+            fluid_probes: (settings.fluid_probes.as_deref())
+                .map(Table::create)
+                .transpose()?,
             structure: Series::new(settings.structure.clone())?,
             wall: WallRecord::create(settings.wall.clone())?,
             volume: settings.volume,
@@ -183,6 +191,9 @@ impl Record {
             iterations: Table::resume(&settings.iterations, memory.iterations)?,
             probes: (settings.probes.as_deref())
                 .map(|path| Table::resume(path, memory.probes))
+                .transpose()?,
+            fluid_probes: (settings.fluid_probes.as_deref())
+                .map(|path| Table::resume(path, memory.fluid_probes))
                 .transpose()?,
             structure: Series::resume(settings.structure.clone(), memory.grids)?,
             wall: WallRecord::resume(settings.wall.clone(), memory.wall)?,
@@ -211,6 +222,7 @@ impl Record {
         self.history.sync()?;
         self.iterations.sync()?;
         self.probes.iter().try_for_each(Table::sync)?;
+        self.fluid_probes.iter().try_for_each(Table::sync)?;
         let length = |path: &Path| std::fs::metadata(path).map(|file| file.len());
         Ok(Memory {
             totals: Totals {
@@ -221,6 +233,7 @@ impl Record {
             history: length(&self.settings.history)?,
             iterations: length(&self.settings.iterations)?,
             probes: self.settings.probes.as_deref().map_or(Ok(0), length)?,
+            fluid_probes: (self.settings.fluid_probes.as_deref()).map_or(Ok(0), length)?,
             grids: self.structure.entries().to_vec(),
             wall: self.wall.memory()?,
         })
@@ -273,6 +286,12 @@ impl Record {
         let correctors = step.iterations.iter().map(|i| i.fluid_cost.sweeps as usize);
         self.totals.fluid_correctors += correctors.sum::<usize>();
         Ok(row)
+    }
+
+    /// Adds the rows of the probes in the blood at an accepted step.
+    pub fn fluid_probes(&mut self, rows: &[FluidProbeRow]) -> io::Result<()> {
+        let mut table = self.fluid_probes.iter_mut();
+        table.try_for_each(|table| table.append(rows))
     }
 
     /// Adds the rows of the probes at an accepted step.

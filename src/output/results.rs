@@ -3,7 +3,7 @@
 use super::run_files::{MARK, RunFiles};
 use super::tables::{self, HistoryRow};
 use super::wall_fields::{self, FaceRow};
-use super::{record, wall_record, write_atomically};
+use super::{phases, record, wall_record, write_atomically};
 use crate::case::{Case, Window};
 use crate::hemodynamics::summary::{Series, WallFields};
 use crate::hemodynamics::{Region, RegionStep, Summary, Wall, WindowStatistics};
@@ -28,9 +28,7 @@ pub fn evaluate(
         return Ok(summary);
     }
     // Whole files beside the earlier ones, then in their place: a full disk spoils nothing.
-    let folder = tempfile::Builder::new()
-        .prefix(".evaluation-")
-        .tempdir_in(files.root())?;
+    let folder = draft(files)?;
     let draft = RunFiles::new(folder.path());
     if let Some(fields) = &fields {
         let rows = wall_fields::rows(wall, fields);
@@ -49,8 +47,14 @@ pub fn evaluate(
     Ok(summary)
 }
 
+/// A folder beside the results, for those that are to take their place.
+pub(super) fn draft(files: &RunFiles) -> io::Result<tempfile::TempDir> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".evaluation-").tempdir_in(files.root())
+}
+
 /// Moves all files of a folder, and of the folders in it, to the same places in another.
-fn replace(from: &Path, to: &Path) -> io::Result<()> {
+pub(super) fn replace(from: &Path, to: &Path) -> io::Result<()> {
     for entry in std::fs::read_dir(from)? {
         let entry = entry?;
         let target = to.join(entry.file_name());
@@ -189,12 +193,24 @@ pub fn read_case(files: &RunFiles) -> Result<Case, ResultsError> {
     })
 }
 
-/// Evaluates a run again from its stored wall, over another window if one is given.
+/// Evaluates a run again from its stored wall, over another window if one is given, and averages it over its beats at
+/// `count` phases of the period.
 ///
 /// # Errors
 /// If the run did not keep its wall, or a file cannot be read or written.
-pub fn reevaluate(files: &RunFiles, window: Option<Window>) -> Result<Summary, ResultsError> {
+pub fn reevaluate(
+    files: &RunFiles,
+    window: Option<Window>,
+    count: Option<usize>,
+) -> Result<Summary, ResultsError> {
     let case = read_case(files)?;
+    let steps = (case.time.period / case.time.step).round().max(1.0) as usize;
+    if let Some(count) = count.filter(|count| !(1..=steps).contains(count)) {
+        return Err(ResultsError(format!(
+            "--phases {count}: expected 1 to {steps}, the steps of a period (time.period_s = {}, time.step_s = {})",
+            case.time.period, case.time.step
+        )));
+    }
     let path = files.wall_history();
     if !path.is_file() {
         return Err(ResultsError(format!(
@@ -218,5 +234,9 @@ pub fn reevaluate(files: &RunFiles, window: Option<Window>) -> Result<Summary, R
             "the run has no step in {start_s} s < t <= {end_s} s; it has reached t = {reached} s"
         )));
     }
-    evaluate(files, &case, &wall, &statistics).map_err(|e| failed(&e))
+    let summary = evaluate(files, &case, &wall, &statistics).map_err(|e| failed(&e))?;
+    if let Some(count) = count {
+        phases::write(files, &case, window, count).map_err(|e| failed(&e))?;
+    }
+    Ok(summary)
 }

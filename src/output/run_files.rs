@@ -50,6 +50,21 @@ impl RunFiles {
         self.root.join("probes.csv")
     }
 
+    /// A row a time step and probe in the blood.
+    pub fn fluid_probes(&self) -> PathBuf {
+        self.root.join("fluid-probes.csv")
+    }
+
+    /// A row a phase of the period.
+    pub fn phases(&self) -> PathBuf {
+        self.root.join("phases.csv")
+    }
+
+    /// The wall at each phase of the period, for ParaView.
+    pub fn wall_phases(&self) -> PathBuf {
+        self.root.join("phases.pvd")
+    }
+
     /// A row a time step and region of the vessel.
     pub fn regions(&self) -> PathBuf {
         self.root.join("regions.csv")

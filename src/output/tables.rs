@@ -1,5 +1,5 @@
 //! `history.csv` (a row a time step), `iterations.csv` (a row a coupling iteration)
-//! and `probes.csv` (a row a time step and probe).
+//! and `probes.csv`, `fluid-probes.csv` (a row a time step and probe).
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -81,8 +81,33 @@ pub struct IterationRow {
     pub coupling_s: f64,
 }
 
-/// A row of `probes.csv`: the motion of one point of the wet surface.
+/// A row of `fluid-probes.csv`: the blood at a point, NaN where that is not in the blood.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
+pub struct FluidProbeRow {
+    /// Time at the end of the step.
+    pub time_s: f64,
+    /// Number of the probe in the case, from 0.
+    pub probe: usize,
+    /// Position.
+    pub x_m: f64,
+    /// Position.
+    pub y_m: f64,
+    /// Position.
+    pub z_m: f64,
+    /// Pressure.
+    pub p_Pa: f64,
+    /// Velocity.
+    pub ux_m_s: f64,
+    /// Velocity.
+    pub uy_m_s: f64,
+    /// Velocity.
+    pub uz_m_s: f64,
+}
+
+/// A row of `probes.csv`: one point of the wet surface.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
 pub struct ProbeRow {
     /// Time at the end of the step.
     pub time_s: f64,
@@ -100,6 +125,12 @@ pub struct ProbeRow {
     pub uy_m: f64,
     /// Displacement.
     pub uz_m: f64,
+    /// Wall shear stress on the face of the fluid's mesh there.
+    pub wall_shear_x_Pa: f64,
+    /// Wall shear stress.
+    pub wall_shear_y_Pa: f64,
+    /// Wall shear stress.
+    pub wall_shear_z_Pa: f64,
 }
 
 /// The rows of a table; a last one that is cut off does not count.

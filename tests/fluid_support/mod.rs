@@ -104,6 +104,7 @@ impl Channel {
                 time_step: STEP,
                 interface: None,
             },
+            sampling: Default::default(),
             interrupt: Arc::new(AtomicBool::new(false)),
         };
         Self { folder, settings }

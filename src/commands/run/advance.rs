@@ -6,6 +6,7 @@ use crate::commands::Failure;
 use crate::coupling::{FailedStep, diagnosis};
 use crate::fluid::Fluid;
 use crate::hemodynamics::WallState;
+use crate::output::probes::fluid_rows;
 use crate::output::progress::Progress;
 use crate::output::record::WallPeaks;
 use crate::output::tables::HistoryRow;
@@ -104,8 +105,11 @@ impl Run {
                 .map_err(written)?;
         }
         self.record
-            .probes(&self.probes.rows(accepted.fluid.time, &probed))
+            .probes(&(self.probes).rows(accepted.fluid.time, &probed, &accepted.fluid.wall_shear))
             .map_err(written)?;
+        let sampled = self.coupling.fluid.probes().map_err(run_failure)?;
+        let sampled = fluid_rows(accepted.fluid.time, &output.fluid_probes, &sampled);
+        self.record.fluid_probes(&sampled).map_err(written)?;
         let state = WallState::new(
             accepted.fluid.time,
             &accepted.fluid.wall_shear,

@@ -17,6 +17,7 @@ use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::Transfer;
 use crate::coupling::{Coupling, Settings, flatten};
 use crate::fluid::openfoam::case_files::CaseFiles;
+use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::session::Terms;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::{Fluid, FluidEffort, FluidError};
@@ -80,6 +81,10 @@ impl Run {
                 time_step: case.time.step,
                 interface: None,
             },
+            sampling: Sampling {
+                points: case.output.fluid_probes.clone(),
+                density: case.blood.density,
+            },
             interrupt: interrupt.of_the_start(),
         };
         let started = match checkpoint {
@@ -94,12 +99,13 @@ impl Run {
         let transfer = Transfer::new(fluid.interface(), &solid).map_err(run_failure)?;
         let volumes = mesh.cell_volumes();
         let points = case.output.probes.iter().map(|&x| x.into()).collect();
-        let probes = Probes::new(points, &solid)
+        let probes = Probes::new(points, &solid, &fluid.interface().face_centres)
             .map_err(|e| run_failure(format!("output.probes_m: {e}")))?;
         let settings = RecordSettings {
             history: folder.history(),
             iterations: folder.iterations(),
             probes: (!case.output.probes.is_empty()).then(|| folder.probes()),
+            fluid_probes: (!case.output.fluid_probes.is_empty()).then(|| folder.fluid_probes()),
             structure: folder.structure(),
             wall: WallRecordSettings {
                 regions: folder.regions(),

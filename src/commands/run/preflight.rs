@@ -13,7 +13,7 @@ use crate::pfem::Solid;
 use std::collections::BTreeMap;
 
 /// Builds both meshes and the wall, and looks at all that a run reads: the templates, whether the two meshes have the
-/// same wall, the probes, the sections of the surrogate.
+/// same wall, the probes on the wall and in the blood, the sections of the surrogate.
 ///
 /// # Errors
 /// All mistakes that were found, with the keys to blame.
@@ -45,6 +45,13 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
                         .push(case.mistake("output.probes_m", off_the_wall(i, probe, &interface)));
                 }
             }
+        }
+    }
+    for point in &case.output.fluid_probes {
+        if !domain.fluid.contains(&Vec3::from(*point)) {
+            let what =
+                format!("{point:?} does not lie in the fluid at rest; expected points within");
+            errors.push(case.mistake("output.fluid_probes_m", what));
         }
     }
     if case.coupling.surrogate != Surrogate::None

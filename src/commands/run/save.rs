@@ -75,6 +75,7 @@ impl Run {
             (self.folder.history(), record.history),
             (self.folder.iterations(), record.iterations),
             (self.folder.probes(), record.probes),
+            (self.folder.fluid_probes(), record.fluid_probes),
             (self.folder.regions(), record.wall.regions),
             (self.folder.wall_history(), record.wall.history),
         ] {
@@ -161,6 +162,7 @@ pub fn without_tables(
         (folder.history(), &mut record.history),
         (folder.iterations(), &mut record.iterations),
         (folder.probes(), &mut record.probes),
+        (folder.fluid_probes(), &mut record.fluid_probes),
         (folder.regions(), &mut record.wall.regions),
         (folder.wall_history(), &mut record.wall.history),
     ] {
@@ -192,6 +194,7 @@ pub fn table_names(folder: &RunFolder) -> Vec<String> {
         folder.history(),
         folder.iterations(),
         folder.probes(),
+        folder.fluid_probes(),
         folder.regions(),
         folder.wall_history(),
     ];

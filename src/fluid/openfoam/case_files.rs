@@ -4,7 +4,7 @@
 //! `system/fsiParameters` (the physics) and `system/fsiConnection` (the way to the driver, new at every start).
 //! The mesh is written by others.
 
-use super::templates;
+use super::{probes, templates};
 use crate::case::{Blood, Flag, FlowCurve, Ramp, Time, Windkessel};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -72,6 +72,7 @@ impl CaseFiles<'_> {
         write_file(&folder.join("fluid.foam"), "")?;
         write_file(&folder.join("system/fsiParameters"), &self.parameters())?;
         write_file(&folder.join("constant/inflow.csv"), &self.curve())?;
+        write_file(&folder.join("system/fsiProbes"), &probes::dictionary(&[]))?;
         // Until the solver is started: enough for checkMesh and other utilities to read the case.
         Connection {
             library: None,

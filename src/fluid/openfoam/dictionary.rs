@@ -11,7 +11,11 @@ const MAX_DEPTH: usize = 10;
 /// Larger files are fields of another mesh.
 const MOST_BYTES: u64 = 16 << 20;
 /// Files that are written when a run begins.
-const GENERATED: [&str; 2] = ["system/fsiParameters", "system/fsiConnection"];
+const GENERATED: [&str; 3] = [
+    "system/fsiParameters",
+    "system/fsiConnection",
+    "system/fsiProbes",
+];
 
 /// What keeps OpenFOAM from reading a file.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

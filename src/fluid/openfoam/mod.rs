@@ -4,13 +4,14 @@
 //! [`Fluid`]. When the value is dropped, the solver has ended.
 
 use super::{
-    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
-    FluidUsage, Opening,
+    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidProbe, FluidStep,
+    FluidTrial, FluidUsage, Opening,
 };
 use crate::Vec3;
 use crate::case;
 use crate::processes;
 use case_files::Connection;
+use probes::{ProbeFiles, Sampling};
 use process::Process;
 use rustix::process::Signal;
 use session::{Session, Terms};
@@ -24,6 +25,7 @@ use transport::{Listener, Patience, TransportError};
 pub mod case_files;
 mod dictionary;
 pub mod install;
+pub mod probes;
 pub mod process;
 mod profile;
 pub mod protocol;
@@ -55,6 +57,8 @@ pub struct OpenFoamSettings {
     pub answer_limit: Duration,
     /// Start time, time step and wall, which the solver must confirm.
     pub terms: Terms,
+    /// Where the blood is sampled.
+    pub sampling: Sampling,
     /// Ends every wait when set.
     pub interrupt: Arc<AtomicBool>,
 }
@@ -67,6 +71,8 @@ pub struct OpenFoam {
     longest: Duration,
     /// End and length of the last accepted step since the start, s.
     accepted: Option<(f64, f64)>,
+    /// What it samples.
+    probes: ProbeFiles,
     /// Whether it was given something to solve since the start.
     at_work: bool,
     /// What processes before this one have used.
@@ -95,6 +101,7 @@ impl OpenFoam {
         .write(&settings.case)
         .map_err(solver_error)?;
         times::clear_remains(&settings.case, settings.terms.start_time).map_err(solver_error)?;
+        let probes = ProbeFiles::new(&settings.case, &settings.sampling).map_err(solver_error)?;
         let programs = Programs::new(&settings.case, &[&library, &address]);
         if settings.ranks > 1 {
             decompose(&settings, &programs)?;
@@ -121,6 +128,7 @@ impl OpenFoam {
                 from_old_state: false,
                 longest: Duration::ZERO,
                 accepted: None,
+                probes,
                 at_work: false,
                 earlier: FluidUsage::default(),
                 session,
@@ -241,6 +249,11 @@ impl Fluid for OpenFoam {
             wall_shear: step.wall_shear,
             wall_velocity_mismatch: step.wall_velocity_mismatch,
         })
+    }
+
+    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
+        let (time, _) = self.accepted.unwrap_or_default();
+        self.probes.read(time)
     }
 
     /// The state stays where OpenFOAM has written it; the time as the name of that folder spells it leads back to it

@@ -41,6 +41,7 @@ pub fn start(files: &CaseFiles<'_>, mesh: &PolyMesh) -> Result<(), String> {
             time_step,
             interface: None,
         },
+        sampling: Default::default(),
         interrupt: Default::default(),
     });
     let complaint = || complaint(&log, &case, files.templates);
