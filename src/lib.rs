@@ -12,7 +12,7 @@
 //!                                                                                                    ▼
 //!                       coupling: one time step = repeat { transfer, solve, accelerate } until converged
 //!                                                                                                    ▼
-//!                             hemodynamics ─► output (history, fields, report) and checkpoint
+//!             simulation: clock, rescue, checkpoint ─► observers: history, fields, hemodynamics ─► report
 //! ```
 //! Nothing flows back except through the coupling loop: a module knows the ones on its left, nothing on its right.
 //!
@@ -30,7 +30,6 @@
 
 pub mod analysis;
 pub mod case;
-pub mod checkpoint;
 pub mod commands;
 pub mod coupling;
 pub mod files;
@@ -43,6 +42,7 @@ pub mod output;
 pub mod paper;
 pub mod pfem;
 pub mod processes;
+pub mod simulation;
 
 /// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -1,6 +1,8 @@
 //! Every acceleration model, reuse and predictor against problems whose coupled solution is known.
 
 use fsi_driver::coupling::acceleration::{Filter, Identity, Kind, Settings};
+use fsi_driver::coupling::convergence::Criterion;
+use fsi_driver::coupling::fixed_point::FixedPoint;
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
 use fsi_driver::coupling::reference::march;
 use fsi_driver::coupling::reference::study::{Trial, problems};
@@ -49,9 +51,13 @@ fn plain_iteration_diverges_on_all_of_them() {
             filter: Filter::exact(0.0),
             max_columns: 0,
         };
-        let mut model = Kind::Constant.build(&settings, Box::new(Identity));
-        let predictor = Predictor::new(Extrapolation::Constant, problem.at_rest());
-        let history = march(problem.as_mut(), model.as_mut(), predictor, 1e-6, 20);
+        let fixed_point = FixedPoint::new(
+            Kind::Constant.build(&settings, Box::new(Identity)),
+            settings.relaxation,
+            Predictor::new(Extrapolation::Constant, problem.at_rest()),
+            Criterion::of_residual(1e-6, 20),
+        );
+        let history = march(problem.as_mut(), fixed_point);
         let last = history.residuals.last().unwrap();
         assert!(!history.converged, "{}: {last:?}", problem.name());
     }

@@ -1,6 +1,8 @@
 //! Acceleration where the two solvers answer only to a tolerance: their error must not be taken for the Jacobian.
 
 use fsi_driver::coupling::acceleration::{Filter, Identity, Kind, Settings, Surrogate};
+use fsi_driver::coupling::convergence::Criterion;
+use fsi_driver::coupling::fixed_point::FixedPoint;
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
 use fsi_driver::coupling::reference::study::problems;
 use fsi_driver::coupling::reference::{History, Reference, march};
@@ -68,9 +70,13 @@ fn run(index: usize, kind: Kind, resolution: f64, surrogate: bool) -> History {
         filter: Filter::new(1e-2, resolution, surrogate),
         max_columns: 100,
     };
-    let mut model = kind.build(&settings, start);
-    let predictor = Predictor::new(Extrapolation::Quadratic, noisy.at_rest());
-    march(&mut noisy, model.as_mut(), predictor, TOLERANCE, 100)
+    let fixed_point = FixedPoint::new(
+        kind.build(&settings, start),
+        settings.relaxation,
+        Predictor::new(Extrapolation::Quadratic, noisy.at_rest()),
+        Criterion::of_residual(TOLERANCE, 100),
+    );
+    march(&mut noisy, fixed_point)
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! What the command line says about a case.
 
 use super::Failure;
-use super::run::preflight;
 use crate::case::{Case, Override, Place, Preset, ResolvedCase};
 use crate::output::terminal;
+use crate::simulation::assembly::preflight;
 use std::path::Path;
 
 /// Preset and values that replace those of a case.

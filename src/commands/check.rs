@@ -2,9 +2,9 @@
 
 use super::Failure;
 use super::case_arguments::{CaseArguments, machine_memory, warn};
-use super::run::preflight;
 use crate::fluid::openfoam::install;
 use crate::output::terminal;
+use crate::simulation::assembly::preflight;
 use std::path::PathBuf;
 
 /// Options of the check.

@@ -45,6 +45,17 @@ pub struct Measure {
 }
 
 impl Criterion {
+    /// By the residual relative to the displacement alone.
+    pub fn of_residual(relative: f64, max_iterations: usize) -> Self {
+        Self {
+            quantity: Quantity::Residual,
+            relative,
+            absolute: 0.0,
+            max_iterations,
+            share: 1.0,
+        }
+    }
+
     /// Measures the iteration that went from `d` by `d_tilde = S∘F(d)` to `d_next`, which is `relaxed` or was found by a
     /// quasi-Newton model.
     pub fn measure(

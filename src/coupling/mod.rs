@@ -5,23 +5,22 @@
 //! quadrature points, the structure, its displacement at the fluid's points, and the acceleration.
 
 pub mod acceleration;
-pub mod cadence;
 pub mod convergence;
 pub mod diagnosis;
+pub mod fixed_point;
 pub mod interpolation;
 pub mod predictor;
 pub mod reference;
 pub mod transfer;
 
 use crate::Vec3;
-use crate::fluid::{Fluid, FluidCost, FluidEffort, FluidError, FluidStep};
+use crate::fluid::{Fluid, FluidCost, FluidEffort, FluidError, FluidStep, FluidTrial};
 use crate::geometry::CentreShift;
-use crate::pfem::{Solid, SolidError};
-use acceleration::{Acceleration, Columns};
-use convergence::{Criterion, Measure};
+use crate::pfem::{Solid, SolidError, SurfaceLoad};
+use acceleration::Columns;
+use convergence::Measure;
+use fixed_point::{CoupledProblem, FixedPoint};
 use nalgebra::DVector;
-use predictor::Predictor;
-use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use transfer::{Transfer, force_mismatch};
 
@@ -70,9 +69,6 @@ pub enum CouplingError {
     /// The structural solver failed.
     #[error(transparent)]
     Solid(#[from] SolidError),
-    /// The two meshes do not describe the same surface.
-    #[error("{0}")]
-    Transfer(String),
     /// The iteration did not converge.
     #[error("the coupling did not converge: {0}")]
     NotConverged(String),
@@ -90,17 +86,6 @@ pub struct FailedStep {
     pub error: CouplingError,
 }
 
-/// What the coupling keeps from one time step to the next, besides the states of the two solvers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    /// Accepted displacements of the fluid's wall points, newest first, m.
-    pub displacements: Vec<Vec<f64>>,
-    /// Errors of the predictor's candidates in the last step.
-    pub predictor_errors: Vec<f64>,
-    /// What the acceleration has learnt.
-    pub acceleration: acceleration::Memory,
-}
-
 /// Numerical settings of the loop that are not part of its building blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -110,8 +95,6 @@ pub struct Settings {
     pub fluid_effort: FluidEffort,
     /// Relative residual at which the structure's Newton iteration ends.
     pub newton_tolerance: f64,
-    /// Relaxation factor of the acceleration.
-    pub relaxation: f64,
 }
 
 /// The structure's Newton iteration may end at this share of the last coupling residual: its error must be far below what
@@ -119,11 +102,6 @@ pub struct Settings {
 const EASE: f64 = 1e-3;
 /// From this many times the limit of the criterion on it must not end early: this iteration may be the last one.
 const NEAR: f64 = 30.0;
-/// What the first residual of a step is taken for.
-const FIRST_RESIDUAL: f64 = 1e-2;
-
-/// Each further attempt at a step relaxes by this share of the factor of the attempt before.
-const BACK_OFF: f64 = 0.2;
 
 /// A fluid and a structure joined at the wet surface.
 pub struct Coupling<F, S: Solid> {
@@ -133,195 +111,230 @@ pub struct Coupling<F, S: Solid> {
     pub solid: S,
     /// Interpolation between the two surfaces, **I**.
     pub transfer: Transfer<S::Location>,
-    /// Convergence acceleration, **A**.
-    pub acceleration: Box<dyn Acceleration>,
-    /// First guess of each step.
-    pub predictor: Predictor,
-    /// Criterion (14).
-    pub criterion: Criterion,
+    /// Prediction, acceleration **A**, and criterion (14).
+    pub fixed_point: FixedPoint,
     /// The rest.
     pub settings: Settings,
 }
 
+/// A time step that has converged, and is not accepted yet.
+#[derive(Debug)]
+#[must_use = "it is lost unless it is accepted"]
+pub struct Solved<T> {
+    /// Every coupling iteration.
+    pub iterations: Vec<Iteration>,
+    /// The structure's trial.
+    pub trial: T,
+    /// Displacement of the fluid's wall points, m.
+    pub displacement: Vec<Vec3>,
+}
+
 impl<F: Fluid, S: Solid> Coupling<F, S> {
-    /// Solves one time step and accepts it on both sides. `inspect` sees the structure and its accepted trial before
-    /// it becomes the new state; `write`, asked at the end, lets the fluid leave its fields on disk.
-    pub fn step(
-        &mut self,
-        write: impl FnOnce() -> bool,
-        inspect: impl FnOnce(&S, &S::Trial),
-    ) -> Result<Step, FailedStep> {
-        let mut iterations = Vec::new();
-        let mut d = self.predictor.first_guess();
-        let done = self.iterate(&mut d, &mut iterations, write, inspect);
-        done.map_err(|error| {
-            let shift = |d: &DVector<f64>| self.transfer.centre_shift(&unflatten(d));
-            let shifts = [&d, self.predictor.last()].into_iter().filter_map(shift);
-            FailedStep {
-                iterations,
-                centre_shift: shifts
-                    .max_by(|a, b| a.shift.total_cmp(&b.shift))
-                    .map(Box::new),
-                error,
+    /// Solves one time step and accepts it. `write` lets the fluid leave its fields on disk.
+    pub fn step(&mut self, write: bool) -> Result<Step, FailedStep> {
+        let solved = self.solve()?;
+        self.accept(solved, write)
+    }
+
+    /// Solves one time step; both solvers still have the state at its beginning.
+    pub fn solve(&mut self) -> Result<Solved<S::Trial>, FailedStep> {
+        let mut step = CoupledStep {
+            fluid: &mut self.fluid,
+            solid: &mut self.solid,
+            transfer: &self.transfer,
+            settings: self.settings,
+            near: NEAR * self.fixed_point.criterion().relative,
+            iterations: Vec::new(),
+            trial: unflatten(self.fixed_point.predictor().last()),
+            last: None,
+        };
+        let done = self.fixed_point.solve(&mut step);
+        let CoupledStep {
+            iterations,
+            last,
+            trial,
+            ..
+        } = step;
+        let error = match (done, last) {
+            (Ok(Some(_)), Some(last)) => {
+                return Ok(Solved {
+                    iterations,
+                    trial: last.trial,
+                    displacement: trial,
+                });
             }
+            (Err(error), _) => error,
+            _ => {
+                let limit = self.settings.fluid_effort.max_sweeps;
+                CouplingError::NotConverged(diagnosis::diagnosis(&iterations, limit))
+            }
+        };
+        Err(self.failed(iterations, &trial, error))
+    }
+
+    /// Makes a solved step the new state of both sides. `write` lets the fluid leave its fields on disk.
+    pub fn accept(&mut self, solved: Solved<S::Trial>, write: bool) -> Result<Step, FailedStep> {
+        let Solved {
+            mut iterations,
+            trial,
+            displacement,
+        } = solved;
+        let clock = Instant::now();
+        let fluid = match self.fluid.accept(write) {
+            Ok(fluid) => fluid,
+            Err(error) => return Err(self.failed(iterations, &displacement, error.into())),
+        };
+        let accept_seconds = clock.elapsed().as_secs_f64();
+        let clock = Instant::now();
+        self.solid.accept(trial);
+        if let Some(last) = iterations.last_mut() {
+            last.structure_seconds += clock.elapsed().as_secs_f64();
+        }
+        self.fixed_point.accept(flatten(&displacement));
+        Ok(Step {
+            iterations,
+            fluid,
+            displacement,
+            accept_seconds,
         })
     }
 
-    /// Iterates from the trial `d`, which is the last one afterwards.
-    fn iterate(
-        &mut self,
-        d: &mut DVector<f64>,
-        iterations: &mut Vec<Iteration>,
-        write: impl FnOnce() -> bool,
-        inspect: impl FnOnce(&S, &S::Trial),
-    ) -> Result<Step, CouplingError> {
-        let settings = self.settings;
-        let mut start = None;
-        let mut residual = FIRST_RESIDUAL;
-        while iterations.len() < self.criterion.max_iterations {
-            let clock = Instant::now();
-            let points = unflatten(d);
-            let flow = self
-                .fluid
-                .solve(&points, settings.time_step, settings.fluid_effort)?; // F
-            let fluid_seconds = clock.elapsed().as_secs_f64();
-            let areas = self.transfer.face_areas(&points);
-            let load = self.transfer.load(&flow.tractions, &areas); // I: face centres to quadrature points
-
-            let clock = Instant::now();
-            let dt = settings.time_step;
-            let tolerance = self.newton_tolerance(residual);
-            let mut trial = self.solid.solve(&load, dt, tolerance, start.as_ref())?; // S
-            let mut structure_seconds = clock.elapsed().as_secs_f64();
-
-            let clock = Instant::now();
-            let d_tilde = flatten(&self.transfer.displacement(&self.solid, &trial)); // I: structure to fluid points
-            let d_next = self.acceleration.next(d, &d_tilde); // A
-            let Columns { used, dropped } = self.acceleration.columns();
-            let measure = self.criterion.measure(d, &d_tilde, &d_next, used == 0);
-            residual = measure.residual;
-            let coupling_seconds = clock.elapsed().as_secs_f64();
-            if measure.converged && tolerance > settings.newton_tolerance {
-                let clock = Instant::now();
-                trial = (self.solid).solve(&load, dt, settings.newton_tolerance, Some(&trial))?;
-                structure_seconds += clock.elapsed().as_secs_f64();
-            }
-            iterations.push(Iteration {
-                number: iterations.len() + 1,
-                measure,
-                columns: used,
-                dropped,
-                fluid_cost: flow.cost,
-                force_mismatch: force_mismatch(
-                    &flow.tractions,
-                    &areas,
-                    &load,
-                    &self.solid.deformed_areas(&trial),
-                ),
-                fluid_seconds,
-                structure_seconds,
-                coupling_seconds,
-            });
-            if measure.converged {
-                let clock = Instant::now();
-                let fluid = self.fluid.accept(write())?;
-                let accept_seconds = clock.elapsed().as_secs_f64();
-                inspect(&self.solid, &trial);
-                let clock = Instant::now();
-                self.solid.accept(trial);
-                if let Some(last) = iterations.last_mut() {
-                    last.structure_seconds += clock.elapsed().as_secs_f64();
-                }
-                self.acceleration.finish_step();
-                self.set_share(1.0);
-                self.predictor.accept(d.clone());
-                return Ok(Step {
-                    iterations: std::mem::take(iterations),
-                    fluid,
-                    displacement: points,
-                    accept_seconds,
-                });
-            }
-            *d = d_next;
-            start = Some(trial);
+    /// A step that failed at the displacement `trial` (m).
+    fn failed(
+        &self,
+        iterations: Vec<Iteration>,
+        trial: &[Vec3],
+        error: CouplingError,
+    ) -> FailedStep {
+        let accepted = unflatten(self.fixed_point.predictor().last());
+        let shifts = [trial, &accepted].map(|d| self.transfer.centre_shift(d));
+        let shifts = shifts.into_iter().flatten();
+        FailedStep {
+            iterations,
+            centre_shift: shifts
+                .max_by(|a, b| a.shift.total_cmp(&b.shift))
+                .map(Box::new),
+            error,
         }
-        let limit = settings.fluid_effort.max_sweeps;
-        Err(CouplingError::NotConverged(diagnosis::diagnosis(
-            iterations, limit,
-        )))
     }
 
+    /// Makes the next step a more careful attempt, the `attempt`-th (from 2), at the one that failed: from the old state
+    /// of the fluid, and as [`FixedPoint::back_off`] says.
+    pub fn back_off(&mut self, attempt: usize) {
+        self.fluid.forget_trial();
+        self.fixed_point.back_off(attempt);
+    }
+
+    /// Makes the next time steps `time_step` (s) long.
+    pub fn set_time_step(&mut self, time_step: f64) {
+        if time_step != self.settings.time_step {
+            (self.fixed_point).change_time_step(time_step / self.settings.time_step);
+            self.settings.time_step = time_step;
+        }
+    }
+}
+
+/// The two solvers within one time step, with the books of its iterations.
+struct CoupledStep<'a, F, S: Solid> {
+    fluid: &'a mut F,
+    solid: &'a mut S,
+    transfer: &'a Transfer<S::Location>,
+    settings: Settings,
+    /// Coupling residual from which on Newton's iteration must not end early.
+    near: f64,
+    iterations: Vec<Iteration>,
+    /// The last trial displacement, m.
+    trial: Vec<Vec3>,
+    last: Option<Answer<S::Trial>>,
+}
+
+/// What the solvers answered to the last trial.
+struct Answer<T> {
+    flow: FluidTrial,
+    /// Area vectors of the fluid's faces, m².
+    areas: Vec<Vec3>,
+    load: SurfaceLoad,
+    trial: T,
+    newton_tolerance: f64,
+    fluid_seconds: f64,
+    structure_seconds: f64,
+    /// Since the structure has answered.
+    clock: Instant,
+}
+
+impl<F: Fluid, S: Solid> CoupledProblem for CoupledStep<'_, F, S> {
+    type Error = CouplingError;
+
+    fn image(&mut self, d: &DVector<f64>, residual: f64) -> Result<DVector<f64>, CouplingError> {
+        let dt = self.settings.time_step;
+        self.trial = unflatten(d);
+        let clock = Instant::now();
+        let flow = (self.fluid).solve(&self.trial, dt, self.settings.fluid_effort)?; // F
+        let fluid_seconds = clock.elapsed().as_secs_f64();
+        let areas = self.transfer.face_areas(&self.trial);
+        let load = self.transfer.load(&flow.tractions, &areas); // I: face centres to quadrature points
+
+        let clock = Instant::now();
+        let newton_tolerance = self.newton_tolerance(residual);
+        let start = self.last.take().map(|last| last.trial);
+        let trial = (self.solid).solve(&load, dt, newton_tolerance, start.as_ref())?; // S
+        let structure_seconds = clock.elapsed().as_secs_f64();
+        let clock = Instant::now();
+        let image = flatten(&self.transfer.displacement(self.solid, &trial)); // I: structure to fluid points
+        self.last = Some(Answer {
+            flow,
+            areas,
+            load,
+            trial,
+            newton_tolerance,
+            fluid_seconds,
+            structure_seconds,
+            clock,
+        });
+        Ok(image)
+    }
+
+    fn judged(&mut self, measure: Measure, columns: Columns) -> Result<(), CouplingError> {
+        let Some(last) = &mut self.last else {
+            return Ok(());
+        };
+        let coupling_seconds = last.clock.elapsed().as_secs_f64();
+        let tight = self.settings.newton_tolerance;
+        if measure.converged && last.newton_tolerance > tight {
+            let (clock, dt) = (Instant::now(), self.settings.time_step);
+            last.trial = (self.solid).solve(&last.load, dt, tight, Some(&last.trial))?;
+            last.structure_seconds += clock.elapsed().as_secs_f64();
+        }
+        let wet_areas = self.solid.deformed_areas(&last.trial);
+        self.iterations.push(Iteration {
+            number: self.iterations.len() + 1,
+            measure,
+            columns: columns.used,
+            dropped: columns.dropped,
+            fluid_cost: last.flow.cost,
+            force_mismatch: force_mismatch(
+                &last.flow.tractions,
+                &last.areas,
+                &last.load,
+                &wet_areas,
+            ),
+            fluid_seconds: last.fluid_seconds,
+            structure_seconds: last.structure_seconds,
+            coupling_seconds,
+        });
+        Ok(())
+    }
+}
+
+impl<F, S: Solid> CoupledStep<'_, F, S> {
     /// The relative residual at which the structure's Newton iteration may end after a coupling `residual`.
     fn newton_tolerance(&self, residual: f64) -> f64 {
         let tight = self.settings.newton_tolerance;
-        if residual < NEAR * self.criterion.relative {
+        if residual < self.near {
             tight
         } else {
             tight.max(EASE * residual)
         }
-    }
-
-    /// Makes the next [`Coupling::step`] a more careful attempt, the `attempt`-th (from 2), at the step that failed:
-    /// from the old state of the fluid, without what was learnt, with less relaxation, and from the third on from the
-    /// last displacement: not before, for a wall that stops at once is a blow where there is much added mass.
-    pub fn back_off(&mut self, attempt: usize) {
-        self.fluid.forget_trial();
-        if attempt > 2 {
-            self.predictor.reset();
-        }
-        self.acceleration.reset();
-        self.set_share(BACK_OFF.powi(attempt as i32 - 1));
-    }
-
-    /// Makes the next time steps `time_step` (s) long. What was learnt of the Jacobian in steps of another length is
-    /// forgotten.
-    pub fn set_time_step(&mut self, time_step: f64) {
-        if time_step != self.settings.time_step {
-            self.predictor.resample(time_step / self.settings.time_step);
-            self.settings.time_step = time_step;
-            self.acceleration.reset();
-        }
-    }
-
-    /// Relaxes by this share of the usual factor from now on.
-    fn set_share(&mut self, share: f64) {
-        self.criterion.share = share;
-        self.acceleration
-            .set_relaxation(share * self.settings.relaxation);
-    }
-
-    /// What is needed, besides the states of the two solvers, to continue later.
-    pub fn memory(&self) -> Memory {
-        let (displacements, predictor_errors) = self.predictor.memory();
-        Memory {
-            displacements,
-            predictor_errors,
-            acceleration: self.acceleration.memory(),
-        }
-    }
-
-    /// Continues as the coupling whose memory this is.
-    ///
-    /// # Errors
-    /// If it belongs to another interface.
-    pub fn recall(&mut self, memory: Memory) -> Result<(), CouplingError> {
-        let unknowns = self.predictor.last().len();
-        let fits = |d: &Vec<f64>| d.len() == unknowns && d.iter().all(|x| x.is_finite());
-        if memory.displacements.is_empty()
-            || !memory.displacements.iter().all(fits)
-            || !memory.acceleration.fits_to(unknowns)
-        {
-            return Err(CouplingError::Transfer(format!(
-                "what the coupling remembers does not belong to an interface of {} points",
-                unknowns / 3
-            )));
-        }
-        self.predictor
-            .recall(memory.displacements, memory.predictor_errors);
-        self.acceleration
-            .recall(memory.acceleration, self.predictor.last());
-        self.set_share(1.0);
-        Ok(())
     }
 }
 

@@ -195,6 +195,53 @@ pub trait Fluid {
     }
 }
 
+impl<F: Fluid + ?Sized> Fluid for Box<F> {
+    fn interface(&self) -> &FluidInterface {
+        (**self).interface()
+    }
+
+    fn solve(
+        &mut self,
+        displacement: &[Vec3],
+        time_step: f64,
+        effort: FluidEffort,
+    ) -> Result<FluidTrial, FluidError> {
+        (**self).solve(displacement, time_step, effort)
+    }
+
+    fn forget_trial(&mut self) {
+        (**self).forget_trial();
+    }
+
+    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
+        (**self).accept(write)
+    }
+
+    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+        (**self).memory()
+    }
+
+    fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
+        (**self).recall(memory)
+    }
+
+    fn discard(&mut self, wanted: &dyn Fn(f64) -> bool) -> Result<(), FluidError> {
+        (**self).discard(wanted)
+    }
+
+    fn usage(&self) -> FluidUsage {
+        (**self).usage()
+    }
+
+    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
+        (**self).probes()
+    }
+
+    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
+        (**self).seconds_by_part()
+    }
+}
+
 /// Why a flow solver failed.
 #[derive(Debug, thiserror::Error)]
 pub enum FluidError {

@@ -1,6 +1,7 @@
 //! What a run leaves: VTU/PVD for ParaView, CSV and JSON for everything else, figures, and the line of progress.
 
 pub mod comparison;
+mod field_series;
 pub mod figure;
 pub mod phases;
 pub mod probes;

@@ -29,14 +29,10 @@ impl<S: Solid> Probes<S> {
         })
     }
 
-    /// Displacement (m) of each point in a trial.
-    pub fn displacement(&self, solid: &S, trial: &S::Trial) -> Vec<Vec3> {
-        solid.displacement(trial, &self.locations)
-    }
-
-    /// A row for each point, with its displacement (m) and the wall shear stress (Pa) of all faces.
-    pub fn rows(&self, time: f64, displacement: &[Vec3], wall_shear: &[Vec3]) -> Vec<ProbeRow> {
-        let pairs = self.points.iter().zip(displacement).enumerate();
+    /// A row for each point, in the accepted state of `solid`, with the wall shear stress (Pa) of all faces.
+    pub fn rows(&self, time: f64, solid: &S, wall_shear: &[Vec3]) -> Vec<ProbeRow> {
+        let displacement = solid.accepted_displacement(&self.locations);
+        let pairs = self.points.iter().zip(&displacement).enumerate();
         let row = |(probe, (x, u)): (usize, (&Vec3, &Vec3))| {
             let shear = wall_shear[self.faces[probe]];
             ProbeRow {

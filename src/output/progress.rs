@@ -1,6 +1,7 @@
 //! The line of progress: one that updates in a terminal, plain lines elsewhere.
 
 use super::terminal;
+use crate::simulation::observer::{AcceptedStep, Note, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::VecDeque;
 use std::io::stderr;
@@ -76,7 +77,7 @@ impl Progress {
     }
 
     /// Something that the user should know.
-    pub fn note(&self, text: &str) {
+    fn say(&self, text: &str) {
         match &self.bar {
             Some(bar) => bar.suspend(|| terminal::note(text)),
             None => terminal::note(text),
@@ -135,6 +136,41 @@ impl Figures {
         let share = self.done as f64 / self.steps.max(1) as f64;
         let full = ((share * room as f64) as usize).min(room);
         format!("{}{} {text}", "█".repeat(full), "░".repeat(room - full))
+    }
+}
+
+impl<S> Observer<S> for Progress {
+    type Memory = ();
+
+    fn accepted(&mut self, accepted: &AcceptedStep<S>) -> std::io::Result<()> {
+        let done = accepted.number - usize::from(!accepted.completes);
+        let iterations = &accepted.step.iterations;
+        let residual = iterations.last().map_or(0.0, |last| last.measure.residual);
+        let seconds = accepted.started.elapsed().as_secs_f64();
+        self.step(
+            done as u64,
+            accepted.time(),
+            iterations.len(),
+            residual,
+            seconds,
+        );
+        Ok(())
+    }
+
+    fn note(&mut self, note: &Note) {
+        match note {
+            Note::Slow { .. } if self.quiet => {}
+            Note::Slow { time, text } => self.say(&format!("t = {time:.6} s: {text}")),
+            Note::Rescue(text) => self.say(text),
+        }
+    }
+
+    fn memory(&self) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn rewind(&mut self, (): ()) -> std::io::Result<()> {
+        Ok(())
     }
 }
 

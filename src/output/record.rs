@@ -1,79 +1,25 @@
 //! What a run writes while it advances, and the summary at its end.
 
-use super::tables::{FluidProbeRow, HistoryRow, IterationRow, ProbeRow, Table};
+use super::field_series::FieldSeries;
+use super::probes::{Probes, fluid_rows};
+use super::tables::{HistoryRow, IterationRow, Table};
 use super::vtu::Series;
 use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
-use crate::coupling::{Iteration, Step};
+use crate::Vec3;
+use crate::coupling::Iteration;
+use crate::hemodynamics::WallState;
+use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
+use crate::simulation::observer::{AcceptedStep, FailedAttempt, Observer};
+use crate::simulation::totals::{Seconds, Totals};
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
-
-/// Largest values of the wall at the end of a step.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct WallPeaks {
-    /// Largest displacement of the wet surface, m.
-    pub displacement: f64,
-    /// Largest von Mises stress at the quadrature points, Pa.
-    pub von_mises: f64,
-}
-
-/// Seconds of wall-clock time by where they went.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Seconds {
-    /// In the fluid, the final corrector of each step included.
-    pub fluid_s: f64,
-    /// In the structure.
-    pub structure_s: f64,
-    /// In transfer and acceleration.
-    pub coupling_s: f64,
-    /// In output and everything else.
-    pub rest_s: f64,
-}
-
-/// The figures of a run so far; a resumed run continues them.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[allow(non_snake_case, reason = "the keys carry the units")]
-pub struct Totals {
-    /// Accepted time steps.
-    pub steps: usize,
-    /// Time at the end of the last accepted step.
-    pub time_s: f64,
-    /// Coupling iterations of all accepted attempts.
-    pub coupling_iterations: usize,
-    /// Outer correctors of the fluid in these iterations, without the final one of each step.
-    pub fluid_correctors: usize,
-    /// Largest number of coupling iterations of a step.
-    pub max_coupling_iterations: usize,
-    /// Attempts at a step that failed.
-    pub failed_attempts: usize,
-    /// How often OpenFOAM died or fell silent and was started again.
-    pub fluid_restarts: usize,
-    /// How often the run was resumed.
-    pub resumed: usize,
-    /// Outlet pressure at the end of the last step.
-    #[serde(with = "crate::numbers")]
-    pub p_out_Pa: f64,
-    /// Wall-clock time of the accepted steps alone.
-    pub steps_s: f64,
-    /// Wall-clock time of the steps and its parts, without steps that were lost.
-    pub wall_s: f64,
-    /// The parts.
-    pub seconds: Seconds,
-    /// Seconds of `rest_s` that writing checkpoints took.
-    pub checkpoint_s: f64,
-    /// Largest mismatch of the resultant force between the two surfaces, relative to the sum of |load|.
-    #[serde(with = "crate::numbers")]
-    pub max_force_mismatch: f64,
-}
 
 /// What a record needs to continue after the last accepted step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// Figures so far.
-    pub totals: Totals,
     /// Volume of the whole fluid mesh, m³.
     pub volume: f64,
     /// Bytes of `history.csv`.
@@ -120,22 +66,17 @@ pub struct Summary {
     pub fluid_peak_memory_MB: f64,
 }
 
-/// Writes the tables and the series of a run, row by row.
+/// Watches a run: writes its tables, the wall's fields, and what is known of the wet surface.
 pub struct Record {
     settings: RecordSettings,
     history: Table,
     iterations: Table,
-    probes: Option<Table>,
+    probes: Option<(Probes<Structure>, Table)>,
     fluid_probes: Option<Table>,
-    /// The wall over time.
-    pub structure: Series,
-    /// The wet surface over time.
-    pub wall: WallRecord,
+    fields: FieldSeries,
+    wall: WallRecord,
     /// Volume of the whole mesh at the end of the last step, m³.
     volume: f64,
-    started: Instant,
-    /// Figures so far, up to the start of this process for the wall-clock time as a whole.
-    pub totals: Totals,
 }
 
 /// What a record needs to know before the first step.
@@ -145,124 +86,104 @@ pub struct RecordSettings {
     pub history: PathBuf,
     /// `iterations.csv`.
     pub iterations: PathBuf,
-    /// `probes.csv`, if there are probes.
-    pub probes: Option<PathBuf>,
-    /// `fluid-probes.csv`, if there are some in the blood.
-    pub fluid_probes: Option<PathBuf>,
+    /// `probes.csv`.
+    pub probes: PathBuf,
+    /// Points of the unloaded wet surface that are followed, m.
+    pub probe_points: Vec<Vec3>,
+    /// Centres of the fluid's faces on the unloaded wall, m.
+    pub face_centres: Vec<Vec3>,
+    /// `fluid-probes.csv`.
+    pub fluid_probes: PathBuf,
+    /// Points in the blood that are watched, m.
+    pub fluid_probe_points: Vec<[f64; 3]>,
     /// `structure.pvd`.
     pub structure: PathBuf,
+    /// Interval in which the wall's fields are written, s.
+    pub structure_interval: f64,
     /// The wet surface.
     pub wall: WallRecordSettings,
-    /// Folder of the case.
-    pub case: PathBuf,
     /// Volume of the rigid extension, m³.
     pub rigid_volume: f64,
     /// Volume of the whole fluid mesh at rest, m³.
     pub volume: f64,
-    /// Cells of the fluid.
-    pub fluid_cells: usize,
-    /// Degrees of freedom of the structure.
-    pub structure_dofs: usize,
 }
 
 impl Record {
     /// Creates the files.
-    pub fn create(settings: RecordSettings) -> io::Result<Self> {
+    ///
+    /// # Errors
+    /// If they cannot be written, or a probe does not lie on the wall.
+    pub fn create(settings: RecordSettings, solid: &Structure) -> Result<Self, RecordError> {
+        let probes = match settings.probe_points.is_empty() {
+            true => None,
+            false => Some((
+                settings.find_probes(solid)?,
+                Table::create(&settings.probes)?,
+            )),
+        };
+        let series = Series::new(settings.structure.clone())?;
         Ok(Self {
             history: Table::create(&settings.history)?,
             iterations: Table::create(&settings.iterations)?,
-            probes: settings.probes.as_deref().map(Table::create).transpose()?,
-            fluid_probes: (settings.fluid_probes.as_deref())
-                .map(Table::create)
+            probes,
+            fluid_probes: (settings.has_fluid_probes())
+                .then(|| Table::create(&settings.fluid_probes))
                 .transpose()?,
-            structure: Series::new(settings.structure.clone())?,
+            fields: FieldSeries::new(series, settings.structure_interval, solid)?,
             wall: WallRecord::create(settings.wall.clone())?,
             volume: settings.volume,
-            started: Instant::now(),
-            totals: Totals::default(),
             settings,
         })
     }
 
     /// Continues the files of an earlier run; what was written after `memory` is cut off.
-    pub fn resume(settings: RecordSettings, memory: Memory) -> io::Result<Self> {
+    ///
+    /// # Errors
+    /// As [`Record::create`].
+    pub fn resume(
+        settings: RecordSettings,
+        solid: &Structure,
+        memory: Memory,
+    ) -> Result<Self, RecordError> {
+        let probes = match settings.probe_points.is_empty() {
+            true => None,
+            false => Some((
+                settings.find_probes(solid)?,
+                Table::resume(&settings.probes, memory.probes)?,
+            )),
+        };
+        let series = Series::resume(settings.structure.clone(), memory.grids)?;
         Ok(Self {
             history: Table::resume(&settings.history, memory.history)?,
             iterations: Table::resume(&settings.iterations, memory.iterations)?,
-            probes: (settings.probes.as_deref())
-                .map(|path| Table::resume(path, memory.probes))
+            probes,
+            fluid_probes: (settings.has_fluid_probes())
+                .then(|| Table::resume(&settings.fluid_probes, memory.fluid_probes))
                 .transpose()?,
-            fluid_probes: (settings.fluid_probes.as_deref())
-                .map(|path| Table::resume(path, memory.fluid_probes))
-                .transpose()?,
-            structure: Series::resume(settings.structure.clone(), memory.grids)?,
+            fields: FieldSeries::new(series, settings.structure_interval, solid)?,
             wall: WallRecord::resume(settings.wall.clone(), memory.wall)?,
             volume: memory.volume,
-            started: Instant::now(),
-            totals: memory.totals,
             settings,
         })
     }
 
-    /// Goes back to the state of `memory`; only the failures since then are remembered.
-    pub fn rewind(&mut self, memory: Memory) -> io::Result<()> {
-        let Totals {
-            failed_attempts,
-            fluid_restarts,
-            ..
-        } = self.totals;
-        *self = Self::resume(self.settings.clone(), memory)?;
-        self.totals.failed_attempts = failed_attempts;
-        self.totals.fluid_restarts = fluid_restarts;
-        Ok(())
+    /// What is known of the wet surface.
+    pub fn wall(&self) -> &WallRecord {
+        &self.wall
     }
 
-    /// What is needed to continue later; everything so far is on the disk when this returns.
-    pub fn memory(&self) -> io::Result<Memory> {
-        self.history.sync()?;
-        self.iterations.sync()?;
-        self.probes.iter().try_for_each(Table::sync)?;
-        self.fluid_probes.iter().try_for_each(Table::sync)?;
-        let length = |path: &Path| std::fs::metadata(path).map(|file| file.len());
-        Ok(Memory {
-            totals: Totals {
-                wall_s: self.wall_seconds(),
-                ..self.totals.clone()
-            },
-            volume: self.volume,
-            history: length(&self.settings.history)?,
-            iterations: length(&self.settings.iterations)?,
-            probes: self.settings.probes.as_deref().map_or(Ok(0), length)?,
-            fluid_probes: (self.settings.fluid_probes.as_deref()).map_or(Ok(0), length)?,
-            grids: self.structure.entries().to_vec(),
-            wall: self.wall.memory()?,
-        })
-    }
-
-    fn wall_seconds(&self) -> f64 {
-        self.totals.wall_s + self.started.elapsed().as_secs_f64()
-    }
-
-    /// Adds the rows of the accepted `attempt` at a step, or a part of one, `time_step` (s) long, which took
-    /// `wall_seconds` so far; returns the row of the history.
-    pub fn step(
-        &mut self,
-        step: &Step,
-        time_step: f64,
-        attempt: usize,
-        peaks: WallPeaks,
-        wall_seconds: f64,
-    ) -> io::Result<HistoryRow> {
-        let seconds = seconds_of(step, wall_seconds);
-        let last = step
-            .iterations
-            .last()
-            .expect("a step has at least one iteration");
-        let fluid = &step.fluid;
-        let row = HistoryRow {
+    /// The row of the history for a step.
+    fn row(&self, accepted: &AcceptedStep<Structure>) -> HistoryRow {
+        let (step, fluid) = (accepted.step, &accepted.step.fluid);
+        let wall_s = accepted.started.elapsed().as_secs_f64();
+        let seconds = Seconds::of(step, wall_s);
+        let last = step.iterations.last();
+        let displacements = step.displacement.iter().map(|d| d.norm());
+        let stresses = accepted.stresses.iter().map(|s| s.von_mises);
+        HistoryRow {
             time_s: fluid.time,
             coupling_iterations: step.iterations.len(),
-            residual: last.measure.residual,
+            residual: last.map_or(0.0, |last| last.measure.residual),
             fluid_s: seconds.fluid_s,
             structure_s: seconds.structure_s,
             Q_in_m3_s: fluid.inflow(),
@@ -270,103 +191,149 @@ impl Record {
             p_in_Pa: fluid.inlet_pressure(),
             p_out_Pa: fluid.outlet_pressure(),
             lumen_volume_m3: fluid.volume - self.settings.rigid_volume,
-            dVdt_m3_s: (fluid.volume - self.volume) / time_step,
-            max_displacement_m: peaks.displacement,
-            max_von_mises_Pa: peaks.von_mises,
+            dVdt_m3_s: (fluid.volume - self.volume) / accepted.length,
+            max_displacement_m: displacements.fold(0.0, f64::max),
+            max_von_mises_Pa: stresses.fold(0.0, f64::max),
             p_windkessel_Pa: fluid.outlet_model_pressure(),
-            force_mismatch: last.force_mismatch,
+            force_mismatch: last.map_or(0.0, |last| last.force_mismatch),
             wall_velocity_mismatch_m_s: fluid.wall_velocity_mismatch,
-            wall_s: wall_seconds,
-        };
-        self.iterations
-            .append(&iteration_rows(fluid.time, attempt, &step.iterations))?;
-        self.history.append(std::slice::from_ref(&row))?;
-        self.volume = fluid.volume;
-        self.count(&row, &seconds);
-        let correctors = step.iterations.iter().map(|i| i.fluid_cost.sweeps as usize);
-        self.totals.fluid_correctors += correctors.sum::<usize>();
-        Ok(row)
-    }
-
-    /// Adds the rows of the probes in the blood at an accepted step.
-    pub fn fluid_probes(&mut self, rows: &[FluidProbeRow]) -> io::Result<()> {
-        let mut table = self.fluid_probes.iter_mut();
-        table.try_for_each(|table| table.append(rows))
-    }
-
-    /// Adds the rows of the probes at an accepted step.
-    pub fn probes(&mut self, rows: &[ProbeRow]) -> io::Result<()> {
-        self.probes
-            .as_mut()
-            .map_or(Ok(()), |table| table.append(rows))
-    }
-
-    /// Adds the rows of a failed `attempt` at the step that ends at `time` (s).
-    pub fn failed_attempt(
-        &mut self,
-        time: f64,
-        attempt: usize,
-        iterations: &[Iteration],
-    ) -> io::Result<()> {
-        self.totals.failed_attempts += 1;
-        self.iterations
-            .append(&iteration_rows(time, attempt, iterations))
-    }
-
-    fn count(&mut self, row: &HistoryRow, seconds: &Seconds) {
-        let t = &mut self.totals;
-        t.time_s = row.time_s;
-        t.coupling_iterations += row.coupling_iterations;
-        t.max_coupling_iterations = t.max_coupling_iterations.max(row.coupling_iterations);
-        t.p_out_Pa = row.p_out_Pa;
-        t.steps_s += row.wall_s;
-        t.seconds.fluid_s += seconds.fluid_s;
-        t.seconds.structure_s += seconds.structure_s;
-        t.seconds.coupling_s += seconds.coupling_s;
-        t.max_force_mismatch = t.max_force_mismatch.max(row.force_mismatch);
-    }
-
-    /// The run in figures, with its `status`, and the reason if it did not complete.
-    pub fn summary(&self, status: &str, reason: Option<String>, fluid_peak_memory: f64) -> Summary {
-        let mut totals = self.totals.clone();
-        totals.wall_s = self.wall_seconds();
-        let s = &mut totals.seconds;
-        s.rest_s = totals.wall_s - s.fluid_s - s.structure_s - s.coupling_s;
-        let steps = totals.steps.max(1) as f64;
-        Summary {
-            version: env!("CARGO_PKG_VERSION").into(),
-            status: status.into(),
-            reason,
-            case: self.settings.case.display().to_string(),
-            fluid_cells: self.settings.fluid_cells,
-            structure_dofs: self.settings.structure_dofs,
-            mean_coupling_iterations: totals.coupling_iterations as f64 / steps,
-            seconds_per_step: totals.wall_s / steps,
-            totals,
-            driver_peak_memory_MB: peak_memory(std::process::id()).unwrap_or(0.0) / 1e6,
-            fluid_peak_memory_MB: fluid_peak_memory / 1e6,
+            wall_s,
         }
     }
 }
 
+impl Observer<Structure> for Record {
+    type Memory = Memory;
+
+    fn accepted(&mut self, accepted: &AcceptedStep<Structure>) -> io::Result<()> {
+        let (time, step) = (accepted.time(), accepted.step);
+        self.fields.add(accepted)?;
+        if let Some((probes, table)) = &mut self.probes {
+            table.append(&probes.rows(time, accepted.solid, &step.fluid.wall_shear))?;
+        }
+        if let Some(table) = &mut self.fluid_probes {
+            let points = &self.settings.fluid_probe_points;
+            table.append(&fluid_rows(time, points, accepted.fluid_probes))?;
+        }
+        let state = WallState::new(time, &step.fluid.wall_shear, &step.displacement);
+        self.wall.step(&state, accepted.stresses)?;
+        let rows = iteration_rows(time, accepted.attempt, &step.iterations);
+        self.iterations.append(&rows)?;
+        self.history.append(&[self.row(accepted)])?;
+        self.volume = step.fluid.volume;
+        Ok(())
+    }
+
+    fn failed(&mut self, failed: &FailedAttempt) -> io::Result<()> {
+        let rows = iteration_rows(failed.time, failed.attempt, failed.iterations);
+        self.iterations.append(&rows)
+    }
+
+    fn memory(&self) -> io::Result<Memory> {
+        self.history.sync()?;
+        self.iterations.sync()?;
+        (self.probes.iter()).try_for_each(|(_, table)| table.sync())?;
+        self.fluid_probes.iter().try_for_each(Table::sync)?;
+        let length = |path: &Path| std::fs::metadata(path).map(|file| file.len());
+        let probes = self.probes.as_ref().map(|_| length(&self.settings.probes));
+        let fluid_probes =
+            (self.fluid_probes.as_ref()).map(|_| length(&self.settings.fluid_probes));
+        Ok(Memory {
+            volume: self.volume,
+            history: length(&self.settings.history)?,
+            iterations: length(&self.settings.iterations)?,
+            probes: probes.transpose()?.unwrap_or(0),
+            fluid_probes: fluid_probes.transpose()?.unwrap_or(0),
+            grids: self.fields.entries().to_vec(),
+            wall: self.wall.memory()?,
+        })
+    }
+
+    fn files(&self, memory: &Memory) -> Vec<(PathBuf, u64)> {
+        let settings = &self.settings;
+        let mut files = vec![
+            (settings.history.clone(), memory.history),
+            (settings.iterations.clone(), memory.iterations),
+            (settings.probes.clone(), memory.probes),
+            (settings.fluid_probes.clone(), memory.fluid_probes),
+            (settings.wall.regions.clone(), memory.wall.regions),
+        ];
+        let wall = settings.wall.history.clone();
+        files.extend(wall.map(|path| (path, memory.wall.history)));
+        files
+    }
+
+    fn rewind(&mut self, memory: Memory) -> io::Result<()> {
+        let settings = &self.settings;
+        self.history = Table::resume(&settings.history, memory.history)?;
+        self.iterations = Table::resume(&settings.iterations, memory.iterations)?;
+        if let Some((_, table)) = &mut self.probes {
+            *table = Table::resume(&settings.probes, memory.probes)?;
+        }
+        if let Some(table) = &mut self.fluid_probes {
+            *table = Table::resume(&settings.fluid_probes, memory.fluid_probes)?;
+        }
+        self.fields
+            .rewind(settings.structure.clone(), memory.grids)?;
+        self.wall = WallRecord::resume(settings.wall.clone(), memory.wall)?;
+        self.volume = memory.volume;
+        Ok(())
+    }
+}
+
+/// Why the record of a run could not be begun.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// A file could not be written.
+    #[error("cannot write the results: {0}")]
+    Io(#[from] io::Error),
+    /// The structure could not be evaluated, at a probe for example.
+    #[error(transparent)]
+    Solid(#[from] SolidError),
+}
+
+/// What a summary says of a run besides its figures.
+#[derive(Debug, Clone)]
+pub struct Ending {
+    /// `complete`, `interrupted` or `failed`.
+    pub status: &'static str,
+    /// Why it did not complete.
+    pub reason: Option<String>,
+    /// Folder of the case.
+    pub case: PathBuf,
+    /// Cells of the fluid.
+    pub fluid_cells: usize,
+    /// Degrees of freedom of the structure.
+    pub structure_dofs: usize,
+    /// Largest memory of the fluid's processes, as far as seen, bytes.
+    pub fluid_peak_memory: f64,
+}
+
 impl Summary {
+    /// Of a run that came to this `ending` with these `totals`.
+    pub fn new(ending: Ending, mut totals: Totals) -> Self {
+        let s = &mut totals.seconds;
+        s.rest_s = totals.wall_s - s.fluid_s - s.structure_s - s.coupling_s;
+        let steps = totals.steps.max(1) as f64;
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            status: ending.status.into(),
+            reason: ending.reason,
+            case: ending.case.display().to_string(),
+            fluid_cells: ending.fluid_cells,
+            structure_dofs: ending.structure_dofs,
+            mean_coupling_iterations: totals.coupling_iterations as f64 / steps,
+            seconds_per_step: totals.wall_s / steps,
+            totals,
+            driver_peak_memory_MB: peak_memory(std::process::id()).unwrap_or(0.0) / 1e6,
+            fluid_peak_memory_MB: ending.fluid_peak_memory / 1e6,
+        }
+    }
+
     /// Writes `summary.json`.
     pub fn write(&self, path: &Path) -> io::Result<()> {
         let text = serde_json::to_string_pretty(self).map_err(io::Error::other)?;
         write_atomically(path, text.as_bytes())
-    }
-}
-
-fn seconds_of(step: &Step, wall_seconds: f64) -> Seconds {
-    let sum = |part: fn(&Iteration) -> f64| step.iterations.iter().map(part).sum::<f64>();
-    let fluid_s = sum(|i| i.fluid_seconds) + step.accept_seconds;
-    let structure_s = sum(|i| i.structure_seconds);
-    let coupling_s = sum(|i| i.coupling_seconds);
-    Seconds {
-        fluid_s,
-        structure_s,
-        coupling_s,
-        rest_s: wall_seconds - fluid_s - structure_s - coupling_s,
     }
 }
 

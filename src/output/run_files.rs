@@ -1,6 +1,6 @@
 //! The names of the files in the folder of a run.
 
-use crate::checkpoint::Store;
+use crate::simulation::checkpoint::Store;
 use std::path::{Path, PathBuf};
 
 /// Its presence marks a folder as one that this program made.

@@ -1,6 +1,8 @@
 //! The structure as a black box: load on the wet surface in, displacement of the wet surface out.
 
+use super::samples::StressPeak;
 use crate::Vec3;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// A quadrature point of the wet surface in the reference configuration.
@@ -29,6 +31,8 @@ pub trait Solid {
     type Trial;
     /// Where a point of the fluid lies on the wet surface, prepared for fast evaluation.
     type Location;
+    /// All that it keeps from one time step to the next.
+    type Memory: Clone + Serialize + DeserializeOwned;
 
     /// Quadrature points of the wet surface.
     fn wet_points(&self) -> &[SurfacePoint];
@@ -54,6 +58,23 @@ pub trait Solid {
 
     /// Makes a trial the state from which the next time step starts.
     fn accept(&mut self, trial: Self::Trial);
+
+    /// Displacement (m) of the accepted state at located points.
+    fn accepted_displacement(&self, at: &[Self::Location]) -> Vec<Vec3>;
+
+    /// Largest von Mises stress of each element in the accepted state; none from a structure without stresses.
+    fn stress_peaks(&self) -> Result<Vec<StressPeak>, SolidError> {
+        Ok(Vec::new())
+    }
+
+    /// What is needed to continue later, to the last bit.
+    fn memory(&self) -> Self::Memory;
+
+    /// Continues as the structure whose memory this is.
+    ///
+    /// # Errors
+    /// If it belongs to another structure.
+    fn recall(&mut self, memory: Self::Memory) -> Result<(), SolidError>;
 }
 
 /// Why the structural solver failed.

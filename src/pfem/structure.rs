@@ -17,6 +17,7 @@ use super::locate::{Location, Locator};
 use super::modes::{self, NaturalMode};
 use super::newton::{self, Equilibrium, NewtonOptions};
 use super::quasi_newton::{Experience, KeptTangent};
+use super::samples::{self, StressPeak};
 use super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
 use super::stats::{Stats, timed};
 use super::supports::{self, Support};
@@ -210,38 +211,6 @@ impl Structure {
         Ok(())
     }
 
-    /// What is needed to continue later, to the last bit.
-    pub fn memory(&self) -> Memory {
-        Memory {
-            state: self.state.clone(),
-            tangent: (self.kept.as_ref())
-                .map(|kept| (kept.from.clone(), kept.tangent.experience.clone())),
-            renewal: (self.renewal.as_ref()).map(|renewal| renewal.from.clone()),
-        }
-    }
-
-    /// Continues as the structure whose memory this is.
-    pub fn recall(&mut self, memory: Memory) -> Result<(), SolidError> {
-        self.set_state(memory.state)?;
-        for from in (memory.tangent.iter().map(|(from, _)| from)).chain(&memory.renewal) {
-            self.check(&from.load)?;
-            let lengths = [Some(&from.d), from.linearized_at.as_ref()];
-            if (lengths.iter().flatten()).any(|d| d.len() != self.state.d.len()) {
-                return Err(SolidError::Model(
-                    "the stored tangent belongs to another discretization".into(),
-                ));
-            }
-        }
-        // One that cannot be factorized is done without, as in the run that goes on.
-        self.kept = memory.tangent.and_then(|(from, experience)| {
-            let factorization = self.equation.factorized_tangent(&from).ok()?;
-            let tangent = KeptTangent::new(factorization, experience);
-            Some(Kept { from, tangent })
-        });
-        self.renewal = (memory.renewal).and_then(|from| Renewal::start(&self.equation, from));
-        Ok(())
-    }
-
     /// Forgets the kept tangent, so that the next solution depends on nothing but the state, the load and the start.
     /// A run that refreshes when it writes a checkpoint is repeated bit by bit by one that resumes there.
     pub fn refresh(&mut self) {
@@ -391,6 +360,7 @@ fn continuation(
 impl Solid for Structure {
     type Trial = Trial;
     type Location = Location;
+    type Memory = Memory;
 
     fn wet_points(&self) -> &[SurfacePoint] {
         &self.equation.wet.points
@@ -456,5 +426,44 @@ impl Solid for Structure {
         {
             self.renew(trial.load, trial.dt);
         }
+    }
+
+    fn accepted_displacement(&self, at: &[Location]) -> Vec<Vec3> {
+        let values = at.iter().map(|location| location.evaluate(&self.state.d));
+        values.collect()
+    }
+
+    fn stress_peaks(&self) -> Result<Vec<StressPeak>, SolidError> {
+        samples::stress_peaks(self.body(), &self.state.d)
+    }
+
+    fn memory(&self) -> Memory {
+        Memory {
+            state: self.state.clone(),
+            tangent: (self.kept.as_ref())
+                .map(|kept| (kept.from.clone(), kept.tangent.experience.clone())),
+            renewal: (self.renewal.as_ref()).map(|renewal| renewal.from.clone()),
+        }
+    }
+
+    fn recall(&mut self, memory: Memory) -> Result<(), SolidError> {
+        self.set_state(memory.state)?;
+        for from in (memory.tangent.iter().map(|(from, _)| from)).chain(&memory.renewal) {
+            self.check(&from.load)?;
+            let lengths = [Some(&from.d), from.linearized_at.as_ref()];
+            if (lengths.iter().flatten()).any(|d| d.len() != self.state.d.len()) {
+                return Err(SolidError::Model(
+                    "the stored tangent belongs to another discretization".into(),
+                ));
+            }
+        }
+        // One that cannot be factorized is done without, as in the run that goes on.
+        self.kept = memory.tangent.and_then(|(from, experience)| {
+            let factorization = self.equation.factorized_tangent(&from).ok()?;
+            let tangent = KeptTangent::new(factorization, experience);
+            Some(Kept { from, tangent })
+        });
+        self.renewal = (memory.renewal).and_then(|from| Renewal::start(&self.equation, from));
+        Ok(())
     }
 }

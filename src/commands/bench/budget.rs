@@ -1,13 +1,13 @@
 //! Seconds per step, by part, and their comparison.
 
-use super::super::run::Run;
+use super::super::run::CoupledRun;
 use super::Failure;
 use crate::case::Case;
 use crate::fluid::{Fluid, FluidError, FluidUsage};
-use crate::output::record::Totals;
 use crate::output::write_atomically;
 use crate::pfem::stats::Stats;
 use crate::processes::{cpu_seconds, peak_memory};
+use crate::simulation::totals::Totals;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -190,24 +190,24 @@ pub struct Meter {
 
 impl Meter {
     /// From now on.
-    pub fn start(run: &Run) -> Result<Self, FluidError> {
+    pub fn start(run: &CoupledRun) -> Result<Self, FluidError> {
         Ok(Self {
-            totals: run.record.totals.clone(),
-            stats: run.coupling.solid.stats(),
-            fluid: run.coupling.fluid.usage(),
-            fluid_parts: run.coupling.fluid.seconds_by_part()?,
+            totals: run.simulation.totals(),
+            stats: run.simulation.coupling.solid.stats(),
+            fluid: run.simulation.coupling.fluid.usage(),
+            fluid_parts: run.simulation.coupling.fluid.seconds_by_part()?,
             cpu_seconds: cpu_seconds(std::process::id()),
         })
     }
 
     /// The means over all steps until now.
-    pub fn stop(self, run: &Run) -> Result<Budget, FluidError> {
-        let (before, after) = (&self.totals, &run.record.totals);
+    pub fn stop(self, run: &CoupledRun) -> Result<Budget, FluidError> {
+        let (before, after) = (&self.totals, &run.simulation.totals());
         let steps = (after.steps - before.steps) as f64;
         let mean = |before: f64, after: f64| (after - before) / steps;
         let count = |before: usize, after: usize| (after - before) as f64 / steps;
         let seconds = |part: fn(&Totals) -> f64| mean(part(before), part(after));
-        let (s0, s1) = (self.stats, run.coupling.solid.stats());
+        let (s0, s1) = (self.stats, run.simulation.coupling.solid.stats());
         let stats = |part: fn(&Stats) -> f64| mean(part(&s0), part(&s1));
 
         let mut budget = Budget {
@@ -225,16 +225,16 @@ impl Meter {
             coupling_s: seconds(|t| t.seconds.coupling_s),
             fluid_cpu_s: mean(
                 self.fluid.cpu_seconds,
-                run.coupling.fluid.usage().cpu_seconds,
+                run.simulation.coupling.fluid.usage().cpu_seconds,
             ),
             driver_peak_memory_MB: peak_memory(std::process::id()).unwrap_or(0.0) / 1e6,
-            fluid_peak_memory_MB: run.fluid_peak_memory / 1e6,
+            fluid_peak_memory_MB: run.simulation.fluid_peak_memory() / 1e6,
             ..Budget::default()
         };
         let all = mean(self.cpu_seconds, cpu_seconds(std::process::id()));
         budget.driver_cpu_s = all - budget.fluid_cpu_s;
         let mut rest = budget.fluid_s;
-        for (part, after) in run.coupling.fluid.seconds_by_part()? {
+        for (part, after) in run.simulation.coupling.fluid.seconds_by_part()? {
             let before = self.fluid_parts.iter().find(|(name, _)| *name == part);
             let seconds = mean(before.map_or(0.0, |(_, seconds)| *seconds), after);
             rest -= seconds;

@@ -10,7 +10,7 @@ mod warm;
 
 use super::Failure;
 use super::case_arguments::CaseArguments;
-use super::run::{Interrupt, Run};
+use super::run::{CoupledRun, Interrupt};
 use crate::case::ResolvedCase;
 use crate::fluid::FluidError;
 use crate::fluid::openfoam::install;
@@ -99,20 +99,21 @@ impl Arguments {
         let begin = warm.checkpoint.time();
         let end = begin + f64::from(self.steps) * case.time.step;
         let measured = chosen.clone().with("time.end_s", end).load(&self.case)?;
-        let mut run = Run::assemble(
+        let mut run = CoupledRun::assemble(
             &self.case,
             &measured,
             warm.folder,
             Some(&warm.checkpoint),
             interrupt.clone(),
+            self.quiet,
         )?;
-        let per_step = take_steps(&mut run, self.quiet)?;
+        let per_step = take_steps(&mut run)?;
         Ok(Report {
             version: env!("CARGO_PKG_VERSION").into(),
             case: self.case.display().to_string(),
             preset: chosen.preset.to_string(),
-            fluid_cells: run.cells,
-            structure_dofs: run.coupling.solid.body().degrees_of_freedom(),
+            fluid_cells: run.fluid_cells,
+            structure_dofs: run.degrees_of_freedom(),
             ranks: case.fluid.ranks,
             threads: rayon::current_num_threads(),
             from_s: begin,
@@ -122,10 +123,10 @@ impl Arguments {
     }
 }
 
-fn take_steps(run: &mut Run, quiet: bool) -> Result<Budget, Failure> {
+fn take_steps(run: &mut CoupledRun) -> Result<Budget, Failure> {
     let failed = |e: FluidError| Failure::Run(format!("cannot read what was measured: {e}"));
     let meter = budget::Meter::start(run).map_err(failed)?;
-    run.advance(quiet)?;
+    run.advance()?;
     let budget = meter.stop(run);
     budget.map_err(failed)
 }

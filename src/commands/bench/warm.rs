@@ -1,10 +1,10 @@
 //! The state from which the measured steps start.
 
-use super::super::run::{Interrupt, Order, save};
+use super::super::run::{self, Interrupt, RunCheckpoint, RunRequest};
 use super::super::run_folder::{Earlier, RunFolder};
 use super::Failure;
 use crate::case::ResolvedCase;
-use crate::checkpoint::Checkpoint;
+use crate::case::identity::changed_keys;
 use crate::output::terminal;
 use std::fs;
 use std::io;
@@ -28,7 +28,7 @@ const MAY_DIFFER: &[&str] = &[
 /// A copy of a run at a checkpoint.
 pub struct Warm {
     /// The checkpoint.
-    pub checkpoint: Checkpoint,
+    pub checkpoint: RunCheckpoint,
     /// The folder of the copy.
     pub folder: RunFolder,
     /// Where the copy is; removed in the end.
@@ -55,7 +55,7 @@ pub fn state(
     let step = case.steps();
     let checkpoint = match found {
         Some(checkpoint) if checkpoint.step() == step => {
-            let changed = save::changed_keys(&checkpoint.case, &case.to_toml_string(), MAY_DIFFER);
+            let changed = changed_keys(&checkpoint.case.values, &case.to_toml_string(), MAY_DIFFER);
             if !changed.is_empty() {
                 return Err(Failure::Input(format!(
                     "the run in {} is another case; give the same --preset and --set, or another --warm. Changed:\n  {}",
@@ -73,41 +73,41 @@ pub fn state(
             )));
         }
         _ => {
-            let order = Order {
+            let request = RunRequest {
                 path,
                 case,
                 out: folder,
                 earlier,
                 quiet,
             };
-            warm_up(&order, interrupt)?
+            warm_up(&request, interrupt)?
         }
     };
     copy(folder, checkpoint)
 }
 
-fn newest(folder: &Path) -> Result<Option<Checkpoint>, Failure> {
+fn newest(folder: &Path) -> Result<Option<RunCheckpoint>, Failure> {
     let folder = RunFolder::open(folder, Earlier::Resume)?;
-    Ok(save::find(&folder)?.map(|found| found.checkpoint))
+    Ok(run::find(&folder)?.map(|found| found.checkpoint))
 }
 
 /// An ordinary run up to the warm state.
-fn warm_up(order: &Order, interrupt: &Interrupt) -> Result<Checkpoint, Failure> {
-    let (root, step) = (order.out, order.case.steps());
-    if !order.quiet {
+fn warm_up(request: &RunRequest, interrupt: &Interrupt) -> Result<RunCheckpoint, Failure> {
+    let (root, step) = (request.out, request.case.steps());
+    if !request.quiet {
         terminal::note(format_args!(
             "warming up in {} to t = {} s; done once",
             root.display(),
-            order.case.time.end
+            request.case.time.end
         ));
     }
-    order.execute(|| Ok(interrupt.clone()))?;
+    request.execute(|| Ok(interrupt.clone()))?;
     let found = newest(root)?.filter(|checkpoint| checkpoint.step() == step);
     found.ok_or_else(|| Failure::Run(format!("the run in {} left no checkpoint", root.display())))
 }
 
 /// Copies the files that a checkpoint stands on.
-fn copy(from: &Path, checkpoint: Checkpoint) -> Result<Warm, Failure> {
+fn copy(from: &Path, checkpoint: RunCheckpoint) -> Result<Warm, Failure> {
     let failed = |e: io::Error| {
         Failure::Run(format!(
             "cannot copy the warm state from {}: {e}",
@@ -118,12 +118,12 @@ fn copy(from: &Path, checkpoint: Checkpoint) -> Result<Warm, Failure> {
         .prefix("fsi-bench-")
         .tempdir()
         .map_err(failed)?;
-    for mark in &checkpoint.files {
-        let to = root.path().join(&mark.path);
+    for file in &checkpoint.files {
+        let to = root.path().join(&file.path);
         to.parent()
             .map_or(Ok(()), fs::create_dir_all)
             .map_err(failed)?;
-        fs::copy(from.join(&mark.path), to).map_err(failed)?;
+        fs::copy(from.join(&file.path), to).map_err(failed)?;
     }
     // The mesh of a rank is cut once, when a run begins.
     for rank in 0.. {

@@ -5,7 +5,7 @@ use super::variant::Variant;
 use crate::case::{Case, ResolvedCase};
 use crate::commands::Failure;
 use crate::commands::case_arguments::CaseArguments;
-use crate::commands::run::Order;
+use crate::commands::run::RunRequest;
 use crate::commands::run::interrupt::{A_RUN_IS_SAVED, Interrupt};
 use crate::commands::run_folder::Earlier;
 use crate::geometry::Vessel;
@@ -152,7 +152,7 @@ fn compute(
     interrupt: &Interrupt,
 ) -> Result<(), Failure> {
     let begun = run.join("case.resolved.toml").exists();
-    let order = Order {
+    let order = RunRequest {
         path,
         case,
         out: run,

@@ -1,35 +1,41 @@
 //! The end of a run, good or bad.
 
-use super::assemble::Run;
-use super::written;
+use super::{CoupledRun, Found, written};
 use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
 use crate::output::progress::human;
-use crate::output::record::Summary;
+use crate::output::record::{Ending, Summary};
 use crate::output::{results, terminal};
 use std::path::PathBuf;
 
-impl Run {
-    /// Ends OpenFOAM, writes the summary, and names the files.
+impl CoupledRun {
+    /// Ends the fluid, writes the summary, and names the files.
     pub fn conclude(self, outcome: Result<(), Failure>, quiet: bool) -> Result<(), Failure> {
-        let Run {
-            coupling,
-            record,
-            folder,
-            case,
-            fluid_peak_memory,
-            ..
-        } = self;
-        drop(coupling); // ends OpenFOAM
-
         let (status, reason) = match &outcome {
             Ok(()) => ("complete", None),
             Err(failure @ Failure::Interrupted(_)) => ("interrupted", Some(failure.to_string())),
             Err(failure) => ("failed", Some(failure.to_string())),
         };
-        let summary = record.summary(status, reason, fluid_peak_memory);
+        let ending = Ending {
+            status,
+            reason,
+            case: self.case_folder.clone(),
+            fluid_cells: self.fluid_cells,
+            structure_dofs: self.degrees_of_freedom(),
+            fluid_peak_memory: self.simulation.fluid_peak_memory(),
+        };
+        let Self {
+            simulation,
+            folder,
+            case,
+            ..
+        } = self;
+        let totals = simulation.totals();
+        drop(simulation.coupling); // ends the fluid
+        let (record, _) = simulation.observer;
+        let summary = Summary::new(ending, totals);
         let summarized = summary.write(&folder.summary()).and_then(|()| {
-            let (wall, statistics) = (record.wall.monitor().wall(), record.wall.statistics());
+            let (wall, statistics) = (record.wall().monitor().wall(), record.wall().statistics());
             results::evaluate(&folder, &case, wall, statistics)
         });
         match outcome {
@@ -57,7 +63,8 @@ impl Run {
 
 /// Where the run can be continued.
 fn way_back(folder: &RunFolder) -> String {
-    match folder.checkpoints().newest() {
+    let newest: Result<Found, _> = folder.checkpoints().newest();
+    match newest {
         Ok(found) => format!(
             "; --resume continues from {} (step {})",
             found.path.display(),

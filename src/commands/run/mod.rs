@@ -1,26 +1,23 @@
 //! `fsi-driver --case DIR`: a coupled run.
 
-mod advance;
-mod assemble;
 mod conclude;
-mod domain;
+mod coupled_run;
 pub mod interrupt;
-pub mod preflight;
-mod rescue;
-pub mod save;
-mod stand;
-mod surrogate;
+mod new_tables;
+mod status;
 
 use super::Failure;
 use super::case_arguments::{CaseArguments, warn};
 use super::run_folder::{Earlier, RunFolder};
-use crate::case::{Case, ResolvedCase};
-use crate::checkpoint::Checkpoint;
+use crate::case::{Case, CaseIdentity, ResolvedCase};
 use crate::fluid::openfoam::install;
 use crate::output::{terminal, write_atomically};
-pub use assemble::Run;
+use crate::simulation::assembly::preflight;
+use crate::simulation::checkpoint::StoreError;
+pub use coupled_run::{CoupledRun, Found, RunCheckpoint};
 pub use interrupt::Interrupt;
-pub use stand::Stand;
+pub use status::RunStatus;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -62,7 +59,7 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
         Arguments { force: true, .. } => Earlier::Replace,
         _ => Earlier::Keep,
     };
-    let order = Order {
+    let request = RunRequest {
         path: &arguments.case,
         case: &case,
         out: &out,
@@ -73,11 +70,11 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
         Interrupt::listen((!arguments.quiet).then_some(interrupt::A_RUN_IS_SAVED))
             .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))
     };
-    order.execute(interrupt)
+    request.execute(interrupt)
 }
 
 /// What is to be run, and where.
-pub struct Order<'a> {
+pub struct RunRequest<'a> {
     /// Folder of the case.
     pub path: &'a Path,
     /// The case.
@@ -90,7 +87,7 @@ pub struct Order<'a> {
     pub quiet: bool,
 }
 
-impl Order<'_> {
+impl RunRequest<'_> {
     /// Runs the case; `interrupt` is asked for once the folder of the results is claimed.
     pub fn execute(
         &self,
@@ -111,7 +108,14 @@ impl Order<'_> {
             .map_err(written)?;
 
         let clock = Instant::now();
-        let mut run = Run::assemble(self.path, case, folder, checkpoint.as_ref(), interrupt()?)?;
+        let mut run = CoupledRun::assemble(
+            self.path,
+            case,
+            folder,
+            checkpoint.as_ref(),
+            interrupt()?,
+            self.quiet,
+        )?;
         if self.earlier == Earlier::ResumeWithoutTables {
             run.save()?; // a checkpoint that stands on the new tables
         }
@@ -120,20 +124,20 @@ impl Order<'_> {
             terminal::note(format_args!(
                 "{}: {} fluid cells, {} structural degrees of freedom, {} steps; ready in {:.1} s",
                 self.path.display(),
-                run.cells,
-                run.coupling.solid.body().degrees_of_freedom(),
-                run.case.steps(),
+                run.fluid_cells,
+                run.degrees_of_freedom(),
+                case.steps(),
                 clock.elapsed().as_secs_f64(),
             ));
         }
-        let outcome = run.advance(self.quiet);
+        let outcome = run.advance();
         run.conclude(outcome, self.quiet)
     }
 }
 
 /// The checkpoint from which the run in `folder` continues; none if it ended before it wrote the first.
-fn checkpoint(folder: &RunFolder, case: &Case) -> Result<Option<Checkpoint>, Failure> {
-    let Some(found) = save::find(folder)? else {
+fn checkpoint(folder: &RunFolder, case: &Case) -> Result<Option<RunCheckpoint>, Failure> {
+    let Some(found) = find(folder)? else {
         let root = folder.root().display();
         terminal::note(format_args!(
             "the run in {root} had not begun; it starts now"
@@ -154,13 +158,11 @@ fn checkpoint(folder: &RunFolder, case: &Case) -> Result<Option<Checkpoint>, Fai
 }
 
 /// The checkpoint from which the run in `folder` continues with new tables.
-fn checkpoint_without_tables(folder: &RunFolder, case: &Case) -> Result<Checkpoint, Failure> {
-    let found = folder
-        .checkpoints()
-        .newest_without(&save::table_names(folder));
+fn checkpoint_without_tables(folder: &RunFolder, case: &Case) -> Result<RunCheckpoint, Failure> {
+    let found: Result<Found, _> = (folder.checkpoints()).newest_without(&new_tables::names(folder));
     let found = found.map_err(|e| Failure::Input(e.to_string()))?;
     can_follow(&found.checkpoint, case)?;
-    let (checkpoint, lost) = save::without_tables(folder, found.checkpoint)?;
+    let (checkpoint, lost) = new_tables::set_aside(folder, found.checkpoint)?;
     for lost in lost {
         terminal::note(format_args!("begins anew: {lost}"));
     }
@@ -174,9 +176,9 @@ fn checkpoint_without_tables(folder: &RunFolder, case: &Case) -> Result<Checkpoi
 }
 
 /// Refuses another case than that of the checkpoint, and one that ends before it: its results would be cut off.
-fn can_follow(checkpoint: &Checkpoint, case: &Case) -> Result<(), Failure> {
-    save::compare(checkpoint, case)?;
-    let reached = checkpoint.record.totals.time_s;
+fn can_follow(checkpoint: &RunCheckpoint, case: &Case) -> Result<(), Failure> {
+    compare(checkpoint, case)?;
+    let reached = checkpoint.time();
     if reached > case.time.end + 0.5 * case.time.step {
         return Err(Failure::Input(format!(
             "time.end_s (--end-time): {} s, but the run to be resumed has reached t = {reached} s; expected at least that. \
@@ -185,6 +187,42 @@ fn can_follow(checkpoint: &Checkpoint, case: &Case) -> Result<(), Failure> {
         )));
     }
     Ok(())
+}
+
+/// The newest whole checkpoint in a folder; none if the run had not begun.
+pub fn find(folder: &RunFolder) -> Result<Option<Found>, Failure> {
+    match folder.checkpoints().newest() {
+        Ok(found) => Ok(Some(found)),
+        Err(StoreError::None(_)) if fs::metadata(folder.history()).map_or(0, |f| f.len()) == 0 => {
+            Ok(None)
+        }
+        Err(error) => {
+            let waived = new_tables::names(folder);
+            let state: Result<Found, _> = folder.checkpoints().newest_without(&waived);
+            Err(Failure::Input(match state {
+                Ok(_) => format!(
+                    "{error}\nRestore such a file from a copy, or go on without its rows until now: --resume --new-tables sets it aside and begins it anew."
+                ),
+                Err(_) => {
+                    format!("{error}\nThe run cannot be resumed; start it again with --force.")
+                }
+            }))
+        }
+    }
+}
+
+/// Refuses to resume another case than that of the checkpoint.
+pub fn compare(checkpoint: &RunCheckpoint, case: &Case) -> Result<(), Failure> {
+    let now = CaseIdentity::of(case);
+    let now = now.map_err(|e| Failure::Input(format!("cannot read the case: {e}")))?;
+    let changed = checkpoint.case.changes(&now);
+    if changed.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "the case is not the one that is to be resumed; give the same --preset and --set, or start again with --force. Changed:\n  {}",
+        changed.join("\n  ")
+    )))
 }
 
 fn run_failure(error: impl std::fmt::Display) -> Failure {

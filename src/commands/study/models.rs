@@ -4,7 +4,7 @@ use super::worker::Outcome;
 use crate::case::ResolvedCase;
 use crate::commands::Failure;
 use crate::commands::case_arguments::CaseArguments;
-use crate::commands::run::Stand;
+use crate::commands::run::RunStatus;
 use std::path::{Path, PathBuf};
 
 /// A model of the study.
@@ -19,14 +19,14 @@ pub struct Model {
     /// The case.
     pub case: ResolvedCase,
     /// How far its run has come.
-    pub stand: Stand,
+    pub status: RunStatus,
 }
 
 impl Model {
     /// What is to be done with it at the start.
     pub fn outcome(&self) -> Outcome {
-        match self.stand {
-            Stand::Complete => Outcome::Done,
+        match self.status {
+            RunStatus::Complete => Outcome::Done,
             _ => Outcome::Waiting,
         }
     }
@@ -73,7 +73,7 @@ pub fn find(
             Ok(case) => {
                 let out = out.join(&name);
                 found.push(Model {
-                    stand: Stand::of(&out, &case),
+                    status: RunStatus::of(&out, &case),
                     name,
                     folder,
                     out,
@@ -105,7 +105,7 @@ pub fn refuse_earlier(models: &[Model]) -> Result<(), Failure> {
 pub fn prepare(models: &mut [Model]) -> Result<Vec<String>, Failure> {
     let mut notes = Vec::new();
     for model in models {
-        let Stand::Changed(_) = model.stand else {
+        let RunStatus::Changed(_) = model.status else {
             continue;
         };
         let aside = (1..)
@@ -123,7 +123,7 @@ pub fn prepare(models: &mut [Model]) -> Result<Vec<String>, Failure> {
             model.name,
             aside.display()
         ));
-        model.stand = Stand::Absent;
+        model.status = RunStatus::Absent;
     }
     Ok(notes)
 }

@@ -2,7 +2,7 @@
 
 use super::models::Model;
 use crate::commands::case_arguments::CaseArguments;
-use crate::commands::run::Stand;
+use crate::commands::run::RunStatus;
 use crate::fluid::openfoam::process::Process;
 use rustix::process::Signal;
 use std::process::Command;
@@ -41,7 +41,7 @@ impl Worker {
             .arg("--out")
             .arg(&model.out)
             .args(chosen.to_arguments());
-        if model.stand != Stand::Absent {
+        if model.status != RunStatus::Absent {
             command.arg("--resume");
         }
         if std::env::var_os("RAYON_NUM_THREADS").is_none() {

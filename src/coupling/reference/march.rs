@@ -1,14 +1,17 @@
 //! A reference problem taken through its time steps as the driver does: predict, iterate, accept.
 
 use super::Reference;
-use crate::coupling::acceleration::Acceleration;
-use crate::coupling::predictor::{Extrapolation, Predictor};
+use crate::coupling::acceleration::Columns;
+use crate::coupling::convergence::Measure;
+use crate::coupling::fixed_point::{CoupledProblem, FixedPoint};
+use crate::coupling::predictor::Extrapolation;
 use nalgebra::DVector;
+use std::convert::Infallible;
 
 /// What happened in the steps that were computed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct History {
-    /// Relative residuals `|d_tilde - d|/|d_tilde|` of the coupling iterations of each step.
+    /// Relative residuals `|d_tilde - d|/|d|` of the coupling iterations of each step.
     pub residuals: Vec<Vec<f64>>,
     /// Accepted displacement of each step.
     pub displacements: Vec<DVector<f64>>,
@@ -42,37 +45,41 @@ impl History {
     }
 }
 
-/// Computes all steps of `problem`. A step has converged when the residual, relative to the displacement, is below
-/// `tolerance`; the computation ends early if one does not within `most` iterations.
-pub fn march(
-    problem: &mut dyn Reference,
-    model: &mut dyn Acceleration,
-    mut predictor: Predictor,
-    tolerance: f64,
-    most: usize,
-) -> History {
+/// A step of a reference problem, and the residuals of its iterations.
+struct Step<'a> {
+    problem: &'a mut dyn Reference,
+    residuals: Vec<f64>,
+}
+
+impl CoupledProblem for Step<'_> {
+    type Error = Infallible;
+
+    fn image(&mut self, d: &DVector<f64>, _: f64) -> Result<DVector<f64>, Infallible> {
+        Ok(self.problem.image(d))
+    }
+
+    fn judged(&mut self, measure: Measure, _: Columns) -> Result<(), Infallible> {
+        self.residuals.push(measure.residual);
+        Ok(())
+    }
+}
+
+/// Computes all steps of `problem` by the iteration of a coupled run; ends early if one does not converge.
+pub fn march(problem: &mut dyn Reference, mut fixed_point: FixedPoint) -> History {
     let mut history = History::default();
     for _ in 0..problem.steps() {
-        history.predictions.push(predictor.current());
-        history.residuals.push(Vec::new());
-        let residuals = history.residuals.last_mut().expect("just added");
-        let mut d = predictor.first_guess();
-        loop {
-            let d_tilde = problem.image(&d);
-            let next = model.next(&d, &d_tilde);
-            let residual = (&d_tilde - &d).norm() / d_tilde.norm();
-            residuals.push(residual);
-            if residual < tolerance {
-                break;
-            }
-            if residuals.len() == most || !residual.is_finite() {
-                return history;
-            }
-            d = next;
-        }
+        history.predictions.push(fixed_point.predictor().current());
+        let mut step = Step {
+            problem: &mut *problem,
+            residuals: Vec::new(),
+        };
+        let Ok(converged) = fixed_point.solve(&mut step);
+        history.residuals.push(step.residuals);
+        let Some(d) = converged else {
+            return history;
+        };
         problem.accept(&d);
-        model.finish_step();
-        predictor.accept(d.clone());
+        fixed_point.accept(d.clone());
         history.displacements.push(d);
     }
     history.converged = true;

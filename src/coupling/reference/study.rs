@@ -2,6 +2,8 @@
 
 use super::{History, Linear, Reference, Tube, TubeSetup, march};
 use crate::coupling::acceleration::{Filter, Identity, Kind, Settings, Surrogate};
+use crate::coupling::convergence::Criterion;
+use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::predictor::{Extrapolation, Predictor};
 
 /// A combination of settings.
@@ -53,9 +55,13 @@ impl Trial {
             filter: Filter::new(1e-2, tolerance, self.surrogate),
             max_columns: 200,
         };
-        let mut model = self.kind.build(&settings, surrogate);
-        let predictor = Predictor::new(self.extrapolation, problem.at_rest());
-        march(problem, model.as_mut(), predictor, tolerance, 2000)
+        let fixed_point = FixedPoint::new(
+            self.kind.build(&settings, surrogate),
+            relaxation,
+            Predictor::new(self.extrapolation, problem.at_rest()),
+            Criterion::of_residual(tolerance, 2000),
+        );
+        march(problem, fixed_point)
     }
 }
 

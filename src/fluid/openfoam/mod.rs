@@ -9,6 +9,7 @@ use super::{
 };
 use crate::Vec3;
 use crate::case;
+use crate::numbers::twelve_digits;
 use crate::processes;
 use case_files::Connection;
 use probes::{ProbeFiles, Sampling};
@@ -230,7 +231,7 @@ impl Fluid for OpenFoam {
             .map_or(self.settings.terms.start_time, |(end, _)| end);
         self.accepted = Some((step.time, step.time - before));
         Ok(FluidStep {
-            time: times::spelt(step.time),
+            time: twelve_digits(step.time),
             openings: vec![
                 Opening {
                     name: "inlet".into(),

@@ -14,13 +14,6 @@ pub struct WrittenTime {
     pub folder: PathBuf,
 }
 
-/// A time (s) as OpenFOAM spells it in the names of folders, in 12 digits (`timePrecision`): 0.018 where sums of time
-/// steps give 0.018000000000000002. The adapter makes it OpenFOAM's own time before the next step.
-pub fn spelt(time: f64) -> f64 {
-    let text = format!("{time:.11e}");
-    text.parse().unwrap_or(time)
-}
-
 /// All times in a case, those of each rank included.
 pub fn written(case: &Path) -> io::Result<Vec<WrittenTime>> {
     let mut found = Vec::new();
@@ -153,18 +146,6 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn times_are_spelt_without_the_rounding_of_their_sums() {
-        let mut time = 0.0;
-        for n in 1..=2000 {
-            time = spelt(time + 0.002);
-            assert_eq!(time.to_string(), (f64::from(2 * n) / 1000.0).to_string());
-        }
-        assert_eq!(spelt(0.018000000000000002), 0.018);
-        assert_eq!(spelt(0.0), 0.0);
-        assert_eq!(spelt(1.0 / 3.0), 0.333333333333);
-    }
 
     #[test]
     fn times_of_all_ranks_are_found_and_pruned_and_nothing_else() {

@@ -1,16 +1,16 @@
 //! How far the run in a folder has come with a case.
 
-use super::save;
+use super::{Found, compare};
 use crate::case::Case;
-use crate::checkpoint::Store;
 use crate::commands::Failure;
 use crate::output::record::Summary;
 use crate::output::run_files::RunFiles;
+use crate::simulation::checkpoint::{Store, StoreError};
 use std::path::Path;
 
 /// How far a run has come.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Stand {
+pub enum RunStatus {
     /// There is none.
     Absent,
     /// It can be resumed.
@@ -21,7 +21,7 @@ pub enum Stand {
     Changed(String),
 }
 
-impl Stand {
+impl RunStatus {
     /// Looks at the folder `root`.
     pub fn of(root: &Path, case: &Case) -> Self {
         let files = RunFiles::new(root);
@@ -29,16 +29,17 @@ impl Stand {
             return Self::Absent;
         }
         // What is wrong with damaged checkpoints is said by the attempt to resume.
-        let Ok(found) = Store::new(root).newest() else {
+        let newest: Result<Found, StoreError> = Store::new(root).newest();
+        let Ok(found) = newest else {
             return Self::Unfinished;
         };
-        if let Err(Failure::Input(text)) = save::compare(&found.checkpoint, case) {
+        if let Err(Failure::Input(text)) = compare(&found.checkpoint, case) {
             return Self::Changed(text);
         }
         let summary = std::fs::read(files.summary()).ok();
         let summary = summary.and_then(|text| serde_json::from_slice::<Summary>(&text).ok());
         let complete = summary.is_some_and(|summary| summary.status == "complete")
-            && found.checkpoint.record.totals.time_s > case.time.end - 0.5 * case.time.step
+            && found.checkpoint.time() > case.time.end - 0.5 * case.time.step
             && files.hemodynamics().is_file();
         if complete {
             Self::Complete

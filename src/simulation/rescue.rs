@@ -1,11 +1,10 @@
 //! A step that fails is tried again, more carefully each time; a solver that has died is started again.
 
-use super::assemble::Run;
-use super::{run_failure, written};
-use crate::commands::Failure;
+use super::observer::{FailedAttempt, Observer};
+use super::{Simulation, SimulationError};
 use crate::coupling::{CouplingError, FailedStep};
-use crate::fluid::FluidError;
-use crate::fluid::openfoam::times;
+use crate::fluid::{Fluid, FluidError};
+use crate::pfem::Solid;
 use std::time::Duration;
 
 /// Attempts at a step, each more careful than the one before; those that follow halve it.
@@ -13,7 +12,7 @@ const ATTEMPTS: usize = 3;
 /// Deaths of the fluid without a step beyond all earlier ones.
 const DEATHS: usize = 4;
 
-/// A step of the case, from 1, and how much of it was done before, see [`Cadence::done`](crate::coupling::cadence::Cadence::done).
+/// A step of the case, from 1, and how much of it was done before, see [`StepSubdivision::done`](super::subdivision::StepSubdivision::done).
 type Place = (usize, usize);
 
 /// What is known of the step that makes trouble.
@@ -71,9 +70,10 @@ impl Trouble {
     }
 }
 
-impl Run {
+impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
     fn place(&self) -> Place {
-        (self.record.totals.steps + 1, self.cadence.done())
+        let reading = self.clock.reading();
+        (reading.steps + 1, reading.subdivision.done())
     }
 
     /// What is known of the step that comes, if it has made trouble.
@@ -82,49 +82,56 @@ impl Run {
     }
 
     /// Prepares the next attempt at the step that comes and says which it is, from 1.
-    pub fn attempt(&mut self) -> usize {
+    pub(super) fn attempt(&mut self) -> usize {
         let place = self.place();
         self.trouble = self.trouble.filter(|trouble| trouble.at >= place);
         let here = self.trouble_here();
         if let Some(trouble) = here {
-            self.cadence.refine(trouble.parts);
+            self.clock.refine(trouble.parts);
         }
-        self.coupling
-            .set_time_step(self.case.time.step / self.cadence.parts() as f64);
+        self.coupling.set_time_step(self.clock.part());
         if let Some(trouble) = here.filter(|trouble| trouble.attempt > 1) {
             self.coupling.back_off(trouble.care());
         }
         here.map_or(1, |trouble| trouble.attempt)
     }
 
-    /// Makes the run ready to go on after a failed step, and says how.
+    /// Makes the simulation ready to go on after a failed step, and says how. A fluid that found no solution is asked
+    /// again with more care; one that has died is started again from the newest checkpoint.
     ///
     /// # Errors
     /// If there is no hope, or somebody asked the run to end.
-    pub fn rescue(&mut self, failed: FailedStep) -> Result<String, Failure> {
+    pub(super) fn rescue(&mut self, failed: FailedStep) -> Result<String, SimulationError> {
         let place = self.place();
-        let number = place.0;
-        let steps = self.record.totals.steps as f64 + self.cadence.reaches();
-        let time = times::spelt(steps * self.case.time.step);
+        let (number, time) = (place.0, self.clock.next_time());
         let attempt = self.trouble_here().map_or(1, |trouble| trouble.attempt);
-        self.record
-            .failed_attempt(time, attempt, &failed.iterations)
-            .map_err(written)?;
-        let dead = match &failed.error {
-            CouplingError::Fluid(FluidError::Interrupted) => {
-                return Err(Failure::Interrupted(String::new()));
-            }
+        self.totals.failed_attempts += 1;
+        self.observer.failed(&FailedAttempt {
+            time,
+            attempt,
+            iterations: &failed.iterations,
+        })?;
+        let what = format!("step {number} (t = {time:.6} s): {failed}");
+        let dead = match failed.error {
             CouplingError::Fluid(FluidError::Died(_)) => true,
-            _ => false,
+            CouplingError::Fluid(FluidError::NotSolved(_))
+            | CouplingError::Solid(_)
+            | CouplingError::NotConverged(_) => false,
+            CouplingError::Fluid(FluidError::Interrupted) => {
+                return Err(SimulationError::Interrupted);
+            }
+            // Another attempt would not find more room on the disk.
+            CouplingError::Fluid(FluidError::Storage(_)) => {
+                return Err(SimulationError::Step(what));
+            }
         };
-        let what = format!("step {number} (t = {time:.6} s): {}", failed.error);
-        let parts = self.cadence.parts();
+        let parts = self.clock.reading().subdivision.parts();
         let trouble = Trouble::after(self.trouble, place, parts, dead);
         self.trouble = Some(trouble);
-        if trouble.is_hopeless(self.case.time.max_halvings) {
+        let max_halvings = self.settings.max_halvings;
+        if trouble.is_hopeless(max_halvings) {
             let reason = format!(
-                "{what}\nAll {attempt} attempts at this step failed: from the last displacement, without what the coupling had learnt, with less relaxation, with shorter steps (time.max_halvings = {}).",
-                self.case.time.max_halvings
+                "{what}\nAll {attempt} attempts at this step failed: from the last displacement, without what the coupling had learnt, with less relaxation, with shorter steps (time.max_halvings = {max_halvings})."
             );
             return self.keep_last_good(number - 1, reason);
         }
@@ -136,14 +143,16 @@ impl Run {
             };
             return Ok(format!("{what}; it is tried again {how}"));
         }
-        let found = self.folder.checkpoints().newest().map_err(run_failure)?;
+        let Ok(found) = self.newest() else {
+            return Err(SimulationError::Step(what));
+        };
         for death in trouble.deaths.. {
             // Whatever killed it (memory, perhaps) may need a moment to pass.
             std::thread::sleep(Duration::from_millis(200) * death as u32);
-            self.record.totals.fluid_restarts += 1;
+            self.totals.fluid_restarts += 1;
             match self.go_back(&found.checkpoint) {
                 Ok(()) => break,
-                Err(failure) if death >= DEATHS => return Err(failure),
+                Err(error) if death >= DEATHS => return Err(error),
                 Err(_) => {}
             }
         }
@@ -155,16 +164,16 @@ impl Run {
 
     /// The run cannot go on after the `last` step. If that is in no checkpoint the steps since the newest one are taken
     /// once more, so that it will be.
-    fn keep_last_good(&mut self, last: usize, reason: String) -> Result<String, Failure> {
+    fn keep_last_good(&mut self, last: usize, reason: String) -> Result<String, SimulationError> {
         if let Some((_, first)) = self.last_good.take() {
-            return Err(Failure::Run(format!("{first}\nThen {reason}")));
+            return Err(SimulationError::Step(format!("{first}\nThen {reason}")));
         }
-        let newest = self.folder.checkpoints().newest();
-        let Some(found) = newest.ok().filter(|found| found.checkpoint.step() < last) else {
-            return Err(Failure::Run(reason));
+        let newest = self.newest().ok();
+        let Some(found) = newest.filter(|found| found.checkpoint.step() < last) else {
+            return Err(SimulationError::Step(reason));
         };
         if self.go_back(&found.checkpoint).is_err() {
-            return Err(Failure::Run(reason));
+            return Err(SimulationError::Step(reason));
         }
         self.trouble = None;
         let told = format!(

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// A file as it was: its first bytes, how many, and their checksum. It may have grown since.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Mark {
+pub struct FileFingerprint {
     /// Path from a root.
     pub path: String,
     /// Number of bytes.
@@ -19,15 +19,15 @@ pub struct Mark {
 /// Why a file is not what it was.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: {reason}")]
-pub struct MarkError {
+pub struct FingerprintError {
     /// The file.
     pub path: String,
     /// What is wrong with it.
     pub reason: String,
 }
 
-impl Mark {
-    /// Marks the first `length` bytes of `root/path`, or all.
+impl FileFingerprint {
+    /// FileFingerprints the first `length` bytes of `root/path`, or all.
     pub fn of(root: &Path, path: &Path, length: Option<u64>) -> io::Result<Self> {
         let mut file = File::open(root.join(path))?.take(length.unwrap_or(u64::MAX));
         let (mut hasher, mut length) = (crc32fast::Hasher::new(), 0);
@@ -48,9 +48,9 @@ impl Mark {
         })
     }
 
-    /// Whether the file below `root` still begins with what was marked.
-    pub fn check(&self, root: &Path) -> Result<(), MarkError> {
-        let wrong = |reason: String| MarkError {
+    /// Whether the file below `root` still begins with these bytes.
+    pub fn check(&self, root: &Path) -> Result<(), FingerprintError> {
+        let wrong = |reason: String| FingerprintError {
             path: self.path.clone(),
             reason,
         };

@@ -1,16 +1,15 @@
 use super::*;
-use crate::case::Window;
 use crate::coupling::acceleration::Column;
-use crate::hemodynamics::WindowStatistics;
-use crate::output::record::Totals;
-use crate::output::wall_record::WallMemory;
 use crate::pfem::SurfaceLoad;
 use crate::pfem::quasi_newton::Experience;
-use crate::pfem::structure::{Linearization, State};
+use crate::pfem::structure::{self, Linearization, State};
+use crate::simulation::subdivision::StepSubdivision;
 use nalgebra::DVector;
 use proptest::prelude::*;
 
-pub fn example(step: usize) -> Checkpoint {
+type Example = Checkpoint<structure::Memory, (u64, Vec<String>)>;
+
+pub fn example(step: usize) -> Example {
     let column = Column::new(
         DVector::from_vec(vec![0.1, 0.2, 0.3]),
         DVector::from_vec(vec![1.0, -2.0, 0.5]),
@@ -18,22 +17,20 @@ pub fn example(step: usize) -> Checkpoint {
     );
     let d = vec![1e-5, -2e-5, 1.0 / 3.0];
     Checkpoint {
-        case: "[time]\nstep_s = 0.002\n".into(),
-        inputs: Vec::new(),
+        case: CaseIdentity {
+            values: "[time]\nstep_s = 0.002\n".into(),
+            files: Vec::new(),
+        },
         files: Vec::new(),
+        clock: ClockReading {
+            steps: step,
+            subdivision: StepSubdivision::default(),
+        },
+        totals: Totals::default(),
         fluid: FluidMemory {
             state: vec![1, 2, 3],
             files: vec!["openfoam/0.02/U".into()],
         },
-        coupling: coupling::Memory {
-            displacements: vec![d.clone(), vec![0.0; 3]],
-            predictor_errors: vec![f64::INFINITY, 0.1],
-            acceleration: coupling::acceleration::Memory {
-                factor: Some(0.1),
-                fits: vec![Vec::new(), column.into_iter().collect()],
-            },
-        },
-        cadence: Cadence::default(),
         structure: structure::Memory {
             state: State {
                 d: d.clone(),
@@ -41,53 +38,38 @@ pub fn example(step: usize) -> Checkpoint {
                 a: d.clone(),
             },
             tangent: Some((linearization(d.clone()), Experience::default())),
-            renewal: Some(linearization(d)),
+            renewal: Some(linearization(d.clone())),
         },
-        record: record::Memory {
-            totals: Totals {
-                steps: step,
-                ..Totals::default()
-            },
-            volume: 1e-6,
-            history: 7,
-            iterations: 8,
-            probes: 0,
-            fluid_probes: 0,
-            grids: vec![(0.02, "structure/00000.vtu".into())],
-            wall: WallMemory {
-                statistics: WindowStatistics::new(
-                    Window {
-                        start_s: 0.0,
-                        end_s: 1.0,
-                    },
-                    1,
-                    3,
-                ),
-                regions: 9,
-                history: 0,
+        coupling: fixed_point::Memory {
+            displacements: vec![d, vec![0.0; 3]],
+            predictor_errors: vec![f64::INFINITY, 0.1],
+            acceleration: crate::coupling::acceleration::Memory {
+                factor: Some(0.1),
+                fits: vec![Vec::new(), column.into_iter().collect()],
             },
         },
+        observer: (7, vec!["structure/00000.vtu".into()]),
     }
 }
 
 #[test]
 fn what_was_written_is_read_again() {
-    assert_eq!(Checkpoint::decode(&example(3).encode()), Ok(example(3)));
+    assert_eq!(Example::decode(&example(3).encode()), Ok(example(3)));
 }
 
 #[test]
 fn every_truncation_and_every_changed_byte_is_noticed() {
     let bytes = example(3).encode();
     for n in 0..bytes.len() {
-        assert!(Checkpoint::decode(&bytes[..n]).is_err(), "{n} bytes");
+        assert!(Example::decode(&bytes[..n]).is_err(), "{n} bytes");
         let mut changed = bytes.clone();
         changed[n] ^= 1 << (n % 8);
-        assert!(Checkpoint::decode(&changed).is_err(), "byte {n}");
+        assert!(Example::decode(&changed).is_err(), "byte {n}");
     }
     let mut longer = bytes;
     longer.push(0);
     assert!(matches!(
-        Checkpoint::decode(&longer),
+        Example::decode(&longer),
         Err(DecodeError::Length { .. })
     ));
 }
@@ -95,8 +77,8 @@ fn every_truncation_and_every_changed_byte_is_noticed() {
 proptest! {
     #[test]
     fn no_bytes_bring_the_reader_down(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        let _ = Checkpoint::decode(&bytes);
-        let _ = Checkpoint::decode(&Checkpoint::with_head(&bytes));
+        let _ = Example::decode(&bytes);
+        let _ = Example::decode(&with_head(&bytes));
     }
 
     #[test]
@@ -109,9 +91,9 @@ proptest! {
             let n = payload.len();
             payload[at.index(n)] = byte;
         }
-        let _ = Checkpoint::decode(&Checkpoint::with_head(&payload));
+        let _ = Example::decode(&with_head(&payload));
         payload.truncate(cut.index(payload.len()));
-        let _ = Checkpoint::decode(&Checkpoint::with_head(&payload));
+        let _ = Example::decode(&with_head(&payload));
     }
 }
 
@@ -119,16 +101,16 @@ proptest! {
 fn the_last_two_are_kept_and_the_older_serves_if_the_newer_is_damaged() {
     let run = tempfile::tempdir().unwrap();
     let store = Store::new(run.path());
-    assert!(matches!(store.newest(), Err(StoreError::None(_))));
+    assert!(matches!(newest(&store), Err(StoreError::None(_))));
     for step in [0, 5, 10] {
         store.write(&example(step)).unwrap();
     }
     assert_eq!(store.steps().unwrap(), [10, 5]);
-    assert_eq!(store.newest().unwrap().checkpoint.step(), 10);
+    assert_eq!(newest(&store).unwrap().checkpoint.step(), 10);
 
     let bytes = std::fs::read(store.path(10)).unwrap();
     std::fs::write(store.path(10), &bytes[..bytes.len() / 2]).unwrap();
-    let found = store.newest().unwrap();
+    let found = newest(&store).unwrap();
     assert_eq!(found.checkpoint.step(), 5);
     assert!(
         found.damaged[0].contains("00000010.checkpoint: it has"),
@@ -136,7 +118,7 @@ fn the_last_two_are_kept_and_the_older_serves_if_the_newer_is_damaged() {
         found.damaged
     );
     std::fs::write(store.path(5), "").unwrap();
-    assert!(matches!(store.newest(), Err(StoreError::Damaged(all)) if all.len() == 2));
+    assert!(matches!(newest(&store), Err(StoreError::Damaged(all)) if all.len() == 2));
 }
 
 #[test]
@@ -147,14 +129,18 @@ fn a_checkpoint_whose_files_have_changed_is_passed_over() {
     let file = run.path().join("history.csv");
     std::fs::write(&file, "a row\n").unwrap();
     let mut newer = example(2);
-    newer.files = vec![Mark::of(run.path(), "history.csv".as_ref(), None).unwrap()];
+    newer.files = vec![FileFingerprint::of(run.path(), "history.csv".as_ref(), None).unwrap()];
     store.write(&newer).unwrap();
     std::fs::write(&file, "a row\nand another\n").unwrap();
-    assert_eq!(store.newest().unwrap().checkpoint.step(), 2);
+    assert_eq!(newest(&store).unwrap().checkpoint.step(), 2);
     for content in ["b row\n", "a r"] {
         std::fs::write(&file, content).unwrap();
-        assert_eq!(store.newest().unwrap().checkpoint.step(), 1);
+        assert_eq!(newest(&store).unwrap().checkpoint.step(), 1);
     }
+}
+
+fn newest(store: &Store) -> Result<Found<structure::Memory, (u64, Vec<String>)>, StoreError> {
+    store.newest()
 }
 
 fn linearization(d: Vec<f64>) -> Linearization {

@@ -1,57 +1,58 @@
-//! Everything that a run consists of at the end of a time step, in a file: a run that resumes there repeats the
+//! Everything that a simulation consists of at the end of a time step, in a file: a run that resumes there repeats the
 //! uninterrupted one to the bit.
 //!
-//! A fluid may keep its state in files of its own; a checkpoint names them with their lengths and
-//! checksums ([`Mark`]), as it does for the tables, and counts as whole only if they all are what they were.
+//! A fluid may keep its state in files of its own; a checkpoint names them with their lengths and checksums
+//! ([`FileFingerprint`]), as it does for the tables, and counts as whole only if they all are what they were.
 
-mod mark;
 mod store;
 
-pub use mark::{Mark, MarkError};
 pub use store::{Found, Store, StoreError};
 
-use crate::coupling;
-use crate::coupling::cadence::Cadence;
+use super::clock::ClockReading;
+use super::totals::Totals;
+use crate::case::CaseIdentity;
+use crate::coupling::fixed_point;
+use crate::files::FileFingerprint;
 use crate::fluid::FluidMemory;
-use crate::output::record;
-use crate::pfem::structure;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// The state of a run after an accepted time step, or before the first.
+/// The state of a simulation after an accepted time step, or before the first; `S` is that of the structure, `O` that of
+/// the observer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Checkpoint {
-    /// Every value of the case, as TOML.
-    pub case: String,
-    /// The files that the case names: templates of OpenFOAM's dictionaries, the inflow curve.
-    pub inputs: Vec<Mark>,
+pub struct Checkpoint<S, O> {
+    /// The case.
+    pub case: CaseIdentity,
     /// The files that the checkpoint stands on.
-    pub files: Vec<Mark>,
+    pub files: Vec<FileFingerprint>,
+    /// Where it is in time.
+    pub clock: ClockReading,
+    /// The figures so far.
+    pub totals: Totals,
     /// The fluid; its files are named from the folder of the run.
     pub fluid: FluidMemory,
+    /// The structure.
+    pub structure: S,
     /// The coupling.
-    pub coupling: coupling::Memory,
-    /// The wall.
-    pub structure: structure::Memory,
-    /// How long the next time step is.
-    pub cadence: Cadence,
-    /// Tables, series and totals.
-    pub record: record::Memory,
+    pub coupling: fixed_point::Memory,
+    /// Tables and series.
+    pub observer: O,
 }
 
-impl Checkpoint {
+impl<S, O> Checkpoint<S, O> {
     /// Number of accepted time steps.
     pub fn step(&self) -> usize {
-        self.record.totals.steps
+        self.clock.steps
     }
 
     /// Time at the end of the last accepted step, s.
     pub fn time(&self) -> f64 {
-        self.record.totals.time_s
+        self.totals.time_s
     }
 }
 
 /// Version of the file format: another one is refused.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 const MAGIC: &[u8; 8] = b"FSICHECK";
 /// Magic, version, checksum and length of what follows.
 const HEAD: usize = 8 + 4 + 4 + 8;
@@ -84,24 +85,26 @@ pub enum DecodeError {
     Contents(String),
 }
 
-impl Checkpoint {
+/// The bytes of a file with these contents, whatever they are.
+pub fn with_head(payload: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(HEAD + payload.len());
+    bytes.extend(MAGIC);
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(crc32fast::hash(payload).to_le_bytes());
+    bytes.extend((payload.len() as u64).to_le_bytes());
+    bytes.extend(payload);
+    bytes
+}
+
+impl<S: Serialize, O: Serialize> Checkpoint<S, O> {
     /// The bytes of a file.
     pub fn encode(&self) -> Vec<u8> {
         let payload = postcard::to_stdvec(self).expect("plain data can be written");
-        Self::with_head(&payload)
+        with_head(&payload)
     }
+}
 
-    /// The bytes of a file with these contents, whatever they are.
-    pub fn with_head(payload: &[u8]) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(HEAD + payload.len());
-        bytes.extend(MAGIC);
-        bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(crc32fast::hash(payload).to_le_bytes());
-        bytes.extend((payload.len() as u64).to_le_bytes());
-        bytes.extend(payload);
-        bytes
-    }
-
+impl<S: DeserializeOwned, O: DeserializeOwned> Checkpoint<S, O> {
     /// Reads the bytes of a file, which may be anything.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
         let Some((head, payload)) = bytes.split_at_checked(HEAD) else {

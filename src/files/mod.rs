@@ -1,4 +1,8 @@
-//! Files that are whole or absent.
+//! Files that are whole or absent, and what tells whether one has changed.
+
+mod fingerprint;
+
+pub use fingerprint::{FileFingerprint, FingerprintError};
 
 use std::io::Write;
 use std::path::Path;
@@ -23,4 +27,9 @@ pub fn write_atomically(path: &Path, contents: &[u8]) -> std::io::Result<()> {
 /// Sees to it that the names of the files in `folder` are on the disk.
 pub fn sync_folder(folder: &Path) -> std::io::Result<()> {
     std::fs::File::open(folder)?.sync_all()
+}
+
+/// A path as it is named from the folder `root`, if it lies below it.
+pub fn below<'a>(root: &Path, path: &'a Path) -> &'a Path {
+    path.strip_prefix(root).unwrap_or(path)
 }

@@ -11,7 +11,7 @@ const CALM: usize = 10;
 
 /// Where a run is within a time step of its case. A checkpoint is only written between two of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Cadence {
+pub struct StepSubdivision {
     /// Parts of which a step consists: a power of two.
     parts: usize,
     /// Units of the current step that have been done.
@@ -20,7 +20,7 @@ pub struct Cadence {
     calm: usize,
 }
 
-impl Default for Cadence {
+impl Default for StepSubdivision {
     fn default() -> Self {
         Self {
             parts: 1,
@@ -30,7 +30,7 @@ impl Default for Cadence {
     }
 }
 
-impl Cadence {
+impl StepSubdivision {
     /// Parts of which a step consists.
     pub fn parts(self) -> usize {
         self.parts
@@ -80,21 +80,21 @@ mod tests {
 
     #[test]
     fn parts_add_up_to_steps_and_grow_again() {
-        let mut cadence = Cadence::default();
-        cadence.refine(4);
-        cadence.refine(2);
+        let mut subdivision = StepSubdivision::default();
+        subdivision.refine(4);
+        subdivision.refine(2);
         let mut ends = Vec::new();
         for _ in 0..4 {
-            ends.push((cadence.reaches(), cadence.completes()));
-            cadence.advance();
+            ends.push((subdivision.reaches(), subdivision.completes()));
+            subdivision.advance();
         }
         assert_eq!(
             ends,
             [(0.25, false), (0.5, false), (0.75, false), (1.0, true)]
         );
         let mut parts = 4;
-        while cadence.parts() > 1 || cadence.done() > 0 {
-            cadence.advance();
+        while subdivision.parts() > 1 || subdivision.done() > 0 {
+            subdivision.advance();
             parts += 1;
         }
         assert_eq!(parts, 10 * 4 + 10 * 2);
@@ -102,12 +102,18 @@ mod tests {
 
     #[test]
     fn a_part_that_fails_is_halved_within_its_step() {
-        let mut cadence = Cadence::default();
-        cadence.refine(2);
-        cadence.advance();
-        cadence.refine(4);
-        assert_eq!((cadence.reaches(), cadence.completes()), (0.75, false));
-        cadence.advance();
-        assert_eq!((cadence.reaches(), cadence.completes()), (1.0, true));
+        let mut subdivision = StepSubdivision::default();
+        subdivision.refine(2);
+        subdivision.advance();
+        subdivision.refine(4);
+        assert_eq!(
+            (subdivision.reaches(), subdivision.completes()),
+            (0.75, false)
+        );
+        subdivision.advance();
+        assert_eq!(
+            (subdivision.reaches(), subdivision.completes()),
+            (1.0, true)
+        );
     }
 }

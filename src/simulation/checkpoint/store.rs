@@ -1,7 +1,9 @@
 //! The folder of the checkpoints: the last two are kept, each is whole or absent.
 
-use super::{Checkpoint, DecodeError, Mark, MarkError};
-use crate::output::{sync_folder, write_atomically};
+use super::{Checkpoint, DecodeError};
+use crate::files::{FileFingerprint, FingerprintError, sync_folder, write_atomically};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,9 +19,9 @@ pub struct Store {
 
 /// What was found.
 #[derive(Debug)]
-pub struct Found {
+pub struct Found<S, O> {
     /// The newest checkpoint that is whole.
-    pub checkpoint: Checkpoint,
+    pub checkpoint: Checkpoint<S, O>,
     /// Its file.
     pub path: PathBuf,
     /// What is wrong with newer ones.
@@ -40,6 +42,9 @@ pub enum StoreError {
     /// There is none.
     #[error("{} holds no checkpoint", .0.display())]
     None(PathBuf),
+    /// Nobody has asked for any.
+    #[error("no checkpoints are kept")]
+    Unwanted,
     /// There is none that could be used.
     #[error("no checkpoint is whole:\n  {}", .0.join("\n  "))]
     Damaged(Vec<String>),
@@ -53,7 +58,7 @@ enum Flaw {
     #[error(transparent)]
     Decode(#[from] DecodeError),
     #[error("it stands on a file that is not what it was: {0}")]
-    Mark(#[from] MarkError),
+    Changed(#[from] FingerprintError),
 }
 
 impl Store {
@@ -62,6 +67,11 @@ impl Store {
         Self {
             run: run.to_owned(),
         }
+    }
+
+    /// The folder of the run.
+    pub fn root(&self) -> &Path {
+        &self.run
     }
 
     fn folder(&self) -> PathBuf {
@@ -97,7 +107,10 @@ impl Store {
 
     /// Writes a checkpoint and removes those before the last two; returns the steps of those that are there now,
     /// newest first. A newer one, of a future that is done again, is removed too.
-    pub fn write(&self, checkpoint: &Checkpoint) -> Result<Vec<usize>, StoreError> {
+    pub fn write<S: Serialize, O: Serialize>(
+        &self,
+        checkpoint: &Checkpoint<S, O>,
+    ) -> Result<Vec<usize>, StoreError> {
         let path = self.path(checkpoint.step());
         let error = |source| StoreError::Io {
             path: path.clone(),
@@ -119,12 +132,17 @@ impl Store {
     }
 
     /// The newest checkpoint that is whole, with all files that it stands on.
-    pub fn newest(&self) -> Result<Found, StoreError> {
+    pub fn newest<S: DeserializeOwned, O: DeserializeOwned>(
+        &self,
+    ) -> Result<Found<S, O>, StoreError> {
         self.newest_without(&[])
     }
 
     /// The newest checkpoint that is whole, with all files that it stands on but those at the paths `waived`.
-    pub fn newest_without(&self, waived: &[String]) -> Result<Found, StoreError> {
+    pub fn newest_without<S: DeserializeOwned, O: DeserializeOwned>(
+        &self,
+        waived: &[String],
+    ) -> Result<Found<S, O>, StoreError> {
         let steps = self.steps().map_err(|source| StoreError::Io {
             path: self.folder(),
             source,
@@ -149,11 +167,15 @@ impl Store {
         Err(StoreError::Damaged(damaged))
     }
 
-    fn read(&self, path: &Path, waived: &[String]) -> Result<Checkpoint, Flaw> {
+    fn read<S: DeserializeOwned, O: DeserializeOwned>(
+        &self,
+        path: &Path,
+        waived: &[String],
+    ) -> Result<Checkpoint<S, O>, Flaw> {
         let checkpoint = Checkpoint::decode(&fs::read(path)?)?;
-        let needed = |mark: &&Mark| !waived.contains(&mark.path);
-        for mark in checkpoint.files.iter().filter(needed) {
-            mark.check(&self.run)?;
+        let needed = |file: &&FileFingerprint| !waived.contains(&file.path);
+        for file in checkpoint.files.iter().filter(needed) {
+            file.check(&self.run)?;
         }
         Ok(checkpoint)
     }

@@ -1,8 +1,7 @@
 //! What a run would refuse after it has written its first files, found before.
 
-use super::assemble::{case_files, structure};
-use super::domain::Domain;
 use super::surrogate::sections;
+use super::{Domain, case_files, structure};
 use crate::Vec3;
 use crate::case::{CaseErrors, FlowCurve, ResolvedCase, Surrogate};
 use crate::coupling::transfer::Transfer;

@@ -1,0 +1,140 @@
+//! A run in its folder: the simulation of a case, its record and its progress.
+
+use super::interrupt::Interrupt;
+use super::{run_failure, written};
+use crate::case::{Case, CaseIdentity, Window};
+use crate::commands::Failure;
+use crate::commands::run_folder::RunFolder;
+use crate::fluid::{Fluid, FluidError};
+use crate::hemodynamics::{Monitor, Region, Wall};
+use crate::output::progress::Progress;
+use crate::output::record::{self, Record, RecordSettings};
+use crate::output::wall_record::WallRecordSettings;
+use crate::pfem::{Structure, structure};
+use crate::simulation::assembly::{AssemblyError, Model, Workplace};
+use crate::simulation::{Checkpoints, Simulation, SimulationError, checkpoint};
+use std::path::{Path, PathBuf};
+
+/// The state of a run.
+pub type RunCheckpoint = checkpoint::Checkpoint<structure::Memory, (record::Memory, ())>;
+/// A checkpoint of a run that was found.
+pub type Found = checkpoint::Found<structure::Memory, (record::Memory, ())>;
+
+/// A running case.
+pub struct CoupledRun {
+    pub(super) case_folder: PathBuf,
+    pub(super) case: Case,
+    pub(super) folder: RunFolder,
+    interrupt: Interrupt,
+    /// The simulation.
+    pub simulation: Simulation<Box<dyn Fluid>, Structure, (Record, Progress)>,
+    /// Cells of the fluid.
+    pub fluid_cells: usize,
+}
+
+impl CoupledRun {
+    /// Builds meshes and solvers and starts the fluid, in the state of `checkpoint` or at rest.
+    pub fn assemble(
+        path: &Path,
+        case: &Case,
+        folder: RunFolder,
+        checkpoint: Option<&RunCheckpoint>,
+        interrupt: Interrupt,
+        quiet: bool,
+    ) -> Result<Self, Failure> {
+        let workplace = Workplace {
+            folder: folder.openfoam(),
+            log: folder.openfoam_log(),
+            interrupt: interrupt.of_the_start(),
+        };
+        let memory = checkpoint.map(|checkpoint| &checkpoint.fluid);
+        let model = Model::new(case, workplace, memory).map_err(|error| match error {
+            AssemblyError::Fluid(FluidError::Interrupted) => {
+                Failure::Interrupted("no step was taken".into())
+            }
+            error => run_failure(error),
+        })?;
+        let (settings, solid) = (
+            record_settings(case, &folder, &model),
+            &model.coupling.solid,
+        );
+        let record = match checkpoint {
+            Some(checkpoint) => Record::resume(settings, solid, checkpoint.observer.0.clone()),
+            None => Record::create(settings, solid),
+        };
+        let observer = (
+            record.map_err(run_failure)?,
+            Progress::new(case.steps() as u64, quiet),
+        );
+        let checkpoints = Checkpoints {
+            store: folder.checkpoints(),
+            interval_minutes: case.output.checkpoint_interval,
+            case: CaseIdentity::of(case).map_err(written)?,
+        };
+        let simulation = Simulation::of(case, model.coupling, observer);
+        let mut run = Self {
+            case_folder: path.to_owned(),
+            case: case.clone(),
+            folder,
+            interrupt,
+            simulation: simulation.with_checkpoints(checkpoints),
+            fluid_cells: model.fluid_cells,
+        };
+        if let Some(checkpoint) = checkpoint {
+            run.simulation.resume(checkpoint).map_err(failure)?;
+        }
+        Ok(run)
+    }
+
+    /// Degrees of freedom of the structure.
+    pub fn degrees_of_freedom(&self) -> usize {
+        self.simulation.coupling.solid.body().degrees_of_freedom()
+    }
+
+    /// Writes a checkpoint of the last accepted step.
+    pub fn save(&mut self) -> Result<(), Failure> {
+        self.simulation.save().map_err(failure)
+    }
+
+    /// Goes on to the last step; ends early at an interrupt, or at a failure that no rescue helps against.
+    pub fn advance(&mut self) -> Result<(), Failure> {
+        let interrupt = self.interrupt.clone();
+        let outcome = self.simulation.run(&|| interrupt.asked());
+        if outcome.is_ok() {
+            self.simulation.observer.1.finish();
+        }
+        outcome.map_err(failure)
+    }
+}
+
+fn failure(error: SimulationError) -> Failure {
+    match error {
+        SimulationError::Interrupted => Failure::Interrupted(String::new()),
+        error => run_failure(error),
+    }
+}
+
+fn record_settings(case: &Case, folder: &RunFolder, model: &Model) -> RecordSettings {
+    let interface = model.coupling.fluid.interface();
+    let wall = Wall {
+        points: interface.points.clone(),
+        faces: interface.faces.clone(),
+    };
+    RecordSettings {
+        history: folder.history(),
+        iterations: folder.iterations(),
+        probes: folder.probes(),
+        probe_points: case.output.probes.iter().map(|&x| x.into()).collect(),
+        structure: folder.structure(),
+        structure_interval: case.output.structure_interval,
+        wall: WallRecordSettings {
+            regions: folder.regions(),
+            history: case.output.wall_history.then(|| folder.wall_history()),
+            monitor: Monitor::new(wall, &Region::of(case)),
+            window: Window::of(case),
+            time_step: case.time.step,
+        },
+        rigid_volume: model.rigid_volume,
+        volume: model.volume,
+    }
+}

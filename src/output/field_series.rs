@@ -1,0 +1,67 @@
+//! Displacement and stress in the wall over time, for ParaView.
+
+use super::vtu::{Cells, Grid, Series, Values};
+use crate::pfem::samples::{Sampler, Samples};
+use crate::pfem::{SolidError, Structure};
+use crate::simulation::observer::AcceptedStep;
+use std::io;
+use std::path::PathBuf;
+
+/// Writes the wall's fields in intervals.
+pub struct FieldSeries {
+    series: Series,
+    sampler: Sampler,
+    /// s
+    interval: f64,
+}
+
+impl FieldSeries {
+    /// Of `solid`, every `interval` (s), added to `series`.
+    pub fn new(series: Series, interval: f64, solid: &Structure) -> Result<Self, SolidError> {
+        // As many pieces per element and direction as the degree, so that its curves can be seen.
+        let degree = solid.body().space.max_degree();
+        let sampler = Sampler::new(solid.body(), degree + 1)?;
+        Ok(Self {
+            series,
+            sampler,
+            interval,
+        })
+    }
+
+    /// Adds the end of a step if it is due.
+    pub fn add(&mut self, accepted: &AcceptedStep<Structure>) -> io::Result<()> {
+        if !accepted.is_due(self.interval) {
+            return Ok(());
+        }
+        let (body, d) = (accepted.solid.body(), &accepted.solid.state().d);
+        let samples = self.sampler.sample(body, d).map_err(io::Error::other)?;
+        self.series
+            .add(accepted.time(), &grid(&self.sampler, &samples))
+    }
+
+    /// Times (s) and files of what was written.
+    pub fn entries(&self) -> &[(f64, String)] {
+        self.series.entries()
+    }
+
+    /// Goes back to these `entries` of the series in the file `path`.
+    pub fn rewind(&mut self, path: PathBuf, entries: Vec<(f64, String)>) -> io::Result<()> {
+        self.series = Series::resume(path, entries)?;
+        Ok(())
+    }
+}
+
+fn grid<'a>(sampler: &'a Sampler, samples: &'a Samples) -> Grid<'a> {
+    Grid {
+        points: &sampler.points,
+        cells: Cells::Hexes(&sampler.hexes),
+        point_data: vec![
+            ("displacement_m", Values::Vectors(&samples.displacement)),
+            ("von_mises_Pa", Values::Scalars(&samples.von_mises)),
+        ],
+        cell_data: vec![
+            ("material", Values::Integers(&sampler.regions)),
+            ("element", Values::Integers(&sampler.element_of_hex)),
+        ],
+    }
+}

@@ -1,0 +1,242 @@
+//! From a case to the two solvers and their coupling. The only place that knows which fluids there are.
+
+mod domain;
+pub mod preflight;
+mod surrogate;
+
+pub use domain::Domain;
+
+use super::clock::Clock;
+use super::{Settings, Simulation};
+use crate::Vec3;
+use crate::case::{self, Case, FlowCurve, FlowCurveError};
+use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
+use crate::coupling::convergence::Criterion;
+use crate::coupling::fixed_point::FixedPoint;
+use crate::coupling::predictor::Predictor;
+use crate::coupling::transfer::Transfer;
+use crate::coupling::{self, Coupling, flatten};
+use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError};
+use crate::fluid::openfoam::probes::Sampling;
+use crate::fluid::openfoam::session::Terms;
+use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
+use crate::fluid::{Fluid, FluidEffort, FluidError, FluidMemory};
+use crate::pfem::mapping::MappingKind;
+use crate::pfem::newton::NewtonOptions;
+use crate::pfem::{SolidError, Structure, StructureOptions, discretization};
+use crate::simulation::observer::Observer;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+/// Where a fluid works that needs files, and who may end its start.
+#[derive(Debug, Clone, Default)]
+pub struct Workplace {
+    /// Folder of the fluid's own files.
+    pub folder: PathBuf,
+    /// File for what it says.
+    pub log: PathBuf,
+    /// Ends the wait for a solver that is starting, once it is set.
+    pub interrupt: Arc<AtomicBool>,
+}
+
+/// The coupled solvers of a case, and what is known of the blood's mesh.
+pub struct Model {
+    /// The solvers, at rest or in the state of a checkpoint.
+    pub coupling: Coupling<Box<dyn Fluid>, Structure>,
+    /// Cells of the fluid.
+    pub fluid_cells: usize,
+    /// Volume of the fluid at rest, m³.
+    pub volume: f64,
+    /// Volume of the part of it whose wall is rigid, m³.
+    pub rigid_volume: f64,
+}
+
+/// Why a case could not be made ready.
+#[derive(Debug, thiserror::Error)]
+pub enum AssemblyError {
+    /// The inflow curve cannot be read.
+    #[error(transparent)]
+    Inflow(#[from] FlowCurveError),
+    /// The mesh of the fluid could not be written.
+    #[error("cannot write the results: {0}")]
+    Mesh(#[from] io::Error),
+    /// The case of the fluid could not be written.
+    #[error(transparent)]
+    CaseFiles(#[from] CaseFilesError),
+    /// The fluid did not start.
+    #[error(transparent)]
+    Fluid(#[from] FluidError),
+    /// The structure is not well posed, or the two meshes do not fit together.
+    #[error(transparent)]
+    Solid(#[from] SolidError),
+    /// The surrogate cannot be made.
+    #[error("{0}")]
+    Surrogate(String),
+}
+
+impl Model {
+    /// Builds meshes and solvers and starts the fluid, where it was when it gave `memory`, or at rest.
+    ///
+    /// # Errors
+    /// If one of them cannot be made; [`FluidError::Interrupted`] if the start was ended.
+    pub fn new(
+        case: &Case,
+        workplace: Workplace,
+        memory: Option<&FluidMemory>,
+    ) -> Result<Self, AssemblyError> {
+        let domain = Domain::new(case);
+        let mut solid = structure(case, &domain)?;
+        let fluid = openfoam(case, &domain, workplace, memory)?;
+        let transfer = Transfer::new(fluid.interface(), &solid)?;
+        let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer)
+            .map_err(AssemblyError::Surrogate)?;
+        let volumes = domain.fluid.cell_volumes();
+        Ok(Self {
+            fluid_cells: volumes.len(),
+            volume: volumes.iter().sum(),
+            rigid_volume: volumes[..domain.rigid_cells].iter().sum(),
+            coupling: couple(case, fluid, solid, transfer, surrogate),
+        })
+    }
+}
+
+/// A fluid and a structure with the numerics of a case.
+pub fn couple<F: Fluid>(
+    case: &Case,
+    fluid: F,
+    solid: Structure,
+    transfer: Transfer<<Structure as crate::pfem::Solid>::Location>,
+    surrogate: Box<dyn Surrogate>,
+) -> Coupling<F, Structure> {
+    let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
+    let numerics = &case.coupling;
+    Coupling {
+        fluid,
+        solid,
+        transfer,
+        fixed_point: FixedPoint::new(
+            acceleration(numerics, surrogate),
+            numerics.relaxation(),
+            Predictor::new(numerics.predictor, rest),
+            Criterion {
+                quantity: numerics.criterion,
+                relative: numerics.e_rel,
+                absolute: numerics.e_abs,
+                max_iterations: numerics.max_iterations,
+                share: 1.0,
+            },
+        ),
+        settings: coupling::Settings {
+            time_step: case.time.step,
+            fluid_effort: FluidEffort {
+                max_sweeps: case.fluid.max_correctors,
+                residual: case.fluid.pressure_residual,
+            },
+            newton_tolerance: case.structure.newton_tolerance,
+        },
+    }
+}
+
+impl<F: Fluid, O: Observer<Structure>> Simulation<F, Structure, O> {
+    /// The simulation of a case at the start of its first step.
+    pub fn of(case: &Case, coupling: Coupling<F, Structure>, observer: O) -> Self {
+        let settings = Settings {
+            max_halvings: case.time.max_halvings,
+            fluid_interval: case.output.fluid_interval,
+        };
+        let clock = Clock::new(case.time.step, case.steps());
+        Self::new(coupling, clock, settings, observer)
+    }
+}
+
+/// Writes the OpenFOAM case and starts the solver.
+fn openfoam(
+    case: &Case,
+    domain: &Domain,
+    workplace: Workplace,
+    memory: Option<&FluidMemory>,
+) -> Result<Box<dyn Fluid>, AssemblyError> {
+    let inflow = FlowCurve::new(&case.inflow, case.time.period)?;
+    domain.fluid.write(&workplace.folder)?;
+    case_files(case, &inflow).write(&workplace.folder)?;
+    let settings = OpenFoamSettings {
+        case: workplace.folder,
+        log: workplace.log,
+        ranks: case.fluid.ranks,
+        transport: case.fluid.transport,
+        answer_limit: Duration::from_secs_f64(case.fluid.answer_limit),
+        terms: Terms {
+            start_time: 0.0,
+            time_step: case.time.step,
+            interface: None,
+        },
+        sampling: Sampling {
+            points: case.output.fluid_probes.clone(),
+            density: case.blood.density,
+        },
+        interrupt: workplace.interrupt,
+    };
+    let mut fluid = match memory {
+        Some(memory) => OpenFoam::resume(settings, memory),
+        None => OpenFoam::start(settings),
+    }?;
+    fluid.outlast_interrupts();
+    Ok(Box::new(fluid))
+}
+
+/// The OpenFOAM case of a case.
+fn case_files<'a>(case: &'a Case, inflow: &'a FlowCurve) -> CaseFiles<'a> {
+    CaseFiles {
+        templates: &case.fluid.templates,
+        blood: &case.blood,
+        inflow,
+        windkessel: &case.windkessel,
+        ramp: &case.ramp,
+        time: &case.time,
+        flag: case.flag.as_ref(),
+        ranks: case.fluid.ranks,
+    }
+}
+
+/// The structure of a case, at rest.
+pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> {
+    let settings = &case.structure;
+    let mut discretization = discretization::Options::new(domain.space);
+    if let Some(degree) = settings.p_geometry {
+        discretization.mapping = MappingKind::Blended(degree);
+    }
+    if let Some(points) = settings.quadrature_points {
+        discretization.quadrature_points = [points; 3];
+    }
+    let options = StructureOptions {
+        discretization,
+        density: case.wall.density,
+        damping: case.wall.damping,
+        time_scheme: settings.time_scheme,
+        newton: NewtonOptions {
+            max_iterations: settings.newton_max_iterations,
+            ..NewtonOptions::default()
+        },
+        wet_surface: domain.wet_surface.into(),
+        supports: domain.supports.clone(),
+    };
+    Structure::new(&domain.solid, &domain.materials, &options)
+}
+
+fn acceleration(settings: &case::Coupling, surrogate: Box<dyn Surrogate>) -> Box<dyn Acceleration> {
+    let numerics = acceleration::Settings {
+        relaxation: settings.relaxation(),
+        reuse: settings.reuse_steps,
+        // What is smaller than the accepted error is noise of the solvers, not a column.
+        filter: Filter::new(
+            settings.filter,
+            settings.e_rel,
+            settings.surrogate != case::Surrogate::None,
+        ),
+        max_columns: 200,
+    };
+    settings.acceleration.build(&numerics, surrogate)
+}

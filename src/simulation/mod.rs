@@ -1,0 +1,366 @@
+//! A coupled run: time steps one after the other, rescued where one fails, kept in checkpoints, watched by observers.
+//!
+//! [`Simulation`] knows no file but its checkpoints and no user; what a run leaves is written by its [`Observer`]s.
+//! [`assembly`] builds everything that a simulation consists of from a case.
+
+pub mod assembly;
+pub mod checkpoint;
+pub mod clock;
+pub mod observer;
+mod rescue;
+pub mod subdivision;
+pub mod totals;
+
+use crate::case::CaseIdentity;
+use crate::coupling::{Coupling, FailedStep, diagnosis};
+use crate::files::{FileFingerprint, below};
+use crate::fluid::{Fluid, FluidError};
+use crate::pfem::{Solid, SolidError};
+use checkpoint::{Checkpoint, Store, StoreError};
+use clock::{Clock, is_due};
+use observer::{AcceptedStep, Note, Observer};
+use rescue::Trouble;
+use std::io;
+use std::time::Instant;
+use totals::Totals;
+
+/// Choices of a simulation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// A step that fails is cut in halves at most so often.
+    pub max_halvings: usize,
+    /// Intervals in which the fluid leaves its fields on disk, s.
+    pub fluid_interval: f64,
+}
+
+/// Where checkpoints go, and whose they are.
+#[derive(Debug)]
+pub struct Checkpoints {
+    /// Their folder.
+    pub store: Store,
+    /// Minutes of wall-clock time from one to the next; 0 writes one after each step.
+    pub interval_minutes: f64,
+    /// The case, by which a run that resumes there is recognized.
+    pub case: CaseIdentity,
+}
+
+/// Why a simulation ended before its last step.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulationError {
+    /// Somebody asked it to end; the last step is in a checkpoint, if there are any.
+    #[error("interrupted")]
+    Interrupted,
+    /// A step failed, and no attempt helped.
+    #[error("{0}")]
+    Step(String),
+    /// The fluid could not go back to a checkpoint, or could not tidy up.
+    #[error(transparent)]
+    Fluid(#[from] FluidError),
+    /// The structure could not be evaluated, or a checkpoint is not one of it.
+    #[error(transparent)]
+    Solid(#[from] SolidError),
+    /// The checkpoint is one of another coupling.
+    #[error(transparent)]
+    Coupling(#[from] crate::coupling::fixed_point::ForeignMemory),
+    /// A checkpoint could not be written.
+    #[error("cannot write a checkpoint: {0}")]
+    Save(String),
+    /// No checkpoint could be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// An observer could not write.
+    #[error("cannot write the results: {0}")]
+    Results(#[from] io::Error),
+}
+
+/// A coupled problem in time, from its first step to its last.
+pub struct Simulation<F, S: Solid, O> {
+    /// The two solvers.
+    pub coupling: Coupling<F, S>,
+    /// Who watches.
+    pub observer: O,
+    clock: Clock,
+    settings: Settings,
+    checkpoints: Option<Checkpoints>,
+    totals: Totals,
+    /// The step that makes trouble, if one does.
+    trouble: Option<Trouble>,
+    /// The step after which the run ends with a checkpoint, and why, if the next one has been given up.
+    last_good: Option<(usize, String)>,
+    /// When the last checkpoint was written.
+    saved: Instant,
+    /// Since when wall-clock time is not in the totals yet.
+    started: Instant,
+    fluid_peak_memory: f64,
+}
+
+/// Why no step was taken.
+enum Stop {
+    /// The step failed; both solvers, if they live, still have the state before it.
+    Step(Box<FailedStep>),
+    /// The simulation cannot go on.
+    Simulation(SimulationError),
+}
+
+impl<E: Into<SimulationError>> From<E> for Stop {
+    fn from(error: E) -> Self {
+        Self::Simulation(error.into())
+    }
+}
+
+impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
+    /// A simulation at the start of its first step.
+    pub fn new(coupling: Coupling<F, S>, clock: Clock, settings: Settings, observer: O) -> Self {
+        Self {
+            coupling,
+            observer,
+            clock,
+            settings,
+            checkpoints: None,
+            totals: Totals::default(),
+            trouble: None,
+            last_good: None,
+            saved: Instant::now(),
+            started: Instant::now(),
+            fluid_peak_memory: 0.0,
+        }
+    }
+
+    /// The same with checkpoints, without which a fluid that dies ends it.
+    pub fn with_checkpoints(self, checkpoints: Checkpoints) -> Self {
+        Self {
+            checkpoints: Some(checkpoints),
+            ..self
+        }
+    }
+
+    /// Goes on where `checkpoint` was written, perhaps by an earlier process; the observer was made as of then.
+    ///
+    /// # Errors
+    /// If it is the checkpoint of another simulation, or the fluid cannot go there.
+    pub fn resume(
+        &mut self,
+        checkpoint: &Checkpoint<S::Memory, O::Memory>,
+    ) -> Result<(), SimulationError> {
+        self.recall(checkpoint)?;
+        self.totals.resumed += 1;
+        Ok(())
+    }
+
+    /// Goes on to the last step. `interrupted` is asked before each step and, lest it be lost, before one is accepted.
+    ///
+    /// # Errors
+    /// At an interrupt, or at a failure that no rescue helps against. The simulation can be continued from its newest
+    /// checkpoint.
+    pub fn run(&mut self, interrupted: &dyn Fn() -> bool) -> Result<(), SimulationError> {
+        if self.checkpoints.is_some() && self.clock.steps() == 0 && !self.is_saved() {
+            self.save()?; // so that there is always one to go back to
+        }
+        while !self.clock.is_over() {
+            if interrupted() && self.is_saved() {
+                return Err(SimulationError::Interrupted);
+            }
+            if let Some((last, reason)) = &self.last_good
+                && *last == self.clock.steps()
+            {
+                return Err(SimulationError::Step(reason.clone()));
+            }
+            match self.step(interrupted) {
+                Ok(()) => {}
+                Err(Stop::Step(failed)) => {
+                    let what = self.rescue(*failed)?;
+                    self.observer.note(&Note::Rescue(what));
+                }
+                Err(Stop::Simulation(error)) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes one step, or a part of it, tells the observer, and writes a checkpoint if one is due.
+    fn step(&mut self, interrupted: &dyn Fn() -> bool) -> Result<(), Stop> {
+        let (started, attempt) = (Instant::now(), self.attempt());
+        let (number, length) = (self.clock.steps() + 1, self.clock.part());
+        let completes = self.clock.completes();
+        let solved = self.coupling.solve().map_err(|e| Stop::Step(Box::new(e)))?;
+        let saving = completes && self.is_checkpoint_due(number, interrupted());
+        let write = saving || completes && self.is_fluid_due(number);
+        let step = self.coupling.accept(solved, write);
+        let step = step.map_err(|e| Stop::Step(Box::new(e)))?;
+
+        let stresses = self.coupling.solid.stress_peaks()?;
+        let fluid_probes = self.coupling.fluid.probes()?;
+        self.observer.accepted(&AcceptedStep {
+            step: &step,
+            solid: &self.coupling.solid,
+            stresses: &stresses,
+            fluid_probes: &fluid_probes,
+            number,
+            last: self.clock.last(),
+            completes,
+            time_step: self.clock.time_step(),
+            length,
+            attempt,
+            started,
+            totals: &self.totals,
+        })?;
+        if let Some(text) = self.slowness(&step.iterations) {
+            let time = step.fluid.time;
+            self.observer.note(&Note::Slow { time, text });
+        }
+        self.clock.advance();
+        let seconds = started.elapsed().as_secs_f64();
+        self.totals.add(&step, self.clock.steps(), seconds);
+        let memory = self.coupling.fluid.usage().peak_memory;
+        self.fluid_peak_memory = self.fluid_peak_memory.max(memory);
+        if saving {
+            self.save()?;
+        }
+        Ok(())
+    }
+
+    /// Whether a checkpoint is to be written after the step `number`, which is about to be accepted.
+    fn is_checkpoint_due(&self, number: usize, interrupted: bool) -> bool {
+        let Some(checkpoints) = &self.checkpoints else {
+            return false;
+        };
+        let waited = self.saved.elapsed().as_secs_f64() / 60.0;
+        let is_last_good = self.last_good.as_ref().is_some_and(|good| good.0 == number);
+        let is_last = number == self.clock.last() || is_last_good;
+        waited >= checkpoints.interval_minutes || interrupted || is_last
+    }
+
+    /// Whether the fluid is to leave its fields on disk after the step `number`.
+    fn is_fluid_due(&self, number: usize) -> bool {
+        let interval = self.settings.fluid_interval;
+        number == self.clock.last() || is_due(number, self.clock.time_step(), interval)
+    }
+
+    /// Why the step that has just been accepted was slow, if it was.
+    fn slowness(&self, iterations: &[crate::coupling::Iteration]) -> Option<String> {
+        if self.totals.steps == 0 {
+            return None;
+        }
+        let usual = self.totals.coupling_iterations as f64 / self.totals.steps as f64;
+        let limit = self.coupling.settings.fluid_effort.max_sweeps;
+        diagnosis::slowness(iterations, usual, limit)
+    }
+
+    /// Where it is in time.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// The figures so far.
+    pub fn totals(&self) -> Totals {
+        Totals {
+            wall_s: self.totals.wall_s + self.started.elapsed().as_secs_f64(),
+            ..self.totals.clone()
+        }
+    }
+
+    /// Largest memory of the fluid's processes, as far as seen, bytes.
+    pub fn fluid_peak_memory(&self) -> f64 {
+        self.fluid_peak_memory
+    }
+
+    /// Whether the last accepted step is in a checkpoint, if there are any.
+    fn is_saved(&self) -> bool {
+        let Some(checkpoints) = &self.checkpoints else {
+            return true;
+        };
+        let reading = self.clock.reading();
+        reading.subdivision.done() == 0 && checkpoints.store.path(reading.steps).exists()
+    }
+
+    /// Writes a checkpoint of the last accepted step, which the fluid has written, and removes what nobody needs any more.
+    ///
+    /// # Errors
+    /// If it cannot be written; the checkpoints before it stay.
+    pub fn save(&mut self) -> Result<(), SimulationError> {
+        let clock = Instant::now();
+        let Some(checkpoints) = &self.checkpoints else {
+            return Ok(());
+        };
+        let failed = |what: &dyn std::fmt::Display| SimulationError::Save(what.to_string());
+        let root = checkpoints.store.root();
+        let mut fluid = self.coupling.fluid.memory().map_err(|e| failed(&e))?;
+        let observer = self.observer.memory().map_err(|e| failed(&e))?;
+        let tables = self.observer.files(&observer).into_iter();
+        let tables = tables.filter(|(_, length)| *length > 0);
+        let mut files: Vec<_> = tables.map(|(path, length)| (path, Some(length))).collect();
+        for file in &mut fluid.files {
+            files.push((file.clone(), None));
+            *file = below(root, file).to_owned();
+        }
+        let fingerprint = |(path, length): (std::path::PathBuf, Option<u64>)| {
+            FileFingerprint::of(root, below(root, &path), length)
+        };
+        let files: io::Result<Vec<_>> = files.into_iter().map(fingerprint).collect();
+        let checkpoint = Checkpoint {
+            case: checkpoints.case.clone(),
+            files: files.map_err(|e| failed(&e))?,
+            clock: self.clock.reading(),
+            totals: self.totals(),
+            fluid,
+            structure: self.coupling.solid.memory(),
+            coupling: self.coupling.fixed_point.memory(),
+            observer,
+        };
+        let kept = checkpoints
+            .store
+            .write(&checkpoint)
+            .map_err(|e| failed(&e))?;
+        let (time_step, interval) = (self.clock.time_step(), self.settings.fluid_interval);
+        let done = checkpoint.totals.time_s + 0.5 * time_step;
+        self.coupling.fluid.discard(&|time| {
+            let step = (time / time_step).round() as usize;
+            let wanted = step == 0 || kept.contains(&step) || is_due(step, time_step, interval);
+            time < done && wanted
+        })?;
+        self.saved = Instant::now();
+        self.totals.checkpoint_s += clock.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Gives solvers, coupling, clock and totals the state of a checkpoint.
+    fn recall(
+        &mut self,
+        checkpoint: &Checkpoint<S::Memory, O::Memory>,
+    ) -> Result<(), SimulationError> {
+        let mut fluid = checkpoint.fluid.clone();
+        if let Some(checkpoints) = &self.checkpoints {
+            for file in &mut fluid.files {
+                *file = checkpoints.store.root().join(&*file);
+            }
+        }
+        self.coupling.fluid.recall(&fluid)?;
+        self.clock.set(checkpoint.clock);
+        // Before the coupling remembers: another length makes it forget.
+        self.coupling.set_time_step(self.clock.part());
+        (self.coupling.fixed_point).recall(checkpoint.coupling.clone())?;
+        self.coupling.solid.recall(checkpoint.structure.clone())?;
+        self.totals = checkpoint.totals.clone();
+        self.started = Instant::now();
+        Ok(())
+    }
+
+    /// Goes back to a checkpoint of this process; only the failures since then are remembered.
+    fn go_back(
+        &mut self,
+        checkpoint: &Checkpoint<S::Memory, O::Memory>,
+    ) -> Result<(), SimulationError> {
+        let (failed, restarts) = (self.totals.failed_attempts, self.totals.fluid_restarts);
+        self.recall(checkpoint)?;
+        (self.totals.failed_attempts, self.totals.fluid_restarts) = (failed, restarts);
+        Ok(self.observer.rewind(checkpoint.observer.clone())?)
+    }
+
+    /// The newest checkpoint that is whole.
+    fn newest(&self) -> Result<checkpoint::Found<S::Memory, O::Memory>, StoreError> {
+        match &self.checkpoints {
+            Some(checkpoints) => checkpoints.store.newest(),
+            None => Err(StoreError::Unwanted),
+        }
+    }
+}

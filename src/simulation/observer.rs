@@ -1,0 +1,155 @@
+//! Those who watch a simulation: told of accepted steps, they write tables and fields, or show progress.
+
+use super::clock::is_due;
+use super::totals::Totals;
+use crate::coupling::{Iteration, Step};
+use crate::fluid::FluidProbe;
+use crate::pfem::samples::StressPeak;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::io;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A time step, or a part of one, that both solvers have just accepted.
+pub struct AcceptedStep<'a, S> {
+    /// What it came to.
+    pub step: &'a Step,
+    /// The structure at its end.
+    pub solid: &'a S,
+    /// Largest von Mises stress of each element of the structure.
+    pub stresses: &'a [StressPeak],
+    /// The fluid at the points that it was asked to watch.
+    pub fluid_probes: &'a [FluidProbe],
+    /// Number of the time step, from 1.
+    pub number: usize,
+    /// The last one.
+    pub last: usize,
+    /// Whether the step is whole now.
+    pub completes: bool,
+    /// Length of a whole step, s.
+    pub time_step: f64,
+    /// Length of this one or this part of one, s.
+    pub length: f64,
+    /// Attempt that succeeded, from 1.
+    pub attempt: usize,
+    /// When the attempt began.
+    pub started: Instant,
+    /// The simulation so far, without this step.
+    pub totals: &'a Totals,
+}
+
+impl<S> AcceptedStep<'_, S> {
+    /// Time at its end, s.
+    pub fn time(&self) -> f64 {
+        self.step.fluid.time
+    }
+
+    /// Whether something that is wanted in intervals (s) is due at its end; it always is at the end of the last step.
+    pub fn is_due(&self, interval: f64) -> bool {
+        let due = is_due(self.number, self.time_step, interval);
+        self.completes && (self.number == self.last || due)
+    }
+}
+
+/// An attempt at a step that failed.
+pub struct FailedAttempt<'a> {
+    /// Time at the end of the step, s.
+    pub time: f64,
+    /// Its number, from 1.
+    pub attempt: usize,
+    /// The coupling iterations that were done.
+    pub iterations: &'a [Iteration],
+}
+
+/// Something that the user should know.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Note {
+    /// The step that ended at `time` (s) took many iterations.
+    Slow {
+        /// Its end, s.
+        time: f64,
+        /// How many, and what to try.
+        text: String,
+    },
+    /// A step failed, and this is done about it.
+    Rescue(String),
+}
+
+/// Watches a simulation. Pairs of observers are one, and `()` is one that does nothing.
+pub trait Observer<S> {
+    /// What it needs to continue after the last accepted step.
+    type Memory: Clone + Serialize + DeserializeOwned;
+
+    /// A step was accepted.
+    fn accepted(&mut self, step: &AcceptedStep<S>) -> io::Result<()>;
+
+    /// An attempt failed.
+    fn failed(&mut self, _attempt: &FailedAttempt) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// Hears what the user should know.
+    fn note(&mut self, _note: &Note) {}
+
+    /// What it needs to continue later; everything so far is on the disk when this returns.
+    fn memory(&self) -> io::Result<Self::Memory>;
+
+    /// The files on which that memory stands, with the number of bytes that count.
+    fn files(&self, _memory: &Self::Memory) -> Vec<(PathBuf, u64)> {
+        Vec::new()
+    }
+
+    /// Goes back to the state of `memory`; the steps after it did not happen.
+    fn rewind(&mut self, memory: Self::Memory) -> io::Result<()>;
+}
+
+impl<S> Observer<S> for () {
+    type Memory = ();
+
+    fn accepted(&mut self, _: &AcceptedStep<S>) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn memory(&self) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn rewind(&mut self, (): ()) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<S, A: Observer<S>, B: Observer<S>> Observer<S> for (A, B) {
+    type Memory = (A::Memory, B::Memory);
+
+    fn accepted(&mut self, step: &AcceptedStep<S>) -> io::Result<()> {
+        self.0.accepted(step)?;
+        self.1.accepted(step)
+    }
+
+    fn failed(&mut self, attempt: &FailedAttempt) -> io::Result<()> {
+        self.0.failed(attempt)?;
+        self.1.failed(attempt)
+    }
+
+    fn note(&mut self, note: &Note) {
+        self.0.note(note);
+        self.1.note(note);
+    }
+
+    fn memory(&self) -> io::Result<Self::Memory> {
+        Ok((self.0.memory()?, self.1.memory()?))
+    }
+
+    fn files(&self, memory: &Self::Memory) -> Vec<(PathBuf, u64)> {
+        let mut files = self.0.files(&memory.0);
+        files.extend(self.1.files(&memory.1));
+        files
+    }
+
+    fn rewind(&mut self, memory: Self::Memory) -> io::Result<()> {
+        self.0.rewind(memory.0)?;
+        self.1.rewind(memory.1)
+    }
+}
