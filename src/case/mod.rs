@@ -25,7 +25,6 @@
 mod check;
 mod earlier;
 mod error;
-mod estimate;
 mod flag;
 mod flow_curve;
 pub mod identity;
@@ -57,5 +56,12 @@ impl Coupling {
             Surrogate::None => 0.1,
             Surrogate::Tube | Surrogate::OpenTube => 0.9,
         })
+    }
+}
+
+impl Case {
+    /// Number of time steps.
+    pub fn steps(&self) -> usize {
+        (self.time.end / self.time.step).round() as usize
     }
 }

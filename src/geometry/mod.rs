@@ -13,6 +13,8 @@ pub mod hex_mesh;
 pub mod imperfection;
 pub mod o_grid;
 pub mod poly_mesh;
+mod size;
+mod size;
 pub mod vessel;
 pub mod wall;
 

@@ -13,7 +13,7 @@ pub mod statistics;
 pub mod summary;
 pub mod wall;
 
-pub use monitor::{Monitor, RegionStep};
+pub use monitor::{Monitor, RegionStep, WallStress};
 pub use region::{Region, RegionName};
 pub use rings::Rings;
 pub use shear::ShearStatistics;

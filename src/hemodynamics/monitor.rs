@@ -3,7 +3,6 @@
 use super::region::{Region, RegionName};
 use super::wall::{Place, Wall, WallState, widened};
 use crate::Vec3;
-use crate::pfem::samples::StressPeak;
 use serde::{Deserialize, Serialize};
 
 /// A region at the end of a step; a row of `regions.csv`. Field names are the headers: they carry the unit.
@@ -34,6 +33,17 @@ pub struct RegionStep {
     pub max_von_mises_phi_deg: f64,
     /// Distance from the axis.
     pub max_von_mises_r_m: f64,
+}
+
+/// Largest von Mises stress of a part of the wall, an element for example.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallStress {
+    /// Unloaded position of the part along the axis, m.
+    pub x: f64,
+    /// The stress, Pa.
+    pub von_mises: f64,
+    /// Unloaded position of the point, m.
+    pub position: Vec3,
 }
 
 /// A wall with its regions.
@@ -78,8 +88,8 @@ impl Monitor {
         &self.wall
     }
 
-    /// Every region at the end of a step, with the stresses of all elements.
-    pub fn observe(&self, state: &WallState, stresses: &[StressPeak]) -> Vec<RegionStep> {
+    /// Every region at the end of a step, with the stresses of all its parts.
+    pub fn observe(&self, state: &WallState, stresses: &[WallStress]) -> Vec<RegionStep> {
         let extents = self.wall.extents(&self.wall.displaced(&state.displacement));
         let shear: Vec<f64> = state.shear.iter().map(|v| widened(v).norm()).collect();
         let observe = |part: &Part| {
@@ -96,7 +106,7 @@ impl Monitor {
             let lengths = part.points.iter().map(|&p| widened(&state.displacement[p]));
             let stress = stresses
                 .iter()
-                .filter(|peak| part.region.contains(peak.element.x))
+                .filter(|peak| part.region.contains(peak.x))
                 .max_by(|a, b| a.von_mises.total_cmp(&b.von_mises));
             let at = stress.map_or(Vec3::zeros(), |peak| peak.position);
             RegionStep {
@@ -137,8 +147,8 @@ mod tests {
             (RegionName::Artery, 2.0, 4.0),
         ];
         let regions = regions.map(|(name, from_m, to_m)| Region { name, from_m, to_m });
-        let stress = |x: f64, von_mises: f64| StressPeak {
-            element: Vec3::x() * x,
+        let stress = |x: f64, von_mises: f64| WallStress {
+            x,
             von_mises,
             position: Vec3::new(x, 0.0, -2.0),
         };

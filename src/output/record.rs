@@ -2,15 +2,19 @@
 
 use super::field_series::FieldSeries;
 use super::probes::{Probes, fluid_rows};
+use super::run_files::RunFiles;
 use super::tables::{HistoryRow, IterationRow, Table};
 use super::vtu::Series;
 use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::Vec3;
+use crate::case::{Case, Window};
 use crate::coupling::Iteration;
-use crate::hemodynamics::WallState;
+use crate::fluid::Fluid;
+use crate::hemodynamics::{Monitor, Region, Wall, WallState};
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
+use crate::simulation::assembly::Model;
 use crate::simulation::observer::{AcceptedStep, FailedAttempt, Observer};
 use crate::simulation::totals::{Seconds, Totals};
 use serde::{Deserialize, Serialize};
@@ -106,6 +110,45 @@ pub struct RecordSettings {
     pub rigid_volume: f64,
     /// Volume of the whole fluid mesh at rest, m³.
     pub volume: f64,
+}
+
+impl RecordSettings {
+    /// Of the run of a case into `files`.
+    pub fn of(case: &Case, files: &RunFiles, model: &Model) -> Self {
+        let interface = model.coupling.fluid.interface();
+        let wall = Wall {
+            points: interface.points.clone(),
+            faces: interface.faces.clone(),
+        };
+        Self {
+            history: files.history(),
+            iterations: files.iterations(),
+            probes: files.probes(),
+            probe_points: case.output.probes.iter().map(|&x| x.into()).collect(),
+            face_centres: interface.face_centres.clone(),
+            fluid_probes: files.fluid_probes(),
+            fluid_probe_points: case.output.fluid_probes.clone(),
+            structure: files.structure(),
+            structure_interval: case.output.structure_interval,
+            wall: WallRecordSettings {
+                regions: files.regions(),
+                history: case.output.wall_history.then(|| files.wall_history()),
+                monitor: Monitor::new(wall, &Region::of(case)),
+                window: Window::of(case),
+                time_step: case.time.step,
+            },
+            rigid_volume: model.rigid_volume,
+            volume: model.volume,
+        }
+    }
+
+    fn has_fluid_probes(&self) -> bool {
+        !self.fluid_probe_points.is_empty()
+    }
+
+    fn find_probes(&self, solid: &Structure) -> Result<Probes<Structure>, SolidError> {
+        Probes::new(self.probe_points.clone(), solid, &self.face_centres)
+    }
 }
 
 impl Record {

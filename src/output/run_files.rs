@@ -1,5 +1,6 @@
 //! The names of the files in the folder of a run.
 
+use crate::simulation::assembly::Workplace;
 use crate::simulation::checkpoint::Store;
 use std::path::{Path, PathBuf};
 
@@ -108,6 +109,15 @@ impl RunFiles {
     /// The case that OpenFOAM runs in.
     pub fn openfoam(&self) -> PathBuf {
         self.root.join("openfoam")
+    }
+
+    /// Where the fluid works.
+    pub fn workplace(&self) -> Workplace {
+        Workplace {
+            folder: self.openfoam(),
+            log: self.openfoam_log(),
+            ..Workplace::default()
+        }
     }
 
     /// OpenFOAM's own output.

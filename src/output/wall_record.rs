@@ -3,7 +3,7 @@
 use super::tables::Table;
 use super::wall_history::{WallHistory, WallHistoryError, WallHistoryReader};
 use crate::case::Window;
-use crate::hemodynamics::{Monitor, Wall, WallState, WindowStatistics};
+use crate::hemodynamics::{Monitor, Wall, WallState, WallStress, WindowStatistics};
 use crate::pfem::samples::StressPeak;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -97,8 +97,14 @@ impl WallRecord {
         if let Some(history) = &mut self.history {
             history.append(state)?;
         }
+        let stress = |peak: &StressPeak| WallStress {
+            x: peak.element.x,
+            von_mises: peak.von_mises,
+            position: peak.position,
+        };
+        let stresses: Vec<_> = stresses.iter().map(stress).collect();
         self.regions
-            .append(&self.settings.monitor.observe(state, stresses))
+            .append(&self.settings.monitor.observe(state, &stresses))
     }
 
     /// What was gathered so far.

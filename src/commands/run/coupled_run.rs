@@ -2,14 +2,12 @@
 
 use super::interrupt::Interrupt;
 use super::{run_failure, written};
-use crate::case::{Case, CaseIdentity, Window};
+use crate::case::Case;
 use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
 use crate::fluid::{Fluid, FluidError};
-use crate::hemodynamics::{Monitor, Region, Wall};
 use crate::output::progress::Progress;
 use crate::output::record::{self, Record, RecordSettings};
-use crate::output::wall_record::WallRecordSettings;
 use crate::pfem::{Structure, structure};
 use crate::simulation::assembly::{AssemblyError, Model, Workplace};
 use crate::simulation::{Checkpoints, Simulation, SimulationError, checkpoint};
@@ -43,9 +41,8 @@ impl CoupledRun {
         quiet: bool,
     ) -> Result<Self, Failure> {
         let workplace = Workplace {
-            folder: folder.openfoam(),
-            log: folder.openfoam_log(),
             interrupt: interrupt.of_the_start(),
+            ..folder.workplace()
         };
         let memory = checkpoint.map(|checkpoint| &checkpoint.fluid);
         let model = Model::new(case, workplace, memory).map_err(|error| match error {
@@ -55,7 +52,7 @@ impl CoupledRun {
             error => run_failure(error),
         })?;
         let (settings, solid) = (
-            record_settings(case, &folder, &model),
+            RecordSettings::of(case, &folder, &model),
             &model.coupling.solid,
         );
         let record = match checkpoint {
@@ -66,11 +63,7 @@ impl CoupledRun {
             record.map_err(run_failure)?,
             Progress::new(case.steps() as u64, quiet),
         );
-        let checkpoints = Checkpoints {
-            store: folder.checkpoints(),
-            interval_minutes: case.output.checkpoint_interval,
-            case: CaseIdentity::of(case).map_err(written)?,
-        };
+        let checkpoints = Checkpoints::of(case, folder.checkpoints()).map_err(written)?;
         let simulation = Simulation::of(case, model.coupling, observer);
         let mut run = Self {
             case_folder: path.to_owned(),
@@ -111,30 +104,5 @@ fn failure(error: SimulationError) -> Failure {
     match error {
         SimulationError::Interrupted => Failure::Interrupted(String::new()),
         error => run_failure(error),
-    }
-}
-
-fn record_settings(case: &Case, folder: &RunFolder, model: &Model) -> RecordSettings {
-    let interface = model.coupling.fluid.interface();
-    let wall = Wall {
-        points: interface.points.clone(),
-        faces: interface.faces.clone(),
-    };
-    RecordSettings {
-        history: folder.history(),
-        iterations: folder.iterations(),
-        probes: folder.probes(),
-        probe_points: case.output.probes.iter().map(|&x| x.into()).collect(),
-        structure: folder.structure(),
-        structure_interval: case.output.structure_interval,
-        wall: WallRecordSettings {
-            regions: folder.regions(),
-            history: case.output.wall_history.then(|| folder.wall_history()),
-            monitor: Monitor::new(wall, &Region::of(case)),
-            window: Window::of(case),
-            time_step: case.time.step,
-        },
-        rigid_volume: model.rigid_volume,
-        volume: model.volume,
     }
 }

@@ -6,10 +6,11 @@ mod surrogate;
 
 pub use domain::Domain;
 
+use super::checkpoint::Store;
 use super::clock::Clock;
-use super::{Settings, Simulation};
+use super::{Checkpoints, Settings, Simulation};
 use crate::Vec3;
-use crate::case::{self, Case, FlowCurve, FlowCurveError};
+use crate::case::{self, Case, CaseIdentity, FlowCurve, FlowCurveError};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::convergence::Criterion;
 use crate::coupling::fixed_point::FixedPoint;
@@ -88,32 +89,33 @@ impl Model {
         memory: Option<&FluidMemory>,
     ) -> Result<Self, AssemblyError> {
         let domain = Domain::new(case);
-        let mut solid = structure(case, &domain)?;
         let fluid = openfoam(case, &domain, workplace, memory)?;
-        let transfer = Transfer::new(fluid.interface(), &solid)?;
-        let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer)
-            .map_err(AssemblyError::Surrogate)?;
         let volumes = domain.fluid.cell_volumes();
         Ok(Self {
             fluid_cells: volumes.len(),
             volume: volumes.iter().sum(),
             rigid_volume: volumes[..domain.rigid_cells].iter().sum(),
-            coupling: couple(case, fluid, solid, transfer, surrogate),
+            coupling: couple(case, &domain, fluid)?,
         })
     }
 }
 
-/// A fluid and a structure with the numerics of a case.
+/// Couples any fluid to the structure of a case, with the numerics of the case.
+///
+/// # Errors
+/// If the structure is not well posed, or the wall of the fluid is not that of the structure.
 pub fn couple<F: Fluid>(
     case: &Case,
+    domain: &Domain,
     fluid: F,
-    solid: Structure,
-    transfer: Transfer<<Structure as crate::pfem::Solid>::Location>,
-    surrogate: Box<dyn Surrogate>,
-) -> Coupling<F, Structure> {
+) -> Result<Coupling<F, Structure>, AssemblyError> {
+    let mut solid = structure(case, domain)?;
+    let transfer = Transfer::new(fluid.interface(), &solid)?;
+    let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer)
+        .map_err(AssemblyError::Surrogate)?;
     let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
     let numerics = &case.coupling;
-    Coupling {
+    Ok(Coupling {
         fluid,
         solid,
         transfer,
@@ -137,6 +139,20 @@ pub fn couple<F: Fluid>(
             },
             newton_tolerance: case.structure.newton_tolerance,
         },
+    })
+}
+
+impl Checkpoints {
+    /// Of the run of a case whose checkpoints are in `store`.
+    ///
+    /// # Errors
+    /// If a file that the case names cannot be read.
+    pub fn of(case: &Case, store: Store) -> io::Result<Self> {
+        Ok(Self {
+            store,
+            interval_minutes: case.output.checkpoint_interval,
+            case: CaseIdentity::of(case)?,
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! How large a case is before anything is built.
 
-use super::{Case, Flag, FluidMesh, Structure};
+use crate::case::{Case, Flag, FluidMesh, Structure};
 
 impl FluidMesh {
     /// Number of fluid cells.
@@ -78,10 +78,5 @@ impl Case {
                 "fewer elements (structure.*, or flag.mesh.elements) or a lower structure.p",
             ),
         ]
-    }
-
-    /// Number of time steps.
-    pub fn steps(&self) -> usize {
-        (self.time.end / self.time.step).round() as usize
     }
 }

@@ -1,0 +1,174 @@
+//! The order of the rooms, as ARCHITECTURE.md declares it, against the source: no arrow runs against it, and so there
+//! is no circle.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Level of each room by the list in ARCHITECTURE.md: rooms on one line know nothing of each other.
+fn declared() -> BTreeMap<String, usize> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("ARCHITECTURE.md")).unwrap();
+    let (_, list) = text.split_once("```rooms\n").expect("a list of rooms");
+    let (list, _) = list.split_once("```").unwrap();
+    let levels = list.lines().enumerate();
+    let rooms = levels.flat_map(|(level, line)| {
+        let names = line.split('#').next().unwrap().split_whitespace();
+        names.map(move |name| (name.to_owned(), level))
+    });
+    rooms.collect()
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path());
+    entries
+        .flat_map(|path| match path.is_dir() {
+            true => sources(&path),
+            false => vec![path],
+        })
+        .filter(|path| path.extension().is_some_and(|e| e == "rs"))
+        .collect()
+}
+
+/// Names of the crate's top level that a piece of source mentions: `crate::name`, those in `crate::{…}`, and
+/// `super::super::name` where it climbs out of a module `depth` levels deep.
+fn mentioned(source: &str, depth: usize) -> Vec<String> {
+    let code: Vec<&str> = (source.lines())
+        .map(|line| line.split("//").next().unwrap())
+        .collect();
+    let code = code.join("\n");
+    let first = |text: &str| -> String {
+        let name = text
+            .chars()
+            .take_while(|c| c.is_alphanumeric() || *c == '_');
+        name.collect()
+    };
+    let mut names = Vec::new();
+    for after in code.split("crate::").skip(1) {
+        match after.strip_prefix('{') {
+            None => names.push(first(after)),
+            Some(group) => {
+                let mut nested = 0;
+                let mut start = true;
+                for (i, c) in group.char_indices() {
+                    match c {
+                        '}' if nested == 0 => break,
+                        '{' => nested += 1,
+                        '}' => nested -= 1,
+                        ',' if nested == 0 => start = true,
+                        c if start && !c.is_whitespace() => {
+                            names.push(first(&group[i..]));
+                            start = false;
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    let climb = "super::".repeat(depth);
+    for after in code.split(&climb).skip(1) {
+        names.push(first(after.trim_start_matches("super::")));
+    }
+    names
+}
+
+/// Arrows of a source file in `room` that run against the declared order.
+fn wrong_arrows(
+    room: &str,
+    source: &str,
+    depth: usize,
+    rooms: &BTreeMap<String, usize>,
+) -> Vec<String> {
+    let here = rooms[room];
+    let mut wrong: Vec<String> = mentioned(source, depth)
+        .into_iter()
+        .filter(|name| name != room && rooms.get(name).is_some_and(|there| *there >= here))
+        .collect();
+    wrong.dedup();
+    wrong
+}
+
+#[test]
+fn no_room_knows_one_that_comes_after_it() {
+    let rooms = declared();
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut wrong = Vec::new();
+    let mut seen = 0;
+    for path in sources(&src) {
+        let below = path.strip_prefix(&src).unwrap();
+        let parts: Vec<String> = (below.iter())
+            .map(|part| part.to_str().unwrap().trim_end_matches(".rs").to_owned())
+            .filter(|part| part != "mod")
+            .collect();
+        let room = parts[0].as_str();
+        if room == "lib" || room == "main" {
+            continue;
+        }
+        assert!(
+            rooms.contains_key(room),
+            "{room} is not in ARCHITECTURE.md's list of rooms"
+        );
+        let source = std::fs::read_to_string(&path).unwrap();
+        let arrows = wrong_arrows(room, &source, parts.len(), &rooms);
+        wrong.extend(
+            arrows
+                .into_iter()
+                .map(|to| format!("{} → {to}", below.display())),
+        );
+        seen += 1;
+    }
+    assert!(seen > 150, "{seen} files");
+    assert!(
+        wrong.is_empty(),
+        "against the order in ARCHITECTURE.md:\n{}",
+        wrong.join("\n")
+    );
+    for room in rooms.keys() {
+        let exists = src.join(room).is_dir() || src.join(format!("{room}.rs")).is_file();
+        assert!(exists, "ARCHITECTURE.md lists {room}, which is not there");
+    }
+}
+
+#[test]
+fn a_wrong_arrow_is_seen_however_it_is_written() {
+    let rooms = declared();
+    let wrong = |room: &str, source: &str| !wrong_arrows(room, source, 2, &rooms).is_empty();
+    assert!(wrong("case", "use crate::output::record;"));
+    assert!(wrong(
+        "case",
+        "use crate::{Vec3, files::below, output::{record, vtu}};"
+    ));
+    assert!(wrong("case", "let x = crate::commands::main();"));
+    assert!(wrong("case", "use super::super::simulation::Clock;"));
+    assert!(
+        wrong("fluid", "use crate::pfem::Solid;"),
+        "neighbours know nothing of each other"
+    );
+    assert!(!wrong("output", "use crate::{case::Case, output::vtu};"));
+    assert!(!wrong("case", "// use crate::output::record;"));
+    assert!(!wrong("case", "use super::output;"));
+}
+
+#[test]
+fn only_its_own_room_knows_openfoam() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    // Who chooses the fluid, and who looks whether it is installed, prints its files, or shows a field that it left.
+    let doors = [
+        "simulation/assembly",
+        "commands/",
+        "output/report/",
+        "paper/",
+    ];
+    for path in sources(&src) {
+        let below = path.strip_prefix(&src).unwrap().to_str().unwrap();
+        if below.starts_with("fluid/") || doors.iter().any(|door| below.starts_with(door)) {
+            continue;
+        }
+        let source = std::fs::read_to_string(&path).unwrap();
+        let code = source.lines().map(|line| line.split("//").next().unwrap());
+        let code: Vec<&str> = code.collect();
+        assert!(!code.join("\n").contains("fluid::openfoam"), "{below}");
+    }
+}
