@@ -76,6 +76,7 @@ pub fn run<F: Fluid>(
 /// An observer that keeps a row a time step.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rows {
+    /// The rows.
     pub rows: Vec<Row>,
     /// What the user was told.
     pub notes: Vec<String>,

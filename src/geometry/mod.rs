@@ -14,7 +14,6 @@ pub mod imperfection;
 pub mod o_grid;
 pub mod poly_mesh;
 mod size;
-mod size;
 pub mod vessel;
 pub mod wall;
 
