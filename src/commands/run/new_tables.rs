@@ -26,7 +26,7 @@ pub fn set_aside(
     ] {
         let name = below(root, &path).display().to_string();
         let mut files = checkpoint.files.iter().filter(|file| file.path == name);
-        let Some(flaw) = marks.find_map(|file| file.check(root).err()) else {
+        let Some(flaw) = files.find_map(|file| file.check(root).err()) else {
             continue;
         };
         rename(&path).map_err(|e| Failure::Input(format!("cannot rename {name}: {e}")))?;
