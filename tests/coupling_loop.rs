@@ -2,8 +2,8 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};
-use fsi_driver::coupling::acceleration::{self, Filter, Identity, Kind};
-use fsi_driver::coupling::convergence::{Criterion, Quantity};
+use fsi_driver::coupling::acceleration::{self, AccelerationModel, Filter, Identity};
+use fsi_driver::coupling::convergence::{ConvergenceQuantity, Criterion};
 use fsi_driver::coupling::fixed_point::FixedPoint;
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
 use fsi_driver::coupling::transfer::Transfer;
@@ -143,11 +143,11 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
         solid,
         transfer,
         fixed_point: FixedPoint::new(
-            Kind::IqnLs.build(&numerics, Box::new(Identity)),
+            AccelerationModel::IqnLs.build(&numerics, Box::new(Identity)),
             numerics.relaxation,
             Predictor::new(Extrapolation::Quadratic, rest),
             Criterion {
-                quantity: Quantity::Change,
+                quantity: ConvergenceQuantity::Change,
                 relative: 1e-6,
                 absolute: 1e-15,
                 max_iterations: 50,

@@ -1,17 +1,17 @@
 //! Every acceleration model, reuse and predictor against problems whose coupled solution is known.
 
-use fsi_driver::coupling::acceleration::{Filter, Identity, Kind, Settings};
+use fsi_driver::coupling::acceleration::{AccelerationModel, Filter, Identity, Settings};
 use fsi_driver::coupling::convergence::Criterion;
 use fsi_driver::coupling::fixed_point::FixedPoint;
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
 use fsi_driver::coupling::reference::march;
-use fsi_driver::coupling::reference::study::{Trial, problems};
+use fsi_driver::coupling::reference::study::{Combination, problems};
 use rayon::prelude::*;
 
 /// Compares every combination of settings to the exact solution of problem `index`.
 fn all_reach_the_exact_solution(index: usize, tolerance: f64, allowed: f64) {
     let exact = problems()[index].exact();
-    Trial::all().into_par_iter().for_each(|trial| {
+    Combination::all().into_par_iter().for_each(|trial| {
         let history = trial.run(problems()[index].as_mut(), tolerance);
         let last = history.residuals.last();
         assert!(history.converged, "{trial:?}: {last:?}");
@@ -52,7 +52,7 @@ fn plain_iteration_diverges_on_all_of_them() {
             max_columns: 0,
         };
         let fixed_point = FixedPoint::new(
-            Kind::Constant.build(&settings, Box::new(Identity)),
+            AccelerationModel::Constant.build(&settings, Box::new(Identity)),
             settings.relaxation,
             Predictor::new(Extrapolation::Constant, problem.at_rest()),
             Criterion::of_residual(1e-6, 20),
@@ -68,7 +68,7 @@ fn memory_and_the_surrogate_save_iterations() {
     for index in 0..3 {
         let mean = |kind, reuse, surrogate| {
             let extrapolation = Extrapolation::Quadratic;
-            let trial = Trial {
+            let trial = Combination {
                 kind,
                 reuse,
                 surrogate,
@@ -76,9 +76,13 @@ fn memory_and_the_surrogate_save_iterations() {
             };
             trial.run(problems()[index].as_mut(), 1e-6).mean()
         };
-        let without = mean(Kind::IqnLs, 0, false);
-        assert!(mean(Kind::IqnLs, 0, true) < without, "{index}");
-        for kind in [Kind::IqnLs, Kind::MultiVector, Kind::Hybrid] {
+        let without = mean(AccelerationModel::IqnLs, 0, false);
+        assert!(mean(AccelerationModel::IqnLs, 0, true) < without, "{index}");
+        for kind in [
+            AccelerationModel::IqnLs,
+            AccelerationModel::MultiVector,
+            AccelerationModel::Hybrid,
+        ] {
             assert!(mean(kind, 10, false) < without, "{kind:?} {index}");
         }
     }

@@ -1,6 +1,8 @@
 //! Acceleration where the two solvers answer only to a tolerance: their error must not be taken for the Jacobian.
 
-use fsi_driver::coupling::acceleration::{Filter, Identity, Kind, Settings, Surrogate};
+use fsi_driver::coupling::acceleration::{
+    AccelerationModel, Filter, Identity, Settings, Surrogate,
+};
 use fsi_driver::coupling::convergence::Criterion;
 use fsi_driver::coupling::fixed_point::FixedPoint;
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
@@ -52,7 +54,7 @@ impl Reference for Noisy {
 const TOLERANCE: f64 = 1e-4;
 const ERROR: f64 = 2e-5;
 
-fn run(index: usize, kind: Kind, resolution: f64, surrogate: bool) -> History {
+fn run(index: usize, kind: AccelerationModel, resolution: f64, surrogate: bool) -> History {
     let problem = problems().swap_remove(index);
     let mut noisy = Noisy {
         problem,
@@ -83,7 +85,11 @@ fn run(index: usize, kind: Kind, resolution: f64, surrogate: bool) -> History {
 fn errors_of_a_fifth_of_the_tolerance_are_borne() {
     for index in 0..3 {
         let exact = problems()[index].exact();
-        for kind in [Kind::IqnLs, Kind::MultiVector, Kind::Hybrid] {
+        for kind in [
+            AccelerationModel::IqnLs,
+            AccelerationModel::MultiVector,
+            AccelerationModel::Hybrid,
+        ] {
             for surrogate in [false, true] {
                 let history = run(index, kind, TOLERANCE, surrogate);
                 let (most, difference) = (history.most(), history.difference(&exact));
@@ -101,6 +107,6 @@ fn errors_of_a_fifth_of_the_tolerance_are_borne() {
 #[test]
 fn without_a_resolution_least_squares_take_the_error_for_the_jacobian() {
     for index in [0, 2] {
-        assert!(!run(index, Kind::IqnLs, 0.0, false).converged);
+        assert!(!run(index, AccelerationModel::IqnLs, 0.0, false).converged);
     }
 }

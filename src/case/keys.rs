@@ -222,7 +222,7 @@ table! {
 table! {
     /// The coupling iteration.
     pub struct Coupling {
-        acceleration: Acceleration = "acceleration", Kind::Word(Acceleration::WORDS), "acceleration of the coupling";
+        acceleration: AccelerationModel = "acceleration", Kind::Word(AccelerationModel::WORDS), "acceleration of the coupling";
         /// It answers for what the acceleration has not learnt.
         surrogate: Surrogate = "surrogate", Kind::Word(Surrogate::WORDS), "one-dimensional model behind the acceleration";
         /// Of the constant relaxation, and of the first iteration of the others.
@@ -231,8 +231,8 @@ table! {
         reuse_steps: usize = "reuse_steps", whole(0, 1000), "earlier steps whose columns are reused";
         /// Otherwise it is dropped.
         filter: f64 = "filter", from(0.0, 0.99), "share of a column that must be new";
-        predictor: Predictor = "predictor", Kind::Word(Predictor::WORDS), "first trial of a step";
-        criterion: Criterion = "criterion", Kind::Word(Criterion::WORDS), "what the limits are for", absent "change";
+        predictor: Extrapolation = "predictor", Kind::Word(Extrapolation::WORDS), "first trial of a step";
+        criterion: ConvergenceQuantity = "criterion", Kind::Word(ConvergenceQuantity::WORDS), "what the limits are for", absent "change";
         e_rel: f64 = "e_rel", above(0.0, 0.1), "relative limit of the criterion";
         /// Root mean square over the points.
         e_abs: f64 = "e_abs_m", above(0.0, 1.0), "absolute limit of the criterion";
@@ -244,7 +244,7 @@ table! {
 words! {
     /// What must be small for a coupling iteration to have converged.
     #[derive(Default)]
-    pub enum Criterion {
+    pub enum ConvergenceQuantity {
         /// The change of the accelerated displacement: criterion (14).
         Change = "change" (default),
         /// The residual of the fixed point, by which most published numbers of iterations are counted.
@@ -266,7 +266,7 @@ words! {
 
 words! {
     /// How the next trial displacement is found.
-    pub enum Acceleration {
+    pub enum AccelerationModel {
         /// Constant relaxation.
         Constant = "constant",
         /// Aitken's dynamic relaxation.
@@ -282,7 +282,7 @@ words! {
 
 words! {
     /// How accepted displacements are extrapolated to the next step of the same length; simplest first.
-    pub enum Predictor {
+    pub enum Extrapolation {
         /// The last displacement.
         Constant = "constant",
         /// The line through the last two.

@@ -8,7 +8,7 @@ mod variant;
 
 use super::{CaseArguments, Failure};
 use crate::coupling::predictor::Extrapolation;
-use crate::coupling::reference::study::{Trial, problems};
+use crate::coupling::reference::study::{Combination, problems};
 use crate::coupling::reference::{History, Reference};
 use crate::output::terminal;
 use rayon::prelude::*;
@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut table = table.map_err(|e| unwritten(e.into()))?;
     for (index, problem) in problems().iter().enumerate() {
         let exact = problem.exact();
-        let results: Vec<(Trial, History)> = Trial::all()
+        let results: Vec<(Combination, History)> = Combination::all()
             .into_par_iter()
             .map(|trial| {
                 let mut problem = problems().swap_remove(index);
@@ -125,7 +125,7 @@ fn write(
     arguments: &Arguments,
     table: &mut csv::Writer<fs::File>,
     problem: &dyn Reference,
-    results: &[(Trial, History)],
+    results: &[(Combination, History)],
     difference: impl Fn(&History) -> f64,
 ) -> io::Result<()> {
     for (trial, history) in results {
@@ -148,7 +148,7 @@ fn write(
 /// A line for each model, reuse and surrogate, a column for each predictor.
 fn shown(
     problem: &dyn Reference,
-    results: &[(Trial, History)],
+    results: &[(Combination, History)],
     difference: impl Fn(&History) -> f64,
 ) -> String {
     let mut text = format!(

@@ -1,6 +1,6 @@
 //! Criterion (14).
 
-pub use crate::case::Criterion as Quantity;
+pub use crate::case::ConvergenceQuantity;
 use nalgebra::DVector;
 
 /// A change below the limit does not count while the residual is this many times above it. The state that is
@@ -14,7 +14,7 @@ const MISTRUST: f64 = 2.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criterion {
     /// Which of the two.
-    pub quantity: Quantity,
+    pub quantity: ConvergenceQuantity,
     /// e_rel of equation (14).
     pub relative: f64,
     /// e_abs of equation (14) as root mean square over the points, m.
@@ -48,7 +48,7 @@ impl Criterion {
     /// By the residual relative to the displacement alone.
     pub fn of_residual(relative: f64, max_iterations: usize) -> Self {
         Self {
-            quantity: Quantity::Residual,
+            quantity: ConvergenceQuantity::Residual,
             relative,
             absolute: 0.0,
             max_iterations,
@@ -77,8 +77,8 @@ impl Criterion {
         let share = if relaxed { self.share } else { 1.0 };
         let (change, residual) = ((d_next - d).norm() / share, (d_tilde - d).norm());
         let converged = match self.quantity {
-            Quantity::Change => change < limit && residual < MISTRUST * limit,
-            Quantity::Residual => residual < limit,
+            ConvergenceQuantity::Change => change < limit && residual < MISTRUST * limit,
+            ConvergenceQuantity::Residual => residual < limit,
         };
         Measure {
             change: relative(change),
@@ -95,7 +95,12 @@ mod tests {
     use super::*;
 
     /// For one point, displaced by 1 m.
-    fn measure(quantity: Quantity, limits: [f64; 2], change: f64, residual: f64) -> bool {
+    fn measure(
+        quantity: ConvergenceQuantity,
+        limits: [f64; 2],
+        change: f64,
+        residual: f64,
+    ) -> bool {
         let criterion = Criterion {
             quantity,
             relative: limits[0],
@@ -111,7 +116,8 @@ mod tests {
     #[test]
     fn a_small_change_counts_unless_the_residual_contradicts() {
         for limits in [[1e-6, 1e-12], [1e-12, 1e-6]] {
-            let converged = |change, residual| measure(Quantity::Change, limits, change, residual);
+            let converged =
+                |change, residual| measure(ConvergenceQuantity::Change, limits, change, residual);
             assert!(converged(5e-7, 1.9e-6));
             assert!(!converged(2e-6, 1.9e-6));
             assert!(!converged(5e-7, 1e-4));
@@ -121,8 +127,14 @@ mod tests {
 
     #[test]
     fn others_count_by_the_residual() {
-        let converged =
-            |change, residual| measure(Quantity::Residual, [1e-6, 1e-12], change, residual);
+        let converged = |change, residual| {
+            measure(
+                ConvergenceQuantity::Residual,
+                [1e-6, 1e-12],
+                change,
+                residual,
+            )
+        };
         assert!(!converged(5e-7, 1e-5));
         assert!(converged(2e-6, 5e-7));
     }

@@ -1,6 +1,6 @@
 //! The iteration of equation (13), whatever the two solvers are: `d_{k+1} = A(d_k, S∘F(d_k))` until criterion (14) is met.
 
-use super::acceleration::{self, Acceleration, Columns};
+use super::acceleration::{Acceleration, AccelerationMemory, Columns};
 use super::convergence::{Criterion, Measure};
 use super::predictor::Predictor;
 use nalgebra::DVector;
@@ -36,13 +36,13 @@ pub struct FixedPoint {
 
 /// What it keeps from one time step to the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct FixedPointMemory {
     /// Accepted displacements of the interface, newest first, m.
     pub displacements: Vec<Vec<f64>>,
     /// Errors of the predictor's candidates in the last step.
     pub predictor_errors: Vec<f64>,
     /// What the acceleration has learnt.
-    pub acceleration: acceleration::Memory,
+    pub acceleration: AccelerationMemory,
 }
 
 impl FixedPoint {
@@ -129,9 +129,9 @@ impl FixedPoint {
     }
 
     /// What is needed to continue later.
-    pub fn memory(&self) -> Memory {
+    pub fn memory(&self) -> FixedPointMemory {
         let (displacements, predictor_errors) = self.predictor.memory();
-        Memory {
+        FixedPointMemory {
             displacements,
             predictor_errors,
             acceleration: self.acceleration.memory(),
@@ -142,7 +142,7 @@ impl FixedPoint {
     ///
     /// # Errors
     /// If it belongs to another interface.
-    pub fn recall(&mut self, memory: Memory) -> Result<(), ForeignMemory> {
+    pub fn recall(&mut self, memory: FixedPointMemory) -> Result<(), ForeignMemory> {
         let unknowns = self.predictor.last().len();
         let fits = |d: &Vec<f64>| d.len() == unknowns && d.iter().all(|x| x.is_finite());
         if memory.displacements.is_empty()

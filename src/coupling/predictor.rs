@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use std::collections::VecDeque;
 
-pub use crate::case::Predictor as Extrapolation;
+pub use crate::case::Extrapolation;
 
 /// Displacements that the longest extrapolation needs.
 const LONGEST: usize = 5;

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 
 /// What a record needs to continue after the last accepted step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct RecordMemory {
     /// Volume of the whole fluid mesh, m³.
     pub volume: f64,
     /// Bytes of `history.csv`.
@@ -186,7 +186,7 @@ impl Record {
     pub fn resume(
         settings: RecordSettings,
         solid: &Structure,
-        memory: Memory,
+        memory: RecordMemory,
     ) -> Result<Self, RecordError> {
         let probes = match settings.probe_points.is_empty() {
             true => None,
@@ -246,7 +246,7 @@ impl Record {
 }
 
 impl Observer<Structure> for Record {
-    type Memory = Memory;
+    type Memory = RecordMemory;
 
     fn accepted(&mut self, accepted: &AcceptedStep<Structure>) -> io::Result<()> {
         let (time, step) = (accepted.time(), accepted.step);
@@ -272,7 +272,7 @@ impl Observer<Structure> for Record {
         self.iterations.append(&rows)
     }
 
-    fn memory(&self) -> io::Result<Memory> {
+    fn memory(&self) -> io::Result<RecordMemory> {
         self.history.sync()?;
         self.iterations.sync()?;
         (self.probes.iter()).try_for_each(|(_, table)| table.sync())?;
@@ -281,7 +281,7 @@ impl Observer<Structure> for Record {
         let probes = self.probes.as_ref().map(|_| length(&self.settings.probes));
         let fluid_probes =
             (self.fluid_probes.as_ref()).map(|_| length(&self.settings.fluid_probes));
-        Ok(Memory {
+        Ok(RecordMemory {
             volume: self.volume,
             history: length(&self.settings.history)?,
             iterations: length(&self.settings.iterations)?,
@@ -292,7 +292,7 @@ impl Observer<Structure> for Record {
         })
     }
 
-    fn files(&self, memory: &Memory) -> Vec<(PathBuf, u64)> {
+    fn files(&self, memory: &RecordMemory) -> Vec<(PathBuf, u64)> {
         let settings = &self.settings;
         let mut files = vec![
             (settings.history.clone(), memory.history),
@@ -306,7 +306,7 @@ impl Observer<Structure> for Record {
         files
     }
 
-    fn rewind(&mut self, memory: Memory) -> io::Result<()> {
+    fn rewind(&mut self, memory: RecordMemory) -> io::Result<()> {
         let settings = &self.settings;
         self.history = Table::resume(&settings.history, memory.history)?;
         self.iterations = Table::resume(&settings.iterations, memory.iterations)?;

@@ -59,7 +59,7 @@ pub struct StructureOptions {
 
 /// All that a structure keeps from one time step to the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct StructureMemory {
     /// The accepted state.
     pub state: State,
     /// Whence the kept tangent comes, and the experience with it. They decide how Newton's method goes on, and so the
@@ -360,7 +360,7 @@ fn continuation(
 impl Solid for Structure {
     type Trial = Trial;
     type Location = Location;
-    type Memory = Memory;
+    type Memory = StructureMemory;
 
     fn wet_points(&self) -> &[SurfacePoint] {
         &self.equation.wet.points
@@ -437,8 +437,8 @@ impl Solid for Structure {
         samples::stress_peaks(self.body(), &self.state.d)
     }
 
-    fn memory(&self) -> Memory {
-        Memory {
+    fn memory(&self) -> StructureMemory {
+        StructureMemory {
             state: self.state.clone(),
             tangent: (self.kept.as_ref())
                 .map(|kept| (kept.from.clone(), kept.tangent.experience.clone())),
@@ -446,7 +446,7 @@ impl Solid for Structure {
         }
     }
 
-    fn recall(&mut self, memory: Memory) -> Result<(), SolidError> {
+    fn recall(&mut self, memory: StructureMemory) -> Result<(), SolidError> {
         self.set_state(memory.state)?;
         for from in (memory.tangent.iter().map(|(from, _)| from)).chain(&memory.renewal) {
             self.check(&from.load)?;

@@ -2,7 +2,7 @@
 //! in these types all values are SI. All mistakes of a file are reported at once.
 
 mod keys;
-mod sense;
+mod plausibility;
 
 use super::motion::Dynamics;
 use super::tube::{Ends, Grid, Tube};
@@ -84,7 +84,7 @@ impl SolidFile {
             && let Some(keys) = stack.build::<Keys>(file, &mut errors)
         {
             let solid = Self::from(keys);
-            sense::check(&solid, &stack, &mut errors);
+            plausibility::check(&solid, &stack, &mut errors);
             if errors.is_empty() {
                 return Ok(solid);
             }

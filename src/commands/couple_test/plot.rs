@@ -2,7 +2,7 @@
 
 use crate::coupling::predictor::Extrapolation;
 use crate::coupling::reference::History;
-use crate::coupling::reference::study::Trial;
+use crate::coupling::reference::study::Combination;
 use crate::output::figure::{Curve, Figure, Panel, Scale};
 use crate::output::write_atomically;
 use std::io;
@@ -14,14 +14,14 @@ const SHOWN: usize = 30;
 const RESIDUALS: std::ops::RangeInclusive<f64> = 1e-8..=10.0;
 
 /// A line for each model with the longest memory and quadratic prediction: full without, dashed with the surrogate.
-pub fn residuals(path: &Path, problem: &str, results: &[(Trial, History)]) -> io::Result<()> {
+pub fn residuals(path: &Path, problem: &str, results: &[(Combination, History)]) -> io::Result<()> {
     let steps = results.iter().map(|(_, history)| history.residuals.len());
     let step = steps.min().unwrap_or(1) / 2;
-    let is_shown = |(trial, _): &&(Trial, History)| {
+    let is_shown = |(trial, _): &&(Combination, History)| {
         trial.extrapolation == Extrapolation::Quadratic
             && (trial.reuse == 10 || !trial.kind.remembers())
     };
-    let curve = |(trial, history): &(Trial, History)| {
+    let curve = |(trial, history): &(Combination, History)| {
         let falls = history.residuals[step].iter().take(SHOWN).enumerate();
         let points = falls.map(|(k, residual)| (k as f64 + 1.0, *residual));
         Curve {

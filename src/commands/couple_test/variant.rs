@@ -2,7 +2,7 @@
 
 use crate::case::{Case, Surrogate};
 use crate::commands::case_arguments::CaseArguments;
-use crate::coupling::acceleration::Kind;
+use crate::coupling::acceleration::AccelerationModel;
 
 /// Iterations that relaxation may take in a step, which the limit of a case is not made for.
 const PATIENCE: usize = 500;
@@ -11,7 +11,7 @@ const PATIENCE: usize = 500;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Variant {
     /// Acceleration model.
-    pub kind: Kind,
+    pub kind: AccelerationModel,
     /// Number of steps that it remembers; 0 for models without memory.
     pub reuse: usize,
     /// Whether it is given the surrogate.
@@ -22,7 +22,7 @@ impl Variant {
     /// Every model, with memory of up to 40 steps for those that can have it, with and without the surrogate. Models
     /// that agree without memory are there once. The quick ones come first.
     pub fn all() -> Vec<Self> {
-        use Kind::{Aitken, Constant, Hybrid, IqnLs, MultiVector};
+        use AccelerationModel::{Aitken, Constant, Hybrid, IqnLs, MultiVector};
         let models = [
             (IqnLs, 40),
             (IqnLs, 10),

@@ -14,9 +14,10 @@ use crate::simulation::{Checkpoints, Simulation, SimulationError, checkpoint};
 use std::path::{Path, PathBuf};
 
 /// The state of a run.
-pub type RunCheckpoint = checkpoint::Checkpoint<structure::Memory, (record::Memory, ())>;
+pub type RunCheckpoint =
+    checkpoint::Checkpoint<structure::StructureMemory, (record::RecordMemory, ())>;
 /// A checkpoint of a run that was found.
-pub type Found = checkpoint::Found<structure::Memory, (record::Memory, ())>;
+pub type Found = checkpoint::Found<structure::StructureMemory, (record::RecordMemory, ())>;
 
 /// A running case.
 pub struct CoupledRun {

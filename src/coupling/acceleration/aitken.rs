@@ -1,6 +1,6 @@
 //! Aitken's dynamic relaxation (Irons and Tuck 1969; Küttler and Wall 2008).
 
-use super::{Acceleration, Identity, Memory, Surrogate};
+use super::{Acceleration, AccelerationMemory, Identity, Surrogate};
 use nalgebra::DVector;
 
 /// `d + omega_k s_k` with `s = P r` and `omega_k = -omega_{k-1} s_{k-1}·(s_k - s_{k-1}) / |s_k - s_{k-1}|²`; `P` is the
@@ -64,14 +64,14 @@ impl Acceleration for Aitken {
         self.omega = self.omega.signum() * self.omega.abs().min(factor);
     }
 
-    fn memory(&self) -> Memory {
-        Memory {
+    fn memory(&self) -> AccelerationMemory {
+        AccelerationMemory {
             factor: Some(self.omega),
             fits: Vec::new(),
         }
     }
 
-    fn recall(&mut self, memory: Memory, d: &DVector<f64>) {
+    fn recall(&mut self, memory: AccelerationMemory, d: &DVector<f64>) {
         self.reset();
         self.omega = memory.factor.unwrap_or(self.first);
         self.surrogate.finish_step(d);

@@ -1,6 +1,6 @@
 //! Constant relaxation.
 
-use super::{Acceleration, Identity, Memory, Surrogate};
+use super::{Acceleration, AccelerationMemory, Identity, Surrogate};
 use nalgebra::DVector;
 
 /// `d + omega P r` with a fixed factor; `P` is the identity unless a surrogate is given.
@@ -47,11 +47,11 @@ impl Acceleration for Constant {
         self.omega = factor;
     }
 
-    fn memory(&self) -> Memory {
-        Memory::default()
+    fn memory(&self) -> AccelerationMemory {
+        AccelerationMemory::default()
     }
 
-    fn recall(&mut self, _: Memory, d: &DVector<f64>) {
+    fn recall(&mut self, _: AccelerationMemory, d: &DVector<f64>) {
         self.reset();
         self.surrogate.finish_step(d);
     }

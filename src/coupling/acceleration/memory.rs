@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 /// All that an acceleration has learnt, in a form that can be stored. (What a [`Surrogate`](super::Surrogate) knows
 /// follows from the displacement that was accepted last.)
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Memory {
+pub struct AccelerationMemory {
     /// The relaxation factor with which the next step begins, of those models that adapt it.
     pub factor: Option<f64>,
     /// The columns of each fit of a quasi-Newton model, newest first.
     pub fits: Vec<Vec<Column>>,
 }
 
-impl Memory {
+impl AccelerationMemory {
     /// Whether it was learnt on an interface with `unknowns` components, and holds nothing but finite numbers and residuals
     /// of length 1.
     pub fn fits_to(&self, unknowns: usize) -> bool {

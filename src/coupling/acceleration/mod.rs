@@ -37,7 +37,7 @@ pub use constant::Constant;
 pub use hybrid::Hybrid;
 pub use iqn_ls::IqnLs;
 pub use least_squares::{Column, Columns, Filter, LeastSquares};
-pub use memory::Memory;
+pub use memory::AccelerationMemory;
 pub use multi_vector::MultiVector;
 pub use quasi_newton::{Model, Prediction, QuasiNewton};
 pub use surrogate::{Identity, Surrogate};
@@ -59,10 +59,10 @@ pub trait Acceleration: Send {
     fn set_relaxation(&mut self, factor: f64);
 
     /// What was learnt in the accepted steps. Call it between two steps.
-    fn memory(&self) -> Memory;
+    fn memory(&self) -> AccelerationMemory;
 
     /// Continues as the one whose memory this is, where `d` is the displacement that was accepted last.
-    fn recall(&mut self, memory: Memory, d: &DVector<f64>);
+    fn recall(&mut self, memory: AccelerationMemory, d: &DVector<f64>);
 
     /// What the last trial was built from.
     fn columns(&self) -> Columns {
@@ -84,9 +84,9 @@ pub struct Settings {
     pub max_columns: usize,
 }
 
-pub use crate::case::Acceleration as Kind;
+pub use crate::case::AccelerationModel;
 
-impl Kind {
+impl AccelerationModel {
     /// Whether the model learns from earlier steps.
     pub fn remembers(self) -> bool {
         !matches!(self, Self::Constant | Self::Aitken)
@@ -165,7 +165,7 @@ pub(crate) mod tests {
             filter: Filter::exact(1e-6),
             max_columns: 100,
         };
-        for kind in Kind::ALL {
+        for kind in AccelerationModel::ALL {
             let trial = |model: &mut dyn Acceleration| {
                 iterate(&mut Linear::new(20, 8.0), model, 1000).unwrap()
             };
@@ -184,7 +184,7 @@ pub(crate) mod tests {
             filter: Filter::exact(1e-3),
             max_columns: 12,
         };
-        for kind in Kind::ALL {
+        for kind in AccelerationModel::ALL {
             let mut problem = Linear::new(20, 8.0);
             let mut straight = kind.build(&settings, Box::new(Identity));
             let mut d = problem.at_rest();

@@ -1,6 +1,6 @@
 //! The quasi-Newton iteration: its columns come from the trials, its answers from a model of the inverse Jacobian.
 
-use super::{Acceleration, Column, Columns, Identity, Memory, Surrogate};
+use super::{Acceleration, AccelerationMemory, Column, Columns, Identity, Surrogate};
 use nalgebra::DVector;
 
 /// What a model says about a residual.
@@ -100,14 +100,14 @@ impl<M: Model> Acceleration for QuasiNewton<M> {
         self.relaxation = factor;
     }
 
-    fn memory(&self) -> Memory {
-        Memory {
+    fn memory(&self) -> AccelerationMemory {
+        AccelerationMemory {
             factor: None,
             fits: self.model.fits(),
         }
     }
 
-    fn recall(&mut self, memory: Memory, d: &DVector<f64>) {
+    fn recall(&mut self, memory: AccelerationMemory, d: &DVector<f64>) {
         self.last = None;
         self.model.recall(memory.fits);
         self.surrogate.finish_step(d);

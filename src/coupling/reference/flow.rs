@@ -43,7 +43,7 @@ pub enum Outlet {
 
 /// Constants of the flow.
 #[derive(Debug, Clone, Copy)]
-pub struct Fluid {
+pub struct TubeFluid {
     /// Density, kg/m³.
     pub density: f64,
     /// Kinematic viscosity, m²/s.
@@ -62,7 +62,7 @@ pub struct Fluid {
 #[derive(Debug, Clone)]
 pub struct Flow {
     /// Constants.
-    pub fluid: Fluid,
+    pub fluid: TubeFluid,
     /// Time, s.
     time: f64,
     /// Areas of the cells, m².
@@ -86,7 +86,7 @@ pub struct FlowTrial {
 
 impl Flow {
     /// Blood at rest in a tube with these radii (m).
-    pub fn at_rest(fluid: Fluid, radius: &[f64]) -> Self {
+    pub fn at_rest(fluid: TubeFluid, radius: &[f64]) -> Self {
         Self {
             fluid,
             time: 0.0,

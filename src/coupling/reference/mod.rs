@@ -1,7 +1,7 @@
 //! Coupled problems with a known answer that need no flow solver: the proving ground of acceleration and prediction.
 //!
 //! * [`Linear`]: an interface problem whose spectrum is that of an added mass, with a dial for its size.
-//! * [`Tube`]: a one-dimensional elastic tube. The [`Flow`] through it and its [`Wall`] are two solvers that know
+//! * [`Tube`]: a one-dimensional elastic tube. The [`Flow`] through it and its [`StringWall`] are two solvers that know
 //!   nothing of each other; [`Monolithic`] solves both at once by Newton's method.
 //!
 //! [`march`] takes any of them through its time steps as the driver does.
@@ -14,12 +14,12 @@ pub mod study;
 mod tube;
 mod wall;
 
-pub use flow::{Flow, Fluid, Inlet, Outlet};
+pub use flow::{Flow, Inlet, Outlet, TubeFluid};
 pub use linear::Linear;
 pub use march::{History, march};
 pub use monolithic::Monolithic;
 pub use tube::{Tube, TubeSetup};
-pub use wall::{Wall, WallSetup};
+pub use wall::{StringWall, WallSetup};
 
 use super::acceleration::Surrogate;
 use nalgebra::DVector;

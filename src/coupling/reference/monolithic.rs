@@ -1,7 +1,7 @@
 //! Flow and wall of the tube solved together by Newton's method.
 
 use super::flow::{COMPLEX_STEP, FlowTrial, Number, real};
-use super::{Flow, Wall};
+use super::{Flow, StringWall};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ pub struct Monolithic {
     /// The flow.
     pub flow: Flow,
     /// The wall.
-    pub wall: Wall,
+    pub wall: StringWall,
     /// Radii at rest, m.
     pub radius: Vec<f64>,
     /// Solution of the last step: n displacements, n pressures, n + 1 flows, each in a unit that makes it about 1.
@@ -22,7 +22,7 @@ const UNITS: [f64; 3] = [1e-4, 1e3, 1e-6];
 
 impl Monolithic {
     /// The tube at rest.
-    pub fn new(flow: Flow, wall: Wall, radius: Vec<f64>) -> Self {
+    pub fn new(flow: Flow, wall: StringWall, radius: Vec<f64>) -> Self {
         let unknowns = DVector::zeros(3 * radius.len() + 1);
         Self {
             flow,

@@ -1,16 +1,16 @@
 //! Which settings a study of the acceleration compares, and one computation with each.
 
 use super::{History, Linear, Reference, Tube, TubeSetup, march};
-use crate::coupling::acceleration::{Filter, Identity, Kind, Settings, Surrogate};
+use crate::coupling::acceleration::{AccelerationModel, Filter, Identity, Settings, Surrogate};
 use crate::coupling::convergence::Criterion;
 use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::predictor::{Extrapolation, Predictor};
 
 /// A combination of settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Trial {
+pub struct Combination {
     /// Acceleration model.
-    pub kind: Kind,
+    pub kind: AccelerationModel,
     /// Number of steps that it remembers; 0 for models without memory.
     pub reuse: usize,
     /// Whether it is given the problem's surrogate.
@@ -19,12 +19,12 @@ pub struct Trial {
     pub extrapolation: Extrapolation,
 }
 
-impl Trial {
+impl Combination {
     /// Every model, with and without surrogate, with every predictor, and with memory of 0, 5 and 10 steps for those
     /// that can have it.
     pub fn all() -> Vec<Self> {
         let mut all = Vec::new();
-        for kind in Kind::ALL {
+        for kind in AccelerationModel::ALL {
             let reuses: &[usize] = if kind.remembers() { &[0, 5, 10] } else { &[0] };
             for &reuse in reuses {
                 for surrogate in [false, true] {

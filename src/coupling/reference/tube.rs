@@ -1,6 +1,6 @@
 //! The elastic tube as a partitioned problem whose interface looks as in three dimensions: points on rings.
 
-use super::{Flow, Fluid, Inlet, Monolithic, Outlet, Reference, Wall, WallSetup};
+use super::{Flow, Inlet, Monolithic, Outlet, Reference, StringWall, TubeFluid, WallSetup};
 use crate::Vec3;
 use crate::coupling::acceleration::Surrogate;
 use crate::coupling::acceleration::surrogate::{Axis, Blood, End, Sections, TubeSurrogate};
@@ -22,7 +22,7 @@ pub struct TubeSetup {
     /// Number of time steps.
     pub steps: usize,
     /// The flow.
-    pub fluid: Fluid,
+    pub fluid: TubeFluid,
     /// The wall.
     pub wall: WallSetup,
     /// A factor with which constant relaxation converges.
@@ -39,7 +39,7 @@ impl TubeSetup {
             radius: 3e-3,
             cells,
             steps: 60,
-            fluid: Fluid {
+            fluid: TubeFluid {
                 density: 1050.0,
                 viscosity: 3.5e-3 / 1050.0,
                 time_step: 2e-3,
@@ -69,7 +69,7 @@ impl TubeSetup {
             radius: 5e-3,
             cells,
             steps: 100,
-            fluid: Fluid {
+            fluid: TubeFluid {
                 density: 1000.0,
                 viscosity: 3e-6,
                 time_step: 1e-4,
@@ -87,8 +87,8 @@ impl TubeSetup {
         }
     }
 
-    fn wall(&self) -> Wall {
-        Wall::at_rest(self.wall, self.cells, self.fluid.cell, self.fluid.time_step)
+    fn wall(&self) -> StringWall {
+        StringWall::at_rest(self.wall, self.cells, self.fluid.cell, self.fluid.time_step)
     }
 
     fn flow(&self) -> Flow {
@@ -101,7 +101,7 @@ impl TubeSetup {
 pub struct Tube {
     setup: TubeSetup,
     flow: Flow,
-    wall: Wall,
+    wall: StringWall,
 }
 
 impl Tube {

@@ -19,7 +19,7 @@ pub struct WallSetup {
 
 /// The wall at the end of the last accepted time step; starts at rest.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wall {
+pub struct StringWall {
     setup: WallSetup,
     /// Length of a cell, m.
     cell: f64,
@@ -30,7 +30,7 @@ pub struct Wall {
     acceleration: Vec<f64>,
 }
 
-impl Wall {
+impl StringWall {
     /// A wall of `n` cells at rest.
     pub fn at_rest(setup: WallSetup, n: usize, cell: f64, time_step: f64) -> Self {
         Self {

@@ -34,7 +34,7 @@ pub struct Checkpoint<S, O> {
     /// The structure.
     pub structure: S,
     /// The coupling.
-    pub coupling: fixed_point::Memory,
+    pub coupling: fixed_point::FixedPointMemory,
     /// Tables and series.
     pub observer: O,
 }

@@ -7,7 +7,7 @@ use crate::simulation::subdivision::StepSubdivision;
 use nalgebra::DVector;
 use proptest::prelude::*;
 
-type Example = Checkpoint<structure::Memory, (u64, Vec<String>)>;
+type Example = Checkpoint<structure::StructureMemory, (u64, Vec<String>)>;
 
 pub fn example(step: usize) -> Example {
     let column = Column::new(
@@ -31,7 +31,7 @@ pub fn example(step: usize) -> Example {
             state: vec![1, 2, 3],
             files: vec!["openfoam/0.02/U".into()],
         },
-        structure: structure::Memory {
+        structure: structure::StructureMemory {
             state: State {
                 d: d.clone(),
                 v: d.clone(),
@@ -40,10 +40,10 @@ pub fn example(step: usize) -> Example {
             tangent: Some((linearization(d.clone()), Experience::default())),
             renewal: Some(linearization(d.clone())),
         },
-        coupling: fixed_point::Memory {
+        coupling: fixed_point::FixedPointMemory {
             displacements: vec![d, vec![0.0; 3]],
             predictor_errors: vec![f64::INFINITY, 0.1],
-            acceleration: crate::coupling::acceleration::Memory {
+            acceleration: crate::coupling::acceleration::AccelerationMemory {
                 factor: Some(0.1),
                 fits: vec![Vec::new(), column.into_iter().collect()],
             },
@@ -139,7 +139,9 @@ fn a_checkpoint_whose_files_have_changed_is_passed_over() {
     }
 }
 
-fn newest(store: &Store) -> Result<Found<structure::Memory, (u64, Vec<String>)>, StoreError> {
+fn newest(
+    store: &Store,
+) -> Result<Found<structure::StructureMemory, (u64, Vec<String>)>, StoreError> {
     store.newest()
 }
 

@@ -5,7 +5,7 @@ use fsi_driver::pfem::structure;
 use fsi_driver::simulation::checkpoint::{self, with_head};
 use libfuzzer_sys::fuzz_target;
 
-type Checkpoint = checkpoint::Checkpoint<structure::Memory, ()>;
+type Checkpoint = checkpoint::Checkpoint<structure::StructureMemory, ()>;
 
 fuzz_target!(|bytes: &[u8]| {
     let _ = Checkpoint::decode(bytes);
