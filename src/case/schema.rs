@@ -62,7 +62,7 @@ impl Key {
     }
 }
 
-/// A table of a file, which the macros [`table!`](super::table) and [`choice!`](super::choice) make.
+/// A table of a file, which the macros `table!` and `choice!` make.
 pub trait Table {
     /// Adds what may stand in this table at `path` (empty: the file itself).
     fn describe(path: &str, schema: &mut Schema);

@@ -53,7 +53,7 @@ pub fn prune(case: &Path, keep: impl Fn(f64) -> bool) -> io::Result<()> {
 const LATE: &str = "uniform/functionObjects/functionObjectProperties";
 
 /// Removes what a solver that was ended amid its writing may have left behind, before another one starts at the time
-/// `start` (s): all later times, and a [`LATE`] file that is not whole, at which OpenFOAM would give up.
+/// `start` (s): all later times, and a late file that is not whole, at which OpenFOAM would give up.
 pub fn clear_remains(case: &Path, start: f64) -> io::Result<()> {
     prune(case, |time| time <= start)?;
     for written in written(case)? {

@@ -32,7 +32,7 @@ pub struct Computed {
     pub stats: Stats,
 }
 
-/// Inflates the tube of a choice. From degree [`DIRECT`] on, Newton's method starts from the solution of a degree two
+/// Inflates the tube of a choice. From degree `DIRECT` on, Newton's method starts from the solution of a degree two
 /// lower, and so on down; what that costs is not counted.
 pub fn compute(choice: &Choice) -> Result<Computed, SolidError> {
     let tube = choice.case.tube(choice.mesh);

@@ -56,7 +56,7 @@ pub enum End {
 /// and falls linearly to zero at the next ([`Sections::share`]): the displacement of all wall points.
 ///
 /// Of displacements that no such pressures cause (sections that do not stay round) a fixed share passes: the added mass
-/// of a wave with m periods around the circumference is `rho r/m` when it is long, and m = [`AROUND`] stands for all.
+/// of a wave with m periods around the circumference is `rho r/m` when it is long, and m = `AROUND` stands for all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TubeSurrogate {
     sections: Sections,
