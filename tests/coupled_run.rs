@@ -12,6 +12,17 @@ use std::time::{Duration, Instant};
 const STEP: f64 = 0.002;
 
 fn driver(out: &Path, end_time: f64, more: &[&str]) -> Command {
+    let usual = [
+        "fluid.mesh.axial_extension=10",
+        "fluid.mesh.axial_per_section=12",
+        "structure.axial_per_section=4",
+        "output.structure_interval_s=0.01",
+    ];
+    // A key may be given once only.
+    let key = |value: &str| value.split('=').next().unwrap().to_owned();
+    let usual = usual
+        .into_iter()
+        .filter(|value| more.iter().all(|m| key(m) != key(value)));
     let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
     command
         .current_dir(env!("CARGO_MANIFEST_DIR"))
@@ -19,16 +30,8 @@ fn driver(out: &Path, end_time: f64, more: &[&str]) -> Command {
         .arg("--out")
         .arg(out)
         .args(["--end-time", &end_time.to_string()])
-        .args([
-            "--set",
-            "fluid.mesh.axial_extension=10",
-            "fluid.mesh.axial_per_section=12",
-        ])
-        .args([
-            "--set",
-            "structure.axial_per_section=4",
-            "output.structure_interval_s=0.01",
-        ])
+        .arg("--set")
+        .args(usual)
         .args(more);
     command
 }
