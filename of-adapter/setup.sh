@@ -3,8 +3,12 @@
 #
 #   of-adapter/setup.sh            as root, or as a user with sudo (only asked for if a package is missing)
 #   of-adapter/setup.sh --force    builds again even if nothing changed
+#   of-adapter/setup.sh --prefix DIR
+#                                  installs the library in DIR/lib/fsi-driver/ as well, so that the source tree is not
+#                                  needed any more: fsi-driver finds it below its own prefix (~/.cargo for
+#                                  `cargo install`), ~/.local and /usr/local, or where FSI_DRIVER_ADAPTER=DIR says
 #
-# Everything made here lies in of-adapter/build/; apt's own configuration is read, never changed:
+# Everything else made here lies in of-adapter/build/; apt's own configuration is read, never changed:
 #   build/apt/        private list of package sources, used only if the machine's own has none for OpenFOAM
 #   build/source/     OpenFOAM's source, exactly the installed version (the binary packages carry no headers)
 #   build/include/    links to its headers, one flat folder per library
@@ -158,15 +162,41 @@ stamp() {
     echo "adapter $(cat "$here"/setup.sh "$here"/src/* | sha256sum | cut -d' ' -f1)"
 }
 
-case ${1:-} in
-    '') ;;
-    --force) rm -f "$build/stamp" ;;
-    *) fail "unknown option '$1'; the only one is --force" ;;
-esac
+# Copies the library and its stamp below the prefix, if one was given; a run that uses the old one keeps it.
+install_library() {
+    [ -n "$prefix" ] || return 0
+    folder=$prefix/lib/fsi-driver
+    if cmp -s "$build/libfsiAdapter.so" "$folder/libfsiAdapter.so" && cmp -s "$build/stamp" "$folder/stamp"; then
+        say "nothing to do: $folder/libfsiAdapter.so is the same"
+        return 0
+    fi
+    mkdir -p "$folder" || fail "cannot make $folder: choose another --prefix, or run as root"
+    for file in libfsiAdapter.so stamp; do
+        cp "$build/$file" "$folder/$file.partial" && mv "$folder/$file.partial" "$folder/$file" ||
+            fail "cannot write $folder/$file: choose another --prefix, or run as root"
+    done
+    say "installed: $folder/libfsiAdapter.so"
+}
+
+usage="the options are --force and --prefix DIR"
+force=
+prefix=
+while [ $# -gt 0 ]; do
+    case $1 in
+        --force) force=yes ;;
+        --prefix=*) prefix=${1#--prefix=}; [ -n "$prefix" ] || fail "--prefix needs a folder; $usage" ;;
+        --prefix) [ -n "${2:-}" ] || fail "--prefix needs a folder; $usage"; prefix=$2; shift ;;
+        *) fail "unknown option '$1'; $usage" ;;
+    esac
+    shift
+done
+case $prefix in '' | /*) ;; *) prefix=$PWD/$prefix ;; esac
 mkdir -p "$build"
+[ -z "$force" ] || rm -f "$build/stamp"
 install_packages
 if [ "$(stamp)" = "$(cat "$build/stamp" 2>/dev/null)" ] && [ -f "$build/libfsiAdapter.so" ]; then
     say "nothing to do: $build/libfsiAdapter.so is built for $(head -n 1 "$build/stamp")"
+    install_library
     exit 0
 fi
 rm -f "$build/stamp"
@@ -177,3 +207,4 @@ say "checking it in one time step of pimpleFoam"
 check_run
 stamp >"$build/stamp"
 say "done: $build/libfsiAdapter.so, built for $(head -n 1 "$build/stamp") and found to load"
+install_library

@@ -95,7 +95,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "inflow.file", "", "a path in quotes"),
     ("S-0.25", "windkessel.resistance_Pa_s_m3", "0", "above 0.0"),
     ("S-0.25", "windkessel.compliance_m3_Pa", "-1.2e-10", "above 0.0"),
-    ("S-0.25", "windkessel.initial_pressure_Pa", "1e9", "to 1000000.0"),
+    ("S-0.25", "windkessel.initial_pressure_Pa", "1e9", "from -1e6 to 1e6"),
     ("S-0.25", "windkessel.resistence_Pa_s_m3", "1e9", "did you mean `windkessel.resistance_Pa_s_m3`?"),
     ("S-0.25", "ramp.duration_s", "-0.5", "from 0.0"),
     ("S-0.25", "time.step_s", "0", "above 0.0"),

@@ -318,7 +318,7 @@ fn without_openfoam_or_the_adapter_one_sentence_names_the_command_that_mends_it(
     let out = folder.path().join("run");
     for (variable, value) in [
         ("PATH", "/nowhere"),
-        ("FSI_ADAPTER_LIBRARY", "/nowhere/lib.so"),
+        ("FSI_DRIVER_ADAPTER", "/nowhere/lib.so"),
     ] {
         let output = driver(&out, 0.01, &[])
             .env(variable, value)

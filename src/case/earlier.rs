@@ -1,6 +1,6 @@
 //! Cases as runs have left them, also runs of earlier versions.
 
-use super::Case;
+use super::{Case, defaults, templates};
 
 /// Tables of settings of the method. Those that came later than a run cannot have changed its results.
 const METHOD: [&str; 5] = ["time", "structure", "fluid", "coupling", "output"];
@@ -11,8 +11,7 @@ impl Case {
     /// # Errors
     /// If a value of the physics is missing, or one cannot be read.
     pub fn of_earlier_run(text: &str) -> Result<Self, toml::de::Error> {
-        let defaults: toml::Table =
-            toml::from_str(include_str!("../../openfoam-case/defaults.toml"))?;
+        let defaults: toml::Table = toml::from_str(defaults::TEXT)?;
         let mut case: toml::Table = toml::from_str(text)?;
         for name in METHOD {
             let (Some(toml::Value::Table(own)), Some(toml::Value::Table(all))) =
@@ -24,7 +23,13 @@ impl Case {
                 own.entry(key.clone()).or_insert_with(|| value.clone());
             }
         }
-        toml::Value::Table(case).try_into()
+        let mut case: Self = toml::Value::Table(case).try_into()?;
+        // The record names what is built in by its word.
+        let word = case.fluid.templates.to_str().unwrap_or_default();
+        if let Ok(folder) = templates::folder(word) {
+            case.fluid.templates = folder;
+        }
+        Ok(case)
     }
 }
 

@@ -102,7 +102,7 @@ pub enum CaseError {
     },
     /// Very many keys without a value: the case stands on nothing.
     #[error(
-        "{}: {count} keys are missing, `{first}` the first of them; write `extends = \"path/to/openfoam-case/defaults.toml\"` at the top and name only what differs",
+        "{}: {count} keys are missing, `{first}` the first of them; write `extends = \"defaults\"` at the top and name only what differs",
         file.display()
     )]
     NoDefaults {

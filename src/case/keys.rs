@@ -1,8 +1,8 @@
 //! The table of all keys of a case, as the types that hold their values: names carry the unit, values are SI.
 
-use super::Flag;
 use super::schema::{Kind, above, from, whole};
 use super::table::{choice, table, words};
+use super::{Flag, templates};
 use std::path::PathBuf;
 
 table! {
@@ -187,7 +187,7 @@ words! {
 table! {
     /// Discretization of the blood and the way to its solver.
     pub struct Fluid {
-        templates: PathBuf = "templates", Kind::Path, "folder of the OpenFOAM dictionary templates";
+        templates: PathBuf = "templates", Kind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates";
         ranks: usize = "ranks", whole(1, 1024), "MPI ranks";
         transport: Transport = "transport", Kind::Word(Transport::WORDS), "way between driver and OpenFOAM";
         answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for OpenFOAM's answer, or 50 times its longest so far";

@@ -2,7 +2,7 @@
 
 use super::error::{CaseError, CaseErrors, Place};
 use super::schema::Schema;
-use super::source::{self, Entry, Source};
+use super::source::{self, Base, Entry, Source};
 use super::stack::Stack;
 use super::table::words;
 use super::{Case, check, spelling, value};
@@ -156,10 +156,16 @@ impl Case {
 /// The file and those it stands on, the lowest first.
 fn chain(file: &Path, errors: &mut Vec<CaseError>) -> Vec<Source> {
     let mut sources: Vec<Source> = Vec::new();
-    let mut next = Some((file.to_owned(), None));
-    while let Some((path, named_by)) = next {
+    let mut next = Some((Base::File(file.to_owned()), None));
+    while let Some((base, named_by)) = next {
+        let Base::File(path) = base else {
+            sources.push(source::read_defaults(errors));
+            break;
+        };
         let advice = match &named_by {
-            Some(place) => format!("`extends` in {place} must name a file, relative to its own"),
+            Some(place) => format!(
+                "`extends` in {place} must name a file, relative to its own, or be \"defaults\""
+            ),
             None => "a case is a folder with a `case.toml`".to_owned(),
         };
         let source = source::read(&path, &advice, errors);

@@ -3,10 +3,10 @@
 //! In the files every name carries its unit (`mu_Pa`, `time.step_s`); in these types all values are SI.
 //!
 //! A case is a stack of layers, and what lies on top counts: the file that `extends` names (all parameters with unit and
-//! origin: `openfoam-case/defaults.toml`), the preset found there, the case's own values, `--set key=value`. A vessel of
-//! your own is a folder anywhere with a file `case.toml`:
+//! origin: `openfoam-case/defaults.toml`, which is built into the program as "defaults"), the preset found there, the
+//! case's own values, `--set key=value`. A vessel of your own is a folder anywhere with a file `case.toml`:
 //! ```toml
-//! extends = "/path/to/openfoam-case/defaults.toml"
+//! extends = "defaults"
 //!
 //! [geometry]
 //! graft_inner_radius_m = 4.0e-3
@@ -23,11 +23,13 @@
 //! ```
 
 mod check;
+pub mod defaults;
 mod earlier;
 mod error;
 mod flag;
 mod flow_curve;
 pub mod identity;
+mod json_schema;
 mod keys;
 mod load;
 pub mod schema;
@@ -35,6 +37,7 @@ pub(crate) mod source;
 pub(crate) mod spelling;
 pub(crate) mod stack;
 pub(crate) mod table;
+mod templates;
 mod text_file;
 pub(crate) mod value;
 mod warnings;

@@ -1,5 +1,6 @@
 //! TOML text, flattened: every value under its dotted path, with the line it stands in.
 
+use super::defaults;
 use super::error::{CaseError, Place};
 use super::text_file;
 use std::collections::BTreeSet;
@@ -24,12 +25,32 @@ pub struct Entry {
 /// A case file: what it stands on, its values, and its presets' values.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Source {
-    /// The file named by `extends`, with the place of that line.
-    pub extends: Option<(PathBuf, Place)>,
+    /// What `extends` names, with the place of that line.
+    pub extends: Option<(Base, Place)>,
     /// Values outside presets.
     pub plain: Vec<Entry>,
     /// Values of presets, with the preset's name.
     pub presets: Vec<(String, Entry)>,
+}
+
+/// What a file stands on.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Base {
+    /// Another file.
+    File(PathBuf),
+    /// The defaults that are built into the program.
+    Defaults,
+}
+
+impl Base {
+    /// The word for the defaults; a file of that name is `./defaults`.
+    const DEFAULTS: &str = "defaults";
+}
+
+/// The defaults that are built into the program.
+pub fn read_defaults(errors: &mut Vec<CaseError>) -> Source {
+    let path = Path::new("built-in defaults.toml");
+    parse(defaults::TEXT, path, Path::new(""), errors)
 }
 
 /// Reads the file `path`, shown as such in messages; `advice` says what to do if it cannot be read.
@@ -49,25 +70,34 @@ pub fn read(path: &Path, advice: &str, errors: &mut Vec<CaseError>) -> Source {
         Ok(folder) => folder,
         Err(_) => std::env::current_dir().unwrap_or_default(),
     };
+    parse(&text, path, &folder, errors)
+}
+
+/// The values of a text of the file `path`; relative paths in it start from `folder`.
+fn parse(text: &str, path: &Path, folder: &Path, errors: &mut Vec<CaseError>) -> Source {
     let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     let line_of = |offset: usize| 1 + lines.partition_point(|end| *end < offset);
     let place = |span: Range<usize>| Place::File(path.to_owned(), line_of(span.start));
     let mut source = Source::default();
-    for (mut keys, value, at) in flatten(&text, &place, errors) {
+    for (mut keys, value, at) in flatten(text, &place, errors) {
         let entry = |key: String| Entry {
             key,
             value: value.clone(),
             place: at.clone(),
-            folder: folder.clone(),
+            folder: folder.to_owned(),
         };
         match keys[0].as_str() {
             "extends" if keys.len() == 1 => match value.as_str() {
-                Some(base) => source.extends = Some((tidy(&path.with_file_name(base)), at)),
+                Some(Base::DEFAULTS) => source.extends = Some((Base::Defaults, at)),
+                Some(base) => {
+                    let base = Base::File(tidy(&path.with_file_name(base)));
+                    source.extends = Some((base, at));
+                }
                 None => errors.push(CaseError::Value {
                     place: at.clone(),
                     key: "extends".into(),
                     found: value.to_string(),
-                    allowed: "a path in quotes".into(),
+                    allowed: "a path in quotes, or \"defaults\"".into(),
                     about: "the file that this one stands on".into(),
                     suggestion: None,
                 }),

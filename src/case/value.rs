@@ -3,7 +3,7 @@
 use super::error::CaseError;
 use super::schema::{Key, Kind};
 use super::source::{self, Entry};
-use super::spelling;
+use super::{spelling, templates};
 use std::ops::RangeInclusive;
 use toml::Value;
 
@@ -30,9 +30,30 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
         {
             Some(entry.value.clone())
         }
-        (Kind::Path, Value::String(path)) if !path.is_empty() => {
-            let absolute = source::tidy(&entry.folder.join(path));
-            absolute.to_str().map(|path| Value::String(path.to_owned()))
+        (Kind::Path, Value::String(path)) if !path.is_empty() => absolute(path, &entry),
+        (Kind::PathOr(words), Value::String(word))
+            if !word.is_empty() && !words.iter().any(|(known, _)| known == word) =>
+        {
+            absolute(word, &entry)
+        }
+        (Kind::PathOr(words), Value::String(word))
+            if words.iter().any(|(known, _)| known == word) =>
+        {
+            match templates::folder(word) {
+                Ok(folder) => folder.to_str().map(Value::from),
+                Err(error) => {
+                    errors.push(CaseError::Nonsense {
+                        found: shorten(&entry.value),
+                        key: entry.key,
+                        place: entry.place,
+                        message: format!(
+                            "cannot unpack it into the cache (XDG_CACHE_HOME or HOME) nor for the time being (TMPDIR): \
+                             {error}"
+                        ),
+                    });
+                    return None;
+                }
+            }
         }
         (Kind::Rows, Value::Array(rows)) => read_rows(rows),
         (Kind::Points, Value::Array(points)) => read_points(points),
@@ -76,6 +97,12 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
             None
         }
     }
+}
+
+/// A path as one that does not depend on the current folder.
+fn absolute(path: &str, entry: &Entry) -> Option<Value> {
+    let absolute = source::tidy(&entry.folder.join(path));
+    absolute.to_str().map(Value::from)
 }
 
 fn number(value: &Value) -> Option<f64> {

@@ -1,7 +1,9 @@
 //! The case as a file again: every value used, loadable by itself.
 
-use super::{Case, ResolvedCase};
+use super::schema::Kind;
+use super::{Case, ResolvedCase, templates};
 use std::fmt::Write as _;
+use std::path::Path;
 use toml::Value;
 
 impl Case {
@@ -33,6 +35,12 @@ fn write(case: &Case, origin: impl Fn(&str) -> Option<String>) -> String {
         let Some(value) = names.try_fold(&values, |value, name| value.get(name)) else {
             continue;
         };
+        // What is built in is so on another machine, too.
+        let built_in = value
+            .as_str()
+            .filter(|_| matches!(key.kind, Kind::PathOr(_)));
+        let built_in = built_in.and_then(|path| templates::word(Path::new(path)));
+        let value = &built_in.map_or(value.clone(), Value::from);
         if section != key.table() {
             section = key.table();
             let _ = write!(text, "\n[{section}]\n");

@@ -8,13 +8,16 @@ mod convergence;
 mod couple_test;
 mod failure;
 mod hemodynamics;
+mod keys;
 mod report;
 mod results_folder;
 mod run;
 mod run_folder;
+mod shell;
 mod solid;
 mod study;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -60,6 +63,12 @@ enum Command {
     Report(report::Arguments),
     /// Evaluates the wall shear of a run again, over any window of time.
     Hemodynamics(hemodynamics::Arguments),
+    /// What may stand in a case: keys with meaning, range, default and origin.
+    Keys(keys::Arguments),
+    /// Prints the script by which a shell completes commands and options.
+    Completions(shell::Completions),
+    /// Prints the manual page, or writes those of all commands into a folder.
+    Man(shell::Manual),
     /// The paper's convergence study of the structural solver, with its figures 7 to 10.
     Convergence(convergence::Arguments),
 }
@@ -70,6 +79,7 @@ pub fn main() -> ExitCode {
     let outcome = match CommandLine::try_parse() {
         Ok(line) => execute(line),
         Err(mistake) if mistake.use_stderr() => mistake.exit(),
+        Err(help) if help.kind() == ErrorKind::DisplayVersion => shell::version(),
         Err(help) => terminal::print(help.render()).map_err(Failure::from),
     };
     match outcome {
@@ -91,6 +101,9 @@ fn execute(line: CommandLine) -> Result<(), Failure> {
         (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
         (Some(Command::Report(arguments)), _) => report::run(&arguments),
         (Some(Command::Hemodynamics(arguments)), _) => hemodynamics::run(&arguments),
+        (Some(Command::Keys(arguments)), _) => keys::run(&arguments),
+        (Some(Command::Completions(arguments)), _) => shell::completions(&arguments),
+        (Some(Command::Man(arguments)), _) => shell::manual(&arguments),
         (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
         (None, Some(arguments)) => run::run(&arguments, &line.chosen),
         (None, None) => unreachable!("clap shows the help when there are no arguments"),

@@ -7,7 +7,7 @@ mod plausibility;
 use super::motion::Dynamics;
 use super::tube::{Ends, Grid, Tube};
 use crate::case::schema::Schema;
-use crate::case::source::{self, Entry};
+use crate::case::source::{self, Base, Entry};
 use crate::case::stack::Stack;
 use crate::case::{CaseErrors, Material};
 use crate::pfem::Space;
@@ -64,9 +64,12 @@ impl SolidFile {
         let readable = errors.is_empty();
         let mut entries = source.plain;
         // What a case may have and this file may not.
-        entries.extend(source.extends.map(|(path, place)| Entry {
+        entries.extend(source.extends.map(|(base, place)| Entry {
             key: "extends".into(),
-            value: Value::String(path.display().to_string()),
+            value: match base {
+                Base::File(path) => path.display().to_string().into(),
+                Base::Defaults => "defaults".into(),
+            },
             place,
             folder: Default::default(),
         }));

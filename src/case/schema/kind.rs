@@ -17,6 +17,8 @@ pub enum Kind {
     Text(usize),
     /// A path, relative to the file that names it.
     Path,
+    /// A path, or one of these words for what is built into the program; each with its meaning.
+    PathOr(&'static [(&'static str, &'static str)]),
     /// Rows of numbers of equal length from 0 to 1; first and last row zero.
     Rows,
     /// Points of space.
@@ -78,9 +80,17 @@ impl fmt::Display for Range {
             high,
         } = *self;
         match with_low {
-            true => write!(f, "a number from {low:?} to {high:?}"),
-            false => write!(f, "a number above {low:?}, at most {high:?}"),
+            true => write!(f, "a number from {} to {}", short(low), short(high)),
+            false => write!(f, "a number above {}, at most {}", short(low), short(high)),
         }
+    }
+}
+
+/// A number in few digits: 1e15 rather than 1000000000000000.0.
+fn short(number: f64) -> String {
+    match number.abs() {
+        0.0 | 1e-3..1e4 => format!("{number:?}"),
+        _ => format!("{number:e}"),
     }
 }
 
@@ -96,6 +106,10 @@ impl fmt::Display for Kind {
             Kind::Flag => f.write_str("true or false"),
             Kind::Text(most) => write!(f, "a line of 1 to {most} characters in quotes"),
             Kind::Path => f.write_str("a path in quotes"),
+            Kind::PathOr(words) => {
+                let words: Vec<_> = words.iter().map(|(word, _)| *word).collect();
+                write!(f, "a path in quotes, or \"{}\"", words.join("\", \""))
+            }
             Kind::Degrees(low, high) => write!(
                 f,
                 "a whole number from {low} to {high}, or three of them in brackets"

@@ -5,6 +5,10 @@ use std::process::Command;
 
 /// The command that mends every error of this module.
 const REMEDY: &str = "run of-adapter/setup.sh";
+/// The environment variable that names the adapter's library, or the folder or prefix that it is installed in.
+const VARIABLE: &str = "FSI_DRIVER_ADAPTER";
+/// Where `setup.sh --prefix` puts the library, below the prefix.
+const BELOW_PREFIX: &str = "lib/fsi-driver";
 const LIBRARY: &str = "libfsiAdapter.so";
 
 /// What Debian's OpenFOAM needs to know of itself at run time.
@@ -20,7 +24,7 @@ pub enum InstallError {
     #[error("the OpenFOAM adapter is not built: {REMEDY} (looked for {LIBRARY} in {})", list(.0))]
     Library(Vec<PathBuf>),
     /// The library named by the environment is missing.
-    #[error("FSI_ADAPTER_LIBRARY names {}, which is no file: unset it and {REMEDY}", .0.display())]
+    #[error("{VARIABLE} names {}, where there is no {LIBRARY}: unset it or {REMEDY}", .0.display())]
     NamedLibrary(PathBuf),
     /// OpenFOAM cannot work there.
     #[error(
@@ -101,34 +105,57 @@ fn on_path(program: &str) -> bool {
     })
 }
 
-/// `FSI_ADAPTER_LIBRARY`, or `of-adapter/build/` beside the program or one of the folders above it, beside the sources
-/// it was compiled from, or in the working directory.
+/// What `FSI_DRIVER_ADAPTER` names; or else the first of these: `of-adapter/build/` beside the program or one of the
+/// folders above it (a build in the source tree), `lib/fsi-driver/` below the prefix of the program, `~/.local` or
+/// `/usr/local` (`setup.sh --prefix`), `of-adapter/build/` beside the sources it was compiled from, or in the working
+/// directory.
 fn find_library() -> Result<PathBuf, InstallError> {
-    if let Some(named) = std::env::var_os("FSI_ADAPTER_LIBRARY").filter(|name| !name.is_empty()) {
+    if let Some(named) = std::env::var_os(VARIABLE).filter(|name| !name.is_empty()) {
         let path = PathBuf::from(named);
-        return match path.canonicalize() {
-            Ok(path) if path.is_file() => Ok(path),
-            _ => Err(InstallError::NamedLibrary(path)),
-        };
+        let below = [
+            PathBuf::new(),
+            LIBRARY.into(),
+            Path::new(BELOW_PREFIX).join(LIBRARY),
+        ];
+        let mut files = below
+            .iter()
+            .map(|below| match below.as_os_str().is_empty() {
+                true => path.clone(),
+                false => path.join(below),
+            });
+        let found = files.find(|file| file.is_file());
+        return found
+            .and_then(|file| file.canonicalize().ok())
+            .ok_or(InstallError::NamedLibrary(path));
     }
     let program = std::env::current_exe().unwrap_or_default();
-    let mut folders: Vec<PathBuf> = program.ancestors().skip(1).map(Path::to_owned).collect();
-    folders.push(PathBuf::from(env!("CARGO_MANIFEST_DIR")));
-    folders.extend(std::env::current_dir());
-    let places: Vec<_> = folders
-        .iter()
-        .map(|folder| folder.join("of-adapter/build"))
-        .collect();
-    match places
-        .iter()
-        .map(|place| place.join(LIBRARY))
-        .find(|path| path.is_file())
-    {
+    let built = |folder: &Path| folder.join("of-adapter/build");
+    let mut places: Vec<PathBuf> = program.ancestors().skip(1).map(built).collect();
+    let prefixes = [
+        program.ancestors().nth(2).map(Path::to_owned),
+        std::env::var_os("HOME").map(|home| Path::new(&home).join(".local")),
+        Some(PathBuf::from("/usr/local")),
+    ];
+    let prefixes = prefixes.into_iter().flatten();
+    places.extend(prefixes.map(|prefix| prefix.join(BELOW_PREFIX)));
+    places.push(built(Path::new(env!("CARGO_MANIFEST_DIR"))));
+    places.extend(std::env::current_dir().map(|folder| built(&folder)));
+    let mut files = places.iter().map(|place| place.join(LIBRARY));
+    match files.find(|path| path.is_file()) {
         Some(path) => Ok(path),
         None => Err(InstallError::Library(
-            places.into_iter().rev().take(2).collect(),
+            places.split_off(places.len().saturating_sub(5)),
         )),
     }
+}
+
+/// The version of the installed package of OpenFOAM.
+pub fn version() -> Option<String> {
+    let query = Command::new("dpkg-query")
+        .args(["-W", "-f", "${Version}", "openfoam"])
+        .output();
+    let output = query.ok().filter(|output| output.status.success())?;
+    Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
 /// Compares the stamp that setup.sh left beside the library with the installed package.
@@ -141,15 +168,7 @@ fn check_version(library: &Path) -> Result<(), InstallError> {
         .find_map(|line| line.strip_prefix("openfoam "))
         .unwrap_or("unknown")
         .to_owned();
-    let query = Command::new("dpkg-query")
-        .args(["-W", "-f", "${Version}", "openfoam"])
-        .output();
-    let installed = match query {
-        Ok(output) if output.status.success() => {
-            String::from_utf8_lossy(&output.stdout).into_owned()
-        }
-        _ => "not known to dpkg".to_owned(),
-    };
+    let installed = version().unwrap_or_else(|| "not known to dpkg".to_owned());
     if built == installed {
         Ok(())
     } else {

@@ -1,0 +1,231 @@
+//! The defaults that are built into the program, with what they say of each value: `openfoam-case/defaults.toml`.
+
+use super::table::words;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+use toml::Value;
+
+/// The file.
+pub const TEXT: &str = include_str!("../../openfoam-case/defaults.toml");
+
+words! {
+    /// Where a default value comes from.
+    pub enum Origin {
+        /// Stated in the paper.
+        Paper = "paper",
+        /// Ours, because the paper leaves it to sources that are not at hand.
+        Assumed = "assumed",
+        /// A setting of this program's method, without a counterpart in the paper.
+        Ours = "ours",
+    }
+}
+
+/// What the defaults say of a key.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Explained {
+    /// Its value; none if the key only stands in a comment, because it may be absent.
+    pub value: Option<Value>,
+    /// Where the value, or its absence, comes from.
+    pub origin: Option<Origin>,
+    /// The comment beside it, without origins.
+    pub remark: String,
+}
+
+/// What the defaults say of each key, by path.
+pub fn explained() -> &'static BTreeMap<String, Explained> {
+    static EXPLAINED: LazyLock<BTreeMap<String, Explained>> = LazyLock::new(explain);
+    &EXPLAINED
+}
+
+fn explain() -> BTreeMap<String, Explained> {
+    let values: Value = toml::from_str(TEXT).expect("a test reads the defaults");
+    let mut all = BTreeMap::new();
+    for line in lines() {
+        let mut names = line.path.split('.');
+        let value = names.try_fold(&values, |table, name| table.get(name));
+        let origin = origin(&line.remark).or(origin(&line.remark_of_table));
+        let explained = Explained {
+            value: value.cloned(),
+            origin,
+            remark: without_origins(&line.remark),
+        };
+        // A key in a comment is an example where there is a value as well.
+        if value.is_none() || !line.is_example {
+            all.insert(line.path, explained);
+        }
+    }
+    all
+}
+
+/// A line of the defaults that gives a value to a key, or shows in a comment how to.
+struct Line {
+    path: String,
+    is_example: bool,
+    /// The line without its comment.
+    #[cfg(test)]
+    text: String,
+    remark: String,
+    remark_of_table: String,
+}
+
+/// The lines of all keys outside the presets. A comment goes on in the lines below that hold nothing else and are indented.
+fn lines() -> Vec<Line> {
+    let mut lines: Vec<Line> = Vec::new();
+    let (mut table, mut remark_of_table) = (String::new(), String::new());
+    let mut example_of = None;
+    let mut in_header = false;
+    for line in TEXT.lines() {
+        if line.trim().is_empty() {
+            example_of = None;
+        }
+        if let Some(more) = line
+            .trim()
+            .strip_prefix('#')
+            .filter(|_| line.starts_with(' '))
+        {
+            let remark = match lines.last_mut().filter(|_| !in_header) {
+                Some(last) => &mut last.remark,
+                None => &mut remark_of_table,
+            };
+            *remark = format!("{remark} {}", more.trim());
+            continue;
+        }
+        let (text, is_example) = match line.strip_prefix("# ") {
+            Some(text) => (text, true),
+            None => (line, false),
+        };
+        let (text, remark) = text.split_once(" #").unwrap_or((text, ""));
+        let (text, remark) = (text.trim_end(), remark.trim().to_owned());
+        if let Some(name) = text
+            .strip_prefix('[')
+            .and_then(|text| text.strip_suffix(']'))
+        {
+            if name.starts_with("preset") {
+                break;
+            }
+            if is_example {
+                example_of = Some(name);
+            } else {
+                (table, remark_of_table) = (name.to_owned(), remark);
+                in_header = true;
+            }
+            continue;
+        }
+        let is_name = |name: &str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        if let Some((name, _)) = text.split_once(" = ").filter(|(name, _)| is_name(name)) {
+            let of = example_of.filter(|_| is_example);
+            in_header = false;
+            lines.push(Line {
+                path: format!("{}.{name}", of.unwrap_or(&table)),
+                is_example,
+                #[cfg(test)]
+                text: text.to_owned(),
+                remark,
+                remark_of_table: of.map_or(remark_of_table.clone(), |_| String::new()),
+            });
+        }
+    }
+    lines
+}
+
+/// A comment without the origins that it names.
+fn without_origins(remark: &str) -> String {
+    let names = Origin::ALL.iter();
+    let bare = names.fold(remark.to_owned(), |text, origin| {
+        text.replace(&format!(" [{origin}]"), "")
+            .replace(&format!("[{origin}]"), "")
+    });
+    bare.trim().to_owned()
+}
+
+/// The last of the origins that a comment names.
+fn origin(remark: &str) -> Option<Origin> {
+    let named = Origin::ALL.map(|origin| (remark.rfind(&format!("[{origin}]")), origin));
+    let last = named.into_iter().filter(|(place, _)| place.is_some());
+    last.max_by_key(|(place, _)| *place)
+        .map(|(_, origin)| origin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{Case, Preset};
+    use std::collections::BTreeSet;
+    use std::fmt::Write as _;
+
+    /// Every key of the types stands in the defaults, as a value or as an example, and nothing else does.
+    #[test]
+    fn the_defaults_name_every_key_and_no_other() {
+        let lines = lines();
+        let named: BTreeSet<_> = lines.iter().map(|line| line.path.as_str()).collect();
+        for path in &named {
+            assert!(
+                Case::schema().find(path).is_some(),
+                "no key is called {path}"
+            );
+        }
+        for key in Case::schema().keys() {
+            // A material's parameter need not be shown in each of the tables that can have it.
+            let elsewhere = |path: &&&str| {
+                !key.choices.is_empty() && path.rsplit('.').next() == Some(key.name())
+            };
+            let shown = named.contains(key.path.as_str()) || named.iter().any(|p| elsewhere(&p));
+            assert!(shown, "defaults.toml lacks {}", key.path);
+            let has_value = explained()
+                .get(&key.path)
+                .is_some_and(|e| e.value.is_some());
+            let needed = key.absent.is_none()
+                && key.choices.is_empty()
+                && Case::schema().optional_table(&key.path).is_none();
+            assert!(
+                has_value || !needed,
+                "defaults.toml gives no value to {}",
+                key.path
+            );
+        }
+    }
+
+    /// What stands in comments is no less valid than the rest.
+    #[test]
+    fn the_examples_in_comments_can_be_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut text = String::from("extends = \"defaults\"\n");
+        let mut examples: Vec<_> = lines().into_iter().filter(|line| line.is_example).collect();
+        assert!(examples.len() > 20, "{}", examples.len());
+        examples.sort_by(|a, b| parent(&a.path).cmp(parent(&b.path)));
+        let mut table = "";
+        for line in &examples {
+            if table != parent(&line.path) {
+                table = parent(&line.path);
+                let _ = writeln!(text, "[{table}]");
+            }
+            let _ = writeln!(text, "{}", line.text);
+        }
+        std::fs::write(folder.path().join("case.toml"), &text).unwrap();
+        let curve = "time_s,flow_m3_s\n0,1e-6\n0.3,5e-6\n0.6,1e-6\n1,1e-6\n";
+        std::fs::write(folder.path().join("flow.csv"), curve).unwrap();
+        let case = Case::load(folder.path(), Preset::Paper, &[]);
+        let case = case.unwrap_or_else(|errors| panic!("{errors}\n{text}"));
+        assert_eq!(case.output.probes.len(), 1);
+        assert!(case.flag.is_some() && case.inflow.file.is_some());
+    }
+
+    fn parent(path: &str) -> &str {
+        path.rsplit_once('.').unwrap().0
+    }
+
+    /// Every default says where it comes from.
+    #[test]
+    fn every_default_has_an_origin() {
+        for (path, explained) in explained() {
+            let known = explained.value.is_none() || explained.origin.is_some();
+            assert!(known, "defaults.toml does not say where {path} comes from");
+        }
+        let origin = |path: &str| explained()[path].origin;
+        assert_eq!(origin("time.step_s"), Some(Origin::Paper));
+        assert_eq!(origin("geometry.blend_length_m"), Some(Origin::Assumed));
+        assert_eq!(origin("wall.media.mu_Pa"), Some(Origin::Paper)); // by its table
+        assert_eq!(origin("coupling.e_rel"), Some(Origin::Ours)); // by its table
+        assert_eq!(origin("inflow.base_m3_s"), Some(Origin::Assumed)); // by the second line of its table
+    }
+}
