@@ -5,18 +5,29 @@ mod pfem_support;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::{HexMesh, tube_mesh};
 use fsi_driver::pfem::discretization::{Discretization, Options};
-use fsi_driver::pfem::elements::Shapes;
 use fsi_driver::pfem::mapping::MappingKind;
+use fsi_driver::pfem::shapes::Shapes;
 use fsi_driver::pfem::statics::{self, StaticOptions};
 use fsi_driver::pfem::supports::{self, Support};
 use fsi_driver::pfem::surface::{LoadKind, Surface};
-use fsi_driver::pfem::{Space, SpaceKind, SurfaceLoad};
+use fsi_driver::pfem::{Formulation, Space, SpaceKind, SurfaceLoad};
 use fsi_driver::{Mat3, Vec3};
 use pfem_support::{Numbers, artery, distorted_box};
 
 const KINDS: [SpaceKind; 2] = [SpaceKind::Trunk, SpaceKind::TensorProduct];
 
+const FORMULATIONS: [Formulation; 2] = [Formulation::Displacement, Formulation::Mixed];
+
 fn discretize(mesh: &HexMesh, space: Space, supports: &[Support]) -> Discretization {
+    discretize_in(Formulation::default(), mesh, space, supports)
+}
+
+fn discretize_in(
+    formulation: Formulation,
+    mesh: &HexMesh,
+    space: Space,
+    supports: &[Support],
+) -> Discretization {
     let materials = vec![
         Material::NeoHooke {
             mu: 1.0,
@@ -26,6 +37,7 @@ fn discretize(mesh: &HexMesh, space: Space, supports: &[Support]) -> Discretizat
     ];
     let options = Options {
         mapping: MappingKind::Blended(1),
+        formulation,
         ..Options::new(space)
     };
     Discretization::new(mesh, &materials, supports, &options).unwrap()
@@ -109,12 +121,14 @@ fn displacement_is_continuous_across_turned_neighbours() {
 fn patch_test_of_a_large_affine_deformation() {
     let mesh = distorted_box([2, 2, 2], 0.2, true);
     let gradient = Mat3::new(1.3, 0.2, -0.1, 0.1, 0.9, 0.3, 0.0, -0.2, 1.1);
-    for (kind, p) in KINDS
+    let choices = KINDS
         .into_iter()
         .flat_map(|kind| [1, 2, 4].map(|p| (kind, p)))
-    {
+        .flat_map(|(kind, p)| FORMULATIONS.map(|formulation| (kind, p, formulation)));
+    for (kind, p, formulation) in choices {
         let space = Space::isotropic(kind, p);
-        let body = discretize(&mesh, space, &[Support::Clamped("boundary".into())]);
+        let supports = [Support::Clamped("boundary".into())];
+        let body = discretize_in(formulation, &mesh, space, &supports);
         let mut exact = vec![0.0; body.coefficients()];
         for (v, &f) in body.numbering.of_vertex.iter().enumerate() {
             let u = (gradient - Mat3::identity()) * mesh.vertices[v];
@@ -128,7 +142,7 @@ fn patch_test_of_a_large_affine_deformation() {
         let error = (0..exact.len())
             .map(|i| (result.displacement[i] - exact[i]).abs())
             .fold(0.0, f64::max);
-        assert!(error < 1e-11, "{kind:?} {p}: {error:e}");
+        assert!(error < 1e-11, "{kind:?} {p} {formulation:?}: {error:e}");
         let volume = gradient.determinant();
         let density =
             0.5 * (gradient.norm_squared() - 3.0) - volume.ln() + 25.0 * volume.ln().powi(2);
@@ -144,12 +158,19 @@ fn tangent_is_the_derivative_of_the_forces_and_symmetric() {
         Support::Clamped("start".into()),
         Support::Surface("end".into(), [true, false, false]),
     ];
-    for kind in KINDS {
+    let choices = KINDS
+        .into_iter()
+        .flat_map(|kind| FORMULATIONS.map(|formulation| (kind, formulation)));
+    for (kind, formulation) in choices {
         let space = Space {
             kind,
             degrees: [3, 4, 2],
         };
-        let body = Discretization::new(&mesh, &artery(), &supports, &Options::new(space)).unwrap();
+        let options = Options {
+            formulation,
+            ..Options::new(space)
+        };
+        let body = Discretization::new(&mesh, &artery(), &supports, &options).unwrap();
         let faces = supports::surface(&mesh, "inner").unwrap();
         let surface = Surface::new(&body.numbering, &space, &body.mapping, faces, 9).unwrap();
         let points = surface.points.len();
@@ -182,7 +203,16 @@ fn tangent_is_the_derivative_of_the_forces_and_symmetric() {
                     .collect::<Vec<_>>(),
             )
         };
+        // Forces are the derivative of the energy.
+        let moved =
+            |h: f64| -> Vec<f64> { d.iter().zip(&direction).map(|(d, e)| d + h * e).collect() };
+        let energy = |h: f64| body.energy(&moved(h), options.quadrature_points).unwrap();
         let h = 1e-2;
+        let difference = 8.0 * (energy(h) - energy(-h)) - (energy(2.0 * h) - energy(-2.0 * h));
+        let internal = body.internal_forces(&d).unwrap();
+        let power: f64 = internal.iter().zip(&direction).map(|(f, e)| f * e).sum();
+        let error = difference / (12.0 * h) / power - 1.0;
+        assert!(error.abs() < 1e-8, "{kind:?} {formulation:?}: {error:e}");
         let values: [Vec<f64>; 4] = [-2.0, -1.0, 1.0, 2.0].map(|k| forces(k * h));
         let slope: Vec<f64> = (0..values[0].len())
             .map(|i| {
@@ -210,7 +240,7 @@ fn tangent_is_the_derivative_of_the_forces_and_symmetric() {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let error: Vec<f64> = product.iter().zip(&slope).map(|(a, b)| a - b).collect();
         let error = norm(&error) / norm(&slope);
-        assert!(error < 1e-8, "{kind:?}: {error:e}");
+        assert!(error < 1e-8, "{kind:?} {formulation:?}: {error:e}");
     }
 }
 

@@ -6,3 +6,4 @@
 pub mod motion;
 pub mod solid_file;
 pub mod tube;
+pub mod wall;

@@ -5,12 +5,15 @@ use crate::case::Material;
 use crate::case::table::words;
 use crate::geometry::{HexMesh, tube_mesh};
 use crate::pfem::discretization::{Discretization, Options};
-use crate::pfem::elements::{Elements, Extremes};
+use crate::pfem::elements::Elements;
+use crate::pfem::extremes::Extremes;
 use crate::pfem::mapping::{EXACT_DEGREE, MappingKind, lattice};
 use crate::pfem::quadrature::Rule;
 use crate::pfem::statics::{self, Equilibrated, Load, StaticOptions};
+use crate::pfem::stress::StressState;
 use crate::pfem::supports::{self, Support};
 use crate::pfem::surface::{LoadKind, Surface};
+use crate::pfem::volume::{self, Basis};
 use crate::pfem::{SolidError, SurfaceLoad};
 
 /// Gauss points per direction beyond the degree of space or mapping with which energies and Jacobians are evaluated.
@@ -245,28 +248,32 @@ pub fn measure(
     options: &Options,
     displacement: &[f64],
 ) -> Result<Measures, SolidError> {
-    let (count, points) = (body.regions().len(), fine_rule(options));
-    let fine = Elements::gauss(&body.numbering, &body.space, &body.mapping, count, points)?;
+    let fine = body.quadrature(fine_rule(options))?;
     Ok(Measures {
         energy: fine.energy(body.body(), displacement)?,
         extremes: fine.extremes(body.body(), displacement)?,
     })
 }
 
-/// Displacement (m) and von Mises stress (Pa) at the lattice `axis`³ of every element, element by element.
+/// Displacement (m), stress and strain at the lattice `axis`³ of every element, element by element.
 pub fn fields(
     body: &Discretization,
     axis: &[f64],
     displacement: &[f64],
-) -> Result<Vec<(Vec3, f64)>, SolidError> {
+) -> Result<Vec<(Vec3, StressState)>, SolidError> {
     let rule = Rule {
         points: axis.to_vec(),
         weights: vec![0.0; axis.len()],
     };
     let rules = [rule.clone(), rule.clone(), rule];
     let count = body.regions().len();
-    Elements::new(&body.numbering, &body.space, &body.mapping, count, &rules)?
-        .fields(body.body(), displacement)
+    let elements = Elements::new(&body.numbering, &body.space, &body.mapping, count, &rules)?;
+    let pressures = body.elements.pressures(body.body(), displacement)?;
+    let basis = Basis::new(&volume::modes(&body.space), [axis; 3]);
+    let pressures = pressures.as_ref().map(|found| (&basis, &found[..]));
+    let states = elements.states(body.body(), displacement, pressures)?;
+    let displacements = elements.displacement(&body.numbering, displacement);
+    Ok(displacements.into_iter().zip(states).collect())
 }
 
 /// Positions (m) of the lattice `axis`³ of every element in the exact shape of the mesh, element by element.

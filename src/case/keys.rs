@@ -161,6 +161,8 @@ table! {
         p_geometry: Option<usize> = "p_geometry", whole(1, 10), "degree of the mapping", absent "structure.p";
         quadrature_points: Option<usize> = "quadrature_points", whole(3, 30), "Gauss points per direction",
             absent "structure.p + 1";
+        formulation: Formulation = "formulation", Kind::Word(Formulation::WORDS),
+            "volume ratio that the volumetric energy of the wall sees", absent "mixed";
         axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
         circumferential: usize = "circumferential", whole(3, 1000), "elements around";
         radial_per_layer: usize = "radial_per_layer", whole(1, 100), "elements through each layer";
@@ -168,6 +170,17 @@ table! {
             absent "newmark";
         newton_tolerance: f64 = "newton_tolerance", from(1e-14, 0.1), "relative residual at which Newton's method ends";
         newton_max_iterations: usize = "newton_max_iterations", whole(1, 1000), "most Newton iterations";
+    }
+}
+
+words! {
+    /// Which volume ratio the volumetric energy of the wall sees.
+    #[derive(Default)]
+    pub enum Formulation {
+        /// Its projection onto a lower space in each element: no volumetric locking.
+        Mixed = "mixed" (default),
+        /// That of the displacement at every point: locks at low degrees.
+        Displacement = "displacement",
     }
 }
 

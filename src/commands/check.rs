@@ -2,7 +2,10 @@
 
 use super::Failure;
 use super::case_arguments::{CaseArguments, machine_memory, warn};
+use crate::analysis::wall::{Pressures, WallFigures};
+use crate::case::Case;
 use crate::fluid::openfoam::install;
+use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
 use crate::simulation::assembly::preflight;
 use std::path::PathBuf;
@@ -13,6 +16,10 @@ pub struct Arguments {
     /// Folder of the case, with its case.toml.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
+    /// Put the wall under the mean and the highest pressure that the windkessel will make, and look how far it is from
+    /// buckling: statics of the wall alone, up to a minute.
+    #[arg(long)]
+    wall: bool,
     #[command(flatten)]
     case: CaseArguments,
 }
@@ -48,5 +55,75 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         case.memory() / 1e9,
     ))?;
     warn(&case);
+    if arguments.wall {
+        if case.flag.is_some() {
+            return Err(Failure::Input(
+                "--wall: the case has a flag in a channel and no vessel; leave the option out"
+                    .into(),
+            ));
+        }
+        terminal::print(in_figures(&case)?)?;
+    }
     Ok(())
+}
+
+/// What `--wall` prints.
+fn in_figures(case: &Case) -> Result<String, Failure> {
+    let mmhg = |pressure: f64| format!("{:.2} kPa ({:.0} mmHg)", 1e-3 * pressure, pressure / MMHG);
+    let expected = Pressures::of(case)
+        .ok_or_else(|| Failure::Input("the inflow of the case cannot be read".into()))?;
+    if expected.mean.min(expected.highest) <= 0.0 {
+        return Err(Failure::Input(format!(
+            "--wall: the windkessel makes a mean pressure of {:.0} Pa; only walls under inner pressure are looked at",
+            expected.mean
+        )));
+    }
+    let wall = WallFigures::new(case, &[expected.mean, expected.highest])
+        .map_err(|e| Failure::Run(e.to_string()))?;
+    let mut text = format!(
+        "the wall alone, in statics; the windkessel makes {} on average and at most {}\n",
+        mmhg(expected.mean),
+        mmhg(expected.highest)
+    );
+    for section in &wall.sections {
+        text += &format!(
+            "  lumen in the middle of the {}: radius {:.3} mm without load\n",
+            section.name,
+            1e3 * section.radius
+        );
+        let loaded = wall
+            .pressures
+            .iter()
+            .zip(&section.loaded_radii)
+            .zip(&section.shifts);
+        for ((pressure, radius), shift) in loaded {
+            text += &format!(
+                "    {:<20} {:.3} mm, stretch {:.3}, centre moved by {:.3} mm\n",
+                mmhg(*pressure),
+                1e3 * radius,
+                radius / section.radius,
+                1e3 * shift
+            );
+        }
+    }
+    if let Some(pressure) = wall.buckling {
+        text += &format!("  it buckles at {}\n", mmhg(pressure));
+    }
+    text += &match wall.perfect_buckling {
+        Some(pressure) => format!(
+            "  without its imperfection it buckles at {}, {:.2} times the highest pressure{}\n",
+            mmhg(pressure),
+            pressure / expected.highest,
+            if pressure < 1.25 * expected.highest {
+                ": so close, displacements are those of a buckling column (docs/wall.md)"
+            } else {
+                ""
+            }
+        ),
+        None => format!(
+            "  without its imperfection it does not buckle up to {}\n",
+            mmhg(wall.reach)
+        ),
+    };
+    Ok(text)
 }

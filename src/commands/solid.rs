@@ -6,11 +6,13 @@ use crate::analysis::motion::{Dynamics, Motion};
 use crate::analysis::solid_file::SolidFile;
 use crate::analysis::tube::{self, Tube};
 use crate::output::progress::Progress;
+use crate::output::stress_fields::stress_fields;
 use crate::output::tables::Table;
 use crate::output::terminal::{self, PrintError};
 use crate::output::vtu::{Cells, Grid, Values};
 use crate::output::write_atomically;
 use crate::pfem::samples::Sampler;
+use crate::pfem::stability::{AtBifurcation, Bifurcation};
 use crate::pfem::statics::{LoadStep, StaticOptions};
 use crate::pfem::stats::Stats;
 use crate::pfem::{Discretization, SolidError};
@@ -51,6 +53,10 @@ struct Summary {
     strain_energy_J: f64,
     /// Gauss points per direction that the energy and the Jacobians were evaluated with.
     energy_quadrature_points: [usize; 3],
+    /// Pressure at which the displacement was found.
+    pressure_Pa: f64,
+    /// Pressure at which a static analysis lost its stability.
+    buckling_pressure_Pa: Option<f64>,
     /// Of all load or time steps.
     newton_iterations: usize,
     /// Relative residuals of each load step of a static analysis.
@@ -61,6 +67,8 @@ struct Summary {
     max_jacobian: f64,
     /// Largest at the quadrature points of the energy.
     max_von_mises_Pa: f64,
+    /// Largest principal Cauchy stress at these points.
+    max_principal_Pa: f64,
     /// Wall-clock seconds in residuals and tangents.
     assembly_s: f64,
     /// Wall-clock seconds in factorizations and substitutions.
@@ -82,6 +90,9 @@ struct Centre {
     displacement_y_m: f64,
     displacement_z_m: f64,
     von_mises_Pa: f64,
+    max_principal_Pa: f64,
+    hoop_stress_Pa: f64,
+    axial_stress_Pa: f64,
 }
 
 /// Inflates the tube of a file and writes what came out.
@@ -112,8 +123,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let curve = curve(&solid, &tube, &body, &solution.steps).map_err(written)?;
         write_atomically(&out.join("curve.csv"), &curve).map_err(written)?;
     }
-    write(&out, &body, &solution.displacement, &summary)?;
-    Ok(print(&summary, &out)?)
+    write(&out, &body, &solution, &summary)?;
+    print(&summary, &out)?;
+    match (summary.buckling_pressure_Pa, solid.at_bifurcation) {
+        (Some(pressure), AtBifurcation::Stop) => Err(Failure::Run(format!(
+            "the tube loses its stability at {pressure:.1} Pa of {:.1} Pa. The results in {} are those of {:.1} Pa, the last \
+             stable equilibrium found, and buckling_mode.vtu shows where it goes. load.at_bifurcation = \"switch\" \
+             follows the stable path, \"continue\" the unstable one",
+            solid.pressure,
+            out.display(),
+            summary.pressure_Pa,
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// The folder `name-results` beside `name.toml`.
@@ -134,6 +156,9 @@ fn written(error: impl std::fmt::Display) -> Failure {
 /// The last displacement and the way to it.
 struct Solution {
     displacement: Vec<f64>,
+    /// Share of the full pressure.
+    factor: f64,
+    bifurcation: Option<Bifurcation>,
     /// Of a static analysis.
     steps: Vec<LoadStep>,
     stats: Stats,
@@ -142,6 +167,7 @@ struct Solution {
 fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Solution, Failure> {
     let statics = StaticOptions {
         steps: solid.steps,
+        at_bifurcation: solid.at_bifurcation,
         ..Default::default()
     };
     let found = tube
@@ -149,6 +175,8 @@ fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Solu
         .map_err(failed)?;
     Ok(Solution {
         displacement: found.displacement,
+        factor: found.factor,
+        bifurcation: found.bifurcation,
         steps: found.steps,
         stats: found.stats,
     })
@@ -177,6 +205,8 @@ fn move_tube(
     progress.finish();
     Ok(Solution {
         displacement: motion.structure().state().d.clone(),
+        factor: dynamics.factor(dynamics.steps as f64 * dynamics.step),
+        bifurcation: None,
         steps: Vec::new(),
         stats: motion.structure().stats(),
     })
@@ -197,6 +227,9 @@ fn summarize(
         free_dofs: body.degrees_of_freedom(),
         strain_energy_J: measures.energy,
         energy_quadrature_points: tube::fine_rule(&solid.options),
+        pressure_Pa: solution.factor * solid.pressure,
+        buckling_pressure_Pa: (solution.bifurcation.as_ref())
+            .map(|bifurcation| bifurcation.factor * solid.pressure),
         newton_iterations: stats.iterations,
         newton_residuals: (solution.steps.iter())
             .map(|step| step.residuals.clone())
@@ -205,6 +238,7 @@ fn summarize(
         min_jacobian: measures.extremes.min_jacobian,
         max_jacobian: measures.extremes.max_jacobian,
         max_von_mises_Pa: measures.extremes.von_mises,
+        max_principal_Pa: measures.extremes.max_principal,
         assembly_s: stats.assembly_s + stats.residual_s,
         solve_s: stats.factorization_s + stats.substitution_s,
         total_s: clock.elapsed().as_secs_f64(),
@@ -238,14 +272,15 @@ fn curve(
 fn write(
     out: &Path,
     body: &Discretization,
-    displacement: &[f64],
+    solution: &Solution,
     summary: &Summary,
 ) -> Result<(), Failure> {
+    let displacement = &solution.displacement;
     let centres: Vec<Centre> = tube::fields(body, &[0.0], displacement)
         .map_err(failed)?
         .into_iter()
         .enumerate()
-        .map(|(element, (u, stress))| {
+        .map(|(element, (u, state))| {
             let x: Vec3 = body.mapping.at(element, [0.0; 3]).position;
             Centre {
                 element,
@@ -256,7 +291,10 @@ fn write(
                 displacement_x_m: u.x,
                 displacement_y_m: u.y,
                 displacement_z_m: u.z,
-                von_mises_Pa: stress,
+                von_mises_Pa: state.von_mises(),
+                max_principal_Pa: state.principal_stresses()[0],
+                hoop_stress_Pa: state.hoop_stress(),
+                axial_stress_Pa: state.axial_stress(),
             }
         })
         .collect();
@@ -265,13 +303,11 @@ fn write(
 
     let sampler = Sampler::new(body, (body.space.max_degree() + 1).min(8)).map_err(failed)?;
     let samples = sampler.sample(body, displacement).map_err(failed)?;
+    let stresses = stress_fields(&samples);
     Grid {
         points: &sampler.points,
         cells: Cells::Hexes(&sampler.hexes),
-        point_data: vec![
-            ("displacement_m", Values::Vectors(&samples.displacement)),
-            ("von_mises_Pa", Values::Scalars(&samples.von_mises)),
-        ],
+        point_data: stresses.point_data(&samples),
         cell_data: vec![
             ("layer", Values::Integers(&sampler.regions)),
             ("element", Values::Integers(&sampler.element_of_hex)),
@@ -279,6 +315,21 @@ fn write(
     }
     .write(&out.join("tube.vtu"))
     .map_err(written)?;
+    if let Some(bifurcation) = &solution.bifurcation {
+        let before = sampler.displacement(body, &bifurcation.displacement);
+        let mode = sampler.displacement(body, &bifurcation.mode);
+        Grid {
+            points: &sampler.points,
+            cells: Cells::Hexes(&sampler.hexes),
+            point_data: vec![
+                ("displacement_m", Values::Vectors(&before)),
+                ("mode", Values::Vectors(&mode)),
+            ],
+            cell_data: vec![("layer", Values::Integers(&sampler.regions))],
+        }
+        .write(&out.join("buckling_mode.vtu"))
+        .map_err(written)?;
+    }
     // Last, so that a folder with a summary is complete.
     let json = serde_json::to_string_pretty(summary).map_err(written)?;
     write_atomically(&out.join("summary.json"), json.as_bytes()).map_err(written)
@@ -312,14 +363,19 @@ fn print(summary: &Summary, out: &Path) -> Result<(), PrintError> {
     for (surface, u) in surfaces(&s.radial_displacement_m) {
         text += &format!("  {surface:<17}  {u:.10e} m\n");
     }
+    if let Some(pressure) = s.buckling_pressure_Pa {
+        text += &format!("loses its stability  at {pressure:.6e} Pa (buckling_mode.vtu)\n");
+    }
     text += &format!(
         "Jacobian             {:.8} to {:.8}\n\
          largest von Mises    {:.6e} Pa\n\
+         largest principal    {:.6e} Pa\n\
          Newton iterations    {} ({:.2} s assembly, {:.2} s solution, {:.2} s in all, {:.0} MB)\n\
          results in           {}\n",
         s.min_jacobian,
         s.max_jacobian,
         s.max_von_mises_Pa,
+        s.max_principal_Pa,
         s.newton_iterations,
         s.assembly_s,
         s.solve_s,

@@ -33,6 +33,9 @@ pub struct RegionStep {
     pub max_von_mises_phi_deg: f64,
     /// Distance from the axis.
     pub max_von_mises_r_m: f64,
+    /// Largest principal Cauchy stress at the quadrature points of these elements.
+    #[serde(default)]
+    pub max_principal_Pa: f64,
 }
 
 /// Largest von Mises stress of a part of the wall, an element for example.
@@ -42,6 +45,8 @@ pub struct WallStress {
     pub x: f64,
     /// The stress, Pa.
     pub von_mises: f64,
+    /// Largest principal Cauchy stress there, Pa.
+    pub max_principal: f64,
     /// Unloaded position of the point, m.
     pub position: Vec3,
 }
@@ -108,6 +113,8 @@ impl Monitor {
                 .iter()
                 .filter(|peak| part.region.contains(peak.x))
                 .max_by(|a, b| a.von_mises.total_cmp(&b.von_mises));
+            let within = stresses.iter().filter(|peak| part.region.contains(peak.x));
+            let principal = within.map(|peak| peak.max_principal).max_by(f64::total_cmp);
             let at = stress.map_or(Vec3::zeros(), |peak| peak.position);
             RegionStep {
                 time_s: state.time,
@@ -122,6 +129,7 @@ impl Monitor {
                 max_von_mises_x_m: at.x,
                 max_von_mises_phi_deg: Place::of(&at).phi_deg,
                 max_von_mises_r_m: at.y.hypot(at.z),
+                max_principal_Pa: principal.unwrap_or(0.0),
             }
         };
         self.regions.iter().map(observe).collect()
@@ -150,6 +158,7 @@ mod tests {
         let stress = |x: f64, von_mises: f64| WallStress {
             x,
             von_mises,
+            max_principal: 2.0 * von_mises - x,
             position: Vec3::new(x, 0.0, -2.0),
         };
         let found = Monitor::new(wall, &regions).observe(
@@ -175,5 +184,7 @@ mod tests {
             (3.5, 2.0)
         );
         assert_eq!(found[1].max_von_mises_phi_deg, -90.0);
+        let principal = found.iter().map(|step| step.max_principal_Pa);
+        assert!(principal.eq([13.0, 8.5]));
     }
 }

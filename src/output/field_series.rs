@@ -1,5 +1,6 @@
 //! Displacement and stress in the wall over time, for ParaView.
 
+use super::stress_fields::{StressFields, stress_fields};
 use super::vtu::{Cells, Grid, Series, Values};
 use crate::pfem::samples::{Sampler, Samples};
 use crate::pfem::{SolidError, Structure};
@@ -35,8 +36,9 @@ impl FieldSeries {
         }
         let (body, d) = (accepted.solid.body(), &accepted.solid.state().d);
         let samples = self.sampler.sample(body, d).map_err(io::Error::other)?;
-        self.series
-            .add(accepted.time(), &grid(&self.sampler, &samples))
+        let stresses = stress_fields(&samples);
+        let grid = grid(&self.sampler, &samples, &stresses);
+        self.series.add(accepted.time(), &grid)
     }
 
     /// Times (s) and files of what was written.
@@ -51,14 +53,11 @@ impl FieldSeries {
     }
 }
 
-fn grid<'a>(sampler: &'a Sampler, samples: &'a Samples) -> Grid<'a> {
+fn grid<'a>(sampler: &'a Sampler, samples: &'a Samples, stresses: &'a StressFields) -> Grid<'a> {
     Grid {
         points: &sampler.points,
         cells: Cells::Hexes(&sampler.hexes),
-        point_data: vec![
-            ("displacement_m", Values::Vectors(&samples.displacement)),
-            ("von_mises_Pa", Values::Scalars(&samples.von_mises)),
-        ],
+        point_data: stresses.point_data(samples),
         cell_data: vec![
             ("material", Values::Integers(&sampler.regions)),
             ("element", Values::Integers(&sampler.element_of_hex)),

@@ -10,6 +10,7 @@ pub mod record;
 pub mod report;
 pub mod results;
 pub mod run_files;
+pub mod stress_fields;
 pub mod tables;
 pub mod terminal;
 pub mod vtu;

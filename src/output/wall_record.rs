@@ -100,6 +100,7 @@ impl WallRecord {
         let stress = |peak: &StressPeak| WallStress {
             x: peak.element.x,
             von_mises: peak.von_mises,
+            max_principal: peak.max_principal,
             position: peak.position,
         };
         let stresses: Vec<_> = stresses.iter().map(stress).collect();

@@ -1,17 +1,19 @@
 //! A body divided into elements: mesh, space, mapping, quadrature, materials and supports put together.
 
 use super::SolidError;
-use super::elements::{Body, Elements, Shapes, gather, scatter};
+use super::elements::{Body, Elements, gather, scatter};
 use super::factor::{Factorization, Symbolic};
 use super::mapping::{Mapping, MappingKind};
 use super::material::{self, HyperelasticMaterial};
 use super::numbering::Numbering;
 use super::ordering;
+use super::shapes::Shapes;
 use super::solid::SurfaceLoad;
 use super::space::Space;
 use super::sparse::Pattern;
 use super::supports::{Support, Supports};
 use super::surface::Surface;
+use super::volume::Formulation;
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
@@ -29,6 +31,8 @@ pub struct Options {
     pub mapping: MappingKind,
     /// Gauss points in each local direction.
     pub quadrature_points: [usize; 3],
+    /// Which volume ratio the volumetric energy sees.
+    pub formulation: Formulation,
 }
 
 impl Options {
@@ -38,6 +42,7 @@ impl Options {
             space,
             mapping: MappingKind::Blended(space.max_degree()),
             quadrature_points: space.degrees.map(|p| p + 1),
+            formulation: Formulation::default(),
         }
     }
 }
@@ -58,6 +63,7 @@ pub struct Discretization {
     pub pattern: Pattern,
     /// Elimination order.
     pub symbolic: Symbolic,
+    formulation: Formulation,
     materials: Vec<Box<dyn HyperelasticMaterial>>,
     regions: Vec<usize>,
 }
@@ -79,8 +85,15 @@ impl Discretization {
         let numbering = Numbering::new(mesh, &options.space)?;
         let mapping = Mapping::new(mesh, options.mapping);
         let count = mesh.hexes.len();
-        let points = options.quadrature_points;
-        let elements = Elements::gauss(&numbering, &options.space, &mapping, count, points)?;
+        let (points, formulation) = (options.quadrature_points, options.formulation);
+        let elements = Elements::gauss(
+            &numbering,
+            &options.space,
+            &mapping,
+            count,
+            points,
+            formulation,
+        )?;
         let supports = Supports::new(mesh, &numbering, &mapping, supports)?;
         let centres: Vec<Vec3> = (0..count)
             .map(|e| mapping.at(e, [0.0; 3]).position)
@@ -94,6 +107,7 @@ impl Discretization {
             supports,
             pattern,
             symbolic,
+            formulation,
             materials: materials.iter().map(material::from_case).collect(),
             regions: mesh.regions.clone(),
         })
@@ -107,6 +121,11 @@ impl Discretization {
             regions: &self.regions,
             mapping: &self.mapping,
         }
+    }
+
+    /// Which volume ratio the volumetric energy sees.
+    pub fn formulation(&self) -> Formulation {
+        self.formulation
     }
 
     /// Region of each element.
@@ -127,9 +146,19 @@ impl Discretization {
     /// Strain energy (J) with `points` Gauss points per direction; a fine rule keeps a nearly incompressible material
     /// from hiding errors of the volume between the points.
     pub fn energy(&self, displacement: &[f64], points: [usize; 3]) -> Result<f64, SolidError> {
-        let count = self.regions.len();
-        Elements::gauss(&self.numbering, &self.space, &self.mapping, count, points)?
-            .energy(self.body(), displacement)
+        self.quadrature(points)?.energy(self.body(), displacement)
+    }
+
+    /// Other quadrature over the same elements: `points` Gauss points per direction.
+    pub fn quadrature(&self, points: [usize; 3]) -> Result<Elements, SolidError> {
+        Elements::gauss(
+            &self.numbering,
+            &self.space,
+            &self.mapping,
+            self.regions.len(),
+            points,
+            self.formulation,
+        )
     }
 
     /// Internal forces at all coefficients, N.
@@ -241,15 +270,13 @@ impl Discretization {
             .map(|j| matrix.val_of_col(j)[0].powi(2))
             .sum::<f64>()
             .sqrt();
-        let volume: f64 = self
-            .elements
-            .points
-            .iter()
-            .flatten()
-            .map(|p| p.weight)
-            .sum();
-        let size = (volume / self.regions.len() as f64).cbrt();
-        Ok(4.0 * f64::EPSILON * diagonal * size)
+        Ok(4.0 * f64::EPSILON * diagonal * self.element_size())
+    }
+
+    /// Edge of a cube with the mean volume of an element, m.
+    pub fn element_size(&self) -> f64 {
+        let weights = self.elements.points.iter().flatten().map(|p| p.weight);
+        (weights.sum::<f64>() / self.regions.len() as f64).cbrt()
     }
 }
 

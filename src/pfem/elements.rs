@@ -11,14 +11,17 @@
 //! with `w` the quadrature weight times `det ∂X/∂ξ`; so all work but the material is matrix products.
 
 use super::SolidError;
-use super::basis::BasisTable;
+use super::extremes::Extremes;
 use super::mapping::{Mapping, lattice};
-use super::material::{Frame, HyperelasticMaterial, inverse_transpose, von_mises};
+use super::material::{Frame, HyperelasticMaterial, Volumetric, inverse_transpose};
 use super::numbering::Numbering;
 use super::pool::Pool;
 use super::quadrature::Rule;
+use super::shapes::Shapes;
 use super::space::{Mode, Space};
+use super::stress::StressState;
 use super::sum_factorization::{SumFactorization, Workspace};
+use super::volume::{self, Basis, Formulation, Projection};
 use crate::{Mat3, Vec3};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -29,67 +32,6 @@ const CHUNK: usize = 8;
 
 /// The six blocks `K^{ik}`, `i <= k`, of a symmetric element matrix.
 pub const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-
-/// Values and gradients of the modes at the points of a lattice in the reference hexahedron.
-#[derive(Debug, Clone)]
-pub struct Shapes {
-    /// Number of modes.
-    pub modes: usize,
-    /// Number of points.
-    pub points: usize,
-    /// Modes (fastest) times points.
-    pub values: Vec<f64>,
-    /// Modes (fastest) times local directions times points.
-    pub gradients: Vec<f64>,
-}
-
-impl Shapes {
-    /// Tabulates `modes` at the lattice of `axes`, first direction fastest.
-    pub fn new(modes: &[Mode], space: &Space, axes: [&[f64]; 3]) -> Self {
-        let tables: [BasisTable; 3] =
-            std::array::from_fn(|d| BasisTable::new(space.degrees[d], axes[d]));
-        let sizes = axes.map(<[f64]>::len);
-        let points: usize = sizes.iter().product();
-        let mut values = Vec::with_capacity(modes.len() * points);
-        let mut gradients = Vec::with_capacity(3 * modes.len() * points);
-        for q in 0..points {
-            let at = [
-                q % sizes[0],
-                q / sizes[0] % sizes[1],
-                q / (sizes[0] * sizes[1]),
-            ];
-            let factor = |mode: &Mode, d: usize, derived: Option<usize>| {
-                let table = &tables[d];
-                if derived == Some(d) {
-                    table.derivatives[mode[d]][at[d]]
-                } else {
-                    table.values[mode[d]][at[d]]
-                }
-            };
-            let product = |mode: &Mode, derived| -> f64 {
-                (0..3).map(|d| factor(mode, d, derived)).product()
-            };
-            values.extend(modes.iter().map(|m| product(m, None)));
-            for alpha in 0..3 {
-                gradients.extend(modes.iter().map(|m| product(m, Some(alpha))));
-            }
-        }
-        Self {
-            modes: modes.len(),
-            points,
-            values,
-            gradients,
-        }
-    }
-
-    fn gradient_matrix(&self) -> MatRef<'_, f64> {
-        MatRef::from_column_major_slice(&self.gradients, self.modes, 3 * self.points)
-    }
-
-    fn value_matrix(&self) -> MatRef<'_, f64> {
-        MatRef::from_column_major_slice(&self.values, self.modes, self.points)
-    }
-}
 
 /// What an element's shape contributes at a quadrature point.
 #[derive(Debug, Clone, Copy)]
@@ -109,10 +51,21 @@ pub struct Elements {
     /// Element matrices.
     sums: SumFactorization,
     workspaces: Pool<Workspace>,
+    /// Coordinates of the points along the three directions.
+    axes: [Vec<f64>; 3],
     /// Quadrature points of the reference hexahedron.
     pub local: Vec<[f64; 3]>,
     /// `points[e][q]`.
     pub points: Vec<Vec<ElementPoint>>,
+    /// Whence the volumetric energy takes the volume ratio; absent if from `det F` at each point.
+    projection: Option<Projection>,
+}
+
+/// Deformation of an element at its points.
+struct Deformed {
+    F: Vec<Mat3>,
+    /// The volumetric energy, its derivatives as far as the stress goes: with a projection, `U' = p̄`.
+    U: Vec<Volumetric>,
 }
 
 /// Everything that the integrals need besides the displacement.
@@ -136,9 +89,14 @@ impl Elements {
         mapping: &Mapping,
         elements: usize,
         points: [usize; 3],
+        formulation: Formulation,
     ) -> Result<Self, SolidError> {
         let rules = points.map(Rule::gauss_legendre);
-        Self::new(numbering, space, mapping, elements, &rules)
+        let mut prepared = Self::new(numbering, space, mapping, elements, &rules)?;
+        if formulation == Formulation::Mixed {
+            prepared.projection = Some(prepared.projection(&volume::modes(space)));
+        }
+        Ok(prepared)
     }
 
     /// Prepares the points of a tensor product of three rules.
@@ -184,8 +142,19 @@ impl Elements {
             sums: SumFactorization::new(&numbering.modes, space, axes, PAIRS.len()),
             workspaces: Pool::default(),
             local: lattice(axes).collect(),
+            axes: axes.map(<[f64]>::to_vec),
             points,
+            projection: None,
         })
+    }
+
+    /// The projection at the points onto products of Legendre polynomials.
+    pub fn projection(&self, modes: &[Mode]) -> Projection {
+        Projection::new(
+            modes,
+            self.axes.each_ref().map(|axis| &axis[..]),
+            &self.points,
+        )
     }
 
     /// Strain energy, J.
@@ -194,9 +163,9 @@ impl Elements {
             let mut sum = 0.0;
             for (c, &e) in chunk.iter().enumerate() {
                 let material = &body.materials[body.regions[e]];
-                for (q, point) in self.points[e].iter().enumerate() {
-                    let F = self.deformation(body, e, q, gradients, c)?;
-                    sum += point.weight * material.energy(&F, &point.frame);
+                let deformed = self.deformed(body, e, gradients, c, None)?;
+                for (point, (F, U)) in self.points[e].iter().zip(deformed.points()) {
+                    sum += point.weight * material.energy_with(F, &point.frame, U);
                 }
             }
             Ok(sum)
@@ -215,9 +184,10 @@ impl Elements {
             let mut fluxes = vec![0.0; 9 * nq * chunk.len()];
             for (c, &e) in chunk.iter().enumerate() {
                 let material = &body.materials[body.regions[e]];
-                for (q, point) in self.points[e].iter().enumerate() {
-                    let F = self.deformation(body, e, q, gradients, c)?;
-                    let P = material.stress(&F, &point.frame);
+                let deformed = self.deformed(body, e, gradients, c, None)?;
+                for (q, (F, U)) in deformed.points().enumerate() {
+                    let point = &self.points[e][q];
+                    let P = material.stress_with(F, &point.frame, U);
                     let Q = point.inverse_jacobian * P.transpose() * point.weight;
                     for i in 0..3 {
                         let column = (3 * c + i) * 3 * nq;
@@ -250,7 +220,8 @@ impl Elements {
     /// The blocks `K^{ik}` of [`PAIRS`] of one element, each modes times modes, one after the other.
     ///
     /// If the displacement is the result of a step of Newton's method from `linearized_at`, the volumetric stress is the
-    /// one that the linearized equations gave, `U'(J_0) + U''(J_0) J_0 F_0⁻ᵀ : (F - F_0)`, and not yet `U'(J)`, which
+    /// one that the linearized equations gave, `U'(J_0) + U''(J_0) J_0 F_0⁻ᵀ : (F - F_0)` (all of it projected in the
+    /// mixed form), and not yet `U'(J)`, which
     /// the terms of second order of a long step spoil in a nearly incompressible material (Magisano, Leonetti, Garcea:
     /// *How to improve efficiency and robustness of the Newton method in geometrically non-linear structural problem
     /// discretized via displacement-based finite elements*, 2017).
@@ -264,22 +235,22 @@ impl Elements {
         let gradients = self.gradients(body, &[element], displacement);
         let old_gradients = linearized_at.map(|old| self.gradients(body, &[element], old));
         let material = &body.materials[body.regions[element]];
+        let deformed = self.deformed(body, element, &gradients, 0, old_gradients.as_deref())?;
         let mut workspace = self
             .workspaces
             .take()
             .unwrap_or_else(|| self.sums.workspace());
-        for (q, point) in self.points[element].iter().enumerate() {
-            let F = self.deformation(body, element, q, &gradients, 0)?;
-            let A = match &old_gradients {
-                None => material.tangent(&F, &point.frame),
-                Some(old) => {
-                    let F0 = self.deformation(body, element, q, old, 0)?;
-                    let (G0, J0) = inverse_transpose(&F0);
-                    let [slope, curvature] = material.volumetric(J0);
-                    let slope = slope + curvature * J0 * G0.dot(&(F - F0));
-                    material.tangent_with(&F, &point.frame, slope)
-                }
+        for (q, (F, U)) in deformed.points().enumerate() {
+            let point = &self.points[element][q];
+            // With a projection, points act on each other through the volume.
+            let local = match &self.projection {
+                None => *U,
+                Some(_) => Volumetric {
+                    curvature: 0.0,
+                    ..*U
+                },
             };
+            let A = material.tangent_with(F, &point.frame, &local);
             let places = self.sums.places(q);
             for (pair, (i, k)) in PAIRS.into_iter().enumerate() {
                 let block: Mat3 = A.fixed_view::<3, 3>(3 * i, 3 * k).into();
@@ -293,8 +264,15 @@ impl Elements {
                 }
             }
         }
-        let matrices = self.sums.matrices(&mut workspace);
+        let mut matrices = self.sums.matrices(&mut workspace);
         self.workspaces.give(workspace);
+        if let Some(projection) = &self.projection
+            && deformed.U.iter().any(|U| U.curvature != 0.0)
+        {
+            let (points, gradients) = (&self.points[element], self.shapes.gradient_matrix());
+            let Deformed { F, U } = &deformed;
+            projection.add_stiffness(element, points, gradients, F, U, &mut matrices);
+        }
         Ok(matrices)
     }
 
@@ -334,13 +312,14 @@ impl Elements {
             let mut all = Vec::with_capacity(chunk.len());
             for (c, &e) in chunk.iter().enumerate() {
                 let mut extremes = Extremes::default();
-                let material = &body.materials[body.regions[e]];
-                for (q, point) in self.points[e].iter().enumerate() {
-                    let F = self.deformation(body, e, q, gradients, c)?;
-                    let stress = von_mises(&material.stress(&F, &point.frame), &F);
+                let material = &*body.materials[body.regions[e]];
+                let deformed = self.deformed(body, e, gradients, c, None)?;
+                for (q, (F, U)) in deformed.points().enumerate() {
+                    let state = StressState::new(material, F, &self.points[e][q].frame, U);
                     let J = F.determinant();
                     extremes = extremes.with(&Extremes {
-                        von_mises: stress,
+                        von_mises: state.von_mises(),
+                        max_principal: state.principal_stresses()[0],
                         element: e,
                         local: self.local[q],
                         min_jacobian: J,
@@ -354,28 +333,81 @@ impl Elements {
         Ok(parts.concat())
     }
 
-    /// Displacement (m) and von Mises stress (Pa) at all points, element by element.
-    pub fn fields(&self, body: Body, displacement: &[f64]) -> Result<Vec<(Vec3, f64)>, SolidError> {
-        let n = self.shapes.modes;
+    /// Coefficients of the pressure `p̄` in each element, if there is a projection.
+    pub fn pressures(
+        &self,
+        body: Body,
+        displacement: &[f64],
+    ) -> Result<Option<Vec<Vec<f64>>>, SolidError> {
+        let Some(projection) = &self.projection else {
+            return Ok(None);
+        };
         let parts = self.chunks(body, displacement, |chunk, gradients| {
-            let mut fields = Vec::with_capacity(chunk.len() * self.shapes.points);
-            let mut local = vec![0.0; 3 * n];
-            for (c, &e) in chunk.iter().enumerate() {
-                let material = &body.materials[body.regions[e]];
-                gather(body.numbering, e, displacement, &mut local);
-                for (q, point) in self.points[e].iter().enumerate() {
-                    let F = self.deformation(body, e, q, gradients, c)?;
-                    let values = &self.shapes.values[q * n..(q + 1) * n];
-                    let component = |i: usize| -> f64 {
-                        values.iter().zip(&local[i * n..]).map(|(v, u)| v * u).sum()
-                    };
-                    let u = Vec3::new(component(0), component(1), component(2));
-                    fields.push((u, von_mises(&material.stress(&F, &point.frame), &F)));
-                }
-            }
-            Ok(fields)
+            let of = |(c, &e): (usize, &usize)| {
+                let deformed = self.deformed(body, e, gradients, c, None)?;
+                let slopes: Vec<f64> = deformed.U.iter().map(|U| U.slope).collect();
+                Ok(projection.coefficients(e, &self.points[e], &slopes))
+            };
+            chunk
+                .iter()
+                .enumerate()
+                .map(of)
+                .collect::<Result<Vec<_>, SolidError>>()
         })?;
-        Ok(parts.into_iter().flatten().collect())
+        Ok(Some(parts.concat()))
+    }
+
+    /// Stresses and strains at all points, element by element; `pressures` are those of [`Self::pressures`] with their
+    /// functions at these points, else the points' own volumetric stress counts. NaN where `det F <= 0`, as
+    /// may be in the very corner of an element.
+    pub fn states(
+        &self,
+        body: Body,
+        displacement: &[f64],
+        pressures: Option<(&Basis, &[Vec<f64>])>,
+    ) -> Result<Vec<StressState>, SolidError> {
+        let parts = self.chunks(body, displacement, |chunk, gradients| {
+            let mut states = Vec::with_capacity(chunk.len() * self.shapes.points);
+            for (c, &e) in chunk.iter().enumerate() {
+                let material = &*body.materials[body.regions[e]];
+                let deformed = match pressures {
+                    None => self.deformed(body, e, gradients, c, None)?,
+                    Some((basis, coefficients)) => {
+                        let slopes = basis.evaluate(&coefficients[e]);
+                        let of = |slope| Volumetric {
+                            slope,
+                            ..Volumetric::default()
+                        };
+                        Deformed {
+                            F: self.deformation(e, gradients, c),
+                            U: slopes.into_iter().map(of).collect(),
+                        }
+                    }
+                };
+                let of = |((F, U), point): ((&Mat3, &Volumetric), &ElementPoint)| {
+                    StressState::new(material, F, &point.frame, U)
+                };
+                states.extend(deformed.points().zip(&self.points[e]).map(of));
+            }
+            Ok(states)
+        })?;
+        Ok(parts.concat())
+    }
+
+    /// Displacement (m) at all points, element by element.
+    pub fn displacement(&self, numbering: &Numbering, displacement: &[f64]) -> Vec<Vec3> {
+        let n = self.shapes.modes;
+        let mut local = vec![0.0; 3 * n];
+        let mut all = Vec::with_capacity(self.points.len() * self.shapes.points);
+        for e in 0..self.points.len() {
+            gather(numbering, e, displacement, &mut local);
+            let component = |values: &[f64], i: usize| -> f64 {
+                values.iter().zip(&local[i * n..]).map(|(v, u)| v * u).sum()
+            };
+            let at = |values: &[f64]| Vec3::from_fn(|i, _| component(values, i));
+            all.extend(self.shapes.values.chunks_exact(n).map(at));
+        }
+        all
     }
 
     /// Runs `f` on chunks of elements and their displacement gradients, in parallel; results in order.
@@ -410,70 +442,68 @@ impl Elements {
         gradients
     }
 
-    /// `F = 1 + H ∂ξ/∂X` at a point of the element at `place` in its chunk; an error if `det F <= 0`.
-    fn deformation(
+    /// `F = 1 + H ∂ξ/∂X` at the points of the element at `place` in its chunk, and the volumetric energy there, of the
+    /// linearized equations if they are `linearized_at` other gradients; an error if `det F <= 0` or `J̄ <= 0`.
+    fn deformed(
         &self,
         body: Body,
         element: usize,
-        q: usize,
         gradients: &[f64],
         place: usize,
-    ) -> Result<Mat3, SolidError> {
-        let stride = 3 * self.shapes.points;
-        let H = Mat3::from_fn(|i, alpha| gradients[(3 * place + i) * stride + 3 * q + alpha]);
-        let F = Mat3::identity() + H * self.points[element][q].inverse_jacobian;
-        let jacobian = F.determinant();
-        if jacobian > 0.0 {
-            Ok(F)
-        } else {
-            Err(SolidError::Inverted {
+        linearized_at: Option<&[f64]>,
+    ) -> Result<Deformed, SolidError> {
+        let material = &body.materials[body.regions[element]];
+        let points = &self.points[element];
+        let positive = |ratios: &[f64]| match ratios.iter().position(|&J| J.is_nan() || J <= 0.0) {
+            None => Ok(()),
+            Some(q) => Err(SolidError::Inverted {
                 element,
-                jacobian,
+                jacobian: ratios[q],
                 position: body.mapping.at(element, self.local[q]).position.into(),
-            })
-        }
-    }
-}
-
-/// Extreme values over the quadrature points of a body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extremes {
-    /// Largest von Mises stress, Pa.
-    pub von_mises: f64,
-    /// Element where it is.
-    pub element: usize,
-    /// Local coordinates where it is.
-    pub local: [f64; 3],
-    /// Smallest `det F`.
-    pub min_jacobian: f64,
-    /// Largest `det F`.
-    pub max_jacobian: f64,
-}
-
-impl Default for Extremes {
-    fn default() -> Self {
-        Self {
-            von_mises: -1.0,
-            element: 0,
-            local: [0.0; 3],
-            min_jacobian: f64::INFINITY,
-            max_jacobian: f64::NEG_INFINITY,
-        }
-    }
-}
-
-impl Extremes {
-    fn with(self, other: &Self) -> Self {
-        let larger = if other.von_mises > self.von_mises {
-            *other
-        } else {
-            self
+            }),
         };
-        Self {
-            min_jacobian: self.min_jacobian.min(other.min_jacobian),
-            max_jacobian: self.max_jacobian.max(other.max_jacobian),
-            ..larger
+        let project = |field: Vec<f64>| match &self.projection {
+            None => field,
+            Some(projection) => projection.project(element, points, &field),
+        };
+        let F = self.deformation(element, gradients, place);
+        let ratios: Vec<f64> = F.iter().map(Mat3::determinant).collect();
+        positive(&ratios)?;
+        let ratios = project(ratios);
+        positive(&ratios)?;
+        let mut U: Vec<Volumetric> = ratios.iter().map(|&J| material.volumetric(J)).collect();
+        if let Some(gradients) = linearized_at {
+            let F0 = self.deformation(element, gradients, 0);
+            let change = |(F, F0): (&Mat3, &Mat3)| {
+                let (G0, J0) = inverse_transpose(F0);
+                J0 * G0.dot(&(F - F0))
+            };
+            let changes = project(F.iter().zip(&F0).map(change).collect());
+            let ratios = project(F0.iter().map(Mat3::determinant).collect());
+            for ((U, J0), change) in U.iter_mut().zip(ratios).zip(changes) {
+                let U0 = material.volumetric(J0);
+                U.slope = U0.slope + U0.curvature * change;
+            }
         }
+        let slopes = project(U.iter().map(|U| U.slope).collect());
+        U.iter_mut().zip(slopes).for_each(|(U, p)| U.slope = p);
+        Ok(Deformed { F, U })
+    }
+
+    /// `F` at the points of the element at `place` in its chunk.
+    fn deformation(&self, element: usize, gradients: &[f64], place: usize) -> Vec<Mat3> {
+        let stride = 3 * self.shapes.points;
+        let at = |(q, point): (usize, &ElementPoint)| {
+            let H = Mat3::from_fn(|i, alpha| gradients[(3 * place + i) * stride + 3 * q + alpha]);
+            Mat3::identity() + H * point.inverse_jacobian
+        };
+        self.points[element].iter().enumerate().map(at).collect()
+    }
+}
+
+impl Deformed {
+    fn points(&self) -> impl Iterator<Item = (&Mat3, &Volumetric)> {
+        self.F.iter().zip(&self.U)
     }
 }
 

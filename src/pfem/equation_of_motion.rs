@@ -57,13 +57,25 @@ impl EquationOfMotion {
     /// Assembles the tangent, with single components held.
     fn tangent(&self, at: &Linearization) -> Result<Vec<f64>, SolidError> {
         let body = &self.body;
-        let following = [(&self.wet, &at.load)];
-        let mut values = body.tangent(&at.d, at.linearized_at.as_deref(), &following)?;
+        let mut values = self.static_tangent(at)?;
         let (velocity, acceleration) = self.time_scheme.slopes(at.dt);
         let mass = acceleration + self.damping * velocity;
         body.pattern.add_scalar(mass, &self.mass, &mut values);
         body.pattern.hold(&mut values);
         Ok(values)
+    }
+
+    /// The part of internal forces and following loads.
+    fn static_tangent(&self, at: &Linearization) -> Result<Vec<f64>, SolidError> {
+        let following = [(&self.wet, &at.load)];
+        (self.body).tangent(&at.d, at.linearized_at.as_deref(), &following)
+    }
+
+    /// Whether an equilibrium with this displacement and load would be stable without inertia.
+    pub fn is_statically_stable(&self, at: &Linearization) -> Result<bool, SolidError> {
+        let mut values = self.static_tangent(at)?;
+        self.body.pattern.hold(&mut values);
+        Ok(self.body.factorize(&values)?.negative_eigenvalues() == 0)
     }
 
     /// Factorizes an assembled tangent. Inertia keeps it well enough conditioned for a factor in single precision.

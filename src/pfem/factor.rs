@@ -6,7 +6,9 @@ use super::substitution::Substitution;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::reborrow::Reborrow;
 use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
+use faer::sparse::linalg::cholesky::supernodal::{
+    SupernodalLdltRef, SupernodalLltRef, SymbolicSupernodalCholesky,
+};
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
@@ -149,9 +151,13 @@ fn parallelism() -> Par {
 }
 
 impl Factorization {
-    /// Whether the matrix was positive definite.
-    pub fn is_positive_definite(&self) -> bool {
-        self.kind == Kind::Llt
+    /// Number of negative eigenvalues of the matrix: of negative entries of `D` in `L D Lᵀ` (Sylvester's law of inertia).
+    pub fn negative_eigenvalues(&self) -> usize {
+        match (&self.values, self.kind) {
+            (_, Kind::Llt) => 0,
+            (Values::Double(values), Kind::Ldlt) => negative_pivots(&self.symbolic, values),
+            (Values::Single(values), Kind::Ldlt) => negative_pivots(&self.symbolic, values),
+        }
     }
 
     /// The same with the factor rounded to single precision: half the memory, and half the time of a solution, which waits
@@ -205,4 +211,17 @@ impl Factorization {
         LdltRef::new(symbolic, values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack);
         Ok(())
     }
+}
+
+/// Negative entries of `D`, which stands on the diagonal of the factor.
+fn negative_pivots<T: RealField + Copy>(symbolic: &Symbolic, values: &[T]) -> usize {
+    let symbolic = supernodal(&symbolic.0);
+    let factor = SupernodalLdltRef::new(symbolic, values);
+    let of_supernode = |s: usize| {
+        let block = factor.supernode(s).val();
+        (0..block.ncols())
+            .filter(|&j| block[(j, j)] < T::zero_impl())
+            .count()
+    };
+    (0..symbolic.n_supernodes()).map(of_supernode).sum()
 }

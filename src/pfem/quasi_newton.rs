@@ -86,6 +86,11 @@ impl KeptTangent {
         self.experience.solutions += 1;
     }
 
+    /// Number of negative eigenvalues of the factorized tangent.
+    pub fn negative_eigenvalues(&self) -> usize {
+        self.factorization.negative_eigenvalues()
+    }
+
     /// Number of solutions since the factorization.
     pub fn solutions(&self) -> usize {
         self.experience.solutions

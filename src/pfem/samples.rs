@@ -2,10 +2,14 @@
 
 use super::SolidError;
 use super::discretization::Discretization;
-use super::elements::{Elements, Extremes};
+use super::elements::{Elements, PAIRS};
+use super::extremes::Extremes;
 use super::mapping::lattice;
 use super::quadrature::Rule;
-use crate::Vec3;
+use super::stress::StressState;
+use super::volume::{self, Basis, Formulation, Projection};
+use crate::{Mat3, Vec3};
+use std::collections::HashMap;
 
 /// Largest von Mises stress at the quadrature points of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +18,8 @@ pub struct StressPeak {
     pub element: Vec3,
     /// The stress, Pa.
     pub von_mises: f64,
+    /// Largest principal Cauchy stress of the element, Pa.
+    pub max_principal: f64,
     /// Reference position of the point, m.
     pub position: Vec3,
 }
@@ -28,6 +34,7 @@ pub fn stress_peaks(
     let peak = |found: Extremes| StressPeak {
         element: at(found.element, [0.0; 3]),
         von_mises: found.von_mises,
+        max_principal: found.max_principal,
         position: at(found.element, found.local),
     };
     Ok(all.into_iter().map(peak).collect())
@@ -36,6 +43,12 @@ pub fn stress_peaks(
 /// Points of a lattice in every element, and the small hexahedra between them.
 pub struct Sampler {
     elements: Elements,
+    /// The pressure's functions at the points, in the mixed form.
+    pressure: Option<Basis>,
+    /// Onto the space of the smooth stress, in each element, and its functions at the points.
+    smoothing: (Projection, Basis),
+    /// Points that coincide in the same material have the same number.
+    places: Vec<usize>,
     /// Reference positions, m, element by element; points of neighbouring elements are not shared, so that stresses may
     /// jump between them.
     pub points: Vec<Vec3>,
@@ -52,8 +65,11 @@ pub struct Sampler {
 pub struct Samples {
     /// Displacement, m.
     pub displacement: Vec<Vec3>,
-    /// Von Mises stress, Pa.
-    pub von_mises: Vec<f64>,
+    /// Stresses and strains as the displacement has them.
+    pub raw: Vec<StressState>,
+    /// The same strains with smooth stresses: projected onto polynomials of one degree less than the displacement in each
+    /// element, and the mean of neighbouring elements of the same material.
+    pub smooth: Vec<StressState>,
 }
 
 impl Sampler {
@@ -70,8 +86,14 @@ impl Sampler {
         let count = body.regions().len();
         let rules = [rule.clone(), rule.clone(), rule];
         let elements = Elements::new(&body.numbering, &body.space, &body.mapping, count, &rules)?;
+        let axes = [&axis[..]; 3];
+        let lower = volume::polynomials(&body.space, body.space.max_degree() - 1);
         let mut sampler = Self {
             elements,
+            pressure: (body.formulation() == Formulation::Mixed)
+                .then(|| Basis::new(&volume::modes(&body.space), axes)),
+            smoothing: (body.elements.projection(&lower), Basis::new(&lower, axes)),
+            places: Vec::new(),
             points: Vec::with_capacity(count * n.pow(3)),
             hexes: Vec::new(),
             regions: Vec::new(),
@@ -99,7 +121,56 @@ impl Sampler {
                 sampler.element_of_hex.push(e);
             }
         }
+        sampler.places = sampler.places();
         Ok(sampler)
+    }
+
+    /// Equal numbers for points of the same material that coincide.
+    fn places(&self) -> Vec<usize> {
+        let mut numbers = HashMap::new();
+        let size = self
+            .points
+            .iter()
+            .map(|x| x.amax())
+            .fold(f64::MIN_POSITIVE, f64::max);
+        let per_element = self.points.len() / self.elements.points.len();
+        let cells = self.hexes.len() / self.elements.points.len();
+        let number = |(i, x): (usize, &Vec3)| {
+            let place: [i64; 3] = x.map(|x| (x / size * 1e8).round() as i64).into();
+            let next = numbers.len();
+            *numbers
+                .entry((self.regions[i / per_element * cells], place))
+                .or_insert(next)
+        };
+        self.points.iter().enumerate().map(number).collect()
+    }
+
+    /// The smooth stress at the points, from `states` at the quadrature points.
+    fn smooth(&self, body: &Discretization, states: &[StressState]) -> Vec<Mat3> {
+        let (projection, basis) = &self.smoothing;
+        let mut local = Vec::with_capacity(self.points.len());
+        let mut rest = states;
+        for (e, points) in body.elements.points.iter().enumerate() {
+            let (own, others) = rest.split_at(points.len());
+            rest = others;
+            let component = |(i, j): (usize, usize)| {
+                let field: Vec<f64> = own.iter().map(|state| state.cauchy[(i, j)]).collect();
+                basis.evaluate(&projection.coefficients(e, points, &field))
+            };
+            let fields = PAIRS.map(component);
+            local.extend((0..fields[0].len()).map(|q| {
+                let [xx, yy, zz, xy, xz, yz] = [0, 1, 2, 3, 4, 5].map(|c| fields[c][q]);
+                Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+            }));
+        }
+        let count = self.places.iter().max().map_or(0, |most| most + 1);
+        let mut means = vec![(Mat3::zeros(), 0.0); count];
+        for (&place, stress) in self.places.iter().zip(&local) {
+            means[place].0 += stress;
+            means[place].1 += 1.0;
+        }
+        let mean = |&place: &usize| means[place].0 / means[place].1;
+        self.places.iter().map(mean).collect()
     }
 
     /// Values for a displacement.
@@ -108,11 +179,22 @@ impl Sampler {
         body: &Discretization,
         displacement: &[f64],
     ) -> Result<Samples, SolidError> {
-        let fields = self.elements.fields(body.body(), displacement)?;
-        let (displacement, von_mises) = fields.into_iter().unzip();
+        let pressures = body.elements.pressures(body.body(), displacement)?;
+        let pressures = self.pressure.as_ref().zip(pressures.as_deref());
+        let raw = self.elements.states(body.body(), displacement, pressures)?;
+        let states = body.elements.states(body.body(), displacement, None)?;
+        let stresses = self.smooth(body, &states);
         Ok(Samples {
-            displacement,
-            von_mises,
+            displacement: self.displacement(body, displacement),
+            smooth: (raw.iter().zip(stresses))
+                .map(|(state, stress)| state.with_cauchy(stress))
+                .collect(),
+            raw,
         })
+    }
+
+    /// Displacements (m) alone, such as those of a mode.
+    pub fn displacement(&self, body: &Discretization, displacement: &[f64]) -> Vec<Vec3> {
+        self.elements.displacement(&body.numbering, displacement)
     }
 }

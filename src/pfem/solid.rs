@@ -56,6 +56,11 @@ pub trait Solid {
     /// Deformed area vector (normal out of the solid times area, quadrature weight included, m²) at each wet point.
     fn deformed_areas(&self, trial: &Self::Trial) -> Vec<Vec3>;
 
+    /// What the user should know after the last accepted step; each thing is told once.
+    fn news(&mut self) -> Option<String> {
+        None
+    }
+
     /// Makes a trial the state from which the next time step starts.
     fn accept(&mut self, trial: Self::Trial);
 

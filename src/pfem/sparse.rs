@@ -213,6 +213,12 @@ impl Pattern {
             .for_each(|&entry| values[entry] = 1.0);
     }
 
+    /// Adds a number to the diagonal.
+    pub fn add_diagonal(&self, number: f64, values: &mut [f64]) {
+        let columns = &self.scalar.col_ptr()[..self.len()];
+        columns.iter().for_each(|&first| values[first] += number);
+    }
+
     /// Adds `scale` times a symmetric matrix with one scalar per block (see [`Self::scalar_values`]) to the values.
     pub fn add_scalar(&self, scale: f64, scalars: &[f64], values: &mut [f64]) {
         self.columns_in_parallel(values, |columns, first, values| {

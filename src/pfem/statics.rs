@@ -4,6 +4,11 @@
 //! of the path. A step that finds no equilibrium is cut in half; after a step that needs few iterations the next ones
 //! grow. (To extrapolate displacements through earlier solutions was tried: in a nearly incompressible wall the terms of
 //! second order then make the start worse, and three times as many iterations are needed.)
+//!
+//! An equilibrium whose tangent has negative eigenvalues is unstable. The step is then cut too, since a long one may have
+//! led past a stable path that turns; if that does not help, the path has lost its stability, and
+//! [`AtBifurcation`] says what to do. The stable path that branches off is reached with a small force in the
+//! direction of the buckling mode, which is taken away behind the bifurcation.
 
 use super::SolidError;
 use super::discretization::Discretization;
@@ -11,11 +16,24 @@ use super::factor::Factorization;
 use super::newton::{self, Equilibrium, NewtonOptions, Residual};
 use super::quasi_newton::KeptTangent;
 use super::solid::SurfaceLoad;
+use super::stability::{self, AtBifurcation, Bifurcation, LowestMode};
 use super::stats::Stats;
 use super::surface::{LoadKind, Surface};
+use std::cell::OnceCell;
 
 /// Iterations of a load step after which the next one is longer.
 const FEW_ITERATIONS: usize = 5;
+/// Share of the full load within which a bifurcation is enclosed before its place is interpolated.
+const ENCLOSURE: f64 = 2e-3;
+/// Eigenvalues above minus this share of the unloaded body's lowest one are not negative: those of a straight tube's bend
+/// are zero in any direction across it.
+const INDIFFERENT: f64 = 1e-3;
+/// Share of the critical load at which the force is applied that leads to the stable branch.
+const BELOW: f64 = 0.9;
+/// By how much the load exceeds the critical one before the force is taken away that led to the stable branch.
+const BEYOND: f64 = 1.05;
+/// Displacement that this force causes when it is applied, relative to the size of an element.
+const PUSH: f64 = 0.02;
 
 /// A full load.
 #[derive(Debug, Clone)]
@@ -42,6 +60,8 @@ pub struct StaticOptions {
     pub tolerance: f64,
     /// Newton's method; the full one by default.
     pub newton: NewtonOptions,
+    /// What to do where the path loses its stability.
+    pub at_bifurcation: AtBifurcation,
 }
 
 impl Default for StaticOptions {
@@ -53,6 +73,7 @@ impl Default for StaticOptions {
                 max_iterations: 25,
                 tangent_cost: None,
             },
+            at_bifurcation: AtBifurcation::default(),
         }
     }
 }
@@ -68,15 +89,32 @@ pub struct LoadStep {
     pub displacement: Vec<f64>,
 }
 
-/// Static equilibrium under the full load.
+/// Static equilibrium under the full load, or what was reached of it.
 #[derive(Debug, Clone)]
 pub struct Equilibrated {
+    /// Share of the full load: less than one if the analysis ended at a bifurcation.
+    pub factor: f64,
     /// Displacement coefficients.
     pub displacement: Vec<f64>,
+    /// Where stability was lost first, if it was watched and lost.
+    pub bifurcation: Option<Bifurcation>,
     /// The way there.
     pub steps: Vec<LoadStep>,
     /// What it cost.
     pub stats: Stats,
+}
+
+impl Equilibrated {
+    /// The displacement under the full load; an error if the analysis ended at a bifurcation.
+    pub fn complete(self) -> Result<Self, SolidError> {
+        if self.factor >= 1.0 {
+            return Ok(self);
+        }
+        Err(SolidError::NoEquilibrium(format!(
+            "it loses its stability at {:.2} % of the load",
+            100.0 * self.factor
+        )))
+    }
 }
 
 /// Finds the static equilibrium of `body` under all `loads`. Coefficients that are held have their values in `held`
@@ -93,64 +131,187 @@ pub fn solve(
         body,
         loads,
         factor: 0.0,
+        push: None,
+        unloaded: OnceCell::new(),
         floor: body.round_off()?,
     };
-    let mut stats = Stats::default();
-    let mut steps: Vec<LoadStep> = Vec::new();
-    let (mut reached, mut d) = (0.0, vec![0.0; body.coefficients()]);
-    let mut increment = 1.0 / options.steps.max(1) as f64;
-    let shortest = increment / 1024.0;
-    loop {
-        let mut factor = reached + increment;
-        if factor > 1.0 - 1e-9 {
-            factor = 1.0;
+    let mut path = Path {
+        held,
+        options,
+        factor: 0.0,
+        displacement: vec![0.0; body.coefficients()],
+        increment: 1.0 / options.steps.max(1) as f64,
+        steps: Vec::new(),
+        stats: Stats::default(),
+    };
+    let bifurcation = path.follow(&mut problem, 1.0, true)?;
+    if let Some(bifurcation) = &bifurcation {
+        match options.at_bifurcation {
+            AtBifurcation::Stop => {}
+            AtBifurcation::Continue => {
+                path.follow(&mut problem, 1.0, false)?;
+            }
+            AtBifurcation::Switch => path.switch(&mut problem, bifurcation)?,
         }
-        problem.factor = factor;
-        let mut start = d.clone();
+    }
+    Ok(Equilibrated {
+        factor: path.factor,
+        displacement: path.displacement,
+        bifurcation,
+        steps: path.steps,
+        stats: path.stats,
+    })
+}
 
-        if let Some(values) = held {
-            for (i, &is_held) in body.supports.held().iter().enumerate() {
+/// A path of equilibria, as far as it is known.
+struct Path<'a> {
+    held: Option<&'a [f64]>,
+    options: &'a StaticOptions,
+    /// Share of the full load.
+    factor: f64,
+    displacement: Vec<f64>,
+    /// The next step.
+    increment: f64,
+    steps: Vec<LoadStep>,
+    stats: Stats,
+}
+
+impl Path<'_> {
+    /// Raises the load to the `target`, or to where stability is lost if that is watched.
+    fn follow(
+        &mut self,
+        problem: &mut Statics,
+        target: f64,
+        watched: bool,
+    ) -> Result<Option<Bifurcation>, SolidError> {
+        let shortest = 1.0 / (1024 * self.options.steps.max(1)) as f64;
+        while self.factor < target {
+            let mut factor = self.factor + self.increment;
+            if factor > target - 1e-9 {
+                factor = target;
+            }
+            problem.factor = factor;
+            let mut kept: Option<KeptTangent> = None;
+            match self.step(problem, &mut kept) {
+                Ok(solution) => {
+                    let unstable = |kept: &KeptTangent| kept.negative_eigenvalues() > 0;
+                    if watched
+                        && kept.as_ref().is_some_and(unstable)
+                        && !problem.is_stable(&solution.d)?
+                    {
+                        if factor - self.factor > ENCLOSURE {
+                            self.increment = 0.5 * (factor - self.factor);
+                            continue;
+                        }
+                        let beyond = problem.lowest_mode(&solution.d)?;
+                        return self.bifurcation(problem, factor, beyond).map(Some);
+                    }
+                    if solution.stats.iterations <= FEW_ITERATIONS {
+                        self.increment *= 1.5;
+                    }
+                    self.accept(factor, solution);
+                }
+                Err(error) => {
+                    self.increment *= 0.5;
+                    if self.increment < shortest {
+                        return Err(SolidError::NoEquilibrium(format!(
+                            "the load could be raised to {:.2} % only: {error}",
+                            100.0 * self.factor
+                        )));
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Solves at the present load of the problem.
+    fn step(
+        &self,
+        problem: &Statics,
+        kept: &mut Option<KeptTangent>,
+    ) -> Result<newton::Solution, SolidError> {
+        let mut start = self.displacement.clone();
+        if let Some(values) = self.held {
+            for (i, &is_held) in problem.body.supports.held().iter().enumerate() {
                 if is_held {
-                    start[i] = factor * values[i];
+                    start[i] = problem.factor * values[i];
                 }
             }
         }
-        let mut kept: Option<KeptTangent> = None;
-        let tolerance = if factor < 1.0 {
-            options.tolerance.max(1e-6)
+        let tolerance = if problem.factor < 1.0 {
+            self.options.tolerance.max(1e-6)
         } else {
-            options.tolerance
+            self.options.tolerance
         };
-        match newton::solve(&problem, start, tolerance, &options.newton, &mut kept) {
-            Ok(solution) => {
-                stats += solution.stats;
-                if solution.stats.iterations <= FEW_ITERATIONS {
-                    increment *= 1.5;
-                }
-                steps.push(LoadStep {
-                    factor,
-                    residuals: solution.residuals,
-                    displacement: solution.d.clone(),
-                });
-                if factor >= 1.0 {
-                    return Ok(Equilibrated {
-                        displacement: solution.d,
-                        steps,
-                        stats,
-                    });
-                }
-                (reached, d) = (factor, solution.d);
-            }
-            Err(error) => {
-                increment *= 0.5;
-                if increment < shortest {
-                    return Err(SolidError::NoEquilibrium(format!(
-                        "the load could be raised to {:.2} % only: {error}",
-                        100.0 * reached
-                    )));
-                }
-            }
+        newton::solve(problem, start, tolerance, &self.options.newton, kept)
+    }
+
+    fn accept(&mut self, factor: f64, solution: newton::Solution) {
+        self.stats += solution.stats;
+        self.steps.push(LoadStep {
+            factor,
+            residuals: solution.residuals,
+            displacement: solution.d.clone(),
+        });
+        (self.factor, self.displacement) = (factor, solution.d);
+    }
+
+    /// The bifurcation between the present load and the one at which the mode `beyond` has a negative eigenvalue.
+    fn bifurcation(
+        &self,
+        problem: &mut Statics,
+        unstable: f64,
+        beyond: LowestMode,
+    ) -> Result<Bifurcation, SolidError> {
+        problem.factor = self.factor;
+        let before = problem.lowest_mode(&self.displacement)?.eigenvalue.max(0.0);
+        let share = before / (before - beyond.eigenvalue.min(-f64::MIN_POSITIVE));
+        Ok(Bifurcation {
+            factor: self.factor + share * (unstable - self.factor),
+            displacement: self.displacement.clone(),
+            mode: beyond.shape,
+        })
+    }
+
+    /// Follows the stable path that branches off at a bifurcation.
+    fn switch(
+        &mut self,
+        problem: &mut Statics,
+        bifurcation: &Bifurcation,
+    ) -> Result<(), SolidError> {
+        let lost = |why: &str| {
+            SolidError::NoEquilibrium(format!(
+                "the stable path behind the bifurcation at {:.2} % of the load was not found: {why}",
+                100.0 * bifurcation.factor
+            ))
+        };
+        // Back to where the force bends the body a little and not yet out of all proportion.
+        let is_below = |step: &LoadStep| step.factor <= BELOW * bifurcation.factor;
+        self.steps.retain(is_below);
+        (self.factor, self.displacement) = match self.steps.last() {
+            Some(step) => (step.factor, step.displacement.clone()),
+            None => (0.0, vec![0.0; problem.body.coefficients()]),
+        };
+        problem.factor = self.factor;
+        let mode = problem.lowest_mode(&self.displacement)?;
+        let push = PUSH * problem.body.element_size();
+        problem.push = Some(mode.force.iter().map(|f| f * push).collect());
+        self.increment = (1.0 - BELOW) * bifurcation.factor;
+        let target = f64::min(1.0, BEYOND * bifurcation.factor);
+        if self.follow(problem, target, true)?.is_some() {
+            return Err(lost("with a push along the mode it is unstable, too"));
         }
+        problem.push = None;
+        let solution = self.step(problem, &mut None)?;
+        if !problem.is_stable(&solution.d)? {
+            return Err(lost("without the push it is unstable, too"));
+        }
+        self.accept(problem.factor, solution);
+        if self.follow(problem, 1.0, true)?.is_some() {
+            return Err(lost("it bifurcates again"));
+        }
+        Ok(())
     }
 }
 
@@ -166,11 +327,15 @@ pub fn solve_from(
         body,
         loads,
         factor: 1.0,
+        push: None,
+        unloaded: OnceCell::new(),
         floor: body.round_off()?,
     };
     let (tolerance, newton) = (options.tolerance, &options.newton);
     let solution = newton::solve(&problem, start, tolerance, newton, &mut None)?;
     Ok(Equilibrated {
+        factor: 1.0,
+        bifurcation: None,
         steps: vec![LoadStep {
             factor: 1.0,
             residuals: solution.residuals,
@@ -192,13 +357,41 @@ struct Statics<'a> {
     body: &'a Discretization,
     loads: &'a [Load<'a>],
     factor: f64,
+    /// Forces that lead away from an unstable path, N.
+    push: Option<Vec<f64>>,
+    /// The lowest eigenvalue without load.
+    unloaded: OnceCell<f64>,
     floor: f64,
 }
 
 impl Statics<'_> {
+    /// Whether an equilibrium at the present load is stable, or indifferent.
+    fn is_stable(&self, d: &[f64]) -> Result<bool, SolidError> {
+        let unloaded = match self.unloaded.get() {
+            Some(&eigenvalue) => eigenvalue,
+            None => {
+                let rest = vec![0.0; d.len()];
+                let mut tangent = self.body.tangent(&rest, None, &[])?;
+                self.body.pattern.hold(&mut tangent);
+                let factorization = self.factorize(&tangent)?;
+                let lowest = stability::lowest_mode(self.body, &factorization)?;
+                *self.unloaded.get_or_init(|| lowest.eigenvalue)
+            }
+        };
+        let mut tangent = self.tangent(d, None)?;
+        (self.body.pattern).add_diagonal(INDIFFERENT * unloaded, &mut tangent);
+        Ok(self.factorize(&tangent)?.negative_eigenvalues() == 0)
+    }
+
+    /// The mode whose eigenvalue is closest to zero, at the present load.
+    fn lowest_mode(&self, d: &[f64]) -> Result<LowestMode, SolidError> {
+        let factorization = self.factorize(&self.tangent(d, None)?)?;
+        stability::lowest_mode(self.body, &factorization)
+    }
+
     /// Forces of all loads at the present load factor.
     fn external(&self, d: &[f64]) -> Vec<f64> {
-        let mut forces = vec![0.0; d.len()];
+        let mut forces = self.push.clone().unwrap_or_else(|| vec![0.0; d.len()]);
         for load in self.loads {
             match load {
                 Load::Surface {

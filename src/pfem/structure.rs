@@ -19,6 +19,7 @@ use super::newton::{self, Equilibrium, NewtonOptions};
 use super::quasi_newton::{Experience, KeptTangent};
 use super::samples::{self, StressPeak};
 use super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
+use super::stability_watch::StabilityWatch;
 use super::stats::{Stats, timed};
 use super::supports::{self, Support};
 use super::surface::Surface;
@@ -129,6 +130,7 @@ pub struct Structure {
     /// Takes its place after the next step: never earlier, though it may be there, so that a run can be repeated.
     renewal: Option<Renewal>,
     forces: RefCell<InternalForces>,
+    watch: StabilityWatch,
     total: Stats,
 }
 
@@ -172,6 +174,7 @@ impl Structure {
             kept: None,
             renewal: None,
             forces: RefCell::default(),
+            watch: StabilityWatch::default(),
             total: Stats::default(),
         })
     }
@@ -228,6 +231,16 @@ impl Structure {
         self.total.assemblies += 1;
         self.total.factorizations += 1;
         self.renewal = Renewal::start(&self.equation, from);
+    }
+
+    /// Pressure of a load, mean over the reference area, Pa.
+    fn mean_pressure(&self, load: &SurfaceLoad) -> f64 {
+        let points = self.equation.wet.points.iter();
+        let (force, area) = (points.zip(&load.pressure))
+            .fold((0.0, 0.0), |(force, area), (point, p)| {
+                (force + p * point.area, area + point.area)
+            });
+        force / area
     }
 
     /// Cost of all solutions so far.
@@ -417,8 +430,24 @@ impl Solid for Structure {
             .deformed_areas(&self.equation.body.numbering, &trial.state.d)
     }
 
+    fn news(&mut self) -> Option<String> {
+        let pressure = 1e-3 * self.watch.tell()?;
+        Some(format!(
+            "under a mean pressure of {pressure:.2} kPa the wall stands by its inertia alone; in statics it would buckle. \
+             Displacements from here on are those of a wall that bends sideways"
+        ))
+    }
+
     fn accept(&mut self, trial: Trial) {
         self.state = trial.state;
+        let (pressure, state) = (self.mean_pressure(&trial.load), &self.state);
+        self.watch
+            .accepted(&self.equation, pressure, || Linearization {
+                d: state.d.clone(),
+                linearized_at: None,
+                load: trial.load.clone(),
+                dt: trial.dt,
+            });
         if let Some(renewal) = self.renewal.take() {
             self.kept = renewal.ready(&mut self.total).or(self.kept.take());
         } else if let Some(kept) = &self.kept

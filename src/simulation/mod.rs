@@ -208,6 +208,10 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             let time = step.fluid.time;
             self.observer.note(&Note::Slow { time, text });
         }
+        if let Some(text) = self.coupling.solid.news() {
+            let time = step.fluid.time;
+            self.observer.note(&Note::Solid { time, text });
+        }
         self.clock.advance();
         let seconds = started.elapsed().as_secs_f64();
         self.totals.add(&step, self.clock.steps(), seconds);

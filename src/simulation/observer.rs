@@ -72,6 +72,13 @@ pub enum Note {
         /// How many, and what to try.
         text: String,
     },
+    /// The structure has something to tell after the step that ended at `time` (s).
+    Solid {
+        /// Its end, s.
+        time: f64,
+        /// What.
+        text: String,
+    },
     /// A step failed, and this is done about it.
     Rescue(String),
 }

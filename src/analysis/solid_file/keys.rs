@@ -4,8 +4,9 @@ use crate::analysis::tube::Ends;
 use crate::case::Material;
 use crate::case::schema::{Key, Kind, Schema, Table, above, from, join, whole};
 use crate::case::table::table;
-use crate::pfem::SpaceKind;
+use crate::pfem::stability::AtBifurcation;
 use crate::pfem::surface::LoadKind;
+use crate::pfem::{Formulation, SpaceKind};
 use serde::{Deserialize, Serialize};
 
 /// Largest degree of the shape functions.
@@ -75,6 +76,8 @@ table! {
             "degree of the mapping along the edges", absent "the largest of space.p";
         quadrature_points: Option<usize> = "quadrature_points", whole(2, 30), "Gauss points per direction",
             absent "space.p + 2 in each direction";
+        formulation: Formulation = "formulation", Kind::Word(Formulation::WORDS),
+            "volume ratio that the volumetric energy of the wall sees", absent "mixed";
     }
 }
 
@@ -84,6 +87,8 @@ table! {
         pressure: f64 = "pressure_Pa", from(-1e9, 1e9), "pressure inside the tube";
         kind: LoadKind = "kind", Kind::Word(LoadKind::WORDS), "load on the deformed or on the reference area";
         steps: Option<usize> = "steps", whole(1, 10_000), "load steps to begin with", absent "10";
+        at_bifurcation: Option<AtBifurcation> = "at_bifurcation", Kind::Word(AtBifurcation::WORDS),
+            "what to do where the tube loses its stability", absent "stop";
     }
 }
 

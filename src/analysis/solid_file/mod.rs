@@ -13,6 +13,7 @@ use crate::case::{CaseErrors, Material};
 use crate::pfem::Space;
 use crate::pfem::discretization::Options;
 use crate::pfem::mapping::MappingKind;
+use crate::pfem::stability::AtBifurcation;
 use crate::pfem::surface::LoadKind;
 use keys::Keys;
 use std::path::Path;
@@ -41,6 +42,8 @@ pub struct SolidFile {
     pub kind: LoadKind,
     /// Load steps to begin with.
     pub steps: usize,
+    /// What to do where the tube loses its stability.
+    pub at_bifurcation: AtBifurcation,
     /// What holds the ends.
     pub ends: Ends,
     /// The load over time; static if absent.
@@ -146,10 +149,12 @@ impl From<Keys> for SolidFile {
                     Some(points) => [points; 3],
                     None => space.degrees.map(|p| p + 2),
                 },
+                formulation: keys.space.formulation,
             },
             pressure: keys.load.pressure,
             kind: keys.load.kind,
             steps: keys.load.steps.unwrap_or(STEPS),
+            at_bifurcation: keys.load.at_bifurcation.unwrap_or_default(),
             ends: keys.supports.map_or(Ends::default(), |held| held.ends),
             dynamics: keys.dynamics.map(|dynamics| Dynamics {
                 density: dynamics.density,

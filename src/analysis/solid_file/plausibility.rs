@@ -71,6 +71,11 @@ fn dynamics(solid: &SolidFile, report: &mut Report<'_>) {
         return;
     };
     report(
+        "load.at_bifurcation",
+        true,
+        "[dynamics] follows no path of equilibria: inertia decides where the tube goes".into(),
+    );
+    report(
         "load.kind",
         solid.kind == LoadKind::Dead,
         "[dynamics] knows only \"follower\"".into(),

@@ -83,7 +83,7 @@ impl Probes {
         let mean = |places: &Vec<usize>| -> ([f64; 3], f64) {
             let count = places.len() as f64;
             let u: Vec3 = places.iter().map(|&p| values[p].0).sum();
-            let stress: f64 = places.iter().map(|&p| values[p].1).sum();
+            let stress: f64 = places.iter().map(|&p| values[p].1.von_mises()).sum();
             ((u / count).into(), stress / count)
         };
         let (displacement, von_mises) = self.places.iter().map(mean).unzip();

@@ -11,7 +11,7 @@ pub mod table;
 
 use crate::analysis::tube::{self, Tube};
 use crate::pfem::prolongation::prolong;
-use crate::pfem::statics::StaticOptions;
+use crate::pfem::statics::{Equilibrated, StaticOptions};
 use crate::pfem::stats::Stats;
 use crate::pfem::{Discretization, SolidError};
 use cases::Mesh;
@@ -40,6 +40,7 @@ pub fn compute(choice: &Choice) -> Result<Computed, SolidError> {
     let body = tube.discretize(&options)?;
     let start = start(&tube, choice, &body);
     let found = tube.inflate(&body, &options, &StaticOptions::default(), start)?;
+    let found = found.complete()?;
     let energy = tube::measure(&body, &options, &found.displacement)?.energy;
     let probes = Probes::new(&choice.case.tube(Mesh::Initial), &tube)?;
     Ok(Computed {
@@ -67,7 +68,8 @@ fn start(tube: &Tube, choice: &Choice, body: &Discretization) -> Option<Vec<f64>
         ..Default::default()
     };
     let begin = start(tube, &lower, &smaller);
-    let found = tube.inflate(&smaller, &options, &rough, begin).ok()?;
+    let found = tube.inflate(&smaller, &options, &rough, begin);
+    let found = found.and_then(Equilibrated::complete).ok()?;
     Some(prolong(
         &smaller.numbering,
         &body.numbering,

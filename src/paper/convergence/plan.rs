@@ -3,7 +3,7 @@
 use super::cases::{Mesh, TestCase};
 use crate::pfem::discretization::Options;
 use crate::pfem::mapping::MappingKind;
-use crate::pfem::{Space, SpaceKind};
+use crate::pfem::{Formulation, Space, SpaceKind};
 
 /// Degree of the reference solutions, which are in the trunk space: in the tensor product space one of this degree needs
 /// more than 20 GB on the initial mesh already.
@@ -96,6 +96,7 @@ impl Choice {
             },
             mapping: self.mapping,
             quadrature_points: degrees.map(|p| p + more),
+            formulation: Formulation::Displacement,
         }
     }
 

@@ -1,7 +1,8 @@
 //! Holzapfel-Gasser-Ogden, equation (5).
 
 use super::{
-    Frame, HyperelasticMaterial, Tensor4, add_crossed, add_dyadic, add_parallel, inverse_transpose,
+    Frame, HyperelasticMaterial, Tensor4, Volumetric, add_crossed, add_dyadic, add_parallel,
+    inverse_transpose,
 };
 use crate::{Mat3, Vec3};
 
@@ -55,23 +56,21 @@ impl HolzapfelGasserOgden {
 }
 
 impl HyperelasticMaterial for HolzapfelGasserOgden {
-    fn energy(&self, F: &Mat3, frame: &Frame) -> f64 {
+    fn energy_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> f64 {
         let J = F.determinant();
         let fibres: f64 = self
             .fibres(frame)
             .iter()
             .map(|a| self.fibre_energy((F * a).norm_squared() - 1.0)[0])
             .sum();
-        fibres
-            + 0.5 * self.mu * (F.norm_squared() * J.cbrt().powi(-2) - 3.0)
-            + 0.5 * self.kappa * (J - 1.0) * (J - 1.0)
+        fibres + 0.5 * self.mu * (F.norm_squared() * J.cbrt().powi(-2) - 3.0) + U.energy
     }
 
-    /// `P = mu J^{-2/3} (F - I_C/3 F⁻ᵀ) + kappa (J - 1) J F⁻ᵀ + Σ_f 2 psi' (F a_f) ⊗ a_f`.
-    fn stress(&self, F: &Mat3, frame: &Frame) -> Mat3 {
+    /// `P = mu J^{-2/3} (F - I_C/3 F⁻ᵀ) + U' J F⁻ᵀ + Σ_f 2 psi' (F a_f) ⊗ a_f`.
+    fn stress_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Mat3 {
         let (G, J) = inverse_transpose(F);
         let mu = self.mu * J.cbrt().powi(-2);
-        let mut P = F * mu + G * (self.kappa * (J - 1.0) * J - mu * F.norm_squared() / 3.0);
+        let mut P = F * mu + G * (U.slope * J - mu * F.norm_squared() / 3.0);
         for a in self.fibres(frame) {
             let Fa = F * a;
             let [_, first, _] = self.fibre_energy(Fa.norm_squared() - 1.0);
@@ -80,21 +79,20 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         P
     }
 
-    /// With `G = F⁻ᵀ` and `U = kappa/2 (J - 1)²`:
+    /// With `G = F⁻ᵀ`:
     /// `A_ijkl = mu J^{-2/3} (δ_ik δ_jl - 2/3 (F_ij G_kl + G_ij F_kl) + 2/9 I_C G_ij G_kl + I_C/3 G_il G_kj)
     /// + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj + Σ_f 4 psi'' (F a)_i a_j (F a)_k a_l + 2 psi' δ_ik a_j a_l`.
-    fn tangent_with(&self, F: &Mat3, frame: &Frame, slope: f64) -> Tensor4 {
+    fn tangent_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
         let mu = self.mu * J.cbrt().powi(-2);
         let I_C = F.norm_squared();
-        let [_, curvature] = self.volumetric(J);
         let mut A = Tensor4::identity() * mu;
-        let volumetric = (curvature * J + slope) * J;
+        let volumetric = (U.curvature * J + U.slope) * J;
         // All terms with G as a factor at once: H ⊗ G + G ⊗ H.
         let H = F * (-2.0 / 3.0 * mu) + G * (mu * I_C / 9.0 + 0.5 * volumetric);
         add_dyadic(&mut A, 1.0, &H, &G);
         add_dyadic(&mut A, 1.0, &G, &H);
-        add_crossed(&mut A, mu * I_C / 3.0 - slope * J, &G);
+        add_crossed(&mut A, mu * I_C / 3.0 - U.slope * J, &G);
         let mut structure = Mat3::zeros();
         for a in self.fibres(frame) {
             let Fa = F * a;
@@ -107,9 +105,17 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         A
     }
 
+    fn fibre_directions(&self, frame: &Frame) -> Option<[Vec3; 2]> {
+        Some(self.fibres(frame))
+    }
+
     /// `U = kappa/2 (J - 1)²`.
-    fn volumetric(&self, J: f64) -> [f64; 2] {
-        [self.kappa * (J - 1.0), self.kappa]
+    fn volumetric(&self, J: f64) -> Volumetric {
+        Volumetric {
+            energy: 0.5 * self.kappa * (J - 1.0) * (J - 1.0),
+            slope: self.kappa * (J - 1.0),
+            curvature: self.kappa,
+        }
     }
 }
 

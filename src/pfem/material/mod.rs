@@ -42,24 +42,51 @@ impl Frame {
     }
 }
 
-/// A strain energy density `W(F)` with its first two derivatives.
+/// The part `U` of an energy density that depends on the volume ratio alone, with its first two derivatives.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Volumetric {
+    /// `U`, J/m³ of the reference volume.
+    pub energy: f64,
+    /// `U'`, Pa: the mean stress that it causes.
+    pub slope: f64,
+    /// `U''`, Pa.
+    pub curvature: f64,
+}
+
+/// A strain energy density `W(F) = W_rest(F) + U(J)` with its first two derivatives. What stands for `U` and its
+/// derivatives is handed in, so that a formulation may evaluate them at another volume ratio than `det F`; see
+/// [`volume`](super::volume).
 pub trait HyperelasticMaterial: Send + Sync {
     /// `W`, J/m³ of the reference volume.
-    fn energy(&self, F: &Mat3, frame: &Frame) -> f64;
+    fn energy_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> f64;
 
     /// `P = ∂W/∂F`, Pa.
-    fn stress(&self, F: &Mat3, frame: &Frame) -> Mat3;
+    fn stress_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Mat3;
 
-    /// `A = ∂P/∂F`, Pa; symmetric. `slope` takes the place of `U'(J)`: see [`Self::volumetric`].
-    fn tangent_with(&self, F: &Mat3, frame: &Frame, slope: f64) -> Tensor4;
+    /// `A = ∂P/∂F`, Pa; symmetric.
+    fn tangent_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Tensor4;
 
-    /// First and second derivative of the part `U(J)` of the energy that depends on the volume ratio alone, Pa. Newton's
-    /// method treats `U'` as an unknown of its own at every quadrature point, which is eliminated there.
-    fn volumetric(&self, J: f64) -> [f64; 2];
+    /// `U(J)`.
+    fn volumetric(&self, J: f64) -> Volumetric;
 
-    /// `A = ∂P/∂F`, Pa.
+    /// Directions of two families of fibres in the reference configuration, if it has any.
+    fn fibre_directions(&self, _frame: &Frame) -> Option<[Vec3; 2]> {
+        None
+    }
+
+    /// `W` of the deformation gradient alone, J/m³.
+    fn energy(&self, F: &Mat3, frame: &Frame) -> f64 {
+        self.energy_with(F, frame, &self.volumetric(F.determinant()))
+    }
+
+    /// `P = ∂W/∂F` of the deformation gradient alone, Pa.
+    fn stress(&self, F: &Mat3, frame: &Frame) -> Mat3 {
+        self.stress_with(F, frame, &self.volumetric(F.determinant()))
+    }
+
+    /// `A = ∂P/∂F` of the deformation gradient alone, Pa.
     fn tangent(&self, F: &Mat3, frame: &Frame) -> Tensor4 {
-        self.tangent_with(F, frame, self.volumetric(F.determinant())[0])
+        self.tangent_with(F, frame, &self.volumetric(F.determinant()))
     }
 }
 
@@ -90,13 +117,6 @@ pub fn from_case(material: &Material) -> Box<dyn HyperelasticMaterial> {
             poisson_ratio,
         } => Box::new(SaintVenantKirchhoff::new(youngs_modulus, poisson_ratio)),
     }
-}
-
-/// Von Mises stress of the Cauchy stress `σ = P Fᵀ / J`, Pa.
-pub fn von_mises(P: &Mat3, F: &Mat3) -> f64 {
-    let sigma = P * F.transpose() / F.determinant();
-    let deviator = sigma - Mat3::identity() * (sigma.trace() / 3.0);
-    (1.5 * deviator.norm_squared()).sqrt()
 }
 
 /// `A_ijkl += a X_ij Y_kl`.

@@ -1,6 +1,8 @@
 //! Neo-Hooke, equation (4).
 
-use super::{Frame, HyperelasticMaterial, Tensor4, add_crossed, add_dyadic, inverse_transpose};
+use super::{
+    Frame, HyperelasticMaterial, Tensor4, Volumetric, add_crossed, add_dyadic, inverse_transpose,
+};
 use crate::Mat3;
 
 /// Isotropic, compressible: `W = mu/2 (I_C - 3) - mu ln J + kappa/2 (ln J)²`.
@@ -12,32 +14,36 @@ pub struct NeoHooke {
     pub kappa: f64,
 }
 
+/// The term `-mu ln J` depends on the volume ratio alone, too, but belongs to the rest: without it the rest is not positive
+/// definite in the reference configuration, and modes whose volume change a projection does not see would be unstable.
 impl HyperelasticMaterial for NeoHooke {
-    fn energy(&self, F: &Mat3, _: &Frame) -> f64 {
-        let ln_J = F.determinant().ln();
-        0.5 * self.mu * (F.norm_squared() - 3.0) - self.mu * ln_J + 0.5 * self.kappa * ln_J * ln_J
+    fn energy_with(&self, F: &Mat3, _: &Frame, U: &Volumetric) -> f64 {
+        0.5 * self.mu * (F.norm_squared() - 3.0) - self.mu * F.determinant().ln() + U.energy
     }
 
-    /// `P = mu F + (kappa ln J - mu) F⁻ᵀ`.
-    fn stress(&self, F: &Mat3, _: &Frame) -> Mat3 {
+    /// `P = mu F + (U' J - mu) F⁻ᵀ`.
+    fn stress_with(&self, F: &Mat3, _: &Frame, U: &Volumetric) -> Mat3 {
         let (G, J) = inverse_transpose(F);
-        F * self.mu + G * (self.kappa * J.ln() - self.mu)
+        F * self.mu + G * (U.slope * J - self.mu)
     }
 
-    /// With `G = F⁻ᵀ`: `A_ijkl = mu δ_ik δ_jl + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj`.
-    fn tangent_with(&self, F: &Mat3, _: &Frame, slope: f64) -> Tensor4 {
+    /// With `G = F⁻ᵀ`: `A_ijkl = mu δ_ik δ_jl + (U'' J² + U' J) G_ij G_kl + (mu - U' J) G_il G_kj`.
+    fn tangent_with(&self, F: &Mat3, _: &Frame, U: &Volumetric) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
-        let [_, curvature] = self.volumetric(J);
         let mut A = Tensor4::identity() * self.mu;
-        add_dyadic(&mut A, (curvature * J + slope) * J, &G, &G);
-        add_crossed(&mut A, -slope * J, &G);
+        add_dyadic(&mut A, (U.curvature * J + U.slope) * J, &G, &G);
+        add_crossed(&mut A, self.mu - U.slope * J, &G);
         A
     }
 
-    /// `U = kappa/2 (ln J)² - mu ln J`.
-    fn volumetric(&self, J: f64) -> [f64; 2] {
-        let stress = self.kappa * J.ln() - self.mu;
-        [stress / J, (self.kappa - stress) / (J * J)]
+    /// `U = kappa/2 (ln J)²`.
+    fn volumetric(&self, J: f64) -> Volumetric {
+        let ln_J = J.ln();
+        Volumetric {
+            energy: 0.5 * self.kappa * ln_J * ln_J,
+            slope: self.kappa * ln_J / J,
+            curvature: self.kappa * (1.0 - ln_J) / (J * J),
+        }
     }
 }
 

@@ -224,6 +224,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
     if let Some(degree) = settings.p_geometry {
         discretization.mapping = MappingKind::Blended(degree);
     }
+    discretization.formulation = settings.formulation;
     if let Some(points) = settings.quadrature_points {
         discretization.quadrature_points = [points; 3];
     }

@@ -1,0 +1,237 @@
+//! The wall of a case in figures, without blood: how wide it stands under the pressures that its windkessel will make, and
+//! how far they are from buckling.
+
+use crate::Vec3;
+use crate::case::{Case, FlowCurve};
+use crate::geometry::{HexFace, HexMesh, Vessel};
+use crate::pfem::discretization::{Discretization, Options};
+use crate::pfem::mapping::MappingKind;
+use crate::pfem::statics::{self, Load, StaticOptions};
+use crate::pfem::supports::{self, Support};
+use crate::pfem::surface::{LoadKind, Surface, on_face};
+use crate::pfem::{SolidError, Space, SpaceKind, SurfaceLoad};
+use nalgebra::Vector2;
+
+/// Steps in which the windkessel is integrated over a period.
+const STEPS: usize = 2000;
+/// Up to this multiple of the highest pressure buckling is looked for.
+const REACH: f64 = 2.0;
+
+/// Pressures that a case's windkessel makes in the periodic state, if all of the inflow reached it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pressures {
+    /// Mean over the period, Pa.
+    pub mean: f64,
+    /// Highest, Pa. The wall's own compliance, which is left out, makes it lower.
+    pub highest: f64,
+}
+
+impl Pressures {
+    /// `C dp/dt + p/R = Q` in the periodic state, exact for a flow that is linear over each of many steps.
+    pub fn of(case: &Case) -> Option<Self> {
+        let curve = FlowCurve::new(&case.inflow, case.time.period).ok()?;
+        let (resistance, compliance) = (case.windkessel.resistance, case.windkessel.compliance);
+        let step = case.time.period / STEPS as f64;
+        let rate = step / (resistance * compliance);
+        let decay = (-rate).exp();
+        // Weights of the flows at both ends of a step.
+        let late = 1.0 - (1.0 - decay) / rate;
+        let early = 1.0 - decay - late;
+        let flow: Vec<f64> = (0..=STEPS).map(|i| curve.flow(i as f64 * step)).collect();
+        let march = |start: f64| {
+            let next = |p: &mut f64, q: &[f64]| {
+                *p = decay * *p + resistance * (early * q[0] + late * q[1]);
+                Some(*p)
+            };
+            flow.windows(2).scan(start, next).collect::<Vec<f64>>()
+        };
+        // The end is the start times the decay over a period, and what the flow brings.
+        let brought = march(0.0)[STEPS - 1];
+        let pressures = march(brought / (1.0 - decay.powi(STEPS as i32)));
+        Some(Self {
+            mean: pressures.iter().sum::<f64>() / STEPS as f64,
+            highest: pressures.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        })
+    }
+}
+
+/// The lumen in the middle of a section.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section {
+    /// `graft` or `artery`.
+    pub name: &'static str,
+    /// Mean radius without load, m.
+    pub radius: f64,
+    /// Mean radius under each pressure, m.
+    pub loaded_radii: Vec<f64>,
+    /// Shift of the centre under each pressure, m.
+    pub shifts: Vec<f64>,
+}
+
+/// The wall under its pressures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WallFigures {
+    /// Pressures of the figures, Pa, as far as the wall carries them.
+    pub pressures: Vec<f64>,
+    /// In the middle of the graft and of the artery.
+    pub sections: Vec<Section>,
+    /// Pressure (Pa) at which this wall loses its stability, if below [`Self::reach`].
+    pub buckling: Option<f64>,
+    /// The same for the wall without its imperfection: an imperfect wall bends more and more on the way there.
+    pub perfect_buckling: Option<f64>,
+    /// Highest pressure that was tried, Pa.
+    pub reach: f64,
+}
+
+/// A discretized wall that can be put under pressure.
+struct Wall {
+    mesh: HexMesh,
+    body: Discretization,
+    surface: Surface,
+}
+
+impl Wall {
+    fn new(case: &Case) -> Result<Self, SolidError> {
+        let settings = &case.structure;
+        let mesh = Vessel::new(case).solid_mesh(settings);
+        let space = Space::isotropic(SpaceKind::Trunk, settings.p);
+        let mut options = Options::new(space);
+        options.formulation = settings.formulation;
+        if let Some(degree) = settings.p_geometry {
+            options.mapping = MappingKind::Blended(degree);
+        }
+        if let Some(points) = settings.quadrature_points {
+            options.quadrature_points = [points; 3];
+        }
+        let materials = [&case.wall.graft, &case.wall.media, &case.wall.adventitia];
+        let supports = ["start", "end"].map(|end| Support::Clamped(end.into()));
+        let body = Discretization::new(&mesh, &materials.map(Clone::clone), &supports, &options)?;
+        let faces = supports::surface(&mesh, "inner")?;
+        let points = options.quadrature_points[0];
+        let surface = Surface::new(&body.numbering, &body.space, &body.mapping, faces, points)?;
+        Ok(Self {
+            mesh,
+            body,
+            surface,
+        })
+    }
+
+    /// Equilibrium under a pressure (Pa), or up to where stability is lost.
+    fn inflate(&self, pressure: f64) -> Result<statics::Equilibrated, SolidError> {
+        let points = self.surface.points.len();
+        let load = Load::Surface {
+            surface: &self.surface,
+            values: SurfaceLoad {
+                pressure: vec![pressure; points],
+                shear: vec![Vec3::zeros(); points],
+            },
+            kind: LoadKind::Follower,
+        };
+        let options = StaticOptions {
+            tolerance: 1e-6,
+            ..Default::default()
+        };
+        statics::solve(&self.body, &[load], None, &options)
+    }
+
+    /// Mean radius and centre of the lumen around `x` (m), for a displacement.
+    fn lumen(&self, x: f64, displacement: &[f64]) -> Result<(f64, Vector2<f64>), SolidError> {
+        let faces = supports::surface(&self.mesh, "inner")?;
+        let middle = |&(e, face): &(usize, HexFace)| {
+            let place = self.body.mapping.at(e, on_face(face, 0.0, 0.0)).position.x;
+            (place - x).abs()
+        };
+        let nearest = faces.iter().map(middle).fold(f64::INFINITY, f64::min);
+        // The ring of elements whose middle is closest.
+        let ring = faces
+            .iter()
+            .filter(|face| middle(face) < nearest * (1.0 + 1e-6) + 1e-9);
+        let mut places = Vec::new();
+        for &(e, face) in ring {
+            for (a, b) in [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)] {
+                let xi = on_face(face, a, b);
+                let place = self.body.mapping.at(e, xi).position
+                    + self.body.displacement_at(e, xi, displacement);
+                places.push(place.yz());
+            }
+        }
+        let count = places.len() as f64;
+        let centre = places.iter().sum::<Vector2<f64>>() / count;
+        let radius = places
+            .iter()
+            .map(|place| (place - centre).norm())
+            .sum::<f64>()
+            / count;
+        Ok((radius, centre))
+    }
+}
+
+impl WallFigures {
+    /// The wall of a case under these `pressures` (Pa, ascending).
+    pub fn new(case: &Case, pressures: &[f64]) -> Result<Self, SolidError> {
+        let wall = Wall::new(case)?;
+        let vessel = Vessel::new(case);
+        let zero = vec![0.0; wall.body.coefficients()];
+        let places = [
+            ("graft", 0.5 * vessel.joint()),
+            ("artery", 0.5 * (vessel.joint() + vessel.end())),
+        ];
+        let section = |(name, x)| -> Result<(Section, f64, Vector2<f64>), SolidError> {
+            let (radius, centre) = wall.lumen(x, &zero)?;
+            let empty = Section {
+                name,
+                radius,
+                loaded_radii: Vec::new(),
+                shifts: Vec::new(),
+            };
+            Ok((empty, x, centre))
+        };
+        let mut sections: Vec<_> = places.into_iter().map(section).collect::<Result<_, _>>()?;
+        let (mut reached, mut buckling) = (Vec::new(), None);
+        for &pressure in pressures {
+            let found = wall.inflate(pressure)?;
+            if let Some(bifurcation) = &found.bifurcation {
+                buckling = Some(bifurcation.factor * pressure);
+                break;
+            }
+            reached.push(pressure);
+            for (section, x, old) in &mut sections {
+                let (radius, centre) = wall.lumen(*x, &found.displacement)?;
+                section.loaded_radii.push(radius);
+                section.shifts.push((centre - *old).norm());
+            }
+        }
+        let reach = REACH * pressures.last().copied().unwrap_or(0.0);
+        let mut perfect = case.clone();
+        perfect.model.d_max = 0.0;
+        let straight = Wall::new(&perfect)?.inflate(reach)?;
+        let perfect_buckling = straight.bifurcation.map(|found| found.factor * reach);
+        Ok(Self {
+            pressures: reached,
+            sections: sections.into_iter().map(|(section, ..)| section).collect(),
+            buckling: buckling.or(perfect_buckling.filter(|_| case.model.d_max == 0.0)),
+            perfect_buckling,
+            reach,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Preset;
+    use std::path::Path;
+
+    #[test]
+    fn the_windkessel_has_the_mean_pressure_of_its_mean_flow() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/S-0.0");
+        let case = Case::load(&folder, Preset::Demo, &[]).expect("a case").case;
+        let pressures = Pressures::of(&case).expect("it has a flow");
+        let curve = FlowCurve::new(&case.inflow, case.time.period).expect("it has a flow");
+        let flows = (0..10_000).map(|i| curve.flow((i as f64 + 0.5) * 1e-4 * case.time.period));
+        let expected = case.windkessel.resistance * flows.sum::<f64>() / 1e4;
+        assert!((pressures.mean / expected - 1.0).abs() < 1e-5);
+        // It charges by the flow above the mean: by less than what that would bring without an outflow that rises.
+        assert!(pressures.highest > 1.05 * expected && pressures.highest < 1.5 * expected);
+    }
+}
