@@ -42,6 +42,7 @@ pub mod output;
 pub mod paper;
 pub mod pfem;
 pub mod processes;
+pub mod quadrature;
 pub mod simulation;
 
 /// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).

@@ -8,13 +8,13 @@ use crate::pfem::discretization::{Discretization, Options};
 use crate::pfem::elements::Elements;
 use crate::pfem::extremes::Extremes;
 use crate::pfem::mapping::{EXACT_DEGREE, MappingKind, lattice};
-use crate::pfem::quadrature::Rule;
 use crate::pfem::statics::{self, Equilibrated, Load, StaticOptions};
 use crate::pfem::stress::StressState;
 use crate::pfem::supports::{self, Support};
 use crate::pfem::surface::{LoadKind, Surface};
 use crate::pfem::volume::{self, Basis};
 use crate::pfem::{SolidError, SurfaceLoad};
+use crate::quadrature::Rule;
 
 /// Gauss points per direction beyond the degree of space or mapping with which energies and Jacobians are evaluated.
 /// With a bulk modulus of 2·10⁴ shear moduli, the energy at `p + 1` points can look a hundred times better than it is:

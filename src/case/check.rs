@@ -5,7 +5,7 @@ mod flag;
 use super::error::CaseError;
 use super::stack::Stack;
 use super::value::shorten;
-use super::{Case, Extension, Material, Window, flow_curve::FlowCurve};
+use super::{Case, Extension, Material, Solver, Window, flow_curve::FlowCurve};
 use crate::interpolation::BicubicSurface;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -18,6 +18,8 @@ const MOST_STEPS: f64 = 1e7;
 const MOST_STEPS_OF_A_PERIOD: f64 = 1e6;
 /// A cell of the rigid extension may bend by this angle at most.
 const MAX_BEND_DEG: f64 = 30.0;
+/// A curved element of the native solver may bend further.
+const MAX_ELEMENT_BEND_DEG: f64 = 45.0;
 
 /// Appends what makes no sense; silent about conflicts with values that were refused already. Of the keys that
 /// conflict the first is named with its place, and the one that was written last.
@@ -277,12 +279,27 @@ fn discretization(case: &Case, report: &mut Report<'_>) {
         );
     }
     let g = &case.geometry;
-    let (length, cells) = (g.extension_length, case.fluid.mesh.axial_extension);
+    let (key, what, cells, most_deg) = match case.fluid.solver {
+        Solver::OpenFoam => {
+            let cells = case.fluid.mesh.axial_extension;
+            ("fluid.mesh.axial_extension", "cell", cells, MAX_BEND_DEG)
+        }
+        Solver::Native => {
+            let elements = case.fluid.native.axial_extension;
+            (
+                "fluid.native.axial_extension",
+                "element",
+                elements,
+                MAX_ELEMENT_BEND_DEG,
+            )
+        }
+    };
+    let length = g.extension_length;
     report(
-        &["fluid.mesh.axial_extension", "geometry.extension_length_m"],
+        &[key, "geometry.extension_length_m"],
         (length > 0.0) != (cells > 0),
         format!(
-            "a rigid extension of the length {length:?} m with {cells} cells along it: both or neither must be zero"
+            "a rigid extension of the length {length:?} m with {cells} {what}s along it: both or neither must be zero"
         ),
     );
     let (ranks, slices) = (case.fluid.ranks, case.fluid.mesh.slices());
@@ -299,16 +316,12 @@ fn discretization(case: &Case, report: &mut Report<'_>) {
         // κ L with κ = a/(a² + b²) and L = 2π √(a² + b²).
         Extension::Helix => 360.0 * (TAU * g.helix_radius / g.extension_length).min(1.0),
     };
-    let least = (turn / MAX_BEND_DEG).ceil() as usize;
+    let least = (turn / most_deg).ceil() as usize;
     report(
-        &[
-            "fluid.mesh.axial_extension",
-            "model.extension",
-            "geometry.arc_angle_deg",
-        ],
-        case.fluid.mesh.axial_extension < least,
+        &[key, "model.extension", "geometry.arc_angle_deg"],
+        cells < least,
         format!(
-            "the extension turns by {turn:.0}°, and a cell may turn by {MAX_BEND_DEG}° at most: at least {least} cells"
+            "the extension turns by {turn:.0}°, and the {what}s may turn by {most_deg}° each at most: at least {least} {what}s"
         ),
     );
     for (name, material) in [

@@ -200,6 +200,7 @@ words! {
 table! {
     /// Discretization of the blood and the way to its solver.
     pub struct Fluid {
+        solver: Solver = "solver", Kind::Word(Solver::WORDS), "who solves for the blood", absent "openfoam";
         templates: PathBuf = "templates", Kind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates";
         ranks: usize = "ranks", whole(1, 1024), "MPI ranks";
         transport: Transport = "transport", Kind::Word(Transport::WORDS), "way between driver and OpenFOAM";
@@ -207,6 +208,42 @@ table! {
         max_correctors: u32 = "max_correctors", whole(1, 1000), "most outer correctors in a coupling iteration";
         pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "first pressure residual that ends the correctors";
         [mesh: FluidMesh, "the O-grid"]
+        [native: Native, "the driver's own elements"]
+    }
+}
+
+words! {
+    /// Who solves for the blood.
+    #[derive(Default)]
+    pub enum Solver {
+        /// OpenFOAM's pimpleFoam, by finite volumes.
+        OpenFoam = "openfoam" (default),
+        /// The driver itself, by spectral elements.
+        Native = "native",
+    }
+}
+
+table! {
+    /// Spectral elements in the lumen: an O-grid as OpenFOAM's, of a few elements of high degree.
+    pub struct Native {
+        /// That of the pressure is one less.
+        degree: usize = "degree", whole(3, 8), "degree of the velocity and of the elements' shape";
+        /// Four times as many lie around the circumference.
+        core: usize = "core", whole(1, 50), "elements along a side of the square in the middle";
+        radial: usize = "radial", whole(1, 50), "elements from the square to the wall";
+        axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension";
+        axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
+        time_scheme: FluidTimeScheme = "time_scheme", Kind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
+    }
+}
+
+words! {
+    /// How the time derivative of the blood's velocity is taken.
+    pub enum FluidTimeScheme {
+        /// First order, as with OpenFOAM.
+        ImplicitEuler = "implicit_euler",
+        /// Backward differences of second order.
+        Bdf2 = "bdf2",
     }
 }
 

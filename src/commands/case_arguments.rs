@@ -15,6 +15,9 @@ pub struct CaseArguments {
     /// End of the simulated time in seconds [default: time.end_s of the case].
     #[arg(long, value_name = "S")]
     end_time: Option<f64>,
+    /// Who solves for the blood: openfoam or native [default: fluid.solver of the case, or openfoam].
+    #[arg(long, value_name = "SOLVER")]
+    fluid: Option<String>,
     /// Number of MPI ranks of the fluid [default: fluid.ranks of the case].
     #[arg(long, value_name = "N")]
     ranks: Option<usize>,
@@ -34,6 +37,9 @@ impl CaseArguments {
         self.end_time
             .iter()
             .for_each(|end| option("--end-time", format!("{end:?}")));
+        self.fluid
+            .iter()
+            .for_each(|solver| option("--fluid", solver.clone()));
         self.ranks
             .iter()
             .for_each(|ranks| option("--ranks", ranks.to_string()));
@@ -62,6 +68,9 @@ impl CaseArguments {
         if let Some(end) = self.end_time {
             let place = Place::Option("--end-time");
             overrides.push(given(place, "time.end_s", &format!("{end:?}")));
+        }
+        if let Some(solver) = &self.fluid {
+            overrides.push(given(Place::Option("--fluid"), "fluid.solver", solver));
         }
         if let Some(ranks) = self.ranks {
             let place = Place::Option("--ranks");

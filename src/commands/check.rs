@@ -3,7 +3,7 @@
 use super::Failure;
 use super::case_arguments::{CaseArguments, machine_memory, warn};
 use crate::analysis::wall::{Pressures, WallFigures};
-use crate::case::Case;
+use crate::case::{Case, Solver};
 use crate::fluid::openfoam::install;
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
@@ -27,27 +27,35 @@ pub struct Arguments {
 /// Loads and checks a case and prints its size.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = arguments.case.load(&arguments.folder)?;
-    let openfoam = match install::check(case.fluid.ranks) {
-        Ok(_) => {
+    let openfoam = match (case.fluid.solver, install::check(case.fluid.ranks)) {
+        (Solver::Native, _) => "is not needed".to_owned(),
+        (Solver::OpenFoam, Ok(_)) => {
             preflight::try_fluid(&case).map_err(|e| Failure::Input(e.to_string()))?;
             "takes the templates".to_owned()
         }
-        Err(missing) => format!("could not be asked: {missing}"),
+        (Solver::OpenFoam, Err(missing)) => format!("could not be asked: {missing}"),
+    };
+    let native = &case.fluid.native;
+    let blood = match case.fluid.solver {
+        Solver::OpenFoam => format!(
+            "{} cells, {} MPI rank(s)",
+            case.fluid_cells(),
+            case.fluid.ranks
+        ),
+        Solver::Native => format!("{} elements of degree {}", native.elements(), native.degree),
     };
     let there = machine_memory().map_or(String::new(), |bytes| {
         format!(" of this machine's {:.1} GB", bytes / 1e9)
     });
     terminal::print(format_args!(
         "{} with --preset {} can be run:\n\
-         blood   {} cells, {} MPI rank(s)\n\
+         blood   {blood}\n\
          wall    {} degrees of freedom, p = {}\n\
          time    {} steps of {} s\n\
          OpenFOAM {openfoam}\n\
          memory  about {:.2} GB{there}\n",
         arguments.folder.display(),
         arguments.case.preset,
-        case.fluid_cells(),
-        case.fluid.ranks,
         case.structure_degrees_of_freedom(),
         case.structure.p,
         case.steps(),

@@ -9,6 +9,7 @@ use crate::Vec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
+pub mod native;
 pub mod openfoam;
 
 /// The wet surface as the fluid's mesh sees it, in the reference configuration.

@@ -1,6 +1,6 @@
 //! How large a case is before anything is built.
 
-use crate::case::{Case, Flag, FluidMesh, Structure};
+use crate::case::{Case, Flag, FluidMesh, Native, Structure};
 
 impl FluidMesh {
     /// Number of fluid cells.
@@ -11,6 +11,15 @@ impl FluidMesh {
     /// Number of cells along the centre-line.
     pub fn slices(&self) -> usize {
         self.axial_extension + 2 * self.axial_per_section
+    }
+}
+
+impl Native {
+    /// Number of elements.
+    pub fn elements(&self) -> usize {
+        self.core
+            * (self.core + 4 * self.radial)
+            * (self.axial_extension + 2 * self.axial_per_section)
     }
 }
 

@@ -8,19 +8,7 @@
 //! `N_k` vanishes at both ends for `k >= 2` and has the parity of `k`: `N_k(-x) = (-1)^k N_k(x)`, which is all that
 //! continuity between elements of different orientation needs.
 
-/// Legendre polynomials `P_0(x), …, P_n(x)` by the three-term recurrence.
-pub fn legendre(n: usize, x: f64) -> Vec<f64> {
-    let mut p = Vec::with_capacity(n + 1);
-    p.push(1.0);
-    if n > 0 {
-        p.push(x);
-    }
-    for k in 2..=n {
-        let kf = k as f64;
-        p.push(((2.0 * kf - 1.0) * x * p[k - 1] - (kf - 1.0) * p[k - 2]) / kf);
-    }
-    p
-}
+use crate::quadrature::legendre;
 
 /// Values and derivatives of the `p + 1` shape functions at `x`.
 pub fn shape_functions(p: usize, x: f64) -> (Vec<f64>, Vec<f64>) {
@@ -66,7 +54,7 @@ impl BasisTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pfem::quadrature::Rule;
+    use crate::quadrature::Rule;
 
     #[test]
     fn derivatives_of_the_modes_are_orthonormal() {

@@ -9,8 +9,8 @@
 //! (each vertex lies on three edges). [`Mapping::Exact`] interpolates the shape in the whole element with degree
 //! [`EXACT_DEGREE`]; for a quarter of a circle the interpolation error is below 1e-15 of the radius.
 
-use super::quadrature::Rule;
 use crate::geometry::HexMesh;
+use crate::quadrature::Rule;
 use crate::{Mat3, Vec3};
 
 /// Degree of the interpolation in all directions that stands for the exact shape.

@@ -23,7 +23,6 @@ pub mod numbering;
 pub mod ordering;
 mod pool;
 pub mod prolongation;
-pub mod quadrature;
 pub mod quasi_newton;
 pub mod samples;
 pub mod shapes;

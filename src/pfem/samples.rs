@@ -5,9 +5,9 @@ use super::discretization::Discretization;
 use super::elements::{Elements, PAIRS};
 use super::extremes::Extremes;
 use super::mapping::lattice;
-use super::quadrature::Rule;
 use super::stress::StressState;
 use super::volume::{self, Basis, Formulation, Projection};
+use crate::quadrature::Rule;
 use crate::{Mat3, Vec3};
 use std::collections::HashMap;
 

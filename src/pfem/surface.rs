@@ -13,13 +13,13 @@ use super::SolidError;
 use super::elements::PAIRS;
 use super::mapping::Mapping;
 use super::numbering::Numbering;
-use super::quadrature::Rule;
 use super::solid::{SurfaceLoad, SurfacePoint};
 use super::space::{Mode, Space};
 use super::supports::modes_on_face;
 use crate::Vec3;
 use crate::case::table::words;
 use crate::geometry::HexFace;
+use crate::quadrature::Rule;
 use std::collections::HashMap;
 
 words! {

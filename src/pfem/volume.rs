@@ -14,13 +14,13 @@
 //! All integrals are sums over the same quadrature points, so that forces and tangent are the derivatives of the energy that
 //! is computed: displacements are the only unknowns, and the tangent is symmetric.
 
-use super::basis::legendre;
 use super::elements::{ElementPoint, PAIRS};
 use super::mapping::lattice;
 use super::material::{Volumetric, inverse_transpose};
 use super::space::{Mode, Space, SpaceKind};
 use crate::Mat3;
 pub use crate::case::Formulation;
+use crate::quadrature::legendre;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::DMatrix;

@@ -1,7 +1,7 @@
 //! Whether cylinder, flag, channel and their meshes fit together.
 
 use super::Report;
-use crate::case::{Case, Flag, Surrogate};
+use crate::case::{Case, Flag, Solver, Surrogate};
 
 /// Cells are at least this share of the height of the channel.
 const SMALLEST_CELL: f64 = 1e-3;
@@ -12,6 +12,11 @@ pub(super) fn check(case: &Case, flag: &Flag, report: &mut Report<'_>) {
         &["flag.cylinder_x_m", "flag.cylinder_radius_m"],
         x <= r,
         format!("the cylinder must lie behind the inlet: more than flag.cylinder_radius_m = {r:?}"),
+    );
+    report(
+        &["fluid.solver"],
+        case.fluid.solver != Solver::OpenFoam,
+        "a flag in a channel is for OpenFOAM alone: expected \"openfoam\"".into(),
     );
     let (low, high) = (r, flag.channel_height - r);
     let expected = if low < high {

@@ -1,6 +1,7 @@
 //! The end of a run, good or bad.
 
 use super::{CoupledRun, Found, written};
+use crate::case::Solver;
 use crate::commands::Failure;
 use crate::commands::run_folder::RunFolder;
 use crate::output::progress::human;
@@ -42,7 +43,7 @@ impl CoupledRun {
             Ok(()) => {
                 let hemodynamics = summarized.map_err(written)?;
                 if !quiet {
-                    let farewell = farewell(&summary, &folder);
+                    let farewell = farewell(&summary, &folder, case.fluid.solver);
                     terminal::print(format_args!("{farewell}\n{hemodynamics}"))?;
                 }
                 Ok(())
@@ -74,8 +75,15 @@ fn way_back(folder: &RunFolder) -> String {
     }
 }
 
-fn farewell(summary: &Summary, folder: &RunFolder) -> String {
+fn farewell(summary: &Summary, folder: &RunFolder, solver: Solver) -> String {
     let shown = |path: PathBuf| path.display().to_string();
+    let blood = match solver {
+        Solver::OpenFoam => format!(
+            "{:<44} the blood over time: open it in ParaView\n",
+            shown(folder.openfoam().join("fluid.foam"))
+        ),
+        Solver::Native => String::new(), // it leaves no fields yet
+    };
     format!(
         "{} steps to t = {:.4} s in {}: {:.2} coupling iterations a step (at most {}), outlet pressure {:.0} Pa\n\
          \n\
@@ -86,7 +94,7 @@ fn farewell(summary: &Summary, folder: &RunFolder) -> String {
          {:<44} wall shear measures in figures\n\
          {:<44} wall shear measures on the wall: open it in ParaView\n\
          {:<44} the wall over time: open it in ParaView\n\
-         {:<44} the blood over time: open it in ParaView\n\
+         {blood}\
          {:<44} opens wall and blood in ParaView\n\
          {:<44} every value that was used\n",
         summary.totals.steps,
@@ -102,7 +110,6 @@ fn farewell(summary: &Summary, folder: &RunFolder) -> String {
         shown(folder.hemodynamics()),
         shown(folder.wall_shear()),
         shown(folder.structure()),
-        shown(folder.openfoam().join("fluid.foam")),
         shown(folder.view()),
         shown(folder.resolved_case()),
     )

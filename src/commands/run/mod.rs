@@ -9,7 +9,7 @@ mod status;
 use super::Failure;
 use super::case_arguments::{CaseArguments, warn};
 use super::run_folder::{Earlier, RunFolder};
-use crate::case::{Case, CaseIdentity, ResolvedCase};
+use crate::case::{Case, CaseIdentity, ResolvedCase, Solver};
 use crate::fluid::openfoam::install;
 use crate::output::{terminal, write_atomically};
 use crate::simulation::assembly::preflight;
@@ -94,7 +94,9 @@ impl RunRequest<'_> {
         interrupt: impl FnOnce() -> Result<Interrupt, Failure>,
     ) -> Result<(), Failure> {
         let case = self.case;
-        install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
+        if case.fluid.solver == Solver::OpenFoam {
+            install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
+        }
         if self.earlier != Earlier::Resume {
             preflight::try_fluid(case).map_err(|e| Failure::Input(e.to_string()))?;
         }
@@ -122,9 +124,13 @@ impl RunRequest<'_> {
         if !self.quiet {
             warn(case);
             terminal::note(format_args!(
-                "{}: {} fluid cells, {} structural degrees of freedom, {} steps; ready in {:.1} s",
+                "{}: {} fluid {}, {} structural degrees of freedom, {} steps; ready in {:.1} s",
                 self.path.display(),
                 run.fluid_cells,
+                match case.fluid.solver {
+                    Solver::OpenFoam => "cells",
+                    Solver::Native => "elements",
+                },
                 run.degrees_of_freedom(),
                 case.steps(),
                 clock.elapsed().as_secs_f64(),

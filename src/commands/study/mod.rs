@@ -7,6 +7,7 @@ mod worker;
 use super::Failure;
 use super::case_arguments::CaseArguments;
 use super::run::Interrupt;
+use crate::case::Solver;
 use crate::fluid::openfoam::install;
 use crate::output::terminal;
 use board::Board;
@@ -54,9 +55,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let mut models = models::find(&arguments.cases, &arguments.models, &arguments.case, &out)?;
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
-    install::check(ranks)
-        .and_then(|_| install::check_path(&out))
-        .map_err(|e| Failure::Input(e.to_string()))?;
+    let with_openfoam = |m: &Model| m.case.fluid.solver == Solver::OpenFoam;
+    if models.iter().any(with_openfoam) {
+        install::check(ranks).map_err(|e| Failure::Input(e.to_string()))?;
+    }
+    install::check_path(&out).map_err(|e| Failure::Input(e.to_string()))?;
     if !arguments.resume {
         models::refuse_earlier(&models)?;
     }

@@ -17,6 +17,7 @@ use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::Transfer;
 use crate::coupling::{self, Coupling, flatten};
+use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError};
 use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::session::Terms;
@@ -47,7 +48,7 @@ pub struct Workplace {
 pub struct Model {
     /// The solvers, at rest or in the state of a checkpoint.
     pub coupling: Coupling<Box<dyn Fluid>, Structure>,
-    /// Cells of the fluid.
+    /// Cells of the fluid's mesh, or its elements.
     pub fluid_cells: usize,
     /// Volume of the fluid at rest, m³.
     pub volume: f64,
@@ -89,14 +90,31 @@ impl Model {
         memory: Option<&FluidMemory>,
     ) -> Result<Self, AssemblyError> {
         let domain = Domain::new(case);
-        let fluid = openfoam(case, &domain, workplace, memory)?;
-        let volumes = domain.fluid.cell_volumes();
-        Ok(Self {
-            fluid_cells: volumes.len(),
-            volume: volumes.iter().sum(),
-            rigid_volume: volumes[..domain.rigid_cells].iter().sum(),
-            coupling: couple(case, &domain, fluid)?,
-        })
+        match case.fluid.solver {
+            case::Solver::OpenFoam => {
+                let volumes = domain.fluid.cell_volumes();
+                let fluid = openfoam(case, &domain, workplace, memory)?;
+                Ok(Self {
+                    fluid_cells: volumes.len(),
+                    volume: volumes.iter().sum(),
+                    rigid_volume: volumes[..domain.rigid_cells].iter().sum(),
+                    coupling: couple(case, &domain, fluid)?,
+                })
+            }
+            case::Solver::Native => {
+                let mut fluid = NativeFluid::new(case)?;
+                if let Some(memory) = memory {
+                    fluid.recall(memory)?;
+                }
+                let [volume, rigid_volume] = fluid.volumes()?;
+                Ok(Self {
+                    fluid_cells: fluid.elements(),
+                    volume,
+                    rigid_volume,
+                    coupling: couple(case, &domain, Box::new(fluid) as Box<dyn Fluid>)?,
+                })
+            }
+        }
     }
 }
 

@@ -3,10 +3,11 @@
 use super::surrogate::sections;
 use super::{Domain, case_files, structure};
 use crate::Vec3;
-use crate::case::{CaseErrors, FlowCurve, ResolvedCase, Surrogate};
+use crate::case::{CaseErrors, FlowCurve, ResolvedCase, Solver, Surrogate};
 use crate::coupling::transfer::Transfer;
-use crate::fluid::FluidInterface;
+use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
+use crate::fluid::{Fluid, FluidInterface};
 use crate::geometry::PolyMesh;
 use crate::pfem::Solid;
 use std::collections::BTreeMap;
@@ -18,18 +19,25 @@ use std::collections::BTreeMap;
 /// All mistakes that were found, with the keys to blame.
 pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     let domain = Domain::new(case);
-    let patches: Vec<&str> = domain
-        .fluid
-        .patches
-        .iter()
-        .map(|patch| patch.name.as_str())
-        .collect();
-    let found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
-    let mut errors: Vec<_> = found
-        .into_iter()
-        .map(|error| case.mistake("fluid.templates", error.to_string()))
-        .collect();
-    let interface = interface(&domain.fluid);
+    let mut errors = Vec::new();
+    let interface = match case.fluid.solver {
+        Solver::OpenFoam => {
+            let patches = domain.fluid.patches.iter();
+            let patches: Vec<&str> = patches.map(|patch| patch.name.as_str()).collect();
+            let found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
+            let found = found.into_iter().map(|error| error.to_string());
+            errors.extend(found.map(|error| case.mistake("fluid.templates", error)));
+            interface(&domain.fluid)
+        }
+        Solver::Native => match NativeFluid::new(case) {
+            Ok(fluid) => fluid.interface().clone(),
+            Err(error) => {
+                let advice = "take more elements (fluid.native.axial_extension, …)";
+                let mistake = case.mistake("fluid.native.degree", format!("{error}; {advice}"));
+                return Err(CaseErrors(vec![mistake]));
+            }
+        },
+    };
     match structure(case, &domain) {
         Err(error) => errors.push(case.mistake("structure.p", error.to_string())),
         Ok(solid) => {
@@ -56,7 +64,11 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     if case.coupling.surrogate != Surrogate::None
         && let Err(error) = sections(case, &interface.points)
     {
-        let advice = "write \"none\", or take more cells (fluid.mesh.axial_per_section)";
+        let key = match case.fluid.solver {
+            Solver::OpenFoam => "fluid.mesh.axial_per_section",
+            Solver::Native => "fluid.native.axial_per_section",
+        };
+        let advice = format!("write \"none\", or raise {key}");
         errors.push(case.mistake("coupling.surrogate", format!("{error}; {advice}")));
     }
     if errors.is_empty() {
@@ -66,11 +78,14 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     }
 }
 
-/// Starts OpenFOAM for trial on the mesh and the templates of the case, in a folder that is gone afterwards.
+/// Starts OpenFOAM, if the case asks for it, for trial on the mesh and the templates of the case, in a folder that is gone afterwards.
 ///
 /// # Errors
 /// What OpenFOAM refuses.
 pub fn try_fluid(case: &ResolvedCase) -> Result<(), CaseErrors> {
+    if case.fluid.solver != Solver::OpenFoam {
+        return Ok(());
+    }
     let refused = |key: &str, reason: String| CaseErrors(vec![case.mistake(key, reason)]);
     let inflow = FlowCurve::new(&case.inflow, case.time.period)
         .map_err(|e| refused("inflow.file", e.to_string()))?;

@@ -1,7 +1,7 @@
 //! The surrogate of a case: a one-dimensional tube whose wall yields as the structure does.
 
 use crate::Vec3;
-use crate::case::{self, Case};
+use crate::case::{self, Case, Solver};
 use crate::coupling::acceleration::surrogate::{
     Axis, Blood, End, Sections, SparseSection, TubeSurrogate,
 };
@@ -75,7 +75,11 @@ pub fn sections(case: &Case, points: &[Vec3]) -> Result<Sections, SparseSection>
         start: Vec3::zeros(),
         end: (g.graft_length + g.artery_length) * Vec3::x(),
     };
-    let rings = 2 * case.fluid.mesh.axial_per_section - 1;
+    let along = match case.fluid.solver {
+        Solver::OpenFoam => case.fluid.mesh.axial_per_section,
+        Solver::Native => case.fluid.native.axial_per_section * case.fluid.native.degree,
+    };
+    let rings = 2 * along - 1;
     let half = rings.div_ceil(2);
     let mut count = if rings > MOST_RINGS { half } else { rings };
     loop {

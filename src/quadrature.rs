@@ -1,6 +1,18 @@
-//! Gauss-Legendre and Gauss-Lobatto rules with any number of points.
+//! Gauss-Legendre and Gauss-Lobatto rules with any number of points; Legendre polynomials.
 
-use super::basis::legendre;
+/// Legendre polynomials `P_0(x), …, P_n(x)` by the three-term recurrence.
+pub fn legendre(n: usize, x: f64) -> Vec<f64> {
+    let mut p = Vec::with_capacity(n + 1);
+    p.push(1.0);
+    if n > 0 {
+        p.push(x);
+    }
+    for k in 2..=n {
+        let kf = k as f64;
+        p.push(((2.0 * kf - 1.0) * x * p[k - 1] - (kf - 1.0) * p[k - 2]) / kf);
+    }
+    p
+}
 
 /// Points and weights of a quadrature rule on [-1, 1].
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,360 @@
+//! Blood in a vessel: the flow with its inlet, its windkessel and its moving wall.
+
+use super::FlowError;
+use super::discretization::Discretization;
+use super::flow::{Boundary, Flow, Settings, State, Trial};
+use super::space::{Face, Patch};
+use super::vessel_mesh::{Resolution, VesselMesh};
+use super::wall_traction::{WallLoad, wall_loads};
+use crate::Vec3;
+use crate::case::{Case, FlowCurve};
+use crate::fluid::{
+    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
+    Opening,
+};
+use crate::geometry::Vessel;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// Size of the estimated error at which a solution ends, relative to that of the flow.
+const TOLERANCE: f64 = 1e-8;
+/// Most iterations of a solution.
+const MOST_ITERATIONS: usize = 400;
+
+/// The windkessel `C dp/dt + p/R = Q`, whose pressure acts on the flow as much as the ramp says.
+#[derive(Debug, Clone, Copy)]
+struct Windkessel {
+    resistance: f64,
+    compliance: f64,
+}
+
+/// What continues from one step to the next.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Memory {
+    flow: State,
+    /// Pressure of the windkessel at the end of the last step and of the one before, Pa.
+    windkessel: [f64; 2],
+}
+
+/// Blood by spectral elements.
+pub struct NativeFluid {
+    mesh: VesselMesh,
+    flow: Flow,
+    memory: Memory,
+    /// The last trial, and the pressure of its windkessel (Pa).
+    trial: Option<(Trial, f64)>,
+    curve: FlowCurve,
+    ramp_duration: f64,
+    windkessel: Windkessel,
+    inlet: Vec<Face>,
+    /// Faces of the deformable wall in the interface's order.
+    wall: Vec<Face>,
+    /// Velocity on the inlet for a flow of 1 m³/s, zero elsewhere; the same on all of it but its rim, where it is zero.
+    profile: Vec<f64>,
+    viscosity: f64,
+}
+
+impl NativeFluid {
+    /// At rest in the vessel of a case.
+    ///
+    /// # Errors
+    /// If the vessel cannot be meshed so, or the curve of the inflow cannot be read.
+    pub fn new(case: &Case) -> Result<Self, FluidError> {
+        let numbers = &case.fluid.native;
+        let resolution = Resolution {
+            degree: numbers.degree,
+            core: numbers.core,
+            radial: numbers.radial,
+            axial_extension: numbers.axial_extension,
+            axial_per_section: numbers.axial_per_section,
+        };
+        let failed = |e: &dyn std::fmt::Display| FluidError::Died(e.to_string());
+        let curve =
+            FlowCurve::new(&case.inflow, case.time.period).map_err(|error| failed(&error))?;
+        let mesh = VesselMesh::new(&Vessel::new(case), resolution);
+        let space = Discretization::new(mesh.space().clone()).map_err(|error| failed(&error))?;
+        let positions = mesh.positions(&vec![Vec3::zeros(); mesh.interface().points.len()]);
+        let faces = |wanted: fn(Patch) -> bool| space.space.faces_of(wanted);
+        let inlet = faces(|patch| patch == Patch::Start);
+        let outlet = faces(|patch| patch == Patch::End);
+        let walls = faces(|patch| matches!(patch, Patch::Mantle(_)));
+        let fixed = faces(|patch| patch != Patch::End);
+        let rigid = resolution.axial_extension * 4 * resolution.core;
+        let wall = walls[rigid..].to_vec();
+        let profile = plug(&space, &inlet, &walls, &positions);
+        let settings = Settings {
+            density: case.blood.density,
+            viscosity: case.blood.viscosity,
+            scheme: numbers.time_scheme,
+            tolerance: TOLERANCE,
+            max_iterations: MOST_ITERATIONS,
+        };
+        let (velocities, pressures) = (3 * space.space.nodes, space.space.pressures);
+        let flow = Flow::new(space, settings, &fixed, wall.clone(), outlet, &positions)
+            .map_err(|error| failed(&error))?;
+        let zeros = |n: usize| [vec![0.0; n], vec![0.0; n]];
+        Ok(Self {
+            memory: Memory {
+                flow: State {
+                    time: 0.0,
+                    before: None,
+                    positions: [positions.clone(), positions],
+                    velocity: zeros(velocities),
+                    pressure: zeros(pressures),
+                    preconditioner: None,
+                },
+                windkessel: [case.windkessel.initial_pressure; 2],
+            },
+            mesh,
+            flow,
+            trial: None,
+            curve,
+            ramp_duration: case.ramp.duration,
+            windkessel: Windkessel {
+                resistance: case.windkessel.resistance,
+                compliance: case.windkessel.compliance,
+            },
+            inlet,
+            wall,
+            profile,
+            viscosity: case.blood.viscosity,
+        })
+    }
+
+    /// Number of elements.
+    pub fn elements(&self) -> usize {
+        self.flow.space().space.elements
+    }
+
+    /// Volume (m³) of the mesh at rest, and of its part in the rigid extension.
+    pub fn volumes(&self) -> Result<[f64; 2], FluidError> {
+        let still = vec![Vec3::zeros(); self.mesh.interface().points.len()];
+        let metric = super::metric::Metric::new(self.flow.space(), &self.mesh.positions(&still))
+            .map_err(|error| FluidError::NotSolved(error.to_string()))?;
+        let m3 = self.flow.space().gauss_count();
+        let resolution = self.mesh.resolution();
+        let per_layer =
+            self.elements() / (resolution.axial_extension + 2 * resolution.axial_per_section);
+        let rigid = resolution.axial_extension * per_layer * m3;
+        let volume = |inverse: &[f64]| inverse.iter().map(|v| 1.0 / v).sum::<f64>();
+        Ok([metric.volume, volume(&metric.inverse_weights[..rigid])])
+    }
+
+    /// Share of inflow and outlet pressure that acts at a time (s).
+    fn ramp(&self, t: f64) -> f64 {
+        if t < self.ramp_duration {
+            0.5 * (1.0 - (PI * t / self.ramp_duration).cos())
+        } else {
+            1.0
+        }
+    }
+
+    /// Pressure of the windkessel at the end of a step: a constant (Pa), and a part for each unit of outflow (Pa s/m³).
+    fn windkessel_pressure(&self, time_step: f64) -> [f64; 2] {
+        let w = self.flow.weights(&self.memory.flow, time_step);
+        let Windkessel {
+            resistance,
+            compliance,
+        } = self.windkessel;
+        let [last, before] = self.memory.windkessel;
+        let per_flow = 1.0 / (compliance * w.new + 1.0 / resistance);
+        let constant = -compliance * (w.old * last + w.older * before) * per_flow;
+        [constant, per_flow]
+    }
+
+    /// The load on the parts of the wall, in the order of the interface's faces.
+    fn loads(&self, trial: &Trial) -> Vec<WallLoad> {
+        let Trial {
+            positions,
+            velocity,
+            pressure,
+            ..
+        } = trial;
+        let space = self.flow.space();
+        let by_element = wall_loads(
+            space,
+            &self.wall,
+            self.viscosity,
+            positions,
+            velocity,
+            pressure,
+        );
+        let degree = self.mesh.resolution().degree;
+        let around = self.mesh.around();
+        let parts = around / degree;
+        (0..self.mesh.interface().faces.len())
+            .map(|face| {
+                let (ring, a) = (face / around, face % around);
+                let element = ring / degree * parts + a / degree;
+                by_element[element][ring % degree * degree + a % degree]
+            })
+            .collect()
+    }
+
+    /// Pressure (Pa), mean over the inlet.
+    fn inlet_pressure(&self, trial: &Trial) -> f64 {
+        let space = self.flow.space();
+        let (mut force, mut area) = (0.0, 0.0);
+        for &face in &self.inlet {
+            let points = space.face_points(face, &trial.positions);
+            let p: Vec<f64> = space
+                .face_pressures(face)
+                .into_iter()
+                .map(|i| trial.pressure[i])
+                .collect();
+            let rows = &space.basis.pressure_to_gauss;
+            let p = super::surface::face_values(rows, rows, &p);
+            for (p, a) in p.iter().zip(&points.areas) {
+                force += p * a.norm();
+                area += a.norm();
+            }
+        }
+        force / area
+    }
+}
+
+/// The velocity on the inlet that is uniform at its inner nodes, for a flow of 1 m³/s into the vessel.
+fn plug(space: &Discretization, inlet: &[Face], walls: &[Face], positions: &[f64]) -> Vec<f64> {
+    let nodes = space.space.nodes;
+    let mut flux = vec![0.0; 3 * nodes];
+    let mut area = Vec3::zeros();
+    for &face in inlet {
+        let points = space.face_points(face, positions);
+        area += points.areas.iter().sum::<Vec3>();
+        space.add_face_load(&points.nodes, &points.areas, &mut flux);
+    }
+    let inward = -area.normalize();
+    let mut profile = vec![0.0; 3 * nodes];
+    let rim = space.space.nodes_of(walls);
+    for node in space.space.nodes_of(inlet) {
+        if rim.binary_search(&node).is_err() {
+            for c in 0..3 {
+                profile[c * nodes + node] = inward[c];
+            }
+        }
+    }
+    let flow: f64 = -profile.iter().zip(&flux).map(|(u, q)| u * q).sum::<f64>();
+    profile.iter_mut().for_each(|u| *u /= flow);
+    profile
+}
+
+impl Fluid for NativeFluid {
+    fn interface(&self) -> &FluidInterface {
+        self.mesh.interface()
+    }
+
+    /// One linear system, whatever the effort: velocity and pressure are found together.
+    fn solve(
+        &mut self,
+        displacement: &[Vec3],
+        time_step: f64,
+        _effort: FluidEffort,
+    ) -> Result<FluidTrial, FluidError> {
+        let not_finite = |u: &Vec3| !u.iter().all(|c| c.is_finite());
+        if let Some(i) = displacement.iter().position(not_finite) {
+            return Err(FluidError::NotSolved(format!(
+                "the trial displacement of point {i} of the wall is not finite"
+            )));
+        }
+        let state = &self.memory.flow;
+        let t = state.time + time_step;
+        let (ramp, flow) = (self.ramp(t), self.curve.flow(t));
+        let positions = self.mesh.positions(displacement);
+        // The wall's velocity, everywhere: what is not on a wall has none or is not prescribed.
+        let mut velocity = self.flow.mesh_velocity(state, time_step, &positions);
+        for (u, profile) in velocity.iter_mut().zip(&self.profile) {
+            *u += ramp * flow * profile;
+        }
+        let windkessel = self.windkessel_pressure(time_step);
+        let boundary = Boundary {
+            velocity,
+            outlet_pressure: windkessel.map(|p| ramp * p),
+            load: Vec::new(),
+        };
+        let start = (self.trial.as_ref()).filter(|(trial, _)| trial.time_step == time_step);
+        let start = start.map(|(trial, _)| trial);
+        let trial = (self.flow)
+            .solve(&self.memory.flow, time_step, positions, &boundary, start)
+            .map_err(|error: FlowError| FluidError::NotSolved(error.to_string()))?;
+        let loads = self.loads(&trial);
+        let cost = FluidCost {
+            sweeps: 1,
+            residual: trial.residual,
+        };
+        let pressure = windkessel[0] + windkessel[1] * trial.outflow;
+        self.trial = Some((trial, pressure));
+        Ok(FluidTrial {
+            tractions: loads.iter().map(|load| load.traction).collect(),
+            cost,
+        })
+    }
+
+    fn forget_trial(&mut self) {
+        self.trial = None;
+    }
+
+    fn accept(&mut self, _write: bool) -> Result<FluidStep, FluidError> {
+        let Some((trial, windkessel)) = self.trial.take() else {
+            return Err(FluidError::NotSolved("there is no trial to accept".into()));
+        };
+        let time = self.memory.flow.time + trial.time_step;
+        let ramp = self.ramp(time);
+        let step = FluidStep {
+            time,
+            openings: vec![
+                Opening {
+                    name: "inlet".into(),
+                    flow: ramp * self.curve.flow(time),
+                    mean_pressure: self.inlet_pressure(&trial),
+                    model_pressure: None,
+                },
+                Opening {
+                    name: "outlet".into(),
+                    flow: -trial.outflow,
+                    mean_pressure: ramp * windkessel,
+                    model_pressure: Some(windkessel),
+                },
+            ],
+            volume: trial.volume,
+            wall_shear: self.loads(&trial).iter().map(|load| load.shear).collect(),
+            wall_velocity_mismatch: 0.0, // prescribed at every node
+        };
+        self.flow.accept(&mut self.memory.flow, trial);
+        self.memory.windkessel = [windkessel, self.memory.windkessel[0]];
+        Ok(step)
+    }
+
+    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+        let state = postcard::to_stdvec(&self.memory)
+            .map_err(|error| FluidError::Storage(error.to_string()))?;
+        Ok(FluidMemory {
+            state,
+            files: Vec::new(),
+        })
+    }
+
+    fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
+        let memory: Memory = postcard::from_bytes(&memory.state).map_err(|error| {
+            FluidError::Storage(format!(
+                "the state of the native fluid cannot be read: {error}"
+            ))
+        })?;
+        let sizes = |state: &State| {
+            let State {
+                positions,
+                velocity,
+                pressure,
+                ..
+            } = state;
+            [positions, velocity, pressure].map(|[a, b]| [a.len(), b.len()])
+        };
+        if sizes(&memory.flow) != sizes(&self.memory.flow) {
+            return Err(FluidError::Storage(
+                "the state of the native fluid belongs to another mesh".into(),
+            ));
+        }
+        self.memory = memory;
+        self.trial = None;
+        Ok(())
+    }
+}

@@ -1,0 +1,420 @@
+//! A time step of the incompressible Navier-Stokes equations on a moving mesh.
+//!
+//! In ALE form, with the mesh's velocity **w**: `rho (∂u/∂t|mesh + (u - w)·∇u) = -∇p + mu Δu`, `div u = 0`. Velocity and
+//! pressure of a step are found together, without splitting; convection is linearized by extrapolation in time.
+
+use super::FlowError;
+use super::discretization::Discretization;
+use super::gmres::{self, System, Workspace};
+use super::metric::Metric;
+use super::oseen::{Local, Oseen};
+use super::pressure::SchurComplement;
+use super::space::Face;
+use super::time_scheme::{self, TimeScheme, Weights, extrapolation};
+use serde::{Deserialize, Serialize};
+
+/// The fluid, and how its equations are solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Density, kg/m³.
+    pub density: f64,
+    /// Dynamic viscosity, Pa s.
+    pub viscosity: f64,
+    /// Time integration.
+    pub scheme: TimeScheme,
+    /// Size of the estimated error at which the iteration ends, relative to that of the solution.
+    pub tolerance: f64,
+    /// Most iterations of a solution.
+    pub max_iterations: usize,
+}
+
+/// What the fluid is at the end of a step, and what it was a step earlier. Fields are stored one component after the other.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Time, s.
+    pub time: f64,
+    /// Length of the last step, if there was one, s.
+    pub before: Option<f64>,
+    /// Positions of the nodes, the newest first, m.
+    pub positions: [Vec<f64>; 2],
+    /// Velocities, m/s.
+    pub velocity: [Vec<f64>; 2],
+    /// Pressures, Pa.
+    pub pressure: [Vec<f64>; 2],
+    /// The geometry (m) and the weight of the new velocity (1/s) for which the preconditioner was made.
+    pub preconditioner: Option<(Vec<f64>, f64)>,
+}
+
+/// Conditions on the boundary during a step.
+#[derive(Debug, Clone, Default)]
+pub struct Boundary {
+    /// Velocities of which those at fixed nodes count, m/s.
+    pub velocity: Vec<f64>,
+    /// Pressure at the outlet: a constant (Pa) and a part for each unit of outflow (Pa s/m³).
+    pub outlet_pressure: [f64; 2],
+    /// Forces on the nodes, N; empty if there are none.
+    pub load: Vec<f64>,
+}
+
+/// A solution that can be thrown away.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Length of the step, s.
+    pub time_step: f64,
+    /// Positions of the nodes, m.
+    pub positions: Vec<f64>,
+    /// Velocity, m/s.
+    pub velocity: Vec<f64>,
+    /// Pressure, Pa.
+    pub pressure: Vec<f64>,
+    /// Flow out of the outlet, m³/s.
+    pub outflow: f64,
+    /// Volume of the mesh, m³.
+    pub volume: f64,
+    /// Iterations that were spent.
+    pub iterations: usize,
+    /// Estimated error in the end, relative to the size of the solution.
+    pub residual: f64,
+}
+
+/// The preconditioner is renewed once the mesh has moved by this share of the flow's width.
+const FAR: f64 = 0.05;
+/// Or once the time steps differ by this factor.
+const OTHER_STEP: f64 = 5.0;
+
+/// What was made for [`State::preconditioner`].
+struct Frozen {
+    positions: Vec<f64>,
+    weight: f64,
+    laplacian_diagonal: Vec<f64>,
+    schur: SchurComplement,
+}
+
+/// Solves the steps.
+pub struct Flow {
+    space: Discretization,
+    settings: Settings,
+    fixed: Vec<bool>,
+    moving_walls: Vec<Face>,
+    outlet: Vec<Face>,
+    /// Twice the volume over the area of the boundary with prescribed velocity: the radius of a tube, m.
+    width: f64,
+    frozen: Option<Frozen>,
+    workspace: Workspace,
+}
+
+impl Flow {
+    /// With prescribed velocity on the faces of `fixed`; where these are among `moving_walls` as well the velocity is the
+    /// wall's, and the fluid makes room for what it sweeps to the last digit. The rest of the boundary is open.
+    pub fn new(
+        space: Discretization,
+        settings: Settings,
+        fixed: &[Face],
+        moving_walls: Vec<Face>,
+        outlet: Vec<Face>,
+        positions: &[f64],
+    ) -> Result<Self, FlowError> {
+        let mut is_fixed = vec![false; space.space.nodes];
+        for node in space.space.nodes_of(fixed) {
+            is_fixed[node] = true;
+        }
+        let area: f64 = (fixed.iter())
+            .flat_map(|&face| space.face_points(face, positions).areas)
+            .map(|area| area.norm())
+            .sum();
+        let width = 2.0 * Metric::new(&space, positions)?.volume / area;
+        Ok(Self {
+            space,
+            settings,
+            fixed: is_fixed,
+            moving_walls,
+            outlet,
+            width,
+            frozen: None,
+            workspace: Workspace::default(),
+        })
+    }
+
+    /// The elements.
+    pub fn space(&self) -> &Discretization {
+        &self.space
+    }
+
+    /// Weights of the backward difference over the coming step.
+    pub fn weights(&self, state: &State, time_step: f64) -> Weights {
+        time_scheme::weights(self.settings.scheme, time_step, state.before)
+    }
+
+    /// Velocity (m/s) of a mesh that comes to lie at `positions` (m).
+    pub fn mesh_velocity(&self, state: &State, time_step: f64, positions: &[f64]) -> Vec<f64> {
+        let w = self.weights(state, time_step);
+        let [last, before] = &state.positions;
+        (positions.iter().zip(last).zip(before))
+            // Differences, so that a mesh at rest has no velocity at all
+            .map(|((new, last), before)| w.new * (new - last) - w.older * (last - before))
+            .collect()
+    }
+
+    /// `∫ v_i · n` over the outlet (m²), one component after the other.
+    pub fn outflow(&self, positions: &[f64]) -> Vec<f64> {
+        self.flux(&self.outlet, positions)
+    }
+
+    /// `∫ v_i · n` over some faces (m²), one component after the other.
+    pub fn flux(&self, faces: &[Face], positions: &[f64]) -> Vec<f64> {
+        let mut flux = vec![0.0; 3 * self.space.space.nodes];
+        for &face in faces {
+            let points = self.space.face_points(face, positions);
+            self.space
+                .add_face_load(&points.nodes, &points.areas, &mut flux);
+        }
+        flux
+    }
+
+    /// Solves a step of the length `time_step` (s) from `state`, with the nodes at `positions` (m) in the end. `start` is
+    /// an earlier trial of this step to start the iteration from.
+    pub fn solve(
+        &mut self,
+        state: &State,
+        time_step: f64,
+        positions: Vec<f64>,
+        boundary: &Boundary,
+        start: Option<&Trial>,
+    ) -> Result<Trial, FlowError> {
+        let w = self.weights(state, time_step);
+        self.freeze(state, w.new)?;
+        let metric = Metric::new(&self.space, &positions)?;
+        let mesh_velocity = self.mesh_velocity(state, time_step, &positions);
+        let sources = self.swept_sources(state, w, &positions, &mesh_velocity);
+        let outflow = self.outflow(&positions);
+        let weights = self.norm_weights(&metric, w.new);
+        let Self {
+            space,
+            settings,
+            fixed,
+            frozen,
+            workspace,
+            ..
+        } = self;
+        let (space, fixed) = (&*space, &*fixed);
+        let frozen = frozen.as_ref().expect("it has just been made");
+        let nodes = space.space.nodes;
+
+        let [a, b] = extrapolation(time_step, state.before);
+        let extrapolated = |[last, before]: &[Vec<f64>; 2]| -> Vec<f64> {
+            (last.iter().zip(before))
+                .map(|(last, before)| a * last + b * before)
+                .collect()
+        };
+        let guess = extrapolated(&state.velocity);
+        let relative: Vec<f64> = guess
+            .iter()
+            .zip(&mesh_velocity)
+            .map(|(u, w)| u - w)
+            .collect();
+
+        let inertia = settings.density * w.new;
+        let mut mass: Vec<f64> = metric.mass.iter().map(|m| inertia * m).collect();
+        let mut rhs = vec![0.0; 3 * nodes];
+        let [last, before] = &state.velocity;
+        for (k, rhs) in rhs.iter_mut().enumerate() {
+            let earlier = w.old * last[k] + w.older * before[k];
+            *rhs = -settings.density * metric.mass[k % nodes] * earlier
+                - boundary.outlet_pressure[0] * outflow[k];
+        }
+        rhs.iter_mut()
+            .zip(&boundary.load)
+            .for_each(|(r, load)| *r += load);
+        rhs.extend(sources);
+        // Fluid that enters through the outlet brings no energy (directional do-nothing condition: Braack and Mucha 2014).
+        for i in 0..nodes {
+            let through: f64 = (0..3)
+                .map(|c| relative[c * nodes + i] * outflow[c * nodes + i])
+                .sum();
+            mass[i] += 0.5 * settings.density * (-through).max(0.0);
+        }
+
+        let mut x = start.map_or(guess, |trial| trial.velocity.clone());
+        for (k, x) in x.iter_mut().enumerate().filter(|(k, _)| fixed[k % nodes]) {
+            *x = boundary.velocity[k];
+        }
+        x.extend(start.map_or_else(
+            || extrapolated(&state.pressure),
+            |trial| trial.pressure.clone(),
+        ));
+        let mut system = Oseen {
+            convection: metric.convection(space, settings.density, &relative),
+            viscosity: settings.viscosity,
+            inverse_diagonal: inverse_diagonal(settings, fixed, &mass, &frozen.laplacian_diagonal),
+            mass,
+            fixed,
+            outflow: &outflow,
+            resistance: boundary.outlet_pressure[1],
+            rhs,
+            schur: &frozen.schur,
+            scale: w.new / frozen.weight,
+            weights,
+            local: Local::new(space),
+            metric: &metric,
+            space,
+        };
+        let mut first = vec![0.0; x.len()];
+        system.preconditioned_residual(&x, &mut first);
+        let size = gmres::norm(&system.weights, &x) + gmres::norm(&system.weights, &first);
+        let tolerance = settings.tolerance * size;
+        let outcome = gmres::solve(
+            &mut system,
+            &mut x,
+            tolerance,
+            settings.max_iterations,
+            workspace,
+        );
+        if outcome.residual.is_nan() || outcome.residual > tolerance {
+            return Err(FlowError::NotSolved {
+                iterations: outcome.iterations,
+                residual: outcome.residual / size,
+            });
+        }
+        let pressure = x.split_off(3 * nodes);
+        Ok(Trial {
+            time_step,
+            outflow: outflow.iter().zip(&x).map(|(q, u)| q * u).sum(),
+            volume: metric.volume,
+            positions,
+            velocity: x,
+            pressure,
+            iterations: outcome.iterations,
+            residual: if size > 0.0 {
+                outcome.residual / size
+            } else {
+                0.0
+            },
+        })
+    }
+
+    /// Makes a trial the state from which the next step starts.
+    pub fn accept(&self, state: &mut State, trial: Trial) {
+        state.time += trial.time_step;
+        state.before = Some(trial.time_step);
+        for (fields, new) in [
+            (&mut state.positions, trial.positions),
+            (&mut state.velocity, trial.velocity),
+            (&mut state.pressure, trial.pressure),
+        ] {
+            fields.swap(0, 1);
+            fields[0] = new;
+        }
+        if let Some(frozen) = &self.frozen {
+            state.preconditioner = Some((frozen.positions.clone(), frozen.weight));
+        }
+    }
+
+    /// Sees to a preconditioner that depends on `state` alone: that of the state if it is near enough, or a new one.
+    fn freeze(&mut self, state: &State, weight: f64) -> Result<(), FlowError> {
+        let now = &state.positions[0];
+        let near = |positions: &[f64], other: f64| {
+            let distances = positions.iter().zip(now).map(|(a, b)| (a - b).abs());
+            let ratio = weight / other;
+            distances.fold(0.0, f64::max) <= FAR * self.width
+                && (1.0 / OTHER_STEP..=OTHER_STEP).contains(&ratio)
+        };
+        let (positions, weight) = match &state.preconditioner {
+            Some((positions, weight)) if near(positions, *weight) => (positions, *weight),
+            _ => (now, weight),
+        };
+        if let Some(frozen) = &self.frozen
+            && frozen.weight == weight
+            && frozen.positions == *positions
+        {
+            return Ok(());
+        }
+        let metric = Metric::new(&self.space, positions)?;
+        let laplacian_diagonal = metric.laplacian_diagonal(&self.space);
+        let density = self.settings.density;
+        let mass: Vec<f64> = metric.mass.iter().map(|m| density * weight * m).collect();
+        let inverse = inverse_diagonal(&self.settings, &self.fixed, &mass, &laplacian_diagonal);
+        self.frozen = Some(Frozen {
+            schur: SchurComplement::new(&self.space, &metric, &inverse)?,
+            positions: positions.clone(),
+            weight,
+            laplacian_diagonal,
+        });
+        Ok(())
+    }
+
+    /// Sources at the moving walls, m³/s, that make up for the difference between the rate at which they sweep volume and
+    /// the flow of the mesh's velocity through them in the end: so outflow less inflow is the change of the volume.
+    fn swept_sources(
+        &self,
+        state: &State,
+        w: Weights,
+        positions: &[f64],
+        mesh_velocity: &[f64],
+    ) -> Vec<f64> {
+        let mut sources = vec![0.0; self.space.space.pressures];
+        let [last, before] = &state.positions;
+        for &face in &self.moving_walls {
+            let end = self.space.face_points(face, positions);
+            let velocity = self.space.face_field(&end.nodes, mesh_velocity);
+            let mut rates = self.swept(face, last, positions);
+            rates.iter_mut().for_each(|rate| *rate *= w.new);
+            if w.older != 0.0 {
+                let earlier = self.swept(face, before, last);
+                rates
+                    .iter_mut()
+                    .zip(earlier)
+                    .for_each(|(rate, v)| *rate -= w.older * v);
+            }
+            let sources_at =
+                |((rate, u), area): ((&f64, &crate::Vec3), &crate::Vec3)| rate - u.dot(area);
+            let at_points: Vec<f64> = rates
+                .iter()
+                .zip(&velocity)
+                .zip(&end.areas)
+                .map(sources_at)
+                .collect();
+            self.space.add_face_source(face, &at_points, &mut sources);
+        }
+        sources
+    }
+
+    /// Volumes (m³) that the surroundings of a face's Gauss points sweep on straight ways, by Simpson's rule, which is exact.
+    fn swept(&self, face: Face, from: &[f64], to: &[f64]) -> Vec<f64> {
+        let middle: Vec<f64> = from.iter().zip(to).map(|(a, b)| 0.5 * (a + b)).collect();
+        let [first, half, last] =
+            [from, &middle, to].map(|positions| self.space.face_points(face, positions));
+        (0..first.areas.len())
+            .map(|q| {
+                let area = (first.areas[q] + 4.0 * half.areas[q] + last.areas[q]) / 6.0;
+                (last.positions[q] - first.positions[q]).dot(&area)
+            })
+            .collect()
+    }
+
+    /// Weights of a norm in which pressures count by the velocities that they cause in a step.
+    fn norm_weights(&self, metric: &Metric, weight: f64) -> Vec<f64> {
+        let pressures = self.space.space.pressures;
+        let share = metric.volume / pressures as f64;
+        let scale = 1.0 / (self.settings.density * weight * self.width);
+        let velocity = [&metric.mass[..]; 3].concat();
+        let pressure = std::iter::repeat_n(share * scale * scale, pressures);
+        velocity.into_iter().chain(pressure).collect()
+    }
+}
+
+fn inverse_diagonal(
+    settings: &Settings,
+    fixed: &[bool],
+    mass: &[f64],
+    laplacian_diagonal: &[f64],
+) -> Vec<f64> {
+    (fixed.iter().zip(mass).zip(laplacian_diagonal))
+        .map(|((&fixed, mass), laplacian)| {
+            if fixed {
+                0.0
+            } else {
+                1.0 / (mass + settings.viscosity * laplacian)
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,60 @@
+//! Blood by spectral elements: a solver of the incompressible Navier-Stokes equations on a moving mesh, without any
+//! program but this one.
+//!
+//! From one dimension to a time step: [`basis`] has the polynomials of an element, [`kernel`] its operations, [`space`] the
+//! numbering of the unknowns and [`discretization`] all of these together; [`vessel_mesh`] is the lumen of a vessel and how
+//! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
+//! equations of a step are [`oseen`], solved by [`gmres`] with the preconditioner of [`pressure`]; [`flow`] takes the
+//! step with one of the [`time_scheme`]s, and [`wall_traction`] says what it does to the wall. [`blood`] puts it all into a
+//! [`Fluid`](super::Fluid).
+//!
+//! The method, where it comes from, and what was measured: `docs/native-fluid.md`.
+
+pub mod basis;
+pub mod blood;
+pub mod discretization;
+pub mod flow;
+pub mod gmres;
+pub mod kernel;
+pub mod metric;
+pub mod oseen;
+pub mod pressure;
+pub mod space;
+pub mod surface;
+pub mod time_scheme;
+pub mod vessel_mesh;
+pub mod wall_traction;
+
+pub use blood::NativeFluid;
+pub use flow::{Boundary, Flow, Settings, State, Trial};
+pub use time_scheme::TimeScheme;
+
+/// Why the flow could not be computed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FlowError {
+    /// The problem is not well posed.
+    #[error("{0}")]
+    Model(String),
+    /// The mesh became inside out.
+    #[error(
+        "element {element} of the fluid's mesh is inside out at {position:?} m (Jacobian {jacobian:.3e}): the wall has moved too far"
+    )]
+    Inverted {
+        /// Index of the element.
+        element: usize,
+        /// Determinant of its mapping where it is worst.
+        jacobian: f64,
+        /// About where, m.
+        position: [f64; 3],
+    },
+    /// The linear solver did not converge.
+    #[error(
+        "the fluid's equations were not solved: after {iterations} iterations the error is {residual:.1e} of the solution"
+    )]
+    NotSolved {
+        /// Iterations that were spent.
+        iterations: usize,
+        /// Estimated error, relative to the size of the solution.
+        residual: f64,
+    },
+}

@@ -1,0 +1,198 @@
+//! The equations of a time step, linear in velocity and pressure, with their preconditioner.
+
+use super::discretization::Discretization;
+use super::gmres::System;
+use super::kernel::AtGauss;
+use super::metric::Metric;
+use super::pressure::SchurComplement;
+use rayon::prelude::*;
+
+/// `A u + Bᵀ p = f`, `B u = g` at one moment. Vectors hold the velocity, one component after the other, then the pressure.
+pub struct Oseen<'a> {
+    /// The elements.
+    pub space: &'a Discretization,
+    /// The geometry at the end of the step.
+    pub metric: &'a Metric,
+    /// `rho G a` at the Gauss points.
+    pub convection: Vec<f64>,
+    /// Dynamic viscosity, Pa s.
+    pub viscosity: f64,
+    /// What stands on the diagonal of `A` beside convection and viscosity, for each node.
+    pub mass: Vec<f64>,
+    /// Nodes with prescribed velocity: their rows are left out.
+    pub fixed: &'a [bool],
+    /// Flow out of the outlet as a function of the velocity: `∫ v_i · n`, one component after the other, m².
+    pub outflow: &'a [f64],
+    /// Pressure at the outlet for each unit of outflow, Pa s/m³.
+    pub resistance: f64,
+    /// Right-hand sides.
+    pub rhs: Vec<f64>,
+    /// Inverse of the diagonal `D` of the preconditioner, zero at fixed nodes.
+    pub inverse_diagonal: Vec<f64>,
+    /// Schur complement of the preconditioner, made for a diagonal that was `scale` times as large.
+    pub schur: &'a SchurComplement,
+    /// See `schur`.
+    pub scale: f64,
+    /// Weights of the norm.
+    pub weights: Vec<f64>,
+    /// Results of the elements.
+    pub local: Local,
+}
+
+/// Results of the elements before they are summed.
+#[derive(Debug, Default)]
+pub struct Local {
+    momentum: Vec<f64>,
+    continuity: Vec<f64>,
+    vector: Vec<f64>,
+    pressure: Vec<f64>,
+}
+
+impl Local {
+    /// Memory for the elements of a space.
+    pub fn new(space: &Discretization) -> Self {
+        let elements = space.space.elements;
+        Self {
+            momentum: vec![0.0; elements * 3 * space.node_count()],
+            continuity: vec![0.0; elements * space.pressure_count()],
+            vector: vec![0.0; 3 * space.space.nodes],
+            pressure: vec![0.0; space.space.pressures],
+        }
+    }
+}
+
+impl Oseen<'_> {
+    /// The left-hand sides; rows of fixed nodes are zero.
+    pub fn product(&mut self, x: &[f64], out: &mut [f64]) {
+        let space = self.space;
+        let (n3, m3, p3) = (
+            space.node_count(),
+            space.gauss_count(),
+            space.pressure_count(),
+        );
+        let velocities = 3 * space.space.nodes;
+        let (u, p) = x.split_at(velocities);
+        let (metric, convection, viscosity) = (self.metric, &self.convection, self.viscosity);
+        let Local {
+            momentum,
+            continuity,
+            ..
+        } = &mut self.local;
+        momentum
+            .par_chunks_mut(3 * n3)
+            .zip(continuity.par_chunks_mut(p3))
+            .enumerate()
+            .for_each_init(
+                || (space.kernel.scratch(), vec![0.0; 3 * n3], vec![0.0; p3]),
+                |(scratch, u_local, p_local), (e, (momentum, continuity))| {
+                    space.gather(e, u, u_local);
+                    for (value, &node) in p_local.iter_mut().zip(space.space.element_pressures(e)) {
+                        *value = p[node as usize];
+                    }
+                    let at = AtGauss {
+                        cofactors: &metric.cofactors[9 * m3 * e..9 * m3 * (e + 1)],
+                        inverse_weights: &metric.inverse_weights[m3 * e..m3 * (e + 1)],
+                        convection: &convection[3 * m3 * e..3 * m3 * (e + 1)],
+                    };
+                    let output = (momentum, continuity);
+                    space
+                        .kernel
+                        .oseen(at, viscosity, (u_local, p_local), output, scratch);
+                },
+            );
+        let (out_u, out_p) = out.split_at_mut(velocities);
+        space.sum_vectors(momentum, out_u);
+        space.sum_pressures(continuity, out_p);
+        let through: f64 = self.outflow.iter().zip(u).map(|(q, u)| q * u).sum();
+        let pressure = self.resistance * through;
+        for (c, out) in out_u.chunks_exact_mut(self.fixed.len()).enumerate() {
+            let first = c * self.fixed.len();
+            for i in 0..self.fixed.len() {
+                out[i] += self.mass[i] * u[first + i] + pressure * self.outflow[first + i];
+                if self.fixed[i] {
+                    out[i] = 0.0;
+                }
+            }
+        }
+    }
+
+    /// Solves with the factors of the preconditioner, in place: `u* = D⁻¹ r_u`, `p = S⁻¹ (B u* - r_p)`,
+    /// `u = u* - D⁻¹ Bᵀ p`.
+    fn precondition(&mut self, r: &mut [f64]) {
+        let space = self.space;
+        let (n3, m3, p3) = (
+            space.node_count(),
+            space.gauss_count(),
+            space.pressure_count(),
+        );
+        let (u, p) = r.split_at_mut(3 * space.space.nodes);
+        for u in u.chunks_exact_mut(self.fixed.len()) {
+            u.iter_mut()
+                .zip(&self.inverse_diagonal)
+                .for_each(|(u, d)| *u *= d);
+        }
+        let Local {
+            momentum,
+            continuity,
+            vector,
+            pressure,
+        } = &mut self.local;
+        let g = &self.metric.cofactors;
+        continuity.par_chunks_mut(p3).enumerate().for_each_init(
+            || (space.kernel.scratch(), vec![0.0; 3 * n3]),
+            |(scratch, u_local), (e, continuity)| {
+                space.gather(e, u, u_local);
+                let g = &g[9 * m3 * e..9 * m3 * (e + 1)];
+                space
+                    .kernel
+                    .minus_divergence(g, u_local, continuity, scratch);
+            },
+        );
+        space.sum_pressures(continuity, pressure);
+        for (p, d) in p.iter_mut().zip(pressure) {
+            *p = (*d - *p) * self.scale;
+        }
+        self.schur.solve(p);
+        momentum.par_chunks_mut(3 * n3).enumerate().for_each_init(
+            || (space.kernel.scratch(), vec![0.0; p3]),
+            |(scratch, p_local), (e, momentum)| {
+                for (value, &node) in p_local.iter_mut().zip(space.space.element_pressures(e)) {
+                    *value = p[node as usize];
+                }
+                let g = &g[9 * m3 * e..9 * m3 * (e + 1)];
+                space.kernel.minus_gradient(g, p_local, momentum, scratch);
+            },
+        );
+        space.sum_vectors(momentum, vector);
+        for (c, u) in u.chunks_exact_mut(self.fixed.len()).enumerate() {
+            let vector = &vector[c * self.fixed.len()..];
+            for ((u, v), d) in u.iter_mut().zip(vector).zip(&self.inverse_diagonal) {
+                *u -= d * v;
+            }
+        }
+    }
+}
+
+impl System for Oseen<'_> {
+    fn preconditioned_residual(&mut self, x: &[f64], out: &mut [f64]) {
+        self.product(x, out);
+        for (i, (out, b)) in out.iter_mut().zip(&self.rhs).enumerate() {
+            let nodes = self.fixed.len();
+            *out = if i < 3 * nodes && self.fixed[i % nodes] {
+                0.0
+            } else {
+                b - *out
+            };
+        }
+        self.precondition(out);
+    }
+
+    fn preconditioned_product(&mut self, v: &[f64], out: &mut [f64]) {
+        self.product(v, out);
+        self.precondition(out);
+    }
+
+    fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+}

@@ -1,0 +1,155 @@
+//! The preconditioner: the block factorization of the saddle point with the diagonal of the momentum operator.
+//!
+//! With `D` the diagonal of mass and viscosity, the pressure's Schur complement is `S = B D⁻¹ Bᵀ`, as sparse as a
+//! Laplacian on a wider neighbourhood and, at time steps that resolve the flow, close to the true one. Its Cholesky
+//! factor is made seldom, for a geometry that is kept until the mesh has moved far from it.
+
+use super::FlowError;
+use super::discretization::Discretization;
+use super::metric::Metric;
+use faer::prelude::*;
+use faer::sparse::linalg::solvers::Llt;
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{MatMut, Side};
+use rayon::prelude::*;
+
+/// A factorized Schur complement.
+pub struct SchurComplement {
+    factor: Llt<usize, f64>,
+}
+
+/// Part of the matrix `B`: the velocity components of a node.
+#[derive(Clone, Copy)]
+struct Entry {
+    index: u32,
+    values: [f64; 3],
+}
+
+impl SchurComplement {
+    /// For a geometry and the inverse of `D` at each node, zero where the velocity is prescribed.
+    ///
+    /// # Errors
+    /// If the matrix is not positive definite: the pressure is not fixed by any outlet.
+    pub fn new(
+        space: &Discretization,
+        metric: &Metric,
+        inverse_diagonal: &[f64],
+    ) -> Result<Self, FlowError> {
+        let rows = divergence_rows(space, metric);
+        let mut columns: Vec<Vec<Entry>> = vec![Vec::new(); space.space.nodes];
+        for (j, row) in rows.iter().enumerate() {
+            for entry in row {
+                if inverse_diagonal[entry.index as usize] > 0.0 {
+                    columns[entry.index as usize].push(Entry {
+                        index: j as u32,
+                        ..*entry
+                    });
+                }
+            }
+        }
+        let n = space.space.pressures;
+        let triplets: Vec<Vec<Triplet<usize, usize, f64>>> = (rows.par_iter().enumerate())
+            .map_init(
+                || (vec![0.0; n], Vec::new()),
+                |(sums, touched): &mut (Vec<f64>, Vec<u32>), (j, row)| {
+                    for entry in row {
+                        let d = inverse_diagonal[entry.index as usize];
+                        let [a, b, c] = entry.values.map(|v| v * d);
+                        for other in &columns[entry.index as usize] {
+                            let i = other.index as usize;
+                            if i < j {
+                                continue; // only the lower triangle
+                            }
+                            if sums[i] == 0.0 {
+                                touched.push(other.index);
+                            }
+                            let [x, y, z] = other.values;
+                            sums[i] += a * x + b * y + c * z;
+                        }
+                    }
+                    touched.sort_unstable();
+                    touched.dedup();
+                    (touched.drain(..))
+                        .map(|i| {
+                            let value = std::mem::take(&mut sums[i as usize]);
+                            Triplet::new(i as usize, j, value)
+                        })
+                        .collect()
+                },
+            )
+            .collect();
+        let matrix = SparseColMat::try_new_from_triplets(n, n, &triplets.concat())
+            .map_err(|e| FlowError::Model(format!("the pressure's matrix: {e:?}")))?;
+        let factor = matrix.sp_cholesky(Side::Lower).map_err(|e| {
+            FlowError::Model(format!(
+                "the pressure's matrix cannot be factorized ({e:?}): is there no outlet?"
+            ))
+        })?;
+        Ok(Self { factor })
+    }
+
+    /// Solves in place.
+    pub fn solve(&self, rhs: &mut [f64]) {
+        let n = rhs.len();
+        (self.factor).solve_in_place(MatMut::from_column_major_slice_mut(rhs, n, 1));
+    }
+}
+
+/// Rows of `-∫ q_j div v_i`.
+fn divergence_rows(space: &Discretization, metric: &Metric) -> Vec<Vec<Entry>> {
+    let (n3, m3, p3) = (
+        space.node_count(),
+        space.gauss_count(),
+        space.pressure_count(),
+    );
+    // Local rows of each element: those of its transpose, one unit pressure after the other
+    let local: Vec<Vec<f64>> = (0..space.space.elements)
+        .into_par_iter()
+        .map_init(
+            || (space.kernel.scratch(), vec![0.0; p3]),
+            |(scratch, unit), e| {
+                let g = &metric.cofactors[9 * m3 * e..9 * m3 * (e + 1)];
+                let mut rows = vec![0.0; p3 * 3 * n3];
+                for (j, row) in rows.chunks_exact_mut(3 * n3).enumerate() {
+                    unit[j] = 1.0;
+                    space.kernel.minus_gradient(g, unit, row, scratch);
+                    unit[j] = 0.0;
+                }
+                rows
+            },
+        )
+        .collect();
+    let numbering = &space.space;
+    (0..numbering.pressures)
+        .into_par_iter()
+        .map_init(
+            || vec![u32::MAX; numbering.nodes],
+            |position, j| {
+                let places = numbering.pressure_starts[j] as usize
+                    ..numbering.pressure_starts[j + 1] as usize;
+                let mut row: Vec<Entry> = Vec::new();
+                for &place in &numbering.pressure_places[places] {
+                    let (e, q) = (place as usize / p3, place as usize % p3);
+                    let values = &local[e][q * 3 * n3..(q + 1) * 3 * n3];
+                    for (i, &node) in numbering.element(e).iter().enumerate() {
+                        let at = &mut position[node as usize];
+                        if *at == u32::MAX {
+                            *at = row.len() as u32;
+                            row.push(Entry {
+                                index: node,
+                                values: [0.0; 3],
+                            });
+                        }
+                        let entry = &mut row[*at as usize].values;
+                        for c in 0..3 {
+                            entry[c] += values[c * n3 + i];
+                        }
+                    }
+                }
+                row.iter()
+                    .for_each(|entry| position[entry.index as usize] = u32::MAX);
+                row
+            },
+        )
+        .collect()
+}

@@ -1,0 +1,330 @@
+//! Elements in the lumen of a vessel: an O-grid of a few quadrilaterals, swept along the centre-line.
+//!
+//! All nodes of a cross-section follow from those on the wall, by a fixed blend: rings of nodes lie between the wall and
+//! the section's centre, the square in the middle is spanned by its four sides. The same blend makes the unloaded mesh and
+//! moves it, so the mesh depends on the wall's displacement alone, not on the way there.
+
+use super::basis::{Basis, lagrange};
+use super::space::{Plane, Side, Space};
+use crate::Vec3;
+use crate::fluid::FluidInterface;
+use crate::geometry::Vessel;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+
+/// Distance of the square's corners from the centre, relative to the lumen's radius.
+const CORNER: f64 = 0.7;
+/// Shape of the square's sides: 0 straight, 1 arcs of a circle.
+const BULGE: f64 = 0.5;
+
+/// Numbers of elements, and their degree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Resolution {
+    /// Degree of the velocity.
+    pub degree: usize,
+    /// Elements along a side of the square in the middle, and a quarter of those around.
+    pub core: usize,
+    /// Elements from the square to the wall.
+    pub radial: usize,
+    /// Elements along the rigid extension.
+    pub axial_extension: usize,
+    /// Elements along the graft, and as many along the artery.
+    pub axial_per_section: usize,
+}
+
+/// Numbering and shape of the nodes of one degree in a cross-section.
+#[derive(Debug, Clone)]
+struct Section {
+    /// Nodes along a side of the square, less one.
+    side: usize,
+    /// Place of each of these along the side, from 0 to 1.
+    along: Vec<f64>,
+    /// Distance of the rings of nodes from the square (0) to the wall (1).
+    rings: Vec<f64>,
+}
+
+impl Section {
+    /// For elements whose nodes lie at `nodes` in [-1, 1].
+    fn new(resolution: &Resolution, nodes: &[f64]) -> Self {
+        Self {
+            side: resolution.core * (nodes.len() - 1),
+            along: subdivided(resolution.core, nodes),
+            rings: subdivided(resolution.radial, nodes),
+        }
+    }
+
+    fn around(&self) -> usize {
+        4 * self.side
+    }
+
+    fn nodes(&self) -> usize {
+        (self.side + 1).pow(2) + self.around() * (self.rings.len() - 1)
+    }
+
+    fn core_node(&self, i: usize, j: usize) -> usize {
+        j * (self.side + 1) + i
+    }
+
+    /// Node `a` around ring `ring`; ring 0 is the border of the square. Counted from the corner at -45°, counter-clockwise.
+    fn ring_node(&self, ring: usize, a: usize) -> usize {
+        let n = self.side;
+        let a = a % self.around();
+        if ring > 0 {
+            return (n + 1).pow(2) + (ring - 1) * self.around() + a;
+        }
+        let along = a % n;
+        match a / n {
+            0 => self.core_node(n, along),
+            1 => self.core_node(n - along, n),
+            2 => self.core_node(0, n - along),
+            _ => self.core_node(along, 0),
+        }
+    }
+
+    /// Angle of the nodes `a` of all rings.
+    fn angle(&self, a: usize) -> f64 {
+        -FRAC_PI_4 + FRAC_PI_2 * ((a / self.side) as f64 + self.along[a % self.side])
+    }
+
+    /// Quadrilaterals and, as patch 0, the sides on the wall.
+    fn plane(&self, resolution: &Resolution, degree: usize) -> Plane {
+        let mut plane = Plane {
+            nodes: self.nodes(),
+            quads: Vec::new(),
+            edges: Vec::new(),
+        };
+        let each = |f: &dyn Fn(usize, usize) -> usize| -> Vec<usize> {
+            let n = degree + 1;
+            (0..n * n).map(|k| f(k % n, k / n)).collect()
+        };
+        for y in 0..resolution.core {
+            for x in 0..resolution.core {
+                let node = |i, j| self.core_node(x * degree + i, y * degree + j);
+                plane.quads.push(each(&node));
+            }
+        }
+        for ring in 0..resolution.radial {
+            for a in 0..4 * resolution.core {
+                if ring + 1 == resolution.radial {
+                    let outer = Side {
+                        axis: 0,
+                        upper: true,
+                    };
+                    plane.edges.push((plane.quads.len(), outer, 0));
+                }
+                let node = |i, j| self.ring_node(ring * degree + i, a * degree + j);
+                plane.quads.push(each(&node));
+            }
+        }
+        plane
+    }
+
+    /// Places all nodes of a section from those on the wall.
+    fn place(&self, wall: &[Vec3], at: &mut [Vec3]) {
+        let (n, around) = (self.side, self.around());
+        // Mean over the angle, by the trapezoidal rule
+        let centre: Vec3 = (0..around)
+            .map(|a| {
+                let to = self.angle((a + 1) % around);
+                let from = self.angle((a + around - 1) % around);
+                wall[a] * (0.5 * (to - from).rem_euclid(TAU) / TAU)
+            })
+            .sum();
+        for a in 0..around {
+            let from_middle_of_side = FRAC_PI_4 * (2.0 * self.along[a % n] - 1.0);
+            let straight = FRAC_PI_4.cos() / from_middle_of_side.cos();
+            let core = CORNER * ((1.0 - BULGE) * straight + BULGE);
+            for (ring, t) in self.rings.iter().enumerate() {
+                let share = core * (1.0 - t) + t;
+                at[self.ring_node(ring, a)] = centre + (wall[a] - centre) * share;
+            }
+        }
+        // Coons' transfinite interpolation of the four sides
+        for j in 1..n {
+            for i in 1..n {
+                let (s, t) = (self.along[i], self.along[j]);
+                let p = |i, j| at[self.core_node(i, j)];
+                let sides = p(i, 0) * (1.0 - t) + p(i, n) * t + p(0, j) * (1.0 - s) + p(n, j) * s;
+                let corners = (p(0, 0) * (1.0 - t) + p(0, n) * t) * (1.0 - s)
+                    + (p(n, 0) * (1.0 - t) + p(n, n) * t) * s;
+                at[self.core_node(i, j)] = sides - corners;
+            }
+        }
+    }
+}
+
+/// Places from 0 to 1 of the nodes of `elements` equal elements.
+fn subdivided(elements: usize, nodes: &[f64]) -> Vec<f64> {
+    let degree = nodes.len() - 1;
+    let place = |i: usize| {
+        let (element, node) = (i / degree, i % degree);
+        (element as f64 + 0.5 * (1.0 + nodes[node])) / elements as f64
+    };
+    let mut places: Vec<f64> = (0..=elements * degree).map(place).collect();
+    places[elements * degree] = 1.0;
+    places
+}
+
+/// The mesh of a vessel's lumen, and the lattice of points on its deformable wall: as many equal parts per element and
+/// direction as the degree, so that a polynomial of this degree is known by its values there.
+#[derive(Debug, Clone)]
+pub struct VesselMesh {
+    resolution: Resolution,
+    section: Section,
+    /// Numbering of the unknowns.
+    space: Space,
+    /// The unloaded wall's nodes, layer by layer, m.
+    wall: Vec<Vec3>,
+    interface: FluidInterface,
+    /// Row `i`: values at node `i` of an element's side from those at the lattice's points on it.
+    from_lattice: Vec<Vec<f64>>,
+}
+
+impl VesselMesh {
+    /// The mesh in a vessel.
+    pub fn new(vessel: &Vessel, resolution: Resolution) -> Self {
+        let Resolution { degree, core, .. } = resolution;
+        let basis = Basis::new(degree);
+        let section = Section::new(&resolution, &basis.nodes.points);
+        let pressure_section = Section::new(&resolution, &basis.pressure_nodes.points);
+        let line = vessel.centre_line();
+        let lengths = [
+            (-line.extension, 0.0, resolution.axial_extension),
+            (0.0, vessel.joint(), resolution.axial_per_section),
+            (vessel.joint(), vessel.end(), resolution.axial_per_section),
+        ];
+        let stations = |nodes: &[f64]| -> Vec<f64> {
+            let parts = lengths.iter().filter(|(_, _, elements)| *elements > 0);
+            let mut stations = vec![f64::NAN];
+            for (from, to, elements) in parts {
+                stations.pop();
+                let places = subdivided(*elements, nodes);
+                stations.extend(places.iter().map(|t| from + (to - from) * t));
+            }
+            stations
+        };
+        let surface = |s: f64, phi: f64| {
+            let r = vessel.lumen_radius(s, phi);
+            line.frame(s).point(r * phi.cos(), r * phi.sin())
+        };
+        let around = section.around();
+        let wall = (stations(&basis.nodes.points).iter())
+            .flat_map(|&s| (0..around).map(move |a| (s, a)))
+            .map(|(s, a)| surface(s, section.angle(a)))
+            .collect();
+
+        let uniform: Vec<f64> = (0..=degree)
+            .map(|i| 2.0 * i as f64 / degree as f64 - 1.0)
+            .collect();
+        let all = stations(&uniform);
+        let rings = &all[resolution.axial_extension * degree..];
+        let angle = |a: f64| -FRAC_PI_4 + FRAC_PI_2 * a / (core * degree) as f64;
+        let points: Vec<Vec3> = (rings.iter())
+            .flat_map(|&s| (0..around).map(move |a| (s, a)))
+            .map(|(s, a)| surface(s, angle(a as f64)))
+            .collect();
+        let (mut faces, mut face_centres) = (Vec::new(), Vec::new());
+        for ring in 0..rings.len() - 1 {
+            for a in 0..around {
+                let at = |ring: usize, a: usize| (ring * around + a % around) as u32;
+                faces.push(vec![
+                    at(ring, a),
+                    at(ring, a + 1),
+                    at(ring + 1, a + 1),
+                    at(ring + 1, a),
+                ]);
+                let middle = 0.5 * (rings[ring] + rings[ring + 1]);
+                face_centres.push(surface(middle, angle(a as f64 + 0.5)));
+            }
+        }
+        let layers = lengths.iter().map(|(_, _, elements)| elements).sum();
+        Self {
+            space: Space::swept(
+                &section.plane(&resolution, degree),
+                &pressure_section.plane(&resolution, degree - 1),
+                degree,
+                layers,
+            ),
+            from_lattice: (basis.nodes.points.iter())
+                .map(|&x| lagrange(&uniform, x))
+                .collect(),
+            interface: FluidInterface {
+                points,
+                faces,
+                face_centres,
+            },
+            resolution,
+            section,
+            wall,
+        }
+    }
+
+    /// Numbering of the unknowns.
+    pub fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// Numbers of elements.
+    pub fn resolution(&self) -> Resolution {
+        self.resolution
+    }
+
+    /// The deformable wall as a lattice, ring by ring downstream; its faces have the elements' own order: all around, then
+    /// the next ring.
+    pub fn interface(&self) -> &FluidInterface {
+        &self.interface
+    }
+
+    /// Points around the wall.
+    pub fn around(&self) -> usize {
+        self.section.around()
+    }
+
+    /// Number of the element behind part `a` of `4 core` around the wall in layer `layer`.
+    pub fn wall_element(&self, layer: usize, a: usize) -> usize {
+        let quads = self.resolution.core.pow(2) + 4 * self.resolution.core * self.resolution.radial;
+        (layer + 1) * quads - 4 * self.resolution.core + a
+    }
+
+    /// Positions (m, one component after the other) of all nodes for a displacement (m) of the lattice's points.
+    pub fn positions(&self, displacement: &[Vec3]) -> Vec<f64> {
+        let (degree, around) = (self.resolution.degree, self.around());
+        let mut wall = self.wall.clone();
+        let first = self.resolution.axial_extension * degree * around;
+        let deformable = &mut wall[first..];
+        let rings = deformable.len() / around;
+        for k in 0..rings {
+            let (layer, i) = element_and_node(k, rings - 1, degree);
+            for a in 0..around {
+                let (part, j) = (a / degree, a % degree);
+                for (l, along) in self.from_lattice[i].iter().enumerate() {
+                    let ring = (layer * degree + l) * around;
+                    for (m, across) in self.from_lattice[j].iter().enumerate() {
+                        let point = ring + (part * degree + m) % around;
+                        deformable[k * around + a] += displacement[point] * (along * across);
+                    }
+                }
+            }
+        }
+        let (nodes, plane) = (self.space.nodes, self.section.nodes());
+        let mut positions = vec![0.0; 3 * nodes];
+        let mut section = vec![Vec3::zeros(); plane];
+        for (layer, wall) in wall.chunks_exact(around).enumerate() {
+            self.section.place(wall, &mut section);
+            for (i, x) in section.iter().enumerate() {
+                for c in 0..3 {
+                    positions[c * nodes + layer * plane + i] = x[c];
+                }
+            }
+        }
+        positions
+    }
+}
+
+/// The element, and the node in it, of node `k` of a row of elements that ends with node `last`.
+fn element_and_node(k: usize, last: usize, degree: usize) -> (usize, usize) {
+    if k == last {
+        (k / degree - 1, degree)
+    } else {
+        (k / degree, k % degree)
+    }
+}

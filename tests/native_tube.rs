@@ -1,0 +1,228 @@
+//! The spectral elements for the blood in a rigid tube: Poiseuille's and Womersley's flow, and their wall shear stress.
+
+use fsi_driver::Vec3;
+use fsi_driver::case::{Case, Preset};
+use fsi_driver::fluid::native::discretization::Discretization;
+use fsi_driver::fluid::native::metric::Metric;
+use fsi_driver::fluid::native::space::Patch;
+use fsi_driver::fluid::native::vessel_mesh::{Resolution, VesselMesh};
+use fsi_driver::fluid::native::wall_traction::wall_loads;
+use fsi_driver::fluid::native::{Boundary, Flow, Settings, State, TimeScheme};
+use fsi_driver::geometry::Vessel;
+use nalgebra::Complex;
+use std::f64::consts::{PI, TAU};
+
+const RADIUS: f64 = 3e-3;
+const DENSITY: f64 = 1050.0;
+const VISCOSITY: f64 = 3.5e-3;
+
+/// A straight circular tube of 15 mm: a rigid part and two deformable ones of 5 mm each, an element long.
+fn tube(degree: usize) -> VesselMesh {
+    let set = |key: &str, value: &str| (key.to_owned(), value.to_owned());
+    let overrides = [
+        set("geometry.graft_inner_radius_m", "3e-3"),
+        set("geometry.artery_inner_radius_m", "3e-3"),
+        set("geometry.graft_length_m", "5e-3"),
+        set("geometry.artery_length_m", "5e-3"),
+        set("geometry.blend_length_m", "1e-3"),
+        set("geometry.extension_length_m", "5e-3"),
+    ];
+    let case = Case::load("openfoam-case/S-0.0".as_ref(), Preset::Demo, &overrides).unwrap();
+    let resolution = Resolution {
+        degree,
+        core: 2,
+        radial: 1,
+        axial_extension: 1,
+        axial_per_section: 1,
+    };
+    VesselMesh::new(&Vessel::new(&case), resolution)
+}
+
+/// Axial velocity prescribed at inlet and outlet's pressure 0; the solution starts as `velocity(r, 0)` everywhere.
+struct Tube {
+    flow: Flow,
+    state: State,
+    positions: Vec<f64>,
+}
+
+impl Tube {
+    fn new(degree: usize, scheme: TimeScheme, velocity: impl Fn(f64) -> f64) -> Self {
+        let mesh = tube(degree);
+        let space = Discretization::new(mesh.space().clone()).unwrap();
+        let positions = mesh.positions(&vec![Vec3::zeros(); mesh.interface().points.len()]);
+        let fixed = space.space.faces_of(|patch| patch != Patch::End);
+        let outlet = space.space.faces_of(|patch| patch == Patch::End);
+        let settings = Settings {
+            density: DENSITY,
+            viscosity: VISCOSITY,
+            scheme,
+            tolerance: 1e-9,
+            max_iterations: 300,
+        };
+        let pressure = vec![0.0; space.space.pressures];
+        let flow = Flow::new(space, settings, &fixed, Vec::new(), outlet, &positions).unwrap();
+        let u = axial(&positions, velocity);
+        let state = State {
+            time: 0.0,
+            before: None,
+            positions: [positions.clone(), positions.clone()],
+            velocity: [u.clone(), u],
+            pressure: [pressure.clone(), pressure],
+            preconditioner: None,
+        };
+        Self {
+            flow,
+            state,
+            positions,
+        }
+    }
+
+    fn step(&mut self, dt: f64, velocity: impl Fn(f64) -> f64) {
+        let boundary = Boundary {
+            velocity: axial(&self.positions, velocity),
+            ..Boundary::default()
+        };
+        let positions = self.positions.clone();
+        let trial = self
+            .flow
+            .solve(&self.state, dt, positions, &boundary, None)
+            .unwrap();
+        self.flow.accept(&mut self.state, trial);
+    }
+
+    /// Axial component of the wall shear stress on the wall of the deformable part, smallest and largest, Pa.
+    fn wall_shear(&self) -> [f64; 2] {
+        let faces = self
+            .flow
+            .space()
+            .space
+            .faces_of(|patch| patch == Patch::Mantle(0));
+        let [u, p] = [&self.state.velocity[0], &self.state.pressure[0]];
+        let loads = wall_loads(
+            self.flow.space(),
+            &faces[8..],
+            VISCOSITY,
+            &self.positions,
+            u,
+            p,
+        );
+        let shear = loads.iter().flatten().map(|load| load.shear.x);
+        shear.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
+            [a.min(x), b.max(x)]
+        })
+    }
+}
+
+/// A field of velocities along x that depend on the distance from the axis; zero on the wall.
+fn axial(positions: &[f64], velocity: impl Fn(f64) -> f64) -> Vec<f64> {
+    let nodes = positions.len() / 3;
+    let at = |i: usize| {
+        let r = positions[nodes + i].hypot(positions[2 * nodes + i]);
+        if r > RADIUS * (1.0 - 1e-9) {
+            0.0
+        } else {
+            velocity(r)
+        }
+    };
+    (0..3 * nodes)
+        .map(|k| if k < nodes { at(k) } else { 0.0 })
+        .collect()
+}
+
+#[test]
+fn the_mesh_has_the_volume_of_the_tube() {
+    let error = |degree: usize| {
+        let mesh = tube(degree);
+        let space = Discretization::new(mesh.space().clone()).unwrap();
+        let still = vec![Vec3::zeros(); mesh.interface().points.len()];
+        let metric = Metric::new(&space, &mesh.positions(&still)).unwrap();
+        (metric.volume / (PI * RADIUS * RADIUS * 15e-3) - 1.0).abs()
+    };
+    let errors = [3, 4, 5].map(error);
+    assert!(
+        (2e-6..4e-6).contains(&errors[0]) && (5e-9..1e-8).contains(&errors[1]),
+        "{errors:?}"
+    );
+    assert!(errors[2] < 2e-11, "{errors:?}");
+}
+
+#[test]
+fn poiseuilles_wall_shear_converges_spectrally() {
+    let error = |degree: usize| {
+        let mean = 0.2;
+        let velocity = |r: f64| 2.0 * mean * (1.0 - (r / RADIUS).powi(2));
+        let mut tube = Tube::new(degree, TimeScheme::ImplicitEuler, velocity);
+        (0..3).for_each(|_| tube.step(0.03, velocity));
+        let exact = 4.0 * VISCOSITY * mean / RADIUS;
+        tube.wall_shear()
+            .map(|found| (found / exact - 1.0).abs())
+            .into_iter()
+            .fold(0.0, f64::max)
+    };
+    let errors = [3, 4, 5].map(error);
+    for (error, expected) in errors.into_iter().zip([1.4e-3, 1.65e-4, 2.7e-5]) {
+        assert!(
+            (0.7 * expected..1.3 * expected).contains(&error),
+            "{errors:?}"
+        );
+    }
+}
+
+/// Bessel functions J0 and J1 by their series.
+fn bessel(z: Complex<f64>) -> [Complex<f64>; 2] {
+    let q = -0.25 * z * z;
+    let (mut term, mut sums) = (Complex::new(1.0, 0.0), [Complex::new(0.0, 0.0); 2]);
+    for k in 0..60 {
+        sums[0] += term;
+        sums[1] += term * 0.5 * z / (k as f64 + 1.0);
+        term *= q / ((k as f64 + 1.0) * (k as f64 + 1.0));
+    }
+    sums
+}
+
+/// Largest error of the wall shear stress over a third of a period, relative to its amplitude. In discrete time d/dt becomes a
+/// complex number, and Womersley's solution holds with it: what is left is the error in space.
+fn womersley(degree: usize, scheme: TimeScheme) -> f64 {
+    let (dt, omega, gradient) = (0.02, TAU * 2.0, 2000.0);
+    let back = Complex::new(0.0, -omega * dt).exp();
+    let rate = match scheme {
+        TimeScheme::ImplicitEuler => (1.0 - back) / dt,
+        TimeScheme::Bdf2 => (1.5 - 2.0 * back + 0.5 * back * back) / dt,
+    };
+    let lambda = (-rate * DENSITY / VISCOSITY).sqrt();
+    let [wall, slope] = bessel(lambda * RADIUS);
+    let phase = |t: f64| Complex::new(0.0, omega * t).exp();
+    let strength = gradient / (DENSITY * rate);
+    let velocity = |r: f64, t: f64| (strength * (1.0 - bessel(lambda * r)[0] / wall) * phase(t)).re;
+    let amplitude = VISCOSITY * strength * lambda * slope / wall;
+    let mut tube = Tube::new(degree, scheme, |r| velocity(r, 0.0));
+    tube.state.before = Some(dt);
+    tube.state.velocity[1] = axial(&tube.positions, |r| velocity(r, -dt));
+    let mut worst = 0.0f64;
+    for k in 1..=8 {
+        let t = k as f64 * dt;
+        tube.step(dt, |r| velocity(r, t));
+        // On the wall: minus viscosity times ∂u/∂r, with J0' = -J1
+        let exact = -(amplitude * phase(t)).re;
+        for found in tube.wall_shear() {
+            worst = worst.max((found - exact).abs() / amplitude.norm());
+        }
+    }
+    worst
+}
+
+#[test]
+fn womersleys_wall_shear_is_that_of_the_time_scheme() {
+    for (degree, scheme, expected) in [
+        (3, TimeScheme::ImplicitEuler, 5.5e-2),
+        (4, TimeScheme::ImplicitEuler, 8.1e-3),
+        (4, TimeScheme::Bdf2, 8.7e-3),
+        (5, TimeScheme::Bdf2, 1.02e-3),
+    ] {
+        let found = womersley(degree, scheme);
+        assert!(
+            (0.8 * expected..1.2 * expected).contains(&found),
+            "degree {degree}, {scheme}: {found:e}"
+        );
+    }
+}
