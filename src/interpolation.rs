@@ -132,10 +132,13 @@ impl BicubicSurface {
         let mut best = (f64::NEG_INFINITY, 0.0, 0.0);
         for i in 0..=nu {
             for j in 0..nv {
-                let near = |di: usize, dj: usize| {
-                    samples[((i + di).clamp(1, nu + 1) - 1, (j + nv + dj - 1) % nv)]
+                // Of equal samples side by side, such as those of a flat part, the first one counts.
+                let lower = |k: usize| {
+                    let near = ((i + k / 3).clamp(1, nu + 1) - 1, (j + nv + k % 3 - 1) % nv);
+                    samples[near] < samples[(i, j)]
+                        || samples[near] == samples[(i, j)] && near >= (i, j)
                 };
-                let peak = (0..9).all(|k| near(k / 3, k % 3) <= samples[(i, j)]);
+                let peak = (0..9).all(lower);
                 if peak {
                     let refined = self.climb(
                         sign,

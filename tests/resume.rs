@@ -249,30 +249,6 @@ fn what_an_ended_solver_has_half_written_is_not_taken_for_the_next_ones() {
 }
 
 #[test]
-fn check_says_how_large_a_case_is_and_starts_nothing() {
-    let check = |more: &[&str]| {
-        std::process::Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .args(["check", "openfoam-case/S-0.25"])
-            .args(more)
-            .output()
-            .unwrap()
-    };
-    let good = check(&[]);
-    assert!(
-        good.status.success() && text(&good).contains("30240 cells"),
-        "{}",
-        text(&good)
-    );
-    let large = check(&["--set", "structure.p=10", "structure.circumferential=1000"]);
-    assert_eq!(large.status.code(), Some(2));
-    assert!(text(&large).contains("GB of memory"), "{}", text(&large));
-    let bad = check(&["--set", "structure.p=2", "time.step_s=7"]);
-    assert_eq!(bad.status.code(), Some(2));
-    assert!(text(&bad).contains("structure.p") && text(&bad).contains("time.step_s"));
-}
-
-#[test]
 fn a_step_that_fails_is_cut_and_comes_closer_to_what_short_steps_give() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, step: &str, newton: usize| {

@@ -20,8 +20,8 @@ fn all_mistakes_are_reported_at_once() {
     );
     let said = Tube::new(&text).refused();
     for part in [
-        "tube.toml:6: `tube.inner_radius_m` = -0.003: expected a number above 0.0",
-        "tube.toml:15: unknown key `tube.layer[0].k3`; did you mean `tube.layer[0].k2`?",
+        "tube.toml:7: `tube.inner_radius_m` = -0.003: expected a number above 0.0",
+        "tube.toml:16: unknown key `tube.layer[0].k3`; did you mean `tube.layer[0].k2`?",
         "`tube.layer[0].k2` is missing",
         "`mesh.circumferential` = 4.5: expected a whole number from 3 to 1000",
         "did you mean \"trunk\"?",
@@ -103,6 +103,32 @@ fn files_that_are_none_are_refused() {
         said.contains("unknown key `tube.\"layer[4000000000]\".k2`"),
         "{said}"
     );
+    // Nor is it another way to write a key of a table, or to write it twice.
+    for key in [
+        "layer[-1].k2",
+        "layer[1e30].k2",
+        "layer[0].k2",
+        "layer[18446744073709551616]",
+        "länge[٣]",
+        "inner_radius_m.",
+        "",
+    ] {
+        let line = format!("length_m = 0.006\n{key:?} = 1.0\n");
+        let said = Tube::new(&with(&example(), &[("length_m = 0.006\n", &line)])).refused();
+        assert!(said.contains("unknown key `tube."), "{key:?}: {said}");
+    }
+    let dotted = format!("\"tube.inner_radius_m\" = 1.0\n{}", example());
+    let said = Tube::new(&dotted).refused();
+    assert!(
+        said.contains("unknown key `\"tube.inner_radius_m\"`"),
+        "{said}"
+    );
+    for (open, close) in [("[", "]"), ("{a=", "}")] {
+        let nested = format!("a = {}1{}\n", open.repeat(10_000), close.repeat(10_000));
+        Tube::new(&nested).refused();
+    }
+    let many = "[[tube.layer]]\n".repeat(50_000);
+    assert!(Tube::new(&many).refused().contains("is missing"));
     let tube = Tube::new("");
     std::fs::remove_file(tube.folder.path().join("tube.toml")).unwrap();
     std::fs::create_dir(tube.folder.path().join("tube.toml")).unwrap();

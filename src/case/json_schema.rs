@@ -163,22 +163,23 @@ fn property(schema: &Schema, key: &Key) -> Value {
         Kind::Text(most) => json!({ "type": "string", "minLength": 1, "maxLength": most }),
         Kind::Flag => json!({ "type": "boolean" }),
         Kind::Path | Kind::PathOr(_) => json!({ "type": "string", "minLength": 1 }),
-        Kind::Rows => {
+        Kind::Rows(most) => {
             let row = json!({
                 "type": "array",
                 "minItems": 3,
+                "maxItems": most,
                 "items": { "type": "number", "minimum": 0, "maximum": 1 },
             });
-            json!({ "type": "array", "minItems": 3, "items": row })
+            json!({ "type": "array", "minItems": 3, "maxItems": most, "items": row })
         }
-        Kind::Points => {
+        Kind::Points(most) => {
             let point = json!({
                 "type": "array",
                 "minItems": 3,
                 "maxItems": 3,
                 "items": { "type": "number" },
             });
-            json!({ "type": "array", "items": point })
+            json!({ "type": "array", "maxItems": most, "items": point })
         }
         Kind::Degrees(low, high) => {
             let three = json!({
@@ -190,7 +191,9 @@ fn property(schema: &Schema, key: &Key) -> Value {
             json!({ "anyOf": [whole(low, high), three] })
         }
         Kind::WholeOr(low, high, word) => json!({ "anyOf": [whole(low, high), { "const": word }] }),
-        Kind::Numbers => json!({ "type": "array", "minItems": 2, "items": { "type": "number" } }),
+        Kind::Numbers(most) => {
+            json!({ "type": "array", "minItems": 2, "maxItems": most, "items": { "type": "number" } })
+        }
     };
     let unit = key.unit().map_or(String::new(), |unit| format!(", {unit}"));
     let absent = key

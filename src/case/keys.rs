@@ -61,7 +61,7 @@ table! {
         helix_radius: f64 = "helix_radius_m", above(0.0, 1.0), "radius of the helix";
         arc_angle_deg: f64 = "arc_angle_deg", above(0.0, 270.0), "angle that the arc turns through";
         /// Rows along x (first and last zero), columns around.
-        imperfection: Vec<Vec<f64>> = "imperfection", Kind::Rows, "support values of the imperfection relative to model.d_max_m";
+        imperfection: Vec<Vec<f64>> = "imperfection", Kind::Rows(100), "support values of the imperfection relative to model.d_max_m";
     }
 }
 
@@ -360,9 +360,9 @@ table! {
             absent "a period before the window's end";
         window_end: Option<f64> = "window_end_s", above(0.0, 1e4), "end of the time window of the hemodynamics",
             absent "time.end_s";
-        probes: Vec<[f64; 3]> = "probes_m", Kind::Points,
+        probes: Vec<[f64; 3]> = "probes_m", Kind::Points(1000),
             "points of the unloaded lumen's surface whose motion and wall shear stress are recorded", absent "none";
-        fluid_probes: Vec<[f64; 3]> = "fluid_probes_m", Kind::Points,
+        fluid_probes: Vec<[f64; 3]> = "fluid_probes_m", Kind::Points(1000),
             "points, fixed in space, where pressure and velocity of the blood are recorded", absent "none";
     }
 }

@@ -206,8 +206,8 @@ fn walk(
         let Some(value) = values.get(&name) else {
             continue;
         };
-        // Brackets are for indices; a quoted key that has some must not pass for one.
-        keys.push(match name.contains(['[', ']']) {
+        // Brackets are for indices and dots for tables; a quoted key that has some must not pass for either.
+        keys.push(match name.contains(['[', ']', '.']) {
             true => format!("{name:?}"),
             false => name.clone(),
         });

@@ -55,8 +55,8 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
                 }
             }
         }
-        (Kind::Rows, Value::Array(rows)) => read_rows(rows),
-        (Kind::Points, Value::Array(points)) => read_points(points),
+        (Kind::Rows(most), Value::Array(rows)) => read_rows(rows, most),
+        (Kind::Points(most), Value::Array(points)) if points.len() <= most => read_points(points),
         (Kind::Degrees(low, high), degrees) => read_degrees(degrees, low..=high),
         (Kind::WholeOr(low, high, _), Value::Integer(i)) if (low..=high).contains(i) => {
             Some(entry.value.clone())
@@ -64,7 +64,7 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
         (Kind::WholeOr(_, _, word), Value::String(found)) if found == word => {
             Some(entry.value.clone())
         }
-        (Kind::Numbers, Value::Array(values)) if values.len() > 1 => values
+        (Kind::Numbers(most), Value::Array(values)) if (2..=most).contains(&values.len()) => values
             .iter()
             .map(|value| number(value).filter(|x| x.is_finite()).map(Value::Float))
             .collect::<Option<_>>()
@@ -143,12 +143,12 @@ fn read_points(points: &[Value]) -> Option<Value> {
 }
 
 /// Rows as [`Kind::Rows`] asks for them.
-fn read_rows(rows: &[Value]) -> Option<Value> {
+fn read_rows(rows: &[Value], most: usize) -> Option<Value> {
     let rows = read_lists(rows)?;
     let columns = rows.first()?.len();
     let zero = |row: Option<&Vec<f64>>| row.is_some_and(|row| row.iter().all(|x| *x == 0.0));
-    let fine = rows.len() >= 3
-        && columns >= 3
+    let fine = (3..=most).contains(&rows.len())
+        && (3..=most).contains(&columns)
         && rows
             .iter()
             .all(|row| row.len() == columns && row.iter().all(|x| (0.0..=1.0).contains(x)))

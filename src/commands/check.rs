@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::case_arguments::{CaseArguments, machine_memory, warn};
+use super::run::Interrupt;
 use crate::analysis::wall::{Pressures, WallFigures};
 use crate::case::{Case, Solver};
 use crate::fluid::openfoam::install;
@@ -30,10 +31,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let openfoam = match (case.fluid.solver, install::check(case.fluid.ranks)) {
         (Solver::Native, _) => "is not needed".to_owned(),
         (Solver::OpenFoam, Ok(_)) => {
-            preflight::try_fluid(&case).map_err(|e| Failure::Input(e.to_string()))?;
+            let interrupt = Interrupt::listen(None)?;
+            preflight::try_fluid(&case, interrupt.of_the_start())?;
+            interrupt.stop_listening()?;
             "takes the templates".to_owned()
         }
-        (Solver::OpenFoam, Err(missing)) => format!("could not be asked: {missing}"),
+        (Solver::OpenFoam, Err(missing)) => format!("was left out: {missing}"),
     };
     let native = &case.fluid.native;
     let blood = match case.fluid.solver {

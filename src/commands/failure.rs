@@ -1,6 +1,7 @@
 //! What ends a command early, and its exit code.
 
 use crate::output::terminal::PrintError;
+use crate::simulation::assembly::preflight::TrialError;
 use std::process::ExitCode;
 
 /// What ends a command early; printed once, by `main`.
@@ -20,6 +21,15 @@ pub enum Failure {
 impl From<PrintError> for Failure {
     fn from(error: PrintError) -> Self {
         Self::Run(error.to_string())
+    }
+}
+
+impl From<TrialError> for Failure {
+    fn from(error: TrialError) -> Self {
+        match error {
+            TrialError::Refused(mistakes) => Self::Input(mistakes.to_string()),
+            TrialError::Interrupted => Self::Interrupted("nothing was written".into()),
+        }
     }
 }
 

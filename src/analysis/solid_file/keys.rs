@@ -106,7 +106,7 @@ table! {
         damping: f64 = "damping_1_s", from(0.0, 1e4), "mass-proportional damping", absent "0";
         step: f64 = "step_s", above(0.0, 1e4), "time step";
         end: f64 = "end_s", above(0.0, 1e6), "end of the analysis";
-        times: Vec<f64> = "times_s", Kind::Numbers, "times at which the load is given";
-        load_factors: Vec<f64> = "load_factors", Kind::Numbers, "shares of load.pressure_Pa at these times";
+        times: Vec<f64> = "times_s", Kind::Numbers(10_000), "times at which the load is given";
+        load_factors: Vec<f64> = "load_factors", Kind::Numbers(10_000), "shares of load.pressure_Pa at these times";
     }
 }

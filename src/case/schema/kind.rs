@@ -19,16 +19,16 @@ pub enum Kind {
     Path,
     /// A path, or one of these words for what is built into the program; each with its meaning.
     PathOr(&'static [(&'static str, &'static str)]),
-    /// Rows of numbers of equal length from 0 to 1; first and last row zero.
-    Rows,
-    /// Points of space.
-    Points,
+    /// Rows of numbers of equal length from 0 to 1; first and last row zero. At most so many rows and columns.
+    Rows(usize),
+    /// At most so many points of space.
+    Points(usize),
     /// A whole number within the limits, or one for each of the three local directions.
     Degrees(i64, i64),
     /// A whole number within the limits, or this word.
     WholeOr(i64, i64, &'static str),
-    /// Two or more numbers.
-    Numbers,
+    /// Two or more numbers, at most so many.
+    Numbers(usize),
 }
 
 /// A range of real numbers.
@@ -117,9 +117,16 @@ impl fmt::Display for Kind {
             Kind::WholeOr(low, high, word) => {
                 write!(f, "a whole number from {low} to {high}, or \"{word}\"")
             }
-            Kind::Numbers => f.write_str("two or more numbers in brackets"),
-            Kind::Rows => f.write_str("rows of equally many numbers from 0 to 1, at least 3 by 3, the first and the last row zero"),
-            Kind::Points => f.write_str("points in brackets, such as [[0.02, 3e-3, 0.0]]"),
+            Kind::Numbers(most) => write!(f, "2 to {most} numbers in brackets"),
+            Kind::Rows(most) => write!(
+                f,
+                "rows of equally many numbers from 0 to 1, at least 3 by 3, at most {most} by {most}, the first and the last \
+                 row zero"
+            ),
+            Kind::Points(most) => write!(
+                f,
+                "at most {most} points in brackets, such as [[0.02, 3e-3, 0.0]]"
+            ),
         }
     }
 }

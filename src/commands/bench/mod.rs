@@ -65,8 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         old.check(&arguments.chosen.preset.to_string(), &case)?;
     }
     let then = (!arguments.quiet).then_some("the time step is finished");
-    let interrupt = Interrupt::listen(then)
-        .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
+    let interrupt = Interrupt::listen(then)?;
     if let Some(folder) = &arguments.growth {
         return growth::measure(arguments, &case, folder, &interrupt);
     }

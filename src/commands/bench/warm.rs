@@ -101,7 +101,7 @@ fn warm_up(request: &RunRequest, interrupt: &Interrupt) -> Result<RunCheckpoint,
             request.case.time.end
         ));
     }
-    request.execute(|| Ok(interrupt.clone()))?;
+    request.execute(interrupt.clone())?;
     let found = newest(root)?.filter(|checkpoint| checkpoint.step() == step);
     found.ok_or_else(|| Failure::Run(format!("the run in {} left no checkpoint", root.display())))
 }

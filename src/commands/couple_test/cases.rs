@@ -82,8 +82,7 @@ impl Plan<'_> {
             });
             runs.push((path, reference, cases.collect::<Result<Vec<_>, Failure>>()?));
         }
-        let interrupt = Interrupt::listen(Some(A_RUN_IS_SAVED))
-            .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
+        let interrupt = Interrupt::listen(Some(A_RUN_IS_SAVED))?;
         for (path, reference, cases) in &runs {
             self.table(path, reference, cases, &interrupt)?;
         }
@@ -165,7 +164,7 @@ fn compute(
     };
     fs::create_dir_all(run.parent().unwrap_or(run))
         .map_err(|e| Failure::Input(format!("cannot create {}: {e}", run.display())))?;
-    match order.execute(|| Ok(interrupt.clone())) {
+    match order.execute(interrupt.clone()) {
         Err(Failure::Run(reason)) => {
             terminal::note(format_args!("{}: {reason}", run.display()));
             Ok(())

@@ -66,10 +66,7 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
         earlier,
         quiet: arguments.quiet,
     };
-    let interrupt = || {
-        Interrupt::listen((!arguments.quiet).then_some(interrupt::A_RUN_IS_SAVED))
-            .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))
-    };
+    let interrupt = Interrupt::listen((!arguments.quiet).then_some(interrupt::A_RUN_IS_SAVED))?;
     request.execute(interrupt)
 }
 
@@ -88,17 +85,14 @@ pub struct RunRequest<'a> {
 }
 
 impl RunRequest<'_> {
-    /// Runs the case; `interrupt` is asked for once the folder of the results is claimed.
-    pub fn execute(
-        &self,
-        interrupt: impl FnOnce() -> Result<Interrupt, Failure>,
-    ) -> Result<(), Failure> {
+    /// Runs the case until its end or an `interrupt`.
+    pub fn execute(&self, interrupt: Interrupt) -> Result<(), Failure> {
         let case = self.case;
         if case.fluid.solver == Solver::OpenFoam {
             install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
         }
         if self.earlier != Earlier::Resume {
-            preflight::try_fluid(case).map_err(|e| Failure::Input(e.to_string()))?;
+            preflight::try_fluid(case, interrupt.of_the_start())?;
         }
         let folder = RunFolder::open(self.out, self.earlier)?;
         let checkpoint = match self.earlier {
@@ -115,7 +109,7 @@ impl RunRequest<'_> {
             case,
             folder,
             checkpoint.as_ref(),
-            interrupt()?,
+            interrupt,
             self.quiet,
         )?;
         if self.earlier == Earlier::ResumeWithoutTables {

@@ -69,8 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     std::fs::create_dir_all(&out)
         .map_err(|e| Failure::Input(format!("cannot create {}: {e}", out.display())))?;
     let then = "the models finish their time step and write a checkpoint";
-    let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))
-        .map_err(|e| Failure::Run(format!("cannot listen to signals: {e}")))?;
+    let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))?;
     let notes = models::prepare(&mut models)?;
     let board = Board::new(&models, jobs, arguments.quiet);
     notes.iter().for_each(|note| board.note(note));

@@ -1,7 +1,7 @@
 //! The solver's process: started with a log, watched, ended, never orphaned.
 
 use rustix::process::{
-    Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal,
+    Pid, Signal, getpid, getppid, kill_process, kill_process_group, set_parent_process_death_signal,
 };
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -69,16 +69,16 @@ impl Process {
         true
     }
 
-    /// Ends it: waits for `grace`, then SIGTERM, at last SIGKILL.
+    /// Ends it: waits for `grace`, then SIGTERM, at last SIGKILL, to all of its group: it may be a script around the solver.
     pub fn end(&mut self, grace: Duration) {
         if self.wait(grace) {
             return;
         }
         // Not yet waited for, so the number is still this child's.
         let pid = Pid::from_child(&self.child);
-        let _ = kill_process(pid, Signal::TERM);
+        let _ = kill_process_group(pid, Signal::TERM);
         if !self.wait(TERM_LIMIT) {
-            let _ = kill_process(pid, Signal::KILL);
+            let _ = kill_process_group(pid, Signal::KILL);
             self.status = self.child.wait().ok();
         }
     }

@@ -5,9 +5,11 @@ use super::session::Terms;
 use super::{OpenFoam, OpenFoamSettings};
 use crate::Vec3;
 use crate::case::Transport;
-use crate::fluid::{Fluid, FluidEffort};
+use crate::fluid::{Fluid, FluidEffort, FluidError};
 use crate::geometry::PolyMesh;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// With these words OpenFOAM complains of what it reads; other errors may be of the moment.
@@ -16,19 +18,25 @@ const REFUSAL: &str = "FOAM FATAL IO ERROR";
 const MOST_LETTERS: usize = 600;
 
 /// Starts OpenFOAM in a folder that is gone afterwards, on one rank, and has it begin the first step with the wall at
-/// rest.
+/// rest. `interrupt` ends the trial when set.
 ///
 /// # Errors
-/// Why OpenFOAM could not be started, or what it refused to read, with the file of the templates and the line.
-pub fn start(files: &CaseFiles<'_>, mesh: &PolyMesh) -> Result<(), String> {
+/// [`FluidError::Interrupted`], or why OpenFOAM could not be started, or what it refused to read, with the file of the
+/// templates and the line.
+pub fn start(
+    files: &CaseFiles<'_>,
+    mesh: &PolyMesh,
+    interrupt: Arc<AtomicBool>,
+) -> Result<(), FluidError> {
+    let failed = |error: std::io::Error| FluidError::Died(error.to_string());
     let folder = tempfile::Builder::new().prefix("fsi-trial-").tempdir();
-    let folder = folder.map_err(|e| format!("no folder for a trial: {e}"))?;
+    let folder = folder.map_err(|e| FluidError::Died(format!("no folder for a trial: {e}")))?;
     // As OpenFOAM will name it.
-    let root = folder.path().canonicalize().map_err(|e| e.to_string())?;
+    let root = folder.path().canonicalize().map_err(failed)?;
     let (case, log) = (root.join("openfoam"), root.join("openfoam.log"));
-    mesh.write(&case).map_err(|e| e.to_string())?;
+    mesh.write(&case).map_err(failed)?;
     let files = CaseFiles { ranks: 1, ..*files };
-    files.write(&case).map_err(|e| e.to_string())?;
+    (files.write(&case)).map_err(|e| FluidError::Died(e.to_string()))?;
     let time_step = files.time.step;
     let started = OpenFoam::start(OpenFoamSettings {
         case: case.clone(),
@@ -42,10 +50,13 @@ pub fn start(files: &CaseFiles<'_>, mesh: &PolyMesh) -> Result<(), String> {
             interface: None,
         },
         sampling: Default::default(),
-        interrupt: Default::default(),
+        interrupt,
     });
-    let complaint = || complaint(&log, &case, files.templates);
-    let mut fluid = started.map_err(|error| complaint().unwrap_or_else(|| error.to_string()))?;
+    let complaint = || complaint(&log, &case, files.templates).map(FluidError::Died);
+    let mut fluid = started.map_err(|error| match error {
+        FluidError::Interrupted => error,
+        _ => complaint().unwrap_or(error),
+    })?;
     // Schemes and solvers are read when they are needed.
     let rest = vec![Vec3::zeros(); fluid.interface().points.len()];
     let effort = FluidEffort {
@@ -53,6 +64,7 @@ pub fn start(files: &CaseFiles<'_>, mesh: &PolyMesh) -> Result<(), String> {
         residual: 1.0,
     };
     match fluid.solve(&rest, time_step, effort) {
+        Err(FluidError::Interrupted) => Err(FluidError::Interrupted),
         // A step that fails otherwise is tried again with more care in a run.
         Err(_) => complaint().map_or(Ok(()), Err),
         Ok(_) => Ok(()),

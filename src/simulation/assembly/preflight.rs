@@ -7,10 +7,12 @@ use crate::case::{CaseErrors, FlowCurve, ResolvedCase, Solver, Surrogate};
 use crate::coupling::transfer::Transfer;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
-use crate::fluid::{Fluid, FluidInterface};
+use crate::fluid::{Fluid, FluidError, FluidInterface};
 use crate::geometry::PolyMesh;
 use crate::pfem::Solid;
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Builds both meshes and the wall, and looks at all that a run reads: the templates, whether the two meshes have the
 /// same wall, the probes on the wall and in the blood, the sections of the surrogate.
@@ -78,19 +80,36 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     }
 }
 
-/// Starts OpenFOAM, if the case asks for it, for trial on the mesh and the templates of the case, in a folder that is gone afterwards.
+/// Why the trial start of a fluid did not succeed.
+#[derive(Debug, thiserror::Error)]
+pub enum TrialError {
+    /// The fluid refuses something of the case.
+    #[error(transparent)]
+    Refused(CaseErrors),
+    /// The user ended it.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Starts OpenFOAM, if the case asks for it, for trial on the mesh and the templates of the case, in a folder that is
+/// gone afterwards, also if `interrupt` is set meanwhile.
 ///
 /// # Errors
-/// What OpenFOAM refuses.
-pub fn try_fluid(case: &ResolvedCase) -> Result<(), CaseErrors> {
+/// What OpenFOAM refuses, or that there was an interrupt.
+pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), TrialError> {
     if case.fluid.solver != Solver::OpenFoam {
         return Ok(());
     }
-    let refused = |key: &str, reason: String| CaseErrors(vec![case.mistake(key, reason)]);
+    let refused = |key: &str, reason: String| {
+        TrialError::Refused(CaseErrors(vec![case.mistake(key, reason)]))
+    };
     let inflow = FlowCurve::new(&case.inflow, case.time.period)
         .map_err(|e| refused("inflow.file", e.to_string()))?;
-    trial::start(&case_files(case, &inflow), &Domain::new(case).fluid)
-        .map_err(|reason| refused("fluid.templates", format!("OpenFOAM refuses it: {reason}")))
+    let (files, mesh) = (case_files(case, &inflow), Domain::new(case).fluid);
+    trial::start(&files, &mesh, interrupt).map_err(|error| match error {
+        FluidError::Interrupted => TrialError::Interrupted,
+        reason => refused("fluid.templates", format!("OpenFOAM refuses it: {reason}")),
+    })
 }
 
 /// The wall as OpenFOAM will see it.
