@@ -62,8 +62,11 @@ struct Line {
     path: String,
     is_example: bool,
     /// The line without its comment.
-    #[cfg(test)]
+    #[cfg_attr(not(test), expect(dead_code, reason = "a test reads the examples"))]
     text: String,
+    /// Number of the paragraph, where that shows whole tables.
+    #[cfg_attr(not(test), expect(dead_code, reason = "a test reads the examples"))]
+    paragraph: Option<usize>,
     remark: String,
     remark_of_table: String,
 }
@@ -74,8 +77,10 @@ fn lines() -> Vec<Line> {
     let (mut table, mut remark_of_table) = (String::new(), String::new());
     let mut example_of = None;
     let mut in_header = false;
+    let mut paragraph = 0;
     for line in TEXT.lines() {
         if line.trim().is_empty() {
+            paragraph += 1;
             example_of = None;
         }
         if let Some(more) = line
@@ -118,8 +123,8 @@ fn lines() -> Vec<Line> {
             lines.push(Line {
                 path: format!("{}.{name}", of.unwrap_or(&table)),
                 is_example,
-                #[cfg(test)]
                 text: text.to_owned(),
+                paragraph: of.map(|_| paragraph),
                 remark,
                 remark_of_table: of.map_or(remark_of_table.clone(), |_| String::new()),
             });
@@ -185,16 +190,27 @@ mod tests {
         }
     }
 
-    /// What stands in comments is no less valid than the rest.
+    /// What stands in comments is no less valid than the rest: keys together, and each paragraph of tables by itself.
     #[test]
     fn the_examples_in_comments_can_be_used() {
+        let mut examples: Vec<_> = lines().into_iter().filter(|line| line.is_example).collect();
+        examples.sort_by(|a, b| parent(&a.path).cmp(parent(&b.path)));
+        let paragraphs: BTreeSet<_> = examples.iter().map(|line| line.paragraph).collect();
+        let (mut flags, mut probes) = (0, 0);
+        for paragraph in paragraphs {
+            let lines = examples.iter().filter(|line| line.paragraph == paragraph);
+            let case = load(lines);
+            flags += usize::from(case.flag.is_some());
+            probes += case.output.probes.len();
+        }
+        assert_eq!((flags, probes), (1, 1));
+    }
+
+    fn load<'a>(lines: impl Iterator<Item = &'a Line>) -> Case {
         let folder = tempfile::tempdir().unwrap();
         let mut text = String::from("extends = \"defaults\"\n");
-        let mut examples: Vec<_> = lines().into_iter().filter(|line| line.is_example).collect();
-        assert!(examples.len() > 20, "{}", examples.len());
-        examples.sort_by(|a, b| parent(&a.path).cmp(parent(&b.path)));
         let mut table = "";
-        for line in &examples {
+        for line in lines {
             if table != parent(&line.path) {
                 table = parent(&line.path);
                 let _ = writeln!(text, "[{table}]");
@@ -205,9 +221,8 @@ mod tests {
         let curve = "time_s,flow_m3_s\n0,1e-6\n0.3,5e-6\n0.6,1e-6\n1,1e-6\n";
         std::fs::write(folder.path().join("flow.csv"), curve).unwrap();
         let case = Case::load(folder.path(), Preset::Paper, &[]);
-        let case = case.unwrap_or_else(|errors| panic!("{errors}\n{text}"));
-        assert_eq!(case.output.probes.len(), 1);
-        assert!(case.flag.is_some() && case.inflow.file.is_some());
+        case.unwrap_or_else(|errors| panic!("{errors}\n{text}"))
+            .case
     }
 
     fn parent(path: &str) -> &str {
