@@ -242,7 +242,8 @@ fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
     assert!((5.0..7.5).contains(&iterations), "{iterations}");
 }
 
-/// With tolerances so tight that the order of the sums in the linear solvers no longer matters.
+/// With tolerances so tight that the order of the sums in the linear solvers no longer matters (measured: 2e-8), and not tighter:
+/// displacements of 7 µm, as in the first step, have a round-off of 1e-13 m.
 #[test]
 fn one_and_two_ranks_and_both_transports_agree() {
     let folder = tempfile::tempdir().unwrap();
@@ -250,7 +251,7 @@ fn one_and_two_ranks_and_both_transports_agree() {
         "--set",
         "fluid.pressure_residual=1e-7",
         "fluid.max_correctors=60",
-        "coupling.e_rel=1e-8",
+        "coupling.e_rel=1e-7",
         "coupling.e_abs_m=1e-14",
         "ramp.duration_s=0.05",
         "structure.newton_tolerance=1e-12",
