@@ -5,8 +5,8 @@ use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::{Discretization, Options};
+use fsi_driver::pfem::element::surface::Surface;
 use fsi_driver::pfem::supports::{self, Support};
-use fsi_driver::pfem::surface::Surface;
 use fsi_driver::pfem::{Space, SpaceKind, SurfaceLoad};
 use std::time::Instant;
 

@@ -4,8 +4,8 @@ use fsi_driver::paper::convergence::cases::{Mesh, TestCase};
 use fsi_driver::paper::convergence::plan::{Choice, Quadrature};
 use fsi_driver::paper::convergence::table::Row;
 use fsi_driver::pfem::SpaceKind::{self, TensorProduct, Trunk};
-use fsi_driver::pfem::mapping::MappingKind;
-use fsi_driver::pfem::statics::StaticOptions;
+use fsi_driver::pfem::element::mapping::MappingKind;
+use fsi_driver::pfem::solution::statics::StaticOptions;
 use std::path::Path;
 use std::process::{Command, Output};
 

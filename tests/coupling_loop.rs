@@ -12,7 +12,7 @@ use fsi_driver::fluid::{
     Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
 };
 use fsi_driver::geometry::Vessel;
-use fsi_driver::pfem::newton::NewtonOptions;
+use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::supports::Support;
 use fsi_driver::pfem::{Space, SpaceKind, Structure, StructureOptions, discretization};
 use std::f64::consts::TAU;

@@ -6,7 +6,7 @@ use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::{HexFace, HexMesh, HexShape};
 use fsi_driver::pfem::discretization::{Discretization, Options};
-use fsi_driver::pfem::statics::{self, Load, StaticOptions};
+use fsi_driver::pfem::solution::statics::{self, Load, StaticOptions};
 use fsi_driver::pfem::supports::Support;
 use fsi_driver::pfem::{Space, SpaceKind};
 use std::collections::BTreeMap;

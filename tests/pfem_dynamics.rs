@@ -6,10 +6,10 @@ use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::Options;
-use fsi_driver::pfem::newton::NewtonOptions;
-use fsi_driver::pfem::structure::State;
+use fsi_driver::pfem::solution::newton::NewtonOptions;
+use fsi_driver::pfem::solution::structure::State;
+use fsi_driver::pfem::solution::time_scheme::TimeScheme;
 use fsi_driver::pfem::supports::Support;
-use fsi_driver::pfem::time_scheme::TimeScheme;
 use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, SurfaceLoad};
 use pfem_support::artery;
 

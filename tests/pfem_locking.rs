@@ -5,9 +5,9 @@ use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::geometry::Vessel;
 use fsi_driver::pfem::discretization::{Discretization, Options};
-use fsi_driver::pfem::statics::{self, Equilibrated, Load, StaticOptions};
+use fsi_driver::pfem::element::surface::{LoadKind, Surface};
+use fsi_driver::pfem::solution::statics::{self, Equilibrated, Load, StaticOptions};
 use fsi_driver::pfem::supports::{self, Support};
-use fsi_driver::pfem::surface::{LoadKind, Surface};
 use fsi_driver::pfem::{Formulation, Sampler, Space, SpaceKind, SurfaceLoad};
 use std::path::Path;
 

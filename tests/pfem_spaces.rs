@@ -5,11 +5,11 @@ mod pfem_support;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::{HexMesh, tube_mesh};
 use fsi_driver::pfem::discretization::{Discretization, Options};
-use fsi_driver::pfem::mapping::MappingKind;
-use fsi_driver::pfem::shapes::Shapes;
-use fsi_driver::pfem::statics::{self, StaticOptions};
+use fsi_driver::pfem::element::mapping::MappingKind;
+use fsi_driver::pfem::element::surface::{LoadKind, Surface};
+use fsi_driver::pfem::solution::statics::{self, StaticOptions};
+use fsi_driver::pfem::space::shapes::Shapes;
 use fsi_driver::pfem::supports::{self, Support};
-use fsi_driver::pfem::surface::{LoadKind, Surface};
 use fsi_driver::pfem::{Formulation, Space, SpaceKind, SurfaceLoad};
 use fsi_driver::{Mat3, Vec3};
 use pfem_support::{Numbers, artery, distorted_box};
@@ -95,7 +95,7 @@ fn displacement_is_continuous_across_turned_neighbours() {
         let axis = [-1.0, -0.6, 0.0, 0.6, 1.0];
         let mut values: std::collections::BTreeMap<[i64; 3], Vec<Vec3>> = Default::default();
         for e in 0..mesh.hexes.len() {
-            for xi in fsi_driver::pfem::mapping::lattice([&axis, &axis, &axis]) {
+            for xi in fsi_driver::pfem::element::mapping::lattice([&axis, &axis, &axis]) {
                 let x = body.mapping.at(e, xi).position;
                 let key: [i64; 3] = std::array::from_fn(|i| (x[i] * 1e9).round() as i64);
                 values

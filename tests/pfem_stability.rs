@@ -6,10 +6,10 @@ use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::{Discretization, Options};
-use fsi_driver::pfem::stability::AtBifurcation;
-use fsi_driver::pfem::statics::{self, Equilibrated, Load, StaticOptions};
+use fsi_driver::pfem::element::surface::{LoadKind, Surface};
+use fsi_driver::pfem::solution::stability::AtBifurcation;
+use fsi_driver::pfem::solution::statics::{self, Equilibrated, Load, StaticOptions};
 use fsi_driver::pfem::supports::{self, Support};
-use fsi_driver::pfem::surface::{LoadKind, Surface};
 use fsi_driver::pfem::{Space, SpaceKind, SurfaceLoad};
 use std::f64::consts::PI;
 

@@ -3,8 +3,8 @@
 use super::tube::Tube;
 use crate::Vec3;
 use crate::pfem::discretization::Options;
-use crate::pfem::newton::NewtonOptions;
-use crate::pfem::time_scheme::TimeScheme;
+use crate::pfem::solution::newton::NewtonOptions;
+use crate::pfem::solution::time_scheme::TimeScheme;
 use crate::pfem::{Solid, SolidError, Structure, StructureOptions, SurfaceLoad};
 use serde::Serialize;
 

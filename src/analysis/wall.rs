@@ -5,10 +5,10 @@ use crate::Vec3;
 use crate::case::{Case, FlowCurve};
 use crate::geometry::{HexFace, HexMesh, Vessel};
 use crate::pfem::discretization::{Discretization, Options};
-use crate::pfem::mapping::MappingKind;
-use crate::pfem::statics::{self, Load, StaticOptions};
+use crate::pfem::element::mapping::MappingKind;
+use crate::pfem::element::surface::{LoadKind, Surface, on_face};
+use crate::pfem::solution::statics::{self, Load, StaticOptions};
 use crate::pfem::supports::{self, Support};
-use crate::pfem::surface::{LoadKind, Surface, on_face};
 use crate::pfem::{SolidError, Space, SpaceKind, SurfaceLoad};
 use nalgebra::Vector2;
 

@@ -2,7 +2,7 @@
 
 use super::stress_fields::{StressFields, stress_fields};
 use super::vtu::{Cells, Grid, Series, Values};
-use crate::pfem::samples::{Sampler, Samples};
+use crate::pfem::evaluation::samples::{Sampler, Samples};
 use crate::pfem::{SolidError, Structure};
 use crate::simulation::observer::AcceptedStep;
 use std::io;

@@ -1,8 +1,8 @@
 //! Stresses and strains of the wall as they stand in VTU files.
 
 use super::vtu::Values;
-use crate::pfem::samples::Samples;
-use crate::pfem::stress::StressState;
+use crate::pfem::evaluation::samples::Samples;
+use crate::pfem::evaluation::stress::StressState;
 
 /// Fields at the points of a sampler by name.
 pub struct StressFields(Vec<(&'static str, Vec<f64>)>);

@@ -4,7 +4,7 @@ use super::tables::Table;
 use super::wall_history::{WallHistory, WallHistoryError, WallHistoryReader};
 use crate::case::Window;
 use crate::hemodynamics::{Monitor, Wall, WallState, WallStress, WindowStatistics};
-use crate::pfem::samples::StressPeak;
+use crate::pfem::evaluation::samples::StressPeak;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};

@@ -1,19 +1,19 @@
 //! A body divided into elements: mesh, space, mapping, quadrature, materials and supports put together.
 
 use super::SolidError;
-use super::elements::{Body, Elements, gather, scatter};
-use super::factor::{Factorization, Symbolic};
-use super::mapping::{Mapping, MappingKind};
+use super::element::mapping::{Mapping, MappingKind};
+use super::element::surface::Surface;
+use super::element::volume::Formulation;
+use super::element::{Body, Elements, gather, scatter};
+use super::linear_algebra::factor::{Factorization, Symbolic};
+use super::linear_algebra::ordering;
+use super::linear_algebra::sparse::Pattern;
 use super::material::{self, HyperelasticMaterial};
-use super::numbering::Numbering;
-use super::ordering;
-use super::shapes::Shapes;
 use super::solid::SurfaceLoad;
 use super::space::Space;
-use super::sparse::Pattern;
+use super::space::numbering::Numbering;
+use super::space::shapes::Shapes;
 use super::supports::{Support, Supports};
-use super::surface::Surface;
-use super::volume::Formulation;
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;

@@ -1,6 +1,6 @@
 //! The structure as a black box: load on the wet surface in, displacement of the wet surface out.
 
-use super::samples::StressPeak;
+use super::evaluation::samples::StressPeak;
 use crate::Vec3;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};

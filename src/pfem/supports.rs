@@ -1,8 +1,8 @@
 //! Which degrees of freedom are held, and whether that is enough.
 
 use super::SolidError;
-use super::mapping::Mapping;
-use super::numbering::Numbering;
+use super::element::mapping::Mapping;
+use super::space::numbering::Numbering;
 use crate::Vec3;
 use crate::geometry::{HexFace, HexMesh};
 

@@ -4,7 +4,7 @@ use super::clock::is_due;
 use super::totals::Totals;
 use crate::coupling::{Iteration, Step};
 use crate::fluid::FluidProbe;
-use crate::pfem::samples::StressPeak;
+use crate::pfem::evaluation::samples::StressPeak;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io;

@@ -4,8 +4,8 @@ use crate::analysis::tube::Ends;
 use crate::case::Material;
 use crate::case::schema::{Key, Kind, Schema, Table, above, from, join, whole};
 use crate::case::table::table;
-use crate::pfem::stability::AtBifurcation;
-use crate::pfem::surface::LoadKind;
+use crate::pfem::element::surface::LoadKind;
+use crate::pfem::solution::stability::AtBifurcation;
 use crate::pfem::{Formulation, SpaceKind};
 use serde::{Deserialize, Serialize};
 

@@ -5,7 +5,7 @@ use crate::analysis::tube::Ends;
 use crate::case::stack::Stack;
 use crate::case::value::shorten;
 use crate::case::{CaseError, Material};
-use crate::pfem::surface::LoadKind;
+use crate::pfem::element::surface::LoadKind;
 
 /// Displacement coefficients of all elements together, at most: beyond that the factorization needs more than 100 GB.
 const MOST_COEFFICIENTS: usize = 3_000_000;

@@ -5,7 +5,7 @@ use super::Failure;
 use crate::case::Case;
 use crate::fluid::{Fluid, FluidError, FluidUsage};
 use crate::output::write_atomically;
-use crate::pfem::stats::Stats;
+use crate::pfem::solution::stats::Stats;
 use crate::processes::{cpu_seconds, peak_memory};
 use crate::simulation::totals::Totals;
 use serde::{Deserialize, Serialize};

@@ -8,7 +8,7 @@ use crate::commands::run_folder::RunFolder;
 use crate::fluid::{Fluid, FluidError};
 use crate::output::progress::Progress;
 use crate::output::record::{self, Record, RecordSettings};
-use crate::pfem::{Structure, structure};
+use crate::pfem::{Structure, solution::structure};
 use crate::simulation::assembly::{AssemblyError, Model, Workplace};
 use crate::simulation::{Checkpoints, Simulation, SimulationError, checkpoint};
 use std::path::{Path, PathBuf};

@@ -10,8 +10,8 @@ use crate::analysis::tube::{Ends, Grid, Tube, nearest_vertex};
 use crate::case::Material;
 use crate::case::table::words;
 use crate::geometry::{HexMesh, Imperfection, irregular_tube_mesh};
+use crate::pfem::element::surface::LoadKind;
 use crate::pfem::supports::Support;
-use crate::pfem::surface::LoadKind;
 
 /// Pressure inside, Pa [paper].
 const PRESSURE: f64 = 1.6e4;

@@ -5,7 +5,7 @@ use crate::paper::convergence::cases::{Mesh, TestCase};
 use crate::paper::convergence::plan::Choice;
 use crate::paper::convergence::table::Row;
 use crate::pfem::SpaceKind::{self, TensorProduct, Trunk};
-use crate::pfem::mapping::MappingKind;
+use crate::pfem::element::mapping::MappingKind;
 use std::io;
 use std::path::Path;
 

@@ -10,10 +10,10 @@ pub mod plan;
 pub mod table;
 
 use crate::analysis::tube::{self, Tube};
-use crate::pfem::prolongation::prolong;
-use crate::pfem::stability::AtBifurcation;
-use crate::pfem::statics::{Equilibrated, StaticOptions};
-use crate::pfem::stats::Stats;
+use crate::pfem::solution::stability::AtBifurcation;
+use crate::pfem::solution::statics::{Equilibrated, StaticOptions};
+use crate::pfem::solution::stats::Stats;
+use crate::pfem::space::prolongation::prolong;
 use crate::pfem::{Discretization, SolidError};
 use cases::Mesh;
 use errors::{Probes, Solution};

@@ -2,7 +2,7 @@
 
 use super::cases::{Mesh, TestCase};
 use crate::pfem::discretization::Options;
-use crate::pfem::mapping::MappingKind;
+use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::{Formulation, Space, SpaceKind};
 
 /// Degree of the reference solutions, which are in the trunk space: in the tensor product space one of this degree needs

@@ -5,7 +5,7 @@ use super::cases::TestCase;
 use super::errors::Errors;
 use super::plan::{Choice, Quadrature};
 use crate::pfem::SpaceKind;
-use crate::pfem::mapping::MappingKind;
+use crate::pfem::element::mapping::MappingKind;
 use serde::{Deserialize, Serialize};
 
 /// A row: a discretization, its errors and its cost.

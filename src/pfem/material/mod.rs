@@ -55,7 +55,7 @@ pub struct Volumetric {
 
 /// A strain energy density `W(F) = W_rest(F) + U(J)` with its first two derivatives. What stands for `U` and its
 /// derivatives is handed in, so that a formulation may evaluate them at another volume ratio than `det F`; see
-/// [`volume`](super::volume).
+/// [`volume`](super::element::volume).
 pub trait HyperelasticMaterial: Send + Sync {
     /// `W`, J/m³ of the reference volume.
     fn energy_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> f64;

@@ -1,8 +1,8 @@
 use super::*;
 use crate::coupling::acceleration::Column;
 use crate::pfem::SurfaceLoad;
-use crate::pfem::quasi_newton::Experience;
-use crate::pfem::structure::{self, Linearization, State};
+use crate::pfem::solution::quasi_newton::Experience;
+use crate::pfem::solution::structure::{self, Linearization, State};
 use crate::simulation::subdivision::StepSubdivision;
 use nalgebra::DVector;
 use proptest::prelude::*;

@@ -1,7 +1,7 @@
 //! Checkpoints: as they come, and with a head that is right, so that the contents are reached.
 #![no_main]
 
-use fsi_driver::pfem::structure;
+use fsi_driver::pfem::solution::structure;
 use fsi_driver::simulation::checkpoint::{self, with_head};
 use libfuzzer_sys::fuzz_target;
 

@@ -10,22 +10,28 @@
 //! ```
 //! with `w` the quadrature weight times `det ∂X/∂ξ`; so all work but the material is matrix products.
 
+pub mod mapping;
+mod pool;
+pub mod sum_factorization;
+pub mod surface;
+pub mod volume;
+
 use super::SolidError;
-use super::extremes::Extremes;
-use super::mapping::{Mapping, lattice};
+use super::evaluation::extremes::Extremes;
+use super::evaluation::stress::StressState;
 use super::material::{Frame, HyperelasticMaterial, Volumetric, inverse_transpose};
-use super::numbering::Numbering;
-use super::pool::Pool;
-use super::shapes::Shapes;
+use super::space::numbering::Numbering;
+use super::space::shapes::Shapes;
 use super::space::{Mode, Space};
-use super::stress::StressState;
-use super::sum_factorization::{SumFactorization, Workspace};
-use super::volume::{self, Basis, Formulation, Projection};
 use crate::quadrature::Rule;
 use crate::{Mat3, Vec3};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
+use mapping::{Mapping, lattice};
+use pool::Pool;
 use rayon::prelude::*;
+use sum_factorization::{SumFactorization, Workspace};
+use volume::{Basis, Formulation, Projection};
 
 /// Elements whose internal forces are computed by one matrix product.
 const CHUNK: usize = 8;
@@ -119,7 +125,7 @@ impl Elements {
             .into_par_iter()
             .map(|e| {
                 let mapped = mapping.at_lattice(e, axes);
-                let point = |(m, w): (&super::mapping::MappedPoint, &f64)| {
+                let point = |(m, w): (&mapping::MappedPoint, &f64)| {
                     let determinant = m.jacobian.determinant();
                     let inverse = m.jacobian.try_inverse().filter(|_| determinant > 0.0);
                     let inverse_jacobian = inverse.ok_or_else(|| SolidError::Inverted {

@@ -6,8 +6,8 @@
 //! along it is odd; on faces the two indices may change places. Where neighbours have different degrees along a
 //! shared edge or face, only the modes that all of them have are kept.
 
-use super::SolidError;
-use super::space::{Mode, Space};
+use super::super::SolidError;
+use super::{Mode, Space};
 use crate::geometry::HexMesh;
 use std::collections::HashMap;
 

@@ -6,9 +6,9 @@
 //! them. So internal modes come first, and the functions on a cut, which separate two halves, last (George: *Nested
 //! dissection of a regular finite element mesh*, 1973).
 
-use super::SolidError;
+use super::super::SolidError;
+use super::super::space::numbering::Numbering;
 use super::factor::{memory, symbolic_failed};
-use super::numbering::Numbering;
 use super::sparse::Pattern;
 use crate::Vec3;
 use faer::dyn_stack::MemStack;

@@ -11,8 +11,8 @@
 //! functions, of a function and a derivative, or of two derivatives, as `α` and `β` demand. All six blocks of an element
 //! are done at once. (Melenk, Gerdes, Schwab: *Fully discrete hp-finite elements: fast quadrature*, 2001.)
 
-use super::basis::BasisTable;
-use super::space::{Mode, Space};
+use super::super::space::basis::BasisTable;
+use super::super::space::{Mode, Space};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 

@@ -1,8 +1,8 @@
 //! Natural modes of the undeformed body by subspace iteration (Bathe, *Finite Element Procedures*, section 11.6).
 
-use super::SolidError;
-use super::discretization::Discretization;
-use super::sparse::ScalarMatrix;
+use super::super::SolidError;
+use super::super::discretization::Discretization;
+use super::super::linear_algebra::sparse::ScalarMatrix;
 use nalgebra::{DMatrix, DVector};
 
 /// Relative change of the eigenvalues at which the iteration ends.

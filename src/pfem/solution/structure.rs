@@ -9,20 +9,20 @@
 //! where `α` is the mass-proportional damping (section 2.1). Other parameters damp high frequencies, see
 //! [`TimeScheme`]; with implicit Euler (first order, damps much) `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
 
-use super::discretization::{self, Discretization};
+use super::super::discretization::{self, Discretization};
+use super::super::element::surface::Surface;
+use super::super::evaluation::locate::{Location, Locator};
+use super::super::evaluation::samples::{self, StressPeak};
+use super::super::linear_algebra::factor::Factorization;
+use super::super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
+use super::super::supports::{self, Support};
 use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
 pub use super::equation_of_motion::{Linearization, State};
-use super::factor::Factorization;
-use super::locate::{Location, Locator};
 use super::modes::{self, NaturalMode};
 use super::newton::{self, Equilibrium, NewtonOptions};
 use super::quasi_newton::{Experience, KeptTangent};
-use super::samples::{self, StressPeak};
-use super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
 use super::stability_watch::StabilityWatch;
 use super::stats::{Stats, timed};
-use super::supports::{self, Support};
-use super::surface::Surface;
 use super::time_scheme::TimeScheme;
 use crate::Vec3;
 use crate::case::Material;

@@ -1,9 +1,9 @@
 //! Closest points of a surface of the body in the reference configuration.
 
-use super::SolidError;
-use super::discretization::Discretization;
-use super::supports::modes_on_face;
-use super::surface::{directions, mode_on_face, on_face};
+use super::super::SolidError;
+use super::super::discretization::Discretization;
+use super::super::element::surface::{directions, mode_on_face, on_face};
+use super::super::supports::modes_on_face;
 use crate::Vec3;
 use crate::geometry::HexFace;
 

@@ -1,12 +1,12 @@
 //! The semidiscrete equation of motion of a body, and its residual and tangent in one time step.
 
-use super::SolidError;
-use super::discretization::Discretization;
-use super::factor::Factorization;
+use super::super::SolidError;
+use super::super::discretization::Discretization;
+use super::super::element::surface::{LoadKind, Surface};
+use super::super::linear_algebra::factor::Factorization;
+use super::super::linear_algebra::sparse::ScalarMatrix;
+use super::super::solid::SurfaceLoad;
 use super::newton::{Equilibrium, Residual};
-use super::solid::SurfaceLoad;
-use super::sparse::ScalarMatrix;
-use super::surface::{LoadKind, Surface};
 use super::time_scheme::TimeScheme;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;

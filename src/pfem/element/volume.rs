@@ -14,10 +14,10 @@
 //! All integrals are sums over the same quadrature points, so that forces and tangent are the derivatives of the energy that
 //! is computed: displacements are the only unknowns, and the tangent is symmetric.
 
-use super::elements::{ElementPoint, PAIRS};
+use super::super::material::{Volumetric, inverse_transpose};
+use super::super::space::{Mode, Space, SpaceKind};
 use super::mapping::lattice;
-use super::material::{Volumetric, inverse_transpose};
-use super::space::{Mode, Space, SpaceKind};
+use super::{ElementPoint, PAIRS};
 use crate::Mat3;
 pub use crate::case::Formulation;
 use crate::quadrature::legendre;

@@ -10,15 +10,15 @@
 //! [`AtBifurcation`] says what to do. The stable path that branches off is reached with a small force in the
 //! direction of the buckling mode, which is taken away behind the bifurcation.
 
-use super::SolidError;
-use super::discretization::Discretization;
-use super::factor::Factorization;
+use super::super::SolidError;
+use super::super::discretization::Discretization;
+use super::super::element::surface::{LoadKind, Surface};
+use super::super::linear_algebra::factor::Factorization;
+use super::super::solid::SurfaceLoad;
 use super::newton::{self, Equilibrium, NewtonOptions, Residual};
 use super::quasi_newton::KeptTangent;
-use super::solid::SurfaceLoad;
 use super::stability::{self, AtBifurcation, Bifurcation, LowestMode};
 use super::stats::Stats;
-use super::surface::{LoadKind, Surface};
 use std::cell::OnceCell;
 
 /// Iterations of a load step after which the next one is longer.
@@ -316,7 +316,7 @@ impl Path<'_> {
 }
 
 /// Finds the static equilibrium under all `loads` at once, by Newton's method from `start`, such as the
-/// [prolonged](super::prolongation) solution in a smaller space.
+/// [prolonged](super::super::space::prolongation) solution in a smaller space.
 pub fn solve_from(
     body: &Discretization,
     loads: &[Load],

@@ -1,6 +1,6 @@
 //! Ansatz spaces on the hexahedron: which products of one-dimensional shape functions span them.
 //!
-//! A mode is a product `N_i(ξ) N_j(η) N_k(ζ)` of the functions in [`basis`](super::basis). Indices 0 and 1 are the
+//! A mode is a product `N_i(ξ) N_j(η) N_k(ζ)` of the functions in [`basis`]. Indices 0 and 1 are the
 //! linear functions of the two ends, so the number of indices above 1 tells a vertex (0), edge (1), face (2) or
 //! internal mode (3).
 //!
@@ -21,6 +21,11 @@
 //! | 8 | 192 | 729 |
 //! | 9 | 250 | 1000 |
 //! | 10 | 319 | 1331 |
+
+pub mod basis;
+pub mod numbering;
+pub mod prolongation;
+pub mod shapes;
 
 use crate::case::table::words;
 

@@ -1,12 +1,12 @@
 //! Values of a body on a fine lattice of points, for files that others look at.
 
-use super::SolidError;
-use super::discretization::Discretization;
-use super::elements::{Elements, PAIRS};
+use super::super::SolidError;
+use super::super::discretization::Discretization;
+use super::super::element::mapping::lattice;
+use super::super::element::volume::{self, Basis, Formulation, Projection};
+use super::super::element::{Elements, PAIRS};
 use super::extremes::Extremes;
-use super::mapping::lattice;
 use super::stress::StressState;
-use super::volume::{self, Basis, Formulation, Projection};
 use crate::quadrature::Rule;
 use crate::{Mat3, Vec3};
 use std::collections::HashMap;

@@ -1,6 +1,6 @@
 //! Sparse direct factorization: symbolic once, numeric as often as the tangent changes.
 
-use super::SolidError;
+use super::super::SolidError;
 use super::sparse::Pattern;
 use super::substitution::Substitution;
 use faer::dyn_stack::{MemBuffer, MemStack};

@@ -3,8 +3,8 @@
 //! Only the lower triangle is stored, by columns of scalars, as the factorization takes it. Functions held in all three
 //! components have no rows; a component held alone keeps its row with a one on the diagonal.
 
-use super::elements::PAIRS;
-use super::numbering::Numbering;
+use super::super::element::PAIRS;
+use super::super::space::numbering::Numbering;
 use faer::reborrow::Reborrow;
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 use rayon::prelude::*;

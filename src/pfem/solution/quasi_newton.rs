@@ -5,8 +5,8 @@
 //! pairs that are remembered (Matthies, Strang: *The solution of nonlinear finite element equations*, 1979; the product by
 //! two loops over the pairs: Nocedal, *Updating quasi-Newton matrices with limited storage*, 1980).
 
-use super::SolidError;
-use super::factor::Factorization;
+use super::super::SolidError;
+use super::super::linear_algebra::factor::Factorization;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 

@@ -9,13 +9,13 @@
 //! (Bonet and Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 1997, section 8.5). The stiffness of a
 //! constant pressure is symmetric if the edge of the surface is clamped or slides in a plane.
 
-use super::SolidError;
-use super::elements::PAIRS;
+use super::super::SolidError;
+use super::super::solid::{SurfaceLoad, SurfacePoint};
+use super::super::space::numbering::Numbering;
+use super::super::space::{Mode, Space};
+use super::super::supports::modes_on_face;
+use super::PAIRS;
 use super::mapping::Mapping;
-use super::numbering::Numbering;
-use super::solid::{SurfaceLoad, SurfacePoint};
-use super::space::{Mode, Space};
-use super::supports::modes_on_face;
 use crate::Vec3;
 use crate::case::table::words;
 use crate::geometry::HexFace;
@@ -74,8 +74,9 @@ pub fn on_face(face: HexFace, a: f64, b: f64) -> [f64; 3] {
 
 /// Value of a mode at a point of a face, and its derivatives along the face's two directions.
 pub fn mode_on_face(mode: Mode, space: &Space, face: HexFace, xi: [f64; 3]) -> [f64; 3] {
-    let tables: [(Vec<f64>, Vec<f64>); 3] =
-        std::array::from_fn(|d| super::basis::shape_functions(space.degrees[d], xi[d]));
+    let tables: [(Vec<f64>, Vec<f64>); 3] = std::array::from_fn(|d| {
+        super::super::space::basis::shape_functions(space.degrees[d], xi[d])
+    });
     let product = |derived: Option<usize>| -> f64 {
         (0..3)
             .map(|d| {

@@ -1,7 +1,7 @@
 //! The modes of an element, tabulated.
 
 use super::basis::BasisTable;
-use super::space::{Mode, Space};
+use super::{Mode, Space};
 use faer::MatRef;
 
 /// Values and gradients of the modes at the points of a lattice in the reference hexahedron.

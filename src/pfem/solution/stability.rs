@@ -1,8 +1,8 @@
 //! Where a path of equilibria loses its stability: the tangent is no longer positive definite.
 
-use super::SolidError;
-use super::discretization::Discretization;
-use super::factor::Factorization;
+use super::super::SolidError;
+use super::super::discretization::Discretization;
+use super::super::linear_algebra::factor::Factorization;
 use crate::case::table::words;
 
 /// Relative change of an eigenvalue at which the iteration ends.

@@ -1,6 +1,6 @@
 //! Stresses and strains at a point of a deformed wall, in the wall's own directions.
 
-use super::material::{Frame, HyperelasticMaterial, Volumetric};
+use super::super::material::{Frame, HyperelasticMaterial, Volumetric};
 use crate::{Mat3, Vec3};
 
 /// Stress and strain at a point.

@@ -4,8 +4,8 @@
 //! The norm of the residual is allowed to rise after a step with a fresh tangent: in a nearly incompressible body the
 //! first, linear step always violates incompressibility by a term of second order times the bulk modulus.
 
-use super::SolidError;
-use super::factor::Factorization;
+use super::super::SolidError;
+use super::super::linear_algebra::factor::Factorization;
 use super::quasi_newton::{Experience, KeptTangent};
 use super::stats::{Stats, timed};
 

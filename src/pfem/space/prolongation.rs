@@ -1,7 +1,7 @@
 //! From a space to a larger one on the same mesh: the basis is hierarchic, so that coefficients are copied.
 
+use super::Mode;
 use super::numbering::Numbering;
-use super::space::Mode;
 use std::collections::HashMap;
 
 /// The coefficients in the space of `to` of the displacement that has the coefficients `displacement` in the space of
