@@ -1,0 +1,212 @@
+//! Tubes under internal pressure against the solution of the radial boundary value problem.
+
+use crate::pfem_support::artery;
+use crate::pfem_support::radial;
+use fsi_driver::Vec3;
+use fsi_driver::case::Material;
+use fsi_driver::geometry::tube_mesh;
+use fsi_driver::pfem::discretization::{Discretization, Options};
+use fsi_driver::pfem::element::mapping::MappingKind;
+use fsi_driver::pfem::element::surface::{LoadKind, Surface};
+use fsi_driver::pfem::solution::statics::{self, Load, StaticOptions};
+use fsi_driver::pfem::supports::{self, Support};
+use fsi_driver::pfem::{Space, SpaceKind, SurfaceLoad};
+
+const LENGTH: f64 = 0.006;
+
+struct Result {
+    energy: f64,
+    displacement: Vec<f64>,
+}
+
+/// Inflates a tube on a mesh of 2 × 4 × 1 elements per layer.
+fn inflate(
+    radius: f64,
+    layers: &[(f64, Material)],
+    pressure: f64,
+    kind: LoadKind,
+    space: Space,
+    mapping: MappingKind,
+    points: usize,
+) -> Result {
+    let thickness: Vec<f64> = layers.iter().map(|l| l.0).collect();
+    let materials: Vec<Material> = layers.iter().map(|l| l.1.clone()).collect();
+    let mesh = tube_mesh(radius, &thickness, LENGTH, 2, 4, 1);
+    let sliding = [true, false, false];
+    let supports = [
+        Support::Surface("start".into(), sliding),
+        Support::Surface("end".into(), sliding),
+        Support::SymmetryPlane(1),
+        Support::SymmetryPlane(2),
+    ];
+    let options = Options {
+        space,
+        mapping,
+        quadrature_points: [points; 3],
+        ..Options::new(space)
+    };
+    let body = Discretization::new(&mesh, &materials, &supports, &options).unwrap();
+    let faces = supports::surface(&mesh, "inner").unwrap();
+    let surface = Surface::new(&body.numbering, &space, &body.mapping, faces, points).unwrap();
+    let n = surface.points.len();
+    let load = Load::Surface {
+        surface: &surface,
+        values: SurfaceLoad {
+            pressure: vec![pressure; n],
+            shear: vec![Vec3::zeros(); n],
+        },
+        kind,
+    };
+    let result = statics::solve(&body, &[load], None, &StaticOptions::default()).unwrap();
+    // Mean radial displacement over the circumference, close to mid-length.
+    let mut displacement = Vec::new();
+    for k in 0..=layers.len() {
+        let (layer, end) = if k == 0 { (0, -1.0) } else { (k - 1, 1.0) };
+        let (mut sum, mut count) = (0.0, 0.0);
+        for e in 0..mesh.hexes.len() {
+            for xi in (0..8).map(|i| [0.9, -0.875 + 0.25 * i as f64, end]) {
+                if mesh.regions[e] == layer {
+                    let x = body.mapping.at(e, xi).position;
+                    let u = body.displacement_at(e, xi, &result.displacement);
+                    sum += (u.y * x.y + u.z * x.z) / x.y.hypot(x.z);
+                    count += 1.0;
+                }
+            }
+        }
+        displacement.push(sum / count);
+    }
+    Result {
+        energy: body.energy(&result.displacement, [points + 3; 3]).unwrap() / LENGTH,
+        displacement,
+    }
+}
+
+fn artery_layers() -> Vec<(f64, Material)> {
+    artery().into_iter().map(|m| (5e-4, m)).collect()
+}
+
+fn errors(result: &Result, energy: f64, displacement: &[f64]) -> (f64, f64) {
+    let worst = result
+        .displacement
+        .iter()
+        .zip(displacement)
+        .map(|(a, b)| (a / b - 1.0).abs());
+    (result.energy / energy - 1.0, worst.fold(0.0, f64::max))
+}
+
+#[test]
+fn the_radial_reference_meets_the_published_values() {
+    let expected = [
+        (
+            true,
+            0.1654547651,
+            [1.2289883693e-3, 1.0972178946e-3, 0.9884289131e-3],
+        ),
+        (
+            false,
+            0.1283939496,
+            [1.1252110306e-3, 1.0019371086e-3, 0.9007622447e-3],
+        ),
+    ];
+    for (follower, energy, displacement) in expected {
+        let tube = radial::inflate(3e-3, &artery_layers(), 1.6e4, follower);
+        assert!(
+            (tube.energy / energy - 1.0).abs() < 5e-10,
+            "{}",
+            tube.energy
+        );
+        for (a, b) in tube.displacement.iter().zip(displacement) {
+            assert!((a / b - 1.0).abs() < 5e-10, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn the_artery_is_met_with_trunk_spaces() {
+    for kind in [LoadKind::Follower, LoadKind::Dead] {
+        let reference = radial::inflate(3e-3, &artery_layers(), 1.6e4, kind == LoadKind::Follower);
+        // Energy and displacement, each from below and above.
+        for (p, energies, displacements) in
+            [(4, 1e-5..5e-5, 1.5e-5..4e-5), (6, -1e-9..1e-9, 0.0..1e-7)]
+        {
+            let space = Space::isotropic(SpaceKind::Trunk, p);
+            let result = inflate(
+                3e-3,
+                &artery_layers(),
+                1.6e4,
+                kind,
+                space,
+                MappingKind::Exact,
+                p + 2,
+            );
+            let (energy, displacement) = errors(&result, reference.energy, &reference.displacement);
+            println!("{kind:?} p = {p}: energy {energy:e}, displacement {displacement:e}");
+            assert!(
+                energies.contains(&energy),
+                "{kind:?} p = {p}: energy error {energy:e}"
+            );
+            assert!(
+                displacements.contains(&displacement),
+                "{kind:?} p = {p}: displacement error {displacement:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn other_tubes_are_met_as_well() {
+    let neo_hooke = Material::NeoHooke {
+        mu: 3.33e5,
+        kappa: 1.67e9,
+    };
+    let kirchhoff = Material::SaintVenantKirchhoff {
+        youngs_modulus: 3e5,
+        poisson_ratio: 0.3,
+    };
+    let [media, adventitia] = [0, 1].map(|i| artery()[i].clone());
+    let tubes = [
+        (
+            3e-3,
+            vec![(3e-4, neo_hooke.clone())],
+            1.6e4,
+            LoadKind::Follower,
+        ),
+        (
+            4e-3,
+            vec![(2e-3, neo_hooke.clone())],
+            6e4,
+            LoadKind::Follower,
+        ),
+        (4e-3, vec![(2e-3, kirchhoff)], 2e4, LoadKind::Dead),
+        (
+            2.35e-3,
+            vec![(4.5e-4, media.clone()), (4.5e-4, adventitia.clone())],
+            1.6e4,
+            LoadKind::Follower,
+        ),
+        (
+            3e-3,
+            vec![(1e-4, media), (5e-5, neo_hooke), (1.5e-4, adventitia)],
+            8e3,
+            LoadKind::Dead,
+        ),
+    ];
+    for (radius, layers, pressure, kind) in tubes {
+        let reference = radial::inflate(radius, &layers, pressure, kind == LoadKind::Follower);
+        let space = Space::isotropic(SpaceKind::Trunk, 6);
+        let result = inflate(
+            radius,
+            &layers,
+            pressure,
+            kind,
+            space,
+            MappingKind::Blended(6),
+            8,
+        );
+        let (energy, displacement) = errors(&result, reference.energy, &reference.displacement);
+        assert!(
+            energy.abs() < 1e-6 && displacement < 1e-6,
+            "{radius} {layers:?}: {energy:e} {displacement:e}"
+        );
+    }
+}

@@ -1,0 +1,41 @@
+//! The speed of a pressure pulse in a thin-walled tube: see openfoam-case/pulse-wave/README.md.
+
+use crate::benchmark_support::{probes, run};
+
+#[test]
+fn a_pulse_travels_at_the_speed_of_moens_and_korteweg() {
+    check_speeds(&["--preset", "demo"]);
+}
+
+#[test]
+#[ignore = "the full form: minutes"]
+fn full_mesh() {
+    check_speeds(&[]);
+}
+
+fn check_speeds(arguments: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    run("pulse-wave", &out, arguments);
+    let arrival: Vec<f64> = (probes(&out).iter())
+        .map(|probe| time_of_the_peak(probe))
+        .collect();
+
+    let (youngs_modulus, thickness, density, radius) = (6e5, 0.25e-3, 1000.0, 5e-3);
+    let exact = f64::sqrt(youngs_modulus * thickness / (2.0 * density * radius));
+    for [from, to] in [[0, 1], [1, 2], [0, 2]] {
+        let speed = 0.04 * (to - from) as f64 / (arrival[to] - arrival[from]);
+        println!("{from} to {to}: {speed} m/s, exact {exact} m/s");
+        assert!((speed / exact - 1.0).abs() < 0.03, "{speed} {exact}");
+    }
+}
+
+/// Where the parabola through the largest radial displacement and its neighbours has its peak.
+fn time_of_the_peak(motion: &[[f64; 4]]) -> f64 {
+    let at = (1..motion.len() - 1)
+        .max_by(|&a, &b| motion[a][2].total_cmp(&motion[b][2]))
+        .unwrap();
+    let [before, peak, after] = [at - 1, at, at + 1].map(|i| motion[i][2]);
+    let step = motion[at][0] - motion[at - 1][0];
+    motion[at][0] + 0.5 * step * (before - after) / (before - 2.0 * peak + after)
+}

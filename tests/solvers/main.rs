@@ -1,0 +1,32 @@
+//! What starts solvers: runs, and all that looks at what runs leave.
+
+mod bench;
+mod benchmark_elastic_tube;
+mod benchmark_pulse_wave;
+mod benchmark_rigid_tube;
+mod benchmark_support;
+mod benchmark_turek_hron;
+mod check;
+mod coupled_run;
+mod damaged_results;
+mod fault_campaign;
+mod fluid_faults;
+mod fluid_hostile;
+mod fluid_second_order;
+mod fluid_step;
+mod fluid_support;
+mod fluid_transport;
+mod geometry_check_mesh;
+mod hemodynamics;
+mod installed;
+mod native_run;
+#[path = "../pfem_support/mod.rs"]
+mod pfem_support;
+mod probes;
+mod python_reader;
+mod report;
+mod resume;
+mod run_support;
+mod simulation;
+mod study;
+mod terminal;

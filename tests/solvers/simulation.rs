@@ -1,0 +1,147 @@
+//! A simulation with a fluid of the user's own: that of the example, which keeps its state in memory.
+
+#[path = "../../examples/own_fluid/main.rs"]
+#[allow(dead_code)] // its `main`
+mod example;
+
+use example::{Row, Rows, elastic_tube};
+use fsi_driver::Vec3;
+use fsi_driver::case::Case;
+use fsi_driver::fluid::{
+    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
+};
+use fsi_driver::pfem::Structure;
+use fsi_driver::simulation::Simulation;
+use fsi_driver::simulation::assembly::{Domain, couple};
+use std::path::Path;
+
+type Blood = example::fluid::OneDimensionalFluid;
+
+/// What happens to a fluid in its `call`-th solution, from 1, and again in the one after that.
+#[derive(Clone, Copy)]
+enum Accident {
+    Nothing,
+    Died { call: usize },
+    NotSolved { call: usize },
+}
+
+/// A fluid with an accident.
+struct Unlucky {
+    fluid: Blood,
+    accident: Accident,
+    calls: usize,
+    dead: bool,
+    recalls: usize,
+    forgotten: usize,
+}
+
+impl Fluid for Unlucky {
+    fn interface(&self) -> &FluidInterface {
+        self.fluid.interface()
+    }
+
+    fn solve(&mut self, d: &[Vec3], dt: f64, e: FluidEffort) -> Result<FluidTrial, FluidError> {
+        self.calls += 1;
+        match self.accident {
+            Accident::Died { call } if call == self.calls => self.dead = true,
+            Accident::NotSolved { call } if (call..call + 2).contains(&self.calls) => {
+                return Err(FluidError::NotSolved("it does not converge".into()));
+            }
+            _ => {}
+        }
+        if self.dead {
+            return Err(FluidError::Died("it is dead; ".into()));
+        }
+        self.fluid.solve(d, dt, e)
+    }
+
+    fn forget_trial(&mut self) {
+        self.forgotten += 1;
+    }
+
+    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
+        self.fluid.accept(write)
+    }
+
+    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+        self.fluid.memory()
+    }
+
+    fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
+        self.recalls += 1;
+        self.dead = false;
+        self.fluid.recall(memory)
+    }
+}
+
+fn run(case: &Case, folder: &Path, accident: Accident) -> Simulation<Unlucky, Structure, Rows> {
+    let fluid = Unlucky {
+        fluid: Blood::new(case),
+        accident,
+        calls: 0,
+        dead: false,
+        recalls: 0,
+        forgotten: 0,
+    };
+    let coupling = couple(case, &Domain::new(case), fluid).unwrap();
+    example::run(case, coupling, folder).unwrap()
+}
+
+/// 0.1 ms a step.
+fn rows(end: &str, folder: &Path) -> Vec<Row> {
+    let simulation = run(&elastic_tube(end).unwrap(), folder, Accident::Nothing);
+    assert!(simulation.observer.notes.is_empty());
+    simulation.observer.rows
+}
+
+#[test]
+fn blood_of_ones_own_is_coupled_and_resumes_to_the_last_digit() {
+    let folder = tempfile::tempdir().unwrap();
+    let [straight, parts] = ["straight", "parts"].map(|name| folder.path().join(name));
+    let rows_at_once = rows("0.0012", &straight);
+    assert_eq!(rows_at_once.len(), 12);
+    assert_eq!(rows("0.0005", &parts), rows_at_once[..5]);
+    assert_eq!(rows("0.0012", &parts), rows_at_once);
+
+    // What comes in and does not go out widens the tube.
+    for pair in rows_at_once.windows(2) {
+        let [before, now] = [&pair[0], &pair[1]];
+        let rate = (now.volume - before.volume) / 1e-4;
+        assert!((now.inflow - now.outflow - rate).abs() < 1e-12, "{now:?}");
+    }
+    let last = rows_at_once[11];
+    println!("{last:?}");
+    assert!(last.displacement > 1e-6 && last.inlet_pressure > 10.0);
+}
+
+#[test]
+fn a_fluid_that_has_died_is_recalled_and_one_that_finds_nothing_is_asked_with_more_care() {
+    let case = elastic_tube("0.0008").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, accident| run(&case, &folder.path().join(name), accident);
+    let straight = run("straight", Accident::Nothing);
+    let call = straight.coupling.fluid.calls / 2;
+
+    let died = run("died", Accident::Died { call });
+    assert_eq!(died.observer.rows, straight.observer.rows);
+    let (fluid, totals) = (&died.coupling.fluid, died.totals());
+    assert_eq!((fluid.recalls, fluid.forgotten), (1, 0));
+    assert_eq!((totals.fluid_restarts, totals.failed_attempts), (1, 1));
+    let note = &died.observer.notes[0];
+    assert!(note.contains("goes on from"), "{note}");
+
+    // Twice: the third attempt, from the last displacement, succeeds.
+    let unsolved = run("unsolved", Accident::NotSolved { call });
+    let (fluid, totals) = (&unsolved.coupling.fluid, unsolved.totals());
+    assert_eq!((fluid.recalls, fluid.forgotten), (0, 2));
+    assert_eq!((totals.fluid_restarts, totals.failed_attempts), (0, 2));
+    let note = &unsolved.observer.notes[1];
+    assert!(note.contains("tried again more carefully"), "{note}");
+    let pairs = unsolved.observer.rows.iter().zip(&straight.observer.rows);
+    for (a, b) in pairs {
+        assert!(
+            (a.displacement / b.displacement - 1.0).abs() < 1e-4,
+            "{a:?} {b:?}"
+        );
+    }
+}

@@ -1,0 +1,145 @@
+//! A study of very small models with the real OpenFOAM: done, failed, interrupted, killed, resumed.
+
+use crate::run_support::*;
+use rustix::process::Signal;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, SystemTime};
+
+/// A folder of cases, each with these lines.
+fn cases(folder: &Path, models: &[(&str, &str)]) -> PathBuf {
+    let defaults = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/defaults.toml");
+    let cases = folder.join("cases");
+    for (name, lines) in models {
+        let case = cases.join(name);
+        std::fs::create_dir_all(&case).unwrap();
+        let text = format!("extends = {defaults:?}\n{lines}\n");
+        std::fs::write(case.join("case.toml"), text).unwrap();
+    }
+    cases
+}
+
+fn study(cases: &Path, out: &Path, steps: usize, more: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    command
+        .args(["study", "--preset", "demo", "--jobs", "2", "--cases"])
+        .arg(cases)
+        .arg("--out")
+        .arg(out)
+        .args(["--end-time", &format!("{:.3}", STEP * steps as f64)])
+        .args(SMALL)
+        .args(more);
+    command
+}
+
+/// Drivers and solvers of the runs below `out`.
+fn processes_about(out: &Path) -> Vec<String> {
+    let words = |entry: std::fs::DirEntry| std::fs::read(entry.path().join("cmdline")).ok();
+    let drivers = std::fs::read_dir("/proc")
+        .unwrap()
+        .flatten()
+        .filter_map(words);
+    let drivers = drivers.map(|words| String::from_utf8_lossy(&words).replace('\0', " "));
+    let named = drivers.filter(|words| words.contains(&*out.to_string_lossy()));
+    let solvers = processes_in(out)
+        .into_iter()
+        .map(|number| number.to_string());
+    named.chain(solvers).collect()
+}
+
+fn changed_at(path: &Path) -> SystemTime {
+    std::fs::metadata(path).unwrap().modified().unwrap()
+}
+
+const STRAIGHT: &str = "[model]\nextension = \"straight\"\nd_max_m = 0.0";
+
+#[test]
+fn a_model_that_fails_does_not_stop_the_others_and_what_is_done_is_not_done_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let hopeless = format!("{STRAIGHT}\n[coupling]\ne_abs_m = 1e-14\nmax_iterations = 3");
+    let models = [
+        ("S-0", STRAIGHT),
+        ("H-0", &hopeless),
+        ("A-0", STRAIGHT),
+        ("other", ""),
+    ];
+    let cases = cases(folder.path(), &models);
+    let out = folder.path().join("study");
+
+    let output = study(&cases, &out, 3, &[]).output().unwrap();
+    let said = text(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("1 of 3 models failed") && said.contains("H-0: "),
+        "{said}"
+    );
+    assert!(
+        said.contains("attempts at this step failed") && said.contains("2 of 3 models done"),
+        "{said}"
+    );
+    assert_eq!(
+        [steps_done(&out.join("S-0")), steps_done(&out.join("A-0"))],
+        [3, 3]
+    );
+    assert!(!out.join("other").exists());
+    let refused = study(&cases, &out, 3, &[]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused).contains("--resume"), "{}", text(&refused));
+
+    // One case is mended, one is changed, one stays as it is.
+    let before = changed_at(&out.join("A-0/history.csv"));
+    let thicker = STRAIGHT.replace("0.0", "0.25e-3");
+    self::cases(folder.path(), &[("H-0", STRAIGHT), ("S-0", &thicker)]);
+    let output = complete(study(&cases, &out, 3, &["--resume"]));
+    assert_eq!(changed_at(&out.join("A-0/history.csv")), before);
+    assert!(
+        text(&output).contains("S-0: its case has changed"),
+        "{}",
+        text(&output)
+    );
+    assert_eq!(steps_done(&out.join("S-0.before-1")), 3);
+    assert_eq!(
+        [steps_done(&out.join("S-0")), steps_done(&out.join("H-0"))],
+        [3, 3]
+    );
+    assert!(processes_about(&out).is_empty());
+}
+
+#[test]
+fn an_interrupted_and_a_killed_study_leave_no_process_and_continue_exactly() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases = cases(folder.path(), &[("S-0", STRAIGHT), ("A-0", STRAIGHT)]);
+    let out = folder.path().join("study");
+    let runs = ["S-0", "A-0"].map(|name| out.join(name));
+    for (kind, code, more) in [
+        (Signal::INT, Some(130), None),
+        (Signal::KILL, None, Some("--resume")),
+    ] {
+        let mut command = study(&cases, &out, 1000, &["--quiet"]);
+        let mut child = command.args(more).stderr(Stdio::null()).spawn().unwrap();
+        let before = runs.each_ref().map(|run| steps_done(run));
+        eventually("both models work", Duration::from_secs(200), || {
+            let now = runs.each_ref().map(|run| steps_done(run));
+            child.try_wait().unwrap().is_some() || now[0] > before[0] && now[1] > before[1]
+        });
+        signal(child.id() as i32, kind);
+        assert_eq!(child.wait().unwrap().code(), code);
+        // After a kill, the runs finish their step by themselves.
+        eventually("all processes are gone", Duration::from_secs(60), || {
+            processes_about(&out).is_empty()
+        });
+        for run in &runs {
+            assert_eq!(
+                newest_checkpoint(run),
+                Some(steps_done(run)),
+                "{}",
+                run.display()
+            );
+        }
+    }
+    let steps = runs.iter().map(|run| steps_done(run)).max().unwrap() + 2;
+    complete(study(&cases, &out, steps, &["--resume"]));
+    let straight = folder.path().join("straight");
+    complete(study(&cases, &straight, steps, &["--models", "A-*"]));
+    assert_same_run(&out.join("A-0"), &straight.join("A-0"));
+}
