@@ -195,6 +195,8 @@ while [ $# -gt 0 ]; do
 done
 case $prefix in '' | /*) ;; *) prefix=$PWD/$prefix ;; esac
 mkdir -p "$build"
+exec 9>"$build/lock" # whoever comes at the same time waits, and then finds nothing to do
+flock 9
 [ -z "$force" ] || rm -f "$build/stamp"
 install_packages
 if [ "$(stamp)" = "$(cat "$build/stamp" 2>/dev/null)" ] && [ -f "$build/libfsiAdapter.so" ]; then

@@ -248,7 +248,7 @@ fn a_killed_driver_leaves_no_solver() {
         let channel = Channel::new(false);
         let mut command = Command::new(std::env::current_exe().unwrap());
         command
-            .args(["--ignored", "--exact", "victim"])
+            .args(["--ignored", "--exact", "fluid_faults::victim"])
             .env("FLUID_VICTIM_CASE", channel.case())
             .env("FLUID_VICTIM_RANKS", ranks.to_string())
             .stdout(Stdio::null());
