@@ -4,7 +4,10 @@ use super::tube::Tube;
 use crate::Vec3;
 use crate::pfem::discretization::Options;
 use crate::pfem::solution::newton::NewtonOptions;
+use crate::pfem::solution::statics::StaticOptions;
+use crate::pfem::solution::structure::State;
 use crate::pfem::solution::time_scheme::TimeScheme;
+use crate::pfem::supports::Profile;
 use crate::pfem::{Solid, SolidError, Structure, StructureOptions, SurfaceLoad};
 use serde::Serialize;
 
@@ -65,7 +68,7 @@ pub struct Moment {
     pub residual: f64,
 }
 
-/// A tube in motion, at rest in the beginning.
+/// A tube in motion, in the beginning at rest in equilibrium without the pressure inside.
 pub struct Motion<'a> {
     tube: &'a Tube,
     dynamics: &'a Dynamics,
@@ -81,7 +84,7 @@ impl<'a> Motion<'a> {
         options: &Options,
         dynamics: &'a Dynamics,
     ) -> Result<Self, SolidError> {
-        let structure = Structure::new(
+        let mut structure = Structure::new(
             &tube.mesh,
             &tube.materials,
             &StructureOptions {
@@ -92,8 +95,19 @@ impl<'a> Motion<'a> {
                 newton: NewtonOptions::default(),
                 wet_surface: "inner".into(),
                 supports: tube.supports.clone(),
+                outer_pressure: match tube.outer_pressure {
+                    0.0 => Profile::default(),
+                    pressure => Profile::constant(pressure),
+                },
             },
         )?;
+        let rest = tube.rest(structure.body(), options, &StaticOptions::default())?;
+        let still = vec![0.0; rest.len()];
+        structure.set_state(State {
+            d: rest,
+            v: still.clone(),
+            a: still,
+        })?;
         Ok(Self {
             tube,
             dynamics,

@@ -12,7 +12,7 @@ use crate::pfem::element::volume::{self, Basis};
 use crate::pfem::evaluation::extremes::Extremes;
 use crate::pfem::evaluation::stress::StressState;
 use crate::pfem::solution::statics::{self, Equilibrated, Load, StaticOptions};
-use crate::pfem::supports::{self, Support};
+use crate::pfem::supports::{self, Direction, Foundation, Profile, Support};
 use crate::pfem::{SolidError, SurfaceLoad};
 use crate::quadrature::Rule;
 
@@ -65,8 +65,23 @@ pub struct Tube {
     pub supports: Vec<Support>,
     /// Pressure on the inner surface, Pa.
     pub pressure: f64,
-    /// On which area.
+    /// On which area, inside and outside.
     pub kind: LoadKind,
+    /// Distance of the ends relative to the unloaded length, held while pressures act.
+    pub axial_stretch: f64,
+    /// Pressure on the outer surface, Pa.
+    pub outer_pressure: f64,
+}
+
+/// What surrounds a tube: per reference area of its outer surface, and along its radius.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Surrounding {
+    /// Stiffness of springs, Pa/m.
+    pub spring: f64,
+    /// The same of dampers, Pa s/m.
+    pub damping: f64,
+    /// Pressure on the area that the load inside acts on, Pa.
+    pub pressure: f64,
 }
 
 words! {
@@ -109,7 +124,31 @@ impl Tube {
             supports,
             pressure: 0.0,
             kind: LoadKind::Follower,
+            axial_stretch: 1.0,
+            outer_pressure: 0.0,
         }
+    }
+
+    /// The same tube with its ends moved apart.
+    pub fn stretched(self, axial_stretch: f64) -> Self {
+        Self {
+            axial_stretch,
+            ..self
+        }
+    }
+
+    /// The same tube in a surrounding.
+    pub fn surrounded(mut self, by: &Surrounding) -> Self {
+        if by.spring != 0.0 || by.damping != 0.0 {
+            self.supports.push(Support::Foundation(Foundation {
+                surface: "outer".into(),
+                spring: Profile::constant(by.spring),
+                damping: Profile::constant(by.damping),
+                direction: Direction::Normal,
+            }));
+        }
+        self.outer_pressure = by.pressure;
+        self
     }
 
     /// The same tube under a pressure (Pa).
@@ -126,14 +165,65 @@ impl Tube {
         Discretization::new(&self.mesh, &self.materials, &self.supports, options)
     }
 
-    /// The pressure on the inner surface of a discretized tube, and the surface that carries it.
-    fn surface(&self, body: &Discretization, points: usize) -> Result<Surface, SolidError> {
-        let faces = supports::surface(&self.mesh, "inner")?;
+    /// A surface of a discretized tube with `points` quadrature points a direction.
+    fn surface(
+        &self,
+        body: &Discretization,
+        name: &str,
+        points: usize,
+    ) -> Result<Surface, SolidError> {
+        let faces = supports::surface(&self.mesh, name)?;
         Surface::new(&body.numbering, &body.space, &body.mapping, faces, points)
     }
 
-    /// Static equilibrium; `body` is [`Tube::discretize`]d with `options`. From a `start` the full load is tried at once,
-    /// and the load steps only if that fails.
+    /// A pressure (Pa) on a surface.
+    fn load<'a>(&self, surface: &'a Surface, pressure: f64) -> Load<'a> {
+        Load::Surface {
+            values: SurfaceLoad {
+                pressure: vec![pressure; surface.points.len()],
+                shear: vec![Vec3::zeros(); surface.points.len()],
+            },
+            surface,
+            kind: self.kind,
+        }
+    }
+
+    /// Displacement coefficients of the tube with its ends moved apart, without pressures: the one at x = 0 stays.
+    fn stretch(
+        &self,
+        body: &Discretization,
+        statics: &StaticOptions,
+    ) -> Result<Vec<f64>, SolidError> {
+        let mut guess = vec![0.0; body.coefficients()];
+        if self.axial_stretch == 1.0 {
+            return Ok(guess);
+        }
+        for (vertex, &function) in body.numbering.of_vertex.iter().enumerate() {
+            guess[3 * function] = (self.axial_stretch - 1.0) * self.mesh.vertices[vertex].x;
+        }
+        statics::stretch(body, &guess, statics).map(|found| found.displacement)
+    }
+
+    /// Displacement coefficients in equilibrium without the pressure inside: under stretch and outer pressure.
+    pub fn rest(
+        &self,
+        body: &Discretization,
+        options: &Options,
+        statics: &StaticOptions,
+    ) -> Result<Vec<f64>, SolidError> {
+        let stretched = self.stretch(body, statics)?;
+        if self.outer_pressure == 0.0 {
+            return Ok(stretched);
+        }
+        let points = options.quadrature_points.into_iter().max().unwrap_or(1);
+        let outer = self.surface(body, "outer", points)?;
+        let loads = [self.load(&outer, self.outer_pressure)];
+        let found = statics::solve_onto(body, stretched, &loads, statics)?;
+        Ok(found.complete()?.displacement)
+    }
+
+    /// Static equilibrium; `body` is [`Tube::discretize`]d with `options`. First the ends are moved, then both pressures
+    /// grow together. From a `start` all is tried at once, and the steps only if that fails.
     pub fn inflate(
         &self,
         body: &Discretization,
@@ -142,22 +232,18 @@ impl Tube {
         start: Option<Vec<f64>>,
     ) -> Result<Equilibrated, SolidError> {
         let points = options.quadrature_points.into_iter().max().unwrap_or(1);
-        let surface = self.surface(body, points)?;
-        let load = Load::Surface {
-            values: SurfaceLoad {
-                pressure: vec![self.pressure; surface.points.len()],
-                shear: vec![Vec3::zeros(); surface.points.len()],
-            },
-            surface: &surface,
-            kind: self.kind,
-        };
-        let loads = [load];
+        let inner = self.surface(body, "inner", points)?;
+        let outer = self.surface(body, "outer", points)?;
+        let mut loads = vec![self.load(&inner, self.pressure)];
+        if self.outer_pressure != 0.0 {
+            loads.push(self.load(&outer, self.outer_pressure));
+        }
         if let Some(start) = start
             && let Ok(found) = statics::solve_from(body, &loads, start, statics)
         {
             return Ok(found);
         }
-        statics::solve(body, &loads, None, statics)
+        statics::solve_onto(body, self.stretch(body, statics)?, &loads, statics)
     }
 
     /// Radial displacement (m) at mid-length, mean over the circumference: inner surface, interfaces, outer surface.

@@ -43,8 +43,10 @@ impl Key {
 
     /// The unit that the name ends with, if it has one.
     pub fn unit(&self) -> Option<&'static str> {
-        const UNITS: [(&str, &str); 12] = [
+        const UNITS: [(&str, &str); 14] = [
             ("_Pa_s_m3", "Pa s/m³"),
+            ("_Pa_s_m", "Pa s/m"),
+            ("_Pa_m", "Pa/m"),
             ("_kg_m3", "kg/m³"),
             ("_m3_Pa", "m³/Pa"),
             ("_m3_s", "m³/s"),

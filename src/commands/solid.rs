@@ -49,8 +49,10 @@ struct Summary {
     dofs: usize,
     /// Those that are not held: the size of the linear systems.
     free_dofs: usize,
-    /// Of the whole tube.
+    /// Of the whole tube, without the springs around it.
     strain_energy_J: f64,
+    /// Of the springs around the tube.
+    spring_energy_J: f64,
     /// Gauss points per direction that the energy and the Jacobians were evaluated with.
     energy_quadrature_points: [usize; 3],
     /// Pressure at which the displacement was found.
@@ -120,7 +122,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }?;
     let summary = summarize(&solid, &tube, &body, &solution, clock).map_err(failed)?;
     if !solution.steps.is_empty() {
-        let curve = curve(&solid, &tube, &body, &solution.steps).map_err(written)?;
+        let curve = curve(&solid, &tube, &body, &solution).map_err(written)?;
         write_atomically(&out.join("curve.csv"), &curve).map_err(written)?;
     }
     write(&out, &body, &solution, &summary)?;
@@ -155,6 +157,8 @@ fn written(error: impl std::fmt::Display) -> Failure {
 
 /// The last displacement and the way to it.
 struct Solution {
+    /// Without pressures, ends moved apart; of a static analysis.
+    unloaded: Vec<f64>,
     displacement: Vec<f64>,
     /// Share of the full pressure.
     factor: f64,
@@ -174,6 +178,7 @@ fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Solu
         .inflate(body, &solid.options, &statics, None)
         .map_err(failed)?;
     Ok(Solution {
+        unloaded: found.unloaded,
         displacement: found.displacement,
         factor: found.factor,
         bifurcation: found.bifurcation,
@@ -204,6 +209,7 @@ fn move_tube(
     }
     progress.finish();
     Ok(Solution {
+        unloaded: Vec::new(),
         displacement: motion.structure().state().d.clone(),
         factor: dynamics.factor(dynamics.steps as f64 * dynamics.step),
         bifurcation: None,
@@ -226,6 +232,7 @@ fn summarize(
         dofs: body.coefficients(),
         free_dofs: body.degrees_of_freedom(),
         strain_energy_J: measures.energy,
+        spring_energy_J: body.spring_energy(d),
         energy_quadrature_points: tube::fine_rule(&solid.options),
         pressure_Pa: solution.factor * solid.pressure,
         buckling_pressure_Pa: (solution.bifurcation.as_ref())
@@ -246,20 +253,21 @@ fn summarize(
     })
 }
 
-/// `curve.csv`: pressure and mean radii at mid-length, from the unloaded tube through every load step.
+/// `curve.csv`: pressure and mean radii at mid-length, from the tube without pressures, ends moved apart, through every
+/// load step.
 fn curve(
     solid: &SolidFile,
     tube: &Tube,
     body: &Discretization,
-    steps: &[LoadStep],
+    solution: &Solution,
 ) -> Result<Vec<u8>, csv::Error> {
     let radii = solid.radii();
     let names = surfaces(&radii).map(|(name, _)| format!("{}_radius_m", name.replace(' ', "_")));
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(std::iter::once("pressure_Pa".into()).chain(names))?;
-    let rest = vec![0.0; body.coefficients()];
+    let steps = &solution.steps;
     let loaded = steps.iter().map(|step| (step.factor, &step.displacement));
-    for (factor, d) in std::iter::once((0.0, &rest)).chain(loaded) {
+    for (factor, d) in std::iter::once((0.0, &solution.unloaded)).chain(loaded) {
         let moved = radii.iter().zip(tube.radial_displacement(body, d));
         let row: Vec<f64> = std::iter::once(factor * solid.pressure)
             .chain(moved.map(|(r, u)| r + u))

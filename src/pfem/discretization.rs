@@ -1,6 +1,7 @@
 //! A body divided into elements: mesh, space, mapping, quadrature, materials and supports put together.
 
 use super::SolidError;
+use super::element::foundation::Foundation;
 use super::element::mapping::{Mapping, MappingKind};
 use super::element::surface::Surface;
 use super::element::volume::Formulation;
@@ -13,7 +14,7 @@ use super::solid::SurfaceLoad;
 use super::space::Space;
 use super::space::numbering::Numbering;
 use super::space::shapes::Shapes;
-use super::supports::{Support, Supports};
+use super::supports::{self, Support, Supports};
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
@@ -64,6 +65,7 @@ pub struct Discretization {
     /// Elimination order.
     pub symbolic: Symbolic,
     formulation: Formulation,
+    foundations: Vec<Foundation>,
     materials: Vec<Box<dyn HyperelasticMaterial>>,
     regions: Vec<usize>,
 }
@@ -94,6 +96,22 @@ impl Discretization {
             points,
             formulation,
         )?;
+        let most = points.into_iter().max().unwrap_or(1);
+        let foundation = |support: &Support| match support {
+            Support::Foundation(described) => {
+                let faces = supports::surface(mesh, &described.surface);
+                let new = |faces| {
+                    let space = &options.space;
+                    Foundation::new(&numbering, space, &mapping, faces, most, described)
+                };
+                Some(faces.and_then(new))
+            }
+            _ => None,
+        };
+        let foundations = supports
+            .iter()
+            .filter_map(foundation)
+            .collect::<Result<_, SolidError>>()?;
         let supports = Supports::new(mesh, &numbering, &mapping, supports)?;
         let centres: Vec<Vec3> = (0..count)
             .map(|e| mapping.at(e, [0.0; 3]).position)
@@ -108,6 +126,7 @@ impl Discretization {
             pattern,
             symbolic,
             formulation,
+            foundations,
             materials: materials.iter().map(material::from_case).collect(),
             regions: mesh.regions.clone(),
         })
@@ -143,7 +162,21 @@ impl Discretization {
         self.supports.held().iter().filter(|&&held| !held).count()
     }
 
-    /// Strain energy (J) with `points` Gauss points per direction; a fine rule keeps a nearly incompressible material
+    /// An error that names a rigid motion which supports and springs leave possible, if there is one.
+    pub fn check_rigid_motions(&self) -> Result<(), SolidError> {
+        let springs = self.foundations.iter().flat_map(Foundation::held);
+        (self.supports).check_rigid_motions(&self.numbering, &self.mapping, springs)
+    }
+
+    /// Energy (J) of the springs that hold the body.
+    pub fn spring_energy(&self, displacement: &[f64]) -> f64 {
+        let foundations = self.foundations.iter();
+        foundations
+            .map(|foundation| foundation.energy(&self.numbering, displacement))
+            .sum()
+    }
+
+    /// Strain energy of the body itself (J) with `points` Gauss points per direction; a fine rule keeps a nearly incompressible material
     /// from hiding errors of the volume between the points.
     pub fn energy(&self, displacement: &[f64], points: [usize; 3]) -> Result<f64, SolidError> {
         self.quadrature(points)?.energy(self.body(), displacement)
@@ -161,9 +194,24 @@ impl Discretization {
         )
     }
 
-    /// Internal forces at all coefficients, N.
+    /// Internal forces and those of springs at all coefficients, N.
     pub fn internal_forces(&self, displacement: &[f64]) -> Result<Vec<f64>, SolidError> {
-        self.elements.internal_forces(self.body(), displacement)
+        let mut forces = self.elements.internal_forces(self.body(), displacement)?;
+        for foundation in &self.foundations {
+            foundation.add_spring_forces(&self.numbering, displacement, &mut forces);
+        }
+        Ok(forces)
+    }
+
+    /// Forces that resist a velocity, N at all coefficients; none without dampers.
+    pub fn viscous_forces(&self, velocity: &[f64]) -> Option<Vec<f64>> {
+        let mut damping = self.foundations.iter().filter(|f| f.damps()).peekable();
+        damping.peek()?;
+        let mut forces = vec![0.0; velocity.len()];
+        for foundation in damping {
+            foundation.add_damper_forces(&self.numbering, velocity, &mut forces);
+        }
+        Some(forces)
     }
 
     /// Displacement (m) at local coordinates of an element.
@@ -205,16 +253,28 @@ impl Discretization {
         forces
     }
 
-    /// Values of the tangent of the internal forces and of following pressures; see [`Elements::stiffness`] for
-    /// `linearized_at`.
+    /// Values of the tangent of the forces of elements and springs and of following pressures; see
+    /// [`Elements::stiffness`] for `linearized_at`.
     pub fn tangent(
         &self,
         displacement: &[f64],
         linearized_at: Option<&[f64]>,
         following: &[(&Surface, &SurfaceLoad)],
     ) -> Result<Vec<f64>, SolidError> {
+        self.moving_tangent(displacement, linearized_at, following, 0.0)
+    }
+
+    /// The same with the forces that resist a velocity whose derivative by the displacement is `slope`, 1/s.
+    pub fn moving_tangent(
+        &self,
+        displacement: &[f64],
+        linearized_at: Option<&[f64]>,
+        following: &[(&Surface, &SurfaceLoad)],
+        slope: f64,
+    ) -> Result<Vec<f64>, SolidError> {
         let mut values = vec![0.0; self.pattern.entries()];
-        let size = 48 * self.numbering.modes.len().pow(2);
+        let modes = self.numbering.modes.len();
+        let size = 48 * modes.pow(2);
         let batch = (WAITING / size).max(rayon::current_num_threads());
         let elements: Vec<usize> = (0..self.regions.len()).collect();
         for batch in elements.chunks(batch) {
@@ -226,6 +286,9 @@ impl Discretization {
                             .stiffness(self.body(), e, displacement, linearized_at)?;
                     for (surface, load) in following {
                         surface.add_stiffness(&self.numbering, displacement, load, e, &mut blocks);
+                    }
+                    for foundation in &self.foundations {
+                        foundation.add_stiffness(e, slope, modes, &mut blocks);
                     }
                     Ok((e, blocks))
                 })

@@ -3,8 +3,8 @@
 use super::SolidError;
 use super::element::mapping::Mapping;
 use super::space::numbering::Numbering;
-use crate::Vec3;
 use crate::geometry::{HexFace, HexMesh};
+use crate::{Mat3, Vec3};
 
 /// Components of displacement that are held at all functions of a body.
 #[derive(Debug, Clone)]
@@ -24,6 +24,53 @@ pub enum Support {
     SymmetryPlane(usize),
     /// The given components of one vertex of the mesh.
     Vertex(usize, [bool; 3]),
+    /// Springs and dampers on a named surface, which hold nothing fast.
+    Foundation(Foundation),
+}
+
+/// Springs and dampers between a surface and a surrounding at rest; see
+/// [`foundation`](super::element::foundation).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Foundation {
+    /// Name of the surface.
+    pub surface: String,
+    /// Stiffness of the springs per reference area, Pa/m, along x.
+    pub spring: Profile,
+    /// The same of the dampers, Pa s/m.
+    pub damping: Profile,
+    /// Which displacement they resist.
+    pub direction: Direction,
+}
+
+/// Which displacement springs and dampers resist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// The component along the normal of the undeformed surface: in a tube, the radial one.
+    Normal,
+    /// All components alike.
+    All,
+}
+
+/// A value that varies along the x-axis: given at some places (m, ascending), linear in between, constant before the
+/// first and behind the last; zero without any.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Profile(pub Vec<(f64, f64)>);
+
+impl Profile {
+    /// The same everywhere.
+    pub fn constant(value: f64) -> Self {
+        Self(vec![(0.0, value)])
+    }
+
+    /// The value at `x` (m).
+    pub fn at(&self, x: f64) -> f64 {
+        let next = self.0.partition_point(|&(place, _)| place <= x);
+        match (next.checked_sub(1).map(|i| self.0[i]), self.0.get(next)) {
+            (None, None) => 0.0,
+            (Some((_, value)), None) | (None, Some(&(_, value))) => value,
+            (Some((a, u)), Some(&(b, v))) => u + (v - u) * (x - a) / (b - a),
+        }
+    }
 }
 
 impl Supports {
@@ -63,6 +110,7 @@ impl Supports {
                     })?;
                     hold(*function, *components);
                 }
+                Support::Foundation(_) => {}
             }
         }
         Ok(Self { held })
@@ -73,11 +121,12 @@ impl Supports {
         &self.held
     }
 
-    /// An error that names a rigid motion which the supports leave possible, if there is one.
+    /// An error that names a rigid motion which the supports and springs leave possible, if there is one.
     pub fn check_rigid_motions(
         &self,
         numbering: &Numbering,
         mapping: &Mapping,
+        springs: impl Iterator<Item = (Vec3, Mat3)>,
     ) -> Result<(), SolidError> {
         let points: Vec<(Vec3, [bool; 3])> = self.sample(numbering, mapping);
         let centre: Vec3 = points.iter().map(|(x, _)| x).sum::<Vec3>() / points.len() as f64;
@@ -86,15 +135,16 @@ impl Supports {
             .map(|(x, _)| (x - centre).norm())
             .fold(0.0, f64::max);
         let mut gram = nalgebra::Matrix6::<f64>::zeros();
-        for (x, held) in &points {
-            for i in (0..3).filter(|&i| held[i]) {
-                let mut row = nalgebra::Vector6::zeros();
-                row[i] = 1.0;
-                for k in 0..3 {
-                    row[3 + k] = Vec3::ith(k, 1.0).cross(&((x - centre) / size))[i];
-                }
-                gram += row * row.transpose();
-            }
+        let components = |held: &[bool; 3]| Vec3::from_fn(|i, _| f64::from(held[i]));
+        let held = (points.iter()).map(|(x, held)| (*x, Mat3::from_diagonal(&components(held))));
+        for (x, directions) in held.chain(springs) {
+            let turned = ((x - centre) / size).cross_matrix();
+            let mut motions = nalgebra::Matrix3x6::zeros();
+            motions
+                .fixed_columns_mut::<3>(0)
+                .copy_from(&Mat3::identity());
+            motions.fixed_columns_mut::<3>(3).copy_from(&-turned);
+            gram += motions.transpose() * directions * motions;
         }
         let eigen = gram.symmetric_eigen();
         let (smallest, value) = eigen.eigenvalues.argmin();

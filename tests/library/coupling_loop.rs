@@ -13,7 +13,7 @@ use fsi_driver::fluid::{
 };
 use fsi_driver::geometry::Vessel;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
-use fsi_driver::pfem::supports::Support;
+use fsi_driver::pfem::supports::{Profile, Support};
 use fsi_driver::pfem::{Space, SpaceKind, Structure, StructureOptions, discretization};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -126,6 +126,7 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
         supports: ["start", "end"]
             .map(|end| Support::Clamped(end.into()))
             .into(),
+        outer_pressure: Profile::default(),
     };
     let mesh = Vessel::new(&case).solid_mesh(&case.structure);
     let solid = Structure::new(&mesh, &materials, &options).unwrap();

@@ -26,5 +26,6 @@ mod pfem_static_tube;
 mod pfem_support;
 mod solid_bad_input;
 mod solid_dynamic;
+mod solid_state;
 mod solid_static;
 mod solid_support;

@@ -8,7 +8,7 @@ use fsi_driver::pfem::element::mapping::MappingKind;
 use fsi_driver::pfem::element::surface::{LoadKind, Surface};
 use fsi_driver::pfem::solution::statics::{self, StaticOptions};
 use fsi_driver::pfem::space::shapes::Shapes;
-use fsi_driver::pfem::supports::{self, Support};
+use fsi_driver::pfem::supports::{self, Direction, Foundation, Profile, Support};
 use fsi_driver::pfem::{Formulation, Space, SpaceKind, SurfaceLoad};
 use fsi_driver::{Mat3, Vec3};
 
@@ -248,9 +248,7 @@ fn a_free_rigid_motion_is_named() {
     let slide = |name: &str| Support::Surface(name.into(), [true, false, false]);
     let check = |supports: &[Support]| {
         let body = discretize(&mesh, Space::isotropic(SpaceKind::Trunk, 2), supports);
-        body.supports
-            .check_rigid_motions(&body.numbering, &body.mapping)
-            .map_err(|e| e.to_string())
+        body.check_rigid_motions().map_err(|e| e.to_string())
     };
     let ends = [slide("start"), slide("end")];
     let message =
@@ -265,4 +263,18 @@ fn a_free_rigid_motion_is_named() {
     .concat();
     check(&held).unwrap();
     check(&[Support::Clamped("start".into())]).unwrap();
+    // Radial springs leave a tube free to slide along and to turn about its axis.
+    let springs = |direction| {
+        Support::Foundation(Foundation {
+            surface: "outer".into(),
+            spring: Profile::constant(1e6),
+            damping: Profile::default(),
+            direction,
+        })
+    };
+    let radial = springs(Direction::Normal);
+    assert!(check(std::slice::from_ref(&radial)).is_err());
+    let message = check(&[radial, ends[0].clone()]).unwrap_err();
+    assert!(message.contains("an axis parallel to x"), "{message}");
+    check(&[springs(Direction::All)]).unwrap();
 }

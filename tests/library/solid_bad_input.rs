@@ -53,6 +53,31 @@ fn what_does_not_fit_together_is_refused() {
             "take a smaller degree",
         ),
         (
+            vec![("# axial_stretch = 1.2", "axial_stretch = 0.1")],
+            "`supports.axial_stretch` = 0.1: expected a number from 0.5 to 3.0",
+        ),
+        (
+            vec![
+                ("# [outside]", "[outside]"),
+                ("# spring_Pa_m = 2.0e7", "spring_Pa_m = -2.0e7"),
+            ],
+            "`outside.spring_Pa_m` = -20000000.0: expected a number from 0.0",
+        ),
+        (
+            vec![
+                ("# [outside]", "[outside]"),
+                ("# damping_Pa_s_m", "damping_Pa_s_m"),
+            ],
+            "dampers resist no static displacement: add [dynamics]",
+        ),
+        (
+            vec![
+                ("# [outside]", "[outside]"),
+                ("# pressure_Pa = 1.0e3", "pressure_kPa = 1.0"),
+            ],
+            "unknown key `outside.pressure_kPa`; did you mean `outside.pressure_Pa`?",
+        ),
+        (
             vec![("# [dynamics]", "[dynamics]")],
             "`dynamics.step_s` is missing",
         ),

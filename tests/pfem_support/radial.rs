@@ -1,4 +1,4 @@
-//! The thick-walled tube in plane strain as a boundary value problem in the radius alone, solved without any of the
+//! The thick-walled tube between planes that keep their distance, in a surrounding of springs, as a boundary value problem in the radius alone, solved without any of the
 //! library's code: the radius `r(R)` of each layer is a polynomial through Chebyshev points, equilibrium is the
 //! vanishing first variation of the energy, integrated with many Gauss points (Golub-Welsch), Newton's method does the rest.
 
@@ -12,17 +12,17 @@ const DEGREE: usize = 14;
 /// Gauss points per layer.
 const POINTS: usize = 40;
 
-/// Energy density and its derivatives by the radial and the circumferential stretch; the axial stretch is one.
-fn density(material: &Material, a: f64, b: f64) -> (f64, [f64; 2], [[f64; 2]; 2]) {
-    let J = a * b;
+/// Energy density and its derivatives by the radial and the circumferential stretch `a` and `b`; `c` is the axial one.
+fn density(material: &Material, a: f64, b: f64, c: f64) -> (f64, [f64; 2], [[f64; 2]; 2]) {
+    let J = a * b * c;
     match *material {
         Material::NeoHooke { mu, kappa } => {
             let ln = J.ln();
-            let w = 0.5 * mu * (a * a + b * b + 1.0 - 3.0) - mu * ln + 0.5 * kappa * ln * ln;
+            let w = 0.5 * mu * (a * a + b * b + c * c - 3.0) - mu * ln + 0.5 * kappa * ln * ln;
             let s = kappa * ln - mu;
             let first = [mu * a + s / a, mu * b + s / b];
             let diagonal = |x: f64| mu + (kappa - s) / (x * x);
-            let mixed = kappa / J;
+            let mixed = kappa / (a * b);
             (w, first, [[diagonal(a), mixed], [mixed, diagonal(b)]])
         }
         Material::SaintVenantKirchhoff {
@@ -31,12 +31,10 @@ fn density(material: &Material, a: f64, b: f64) -> (f64, [f64; 2], [[f64; 2]; 2]
         } => {
             let lambda = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
             let mu = e / (2.0 * (1.0 + nu));
-            let (ea, eb) = (0.5 * (a * a - 1.0), 0.5 * (b * b - 1.0));
-            let (sa, sb) = (
-                lambda * (ea + eb) + 2.0 * mu * ea,
-                lambda * (ea + eb) + 2.0 * mu * eb,
-            );
-            let w = 0.5 * lambda * (ea + eb).powi(2) + mu * (ea * ea + eb * eb);
+            let [ea, eb, ec] = [a, b, c].map(|stretch| 0.5 * (stretch * stretch - 1.0));
+            let trace = ea + eb + ec;
+            let [sa, sb] = [ea, eb].map(|strain| lambda * trace + 2.0 * mu * strain);
+            let w = 0.5 * lambda * trace.powi(2) + mu * (ea * ea + eb * eb + ec * ec);
             let stiffness = lambda + 2.0 * mu;
             let mixed = lambda * a * b;
             let second = [
@@ -54,7 +52,7 @@ fn density(material: &Material, a: f64, b: f64) -> (f64, [f64; 2], [[f64; 2]; 2]
             tension_only,
         } => {
             // Isochoric part: mu/2 (J^{-2/3} I - 3).
-            let i = a * a + b * b + 1.0;
+            let i = a * a + b * b + c * c;
             let j = J.powf(-2.0 / 3.0);
             let mut w = 0.5 * mu * (j * i - 3.0) + 0.5 * kappa * (J - 1.0).powi(2);
             let x = [a, b];
@@ -63,7 +61,7 @@ fn density(material: &Material, a: f64, b: f64) -> (f64, [f64; 2], [[f64; 2]; 2]
             let mut second = [[0.0; 2]; 2];
             for p in 0..2 {
                 first[p] = 0.5 * mu * j * (2.0 * x[p] - 2.0 / 3.0 * i / x[p])
-                    + kappa * (J - 1.0) * other[p];
+                    + kappa * (J - 1.0) * other[p] * c;
                 for q in 0..2 {
                     // d/dx_q of j (2 x_p - 2/3 i / x_p)
                     let slope = j * (-2.0 / 3.0 / x[q]) * (2.0 * x[p] - 2.0 / 3.0 * i / x[p])
@@ -73,13 +71,14 @@ fn density(material: &Material, a: f64, b: f64) -> (f64, [f64; 2], [[f64; 2]; 2]
                         } else {
                             0.0
                         };
-                    let bulk = other[p] * other[q] + if p == q { 0.0 } else { J - 1.0 };
+                    let bulk =
+                        other[p] * other[q] * c * c + if p == q { 0.0 } else { (J - 1.0) * c };
                     second[p][q] = 0.5 * mu * slope + kappa * bulk;
                 }
             }
             // Both families of fibres stretch alike.
             let (sin, cos) = fibre_angle_deg.to_radians().sin_cos();
-            let strain = cos * cos * b * b + sin * sin - 1.0;
+            let strain = cos * cos * b * b + sin * sin * c * c - 1.0;
             if !(tension_only && strain < 0.0) {
                 let exponential = (k2 * strain * strain).exp();
                 let slope = 2.0 * cos * cos * b;
@@ -123,13 +122,47 @@ pub struct Tube {
     pub displacement: Vec<f64>,
 }
 
-/// Inflates a tube of layers `(thickness, material)` from the inner radius outward by `pressure`.
+/// What acts on a tube.
+#[derive(Clone, Copy)]
+pub struct Loading {
+    /// Pressure inside, Pa.
+    pub pressure: f64,
+    /// Whether pressures act on the deformed area.
+    pub follower: bool,
+    /// Length between the planes relative to the unloaded one.
+    pub axial_stretch: f64,
+    /// Pressure outside, Pa.
+    pub outer_pressure: f64,
+    /// Springs outside, Pa/m of the reference area.
+    pub spring: f64,
+}
+
+/// Inflates a tube of layers `(thickness, material)` from the inner radius outward by `pressure`, in plane strain.
 pub fn inflate(
     inner_radius: f64,
     layers: &[(f64, Material)],
     pressure: f64,
     follower: bool,
 ) -> Tube {
+    let loading = Loading {
+        pressure,
+        follower,
+        axial_stretch: 1.0,
+        outer_pressure: 0.0,
+        spring: 0.0,
+    };
+    solve(inner_radius, layers, &loading)
+}
+
+/// Equilibrium of a tube of layers `(thickness, material)` from the inner radius outward.
+pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -> Tube {
+    let Loading {
+        pressure,
+        follower,
+        outer_pressure,
+        spring,
+        ..
+    } = *loading;
     let nodes: Vec<f64> = (0..=DEGREE)
         .map(|i| -(std::f64::consts::PI * i as f64 / DEGREE as f64).cos())
         .collect();
@@ -159,7 +192,8 @@ pub fn inflate(
         .iter()
         .for_each(|(t, _)| starts.push(starts[starts.len() - 1] + t));
     let mut u = DVector::<f64>::zeros(unknowns);
-    let evaluate = |u: &DVector<f64>| {
+    let outer_radius = starts[layers.len()];
+    let evaluate = |u: &DVector<f64>, c: f64| {
         let mut energy = 0.0;
         let mut force = DVector::<f64>::zeros(unknowns);
         let mut stiffness = DMatrix::<f64>::zeros(unknowns, unknowns);
@@ -176,7 +210,7 @@ pub fn inflate(
                         .sum()
                 };
                 let (a, b) = (1.0 + scale * sum(&|s| s.1), 1.0 + sum(&|s| s.0) / R);
-                let (w, first, second) = density(material, a, b);
+                let (w, first, second) = density(material, a, b, c);
                 energy += w * dV;
                 for (i, si) in shapes.iter().enumerate() {
                     let bi = [scale * si.1, si.0 / R];
@@ -194,22 +228,29 @@ pub fn inflate(
         (energy, force, stiffness)
     };
     let steps = 40;
+    let circumference = 2.0 * std::f64::consts::PI;
     for step in 1..=steps {
-        let p = pressure * step as f64 / steps as f64;
+        let share = step as f64 / steps as f64;
+        let stretch = 1.0 + share * (loading.axial_stretch - 1.0);
         let mut converged = 0;
         for iteration in 0.. {
             assert!(iteration < 100, "the radial reference does not converge");
-            let (_, mut residual, mut stiffness) = evaluate(&u);
-            let circumference = 2.0 * std::f64::consts::PI;
-            let radius = if follower {
-                inner_radius + u[0]
-            } else {
-                inner_radius
-            };
-            residual[0] -= p * circumference * radius;
-            if follower {
-                stiffness[(0, 0)] -= p * circumference;
+            let (_, mut residual, mut stiffness) = evaluate(&u, stretch);
+            // Per length of the reference: the deformed area is longer by the axial stretch.
+            for (place, radius, p) in [
+                (0, inner_radius, share * pressure),
+                (unknowns - 1, outer_radius, -share * outer_pressure),
+            ] {
+                if follower {
+                    residual[place] -= p * circumference * stretch * (radius + u[place]);
+                    stiffness[(place, place)] -= p * circumference * stretch;
+                } else {
+                    residual[place] -= p * circumference * radius;
+                }
             }
+            let held = spring * circumference * outer_radius;
+            residual[unknowns - 1] += held * u[unknowns - 1];
+            stiffness[(unknowns - 1, unknowns - 1)] += held;
             let change = stiffness.lu().solve(&residual).expect("regular");
             u -= &change;
             if change.norm() < 1e-11 * u.norm() {
@@ -222,7 +263,7 @@ pub fn inflate(
     }
     let places = (0..=layers.len()).map(|k| u[k * DEGREE]).collect();
     Tube {
-        energy: evaluate(&u).0,
+        energy: evaluate(&u, loading.axial_stretch).0,
         displacement: places,
     }
 }

@@ -20,6 +20,7 @@ table! {
         [space: Space, "the ansatz"]
         [load: Load, "the pressure inside"]
         [supports: Option<Supports>, "what holds the ends"]
+        [outside: Option<Outside>, "what surrounds the tube"]
         [dynamics: Option<Dynamics>, "the load over time"]
     }
 }
@@ -96,6 +97,20 @@ table! {
     /// What holds the tube.
     pub struct Supports {
         ends: Ends = "ends", Kind::Word(Ends::WORDS), "u_x = 0 at the ends, or all components", absent "axial";
+        axial_stretch: Option<f64> = "axial_stretch", from(0.5, 3.0),
+            "length between the ends relative to the unloaded one; they are moved apart and then held", absent "1";
+    }
+}
+
+table! {
+    /// What surrounds the tube.
+    pub struct Outside {
+        spring: Option<f64> = "spring_Pa_m", from(0.0, 1e15),
+            "radial springs of the outer surface: force per reference area and displacement", absent "0";
+        damping: Option<f64> = "damping_Pa_s_m", from(0.0, 1e12),
+            "radial dampers of the outer surface: force per reference area and velocity", absent "0";
+        pressure: Option<f64> = "pressure_Pa", from(-1e9, 1e9),
+            "pressure outside, on the area that load.kind names", absent "0";
     }
 }
 

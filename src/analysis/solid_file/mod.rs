@@ -5,7 +5,7 @@ mod keys;
 mod plausibility;
 
 use super::motion::Dynamics;
-use super::tube::{Ends, Grid, Tube};
+use super::tube::{Ends, Grid, Surrounding, Tube};
 use crate::case::schema::Schema;
 use crate::case::source::{self, Base, Entry};
 use crate::case::stack::Stack;
@@ -46,6 +46,10 @@ pub struct SolidFile {
     pub at_bifurcation: AtBifurcation,
     /// What holds the ends.
     pub ends: Ends,
+    /// Length between the ends relative to the unloaded one.
+    pub axial_stretch: f64,
+    /// What surrounds the tube.
+    pub outside: Surrounding,
     /// The load over time; static if absent.
     pub dynamics: Option<Dynamics>,
 }
@@ -117,6 +121,8 @@ impl SolidFile {
             self.ends,
         )
         .loaded(self.pressure, self.kind)
+        .stretched(self.axial_stretch)
+        .surrounded(&self.outside)
     }
 }
 
@@ -155,7 +161,17 @@ impl From<Keys> for SolidFile {
             kind: keys.load.kind,
             steps: keys.load.steps.unwrap_or(STEPS),
             at_bifurcation: keys.load.at_bifurcation.unwrap_or_default(),
-            ends: keys.supports.map_or(Ends::default(), |held| held.ends),
+            ends: (keys.supports.as_ref()).map_or(Ends::default(), |held| held.ends),
+            axial_stretch: (keys.supports.as_ref())
+                .and_then(|held| held.axial_stretch)
+                .unwrap_or(1.0),
+            outside: keys
+                .outside
+                .map_or(Surrounding::default(), |outside| Surrounding {
+                    spring: outside.spring.unwrap_or(0.0),
+                    damping: outside.damping.unwrap_or(0.0),
+                    pressure: outside.pressure.unwrap_or(0.0),
+                }),
             dynamics: keys.dynamics.map(|dynamics| Dynamics {
                 density: dynamics.density,
                 damping: dynamics.damping,

@@ -68,6 +68,11 @@ fn discretization(solid: &SolidFile, report: &mut Report<'_>) {
 
 fn dynamics(solid: &SolidFile, report: &mut Report<'_>) {
     let Some(dynamics) = &solid.dynamics else {
+        report(
+            "outside.damping_Pa_s_m",
+            solid.outside.damping != 0.0,
+            "dampers resist no static displacement: add [dynamics], or leave it out".into(),
+        );
         return;
     };
     report(

@@ -111,6 +111,8 @@ impl TestCase {
                     materials: self.materials(),
                     pressure: 0.0,
                     kind: LoadKind::Follower,
+                    axial_stretch: 1.0,
+                    outer_pressure: 0.0,
                 }
             }
         };

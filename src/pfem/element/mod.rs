@@ -10,6 +10,7 @@
 //! ```
 //! with `w` the quadrature weight times `det ∂X/∂ξ`; so all work but the material is matrix products.
 
+pub mod foundation;
 pub mod mapping;
 mod pool;
 pub mod sum_factorization;

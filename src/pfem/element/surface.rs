@@ -16,10 +16,10 @@ use super::super::space::{Mode, Space};
 use super::super::supports::modes_on_face;
 use super::PAIRS;
 use super::mapping::Mapping;
-use crate::Vec3;
 use crate::case::table::words;
 use crate::geometry::HexFace;
 use crate::quadrature::Rule;
+use crate::{Mat3, Vec3};
 use std::collections::HashMap;
 
 words! {
@@ -205,6 +205,61 @@ impl Surface {
                 }
             }
         }
+    }
+
+    /// Values (m, m/s) of a field of coefficients at all points.
+    pub fn values(&self, numbering: &Numbering, field: &[f64]) -> Vec<Vec3> {
+        let at_point = |point: usize| -> Vec3 {
+            let (element, shapes, q) = self.place(point);
+            let (functions, signs) = (&numbering.of_element[element], &numbering.signs[element]);
+            let modes = shapes.modes.iter().zip(&shapes.values[q]);
+            let parts = modes.filter_map(|(&m, value)| {
+                let f = 3 * functions[m]?;
+                Some(Vec3::new(field[f], field[f + 1], field[f + 2]) * (signs[m] * value[0]))
+            });
+            parts.sum()
+        };
+        (0..self.points.len()).map(at_point).collect()
+    }
+
+    /// Adds `Σ N T u` over all points to `forces`, with `u` the field of coefficients and a tensor `T` for each point.
+    pub fn add_products(
+        &self,
+        numbering: &Numbering,
+        field: &[f64],
+        tensors: &[Mat3],
+        forces: &mut [f64],
+    ) {
+        let values = self.values(numbering, field);
+        for (point, (tensor, value)) in tensors.iter().zip(values).enumerate() {
+            let force = tensor * value;
+            let (element, shapes, q) = self.place(point);
+            for (&m, value) in shapes.modes.iter().zip(&shapes.values[q]) {
+                if let Some(f) = numbering.of_element[element][m] {
+                    let scale = numbering.signs[element][m] * value[0];
+                    (0..3).for_each(|i| forces[3 * f + i] += scale * force[i]);
+                }
+            }
+        }
+    }
+
+    /// Visits the points on the faces of one element, each with the modes that do not vanish there and their values.
+    pub fn visit(&self, element: usize, mut visitor: impl FnMut(usize, &[(usize, f64)])) {
+        for &face in self.of_element.get(&element).into_iter().flatten() {
+            for point in face * self.points_per_face..(face + 1) * self.points_per_face {
+                let (_, shapes, q) = self.place(point);
+                let values = shapes.modes.iter().zip(&shapes.values[q]);
+                let functions: Vec<_> = values.map(|(&m, value)| (m, value[0])).collect();
+                visitor(point, &functions);
+            }
+        }
+    }
+
+    /// Element and shapes of a point, and its number on its face.
+    fn place(&self, point: usize) -> (usize, &FaceShapes, usize) {
+        let (face, q) = (point / self.points_per_face, point % self.points_per_face);
+        let (element, orientation) = self.faces[face];
+        (element, &self.shapes[&orientation], q)
     }
 
     /// Deformed area vectors (normal out of the body times area, quadrature weight included, m²) at all points.

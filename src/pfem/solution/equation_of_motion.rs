@@ -35,12 +35,14 @@ pub struct Linearization {
     pub dt: f64,
 }
 
-/// What of `M (a + α v) + f_int(d) = f_ext(d)` stays the same from step to step.
+/// What of `M (a + α v) + C v + f_int(d) = f_ext(d)` stays the same from step to step.
 pub struct EquationOfMotion {
     /// The discretized body.
     pub body: Discretization,
     /// The loaded surface.
     pub wet: Surface,
+    /// A pressure that acts all the time, on another surface.
+    pub outer: Option<(Surface, SurfaceLoad)>,
     /// Density times the mass integrals, one scalar per pair of functions.
     pub mass: Vec<f64>,
     /// The same for products.
@@ -57,23 +59,28 @@ impl EquationOfMotion {
     /// Assembles the tangent, with single components held.
     fn tangent(&self, at: &Linearization) -> Result<Vec<f64>, SolidError> {
         let body = &self.body;
-        let mut values = self.static_tangent(at)?;
         let (velocity, acceleration) = self.time_scheme.slopes(at.dt);
+        let mut values = self.tangent_without_inertia(at, velocity)?;
         let mass = acceleration + self.damping * velocity;
         body.pattern.add_scalar(mass, &self.mass, &mut values);
         body.pattern.hold(&mut values);
         Ok(values)
     }
 
-    /// The part of internal forces and following loads.
-    fn static_tangent(&self, at: &Linearization) -> Result<Vec<f64>, SolidError> {
-        let following = [(&self.wet, &at.load)];
-        (self.body).tangent(&at.d, at.linearized_at.as_deref(), &following)
+    /// The part of internal forces and following loads; `slope` is that of the velocity by the displacement, 1/s.
+    fn tangent_without_inertia(
+        &self,
+        at: &Linearization,
+        slope: f64,
+    ) -> Result<Vec<f64>, SolidError> {
+        let mut following = vec![(&self.wet, &at.load)];
+        following.extend(self.outer.as_ref().map(|(surface, load)| (surface, load)));
+        (self.body).moving_tangent(&at.d, at.linearized_at.as_deref(), &following, slope)
     }
 
     /// Whether an equilibrium with this displacement and load would be stable without inertia.
     pub fn is_statically_stable(&self, at: &Linearization) -> Result<bool, SolidError> {
-        let mut values = self.static_tangent(at)?;
+        let mut values = self.tangent_without_inertia(at, 0.0)?;
         self.body.pattern.hold(&mut values);
         Ok(self.body.factorize(&values)?.negative_eigenvalues() == 0)
     }
@@ -131,6 +138,7 @@ impl Equilibrium for TimeStep<'_> {
         let EquationOfMotion {
             body,
             wet,
+            outer,
             mass_matrix,
             damping,
             floor,
@@ -145,7 +153,16 @@ impl Equilibrium for TimeStep<'_> {
             || {
                 let inertia = mass_matrix.multiply(&rates);
                 let mut external = vec![0.0; d.len()];
-                wet.add_forces(&body.numbering, d, load, LoadKind::Follower, &mut external);
+                let pressures = std::iter::once((wet, load))
+                    .chain(outer.as_ref().map(|(surface, load)| (surface, load)));
+                for (surface, load) in pressures {
+                    let kind = LoadKind::Follower;
+                    surface.add_forces(&body.numbering, d, load, kind, &mut external);
+                }
+                if let Some(resistance) = body.viscous_forces(&v) {
+                    let pairs = external.iter_mut().zip(resistance);
+                    pairs.for_each(|(force, resistance)| *force -= resistance);
+                }
                 (body.restrict(&inertia), body.restrict(&external))
             },
         );

@@ -92,6 +92,8 @@ pub struct LoadStep {
 /// Static equilibrium under the full load, or what was reached of it.
 #[derive(Debug, Clone)]
 pub struct Equilibrated {
+    /// Displacement coefficients without load: zero, or those of a body that was stretched before.
+    pub unloaded: Vec<f64>,
     /// Share of the full load: less than one if the analysis ended at a bifurcation.
     pub factor: f64,
     /// Displacement coefficients.
@@ -125,8 +127,63 @@ pub fn solve(
     held: Option<&[f64]>,
     options: &StaticOptions,
 ) -> Result<Equilibrated, SolidError> {
-    body.supports
-        .check_rigid_motions(&body.numbering, &body.mapping)?;
+    let unloaded = vec![0.0; body.coefficients()];
+    let prescribed = held.map(|values| Prescribed {
+        values,
+        is_guess: false,
+    });
+    follow(body, loads, unloaded, prescribed, options)
+}
+
+/// The same from an equilibrium without loads, such as [`stretch`] finds: what is held stays where it is there.
+pub fn solve_onto(
+    body: &Discretization,
+    unloaded: Vec<f64>,
+    loads: &[Load],
+    options: &StaticOptions,
+) -> Result<Equilibrated, SolidError> {
+    follow(body, loads, unloaded, None, options)
+}
+
+/// Equilibrium without loads of a body whose held coefficients are moved to the values in `guess`; each step begins with
+/// its share of the whole guess, so that no element has to take up all of it.
+///
+/// # Errors
+/// If there is none, or the body buckles on the way.
+pub fn stretch(
+    body: &Discretization,
+    guess: &[f64],
+    options: &StaticOptions,
+) -> Result<Equilibrated, SolidError> {
+    let prescribed = Some(Prescribed {
+        values: guess,
+        is_guess: true,
+    });
+    let found = follow(
+        body,
+        &[],
+        vec![0.0; body.coefficients()],
+        prescribed,
+        options,
+    )?;
+    if found.factor < 1.0 {
+        return Err(SolidError::NoEquilibrium(format!(
+            "it buckles when its ends are moved, at {:.2} % of the way",
+            100.0 * found.factor
+        )));
+    }
+    Ok(found)
+}
+
+fn follow(
+    body: &Discretization,
+    loads: &[Load],
+    unloaded: Vec<f64>,
+    prescribed: Option<Prescribed>,
+    options: &StaticOptions,
+) -> Result<Equilibrated, SolidError> {
+    body.check_rigid_motions()?;
+    let moved = |f: &Prescribed| f.is_guess;
     let mut problem = Statics {
         body,
         loads,
@@ -134,12 +191,14 @@ pub fn solve(
         push: None,
         unloaded: OnceCell::new(),
         floor: body.round_off()?,
+        has_reactions: prescribed.as_ref().is_some_and(moved) || unloaded.iter().any(|&d| d != 0.0),
     };
     let mut path = Path {
-        held,
+        prescribed,
         options,
         factor: 0.0,
-        displacement: vec![0.0; body.coefficients()],
+        displacement: unloaded.clone(),
+        unloaded: unloaded.clone(),
         increment: 1.0 / options.steps.max(1) as f64,
         steps: Vec::new(),
         stats: Stats::default(),
@@ -155,6 +214,7 @@ pub fn solve(
         }
     }
     Ok(Equilibrated {
+        unloaded,
         factor: path.factor,
         displacement: path.displacement,
         bifurcation,
@@ -163,10 +223,20 @@ pub fn solve(
     })
 }
 
+/// Displacement coefficients that grow with the load factor.
+struct Prescribed<'a> {
+    /// At the full load; those that are held count.
+    values: &'a [f64],
+    /// Whether the others are worth starting from.
+    is_guess: bool,
+}
+
 /// A path of equilibria, as far as it is known.
 struct Path<'a> {
-    held: Option<&'a [f64]>,
+    prescribed: Option<Prescribed<'a>>,
     options: &'a StaticOptions,
+    /// Displacement coefficients at the factor zero.
+    unloaded: Vec<f64>,
     /// Share of the full load.
     factor: f64,
     displacement: Vec<f64>,
@@ -232,10 +302,12 @@ impl Path<'_> {
         kept: &mut Option<KeptTangent>,
     ) -> Result<newton::Solution, SolidError> {
         let mut start = self.displacement.clone();
-        if let Some(values) = self.held {
+        if let Some(Prescribed { values, is_guess }) = self.prescribed {
             for (i, &is_held) in problem.body.supports.held().iter().enumerate() {
                 if is_held {
                     start[i] = problem.factor * values[i];
+                } else if is_guess {
+                    start[i] += (problem.factor - self.factor) * values[i];
                 }
             }
         }
@@ -291,7 +363,7 @@ impl Path<'_> {
         self.steps.retain(is_below);
         (self.factor, self.displacement) = match self.steps.last() {
             Some(step) => (step.factor, step.displacement.clone()),
-            None => (0.0, vec![0.0; problem.body.coefficients()]),
+            None => (0.0, self.unloaded.clone()),
         };
         problem.factor = self.factor;
         let mode = problem.lowest_mode(&self.displacement)?;
@@ -330,10 +402,12 @@ pub fn solve_from(
         push: None,
         unloaded: OnceCell::new(),
         floor: body.round_off()?,
+        has_reactions: false,
     };
     let (tolerance, newton) = (options.tolerance, &options.newton);
     let solution = newton::solve(&problem, start, tolerance, newton, &mut None)?;
     Ok(Equilibrated {
+        unloaded: vec![0.0; body.coefficients()],
         factor: 1.0,
         bifurcation: None,
         steps: vec![LoadStep {
@@ -362,6 +436,8 @@ struct Statics<'a> {
     /// The lowest eigenvalue without load.
     unloaded: OnceCell<f64>,
     floor: f64,
+    /// Whether ends that were moved exert forces, against which the residual is measured too.
+    has_reactions: bool,
 }
 
 impl Statics<'_> {
@@ -416,14 +492,19 @@ impl Statics<'_> {
 
 impl Equilibrium for Statics<'_> {
     fn residual(&self, d: &[f64]) -> Result<Residual, SolidError> {
-        let internal = self.body.restrict(&self.body.internal_forces(d)?);
+        let all = self.body.internal_forces(d)?;
+        let internal = self.body.restrict(&all);
         let external = self.body.restrict(&self.external(d));
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let scale = match self.loads {
+            [] => norm(&internal),
+            _ => norm(&external),
+        };
         Ok(Residual {
-            scale: if self.loads.is_empty() {
-                norm(&internal)
+            scale: if self.has_reactions {
+                scale.max(norm(&all))
             } else {
-                norm(&external)
+                scale
             },
             vector: internal.iter().zip(&external).map(|(i, e)| i - e).collect(),
             floor: self.floor,

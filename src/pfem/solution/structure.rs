@@ -4,9 +4,10 @@
 //! `β = 1/4`, `γ = 1/2` (the trapezoidal rule: second order, no numerical damping)
 //! ```text
 //! a = (d - d_n)/(β dt²) - v_n/(β dt) - (1/(2β) - 1) a_n,      v = v_n + dt ((1 - γ) a_n + γ a),
-//! r(d) = M (a + α v) + f_int(d) - f_ext(d) = 0,                K = ∂(f_int - f_ext)/∂d + (1/(β dt²) + α γ/(β dt)) M
+//! r(d) = M (a + α v) + C v + f_int(d) - f_ext(d) = 0,
+//! K    = ∂(f_int - f_ext)/∂d + γ/(β dt) C + (1/(β dt²) + α γ/(β dt)) M
 //! ```
-//! where `α` is the mass-proportional damping (section 2.1). Other parameters damp high frequencies, see
+//! where `C` are the dampers around the body and `α` is the mass-proportional damping (section 2.1). Other parameters damp high frequencies, see
 //! [`TimeScheme`]; with implicit Euler (first order, damps much) `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
 
 use super::super::discretization::{self, Discretization};
@@ -15,7 +16,7 @@ use super::super::evaluation::locate::{Location, Locator};
 use super::super::evaluation::samples::{self, StressPeak};
 use super::super::linear_algebra::factor::Factorization;
 use super::super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
-use super::super::supports::{self, Support};
+use super::super::supports::{self, Profile, Support};
 use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
 pub use super::equation_of_motion::{Linearization, State};
 use super::modes::{self, NaturalMode};
@@ -56,6 +57,8 @@ pub struct StructureOptions {
     pub wet_surface: String,
     /// Supports.
     pub supports: Vec<Support>,
+    /// Pressure (Pa) on the surface `outer` that is always there, along x.
+    pub outer_pressure: Profile,
 }
 
 /// All that a structure keeps from one time step to the next.
@@ -149,7 +152,20 @@ impl Structure {
             .into_iter()
             .max()
             .unwrap_or(1);
-        let wet = Surface::new(&body.numbering, &body.space, &body.mapping, faces, points)?;
+        let surface =
+            |faces| Surface::new(&body.numbering, &body.space, &body.mapping, faces, points);
+        let wet = surface(faces)?;
+        let outer = if options.outer_pressure == Profile::default() {
+            None
+        } else {
+            let outer = surface(supports::surface(mesh, "outer")?)?;
+            let places = outer.points.iter().map(|point| point.position.x);
+            let load = SurfaceLoad {
+                pressure: places.map(|x| options.outer_pressure.at(x)).collect(),
+                shear: vec![Vec3::zeros(); outer.points.len()],
+            };
+            Some((outer, load))
+        };
         let locator = Locator::new(&body, faces);
         let mut mass = body.pattern.scalar_values(|e| body.elements.mass(e));
         mass.iter_mut().for_each(|m| *m *= options.density);
@@ -158,6 +174,7 @@ impl Structure {
             equation: Arc::new(EquationOfMotion {
                 floor: body.round_off()?,
                 wet,
+                outer,
                 mass_matrix: body.pattern.scalar_matrix(&mass),
                 mass,
                 damping: options.damping,

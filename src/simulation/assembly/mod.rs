@@ -25,6 +25,7 @@ use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::{Fluid, FluidEffort, FluidError, FluidMemory};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::solution::newton::NewtonOptions;
+use crate::pfem::supports::Profile;
 use crate::pfem::{SolidError, Structure, StructureOptions, discretization};
 use crate::simulation::observer::Observer;
 use std::io;
@@ -257,6 +258,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
         },
         wet_surface: domain.wet_surface.into(),
         supports: domain.supports.clone(),
+        outer_pressure: Profile::default(),
     };
     Structure::new(&domain.solid, &domain.materials, &options)
 }

@@ -1,0 +1,222 @@
+//! `fsi-driver solid` with ends moved apart and in a surrounding of springs, dampers and pressure.
+
+use crate::pfem_support::radial::{self, Loading};
+use crate::solid_support::{Tube, number};
+use fsi_driver::case::Material;
+use std::fmt::Write;
+
+const LENGTH: f64 = 0.004;
+
+/// The text of a file: tube, mesh and ansatz.
+fn text(radius: f64, layers: &[(f64, Material)], formulation: &str) -> String {
+    let mut text = format!("[tube]\ninner_radius_m = {radius:?}\nlength_m = {LENGTH:?}\n");
+    for (thickness, material) in layers {
+        let material = toml::to_string(material).unwrap();
+        write!(
+            text,
+            "[[tube.layer]]\nthickness_m = {thickness:?}\n{material}"
+        )
+        .unwrap();
+    }
+    text + &format!(
+        "[mesh]\naxial = 1\ncircumferential = 4\nradial_per_layer = 1\n\
+         [space]\nkind = \"trunk\"\np = 6\nformulation = \"{formulation}\"\n"
+    )
+}
+
+fn loaded(loading: &Loading) -> String {
+    let kind = if loading.follower { "follower" } else { "dead" };
+    format!(
+        "[load]\npressure_Pa = {:?}\nkind = \"{kind}\"\n[supports]\naxial_stretch = {:?}\n\
+         [outside]\nspring_Pa_m = {:?}\npressure_Pa = {:?}\n",
+        loading.pressure, loading.axial_stretch, loading.spring, loading.outer_pressure
+    )
+}
+
+fn fibred(k1: f64, k2: f64, fibre_angle_deg: f64) -> Material {
+    Material::HolzapfelGasserOgden {
+        mu: 2.7e4,
+        kappa: 5e8,
+        k1,
+        k2,
+        fibre_angle_deg,
+        tension_only: false,
+    }
+}
+
+#[test]
+fn stretched_tubes_in_springs_meet_the_semi_analytic_solution() {
+    let neo_hooke = Material::NeoHooke {
+        mu: 1.5e5,
+        kappa: 1e9,
+    };
+    let kirchhoff = Material::SaintVenantKirchhoff {
+        youngs_modulus: 3e5,
+        poisson_ratio: 0.3,
+    };
+    let tubes = [
+        (2e-3, vec![(6e-4, fibred(2e3, 8.0, 35.0))]),
+        (
+            3e-3,
+            vec![
+                (5e-4, fibred(640.0, 3.5, 10.0)),
+                (5e-4, fibred(2e3, 6.0, 40.0)),
+            ],
+        ),
+        (3e-3, vec![(6e-4, neo_hooke)]),
+        (4e-3, vec![(1e-3, kirchhoff)]),
+    ];
+    let base = Loading {
+        pressure: 1.2e4,
+        follower: true,
+        axial_stretch: 1.0,
+        outer_pressure: 0.0,
+        spring: 0.0,
+    };
+    let mut largest: f64 = 0.0;
+    for (i, (radius, layers)) in tubes.iter().enumerate() {
+        for (formulation, axial_stretch, spring, outer_pressure, follower) in [
+            ("mixed", 1.0, 2e7, 0.0, true),
+            ("mixed", 1.2, 0.0, 0.0, true),
+            ("displacement", 1.35, 5e6, 2e3, true),
+            ("mixed", 1.5, 2e7, -1e3, false),
+        ] {
+            {
+                let loading = Loading {
+                    axial_stretch,
+                    spring,
+                    outer_pressure,
+                    follower,
+                    ..base
+                };
+                let summary =
+                    Tube::new(&(text(*radius, layers, formulation) + &loaded(&loading))).solve();
+                let exact = radial::solve(*radius, layers, &loading);
+                let outer = exact.displacement[layers.len()];
+                let springs = std::f64::consts::PI
+                    * spring
+                    * (radius + layers.iter().map(|layer| layer.0).sum::<f64>())
+                    * outer.powi(2);
+                let mut errors: Vec<f64> = crate::solid_support::radial(&summary)
+                    .iter()
+                    .zip(&exact.displacement)
+                    .map(|(a, b)| ((a - b) / radius).abs())
+                    .collect();
+                let energies = [
+                    ("strain_energy_J", exact.energy),
+                    ("spring_energy_J", springs),
+                ];
+                for (key, expected) in energies {
+                    let error = number(&summary, key) - expected * LENGTH;
+                    errors.push(error.abs() / (exact.energy * LENGTH));
+                }
+                let error = errors.iter().fold(0.0, |a: f64, b| a.max(*b));
+                println!("tube {i}, {formulation}, stretch {axial_stretch}: {error:.1e}");
+                assert!(
+                    error < 1e-6,
+                    "tube {i}, {formulation}, {axial_stretch}: {errors:?}"
+                );
+                largest = largest.max(error);
+            }
+        }
+    }
+    // Not a comparison of a thing with itself.
+    assert!(largest > 1e-12);
+}
+
+#[test]
+fn dampers_damp_a_forced_vibration_as_one_degree_of_freedom() {
+    // A thin ring: m u'' + c u' + (E h/R² + k) u = p.
+    let (radius, thickness, modulus, density) = (1e-2, 2e-5, 3e5, 1100.0);
+    let (mass, spring) = (density * thickness, 3e4);
+    let stiffness = modulus * thickness / (radius * radius) + spring;
+    let omega = f64::sqrt(stiffness / mass);
+    let pressure = 1e-4 * radius * stiffness;
+    // Pulses at a frequency near the resonance.
+    let pulse = |t: f64| 0.5 - 0.5 * (0.9 * omega * t).cos();
+    let step = std::f64::consts::TAU / omega / 50.0;
+    let times: Vec<f64> = (0..=200).map(|i| i as f64 * step).collect();
+    let factors: Vec<f64> = times.iter().map(|&t| pulse(t)).collect();
+    let material = Material::SaintVenantKirchhoff {
+        youngs_modulus: modulus,
+        poisson_ratio: 0.0,
+    };
+    let mut peaks = Vec::new();
+    for ratio in [0.0, 0.05, 0.5] {
+        let damping = 2.0 * ratio * omega * mass;
+        let file = text(radius, &[(thickness, material.clone())], "mixed")
+            .replace("p = 6", "p = 4")
+            + &format!(
+                "[load]\npressure_Pa = {pressure:?}\nkind = \"follower\"\n\
+                 [outside]\nspring_Pa_m = {spring:?}\ndamping_Pa_s_m = {damping:?}\n\
+                 [dynamics]\ndensity_kg_m3 = {density:?}\nstep_s = {step:?}\nend_s = {:?}\n\
+                 times_s = {times:?}\nload_factors = {factors:?}\n",
+                200.0 * step
+            );
+        let tube = Tube::new(&file);
+        tube.solve();
+        let mut table = csv::Reader::from_path(tube.results().join("history.csv")).unwrap();
+        let found: Vec<f64> = table
+            .records()
+            .map(|row| row.unwrap()[2].parse().unwrap())
+            .collect();
+        // The classical Runge-Kutta method with ten steps in each of the program's.
+        let rate = |t: f64, [u, v]: [f64; 2]| {
+            [
+                v,
+                (pressure * pulse(t) - damping * v - stiffness * u) / mass,
+            ]
+        };
+        let ahead = |[u, v]: [f64; 2], [du, dv]: [f64; 2], h: f64| [u + h * du, v + h * dv];
+        let (mut state, mut exact, h) = ([0.0; 2], Vec::new(), step / 10.0);
+        for i in 0..2000 {
+            let t = i as f64 * h;
+            let a = rate(t, state);
+            let b = rate(t + 0.5 * h, ahead(state, a, 0.5 * h));
+            let c = rate(t + 0.5 * h, ahead(state, b, 0.5 * h));
+            let d = rate(t + h, ahead(state, c, h));
+            for k in 0..2 {
+                state[k] += h / 6.0 * (a[k] + 2.0 * (b[k] + c[k]) + d[k]);
+            }
+            if i % 10 == 9 {
+                exact.push(state[0]);
+            }
+        }
+        let largest = exact.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let errors = found.iter().zip(&exact).map(|(a, b)| (a - b).abs());
+        let error = errors.fold(0.0, f64::max) / largest;
+        println!("damping ratio {ratio}: {error:.1e} of the peak {largest:.3e} m");
+        assert_eq!(found.len(), 200);
+        assert!(error < 0.02, "damping ratio {ratio}: {error:e}");
+        peaks.push(largest);
+    }
+    assert!(
+        peaks[0] > 1.1 * peaks[1] && peaks[1] > 1.5 * peaks[2],
+        "{peaks:?}"
+    );
+}
+
+#[test]
+fn the_curve_begins_with_the_stretched_tube() {
+    let layers = [(6e-4, fibred(2e3, 8.0, 35.0))];
+    let loading = Loading {
+        pressure: 1.2e4,
+        follower: true,
+        axial_stretch: 1.2,
+        outer_pressure: 0.0,
+        spring: 0.0,
+    };
+    let tube = Tube::new(&(text(2e-3, &layers, "mixed") + &loaded(&loading)));
+    tube.solve();
+    let mut table = csv::Reader::from_path(tube.results().join("curve.csv")).unwrap();
+    let first: [f64; 3] = table.deserialize().next().unwrap().unwrap();
+    let without_pressure = Loading {
+        pressure: 0.0,
+        ..loading
+    };
+    let exact = radial::solve(2e-3, &layers, &without_pressure).displacement;
+    assert_eq!(first[0], 0.0);
+    for (radius, (reference, u)) in first[1..].iter().zip([2e-3, 2.6e-3].iter().zip(exact)) {
+        assert!((radius - reference - u).abs() < 1e-9, "{first:?}");
+    }
+}
