@@ -50,8 +50,9 @@ struct State {
 impl OneDimensionalFluid {
     /// Blood at rest in the deformable part of a case.
     pub fn new(case: &Case) -> Self {
-        let radius = case.geometry.graft_inner_radius;
-        let cell = (case.geometry.graft_length + case.geometry.artery_length) / CELLS as f64;
+        let geometry = &case.anastomosis().expect("no flag").geometry;
+        let radius = geometry.graft_inner_radius;
+        let cell = (geometry.graft_length + geometry.artery_length) / CELLS as f64;
         let point = |ring: f64, j: f64| {
             let (sin, cos) = (TAU * j / AROUND as f64).sin_cos();
             Vec3::new(ring * cell, radius * cos, radius * sin)

@@ -2,8 +2,8 @@
 //! how far they are from buckling.
 
 use crate::Vec3;
-use crate::case::{Case, FlowCurve};
-use crate::geometry::{HexFace, HexMesh, Vessel};
+use crate::case::{self, Anastomosis, FlowCurve, Windkessel};
+use crate::geometry::{self, HexFace, HexMesh, Vessel};
 use crate::pfem::discretization::{Discretization, Options};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::element::surface::{LoadKind, Surface, on_face};
@@ -28,10 +28,15 @@ pub struct Pressures {
 
 impl Pressures {
     /// `C dp/dt + p/R = Q` in the periodic state, exact for a flow that is linear over each of many steps.
-    pub fn of(case: &Case) -> Option<Self> {
-        let curve = FlowCurve::new(&case.inflow, case.time.period).ok()?;
-        let (resistance, compliance) = (case.windkessel.resistance, case.windkessel.compliance);
-        let step = case.time.period / STEPS as f64;
+    /// `None` if the file of the flow cannot be read.
+    pub fn of(vessel: &Anastomosis, period: f64) -> Option<Self> {
+        let curve = FlowCurve::new(&vessel.inflow, period).ok()?;
+        let Windkessel {
+            resistance,
+            compliance,
+            ..
+        } = vessel.windkessel;
+        let step = period / STEPS as f64;
         let rate = step / (resistance * compliance);
         let decay = (-rate).exp();
         // Weights of the flows at both ends of a step.
@@ -91,9 +96,8 @@ struct Wall {
 }
 
 impl Wall {
-    fn new(case: &Case) -> Result<Self, SolidError> {
-        let settings = &case.structure;
-        let mesh = Vessel::new(case).solid_mesh(settings);
+    fn new(vessel: &Anastomosis, settings: &case::Structure) -> Result<Self, SolidError> {
+        let mesh = geometry::solid_mesh(vessel);
         let space = Space::isotropic(SpaceKind::Trunk, settings.p);
         let mut options = Options::new(space);
         options.formulation = settings.formulation;
@@ -103,7 +107,11 @@ impl Wall {
         if let Some(points) = settings.quadrature_points {
             options.quadrature_points = [points; 3];
         }
-        let materials = [&case.wall.graft, &case.wall.media, &case.wall.adventitia];
+        let materials = [
+            &vessel.wall.graft,
+            &vessel.wall.media,
+            &vessel.wall.adventitia,
+        ];
         let supports = ["start", "end"].map(|end| Support::Clamped(end.into()));
         let body = Discretization::new(&mesh, &materials.map(Clone::clone), &supports, &options)?;
         let faces = supports::surface(&mesh, "inner")?;
@@ -167,10 +175,17 @@ impl Wall {
 }
 
 impl WallFigures {
-    /// The wall of a case under these `pressures` (Pa, ascending).
-    pub fn new(case: &Case, pressures: &[f64]) -> Result<Self, SolidError> {
-        let wall = Wall::new(case)?;
-        let vessel = Vessel::new(case);
+    /// The wall of a vessel, discretized with these `settings`, under these `pressures` (Pa, ascending).
+    ///
+    /// # Errors
+    /// If the wall is not well posed, or finds no equilibrium.
+    pub fn new(
+        keys: &Anastomosis,
+        settings: &case::Structure,
+        pressures: &[f64],
+    ) -> Result<Self, SolidError> {
+        let wall = Wall::new(keys, settings)?;
+        let vessel = Vessel::new(keys);
         let zero = vec![0.0; wall.body.coefficients()];
         let places = [
             ("graft", 0.5 * vessel.joint()),
@@ -202,14 +217,14 @@ impl WallFigures {
             }
         }
         let reach = REACH * pressures.last().copied().unwrap_or(0.0);
-        let mut perfect = case.clone();
+        let mut perfect = keys.clone();
         perfect.model.d_max = 0.0;
-        let straight = Wall::new(&perfect)?.inflate(reach)?;
+        let straight = Wall::new(&perfect, settings)?.inflate(reach)?;
         let perfect_buckling = straight.bifurcation.map(|found| found.factor * reach);
         Ok(Self {
             pressures: reached,
             sections: sections.into_iter().map(|(section, ..)| section).collect(),
-            buckling: buckling.or(perfect_buckling.filter(|_| case.model.d_max == 0.0)),
+            buckling: buckling.or(perfect_buckling.filter(|_| keys.model.d_max == 0.0)),
             perfect_buckling,
             reach,
         })
@@ -219,17 +234,18 @@ impl WallFigures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::Preset;
+    use crate::case::{Case, Preset};
     use std::path::Path;
 
     #[test]
     fn the_windkessel_has_the_mean_pressure_of_its_mean_flow() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/S-0.0");
         let case = Case::load(&folder, Preset::Demo, &[]).expect("a case").case;
-        let pressures = Pressures::of(&case).expect("it has a flow");
-        let curve = FlowCurve::new(&case.inflow, case.time.period).expect("it has a flow");
+        let vessel = case.anastomosis().expect("a vessel");
+        let pressures = Pressures::of(vessel, case.time.period).expect("it has a flow");
+        let curve = FlowCurve::new(&vessel.inflow, case.time.period).expect("it has a flow");
         let flows = (0..10_000).map(|i| curve.flow((i as f64 + 0.5) * 1e-4 * case.time.period));
-        let expected = case.windkessel.resistance * flows.sum::<f64>() / 1e4;
+        let expected = vessel.windkessel.resistance * flows.sum::<f64>() / 1e4;
         assert!((pressures.mean / expected - 1.0).abs() < 1e-5);
         // It charges by the flow above the mean: by less than what that would bring without an outflow that rises.
         assert!(pressures.highest > 1.05 * expected && pressures.highest < 1.5 * expected);

@@ -181,7 +181,7 @@ mod tests {
                 .is_some_and(|e| e.value.is_some());
             let needed = key.absent.is_none()
                 && key.choices.is_empty()
-                && Case::schema().optional_table(&key.path).is_none();
+                && key.problem.is_none_or(|kind| kind.table().is_none());
             assert!(
                 has_value || !needed,
                 "defaults.toml gives no value to {}",
@@ -200,7 +200,7 @@ mod tests {
         for paragraph in paragraphs {
             let lines = examples.iter().filter(|line| line.paragraph == paragraph);
             let case = load(lines);
-            flags += usize::from(case.flag.is_some());
+            flags += usize::from(case.anastomosis().is_none());
             probes += case.output.probes.len();
         }
         assert_eq!((flags, probes), (1, 1));

@@ -1,6 +1,6 @@
 //! By what a case is recognized: all its values, and the content of the files that it names.
 
-use super::Case;
+use super::{Case, Problem};
 use crate::files::{FileFingerprint, below};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -122,7 +122,9 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
             }
         }
     }
-    if let Some(file) = &case.inflow.file {
+    if let Problem::Anastomosis(vessel) = &case.problem
+        && let Some(file) = &vessel.inflow.file
+    {
         let mut curve = FileFingerprint::of(Path::new(""), file, None)?;
         curve.path = "inflow.file".into();
         found.push(curve);

@@ -2,77 +2,29 @@
 
 use super::schema::{Kind, above, from, whole};
 use super::table::{choice, table, words};
-use super::{Flag, templates};
+use super::{Problem, templates};
 use std::path::PathBuf;
 
 table! {
     /// Everything a run is determined by.
     pub struct Case {
-        [model: Model, "which of the models"]
-        [geometry: Geometry, "sizes of the vessel"]
-        [wall: Wall, "materials and inertia of the wall"]
+        [problem: Problem, "what it is about, with the keys of that alone"]
+        [wall: Wall, "inertia of the wall"]
         [blood: Blood, "the blood"]
-        [inflow: Inflow, "flow at the inlet"]
-        [windkessel: Windkessel, "two-element windkessel at the outlet"]
         [ramp: Ramp, "smooth start"]
         [time: Time, "time axis"]
         [structure: Structure, "discretization of the wall"]
         [fluid: Fluid, "discretization of the blood and the way to its solver"]
         [coupling: Coupling, "the coupling iteration"]
         [output: Output, "what is written and how often"]
-        [flag: Option<Flag>, "a flag in a channel in place of the vessel"]
     }
 }
 
 table! {
-    /// Upstream path and imperfection.
-    pub struct Model {
-        extension: Extension = "extension", Kind::Word(Extension::WORDS), "path of the rigid extension";
-        d_max: f64 = "d_max_m", from(0.0, 0.1), "largest radius deviation of the imperfection";
-    }
-}
-
-words! {
-    /// Path of the rigid upstream extension.
-    pub enum Extension {
-        /// Models S.
-        Straight = "straight",
-        /// One turn of a helix: models H.
-        Helix = "helix",
-        /// A part of a circle: models A.
-        Arc = "arc",
-    }
-}
-
-table! {
-    /// Sizes of the vessel, unloaded. The graft section starts at x = 0.
-    pub struct Geometry {
-        graft_length: f64 = "graft_length_m", above(0.0, 10.0), "length of the graft section";
-        artery_length: f64 = "artery_length_m", above(0.0, 10.0), "length of the artery section";
-        graft_inner_radius: f64 = "graft_inner_radius_m", above(0.0, 0.1), "inner radius of the graft";
-        graft_thickness: f64 = "graft_thickness_m", above(0.0, 0.1), "wall thickness of the graft";
-        artery_inner_radius: f64 = "artery_inner_radius_m", above(0.0, 0.1), "inner radius of the artery";
-        media_thickness: f64 = "media_thickness_m", above(0.0, 0.1), "thickness of the media";
-        adventitia_thickness: f64 = "adventitia_thickness_m", above(0.0, 0.1), "thickness of the adventitia";
-        /// It blends the two cross-sections.
-        blend_length: f64 = "blend_length_m", above(0.0, 10.0), "length of the cosine blend, centred on the joint";
-        /// Along its centre-line.
-        extension_length: f64 = "extension_length_m", from(0.0, 10.0), "length of the rigid extension, 0 for none";
-        helix_radius: f64 = "helix_radius_m", above(0.0, 1.0), "radius of the helix";
-        arc_angle_deg: f64 = "arc_angle_deg", above(0.0, 270.0), "angle that the arc turns through";
-        /// Rows along x (first and last zero), columns around.
-        imperfection: Vec<Vec<f64>> = "imperfection", Kind::Rows(100), "support values of the imperfection relative to model.d_max_m";
-    }
-}
-
-table! {
-    /// Materials and inertia of the wall.
+    /// Inertia of the wall.
     pub struct Wall {
         density: f64 = "density_kg_m3", above(0.0, 1e5), "density of the wall";
         damping: f64 = "damping_1_s", from(0.0, 1e4), "mass-proportional damping";
-        [graft: Material, "the graft"]
-        [media: Material, "the artery's inner layer"]
-        [adventitia: Material, "the artery's outer layer"]
     }
 }
 
@@ -115,29 +67,6 @@ table! {
 }
 
 table! {
-    /// Flow at the inlet: `base + amplitude sin²(pi (t/systole)^exponent)` for t < systole within a period, then `base`;
-    /// or a curve from a CSV file with the columns `time_s,flow_m3_s` over one period.
-    pub struct Inflow {
-        base: f64 = "base_m3_s", from(-1.0, 1.0), "flow outside systole";
-        amplitude: f64 = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base";
-        systole: f64 = "systole_s", above(0.0, 100.0), "duration of the pulse";
-        exponent: f64 = "exponent", from(0.1, 10.0), "exponent that makes the rise faster than the fall";
-        file: Option<PathBuf> = "file", Kind::Path, "CSV file with the columns time_s,flow_m3_s over one period",
-            absent "the formula of the other keys";
-    }
-}
-
-table! {
-    /// `C dp/dt + p/R = Q` at the outlet.
-    pub struct Windkessel {
-        resistance: f64 = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R of the windkessel";
-        compliance: f64 = "compliance_m3_Pa", above(0.0, 1.0), "compliance C of the windkessel";
-        /// Before the ramp.
-        initial_pressure: f64 = "initial_pressure_Pa", from(-1e6, 1e6), "pressure of the windkessel at t = 0";
-    }
-}
-
-table! {
     /// Inflow and outlet pressure are multiplied by half a cosine from 0 to 1 over `duration`, then by 1.
     pub struct Ramp {
         duration: f64 = "duration_s", from(0.0, 100.0), "duration of the smooth start";
@@ -163,9 +92,6 @@ table! {
             absent "structure.p + 1";
         formulation: Formulation = "formulation", Kind::Word(Formulation::WORDS),
             "volume ratio that the volumetric energy of the wall sees", absent "mixed";
-        axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
-        circumferential: usize = "circumferential", whole(3, 1000), "elements around";
-        radial_per_layer: usize = "radial_per_layer", whole(1, 100), "elements through each layer";
         time_scheme: TimeScheme = "time_scheme", Kind::Word(TimeScheme::WORDS), "time integration of the wall",
             absent "newmark";
         newton_tolerance: f64 = "newton_tolerance", from(1e-14, 0.1), "relative residual at which Newton's method ends";
@@ -207,8 +133,6 @@ table! {
         answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for OpenFOAM's answer, or 50 times its longest so far";
         max_correctors: u32 = "max_correctors", whole(1, 1000), "most outer correctors in a coupling iteration";
         pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "first pressure residual that ends the correctors";
-        [mesh: FluidMesh, "the O-grid"]
-        [native: Native, "the driver's own elements"]
     }
 }
 
@@ -223,30 +147,6 @@ words! {
     }
 }
 
-table! {
-    /// Spectral elements in the lumen: an O-grid as OpenFOAM's, of a few elements of high degree.
-    pub struct Native {
-        /// That of the pressure is one less.
-        degree: usize = "degree", whole(3, 8), "degree of the velocity and of the elements' shape";
-        /// Four times as many lie around the circumference.
-        core: usize = "core", whole(1, 50), "elements along a side of the square in the middle";
-        radial: usize = "radial", whole(1, 50), "elements from the square to the wall";
-        axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension";
-        axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
-        time_scheme: FluidTimeScheme = "time_scheme", Kind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
-    }
-}
-
-words! {
-    /// How the time derivative of the blood's velocity is taken.
-    pub enum FluidTimeScheme {
-        /// First order, as with OpenFOAM.
-        ImplicitEuler = "implicit_euler",
-        /// Backward differences of second order.
-        Bdf2 = "bdf2",
-    }
-}
-
 words! {
     /// How the driver and OpenFOAM talk.
     pub enum Transport {
@@ -254,18 +154,6 @@ words! {
         Socket = "socket",
         /// Files in a folder, for debugging.
         Files = "files",
-    }
-}
-
-table! {
-    /// The O-grid of the lumen: a square in the middle, rings of cells around it.
-    pub struct FluidMesh {
-        /// Four times as many lie around the circumference.
-        core: usize = "core", whole(2, 200), "cells along a side of the square in the middle";
-        radial: usize = "radial", whole(1, 200), "cells from the square to the wall";
-        wall_grading: f64 = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall";
-        axial_extension: usize = "axial_extension", whole(0, 10_000), "cells along the extension";
-        axial_per_section: usize = "axial_per_section", whole(1, 10_000), "cells along each section";
     }
 }
 

@@ -5,7 +5,7 @@ use super::schema::Schema;
 use super::source::{self, Base, Entry, Source};
 use super::stack::Stack;
 use super::table::words;
-use super::{Case, check, spelling, value};
+use super::{Case, check, defaults, spelling, value};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
@@ -38,7 +38,8 @@ impl ResolvedCase {
     /// A mistake in the value of `key` that only shows when the case is built.
     pub fn mistake(&self, key: &str, message: String) -> CaseError {
         let found = Value::try_from(&self.case).ok().and_then(|case| {
-            let mut names = key.split('.');
+            let place = Case::schema().find(key).map(|known| known.place(key));
+            let mut names = place.as_deref().unwrap_or(key).split('.');
             let value = names.try_fold(&case, |value, name| value.get(name));
             value.map(value::shorten)
         });
@@ -76,7 +77,10 @@ const MAX_DEPTH: usize = 10;
 impl Case {
     /// All keys of a case.
     pub fn schema() -> &'static Schema {
-        static SCHEMA: LazyLock<Schema> = LazyLock::new(|| Schema::of::<Case>().with_defaults());
+        static SCHEMA: LazyLock<Schema> = LazyLock::new(|| {
+            let schema = Schema::of::<Case>().with_defaults();
+            schema.in_the_order_of(defaults::TEXT)
+        });
         &SCHEMA
     }
 
@@ -138,6 +142,7 @@ impl Case {
         for layer in layers {
             stack.lay(layer, &mut errors);
         }
+        stack.sort_out_kinds(&mut errors);
         stack.sort_out_choices(&mut errors);
         if readable {
             stack.require_all(&file, &mut errors);

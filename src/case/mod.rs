@@ -17,11 +17,13 @@
 //! # fn main() -> Result<(), fsi_driver::case::CaseErrors> {
 //! let overrides = [("time.end_s".to_owned(), "0.5".to_owned())];
 //! let case = Case::load("openfoam-case/S-0.25".as_ref(), Preset::Demo, &overrides)?;
-//! assert_eq!((case.model.d_max, case.time.end), (0.25e-3, 0.5));
+//! let vessel = case.anastomosis().expect("no flag");
+//! assert_eq!((vessel.model.d_max, case.time.end), (0.25e-3, 0.5));
 //! # Ok(())
 //! # }
 //! ```
 
+mod anastomosis;
 mod check;
 pub mod defaults;
 mod earlier;
@@ -32,6 +34,7 @@ pub mod identity;
 mod json_schema;
 mod keys;
 mod load;
+mod problem;
 pub mod schema;
 pub(crate) mod source;
 pub(crate) mod spelling;
@@ -44,12 +47,14 @@ mod warnings;
 mod window;
 mod write;
 
+pub use anastomosis::*;
 pub use error::{CaseError, CaseErrors, Place};
 pub use flag::{Flag, FlagMesh};
 pub use flow_curve::{FlowCurve, FlowCurveError};
 pub use identity::CaseIdentity;
 pub use keys::*;
 pub use load::{Override, Preset, ResolvedCase};
+pub use problem::{Problem, ProblemKind};
 pub use window::Window;
 
 impl Coupling {

@@ -4,6 +4,7 @@ mod kind;
 
 pub use kind::{Kind, Range, above, from, whole};
 
+use super::ProblemKind;
 use std::collections::HashMap;
 
 /// One key of a file.
@@ -19,6 +20,8 @@ pub struct Key {
     pub about: &'static str,
     /// The only choices of its table that have this key; any if empty.
     pub choices: Vec<Choice>,
+    /// The only kind of case that has this key; all if none.
+    pub problem: Option<ProblemKind>,
 }
 
 /// A table whose key `tag` has the value `word`, such as `material = "neo_hooke"`.
@@ -31,6 +34,14 @@ pub struct Choice {
 }
 
 impl Key {
+    /// Where the value lies within the type that the file is read into, as a dotted path.
+    pub(super) fn place(&self, path: &str) -> String {
+        match self.problem {
+            Some(kind) => kind.place(path),
+            None => path.to_owned(),
+        }
+    }
+
     /// The path of the table that the key stands in.
     pub fn table(&self) -> &str {
         parent(&self.path)
@@ -110,6 +121,36 @@ impl Schema {
         }
     }
 
+    /// The same in the order in which `text`, a file with all the tables, has its tables at the root. Keys of a table stand
+    /// together, those that only one kind of case has last.
+    pub(super) fn in_the_order_of(mut self, text: &str) -> Self {
+        let root = |key: &Key| {
+            let name = key.path.split('.').next().unwrap_or_default();
+            let headers = ["[", "# ["].map(|open| format!("\n{open}{name}"));
+            headers.iter().find_map(|header| text.find(header))
+        };
+        let tables: Vec<String> = (self.keys.iter())
+            .map(|key| key.table().to_owned())
+            .collect();
+        let depth = |table: &str| table.split('.').count();
+        self.keys.sort_by_cached_key(|key| {
+            let table = tables.iter().position(|table| table == key.table());
+            (root(key), depth(key.table()), table, key.problem.is_some())
+        });
+        let paths = self.keys.iter().enumerate();
+        self.by_path = paths.map(|(i, key)| (key.path.clone(), i)).collect();
+        self
+    }
+
+    /// Adds what `describe` does, as keys that only this kind of case has.
+    pub(super) fn of_problem(&mut self, kind: ProblemKind, describe: impl FnOnce(&mut Self)) {
+        let before = self.keys.len();
+        describe(self);
+        for key in &mut self.keys[before..] {
+            key.problem = Some(kind);
+        }
+    }
+
     /// Whether a file can stand on others by `extends`.
     pub fn has_defaults(&self) -> bool {
         self.has_defaults
@@ -139,6 +180,16 @@ impl Schema {
     pub fn find(&self, path: &str) -> Option<&Key> {
         let index = self.by_path.get(&without_indices(path))?;
         Some(&self.keys[*index])
+    }
+
+    /// Where the value of the key, or the table, at `path` lies within the type that the file is read into.
+    pub(super) fn place(&self, path: &str) -> String {
+        let bare = without_indices(path);
+        let mut within = self.keys.iter().filter(|key| is_within(&key.path, &bare));
+        match within.next() {
+            Some(key) => key.place(path),
+            None => path.to_owned(),
+        }
     }
 
     /// Whether there is a table at `path`, which may have indices.

@@ -3,8 +3,8 @@
 use super::error::{CaseError, Place};
 use super::schema::{self, Choice, Key, Schema};
 use super::source::Entry;
-use super::spelling;
 use super::value::{self, shorten};
+use super::{ProblemKind, spelling};
 use serde::de::DeserializeOwned;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -20,6 +20,10 @@ pub(crate) struct Stack {
     /// The tables at the root that are mentioned anywhere.
     tables: BTreeSet<String>,
     layers: usize,
+    /// The kind of case that the tables make it.
+    kind: ProblemKind,
+    /// The rank from which on it is of that kind.
+    kind_since: usize,
     top: BTreeMap<String, (usize, Entry)>,
     /// Keys whose last value was refused, so that a lower layer's stands in its place.
     wrong: BTreeSet<String>,
@@ -32,10 +36,13 @@ pub(crate) struct Stack {
 impl Stack {
     /// No values yet for the keys of this schema; there will be some in these `tables` at the root.
     pub(crate) fn new(schema: &'static Schema, tables: BTreeSet<String>) -> Self {
+        let kind = ProblemKind::of(&tables);
         Self {
             schema,
             tables,
             layers: 0,
+            kind,
+            kind_since: usize::MAX,
             top: BTreeMap::new(),
             wrong: BTreeSet::new(),
             empty: BTreeSet::new(),
@@ -54,10 +61,23 @@ impl Stack {
         }
     }
 
-    /// The paths that may stand where `path` stands, without those in optional tables that nobody mentions.
+    /// Whether a key is one of another kind of case.
+    fn is_foreign(&self, key: &Key) -> bool {
+        key.problem.is_some_and(|kind| kind != self.kind)
+    }
+
+    /// The paths that may stand where `path` stands, without those of other kinds of cases and those in optional tables that
+    /// nobody mentions.
     fn alternatives(&self, path: &str) -> Vec<String> {
         let mut paths = self.schema.alternatives(path);
         paths.retain(|path| {
+            if self
+                .schema
+                .find(path)
+                .is_some_and(|key| self.is_foreign(key))
+            {
+                return false;
+            }
             let optional = self.schema.optional_table(path);
             optional.is_none_or(|table| self.tables.iter().any(|t| schema::is_within(table, t)))
         });
@@ -82,12 +102,40 @@ impl Stack {
         self.layers += 1;
     }
 
+    /// Drops the keys of other kinds of cases that stand in layers below the one that says which kind it is, such as those
+    /// of the vessel in the defaults; above, nobody can want them.
+    pub(crate) fn sort_out_kinds(&mut self, errors: &mut Vec<CaseError>) {
+        let table = self.kind.table().unwrap_or_default();
+        let top = std::mem::take(&mut self.top).into_iter();
+        let (others, top): (BTreeMap<_, _>, _) = top.partition(|(path, _)| {
+            let key = self.schema.find(path);
+            key.is_some_and(|key| self.is_foreign(key))
+        });
+        for (key, (rank, entry)) in others {
+            if rank >= self.kind_since {
+                errors.push(CaseError::Nonsense {
+                    place: entry.place,
+                    key,
+                    found: shorten(&entry.value),
+                    message: format!(
+                        "a case with the table [{table}] has no such key: leave out one of the two"
+                    ),
+                });
+            }
+        }
+        self.top = top;
+    }
+
     fn put(&mut self, entry: Entry) {
         let key = entry.key.clone();
         self.wrong.remove(&key);
         let same = (self.top.get(&key)).is_some_and(|(_, below)| below.value == entry.value);
         if !same {
             self.chosen_since.insert(key.clone(), self.layers);
+        }
+        let own = self.schema.find(&key).and_then(|key| key.problem);
+        if own == Some(self.kind) {
+            self.kind_since = self.kind_since.min(self.layers);
         }
         self.top.insert(key, (self.layers, entry));
     }
@@ -185,12 +233,23 @@ impl Stack {
         (0..=last).map(|i| format!("{list}[{i}]{name}")).collect()
     }
 
+    /// The first value that only a case of this kind has.
+    fn first_of_kind(&self) -> Option<&Entry> {
+        let known = |path: &str| self.schema.find(path).and_then(|key| key.problem);
+        let mut entries = self.top.iter();
+        let found = entries.find(|(path, _)| known(path) == Some(self.kind));
+        found.map(|(_, (_, entry))| entry)
+    }
+
     /// Every key needs a value, but for the optional ones.
     pub(crate) fn require_all(&self, file: &Path, errors: &mut Vec<CaseError>) {
         let mut missing = Vec::new();
         for key in self.schema.keys() {
             let optional = self.schema.optional_table(&key.path);
-            if key.absent.is_some() || optional.is_some_and(|table| !self.is_there(table)) {
+            if key.absent.is_some()
+                || self.is_foreign(key)
+                || optional.is_some_and(|table| !self.is_there(table))
+            {
                 continue;
             }
             for path in self.paths(key) {
@@ -198,9 +257,29 @@ impl Stack {
                     .is_some_and(|(choice, _)| key.choices.contains(&choice));
                 let needed = key.choices.is_empty() || chosen;
                 if needed && !self.top.contains_key(&path) && !self.wrong.contains(&path) {
-                    missing.push((path, key, optional.is_some()));
+                    let shown_by_table = key.problem.is_some_and(|kind| kind.table().is_some());
+                    missing.push((path, key, optional.is_some() || shown_by_table));
                 }
             }
+        }
+        // Nearly all keys of a kind: perhaps the case was never meant to be of that kind.
+        let own = |(_, key, _): &(String, &Key, bool)| key.problem == Some(self.kind);
+        let of_kind = missing.iter().filter(|missing| own(missing));
+        let (first, count) = (of_kind.clone().next(), of_kind.count());
+        if let (Some(table), Some((first, ..))) = (self.kind.table(), first)
+            && count >= MANY
+            && let Some(entry) = self.first_of_kind()
+        {
+            errors.push(CaseError::Nonsense {
+                place: entry.place.clone(),
+                key: entry.key.clone(),
+                found: shorten(&entry.value),
+                message: format!(
+                    "the table [{table}] makes it another kind of case, which needs {count} keys more, `{first}` the first \
+                     of them; give them all, or leave the table out"
+                ),
+            });
+            missing.retain(|missing| !own(missing));
         }
         // The defaults have nothing to say about optional tables.
         let of_defaults = |(.., optional): &&(String, &Key, bool)| !optional;
@@ -238,7 +317,7 @@ impl Stack {
         let empty = self.empty.iter();
         let empty = empty.map(|path| (path, Value::Table(toml::Table::new())));
         for (path, value) in empty.chain(values) {
-            insert(&mut root, path, value)?;
+            insert(&mut root, &self.schema.place(path), value)?;
         }
         match root.try_into() {
             Ok(typed) => Some(typed),
@@ -257,7 +336,7 @@ impl Stack {
 }
 
 /// Puts a value at a dotted path, which may have indices of lists.
-fn insert(root: &mut toml::Table, path: &str, value: Value) -> Option<()> {
+pub(super) fn insert(root: &mut toml::Table, path: &str, value: Value) -> Option<()> {
     let empty = || Value::Table(toml::Table::new());
     let mut table = root;
     let mut names = path.split('.').peekable();

@@ -85,6 +85,7 @@ macro_rules! table {
                         absent: None$(.or(Some($absent)))?,
                         about: $about,
                         choices: Vec::new(),
+                        problem: None,
                     });
                 )*
                 $(<$inner as Table>::describe(&join(path, stringify!($table)), schema);)*
@@ -142,6 +143,7 @@ macro_rules! choice {
                     absent: None,
                     about: $about_tag,
                     choices: Vec::new(),
+                        problem: None,
                 });
                 $($(
                     schema.add(Key {
@@ -150,6 +152,7 @@ macro_rules! choice {
                         absent: None$(.or(Some($absent)))?,
                         about: $about,
                         choices: vec![Choice { tag: $tag, word: $word }],
+                        problem: None,
                     });
                 )*)+
             }

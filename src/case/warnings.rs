@@ -1,6 +1,6 @@
 //! What a user should know of a case that can be run.
 
-use super::{Case, FlowCurve, Window};
+use super::{Case, FlowCurve, Problem, Window};
 
 /// A gap of a flow curve is unusual if it is so many times as long as the next longest.
 const LONG_GAP: f64 = 3.0;
@@ -11,17 +11,17 @@ impl Case {
     /// ranks than `cores` this machine has.
     pub fn warnings(&self, cores: usize) -> Vec<String> {
         let mut warnings = Vec::new();
-        if self.flag.is_none() {
+        if let Problem::Anastomosis(vessel) = &self.problem {
             warnings = Window::of(self).warnings(&self.ramp, self.time.period);
-        }
-        if let Ok(curve) = FlowCurve::new(&self.inflow, self.time.period)
-            && let Some([from, to]) = curve.gap(LONG_GAP)
-        {
-            warnings.push(format!(
-                "inflow.file says nothing of the flow from {from} to {to} s, where the curve is interpolated: is \
-                 time.period_s = {} its period?",
-                self.time.period
-            ));
+            if let Ok(curve) = FlowCurve::new(&vessel.inflow, self.time.period)
+                && let Some([from, to]) = curve.gap(LONG_GAP)
+            {
+                warnings.push(format!(
+                    "inflow.file says nothing of the flow from {from} to {to} s, where the curve is interpolated: is \
+                     time.period_s = {} its period?",
+                    self.time.period
+                ));
+            }
         }
         let ranks = self.fluid.ranks;
         if ranks > cores {

@@ -31,7 +31,8 @@ fn write(case: &Case, origin: impl Fn(&str) -> Option<String>) -> String {
     );
     let mut section = "";
     for key in Case::schema().keys() {
-        let mut names = key.path.split('.');
+        let place = key.place(&key.path);
+        let mut names = place.split('.');
         let Some(value) = names.try_fold(&values, |value, name| value.get(name)) else {
             continue;
         };

@@ -4,7 +4,7 @@ use super::Failure;
 use super::case_arguments::{CaseArguments, machine_memory, warn};
 use super::run::Interrupt;
 use crate::analysis::wall::{Pressures, WallFigures};
-use crate::case::{Case, Solver};
+use crate::case::{Anastomosis, Case, Problem, Solver};
 use crate::fluid::openfoam::install;
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
@@ -38,14 +38,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         (Solver::OpenFoam, Err(missing)) => format!("was left out: {missing}"),
     };
-    let native = &case.fluid.native;
-    let blood = match case.fluid.solver {
-        Solver::OpenFoam => format!(
+    let blood = match (&case.problem, case.fluid.solver) {
+        (Problem::Anastomosis(vessel), Solver::Native) => {
+            let native = &vessel.fluid.native;
+            format!("{} elements of degree {}", native.elements(), native.degree)
+        }
+        _ => format!(
             "{} cells, {} MPI rank(s)",
             case.fluid_cells(),
             case.fluid.ranks
         ),
-        Solver::Native => format!("{} elements of degree {}", native.elements(), native.degree),
     };
     let there = machine_memory().map_or(String::new(), |bytes| {
         format!(" of this machine's {:.1} GB", bytes / 1e9)
@@ -67,21 +69,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     ))?;
     warn(&case);
     if arguments.wall {
-        if case.flag.is_some() {
-            return Err(Failure::Input(
-                "--wall: the case has a flag in a channel and no vessel; leave the option out"
-                    .into(),
-            ));
-        }
-        terminal::print(in_figures(&case)?)?;
+        let vessel = case.anastomosis().ok_or_else(|| {
+            let reason =
+                "--wall: the case has a flag in a channel and no vessel; leave the option out";
+            Failure::Input(reason.into())
+        })?;
+        terminal::print(in_figures(&case, vessel)?)?;
     }
     Ok(())
 }
 
 /// What `--wall` prints.
-fn in_figures(case: &Case) -> Result<String, Failure> {
+fn in_figures(case: &Case, vessel: &Anastomosis) -> Result<String, Failure> {
     let mmhg = |pressure: f64| format!("{:.2} kPa ({:.0} mmHg)", 1e-3 * pressure, pressure / MMHG);
-    let expected = Pressures::of(case)
+    let expected = Pressures::of(vessel, case.time.period)
         .ok_or_else(|| Failure::Input("the inflow of the case cannot be read".into()))?;
     if expected.mean.min(expected.highest) <= 0.0 {
         return Err(Failure::Input(format!(
@@ -89,7 +90,7 @@ fn in_figures(case: &Case) -> Result<String, Failure> {
             expected.mean
         )));
     }
-    let wall = WallFigures::new(case, &[expected.mean, expected.highest])
+    let wall = WallFigures::new(vessel, &case.structure, &[expected.mean, expected.highest])
         .map_err(|e| Failure::Run(e.to_string()))?;
     let mut text = format!(
         "the wall alone, in statics; the windkessel makes {} on average and at most {}\n",

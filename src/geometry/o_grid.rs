@@ -8,7 +8,7 @@ use super::centre_line::CentreLine;
 use super::poly_mesh::{PatchFaces, PolyMesh};
 use super::vessel::Vessel;
 use super::wall::equal_stations;
-use crate::case::{Case, FluidMesh};
+use crate::case::{Anastomosis, FluidMesh};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Distance of the core's corners from the centre, relative to the lumen's radius.
@@ -196,6 +196,6 @@ impl Vessel {
 }
 
 /// The O-grid of a case's lumen; see [`Vessel::fluid_mesh`].
-pub fn fluid_mesh(case: &Case) -> PolyMesh {
-    Vessel::new(case).fluid_mesh(&case.fluid.mesh)
+pub fn fluid_mesh(vessel: &Anastomosis) -> PolyMesh {
+    Vessel::new(vessel).fluid_mesh(&vessel.fluid.mesh)
 }

@@ -1,6 +1,6 @@
 //! How large a case is before anything is built.
 
-use crate::case::{Case, Flag, FluidMesh, Native, Structure};
+use crate::case::{Case, FluidMesh, Native, Problem, WallMesh};
 
 impl FluidMesh {
     /// Number of fluid cells.
@@ -23,9 +23,9 @@ impl Native {
     }
 }
 
-impl Structure {
-    /// Degrees of freedom of the wall in the trunk space, the clamped ones included.
-    pub fn degrees_of_freedom(&self) -> usize {
+impl WallMesh {
+    /// Degrees of freedom of the wall in the trunk space of degree `p`, the clamped ones included.
+    pub fn degrees_of_freedom(&self, p: usize) -> usize {
         let (a, c, r) = (
             2 * self.axial_per_section,
             self.circumferential,
@@ -35,7 +35,6 @@ impl Structure {
         let edges = a * c * (r + 1) + (a + 1) * c * (r + 1) + (a + 1) * c * r;
         let faces = a * c * (r + 1) + (a + 1) * c * r + a * c * r;
         // Modes of the trunk space: i + j <= p on a face and i + j + k <= p inside, each at least 2.
-        let p = self.p;
         let edge = p - 1;
         let face = if p >= 4 { (p - 2) * (p - 3) / 2 } else { 0 };
         let inside = if p >= 6 {
@@ -50,17 +49,19 @@ impl Structure {
 impl Case {
     /// Number of fluid cells.
     pub fn fluid_cells(&self) -> usize {
-        let mesh = &self.fluid.mesh;
-        self.flag.as_ref().map_or_else(|| mesh.cells(), Flag::cells)
+        match &self.problem {
+            Problem::Anastomosis(vessel) => vessel.fluid.mesh.cells(),
+            Problem::Flag(flag) => flag.cells(),
+        }
     }
 
     /// Degrees of freedom of the structure, the held ones included.
     pub fn structure_degrees_of_freedom(&self) -> usize {
-        let structure = &self.structure;
-        self.flag.as_ref().map_or_else(
-            || structure.degrees_of_freedom(),
-            |flag| flag.degrees_of_freedom(structure.p),
-        )
+        let p = self.structure.p;
+        match &self.problem {
+            Problem::Anastomosis(vessel) => vessel.structure.degrees_of_freedom(p),
+            Problem::Flag(flag) => flag.degrees_of_freedom(p),
+        }
     }
 
     /// Memory that a run takes, bytes, within a quarter for the presets: 98 MB for each `pimpleFoam` and 2.1 kB a cell;

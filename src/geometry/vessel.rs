@@ -3,7 +3,7 @@
 use super::centre_line::CentreLine;
 use super::wall::{Surfaces, WallGrid, equal_stations};
 use super::{HexMesh, imperfection::Imperfection};
-use crate::case::{Case, Geometry, Structure};
+use crate::case::{Anastomosis, Geometry, WallMesh};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -43,8 +43,8 @@ pub struct Vessel {
 
 impl Vessel {
     /// The vessel of a checked case.
-    pub fn new(case: &Case) -> Self {
-        let geometry = case.geometry.clone();
+    pub fn new(vessel: &Anastomosis) -> Self {
+        let geometry = vessel.geometry.clone();
         let start = geometry.graft_length;
         let (graft, artery) = (geometry.graft_inner_radius, geometry.artery_inner_radius);
         let media = artery + geometry.media_thickness;
@@ -52,9 +52,9 @@ impl Vessel {
             imperfection: Imperfection::new(
                 &geometry.imperfection,
                 [start, start + geometry.artery_length],
-                case.model.d_max,
+                vessel.model.d_max,
             ),
-            centre_line: CentreLine::new(case.model.extension, &geometry),
+            centre_line: CentreLine::new(vessel.model.extension, &geometry),
             graft: [
                 graft,
                 graft + 0.5 * geometry.graft_thickness,
@@ -116,14 +116,14 @@ impl Vessel {
 
     /// Hexahedra of the deformable wall with the regions [`region`]; the number of elements per section is
     /// the same in graft and artery.
-    pub fn solid_mesh(&self, structure: &Structure) -> HexMesh {
-        let n = structure.axial_per_section;
+    pub fn solid_mesh(&self, mesh: &WallMesh) -> HexMesh {
+        let n = mesh.axial_per_section;
         let mut stations = equal_stations(0.0, self.joint(), n);
         stations.extend(&equal_stations(self.joint(), self.end(), n)[1..]);
         let grid = WallGrid {
             stations,
-            circumferential: structure.circumferential,
-            radial_per_layer: structure.radial_per_layer,
+            circumferential: mesh.circumferential,
+            radial_per_layer: mesh.radial_per_layer,
             layers: 2,
         };
         grid.mesh(Arc::new(self.clone()), |axial, layer| {
@@ -145,6 +145,6 @@ impl Surfaces for Vessel {
 }
 
 /// Hexahedra of the deformable wall of a case; see [`Vessel::solid_mesh`].
-pub fn solid_mesh(case: &Case) -> HexMesh {
-    Vessel::new(case).solid_mesh(&case.structure)
+pub fn solid_mesh(vessel: &Anastomosis) -> HexMesh {
+    Vessel::new(vessel).solid_mesh(&vessel.structure)
 }

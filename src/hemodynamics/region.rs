@@ -1,6 +1,6 @@
 //! The parts of the vessel that are evaluated one by one.
 
-use crate::case::Case;
+use crate::case::{Anastomosis, Case, Problem};
 use serde::{Deserialize, Serialize};
 
 /// Which part.
@@ -40,10 +40,9 @@ impl Region {
     /// The regions of a case. The last one begins where the blend of the cross-sections ends, and ends as far from the
     /// outlet; there is none if the artery is too short for it. A flag is no vessel and has no regions.
     pub fn of(case: &Case) -> Vec<Self> {
-        if case.flag.is_some() {
+        let Problem::Anastomosis(Anastomosis { geometry, .. }) = &case.problem else {
             return Vec::new();
-        }
-        let geometry = &case.geometry;
+        };
         let joint = geometry.graft_length;
         let end = joint + geometry.artery_length;
         let margin = 0.5 * geometry.blend_length;

@@ -7,7 +7,6 @@ use super::results::Results;
 use super::tables::HistoryRow;
 use super::wall_fields::FaceRow;
 use super::write_atomically;
-use crate::case::Case;
 use crate::hemodynamics::{Place, Region, Rings};
 use serde::Serialize;
 use std::path::Path;
@@ -151,7 +150,7 @@ impl Comparison {
         b: &Results,
         [history, wall, osi]: [f64; 3],
     ) -> Result<Self, ComparisonError> {
-        same_model(&a.case, &b.case)?;
+        same_model(a, b)?;
         let mut differences = Vec::new();
         let mut histories = Vec::new();
         for (quantity, value) in HISTORIES {
@@ -190,7 +189,7 @@ impl Comparison {
             }
             walls = Some(both);
         }
-        let geometry = &a.case.geometry;
+        let geometry = &a.vessel.geometry;
         Ok(Self {
             differences,
             histories,
@@ -324,14 +323,15 @@ fn common_field(
 }
 
 /// Refuses runs of different vessels or under different loads.
-fn same_model(a: &Case, b: &Case) -> Result<(), ComparisonError> {
+fn same_model(first: &Results, second: &Results) -> Result<(), ComparisonError> {
+    let ([a, b], [v, w]) = ([&first.case, &second.case], [&first.vessel, &second.vessel]);
     let parts = [
-        ("model", a.model == b.model),
-        ("geometry", a.geometry == b.geometry),
-        ("wall", a.wall == b.wall),
+        ("model", v.model == w.model),
+        ("geometry", v.geometry == w.geometry),
+        ("wall", a.wall == b.wall && v.wall == w.wall),
         ("blood", a.blood == b.blood),
-        ("inflow", a.inflow == b.inflow),
-        ("windkessel", a.windkessel == b.windkessel),
+        ("inflow", v.inflow == w.inflow),
+        ("windkessel", v.windkessel == w.windkessel),
         ("ramp", a.ramp == b.ramp),
         ("time.period_s", a.time.period == b.time.period),
     ];

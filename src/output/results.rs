@@ -4,7 +4,7 @@ use super::run_files::{MARK, RunFiles};
 use super::tables::{self, HistoryRow};
 use super::wall_fields::{self, FaceRow};
 use super::{phases, record, wall_record, write_atomically};
-use crate::case::{Case, Window};
+use crate::case::{Anastomosis, Case, Problem, Window};
 use crate::hemodynamics::summary::{Series, WallFields};
 use crate::hemodynamics::{Region, RegionStep, Summary, Wall, WindowStatistics};
 use std::io;
@@ -92,6 +92,8 @@ pub struct Results {
     pub files: RunFiles,
     /// Every value that was used.
     pub case: Case,
+    /// What it is about.
+    pub vessel: Anastomosis,
     /// The run in figures, if it has ended.
     pub summary: Option<record::Summary>,
     /// A row a time step.
@@ -135,13 +137,14 @@ impl Results {
     pub fn load(root: &Path) -> Result<Self, ResultsError> {
         let files = RunFiles::new(root);
         let case = read_case(&files)?;
-        if case.flag.is_some() {
+        let Problem::Anastomosis(vessel) = &case.problem else {
             return Err(ResultsError(format!(
                 "{} is the run of a [flag], but reports and comparisons are about vessels; look at its probes.csv and history.csv, \
                  and open structure.pvd and openfoam/fluid.foam in ParaView",
                 root.display()
             )));
-        }
+        };
+        let vessel = vessel.clone();
         let failed = |path: &Path, error: &dyn std::fmt::Display| {
             ResultsError(format!("cannot read {}: {error}", path.display()))
         };
@@ -167,6 +170,7 @@ impl Results {
             faces,
             hemodynamics,
             case,
+            vessel,
             files,
         })
     }

@@ -1,6 +1,6 @@
 //! The paper's twelve models: three extensions, four imperfections.
 
-use crate::case::{Extension, Material};
+use crate::case::{Anastomosis, Extension, Material};
 use crate::output::results::Results;
 
 /// All extensions, in the paper's order.
@@ -28,8 +28,12 @@ pub fn name(extension: Extension, d_max: f64) -> String {
 /// Whether a run is one of the models: called as the paper calls it, with that extension and imperfection, a graft and an
 /// artery as long as the paper's and made of its materials. What the paper leaves open (radii, flow, windkessel) may differ.
 pub fn is_model(run: &Results) -> bool {
-    let case = &run.case;
-    let (model, geometry, wall) = (&case.model, &case.geometry, &case.wall);
+    let Anastomosis {
+        model,
+        geometry,
+        wall,
+        ..
+    } = &run.vessel;
     let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
     let is_artery = |layer: &Material| matches!(layer, Material::HolzapfelGasserOgden { .. });
     run.name() == name(model.extension, model.d_max)

@@ -143,6 +143,12 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "time.step_s", "5e-7", "steps until time.period_s = 1.0 are more than"),
     ("S-0.25", "fluid.ranks", "64", "there are 63 cells along it: at most 63"),
     ("S-0.25", "geometry.length_m", "0.3", "did you mean `geometry.graft_length_m`, `geometry.artery_length_m`, `geometry.blend_length_m` or `geometry.extension_length_m`?"),
+    ("turek-hron", "geometry.graft_length_m", "0.03", "a case with the table [flag] has no such key: leave out one of the two"),
+    ("turek-hron", "wall.graft.mu_Pa", "1e5", "a case with the table [flag] has no such key"),
+    ("turek-hron", "structure.circumferential", "4", "a case with the table [flag] has no such key"),
+    ("turek-hron", "fluid.mesh.core", "4", "a case with the table [flag] has no such key"),
+    ("turek-hron", "inflow.file", "flow.csv", "a case with the table [flag] has no such key"),
+    ("S-0.25", "flag.length_m", "0.3", "the table [flag] makes it another kind of case, which needs 13 keys more, `flag.channel_length_m` the first of them"),
     ("turek-hron", "geometry.thickness_m", "0.3", "did you mean `flag.thickness_m`?"),
     ("S-0.25", "wall.mu_Pa", "1e4", "did you mean `wall.graft.mu_Pa`, `wall.media.mu_Pa` or `wall.adventitia.mu_Pa`?"),
 ];

@@ -11,7 +11,7 @@ use fsi_driver::coupling::{Coupling, Settings, flatten};
 use fsi_driver::fluid::{
     Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
 };
-use fsi_driver::geometry::Vessel;
+use fsi_driver::geometry::solid_mesh;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::supports::{Profile, Support};
 use fsi_driver::pfem::{Space, SpaceKind, Structure, StructureOptions, discretization};
@@ -114,7 +114,9 @@ impl Fluid for Cushion {
 fn cushioned_tube() -> Coupling<Cushion, Structure> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/elastic-tube");
     let case = Case::load(&folder, Preset::Demo, &[]).unwrap();
-    let materials = [&case.wall.graft, &case.wall.media, &case.wall.adventitia].map(Clone::clone);
+    let vessel = case.anastomosis().unwrap();
+    let wall = &vessel.wall;
+    let materials = [&wall.graft, &wall.media, &wall.adventitia].map(Clone::clone);
     let space = Space::isotropic(SpaceKind::Trunk, 3);
     let options = StructureOptions {
         discretization: discretization::Options::new(space),
@@ -128,7 +130,7 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
             .into(),
         outer_pressure: Profile::default(),
     };
-    let mesh = Vessel::new(&case).solid_mesh(&case.structure);
+    let mesh = solid_mesh(vessel);
     let solid = Structure::new(&mesh, &materials, &options).unwrap();
     let fluid = Cushion::new();
     let transfer = Transfer::new(fluid.interface(), &solid).unwrap();

@@ -1,7 +1,7 @@
 //! The flag in its channel: both meshes, on their own and together.
 
 use fsi_driver::Vec3;
-use fsi_driver::case::{Case, Flag, Preset};
+use fsi_driver::case::{Case, Flag, Preset, Problem};
 use fsi_driver::geometry::PolyMesh;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -14,7 +14,10 @@ fn flag(set: &[(&str, &str)]) -> Flag {
         .map(|(key, value)| (key.to_string(), value.to_string()))
         .collect();
     let case = Case::load(&folder, Preset::Paper, &set).unwrap_or_else(|errors| panic!("{errors}"));
-    case.case.flag.expect("the case has a flag")
+    match case.case.problem {
+        Problem::Flag(flag) => flag,
+        other => panic!("the case has a flag, not {other:?}"),
+    }
 }
 
 /// Turek and Hron's geometry on a coarse mesh, and one that differs in everything: off-centre, long, thick, near the wall.

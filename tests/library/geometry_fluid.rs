@@ -2,16 +2,17 @@
 
 use approx::assert_relative_eq;
 use fsi_driver::Vec3;
-use fsi_driver::case::{Case, FluidMesh, Preset, ResolvedCase};
+use fsi_driver::case::{Anastomosis, Case, FluidMesh, Preset};
 use fsi_driver::geometry::{PolyMesh, Surfaces, Vessel, fluid_mesh, solid_mesh};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-fn load(model: &str) -> ResolvedCase {
+fn load(model: &str) -> Anastomosis {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("openfoam-case")
         .join(model);
-    Case::load(&folder, Preset::Demo, &[]).unwrap_or_else(|errors| panic!("{errors}"))
+    let case = Case::load(&folder, Preset::Demo, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    case.anastomosis().unwrap().clone()
 }
 
 fn patch_points(mesh: &PolyMesh, patch: &str) -> Vec<usize> {

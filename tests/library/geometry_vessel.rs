@@ -2,18 +2,19 @@
 
 use approx::assert_relative_eq;
 use fsi_driver::Vec3;
-use fsi_driver::case::{Case, Preset, ResolvedCase};
+use fsi_driver::case::{Anastomosis, Case, Preset};
 use fsi_driver::geometry::{Imperfection, Surfaces, Vessel};
 use fsi_driver::interpolation::BicubicSurface;
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-fn load(model: &str) -> ResolvedCase {
+fn load(model: &str) -> Anastomosis {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("openfoam-case")
         .join(model);
-    Case::load(&folder, Preset::Coarse, &[]).unwrap_or_else(|errors| panic!("{errors}"))
+    let case = Case::load(&folder, Preset::Coarse, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    case.anastomosis().unwrap().clone()
 }
 
 proptest! {

@@ -1,17 +1,18 @@
 //! The structural mesh: orientation, conformity, volumes.
 
 use fsi_driver::Vec3;
-use fsi_driver::case::{Case, Preset, ResolvedCase};
+use fsi_driver::case::{Anastomosis, Case, Preset};
 use fsi_driver::geometry::{
     HexMesh, Imperfection, Surfaces, Vessel, irregular_tube_mesh, solid_mesh, tube_mesh,
 };
 use std::path::Path;
 
-fn load(model: &str) -> ResolvedCase {
+fn load(model: &str) -> Anastomosis {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("openfoam-case")
         .join(model);
-    Case::load(&folder, Preset::Coarse, &[]).unwrap_or_else(|errors| panic!("{errors}"))
+    let case = Case::load(&folder, Preset::Coarse, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    case.anastomosis().unwrap().clone()
 }
 
 /// Volume (m³) of every element by the 4-point Gauss rule in each direction and central differences of the shape.

@@ -35,7 +35,7 @@ fn tube(degree: usize) -> VesselMesh {
         axial_extension: 1,
         axial_per_section: 1,
     };
-    VesselMesh::new(&Vessel::new(&case), resolution)
+    VesselMesh::new(&Vessel::new(case.anastomosis().unwrap()), resolution)
 }
 
 /// Axial velocity prescribed at inlet and outlet's pressure 0; the solution starts as `velocity(r, 0)` everywhere.

@@ -3,7 +3,7 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};
-use fsi_driver::geometry::Vessel;
+use fsi_driver::geometry::solid_mesh;
 use fsi_driver::pfem::discretization::{Discretization, Options};
 use fsi_driver::pfem::element::surface::{LoadKind, Surface};
 use fsi_driver::pfem::solution::statics::{self, Equilibrated, Load, StaticOptions};
@@ -22,14 +22,18 @@ fn inflate(
         .join("openfoam-case")
         .join(model);
     let case = Case::load(&folder, Preset::Demo, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let case = case.case;
-    let mesh = Vessel::new(&case).solid_mesh(&case.structure);
+    let vessel = case.anastomosis().unwrap();
+    let mesh = solid_mesh(vessel);
     let space = Space::isotropic(SpaceKind::Trunk, p);
     let options = Options {
         formulation,
         ..Options::new(space)
     };
-    let materials = [&case.wall.graft, &case.wall.media, &case.wall.adventitia];
+    let materials = [
+        &vessel.wall.graft,
+        &vessel.wall.media,
+        &vessel.wall.adventitia,
+    ];
     let supports = ["start", "end"].map(|end| Support::Clamped(end.into()));
     let body =
         Discretization::new(&mesh, &materials.map(Clone::clone), &supports, &options).unwrap();

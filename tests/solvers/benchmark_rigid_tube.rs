@@ -3,11 +3,11 @@
 use crate::fluid_support::{BIRD_CARREAU, correctors, read_internal_field, use_bird_carreau};
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, FlowCurve, Preset, ResolvedCase};
-use fsi_driver::fluid::openfoam::case_files::CaseFiles;
+use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings};
 use fsi_driver::fluid::openfoam::session::Terms;
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use fsi_driver::fluid::{Fluid, FluidStep};
-use fsi_driver::geometry::{PolyMesh, Vessel};
+use fsi_driver::geometry::{PolyMesh, fluid_mesh};
 use nalgebra::Complex;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -42,16 +42,18 @@ impl RigidTube {
     /// After a change of the files in OpenFOAM's case.
     fn start_with(case: &Case, change: fn(&Path)) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let mesh = Vessel::new(case).fluid_mesh(&case.fluid.mesh);
+        let vessel = case.anastomosis().unwrap();
+        let mesh = fluid_mesh(vessel);
         mesh.write(folder.path()).unwrap();
         CaseFiles {
             templates: &case.fluid.templates,
             blood: &case.blood,
-            inflow: &FlowCurve::new(&case.inflow, case.time.period).unwrap(),
-            windkessel: &case.windkessel,
+            openings: Openings::Vessel {
+                inflow: FlowCurve::new(&vessel.inflow, case.time.period).unwrap(),
+                windkessel: &vessel.windkessel,
+            },
             ramp: &case.ramp,
             time: &case.time,
-            flag: None,
             ranks: 1,
         }
         .write(folder.path())
@@ -115,7 +117,7 @@ impl RigidTube {
 fn poiseuille_errors(core: usize, radial: usize) -> [f64; 2] {
     let mesh = [("fluid.mesh.core", core), ("fluid.mesh.radial", radial)];
     let case = load("poiseuille", &mesh);
-    let g = &case.geometry;
+    let g = &case.anastomosis().unwrap().geometry;
     let (radius, mu) = (g.graft_inner_radius, case.blood.viscosity);
     let length = g.extension_length + g.graft_length + g.artery_length;
     let mut tube = RigidTube::start(&case);
@@ -162,7 +164,7 @@ fn steady_flow_of_shear_thinning_blood_is_that_of_the_generalized_newtonian_tube
         "poiseuille",
         &[("fluid.mesh.core", 8), ("fluid.mesh.radial", 5)],
     );
-    let g = &case.geometry;
+    let g = &case.anastomosis().unwrap().geometry;
     let (radius, rho) = (g.graft_inner_radius, case.blood.density);
     let length = g.extension_length + g.graft_length + g.artery_length;
     let mut tube = RigidTube::start_with(&case, use_bird_carreau);
@@ -230,7 +232,7 @@ fn womersley_errors(core: usize, radial: usize) -> [f64; 2] {
 
     // Womersley's solution, (s u = G + nu ∆u) with the symbol s of implicit Euler in place of i omega, so that only
     // the error in space remains.
-    let g = &case.geometry;
+    let g = &case.anastomosis().unwrap().geometry;
     let (radius, nu, dt) = (
         g.graft_inner_radius,
         case.blood.viscosity / case.blood.density,

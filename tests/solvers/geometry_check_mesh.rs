@@ -1,6 +1,6 @@
 //! OpenFOAM's own opinion of the fluid meshes: all twelve models, the presets, the flag.
 
-use fsi_driver::case::{Case, Preset};
+use fsi_driver::case::{Case, Preset, Problem};
 use fsi_driver::fluid::openfoam::Programs;
 use fsi_driver::geometry::fluid_mesh;
 use std::path::Path;
@@ -17,9 +17,9 @@ fn check(model: &str, preset: Preset) -> f64 {
         .join("openfoam-case")
         .join(model);
     let case = Case::load(&folder, preset, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let mesh = match &case.flag {
-        Some(flag) => flag.fluid_mesh(),
-        None => fluid_mesh(&case),
+    let mesh = match &case.problem {
+        Problem::Anastomosis(vessel) => fluid_mesh(vessel),
+        Problem::Flag(flag) => flag.fluid_mesh(),
     };
     assert_eq!(mesh.cells(), case.fluid_cells());
     let scratch = tempfile::tempdir().unwrap();

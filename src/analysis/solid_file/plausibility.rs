@@ -2,9 +2,9 @@
 
 use super::SolidFile;
 use crate::analysis::tube::Ends;
+use crate::case::CaseError;
 use crate::case::stack::Stack;
 use crate::case::value::shorten;
-use crate::case::{CaseError, Material};
 use crate::pfem::element::surface::LoadKind;
 
 /// Displacement coefficients of all elements together, at most: beyond that the factorization needs more than 100 GB.
@@ -24,16 +24,8 @@ pub(super) fn check(solid: &SolidFile, stack: &Stack, errors: &mut Vec<CaseError
     };
     discretization(solid, &mut report);
     for (index, (_, material)) in solid.layers.iter().enumerate() {
-        if let Material::NeoHooke { mu, kappa } | Material::HolzapfelGasserOgden { mu, kappa, .. } =
-            material
-        {
-            report(
-                &format!("tube.layer[{index}].kappa_Pa"),
-                *kappa <= 2.0 / 3.0 * mu,
-                format!(
-                    "expected more than 2/3 of mu_Pa = {mu:?}: Poisson's ratio would not be positive"
-                ),
-            );
+        if let Some((keys, message)) = material.nonsense(&format!("tube.layer[{index}]")) {
+            report(&keys[0], true, message);
         }
     }
     dynamics(solid, &mut report);

@@ -1,6 +1,6 @@
 //! Whether cylinder, flag, channel and their meshes fit together.
 
-use super::Report;
+use super::{Report, material};
 use crate::case::{Case, Flag, Solver, Surrogate};
 
 /// Cells are at least this share of the height of the channel.
@@ -43,6 +43,7 @@ pub(super) fn check(case: &Case, flag: &Flag, report: &mut Report<'_>) {
             "the flag must be thinner than the cylinder: at most flag.cylinder_radius_m = {r:?}"
         ),
     );
+    material("flag.solid", &flag.solid, report);
     let end = flag.end();
     report(
         &[

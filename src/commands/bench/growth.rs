@@ -1,7 +1,7 @@
 //! How the cost of a step grows with the meshes: finer and finer ones of the same case, as table and plot.
 
 use super::{Arguments, Report};
-use crate::case::{Case, ResolvedCase};
+use crate::case::{Anastomosis, Problem, ResolvedCase};
 use crate::commands::Failure;
 use crate::commands::case_arguments::CaseArguments;
 use crate::commands::run::Interrupt;
@@ -24,12 +24,12 @@ pub fn measure(
     folder: &Path,
     interrupt: &Interrupt,
 ) -> Result<(), Failure> {
-    if case.flag.is_some() {
+    let Problem::Anastomosis(vessel) = &case.problem else {
         return Err(Failure::Input(format!(
             "--growth: {} is a flag in a channel, and the sizes are those of a vessel's meshes; give a case with a vessel",
             arguments.case.display()
         )));
-    }
+    };
     let sizes = (FLUID.map(|fluid| (fluid, STRUCTURE[0])).into_iter()).chain(
         STRUCTURE[1..]
             .iter()
@@ -38,7 +38,7 @@ pub fn measure(
     let chosen: Vec<(String, CaseArguments)> = sizes
         .map(|(fluid, structure)| {
             let name = format!("fluid-{fluid}-structure-{structure}");
-            (name, scaled(&arguments.chosen, case, fluid, structure))
+            (name, scaled(&arguments.chosen, vessel, fluid, structure))
         })
         .collect();
     // All of them are looked at before the first one is computed.
@@ -74,8 +74,13 @@ pub fn measure(
 }
 
 /// The case with finer (or coarser) meshes.
-fn scaled(chosen: &CaseArguments, case: &Case, fluid: f64, structure: f64) -> CaseArguments {
-    let (cells, elements) = (&case.fluid.mesh, &case.structure);
+fn scaled(
+    chosen: &CaseArguments,
+    vessel: &Anastomosis,
+    fluid: f64,
+    structure: f64,
+) -> CaseArguments {
+    let (cells, elements) = (&vessel.fluid.mesh, &vessel.structure);
     let times = |number: usize, factor: f64| (number as f64 * factor).round();
     [
         ("fluid.mesh.core", times(cells.core, fluid)),

@@ -2,7 +2,7 @@
 
 use super::measure::Measured;
 use super::variant::Variant;
-use crate::case::{Case, ResolvedCase};
+use crate::case::{Anastomosis, ResolvedCase};
 use crate::commands::Failure;
 use crate::commands::case_arguments::CaseArguments;
 use crate::commands::run::RunRequest;
@@ -63,8 +63,8 @@ impl Plan<'_> {
         for path in cases {
             let base = self.chosen.load(path)?;
             let mut chosen = self.chosen.clone();
-            if base.flag.is_none() {
-                chosen = chosen.with("output.probes_m", probes(&base));
+            if let Some(vessel) = base.anastomosis() {
+                chosen = chosen.with("output.probes_m", probes(vessel));
             }
             if let Some(steps) = self.steps {
                 let end = steps as f64 * base.time.step;
@@ -174,8 +174,8 @@ fn compute(
 }
 
 /// Points of the unloaded lumen's surface all over the deformable part, as a value of `output.probes_m`.
-fn probes(case: &Case) -> String {
-    let vessel = Vessel::new(case);
+fn probes(vessel: &Anastomosis) -> String {
+    let vessel = Vessel::new(vessel);
     let [along, around] = PROBES;
     let mut points = Vec::new();
     for i in 1..=along {

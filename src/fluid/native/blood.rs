@@ -7,7 +7,7 @@ use super::space::{Face, Patch};
 use super::vessel_mesh::{Resolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
-use crate::case::{Case, FlowCurve};
+use crate::case::{Case, FlowCurve, Problem};
 use crate::fluid::{
     Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
     Opening,
@@ -60,7 +60,11 @@ impl NativeFluid {
     /// # Errors
     /// If the vessel cannot be meshed so, or the curve of the inflow cannot be read.
     pub fn new(case: &Case) -> Result<Self, FluidError> {
-        let numbers = &case.fluid.native;
+        let Problem::Anastomosis(vessel) = &case.problem else {
+            let reason = "the driver's own solver is for vessels, and this is a flag in a channel";
+            return Err(FluidError::Died(reason.into()));
+        };
+        let numbers = &vessel.fluid.native;
         let resolution = Resolution {
             degree: numbers.degree,
             core: numbers.core,
@@ -70,8 +74,8 @@ impl NativeFluid {
         };
         let failed = |e: &dyn std::fmt::Display| FluidError::Died(e.to_string());
         let curve =
-            FlowCurve::new(&case.inflow, case.time.period).map_err(|error| failed(&error))?;
-        let mesh = VesselMesh::new(&Vessel::new(case), resolution);
+            FlowCurve::new(&vessel.inflow, case.time.period).map_err(|error| failed(&error))?;
+        let mesh = VesselMesh::new(&Vessel::new(vessel), resolution);
         let space = Discretization::new(mesh.space().clone()).map_err(|error| failed(&error))?;
         let positions = mesh.positions(&vec![Vec3::zeros(); mesh.interface().points.len()]);
         let faces = |wanted: fn(Patch) -> bool| space.space.faces_of(wanted);
@@ -103,7 +107,7 @@ impl NativeFluid {
                     pressure: zeros(pressures),
                     preconditioner: None,
                 },
-                windkessel: [case.windkessel.initial_pressure; 2],
+                windkessel: [vessel.windkessel.initial_pressure; 2],
             },
             mesh,
             flow,
@@ -111,8 +115,8 @@ impl NativeFluid {
             curve,
             ramp_duration: case.ramp.duration,
             windkessel: Windkessel {
-                resistance: case.windkessel.resistance,
-                compliance: case.windkessel.compliance,
+                resistance: vessel.windkessel.resistance,
+                compliance: vessel.windkessel.compliance,
             },
             inlet,
             wall,

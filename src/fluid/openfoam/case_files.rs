@@ -37,23 +37,33 @@ fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Case
     }
 }
 
+/// What is prescribed where the blood enters and leaves.
+#[derive(Debug, Clone)]
+pub enum Openings<'a> {
+    /// Those of a vessel.
+    Vessel {
+        /// Flow at the inlet.
+        inflow: FlowCurve,
+        /// The outlet.
+        windkessel: &'a Windkessel,
+    },
+    /// Those of the channel around a flag.
+    Channel(&'a Flag),
+}
+
 /// The physics that OpenFOAM needs to know.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct CaseFiles<'a> {
     /// Folder of the templates.
     pub templates: &'a Path,
     /// The blood.
     pub blood: &'a Blood,
-    /// Flow at the inlet.
-    pub inflow: &'a FlowCurve,
-    /// The outlet.
-    pub windkessel: &'a Windkessel,
+    /// What it flows through.
+    pub openings: Openings<'a>,
     /// Smooth start.
     pub ramp: &'a Ramp,
     /// Time axis.
     pub time: &'a Time,
-    /// The channel, if the blood flows around a flag.
-    pub flag: Option<&'a Flag>,
     /// MPI ranks.
     pub ranks: usize,
 }
@@ -71,7 +81,9 @@ impl CaseFiles<'_> {
         // ParaView opens the case by this name.
         write_file(&folder.join("fluid.foam"), "")?;
         write_file(&folder.join("system/fsiParameters"), &self.parameters())?;
-        write_file(&folder.join("constant/inflow.csv"), &self.curve())?;
+        if let Openings::Vessel { inflow, .. } = &self.openings {
+            write_file(&folder.join("constant/inflow.csv"), &self.curve(inflow))?;
+        }
         write_file(&folder.join("system/fsiProbes"), &probes::dictionary(&[]))?;
         // Until the solver is started: enough for checkMesh and other utilities to read the case.
         Connection {
@@ -84,7 +96,7 @@ impl CaseFiles<'_> {
     }
 
     fn parameters(&self) -> String {
-        let entries: [(&str, f64, &str); 9] = [
+        let entries: [(&str, f64, &str); 6] = [
             ("density", self.blood.density, "kg/m3"),
             (
                 "kinematicViscosity",
@@ -97,29 +109,27 @@ impl CaseFiles<'_> {
                 self.ramp.duration.max(NO_RAMP),
                 "s, of inflow and outlet pressure",
             ),
-            (
-                "windkesselResistance",
-                self.windkessel.resistance,
-                "Pa s/m3",
-            ),
-            ("windkesselCompliance", self.windkessel.compliance, "m3/Pa"),
-            (
-                "windkesselPressure",
-                self.windkessel.initial_pressure,
-                "Pa, at t = 0, before the ramp",
-            ),
             ("period", self.time.period, "s"),
             ("ranks", self.ranks as f64, "MPI ranks"),
         ];
-        let channel = self.flag.map_or(vec![], |flag| {
-            vec![
+        let openings = match &self.openings {
+            Openings::Vessel { windkessel, .. } => [
+                ("windkesselResistance", windkessel.resistance, "Pa s/m3"),
+                ("windkesselCompliance", windkessel.compliance, "m3/Pa"),
+                (
+                    "windkesselPressure",
+                    windkessel.initial_pressure,
+                    "Pa, at t = 0, before the ramp",
+                ),
+            ],
+            Openings::Channel(flag) => [
                 ("channelHeight", flag.channel_height, "m"),
                 ("meanVelocity", flag.mean_velocity, "m/s, at the inlet"),
                 ("depth", flag.depth, "m, along z"),
-            ]
-        });
+            ],
+        };
         let mut text = String::from("// Numbers of the case; written by fsi-driver, do not edit\n");
-        for (name, value, unit) in entries.into_iter().chain(channel) {
+        for (name, value, unit) in entries.into_iter().chain(openings) {
             // `{:e}` is the shortest form that reads back as the same number
             let value = if name == "ranks" {
                 format!("{value}")
@@ -132,9 +142,9 @@ impl CaseFiles<'_> {
     }
 
     /// One period of the inflow as `time_s,flow_m3_s`; OpenFOAM interpolates linearly and repeats it.
-    fn curve(&self) -> String {
+    fn curve(&self, inflow: &FlowCurve) -> String {
         let mut text = String::from("time_s,flow_m3_s\n");
-        for [time, flow] in self.inflow.samples(self.time.step) {
+        for [time, flow] in inflow.samples(self.time.step) {
             let _ = writeln!(text, "{time:e},{flow:e}");
         }
         text

@@ -35,7 +35,10 @@ pub fn start(
     let root = folder.path().canonicalize().map_err(failed)?;
     let (case, log) = (root.join("openfoam"), root.join("openfoam.log"));
     mesh.write(&case).map_err(failed)?;
-    let files = CaseFiles { ranks: 1, ..*files };
+    let files = CaseFiles {
+        ranks: 1,
+        ..files.clone()
+    };
     (files.write(&case)).map_err(|e| FluidError::Died(e.to_string()))?;
     let time_step = files.time.step;
     let started = OpenFoam::start(OpenFoamSettings {

@@ -59,7 +59,7 @@ impl Flow {
             let near = |t: &&(f64, String)| (t.0 - state.time).abs() < 0.5 * run.case.time.step;
             if let Some((time, name)) = times.iter().find(near) {
                 let velocity = vectors(&run.files.openfoam().join(name).join("U"))?;
-                if velocity.len() == run.case.fluid.mesh.cells() {
+                if velocity.len() == run.vessel.fluid.mesh.cells() {
                     frames.push(Frame {
                         time: *time,
                         velocity,
@@ -72,7 +72,7 @@ impl Flow {
             .filter(|_| !frames.is_empty())
             .map(|rings| Self {
                 frames,
-                vessel: Vessel::new(&run.case),
+                vessel: Vessel::new(&run.vessel),
                 sections: Sections::new(run),
                 rings,
             }))
@@ -107,8 +107,8 @@ fn radii(wall: &Wall, positions: &[Vec3]) -> Vec<f64> {
 
 impl Sections {
     fn new(run: &Results) -> Self {
-        let settings = &run.case.fluid.mesh;
-        let mesh = Vessel::new(&run.case).fluid_mesh(settings);
+        let settings = &run.vessel.fluid.mesh;
+        let mesh = Vessel::new(&run.vessel).fluid_mesh(settings);
         let mut sums = vec![(Vec3::zeros(), 0.0); mesh.cells()];
         let sides = mesh
             .owner

@@ -16,7 +16,7 @@ pub fn sections(run: &Results, flow: &Flow) -> Vec<String> {
     let Some(frame) = frames.max_by(|a, b| a.fastest().total_cmp(&b.fastest())) else {
         return Vec::new();
     };
-    let geometry = &run.case.geometry;
+    let geometry = &run.vessel.geometry;
     let [_, end] = super::maps::whole(run);
     let joint = geometry.graft_length;
     let places = [

@@ -105,7 +105,7 @@ pub fn range(runs: &[&Results], field: Field, x: [f64; 2], from_zero: bool) -> [
 
 /// The whole deformable part of a case.
 pub fn whole(run: &Results) -> [f64; 2] {
-    let geometry = &run.case.geometry;
+    let geometry = &run.vessel.geometry;
     [0.0, geometry.graft_length + geometry.artery_length]
 }
 

@@ -17,12 +17,12 @@ pub fn page(run: &Results) -> io::Result<String> {
     let window = run.hemodynamics.window;
     let lead = format!(
         "{} fluid cells, structure of degree {} with {} elements; {} steps to t = {:.3} s. Averages over {} s < t ≤ {} s{}.",
-        run.case.fluid.mesh.cells(),
+        run.vessel.fluid.mesh.cells(),
         run.case.structure.p,
-        run.case.structure.axial_per_section
+        run.vessel.structure.axial_per_section
             * 4
-            * run.case.structure.circumferential
-            * run.case.structure.radial_per_layer,
+            * run.vessel.structure.circumferential
+            * run.vessel.structure.radial_per_layer,
         run.history.len(),
         run.history.last().map_or(0.0, |row| row.time_s),
         window.start_s,

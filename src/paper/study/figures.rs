@@ -211,7 +211,7 @@ pub fn distance(study: &Study) -> Vec<String> {
     let Some(example) = study.example() else {
         return Vec::new();
     };
-    let d_max = example.case.model.d_max;
+    let d_max = example.vessel.model.d_max;
     let Some(straight) = study
         .find(Extension::Straight, d_max)
         .filter(|run| !run.faces.is_empty())

@@ -1,6 +1,6 @@
 //! What a case is about: the bodies, their meshes, and what holds the solid. The one place where it is chosen.
 
-use crate::case::{Case, Flag, Material};
+use crate::case::{Anastomosis, Case, Flag, Material, Problem};
 use crate::geometry::{HexMesh, PolyMesh, Vessel};
 use crate::pfem::supports::Support;
 use crate::pfem::{Space, SpaceKind};
@@ -26,25 +26,26 @@ pub struct Domain {
 impl Domain {
     /// The domain of a checked case.
     pub fn new(case: &Case) -> Self {
-        match &case.flag {
-            Some(flag) => Self::flag(flag, case.structure.p),
-            None => Self::vessel(case),
+        let p = case.structure.p;
+        match &case.problem {
+            Problem::Anastomosis(vessel) => Self::anastomosis(vessel, p),
+            Problem::Flag(flag) => Self::flag(flag, p),
         }
     }
 
     /// The wall of a vessel, clamped at both ends, and the blood within.
-    fn vessel(case: &Case) -> Self {
-        let vessel = Vessel::new(case);
-        let (fluid, mesh) = (vessel.fluid_mesh(&case.fluid.mesh), &case.fluid.mesh);
+    fn anastomosis(keys: &Anastomosis, p: usize) -> Self {
+        let (vessel, mesh, wall) = (Vessel::new(keys), &keys.fluid.mesh, &keys.wall);
+        let fluid = vessel.fluid_mesh(mesh);
         Self {
             // Cells are numbered cross-section by cross-section, those of the extension first.
             rigid_cells: fluid.cells() / mesh.slices() * mesh.axial_extension,
             fluid,
-            solid: vessel.solid_mesh(&case.structure),
-            materials: [&case.wall.graft, &case.wall.media, &case.wall.adventitia]
+            solid: vessel.solid_mesh(&keys.structure),
+            materials: [&wall.graft, &wall.media, &wall.adventitia]
                 .map(Clone::clone)
                 .to_vec(),
-            space: Space::isotropic(SpaceKind::Trunk, case.structure.p),
+            space: Space::isotropic(SpaceKind::Trunk, p),
             wet_surface: "inner",
             supports: vec![
                 Support::Clamped("start".into()),

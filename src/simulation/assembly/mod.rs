@@ -10,7 +10,7 @@ use super::checkpoint::Store;
 use super::clock::Clock;
 use super::{Checkpoints, Settings, Simulation};
 use crate::Vec3;
-use crate::case::{self, Case, CaseIdentity, FlowCurve, FlowCurveError};
+use crate::case::{self, Case, CaseIdentity, FlowCurve, FlowCurveError, Problem};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::convergence::Criterion;
 use crate::coupling::fixed_point::FixedPoint;
@@ -18,7 +18,7 @@ use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::Transfer;
 use crate::coupling::{self, Coupling, flatten};
 use crate::fluid::native::NativeFluid;
-use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError};
+use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings};
 use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::session::Terms;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
@@ -194,9 +194,8 @@ fn openfoam(
     workplace: Workplace,
     memory: Option<&FluidMemory>,
 ) -> Result<Box<dyn Fluid>, AssemblyError> {
-    let inflow = FlowCurve::new(&case.inflow, case.time.period)?;
     domain.fluid.write(&workplace.folder)?;
-    case_files(case, &inflow).write(&workplace.folder)?;
+    case_files(case)?.write(&workplace.folder)?;
     let settings = OpenFoamSettings {
         case: workplace.folder,
         log: workplace.log,
@@ -223,17 +222,21 @@ fn openfoam(
 }
 
 /// The OpenFOAM case of a case.
-fn case_files<'a>(case: &'a Case, inflow: &'a FlowCurve) -> CaseFiles<'a> {
-    CaseFiles {
+fn case_files(case: &Case) -> Result<CaseFiles<'_>, FlowCurveError> {
+    Ok(CaseFiles {
         templates: &case.fluid.templates,
         blood: &case.blood,
-        inflow,
-        windkessel: &case.windkessel,
+        openings: match &case.problem {
+            Problem::Anastomosis(vessel) => Openings::Vessel {
+                inflow: FlowCurve::new(&vessel.inflow, case.time.period)?,
+                windkessel: &vessel.windkessel,
+            },
+            Problem::Flag(flag) => Openings::Channel(flag),
+        },
         ramp: &case.ramp,
         time: &case.time,
-        flag: case.flag.as_ref(),
         ranks: case.fluid.ranks,
-    }
+    })
 }
 
 /// The structure of a case, at rest.

@@ -3,7 +3,7 @@
 use super::surrogate::sections;
 use super::{Domain, case_files, structure};
 use crate::Vec3;
-use crate::case::{CaseErrors, FlowCurve, ResolvedCase, Solver, Surrogate};
+use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, Surrogate};
 use crate::coupling::transfer::Transfer;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
@@ -64,7 +64,8 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         }
     }
     if case.coupling.surrogate != Surrogate::None
-        && let Err(error) = sections(case, &interface.points)
+        && let Problem::Anastomosis(vessel) = &case.problem
+        && let Err(error) = sections(vessel, case.fluid.solver, &interface.points)
     {
         let key = match case.fluid.solver {
             Solver::OpenFoam => "fluid.mesh.axial_per_section",
@@ -103,9 +104,8 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
     let refused = |key: &str, reason: String| {
         TrialError::Refused(CaseErrors(vec![case.mistake(key, reason)]))
     };
-    let inflow = FlowCurve::new(&case.inflow, case.time.period)
-        .map_err(|e| refused("inflow.file", e.to_string()))?;
-    let (files, mesh) = (case_files(case, &inflow), Domain::new(case).fluid);
+    let files = case_files(case).map_err(|e| refused("inflow.file", e.to_string()))?;
+    let mesh = Domain::new(case).fluid;
     trial::start(&files, &mesh, interrupt).map_err(|error| match error {
         FluidError::Interrupted => TrialError::Interrupted,
         reason => refused("fluid.templates", format!("OpenFOAM refuses it: {reason}")),

@@ -1,7 +1,7 @@
 //! The surrogate of a case: a one-dimensional tube whose wall yields as the structure does.
 
 use crate::Vec3;
-use crate::case::{self, Case, Solver};
+use crate::case::{self, Anastomosis, Case, Problem, Solver};
 use crate::coupling::acceleration::surrogate::{
     Axis, Blood, End, Sections, SparseSection, TubeSurrogate,
 };
@@ -25,21 +25,26 @@ pub fn surrogate<S: Solid>(
     solid: &mut S,
     transfer: &Transfer<S::Location>,
 ) -> Result<Box<dyn Surrogate>, String> {
-    let g = &case.geometry;
+    let vessel = match &case.problem {
+        _ if case.coupling.surrogate == case::Surrogate::None => return Ok(Box::new(Identity)),
+        Problem::Anastomosis(vessel) => vessel,
+        Problem::Flag(_) => return Err("the surrogate is a tube, and a flag has none".into()),
+    };
     let open = |rigid_length| End::Pressure { rigid_length };
     let (inlet, outlet) = match case.coupling.surrogate {
         case::Surrogate::None => return Ok(Box::new(Identity)),
         case::Surrogate::Tube => {
             let windkessel = End::Windkessel {
-                resistance: case.windkessel.resistance,
-                compliance: case.windkessel.compliance,
+                resistance: vessel.windkessel.resistance,
+                compliance: vessel.windkessel.compliance,
                 rigid_length: 0.0,
             };
             (End::Flow, windkessel)
         }
-        case::Surrogate::OpenTube => (open(g.extension_length), open(0.0)),
+        case::Surrogate::OpenTube => (open(vessel.geometry.extension_length), open(0.0)),
     };
-    let sections = sections(case, &interface.points).map_err(|e| e.to_string())?;
+    let sections =
+        sections(vessel, case.fluid.solver, &interface.points).map_err(|e| e.to_string())?;
     let count = sections.count();
 
     let mut answers = Vec::new();
@@ -68,16 +73,20 @@ pub fn surrogate<S: Solid>(
 
 /// The sections of the surrogate of a case whose wall has these `points` (m): one for each ring of points between the
 /// ends, or for every other one if they are many; fewer if they are uneven.
-pub fn sections(case: &Case, points: &[Vec3]) -> Result<Sections, SparseSection> {
-    let g = &case.geometry;
+pub fn sections(
+    vessel: &Anastomosis,
+    solver: Solver,
+    points: &[Vec3],
+) -> Result<Sections, SparseSection> {
+    let (g, fluid) = (&vessel.geometry, &vessel.fluid);
     // The deformable part is straight in all models.
     let axis = Axis {
         start: Vec3::zeros(),
         end: (g.graft_length + g.artery_length) * Vec3::x(),
     };
-    let along = match case.fluid.solver {
-        Solver::OpenFoam => case.fluid.mesh.axial_per_section,
-        Solver::Native => case.fluid.native.axial_per_section * case.fluid.native.degree,
+    let along = match solver {
+        Solver::OpenFoam => fluid.mesh.axial_per_section,
+        Solver::Native => fluid.native.axial_per_section * fluid.native.degree,
     };
     let rings = 2 * along - 1;
     let half = rings.div_ceil(2);

@@ -3,7 +3,7 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Blood, FlowCurve, Inflow, Ramp, Time, Transport, Windkessel};
-use fsi_driver::fluid::openfoam::case_files::CaseFiles;
+use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings};
 use fsi_driver::fluid::openfoam::session::Terms;
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings, Programs, install};
 use fsi_driver::fluid::{FluidEffort, FluidInterface};
@@ -62,8 +62,10 @@ impl Channel {
                 density: DENSITY,
                 viscosity: 3.5e-3,
             },
-            inflow: &inflow(),
-            windkessel: &windkessel(),
+            openings: Openings::Vessel {
+                inflow: inflow(),
+                windkessel: &windkessel(),
+            },
             ramp: &RAMP,
             time: &Time {
                 step: STEP,
@@ -71,7 +73,6 @@ impl Channel {
                 period: 1.0,
                 max_halvings: 0,
             },
-            flag: None,
             ranks: 2,
         }
         .write(&case)

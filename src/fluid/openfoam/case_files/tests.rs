@@ -8,15 +8,16 @@ fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> Case
             density: 1050.0,
             viscosity: 3.5e-3,
         },
-        inflow,
-        windkessel: &Windkessel {
-            resistance: 2.85e9,
-            compliance: 1.2e-10,
-            initial_pressure: 1.1e4,
+        openings: Openings::Vessel {
+            inflow: inflow.clone(),
+            windkessel: &Windkessel {
+                resistance: 2.85e9,
+                compliance: 1.2e-10,
+                initial_pressure: 1.1e4,
+            },
         },
         ramp: &Ramp { duration: 0.0 },
         time,
-        flag: None,
         ranks: 2,
     }
 }
@@ -57,7 +58,7 @@ fn rows(text: &str) -> Vec<[f64; 2]> {
 #[test]
 fn the_curve_between_its_points_is_the_formula() {
     let (inflow, templates) = (inflow(), PathBuf::new());
-    let rows = rows(&files(&inflow, &TIME, &templates).curve());
+    let rows = rows(&files(&inflow, &TIME, &templates).curve(&inflow));
     assert_eq!(rows[32], [0.002, inflow.flow(0.002)]);
     for pair in rows.windows(2) {
         let middle = 0.5 * (pair[0][0] + pair[1][0]);
@@ -91,7 +92,7 @@ fn a_curve_of_the_users_is_sampled_finely_over_the_whole_period() {
         period: 0.8,
         ..TIME
     };
-    let rows = rows(&files(&curve, &time, Path::new("")).curve());
+    let rows = rows(&files(&curve, &time, Path::new("")).curve(&curve));
     assert_eq!(rows.len(), 400 * 32 + 1);
     let (first, last) = (rows[0], rows[rows.len() - 1]);
     assert_eq!((first[0], last[0]), (0.0, 0.8));

@@ -1,0 +1,146 @@
+//! The keys of the paper's vessel: graft and artery end to end, a rigid extension upstream, blood that flows through.
+
+use super::keys::Material;
+use super::schema::{Kind, above, from, whole};
+use super::table::{table, words};
+use std::path::PathBuf;
+
+table! {
+    /// A graft that is sewn end to end to an artery. Its tables stand at the root of a file, and some of them hold keys that
+    /// every case has as well.
+    pub struct Anastomosis {
+        [model: Model, "which of the models"]
+        [geometry: Geometry, "sizes of the vessel"]
+        [wall: Layers, "materials of the wall"]
+        [inflow: Inflow, "flow at the inlet"]
+        [windkessel: Windkessel, "two-element windkessel at the outlet"]
+        [structure: WallMesh, "mesh of the wall"]
+        [fluid: LumenMeshes, "meshes of the blood"]
+    }
+}
+
+table! {
+    /// Upstream path and imperfection.
+    pub struct Model {
+        extension: Extension = "extension", Kind::Word(Extension::WORDS), "path of the rigid extension";
+        d_max: f64 = "d_max_m", from(0.0, 0.1), "largest radius deviation of the imperfection";
+    }
+}
+
+words! {
+    /// Path of the rigid upstream extension.
+    pub enum Extension {
+        /// Models S.
+        Straight = "straight",
+        /// One turn of a helix: models H.
+        Helix = "helix",
+        /// A part of a circle: models A.
+        Arc = "arc",
+    }
+}
+
+table! {
+    /// Sizes of the vessel, unloaded. The graft section starts at x = 0.
+    pub struct Geometry {
+        graft_length: f64 = "graft_length_m", above(0.0, 10.0), "length of the graft section";
+        artery_length: f64 = "artery_length_m", above(0.0, 10.0), "length of the artery section";
+        graft_inner_radius: f64 = "graft_inner_radius_m", above(0.0, 0.1), "inner radius of the graft";
+        graft_thickness: f64 = "graft_thickness_m", above(0.0, 0.1), "wall thickness of the graft";
+        artery_inner_radius: f64 = "artery_inner_radius_m", above(0.0, 0.1), "inner radius of the artery";
+        media_thickness: f64 = "media_thickness_m", above(0.0, 0.1), "thickness of the media";
+        adventitia_thickness: f64 = "adventitia_thickness_m", above(0.0, 0.1), "thickness of the adventitia";
+        /// It blends the two cross-sections.
+        blend_length: f64 = "blend_length_m", above(0.0, 10.0), "length of the cosine blend, centred on the joint";
+        /// Along its centre-line.
+        extension_length: f64 = "extension_length_m", from(0.0, 10.0), "length of the rigid extension, 0 for none";
+        helix_radius: f64 = "helix_radius_m", above(0.0, 1.0), "radius of the helix";
+        arc_angle_deg: f64 = "arc_angle_deg", above(0.0, 270.0), "angle that the arc turns through";
+        /// Rows along x (first and last zero), columns around.
+        imperfection: Vec<Vec<f64>> = "imperfection", Kind::Rows(100), "support values of the imperfection relative to model.d_max_m";
+    }
+}
+
+table! {
+    /// Materials of the wall's parts.
+    pub struct Layers {
+        [graft: Material, "the graft"]
+        [media: Material, "the artery's inner layer"]
+        [adventitia: Material, "the artery's outer layer"]
+    }
+}
+
+table! {
+    /// Flow at the inlet: `base + amplitude sin²(pi (t/systole)^exponent)` for t < systole within a period, then `base`;
+    /// or a curve from a CSV file with the columns `time_s,flow_m3_s` over one period.
+    pub struct Inflow {
+        base: f64 = "base_m3_s", from(-1.0, 1.0), "flow outside systole";
+        amplitude: f64 = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base";
+        systole: f64 = "systole_s", above(0.0, 100.0), "duration of the pulse";
+        exponent: f64 = "exponent", from(0.1, 10.0), "exponent that makes the rise faster than the fall";
+        file: Option<PathBuf> = "file", Kind::Path, "CSV file with the columns time_s,flow_m3_s over one period",
+            absent "the formula of the other keys";
+    }
+}
+
+table! {
+    /// `C dp/dt + p/R = Q` at the outlet.
+    pub struct Windkessel {
+        resistance: f64 = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R of the windkessel";
+        compliance: f64 = "compliance_m3_Pa", above(0.0, 1.0), "compliance C of the windkessel";
+        /// Before the ramp.
+        initial_pressure: f64 = "initial_pressure_Pa", from(-1e6, 1e6), "pressure of the windkessel at t = 0";
+    }
+}
+
+table! {
+    /// Mesh of the wall.
+    pub struct WallMesh {
+        axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
+        circumferential: usize = "circumferential", whole(3, 1000), "elements around";
+        radial_per_layer: usize = "radial_per_layer", whole(1, 100), "elements through each layer";
+    }
+}
+
+table! {
+    /// Meshes of the blood, for either solver.
+    pub struct LumenMeshes {
+        [mesh: FluidMesh, "the O-grid"]
+        [native: Native, "the driver's own elements"]
+    }
+}
+
+table! {
+    /// The O-grid of the lumen: a square in the middle, rings of cells around it.
+    pub struct FluidMesh {
+        /// Four times as many lie around the circumference.
+        core: usize = "core", whole(2, 200), "cells along a side of the square in the middle";
+        radial: usize = "radial", whole(1, 200), "cells from the square to the wall";
+        wall_grading: f64 = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall";
+        axial_extension: usize = "axial_extension", whole(0, 10_000), "cells along the extension";
+        axial_per_section: usize = "axial_per_section", whole(1, 10_000), "cells along each section";
+    }
+}
+
+table! {
+    /// Spectral elements in the lumen: an O-grid as OpenFOAM's, of a few elements of high degree.
+    pub struct Native {
+        /// That of the pressure is one less.
+        degree: usize = "degree", whole(3, 8), "degree of the velocity and of the elements' shape";
+        /// Four times as many lie around the circumference.
+        core: usize = "core", whole(1, 50), "elements along a side of the square in the middle";
+        radial: usize = "radial", whole(1, 50), "elements from the square to the wall";
+        axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension";
+        axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
+        time_scheme: FluidTimeScheme = "time_scheme", Kind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
+    }
+}
+
+words! {
+    /// How the time derivative of the blood's velocity is taken.
+    pub enum FluidTimeScheme {
+        /// First order, as with OpenFOAM.
+        ImplicitEuler = "implicit_euler",
+        /// Backward differences of second order.
+        Bdf2 = "bdf2",
+    }
+}
