@@ -37,12 +37,14 @@ pub mod fluid;
 pub mod geometry;
 pub mod hemodynamics;
 pub mod interpolation;
+mod measurement;
 mod numbers;
 pub mod output;
 pub mod paper;
 pub mod pfem;
 pub mod processes;
 pub mod quadrature;
+mod run;
 pub mod simulation;
 
 /// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).

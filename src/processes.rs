@@ -29,6 +29,14 @@ pub fn peak_memory_of_all(process: u32) -> f64 {
         .sum::<f64>()
 }
 
+/// Memory of this machine, bytes.
+pub fn machine_memory() -> Option<f64> {
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes * 1024.0)
+}
+
 fn threads(process: u32) -> Vec<fs::DirEntry> {
     let tasks = fs::read_dir(format!("/proc/{process}/task"));
     tasks.into_iter().flatten().flatten().collect()

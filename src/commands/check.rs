@@ -1,13 +1,13 @@
 //! `fsi-driver check DIR`: everything that can be said of a case before it runs.
 
-use super::Failure;
-use super::case_arguments::{CaseArguments, machine_memory, warn};
-use super::run::Interrupt;
+use super::{CaseArguments, Failure};
 use crate::analysis::wall::{Pressures, WallFigures};
 use crate::case::{Anastomosis, Case, Problem, Solver};
 use crate::fluid::openfoam::install;
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
+use crate::processes::machine_memory;
+use crate::run::{Interrupt, warn};
 use crate::simulation::assembly::preflight;
 use std::path::PathBuf;
 

@@ -6,13 +6,11 @@ mod check;
 mod compare;
 mod convergence;
 mod couple_test;
-mod failure;
 mod hemodynamics;
 mod keys;
 mod report;
 mod results_folder;
 mod run;
-mod run_folder;
 mod shell;
 mod solid;
 mod study;
@@ -22,8 +20,8 @@ use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
 use crate::output::terminal;
+use crate::run::Failure;
 use case_arguments::CaseArguments;
-pub use failure::Failure;
 
 /// Fluid-structure interaction of arteries: p-version finite elements for the wall, OpenFOAM for the blood.
 ///

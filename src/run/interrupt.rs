@@ -1,6 +1,6 @@
 //! Ctrl-C, SIGTERM and SIGHUP: the first one ends the run in order, the second one at once.
 
-use crate::commands::Failure;
+use super::Failure;
 use crate::output::terminal;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;

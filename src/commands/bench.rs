@@ -4,19 +4,12 @@
 //! not what a run consists of. The warm state is the checkpoint of an ordinary run, made once and kept; the steps are
 //! taken in a copy of it.
 
-mod budget;
-mod growth;
-mod warm;
-
-use super::Failure;
-use super::case_arguments::CaseArguments;
-use super::run::{CoupledRun, Interrupt};
-use crate::case::ResolvedCase;
-use crate::fluid::FluidError;
+use super::{CaseArguments, Failure};
 use crate::fluid::openfoam::install;
+use crate::measurement::{Measurement, Report, growth};
 use crate::output::terminal;
-use budget::{Budget, Report};
-use std::path::{Path, PathBuf};
+use crate::run::Interrupt;
+use std::path::PathBuf;
 
 /// Options of the benchmark.
 #[derive(Debug, clap::Args)]
@@ -58,7 +51,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             arguments.from
         )));
     }
-    let case = arguments.warm_case(&arguments.chosen)?;
+    let selection = arguments.chosen.selection()?;
+    let measurement = Measurement {
+        case: &arguments.case,
+        selection: &selection,
+        from: arguments.from,
+        steps: arguments.steps,
+        quiet: arguments.quiet,
+    };
+    let case = measurement.warm_case()?;
     install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
     let old = arguments.compare.as_deref().map(Report::read).transpose()?;
     if let Some(old) = &old {
@@ -67,65 +68,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let then = (!arguments.quiet).then_some("the time step is finished");
     let interrupt = Interrupt::listen(then)?;
     if let Some(folder) = &arguments.growth {
-        return growth::measure(arguments, &case, folder, &interrupt);
+        return growth::measure(&measurement, &case, folder, &interrupt);
     }
     let warm = (arguments.warm.clone()).unwrap_or_else(|| {
         arguments
             .case
             .join(format!("warm-{}", arguments.chosen.preset))
     });
-    let report = arguments.measure(&arguments.chosen, &warm, &interrupt)?;
+    let report = measurement.take(&warm, &interrupt)?;
     terminal::print(report.table(old.as_ref()))?;
     (arguments.json.iter()).try_for_each(|path| report.write(path))
-}
-
-impl Arguments {
-    /// The case until the warm state.
-    fn warm_case(&self, chosen: &CaseArguments) -> Result<ResolvedCase, Failure> {
-        let chosen = chosen.clone().with("time.end_s", self.from);
-        chosen.load(&self.case)
-    }
-
-    /// The figures of the case as it was `chosen`, from the warm state in the folder `warm`.
-    fn measure(
-        &self,
-        chosen: &CaseArguments,
-        warm: &Path,
-        interrupt: &Interrupt,
-    ) -> Result<Report, Failure> {
-        let case = self.warm_case(chosen)?;
-        let warm = warm::state(&self.case, &case, warm, interrupt, self.quiet)?;
-        let begin = warm.checkpoint.time();
-        let end = begin + f64::from(self.steps) * case.time.step;
-        let measured = chosen.clone().with("time.end_s", end).load(&self.case)?;
-        let mut run = CoupledRun::assemble(
-            &self.case,
-            &measured,
-            warm.folder,
-            Some(&warm.checkpoint),
-            interrupt.clone(),
-            self.quiet,
-        )?;
-        let per_step = take_steps(&mut run)?;
-        Ok(Report {
-            version: env!("CARGO_PKG_VERSION").into(),
-            case: self.case.display().to_string(),
-            preset: chosen.preset.to_string(),
-            fluid_cells: run.fluid_cells,
-            structure_dofs: run.degrees_of_freedom(),
-            ranks: case.fluid.ranks,
-            threads: rayon::current_num_threads(),
-            from_s: begin,
-            steps: self.steps as usize,
-            per_step,
-        })
-    }
-}
-
-fn take_steps(run: &mut CoupledRun) -> Result<Budget, Failure> {
-    let failed = |e: FluidError| Failure::Run(format!("cannot read what was measured: {e}"));
-    let meter = budget::Meter::start(run).map_err(failed)?;
-    run.advance()?;
-    let budget = meter.stop(run);
-    budget.map_err(failed)
 }

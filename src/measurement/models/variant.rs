@@ -1,8 +1,8 @@
 //! Which settings of the acceleration a table compares.
 
 use crate::case::{Case, Surrogate};
-use crate::commands::case_arguments::CaseArguments;
 use crate::coupling::acceleration::AccelerationModel;
+use crate::run::{CaseSelection, Failure};
 
 /// Iterations that relaxation may take in a step, which the limit of a case is not made for.
 const PATIENCE: usize = 500;
@@ -21,7 +21,7 @@ pub struct Variant {
 impl Variant {
     /// Every model, with memory of up to 40 steps for those that can have it, with and without the surrogate. Models
     /// that agree without memory are there once. The quick ones come first.
-    pub fn all() -> Vec<Self> {
+    fn all() -> Vec<Self> {
         use AccelerationModel::{Aitken, Constant, Hybrid, IqnLs, MultiVector};
         let models = [
             (IqnLs, 40),
@@ -45,6 +45,25 @@ impl Variant {
         models.into_iter().flat_map(both).collect()
     }
 
+    /// Those of these names, in their order; all of them if there is no name.
+    pub fn called(names: &[String]) -> Result<Vec<Self>, Failure> {
+        let all = Self::all();
+        if names.is_empty() {
+            return Ok(all);
+        }
+        let find = |name: &String| {
+            let found = all.iter().find(|variant| variant.name() == *name);
+            found.copied().ok_or_else(|| {
+                let names: Vec<_> = all.iter().map(|variant| variant.name()).collect();
+                Failure::Input(format!(
+                    "--only {name}: there is no such row; expected some of {}",
+                    names.join(", ")
+                ))
+            })
+        };
+        names.iter().map(find).collect()
+    }
+
     /// The name of its folder, and on the command line: `iqn_ls-10-surrogate`.
     pub fn name(self) -> String {
         let memory = if self.kind.remembers() {
@@ -57,7 +76,7 @@ impl Variant {
     }
 
     /// The arguments that make `case` a run with these settings.
-    pub fn arguments(self, chosen: &CaseArguments, case: &Case) -> CaseArguments {
+    pub fn arguments(self, chosen: &CaseSelection, case: &Case) -> CaseSelection {
         let surrogate = match (self.surrogate, case.coupling.surrogate) {
             (false, _) => "none",
             (true, Surrogate::OpenTube) => "open_tube",

@@ -1,9 +1,8 @@
 //! The end of a run, good or bad.
 
-use super::{CoupledRun, Found, written};
+use super::coupled_run::{CoupledRun, Found};
+use super::{Failure, RunFolder, written};
 use crate::case::Solver;
-use crate::commands::Failure;
-use crate::commands::run_folder::RunFolder;
 use crate::output::progress::human;
 use crate::output::record::{Ending, Summary};
 use crate::output::{results, terminal};

@@ -1,24 +1,12 @@
 //! `fsi-driver study`: many models, each a run of its own, several at once.
 
-mod board;
-mod models;
-mod worker;
-
-use super::Failure;
-use super::case_arguments::CaseArguments;
-use super::run::Interrupt;
+use super::{CaseArguments, Failure};
 use crate::case::Solver;
 use crate::fluid::openfoam::install;
 use crate::output::terminal;
-use board::Board;
-use models::Model;
-use std::collections::VecDeque;
+use crate::run::Interrupt;
+use crate::run::batch::{self, Board, Model, Outcome, Worker};
 use std::path::PathBuf;
-use std::time::Duration;
-use worker::{Outcome, Worker};
-
-/// Time between two looks at the models.
-const LOOK: Duration = Duration::from_millis(500);
 
 /// Options of the study.
 #[derive(Debug, clap::Args)]
@@ -53,7 +41,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             .cases
             .join(format!("study-{}", arguments.case.preset))
     });
-    let mut models = models::find(&arguments.cases, &arguments.models, &arguments.case, &out)?;
+    let selection = arguments.case.selection()?;
+    let mut models = batch::find(&arguments.cases, &arguments.models, &selection, &out)?;
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
     let with_openfoam = |m: &Model| m.case.fluid.solver == Solver::OpenFoam;
     if models.iter().any(with_openfoam) {
@@ -61,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     install::check_path(&out).map_err(|e| Failure::Input(e.to_string()))?;
     if !arguments.resume {
-        models::refuse_earlier(&models)?;
+        batch::refuse_earlier(&models)?;
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = arguments.jobs.map_or(cores.div_ceil(ranks), usize::from);
@@ -70,61 +59,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(|e| Failure::Input(format!("cannot create {}: {e}", out.display())))?;
     let then = "the models finish their time step and write a checkpoint";
     let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))?;
-    let notes = models::prepare(&mut models)?;
+    let notes = batch::prepare(&mut models)?;
     let board = Board::new(&models, jobs, arguments.quiet);
     notes.iter().for_each(|note| board.note(note));
     let threads = (cores / jobs).max(1);
-    let outcomes = work(&models, &interrupt, board, jobs, |model| {
-        Worker::start(model, &arguments.case, threads)
+    let outcomes = batch::work(&models, &interrupt, board, jobs, |model| {
+        Worker::start(model, &selection, threads)
     });
     conclude(&models, &outcomes, &out)
-}
-
-/// Keeps `jobs` models at work until all are done, or until somebody asks to end; returns what became of each.
-fn work(
-    models: &[Model],
-    interrupt: &Interrupt,
-    mut board: Board,
-    jobs: usize,
-    start: impl Fn(&Model) -> Result<Worker, String>,
-) -> Vec<Outcome> {
-    let mut outcomes: Vec<Outcome> = models.iter().map(Model::outcome).collect();
-    let mut waiting: VecDeque<usize> = (0..models.len())
-        .filter(|&i| outcomes[i] == Outcome::Waiting)
-        .collect();
-    let mut working: Vec<(usize, Worker)> = Vec::new();
-    loop {
-        if interrupt.asked() {
-            waiting.clear();
-            working
-                .iter_mut()
-                .for_each(|(_, worker)| worker.interrupt());
-        }
-        while working.len() < jobs
-            && let Some(i) = waiting.pop_front()
-        {
-            match start(&models[i]) {
-                Ok(worker) => {
-                    outcomes[i] = Outcome::Working;
-                    working.push((i, worker));
-                }
-                Err(reason) => outcomes[i] = Outcome::Failed(reason),
-            }
-        }
-        working.retain_mut(|(i, worker)| match worker.outcome() {
-            Outcome::Working => true,
-            ended => {
-                outcomes[*i] = ended;
-                false
-            }
-        });
-        board.show(&outcomes);
-        if working.is_empty() && waiting.is_empty() {
-            board.finish();
-            return outcomes;
-        }
-        std::thread::sleep(LOOK);
-    }
 }
 
 /// Says what became of the models.

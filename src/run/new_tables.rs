@@ -1,8 +1,6 @@
 //! Tables of a run that are lost: set aside, so that the run can go on with new ones.
 
-use super::RunCheckpoint;
-use crate::commands::Failure;
-use crate::commands::run_folder::RunFolder;
+use super::{Failure, RunCheckpoint, RunFolder};
 use crate::files::below;
 use std::fs;
 use std::io;

@@ -1,10 +1,7 @@
 //! A run in its folder: the simulation of a case, its record and its progress.
 
-use super::interrupt::Interrupt;
-use super::{run_failure, written};
+use super::{Failure, Interrupt, RunFolder, run_failure, written};
 use crate::case::Case;
-use crate::commands::Failure;
-use crate::commands::run_folder::RunFolder;
 use crate::fluid::{Fluid, FluidError};
 use crate::output::progress::Progress;
 use crate::output::record::{self, Record, RecordSettings};

@@ -1,8 +1,9 @@
 //! How far the run in a folder has come with a case.
 
-use super::{Found, compare};
+use super::Failure;
+use super::coupled_run::Found;
+use super::resumption::compare;
 use crate::case::Case;
-use crate::commands::Failure;
 use crate::output::record::Summary;
 use crate::output::run_files::RunFiles;
 use crate::simulation::checkpoint::{Store, StoreError};

@@ -1,11 +1,9 @@
 //! The folder of a run: never silently overwritten.
 
-mod lock;
-
 use super::Failure;
+use super::lock::Lock;
 use crate::fluid::openfoam::install;
 use crate::output::run_files::{MARK, RunFiles};
-use lock::Lock;
 use std::fs;
 use std::path::Path;
 

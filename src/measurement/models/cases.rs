@@ -1,15 +1,11 @@
 //! Real coupled cases, each run with every model: one row after the other, and those that are there already not again.
 
-use super::measure::Measured;
+use super::results::Measured;
 use super::variant::Variant;
 use crate::case::{Anastomosis, ResolvedCase};
-use crate::commands::Failure;
-use crate::commands::case_arguments::CaseArguments;
-use crate::commands::run::RunRequest;
-use crate::commands::run::interrupt::{A_RUN_IS_SAVED, Interrupt};
-use crate::commands::run_folder::Earlier;
 use crate::geometry::Vessel;
 use crate::output::{terminal, write_atomically};
+use crate::run::{A_RUN_IS_SAVED, CaseSelection, Earlier, Failure, Interrupt, RunRequest};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -31,7 +27,7 @@ pub struct Plan<'a> {
     /// Number of time steps, if not to the end of the case.
     pub steps: Option<usize>,
     /// Preset and values that replace those of the cases.
-    pub chosen: &'a CaseArguments,
+    pub selection: &'a CaseSelection,
 }
 
 /// A row of the table.
@@ -61,8 +57,8 @@ impl Plan<'_> {
     pub fn run(&self, cases: &[PathBuf]) -> Result<(), Failure> {
         let mut runs = Vec::new();
         for path in cases {
-            let base = self.chosen.load(path)?;
-            let mut chosen = self.chosen.clone();
+            let base = self.selection.load(path)?;
+            let mut chosen = self.selection.clone();
             if let Some(vessel) = base.anastomosis() {
                 chosen = chosen.with("output.probes_m", probes(vessel));
             }
@@ -96,7 +92,7 @@ impl Plan<'_> {
         cases: &[(Variant, ResolvedCase)],
         interrupt: &Interrupt,
     ) -> Result<(), Failure> {
-        let name = format!("{}-{}", folder_name(path), self.chosen.preset);
+        let name = format!("{}-{}", folder_name(path), self.selection.preset);
         let folder = self.out.join(&name);
         let mut rows: Vec<(Variant, Measured)> = Vec::new();
         terminal::print(format_args!("{name}\n"))?;

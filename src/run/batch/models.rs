@@ -2,9 +2,8 @@
 
 use super::worker::Outcome;
 use crate::case::ResolvedCase;
-use crate::commands::Failure;
-use crate::commands::case_arguments::CaseArguments;
-use crate::commands::run::RunStatus;
+use crate::run::status::RunStatus;
+use crate::run::{CaseSelection, Failure};
 use std::path::{Path, PathBuf};
 
 /// A model of the study.
@@ -41,7 +40,7 @@ impl Model {
 pub fn find(
     cases: &Path,
     patterns: &str,
-    chosen: &CaseArguments,
+    chosen: &CaseSelection,
     out: &Path,
 ) -> Result<Vec<Model>, Failure> {
     let entries = std::fs::read_dir(cases)

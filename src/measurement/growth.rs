@@ -1,12 +1,10 @@
 //! How the cost of a step grows with the meshes: finer and finer ones of the same case, as table and plot.
 
-use super::{Arguments, Report};
+use super::{Measurement, Report};
 use crate::case::{Anastomosis, Problem, ResolvedCase};
-use crate::commands::Failure;
-use crate::commands::case_arguments::CaseArguments;
-use crate::commands::run::Interrupt;
 use crate::output::figure::{Curve, Figure, Marker, Panel, Scale};
 use crate::output::{terminal, write_atomically};
+use crate::run::{CaseSelection, Failure, Interrupt};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -19,7 +17,7 @@ const STRUCTURE: [f64; 4] = [0.7, 1.0, 1.35, 2.0];
 /// Measures every size: the fluid with the coarsest structure and the structure with the coarsest fluid. Leaves the
 /// figures of each (`fluid-0.8-structure-0.7.json`), `growth.csv`, `growth.svg` and `growth.png`.
 pub fn measure(
-    arguments: &Arguments,
+    measurement: &Measurement<'_>,
     case: &ResolvedCase,
     folder: &Path,
     interrupt: &Interrupt,
@@ -27,7 +25,7 @@ pub fn measure(
     let Problem::Anastomosis(vessel) = &case.problem else {
         return Err(Failure::Input(format!(
             "--growth: {} is a flag in a channel, and the sizes are those of a vessel's meshes; give a case with a vessel",
-            arguments.case.display()
+            measurement.case.display()
         )));
     };
     let sizes = (FLUID.map(|fluid| (fluid, STRUCTURE[0])).into_iter()).chain(
@@ -35,26 +33,37 @@ pub fn measure(
             .iter()
             .map(|&structure| (FLUID[0], structure)),
     );
-    let chosen: Vec<(String, CaseArguments)> = sizes
+    let chosen: Vec<(String, CaseSelection)> = sizes
         .map(|(fluid, structure)| {
             let name = format!("fluid-{fluid}-structure-{structure}");
-            (name, scaled(&arguments.chosen, vessel, fluid, structure))
+            (
+                name,
+                scaled(measurement.selection, vessel, fluid, structure),
+            )
         })
         .collect();
     // All of them are looked at before the first one is computed.
-    for (_, chosen) in &chosen {
-        arguments.warm_case(chosen)?;
+    let sizes = chosen.iter().map(|(name, selection)| {
+        let of_size = Measurement {
+            selection,
+            ..*measurement
+        };
+        (name, of_size)
+    });
+    let sizes: Vec<_> = sizes.collect();
+    for (_, measurement) in &sizes {
+        measurement.warm_case()?;
     }
     let failed = |e: io::Error| Failure::Run(format!("cannot write {}: {e}", folder.display()));
     fs::create_dir_all(folder).map_err(failed)?;
     let mut reports = Vec::new();
-    for (name, chosen) in &chosen {
+    for (name, measurement) in &sizes {
         let file = folder.join(format!("{name}.json"));
         let report = if file.exists() {
             Report::read(&file)?
         } else {
             let warm = folder.join(name);
-            let report = arguments.measure(chosen, &warm, interrupt)?;
+            let report = measurement.take(&warm, interrupt)?;
             report.write(&file)?;
             fs::remove_dir_all(&warm).map_err(failed)?;
             report
@@ -75,11 +84,11 @@ pub fn measure(
 
 /// The case with finer (or coarser) meshes.
 fn scaled(
-    chosen: &CaseArguments,
+    selection: &CaseSelection,
     vessel: &Anastomosis,
     fluid: f64,
     structure: f64,
-) -> CaseArguments {
+) -> CaseSelection {
     let (cells, elements) = (&vessel.fluid.mesh, &vessel.structure);
     let times = |number: usize, factor: f64| (number as f64 * factor).round();
     [
@@ -103,8 +112,8 @@ fn scaled(
         ),
     ]
     .into_iter()
-    .fold(chosen.clone(), |chosen, (key, value)| {
-        chosen.with(key, value)
+    .fold(selection.clone(), |selection, (key, value)| {
+        selection.with(key, value)
     })
 }
 

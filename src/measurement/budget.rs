@@ -1,12 +1,11 @@
 //! Seconds per step, by part, and their comparison.
 
-use super::super::run::CoupledRun;
-use super::Failure;
 use crate::case::Case;
 use crate::fluid::{Fluid, FluidError, FluidUsage};
 use crate::output::write_atomically;
 use crate::pfem::solution::stats::Stats;
 use crate::processes::{cpu_seconds, peak_memory};
+use crate::run::{CoupledRun, Failure};
 use crate::simulation::totals::Totals;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! At most one process works in the folder of a run.
 
-use crate::commands::Failure;
+use super::Failure;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock};
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};

@@ -1,11 +1,9 @@
 //! The state from which the measured steps start.
 
-use super::super::run::{self, Interrupt, RunCheckpoint, RunRequest};
-use super::super::run_folder::{Earlier, RunFolder};
-use super::Failure;
 use crate::case::ResolvedCase;
 use crate::case::identity::changed_keys;
 use crate::output::terminal;
+use crate::run::{self, Earlier, Failure, Interrupt, RunCheckpoint, RunFolder, RunRequest};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -88,7 +86,7 @@ pub fn state(
 
 fn newest(folder: &Path) -> Result<Option<RunCheckpoint>, Failure> {
     let folder = RunFolder::open(folder, Earlier::Resume)?;
-    Ok(run::find(&folder)?.map(|found| found.checkpoint))
+    Ok(run::newest(&folder)?.map(|found| found.checkpoint))
 }
 
 /// An ordinary run up to the warm state.

@@ -1,0 +1,104 @@
+//! The checkpoint from which a run goes on.
+
+use super::coupled_run::{Found, RunCheckpoint};
+use super::{Failure, RunFolder, new_tables};
+use crate::case::{Case, CaseIdentity};
+use crate::output::terminal;
+use crate::simulation::checkpoint::StoreError;
+use std::fs;
+
+/// The checkpoint from which the run in `folder` continues; none if it ended before it wrote the first.
+pub(super) fn checkpoint(
+    folder: &RunFolder,
+    case: &Case,
+) -> Result<Option<RunCheckpoint>, Failure> {
+    let Some(found) = newest(folder)? else {
+        let root = folder.root().display();
+        terminal::note(format_args!(
+            "the run in {root} had not begun; it starts now"
+        ));
+        return Ok(None);
+    };
+    can_follow(&found.checkpoint, case)?;
+    for damaged in &found.damaged {
+        terminal::note(format_args!("passed over: {damaged}"));
+    }
+    terminal::note(format_args!(
+        "continues from {}: {} steps, t = {} s",
+        found.path.display(),
+        found.checkpoint.step(),
+        found.checkpoint.time()
+    ));
+    Ok(Some(found.checkpoint))
+}
+
+/// The checkpoint from which the run in `folder` continues with new tables.
+pub(super) fn checkpoint_without_tables(
+    folder: &RunFolder,
+    case: &Case,
+) -> Result<RunCheckpoint, Failure> {
+    let found: Result<Found, _> = (folder.checkpoints()).newest_without(&new_tables::names(folder));
+    let found = found.map_err(|e| Failure::Input(e.to_string()))?;
+    can_follow(&found.checkpoint, case)?;
+    let (checkpoint, lost) = new_tables::set_aside(folder, found.checkpoint)?;
+    for lost in lost {
+        terminal::note(format_args!("begins anew: {lost}"));
+    }
+    terminal::note(format_args!(
+        "continues from {}: {} steps, t = {} s",
+        found.path.display(),
+        checkpoint.step(),
+        checkpoint.time()
+    ));
+    Ok(checkpoint)
+}
+
+/// Refuses another case than that of the checkpoint, and one that ends before it: its results would be cut off.
+fn can_follow(checkpoint: &RunCheckpoint, case: &Case) -> Result<(), Failure> {
+    compare(checkpoint, case)?;
+    let reached = checkpoint.time();
+    if reached > case.time.end + 0.5 * case.time.step {
+        return Err(Failure::Input(format!(
+            "time.end_s (--end-time): {} s, but the run to be resumed has reached t = {reached} s; expected at least that. \
+             For results until an earlier time: fsi-driver hemodynamics RUN --from S --to S",
+            case.time.end
+        )));
+    }
+    Ok(())
+}
+
+/// The newest whole checkpoint in a folder; none if the run had not begun.
+pub fn newest(folder: &RunFolder) -> Result<Option<Found>, Failure> {
+    match folder.checkpoints().newest() {
+        Ok(found) => Ok(Some(found)),
+        Err(StoreError::None(_)) if fs::metadata(folder.history()).map_or(0, |f| f.len()) == 0 => {
+            Ok(None)
+        }
+        Err(error) => {
+            let waived = new_tables::names(folder);
+            let state: Result<Found, _> = folder.checkpoints().newest_without(&waived);
+            Err(Failure::Input(match state {
+                Ok(_) => format!(
+                    "{error}\nRestore such a file from a copy, or go on without its rows until now: --resume --new-tables sets it aside and begins it anew."
+                ),
+                Err(_) => {
+                    format!("{error}\nThe run cannot be resumed; start it again with --force.")
+                }
+            }))
+        }
+    }
+}
+
+/// Refuses to resume another case than that of the checkpoint.
+pub(super) fn compare(checkpoint: &RunCheckpoint, case: &Case) -> Result<(), Failure> {
+    let now = CaseIdentity::of(case);
+    let now = now.map_err(|e| Failure::Input(format!("cannot read the case: {e}")))?;
+    let changed = checkpoint.case.changes(&now);
+    if changed.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "the case is not the one that is to be resumed; give the same --preset and --set, or start again with --force. Changed:\n  {}",
+        changed.join("\n  ")
+    )))
+}

@@ -1,0 +1,85 @@
+//! Which case is run: a preset, and values that replace those of its files.
+
+use super::Failure;
+use crate::case::{Case, Override, Place, Preset, ResolvedCase};
+use crate::output::terminal;
+use crate::processes::machine_memory;
+use crate::simulation::assembly::preflight;
+use std::path::Path;
+
+/// A preset and values that replace those of a case.
+#[derive(Debug, Clone)]
+pub struct CaseSelection {
+    /// Resolution and length of the run.
+    pub preset: Preset,
+    /// What the user has given.
+    pub given: Vec<Override>,
+    /// Keys and values that the program itself has chosen, whatever the user said.
+    own: Vec<(String, String)>,
+}
+
+impl CaseSelection {
+    /// What the user has given.
+    pub fn new(preset: Preset, given: Vec<Override>) -> Self {
+        Self {
+            preset,
+            given,
+            own: Vec::new(),
+        }
+    }
+
+    /// The same as words of a command line.
+    pub fn to_arguments(&self) -> Vec<String> {
+        debug_assert!(self.own.is_empty(), "they have no option");
+        let mut words = vec!["--preset".to_owned(), self.preset.to_string()];
+        for Override { place, key, value } in &self.given {
+            words.extend(match place {
+                Place::Option(name) => [(*name).to_owned(), value.clone()],
+                _ => ["--set".to_owned(), format!("{key}={value}")],
+            });
+        }
+        words
+    }
+
+    /// The same with a value that replaces that of the case and of the user.
+    pub fn with(mut self, key: &str, value: impl std::fmt::Display) -> Self {
+        self.own.retain(|(other, _)| other != key);
+        self.own.push((key.to_owned(), value.to_string()));
+        self
+    }
+
+    /// Loads and checks the case in the folder `case`; it must fit into this machine.
+    ///
+    /// # Errors
+    /// All mistakes in the case, or what makes it too large.
+    pub fn load(&self, case: &Path) -> Result<ResolvedCase, Failure> {
+        let own = self.own.iter().map(|(key, value)| Override {
+            place: Place::Command,
+            key: key.clone(),
+            value: value.clone(),
+        });
+        let overrides: Vec<Override> = self.given.iter().cloned().chain(own).collect();
+        let case = Case::load_with(case, self.preset, &overrides)
+            .map_err(|e| Failure::Input(e.to_string()))?;
+        if let Some(there) = machine_memory().filter(|there| case.memory() > *there) {
+            let parts = case.memory_of().into_iter();
+            let largest = parts.max_by(|a, b| a.0.total_cmp(&b.0));
+            return Err(Failure::Input(format!(
+                "the case needs about {:.1} GB of memory, and this machine has {:.1} GB: take {}",
+                case.memory() / 1e9,
+                there / 1e9,
+                largest.map_or("less of everything", |(_, advice)| advice)
+            )));
+        }
+        preflight::check(&case).map_err(|e| Failure::Input(e.to_string()))?;
+        Ok(case)
+    }
+}
+
+/// Says on standard error what makes the results of a case doubtful.
+pub fn warn(case: &Case) {
+    let cores = std::thread::available_parallelism().map_or(usize::MAX, usize::from);
+    for warning in case.warnings(cores) {
+        terminal::note(format_args!("warning: {warning}"));
+    }
+}
