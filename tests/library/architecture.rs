@@ -157,6 +157,7 @@ fn only_its_own_room_knows_openfoam() {
     // Who chooses the fluid, and who looks whether it is installed, prints its files, or shows a field that it left.
     let doors = [
         "simulation/assembly",
+        "run/",
         "commands/",
         "output/report/",
         "paper/",
