@@ -44,6 +44,8 @@ fn run(kind: SpaceKind, p: usize, points: usize, mesh: [usize; 3]) {
         k2,
         fibre_angle_deg,
         tension_only: false,
+        dispersion: None,
+        viscosity: None,
     };
     let materials = [
         layer(5.4e4, 1e9, 640.0, 3.54, 10.0),

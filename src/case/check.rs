@@ -66,7 +66,7 @@ impl Material {
     /// the one to change, and what would be right.
     pub(crate) fn nonsense(&self, table: &str) -> Option<([String; 2], String)> {
         match self {
-            Self::NeoHooke { mu, kappa } | Self::HolzapfelGasserOgden { mu, kappa, .. }
+            Self::NeoHooke { mu, kappa, .. } | Self::HolzapfelGasserOgden { mu, kappa, .. }
                 if *kappa <= 2.0 / 3.0 * mu =>
             {
                 let keys = ["kappa_Pa", "mu_Pa"].map(|name| format!("{table}.{name}"));

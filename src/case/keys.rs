@@ -32,6 +32,8 @@ table! {
 const SHEAR: Kind = above(0.0, 1e12);
 /// Of bulk moduli and Young's.
 const BULK: Kind = above(0.0, 1e13);
+/// Of the viscosity of walls.
+const VISCOSITY: Kind = from(0.0, 1e9);
 
 choice! {
     /// A hyperelastic material.
@@ -40,6 +42,8 @@ choice! {
         NeoHooke = "neo_hooke" {
             mu: f64 = "mu_Pa", SHEAR, "shear modulus";
             kappa: f64 = "kappa_Pa", BULK, "bulk modulus";
+            viscosity: Option<f64> = "viscosity_Pa_s", VISCOSITY,
+                "viscous stress by rate of strain (Kelvin-Voigt)", absent "0";
         }
         /// Holzapfel, Gasser and Ogden's, with two families of fibres: equation (5).
         HolzapfelGasserOgden = "holzapfel_gasser_ogden" {
@@ -48,12 +52,18 @@ choice! {
             k1: f64 = "k1_Pa", from(0.0, 1e12), "stiffness of the fibres";
             k2: f64 = "k2", from(0.0, 1e4), "exponent of the fibres";
             fibre_angle_deg: f64 = "fibre_angle_deg", from(0.0, 90.0), "angle of the fibres from the circumferential direction";
+            dispersion: Option<f64> = "dispersion", from(0.0, 1.0 / 3.0),
+                "dispersion of the fibres about their angle, from 0 to 1/3 (none has a direction)", absent "0";
             tension_only: bool = "tension_only", Kind::Flag, "fibres that carry no compression", absent "false";
+            viscosity: Option<f64> = "viscosity_Pa_s", VISCOSITY,
+                "viscous stress by rate of strain (Kelvin-Voigt)", absent "0";
         }
         /// Linear relation between Green-Lagrange strain and second Piola-Kirchhoff stress, for benchmarks.
         SaintVenantKirchhoff = "saint_venant_kirchhoff" {
             youngs_modulus: f64 = "youngs_modulus_Pa", BULK, "Young's modulus";
             poisson_ratio: f64 = "poisson_ratio", from(-0.99, 0.4999), "Poisson's ratio";
+            viscosity: Option<f64> = "viscosity_Pa_s", VISCOSITY,
+                "viscous stress by rate of strain (Kelvin-Voigt)", absent "0";
         }
     }
 }

@@ -5,11 +5,11 @@ use super::element::foundation::Foundation;
 use super::element::mapping::{Mapping, MappingKind};
 use super::element::surface::Surface;
 use super::element::volume::Formulation;
-use super::element::{Body, Elements, gather, scatter};
+use super::element::{Body, Elements, Motion, gather, scatter};
 use super::linear_algebra::factor::{Factorization, Symbolic};
 use super::linear_algebra::ordering;
 use super::linear_algebra::sparse::Pattern;
-use super::material::{self, HyperelasticMaterial};
+use super::material::{self, HyperelasticMaterial, KelvinVoigt};
 use super::solid::SurfaceLoad;
 use super::space::Space;
 use super::space::numbering::Numbering;
@@ -67,6 +67,7 @@ pub struct Discretization {
     formulation: Formulation,
     foundations: Vec<Foundation>,
     materials: Vec<Box<dyn HyperelasticMaterial>>,
+    viscous: Vec<Option<KelvinVoigt>>,
     regions: Vec<usize>,
 }
 
@@ -128,6 +129,7 @@ impl Discretization {
             formulation,
             foundations,
             materials: materials.iter().map(material::from_case).collect(),
+            viscous: materials.iter().map(material::viscous_from_case).collect(),
             regions: mesh.regions.clone(),
         })
     }
@@ -137,6 +139,7 @@ impl Discretization {
         Body {
             numbering: &self.numbering,
             materials: &self.materials,
+            viscous: &self.viscous,
             regions: &self.regions,
             mapping: &self.mapping,
         }
@@ -203,12 +206,23 @@ impl Discretization {
         Ok(forces)
     }
 
-    /// Forces that resist a velocity, N at all coefficients; none without dampers.
-    pub fn viscous_forces(&self, velocity: &[f64]) -> Option<Vec<f64>> {
-        let mut damping = self.foundations.iter().filter(|f| f.damps()).peekable();
-        damping.peek()?;
-        let mut forces = vec![0.0; velocity.len()];
-        for foundation in damping {
+    /// Whether a material has a viscous part.
+    pub fn is_viscous(&self) -> bool {
+        self.viscous.iter().any(Option::is_some)
+    }
+
+    /// Forces of viscous stresses and dampers, N at all coefficients; none where nothing resists a velocity.
+    pub fn viscous_forces(&self, displacement: &[f64], velocity: &[f64]) -> Option<Vec<f64>> {
+        let damps = self.foundations.iter().any(Foundation::damps);
+        if !damps && !self.is_viscous() {
+            return None;
+        }
+        let mut forces = if self.is_viscous() {
+            (self.elements).viscous_forces(self.body(), displacement, velocity)
+        } else {
+            vec![0.0; velocity.len()]
+        };
+        for foundation in &self.foundations {
             foundation.add_damper_forces(&self.numbering, velocity, &mut forces);
         }
         Some(forces)
@@ -261,19 +275,20 @@ impl Discretization {
         linearized_at: Option<&[f64]>,
         following: &[(&Surface, &SurfaceLoad)],
     ) -> Result<Vec<f64>, SolidError> {
-        self.moving_tangent(displacement, linearized_at, following, 0.0)
+        self.moving_tangent(displacement, linearized_at, following, None)
     }
 
-    /// The same with the forces that resist a velocity whose derivative by the displacement is `slope`, 1/s.
+    /// The same with the forces that resist a motion; of those of viscous stresses the symmetric part.
     pub fn moving_tangent(
         &self,
         displacement: &[f64],
         linearized_at: Option<&[f64]>,
         following: &[(&Surface, &SurfaceLoad)],
-        slope: f64,
+        motion: Option<&Motion>,
     ) -> Result<Vec<f64>, SolidError> {
         let mut values = vec![0.0; self.pattern.entries()];
         let modes = self.numbering.modes.len();
+        let slope = motion.map_or(0.0, |motion| motion.slope);
         let size = 48 * modes.pow(2);
         let batch = (WAITING / size).max(rayon::current_num_threads());
         let elements: Vec<usize> = (0..self.regions.len()).collect();
@@ -281,9 +296,13 @@ impl Discretization {
             let matrices = batch
                 .par_iter()
                 .map(|&e| {
-                    let mut blocks =
-                        self.elements
-                            .stiffness(self.body(), e, displacement, linearized_at)?;
+                    let mut blocks = self.elements.stiffness(
+                        self.body(),
+                        e,
+                        displacement,
+                        linearized_at,
+                        motion,
+                    )?;
                     for (surface, load) in following {
                         surface.add_stiffness(&self.numbering, displacement, load, e, &mut blocks);
                     }

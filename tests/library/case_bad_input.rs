@@ -38,7 +38,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("turek-hron", "flag.lenght_m", "0.3", "did you mean `flag.length_m`?"),
     ("turek-hron", "flag.mesh.cell_size_m", "1e-9", "a thousandth of"),
     ("turek-hron", "flag.mesh.largest_cell_m", "1e-3", "at least flag.mesh.cell_size_m"),
-    ("turek-hron", "flag.solid.mu_Pa", "1e6", "it has youngs_modulus_Pa"),
+    ("turek-hron", "flag.solid.mu_Pa", "1e6", "it has viscosity_Pa_s, youngs_modulus_Pa"),
     ("turek-hron", "coupling.surrogate", "tube", "write \"none\""),
     ("S-0.25", "model.extension", "spiral", "\"straight\", \"helix\", \"arc\""),
     ("S-0.25", "model.extension", "strait", "did you mean \"straight\"?"),

@@ -128,7 +128,8 @@ fn values_of_the_paper_arrive() {
         vessel(&case).wall.graft,
         Material::NeoHooke {
             mu: 3.33e5,
-            kappa: 1.67e9
+            kappa: 1.67e9,
+            viscosity: None,
         }
     );
     let media = Material::HolzapfelGasserOgden {
@@ -138,6 +139,8 @@ fn values_of_the_paper_arrive() {
         k2: 3.54,
         fibre_angle_deg: 10.0,
         tension_only: false,
+        dispersion: None,
+        viscosity: None,
     };
     assert_eq!(vessel(&case).wall.media, media);
     assert_eq!(case.wall.damping, 0.01);
@@ -222,7 +225,8 @@ fn another_material_drops_the_old_ones_parameters() {
         vessel(&case).wall.media,
         Material::SaintVenantKirchhoff {
             youngs_modulus: 3e5,
-            poisson_ratio: 0.3
+            poisson_ratio: 0.3,
+            viscosity: None,
         }
     );
     let stiffer = load(
@@ -234,7 +238,8 @@ fn another_material_drops_the_old_ones_parameters() {
         vessel(&stiffer).wall.graft,
         Material::NeoHooke {
             mu: 4e5,
-            kappa: 1.67e9
+            kappa: 1.67e9,
+            viscosity: None,
         }
     );
 }

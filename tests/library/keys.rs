@@ -43,7 +43,7 @@ fn every_key_is_listed_in_80_columns() {
 #[test]
 fn a_key_is_found_by_its_name_its_meaning_and_its_words() {
     assert_eq!(
-        said(&["keys", "viscosity"]),
+        said(&["keys", "dynamic viscosity"]),
         "blood.viscosity_Pa_s = 0.0035                                          [assumed]\n    \
          dynamic viscosity of the blood: a number above 0.0, at most 1000.0 Pa s\n"
     );

@@ -63,6 +63,7 @@ fn csm1_beam_under_its_own_weight() {
     let material = Material::SaintVenantKirchhoff {
         youngs_modulus: 1.4e6,
         poisson_ratio: 0.4,
+        viscosity: None,
     };
     let supports = [
         Support::Clamped("start".into()),

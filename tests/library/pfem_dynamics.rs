@@ -37,6 +37,7 @@ fn tube_with(circumferential: usize, options: &StructureOptions) -> Structure {
     let material = Material::SaintVenantKirchhoff {
         youngs_modulus: 3e5,
         poisson_ratio: 0.3,
+        viscosity: None,
     };
     Structure::new(&mesh, &[material], options).unwrap()
 }
@@ -93,6 +94,26 @@ fn damping_takes_energy_at_its_rate() {
     let (first, last, time) = vibrate(short_tube(2, 4, 0.01), 100);
     let rate = (first / last).ln() / time;
     assert!((rate / 0.01 - 1.0).abs() < 0.02, "{rate}");
+}
+
+#[test]
+fn a_viscous_wall_damps_at_the_rate_of_kelvin_and_voigt() {
+    // Without Poisson's effect S = E E_Y, so that S_v = η Ė is the elastic stress of the velocity times η/E_Y: damping
+    // proportional to the stiffness, which takes η ω²/E_Y of the energy per time.
+    let mesh = tube_mesh(5e-3, &[1e-3], 2e-2, 2, 4, 1);
+    let (youngs_modulus, viscosity) = (3e5, 0.4);
+    let material = Material::SaintVenantKirchhoff {
+        youngs_modulus,
+        poisson_ratio: 0.0,
+        viscosity: Some(viscosity),
+    };
+    let structure = Structure::new(&mesh, &[material], &options(2, 0.0)).unwrap();
+    let omega = structure.natural_modes(1).unwrap()[0].angular_frequency;
+    let (first, last, time) = vibrate(structure, 20);
+    let rate = (first / last).ln() / time / (viscosity * omega * omega / youngs_modulus);
+    println!("{rate} of the rate, {} of the energy is left", last / first);
+    assert!((0.95..1.02).contains(&rate), "{rate}");
+    assert!(last < 0.9 * first);
 }
 
 #[test]
@@ -275,6 +296,7 @@ fn located_points_lie_where_they_are_and_move_with_the_wall() {
     let material = Material::SaintVenantKirchhoff {
         youngs_modulus: 3e5,
         poisson_ratio: 0.3,
+        viscosity: None,
     };
     let mut structure = Structure::new(&mesh, &[material], &options(4, 0.0)).unwrap();
     let points: Vec<Vec3> = (0..200)

@@ -29,7 +29,8 @@ fn discretize_in(
     let materials = vec![
         Material::NeoHooke {
             mu: 1.0,
-            kappa: 50.0
+            kappa: 50.0,
+            viscosity: None,
         };
         2
     ];

@@ -22,6 +22,7 @@ fn thin_tube(p: usize) -> Discretization {
     let material = Material::SaintVenantKirchhoff {
         youngs_modulus: YOUNG,
         poisson_ratio: POISSON,
+        viscosity: None,
     };
     let supports = ["start", "end"].map(|end| Support::Clamped(end.into()));
     let space = Space {

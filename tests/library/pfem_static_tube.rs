@@ -158,10 +158,12 @@ fn other_tubes_are_met_as_well() {
     let neo_hooke = Material::NeoHooke {
         mu: 3.33e5,
         kappa: 1.67e9,
+        viscosity: None,
     };
     let kirchhoff = Material::SaintVenantKirchhoff {
         youngs_modulus: 3e5,
         poisson_ratio: 0.3,
+        viscosity: None,
     };
     let [media, adventitia] = [0, 1].map(|i| artery()[i].clone());
     let tubes = [

@@ -53,6 +53,14 @@ fn what_does_not_fit_together_is_refused() {
             "take a smaller degree",
         ),
         (
+            vec![("dispersion = 0.0", "dispersion = 0.4")],
+            "`tube.layer[0].dispersion` = 0.4: expected a number from 0.0 to 0.3333333333333333",
+        ),
+        (
+            vec![("# viscosity_Pa_s = 50.0", "viscosity_Pa_s = -50.0")],
+            "`tube.layer[0].viscosity_Pa_s` = -50.0: expected a number from 0.0",
+        ),
+        (
             vec![("# axial_stretch = 1.2", "axial_stretch = 0.1")],
             "`supports.axial_stretch` = 0.1: expected a number from 0.5 to 3.0",
         ),

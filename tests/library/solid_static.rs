@@ -49,14 +49,17 @@ fn other_radii_thicknesses_and_materials_are_met() {
     let neo_hooke = Material::NeoHooke {
         mu: 3.33e5,
         kappa: 1.67e9,
+        viscosity: None,
     };
     let soft = Material::NeoHooke {
         mu: 4e4,
         kappa: 1e7,
+        viscosity: None,
     };
     let kirchhoff = Material::SaintVenantKirchhoff {
         youngs_modulus: 3e5,
         poisson_ratio: 0.3,
+        viscosity: None,
     };
     let fibred = |k1, k2, fibre_angle_deg| Material::HolzapfelGasserOgden {
         mu: 2e4,
@@ -65,6 +68,8 @@ fn other_radii_thicknesses_and_materials_are_met() {
         k2,
         fibre_angle_deg,
         tension_only: true,
+        dispersion: None,
+        viscosity: None,
     };
     // Inner radius, layers, pressure, axial and circumferential elements. Thin is a tenth of the radius, thick a half.
     let tubes = [

@@ -18,6 +18,8 @@ pub fn artery() -> Vec<Material> {
         k2,
         fibre_angle_deg,
         tension_only: false,
+        dispersion: None,
+        viscosity: None,
     };
     vec![
         layer(5.4e4, 1e9, 640.0, 3.54, 10.0),

@@ -16,7 +16,7 @@ const POINTS: usize = 40;
 fn density(material: &Material, a: f64, b: f64, c: f64) -> (f64, [f64; 2], [[f64; 2]; 2]) {
     let J = a * b * c;
     match *material {
-        Material::NeoHooke { mu, kappa } => {
+        Material::NeoHooke { mu, kappa, .. } => {
             let ln = J.ln();
             let w = 0.5 * mu * (a * a + b * b + c * c - 3.0) - mu * ln + 0.5 * kappa * ln * ln;
             let s = kappa * ln - mu;
@@ -28,6 +28,7 @@ fn density(material: &Material, a: f64, b: f64, c: f64) -> (f64, [f64; 2], [[f64
         Material::SaintVenantKirchhoff {
             youngs_modulus: e,
             poisson_ratio: nu,
+            ..
         } => {
             let lambda = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
             let mu = e / (2.0 * (1.0 + nu));
@@ -49,7 +50,9 @@ fn density(material: &Material, a: f64, b: f64, c: f64) -> (f64, [f64; 2], [[f64
             k1,
             k2,
             fibre_angle_deg,
+            dispersion,
             tension_only,
+            ..
         } => {
             // Isochoric part: mu/2 (J^{-2/3} I - 3).
             let i = a * a + b * b + c * c;
@@ -78,15 +81,22 @@ fn density(material: &Material, a: f64, b: f64, c: f64) -> (f64, [f64; 2], [[f64
             }
             // Both families of fibres stretch alike.
             let (sin, cos) = fibre_angle_deg.to_radians().sin_cos();
-            let strain = cos * cos * b * b + sin * sin * c * c - 1.0;
+            let spread = dispersion.unwrap_or(0.0);
+            let aligned = 1.0 - 3.0 * spread;
+            let strain =
+                spread * (i - 3.0) + aligned * (cos * cos * b * b + sin * sin * c * c - 1.0);
             if !(tension_only && strain < 0.0) {
                 let exponential = (k2 * strain * strain).exp();
-                let slope = 2.0 * cos * cos * b;
+                let slopes = [2.0 * spread * a, 2.0 * (spread + aligned * cos * cos) * b];
+                let curvatures = [2.0 * spread, 2.0 * (spread + aligned * cos * cos)];
                 w += k1 / k2 * (exponential - 1.0);
                 let psi = 2.0 * k1 * strain * exponential;
-                first[1] += psi * slope;
-                second[1][1] += psi * 2.0 * cos * cos
-                    + 2.0 * k1 * exponential * (1.0 + 2.0 * k2 * strain * strain) * slope * slope;
+                let curvature = 2.0 * k1 * exponential * (1.0 + 2.0 * k2 * strain * strain);
+                for p in 0..2 {
+                    first[p] += psi * slopes[p];
+                    second[p][p] += psi * curvatures[p];
+                    (0..2).for_each(|q| second[p][q] += curvature * slopes[p] * slopes[q]);
+                }
             }
             (w, first, second)
         }

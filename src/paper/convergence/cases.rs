@@ -128,11 +128,14 @@ impl TestCase {
             k2,
             fibre_angle_deg,
             tension_only: false,
+            dispersion: None,
+            viscosity: None,
         };
         match self {
             TestCase::Graft => vec![Material::NeoHooke {
                 mu: 3.33e5,
                 kappa: 1.67e9,
+                viscosity: None,
             }],
             TestCase::Circular | TestCase::Irregular => vec![
                 fibred(5.4e4, 1e9, 640.0, 3.54, 10.0),

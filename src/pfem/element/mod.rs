@@ -20,7 +20,7 @@ pub mod volume;
 use super::SolidError;
 use super::evaluation::extremes::Extremes;
 use super::evaluation::stress::StressState;
-use super::material::{Frame, HyperelasticMaterial, Volumetric, inverse_transpose};
+use super::material::{Frame, HyperelasticMaterial, KelvinVoigt, Volumetric, inverse_transpose};
 use super::space::numbering::Numbering;
 use super::space::shapes::Shapes;
 use super::space::{Mode, Space};
@@ -82,10 +82,21 @@ pub struct Body<'a> {
     pub numbering: &'a Numbering,
     /// Material of each region.
     pub materials: &'a [Box<dyn HyperelasticMaterial>],
+    /// Viscous part of it, if it has one.
+    pub viscous: &'a [Option<KelvinVoigt>],
     /// Region of each element.
     pub regions: &'a [usize],
     /// Shape of the elements.
     pub mapping: &'a Mapping,
+}
+
+/// How a body moves.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion<'a> {
+    /// Velocity coefficients, m/s.
+    pub velocity: &'a [f64],
+    /// Derivative of the velocity by the displacement in the time integration, 1/s.
+    pub slope: f64,
 }
 
 impl Elements {
@@ -238,8 +249,14 @@ impl Elements {
         element: usize,
         displacement: &[f64],
         linearized_at: Option<&[f64]>,
+        motion: Option<&Motion>,
     ) -> Result<Vec<f64>, SolidError> {
         let gradients = self.gradients(body, &[element], displacement);
+        let viscous = motion.zip(body.viscous[body.regions[element]]);
+        let viscous = viscous.map(|(motion, law)| {
+            let rates = self.rates(body, element, motion.velocity);
+            (law, rates, motion.slope)
+        });
         let old_gradients = linearized_at.map(|old| self.gradients(body, &[element], old));
         let material = &body.materials[body.regions[element]];
         let deformed = self.deformed(body, element, &gradients, 0, old_gradients.as_deref())?;
@@ -257,7 +274,10 @@ impl Elements {
                     ..*U
                 },
             };
-            let A = material.tangent_with(F, &point.frame, &local);
+            let mut A = material.tangent_with(F, &point.frame, &local);
+            if let Some((law, rates, slope)) = &viscous {
+                A += law.symmetric_tangent(F, &rates[q], *slope);
+            }
             let places = self.sums.places(q);
             for (pair, (i, k)) in PAIRS.into_iter().enumerate() {
                 let block: Mat3 = A.fixed_view::<3, 3>(3 * i, 3 * k).into();
@@ -281,6 +301,49 @@ impl Elements {
             projection.add_stiffness(element, points, gradients, F, U, &mut matrices);
         }
         Ok(matrices)
+    }
+
+    /// Forces of the viscous stresses at every degree of freedom, N.
+    pub fn viscous_forces(&self, body: Body, displacement: &[f64], velocity: &[f64]) -> Vec<f64> {
+        let (n, nq) = (self.shapes.modes, self.shapes.points);
+        let all: Vec<usize> = (0..self.points.len()).collect();
+        let of_element = |&e: &usize| -> Option<(usize, Vec<f64>)> {
+            let law = body.viscous[body.regions[e]]?;
+            let F = self.deformation(e, &self.gradients(body, &[e], displacement), 0);
+            let rates = self.rates(body, e, velocity);
+            let mut fluxes = vec![0.0; 9 * nq];
+            for (q, point) in self.points[e].iter().enumerate() {
+                let P = law.stress(&F[q], &rates[q]);
+                let Q = point.inverse_jacobian * P.transpose() * point.weight;
+                for (i, alpha) in (0..9).map(|k| (k / 3, k % 3)) {
+                    fluxes[i * 3 * nq + 3 * q + alpha] = Q[(alpha, i)];
+                }
+            }
+            let mut forces = vec![0.0; 3 * n];
+            matmul(
+                MatMut::from_column_major_slice_mut(&mut forces, n, 3),
+                Accum::Replace,
+                self.shapes.gradient_matrix(),
+                MatRef::from_column_major_slice(&fluxes, 3 * nq, 3),
+                1.0,
+                Par::Seq,
+            );
+            Some((e, forces))
+        };
+        let parts: Vec<_> = all.par_iter().filter_map(of_element).collect();
+        let mut total = vec![0.0; displacement.len()];
+        for (e, local) in &parts {
+            scatter(body.numbering, *e, local, &mut total);
+        }
+        total
+    }
+
+    /// `Ḟ` at the points of an element, 1/s.
+    fn rates(&self, body: Body, element: usize, velocity: &[f64]) -> Vec<Mat3> {
+        let gradients = self.gradients(body, &[element], velocity);
+        let mut rates = self.deformation(element, &gradients, 0);
+        rates.iter_mut().for_each(|F| *F -= Mat3::identity());
+        rates
     }
 
     /// `∫ N_a N_b dV` of one element, m³, modes times modes.

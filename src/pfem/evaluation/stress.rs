@@ -122,6 +122,7 @@ mod tests {
             k1: 1.0,
             k2: 0.5,
             fibre: [0.8, 0.6],
+            dispersion: 0.0,
             tension_only: false,
         };
         let frame = Frame::from_tangents(&Vec3::x(), &Vec3::y());

@@ -8,7 +8,9 @@ use crate::{Mat3, Vec3};
 
 /// Ground substance and two families of fibres:
 /// `W = k1/(2 k2) Σ_f (exp(k2 (IV_f - 1)²) - 1) + mu/2 (J^{-2/3} I_C - 3) + kappa/2 (J - 1)²`
-/// with `IV_f = a_f · C a_f`. As in the paper, the fibres see the full `C`, not its isochoric part, and resist
+/// with `IV_f = a_f · C a_f`. Where directions are dispersed by `κ` about the mean (Gasser, Ogden, Holzapfel: *Hyperelastic
+/// modelling of arterial layers with distributed collagen fibre orientations*, J. R. Soc. Interface 3, 2006, equation
+/// (4.7)), `κ (I_C - 3) + (1 - 3 κ) (IV_f - 1)` takes the place of `IV_f - 1`. As in the paper, the fibres see the full `C`, not its isochoric part, and resist
 /// compression as well unless `tension_only` is set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HolzapfelGasserOgden {
@@ -23,7 +25,9 @@ pub struct HolzapfelGasserOgden {
     /// Cosine and sine of the angle of the fibres from the circumferential direction towards plus and minus the axial
     /// direction.
     pub fibre: [f64; 2],
-    /// Fibres shorter than in the reference configuration carry no load.
+    /// Dispersion `κ` of the fibres, from 0 (all in one direction) to 1/3 (isotropic).
+    pub dispersion: f64,
+    /// Fibres shorter than in the reference configuration (in the mean, where they are dispersed) carry no load.
     pub tension_only: bool,
 }
 
@@ -37,7 +41,15 @@ impl HolzapfelGasserOgden {
         ]
     }
 
-    /// `psi(E) = k1/(2 k2) (exp(k2 E²) - 1)` with `E = IV - 1`, and its first two derivatives by `IV`.
+    /// Mean strain `E = κ (I_C - 3) + (1 - 3 κ) (IV - 1)` of the fibres about the direction `a`, and half of its derivative
+    /// by `F`: `κ F + (1 - 3 κ) (F a) ⊗ a`.
+    fn strain(&self, F: &Mat3, a: &Vec3) -> (f64, Mat3) {
+        let (Fa, aligned) = (F * a, 1.0 - 3.0 * self.dispersion);
+        let E = self.dispersion * (F.norm_squared() - 3.0) + aligned * (Fa.norm_squared() - 1.0);
+        (E, F * self.dispersion + Fa * a.transpose() * aligned)
+    }
+
+    /// `psi(E) = k1/(2 k2) (exp(k2 E²) - 1)`, and its first two derivatives by `E`.
     fn fibre_energy(&self, E: f64) -> [f64; 3] {
         if self.tension_only && E <= 0.0 {
             return [0.0; 3];
@@ -61,27 +73,27 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         let fibres: f64 = self
             .fibres(frame)
             .iter()
-            .map(|a| self.fibre_energy((F * a).norm_squared() - 1.0)[0])
+            .map(|a| self.fibre_energy(self.strain(F, a).0)[0])
             .sum();
         fibres + 0.5 * self.mu * (F.norm_squared() * J.cbrt().powi(-2) - 3.0) + U.energy
     }
 
-    /// `P = mu J^{-2/3} (F - I_C/3 F⁻ᵀ) + U' J F⁻ᵀ + Σ_f 2 psi' (F a_f) ⊗ a_f`.
+    /// `P = mu J^{-2/3} (F - I_C/3 F⁻ᵀ) + U' J F⁻ᵀ + Σ_f 2 psi' M_f`, `M_f = κ F + (1 - 3 κ) (F a_f) ⊗ a_f`.
     fn stress_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Mat3 {
         let (G, J) = inverse_transpose(F);
         let mu = self.mu * J.cbrt().powi(-2);
         let mut P = F * mu + G * (U.slope * J - mu * F.norm_squared() / 3.0);
         for a in self.fibres(frame) {
-            let Fa = F * a;
-            let [_, first, _] = self.fibre_energy(Fa.norm_squared() - 1.0);
-            P += Fa * a.transpose() * (2.0 * first);
+            let (E, M) = self.strain(F, &a);
+            let [_, first, _] = self.fibre_energy(E);
+            P += M * (2.0 * first);
         }
         P
     }
 
     /// With `G = F⁻ᵀ`:
     /// `A_ijkl = mu J^{-2/3} (δ_ik δ_jl - 2/3 (F_ij G_kl + G_ij F_kl) + 2/9 I_C G_ij G_kl + I_C/3 G_il G_kj)
-    /// + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj + Σ_f 4 psi'' (F a)_i a_j (F a)_k a_l + 2 psi' δ_ik a_j a_l`.
+    /// + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj + Σ_f 4 psi'' M_ij M_kl + 2 psi' δ_ik (κ δ_jl + (1 - 3 κ) a_j a_l)`.
     fn tangent_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
         let mu = self.mu * J.cbrt().powi(-2);
@@ -92,14 +104,14 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         let H = F * (-2.0 / 3.0 * mu) + G * (mu * I_C / 9.0 + 0.5 * volumetric);
         add_dyadic(&mut A, 1.0, &H, &G);
         add_dyadic(&mut A, 1.0, &G, &H);
-        add_crossed(&mut A, mu * I_C / 3.0 - U.slope * J, &G);
+        add_crossed(&mut A, mu * I_C / 3.0 - U.slope * J, &G, &G);
         let mut structure = Mat3::zeros();
         for a in self.fibres(frame) {
-            let Fa = F * a;
-            let [_, first, second] = self.fibre_energy(Fa.norm_squared() - 1.0);
-            let M = Fa * a.transpose();
+            let (E, M) = self.strain(F, &a);
+            let [_, first, second] = self.fibre_energy(E);
             add_dyadic(&mut A, 4.0 * second, &M, &M);
-            structure += a * a.transpose() * (2.0 * first);
+            let aligned = a * a.transpose() * (1.0 - 3.0 * self.dispersion);
+            structure += (aligned + Mat3::identity() * self.dispersion) * (2.0 * first);
         }
         add_parallel(&mut A, &Mat3::identity(), &structure);
         A
@@ -132,13 +144,50 @@ mod tests {
             k1,
             k2,
             fibre: [angle.to_radians().cos(), angle.to_radians().sin()],
+            dispersion: 0.0,
             tension_only,
         };
+        let dispersed = |dispersion| HolzapfelGasserOgden {
+            dispersion,
+            ..material(1.0, 2.0, 3.0, 1.5, 35.0, false)
+        };
+        check(&dispersed(0.1));
+        check(&dispersed(1.0 / 3.0));
         check(&material(5.4e4, 1e9, 640.0, 3.54, 10.0, false));
         check(&material(5.4e3, 1e8, 5.1e3, 2.0, 40.0, false));
         // Fibres that are not drowned by the bulk modulus.
         check(&material(1.0, 2.0, 3.0, 1.5, 35.0, false));
         check(&material(1.0, 2.0, 3.0, 0.0, 35.0, false));
+    }
+
+    #[test]
+    fn dispersed_evenly_the_fibres_have_no_direction() {
+        let material = |dispersion, angle: f64| HolzapfelGasserOgden {
+            mu: 1.0,
+            kappa: 2.0,
+            k1: 3.0,
+            k2: 1.5,
+            fibre: [angle.cos(), angle.sin()],
+            dispersion,
+            tension_only: false,
+        };
+        let frame = Frame::from_tangents(&Vec3::x(), &Vec3::y());
+        let F = Mat3::new(1.2, 0.1, 0.0, -0.2, 0.9, 0.3, 0.1, 0.0, 1.1);
+        let third = 1.0 / 3.0;
+        let [a, b] = [0.1, 1.3].map(|angle| material(third, angle).stress(&F, &frame));
+        assert!((a - b).norm() < 1e-14 * a.norm());
+        // The same as fibres of the mean strain (I_C - 3)/3, twice.
+        let strain = (F.norm_squared() - 3.0) / 3.0;
+        let fibres = material(third, 0.1).energy(&F, &frame)
+            - HolzapfelGasserOgden {
+                k1: 0.0,
+                ..material(third, 0.1)
+            }
+            .energy(&F, &frame);
+        assert!((fibres / (2.0 * ((1.5 * strain * strain).exp() - 1.0)) - 1.0).abs() < 1e-13);
+        // In between, neither limit.
+        let [none, some] = [0.0, 0.2].map(|kappa| material(kappa, 0.1).stress(&F, &frame));
+        assert!((some - none).norm() > 0.1 * none.norm() && (some - a).norm() > 0.1 * a.norm());
     }
 
     #[test]
@@ -149,6 +198,7 @@ mod tests {
             k1: 3.0,
             k2: 1.5,
             fibre: [1.0, 0.0],
+            dispersion: 0.0,
             tension_only: true,
         };
         let frame = Frame::from_tangents(&Vec3::x(), &Vec3::y());

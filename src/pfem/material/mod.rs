@@ -4,10 +4,12 @@
 //! deformation gradient `F`; components `(i, j)` of second-order tensors are collected at `3 i + j`.
 
 mod holzapfel_gasser_ogden;
+mod kelvin_voigt;
 mod neo_hooke;
 mod saint_venant_kirchhoff;
 
 pub use holzapfel_gasser_ogden::HolzapfelGasserOgden;
+pub use kelvin_voigt::KelvinVoigt;
 pub use neo_hooke::NeoHooke;
 pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
 
@@ -93,14 +95,16 @@ pub trait HyperelasticMaterial: Send + Sync {
 /// The material that a case describes.
 pub fn from_case(material: &Material) -> Box<dyn HyperelasticMaterial> {
     match *material {
-        Material::NeoHooke { mu, kappa } => Box::new(NeoHooke { mu, kappa }),
+        Material::NeoHooke { mu, kappa, .. } => Box::new(NeoHooke { mu, kappa }),
         Material::HolzapfelGasserOgden {
             mu,
             kappa,
             k1,
             k2,
             fibre_angle_deg,
+            dispersion,
             tension_only,
+            ..
         } => Box::new(HolzapfelGasserOgden {
             mu,
             kappa,
@@ -110,13 +114,26 @@ pub fn from_case(material: &Material) -> Box<dyn HyperelasticMaterial> {
                 fibre_angle_deg.to_radians().cos(),
                 fibre_angle_deg.to_radians().sin(),
             ],
+            dispersion: dispersion.unwrap_or(0.0),
             tension_only,
         }),
         Material::SaintVenantKirchhoff {
             youngs_modulus,
             poisson_ratio,
+            ..
         } => Box::new(SaintVenantKirchhoff::new(youngs_modulus, poisson_ratio)),
     }
+}
+
+/// The viscous part of a material that a case describes, if it has one.
+pub fn viscous_from_case(material: &Material) -> Option<KelvinVoigt> {
+    let viscosity = match *material {
+        Material::NeoHooke { viscosity, .. }
+        | Material::HolzapfelGasserOgden { viscosity, .. }
+        | Material::SaintVenantKirchhoff { viscosity, .. } => viscosity,
+    };
+    let viscosity = viscosity.filter(|&viscosity| viscosity > 0.0)?;
+    Some(KelvinVoigt { viscosity })
 }
 
 /// `A_ijkl += a X_ij Y_kl`.
@@ -133,14 +150,14 @@ fn add_dyadic(A: &mut Tensor4, a: f64, X: &Mat3, Y: &Mat3) {
     }
 }
 
-/// `A_ijkl += a X_il X_kj`.
-fn add_crossed(A: &mut Tensor4, a: f64, X: &Mat3) {
+/// `A_ijkl += a X_il Y_kj`.
+fn add_crossed(A: &mut Tensor4, a: f64, X: &Mat3, Y: &Mat3) {
     for k in 0..3 {
         for l in 0..3 {
             for i in 0..3 {
                 let x = a * X[(i, l)];
                 for j in 0..3 {
-                    A[(3 * i + j, 3 * k + l)] += x * X[(k, j)];
+                    A[(3 * i + j, 3 * k + l)] += x * Y[(k, j)];
                 }
             }
         }
@@ -181,10 +198,10 @@ mod verification {
     use nalgebra::{Rotation3, Unit};
 
     /// Reproducible numbers in [-1, 1].
-    struct Numbers(u64);
+    pub struct Numbers(pub u64);
 
     impl Numbers {
-        fn next(&mut self) -> f64 {
+        pub fn next(&mut self) -> f64 {
             self.0 = self
                 .0
                 .wrapping_mul(6364136223846793005)
@@ -192,23 +209,23 @@ mod verification {
             (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
         }
 
-        fn vector(&mut self) -> Vec3 {
+        pub fn vector(&mut self) -> Vec3 {
             Vec3::new(self.next(), self.next(), self.next())
         }
 
-        fn rotation(&mut self) -> Mat3 {
+        pub fn rotation(&mut self) -> Mat3 {
             let axis = Unit::new_normalize(self.vector());
             Rotation3::from_axis_angle(&axis, 3.0 * self.next()).into_inner()
         }
     }
 
     /// Derivative at zero, of fourth order in the step.
-    fn derivative(f: impl Fn(f64) -> f64) -> f64 {
+    pub fn derivative(f: impl Fn(f64) -> f64) -> f64 {
         let h = 1e-3;
         (8.0 * (f(h) - f(-h)) - (f(2.0 * h) - f(-2.0 * h))) / (12.0 * h)
     }
 
-    fn moved(F: &Mat3, i: usize, j: usize, h: f64) -> Mat3 {
+    pub fn moved(F: &Mat3, i: usize, j: usize, h: f64) -> Mat3 {
         let mut F = *F;
         F[(i, j)] += h;
         F

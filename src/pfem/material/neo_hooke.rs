@@ -32,7 +32,7 @@ impl HyperelasticMaterial for NeoHooke {
         let (G, J) = inverse_transpose(F);
         let mut A = Tensor4::identity() * self.mu;
         add_dyadic(&mut A, (U.curvature * J + U.slope) * J, &G, &G);
-        add_crossed(&mut A, self.mu - U.slope * J, &G);
+        add_crossed(&mut A, self.mu - U.slope * J, &G, &G);
         A
     }
 

@@ -48,7 +48,7 @@ impl HyperelasticMaterial for SaintVenantKirchhoff {
         let mut A = Tensor4::zeros();
         add_parallel(&mut A, &Mat3::identity(), &self.second_piola_kirchhoff(F));
         add_dyadic(&mut A, self.lambda, F, F);
-        add_crossed(&mut A, self.mu, F);
+        add_crossed(&mut A, self.mu, F, F);
         add_parallel(&mut A, &(F * F.transpose() * self.mu), &Mat3::identity());
         A
     }

@@ -2,6 +2,7 @@
 
 use super::super::SolidError;
 use super::super::discretization::Discretization;
+use super::super::element::Motion;
 use super::super::element::surface::{LoadKind, Surface};
 use super::super::linear_algebra::factor::Factorization;
 use super::super::linear_algebra::sparse::ScalarMatrix;
@@ -29,6 +30,8 @@ pub struct Linearization {
     pub d: Vec<f64>,
     /// Those that a full step of Newton's method led from to `d`.
     pub linearized_at: Option<Vec<f64>>,
+    /// Velocity coefficients, m/s, if viscous stresses depend on them.
+    pub v: Option<Vec<f64>>,
     /// The load.
     pub load: SurfaceLoad,
     /// Length of the time step, s.
@@ -60,27 +63,32 @@ impl EquationOfMotion {
     fn tangent(&self, at: &Linearization) -> Result<Vec<f64>, SolidError> {
         let body = &self.body;
         let (velocity, acceleration) = self.time_scheme.slopes(at.dt);
-        let mut values = self.tangent_without_inertia(at, velocity)?;
+        let still = vec![0.0; if at.v.is_some() { 0 } else { at.d.len() }];
+        let motion = Motion {
+            velocity: at.v.as_deref().unwrap_or(&still),
+            slope: velocity,
+        };
+        let mut values = self.tangent_without_inertia(at, Some(&motion))?;
         let mass = acceleration + self.damping * velocity;
         body.pattern.add_scalar(mass, &self.mass, &mut values);
         body.pattern.hold(&mut values);
         Ok(values)
     }
 
-    /// The part of internal forces and following loads; `slope` is that of the velocity by the displacement, 1/s.
+    /// The part of internal forces and following loads, and of what resists a motion.
     fn tangent_without_inertia(
         &self,
         at: &Linearization,
-        slope: f64,
+        motion: Option<&Motion>,
     ) -> Result<Vec<f64>, SolidError> {
         let mut following = vec![(&self.wet, &at.load)];
         following.extend(self.outer.as_ref().map(|(surface, load)| (surface, load)));
-        (self.body).moving_tangent(&at.d, at.linearized_at.as_deref(), &following, slope)
+        (self.body).moving_tangent(&at.d, at.linearized_at.as_deref(), &following, motion)
     }
 
     /// Whether an equilibrium with this displacement and load would be stable without inertia.
     pub fn is_statically_stable(&self, at: &Linearization) -> Result<bool, SolidError> {
-        let mut values = self.tangent_without_inertia(at, 0.0)?;
+        let mut values = self.tangent_without_inertia(at, None)?;
         self.body.pattern.hold(&mut values);
         Ok(self.body.factorize(&values)?.negative_eigenvalues() == 0)
     }
@@ -159,7 +167,7 @@ impl Equilibrium for TimeStep<'_> {
                     let kind = LoadKind::Follower;
                     surface.add_forces(&body.numbering, d, load, kind, &mut external);
                 }
-                if let Some(resistance) = body.viscous_forces(&v) {
+                if let Some(resistance) = body.viscous_forces(d, &v) {
                     let pairs = external.iter_mut().zip(resistance);
                     pairs.for_each(|(force, resistance)| *force -= resistance);
                 }
@@ -193,6 +201,7 @@ impl Equilibrium for TimeStep<'_> {
         let at = Linearization {
             d: d.to_vec(),
             linearized_at: linearized_at.map(<[f64]>::to_vec),
+            v: (self.equation.body.is_viscous()).then(|| self.rates(d).0),
             load: self.load.clone(),
             dt: self.dt,
         };

@@ -242,12 +242,18 @@ impl Structure {
         let from = Linearization {
             d: self.state.d.clone(),
             linearized_at: None,
+            v: self.relevant_velocity(),
             load,
             dt,
         };
         self.total.assemblies += 1;
         self.total.factorizations += 1;
         self.renewal = Renewal::start(&self.equation, from);
+    }
+
+    /// The velocity, if viscous stresses depend on it.
+    fn relevant_velocity(&self) -> Option<Vec<f64>> {
+        (self.equation.body.is_viscous()).then(|| self.state.v.clone())
     }
 
     /// Pressure of a load, mean over the reference area, Pa.
@@ -462,6 +468,7 @@ impl Solid for Structure {
             .accepted(&self.equation, pressure, || Linearization {
                 d: state.d.clone(),
                 linearized_at: None,
+                v: None,
                 load: trial.load.clone(),
                 dt: trial.dt,
             });
@@ -496,7 +503,7 @@ impl Solid for Structure {
         self.set_state(memory.state)?;
         for from in (memory.tangent.iter().map(|(from, _)| from)).chain(&memory.renewal) {
             self.check(&from.load)?;
-            let lengths = [Some(&from.d), from.linearized_at.as_ref()];
+            let lengths = [Some(&from.d), from.linearized_at.as_ref(), from.v.as_ref()];
             if (lengths.iter().flatten()).any(|d| d.len() != self.state.d.len()) {
                 return Err(SolidError::Model(
                     "the stored tangent belongs to another discretization".into(),

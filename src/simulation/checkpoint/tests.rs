@@ -149,6 +149,7 @@ fn linearization(d: Vec<f64>) -> Linearization {
     Linearization {
         d,
         linearized_at: None,
+        v: None,
         load: SurfaceLoad {
             pressure: vec![1e4],
             shear: vec![crate::Vec3::new(0.1, 0.2, 0.3)],
