@@ -5,6 +5,7 @@
 #include "fsiMotionFvMesh.H"
 #include "fsiAgglomeration.H"
 #include "fsiMeasure.H"
+#include "fsiViscosityModel.H"
 #include "addToRunTimeSelectionTable.H"
 #include "displacementMotionSolver.H"
 #include "fixedValuePointPatchFields.H"
@@ -26,6 +27,9 @@ namespace
 {
     //- More outer correctors than any step takes
     const Foam::label unlimited = 1000000000;
+
+    //- Share of the flow that a step may lose
+    const Foam::scalar mostImbalance = 5e-5;
 
     //- The length of the present step as the next one will remember it, which
     //  Time lays down when a step begins
@@ -97,10 +101,13 @@ Foam::fsiMotionFvMesh::fsiMotionFvMesh(const IOobject& io)
 :
     dynamicMotionSolverFvMesh(io),
     step_(-1),
+    stepBegun_(0),
     stepCorrectors_(0),
     trialCorrectors_(0),
     solutionsBefore_(0),
-    trial_()
+    trial_(),
+    phase_(phase::correcting),
+    moved_(false)
 {
     const dictionary& pimple = solutionDict().subDict("PIMPLE");
     if (pimple.found("residualControl"))
@@ -112,9 +119,10 @@ Foam::fsiMotionFvMesh::fsiMotionFvMesh(const IOobject& io)
     setOuterCorrectors(unlimited);
     // Without this the mesh would not be asked at every corrector
     const_cast<dictionary&>(pimple).set("moveMeshOuterCorrectors", true);
-    // Which corrector is the final one is known too late for the models of
-    // viscosity and turbulence: by default they would never be corrected
+    // Models of viscosity and turbulence are to be corrected in every one of
+    // them, which is also where the trial is answered
     const_cast<dictionary&>(pimple).set("turbOnFinalIterOnly", false);
+    fsiViscosityModel::standInForAll();
 }
 
 
@@ -228,6 +236,36 @@ void Foam::fsiMotionFvMesh::setTimeStep(const scalar length)
 }
 
 
+bool Foam::fsiMotionFvMesh::relaxed() const
+{
+    return !solutionDict().subOrEmptyDict("relaxationFactors").empty();
+}
+
+
+Foam::scalar Foam::fsiMotionFvMesh::imbalance() const
+{
+    const auto& flux = lookupObject<surfaceScalarField>("phi");
+    scalar lost = 0;
+    scalar through = 0;
+    forAll(boundary(), patchi)
+    {
+        if (!boundary()[patchi].coupled())
+        {
+            // With what the boundary sweeps
+            const scalarField outward
+            (
+                flux.boundaryField()[patchi] + phi().boundaryField()[patchi]
+            );
+            lost += sum(outward);
+            through += 0.5*sumMag(outward);
+        }
+    }
+    reduce(lost, sumOp<scalar>());
+    reduce(through, sumOp<scalar>());
+    return mag(lost)/max(through, VSMALL);
+}
+
+
 Foam::scalarList Foam::fsiMotionFvMesh::pressureResiduals() const
 {
     const dictionary& all = solverPerformanceDict();
@@ -268,9 +306,11 @@ bool Foam::fsiMotionFvMesh::update()
     if (step_ != time().timeIndex())
     {
         step_ = time().timeIndex();
+        stepBegun_ = 1;
         stepCorrectors_ = 0;
         trialCorrectors_ = 0;
         solutionsBefore_ = 0;
+        phase_ = phase::correcting;
         setOuterCorrectors(unlimited);
         trial_ = driver.opening();
         storeOldState();
@@ -280,6 +320,42 @@ bool Foam::fsiMotionFvMesh::update()
         return true;
     }
 
+    if (stepBegun_++ != stepCorrectors_ && phase_ != phase::accepted)
+    {
+        driver.fail
+        (
+            "the solver does not correct its viscosity model after the pressure"
+            " equation, as pimpleFoam does, so that nothing is known of the"
+            " end of its correctors; use pimpleFoam"
+        );
+    }
+    if (phase_ != phase::nextTrial)
+    {
+        return false;
+    }
+    phase_ = phase::correcting;
+    if (trial_.fromOldState)
+    {
+        setTimeStep(trial_.timeStep);
+        restoreOldState();
+    }
+    if (moved_ || trial_.fromOldState)
+    {
+        moveWall();
+    }
+    return moved_;
+}
+
+
+void Foam::fsiMotionFvMesh::endCorrector()
+{
+    // Models are corrected outside of steps as well, when a run starts
+    if (step_ != time().timeIndex() || phase_ == phase::accepted)
+    {
+        return;
+    }
+    fsi::session& driver = session();
+
     ++stepCorrectors_;
     ++trialCorrectors_;
     const scalarList residuals(pressureResiduals());
@@ -288,7 +364,7 @@ bool Foam::fsiMotionFvMesh::update()
     solutionsBefore_ = residuals.size();
     if (!trialSolved(residual))
     {
-        return false;
+        return;
     }
 
     const fsi::command next = driver.answer
@@ -300,34 +376,29 @@ bool Foam::fsiMotionFvMesh::update()
     switch (next.kind)
     {
         case fsi::messageKind::solve:
-        {
-            const bool moved = returnReduce
+            moved_ = returnReduce
             (
                 next.displacement != trial_.displacement,
                 orOp<bool>()
             );
             trial_ = next;
             trialCorrectors_ = 0;
-            if (trial_.fromOldState)
-            {
-                setTimeStep(trial_.timeStep);
-                restoreOldState();
-            }
-            if (moved || trial_.fromOldState)
-            {
-                moveWall();
-            }
-            return moved;
-        }
+            phase_ = phase::nextTrial;
+            break;
+
         case fsi::messageKind::accept:
-            setOuterCorrectors(stepCorrectors_ + 1);
-            data::add("finalIteration", true);
-            return false;
+            phase_ = phase::accepted;
+            setOuterCorrectors(stepCorrectors_);
+            if (relaxed() || imbalance() > mostImbalance)
+            {
+                setOuterCorrectors(stepCorrectors_ + 1);
+                data::add("finalIteration", true);
+            }
+            break;
 
         default:
             Info<< "fsi: the driver stopped the run within a time step" << endl;
             UPstream::exit(0);
-            return false;
     }
 }
 

@@ -18,7 +18,7 @@ use std::path::Path;
 #[allow(non_snake_case, reason = "the keys carry the units")]
 pub struct Budget {
     pub coupling_iterations: f64,
-    /// Outer correctors, without the final one.
+    /// Outer correctors.
     pub fluid_correctors: f64,
     pub newton_iterations: f64,
     pub factorizations: f64,
@@ -119,11 +119,6 @@ impl Report {
         };
         let text = fs::read_to_string(path).map_err(|e| wrong(&e))?;
         serde_json::from_str(&text).map_err(|e| wrong(&e))
-    }
-
-    /// Outer correctors in a step, with the final one.
-    pub fn correctors(&self) -> f64 {
-        self.per_step.fluid_correctors + 1.0
     }
 
     /// Refuses to compare what cannot be compared.

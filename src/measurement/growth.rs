@@ -130,7 +130,7 @@ fn figure(fluid: &[&Report], structure: &[&Report]) -> Figure {
                 [
                     curve(fluid, "a step", cells, |report| report.per_step.fluid_cpu_s),
                     curve(fluid, "a corrector", cells, |report| {
-                        report.per_step.fluid_cpu_s / report.correctors()
+                        report.per_step.fluid_cpu_s / report.per_step.fluid_correctors
                     }),
                 ],
             ),
@@ -215,7 +215,7 @@ fn table(reports: &[Report]) -> io::Result<Vec<u8>> {
             report.fluid_cells,
             report.structure_dofs,
             means.coupling_iterations,
-            report.correctors(),
+            report.per_step.fluid_correctors,
             means.newton_iterations,
             means.fluid_cpu_s,
             means.driver_cpu_s,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Seconds of wall-clock time by where they went.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seconds {
-    /// In the fluid, the final corrector of each step included.
+    /// In the fluid.
     pub fluid_s: f64,
     /// In the structure.
     pub structure_s: f64,
@@ -26,7 +26,7 @@ pub struct Totals {
     pub time_s: f64,
     /// Coupling iterations of all accepted attempts.
     pub coupling_iterations: usize,
-    /// Outer correctors of the fluid in these iterations, without the final one of each step.
+    /// Outer correctors of the fluid in these iterations.
     pub fluid_correctors: usize,
     /// Largest number of coupling iterations of a step.
     pub max_coupling_iterations: usize,

@@ -63,6 +63,34 @@ fn a_step_fulfils_the_boundary_conditions_and_conserves_volume() {
     }
 }
 
+/// Correctors of two steps that are answered after three each.
+fn correctors_of_two_steps(channel: &Channel) -> usize {
+    let mut fluid = channel.start();
+    let interface = fluid.interface().clone();
+    for n in 1..=2 {
+        let trial = fluid.solve(&prescribed(&interface, n), STEP, correctors(3));
+        assert_eq!(trial.unwrap().cost.sweeps, 3);
+        fluid.accept(false).unwrap();
+    }
+    drop(fluid);
+    let log = std::fs::read_to_string(&channel.settings.log).unwrap();
+    log.matches("PIMPLE: iteration").count()
+}
+
+/// What is kept is what the driver was shown, without a further corrector. Equations that are relaxed take one that
+/// is not.
+#[test]
+fn the_corrector_that_answered_is_the_last_of_its_step() {
+    assert_eq!(correctors_of_two_steps(&Channel::new(false)), 6);
+    let relaxed = Channel::new(false);
+    relaxed.replace(
+        "system/fvSolution",
+        "PIMPLE\n{",
+        "relaxationFactors { equations { U 0.9; UFinal 1; } }\n\nPIMPLE\n{",
+    );
+    assert_eq!(correctors_of_two_steps(&relaxed), 8);
+}
+
 /// After trials far off, the right trial gives the fields of a straight run: also those that a model carries along.
 fn a_repeated_step_forgets_its_trials(choose_model: fn(&Channel), fields: &[&str]) {
     let run = |factors: &[f64], forget: bool| {

@@ -115,7 +115,7 @@ impl Channel {
         std::fs::write(self.case().join(file), text).unwrap();
     }
 
-    fn replace(&self, file: &str, from: &str, to: &str) {
+    pub fn replace(&self, file: &str, from: &str, to: &str) {
         let text = std::fs::read_to_string(self.case().join(file)).unwrap();
         assert!(text.contains(from), "{file}: {from}");
         self.write(file, &text.replace(from, to));
