@@ -5,10 +5,10 @@
 //! taken in a copy of it.
 
 use super::{CaseArguments, Failure};
-use crate::fluid::openfoam::install;
 use crate::measurement::{Measurement, Report, growth};
 use crate::output::terminal;
 use crate::run::Interrupt;
+use crate::simulation::assembly::surroundings;
 use std::path::PathBuf;
 
 /// Options of the benchmark.
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         quiet: arguments.quiet,
     };
     let case = measurement.warm_case()?;
-    install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
+    surroundings::check_installed(&case).map_err(|e| Failure::Input(e.to_string()))?;
     let old = arguments.compare.as_deref().map(Report::read).transpose()?;
     if let Some(old) = &old {
         old.check(&arguments.chosen.preset.to_string(), &case)?;

@@ -1,11 +1,10 @@
 //! `fsi-driver study`: many models, each a run of its own, several at once.
 
 use super::{CaseArguments, Failure};
-use crate::case::Solver;
-use crate::fluid::openfoam::install;
 use crate::output::terminal;
 use crate::run::Interrupt;
 use crate::run::batch::{self, Board, Model, Outcome, Worker};
+use crate::simulation::assembly::surroundings;
 use std::path::PathBuf;
 
 /// Options of the study.
@@ -44,11 +43,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let selection = arguments.case.selection()?;
     let mut models = batch::find(&arguments.cases, &arguments.models, &selection, &out)?;
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
-    let with_openfoam = |m: &Model| m.case.fluid.solver == Solver::OpenFoam;
-    if models.iter().any(with_openfoam) {
-        install::check(ranks).map_err(|e| Failure::Input(e.to_string()))?;
+    for model in &models {
+        surroundings::check_installed(&model.case)
+            .and_then(|()| surroundings::check_folder(&model.case, &model.out))
+            .map_err(|e| Failure::Input(e.to_string()))?;
     }
-    install::check_path(&out).map_err(|e| Failure::Input(e.to_string()))?;
     if !arguments.resume {
         batch::refuse_earlier(&models)?;
     }

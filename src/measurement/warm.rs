@@ -1,9 +1,12 @@
 //! The state from which the measured steps start.
 
-use crate::case::ResolvedCase;
 use crate::case::identity::changed_keys;
+use crate::case::{ResolvedCase, Solver};
+use crate::files::below;
+use crate::output::run_files::RunFiles;
 use crate::output::terminal;
 use crate::run::{self, Earlier, Failure, Interrupt, RunCheckpoint, RunFolder, RunRequest};
+use crate::simulation::assembly::surroundings;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -81,7 +84,7 @@ pub fn state(
             warm_up(&request, interrupt)?
         }
     };
-    copy(folder, checkpoint)
+    copy(folder, case.fluid.solver, checkpoint)
 }
 
 fn newest(folder: &Path) -> Result<Option<RunCheckpoint>, Failure> {
@@ -105,7 +108,7 @@ fn warm_up(request: &RunRequest, interrupt: &Interrupt) -> Result<RunCheckpoint,
 }
 
 /// Copies the files that a checkpoint stands on.
-fn copy(from: &Path, checkpoint: RunCheckpoint) -> Result<Warm, Failure> {
+fn copy(from: &Path, solver: Solver, checkpoint: RunCheckpoint) -> Result<Warm, Failure> {
     let failed = |e: io::Error| {
         Failure::Run(format!(
             "cannot copy the warm state from {}: {e}",
@@ -123,13 +126,9 @@ fn copy(from: &Path, checkpoint: RunCheckpoint) -> Result<Warm, Failure> {
             .map_err(failed)?;
         fs::copy(from.join(&file.path), to).map_err(failed)?;
     }
-    // The mesh of a rank is cut once, when a run begins.
-    for rank in 0.. {
-        let mesh = Path::new("openfoam").join(format!("processor{rank}/constant"));
-        if !from.join(&mesh).exists() {
-            break;
-        }
-        copy_folder(&from.join(&mesh), &root.path().join(&mesh)).map_err(failed)?;
+    for unchanging in surroundings::unchanging(solver, &RunFiles::new(from).fluid()) {
+        let to = root.path().join(below(from, &unchanging));
+        copy_folder(&unchanging, &to).map_err(failed)?;
     }
     let folder = RunFolder::adopt(root.path())?;
     Ok(Warm {

@@ -13,6 +13,7 @@ pub mod run_files;
 pub mod stress_fields;
 pub mod tables;
 pub mod terminal;
+pub mod tube_results;
 pub mod vtu;
 pub mod wall_fields;
 pub mod wall_history;

@@ -1,11 +1,14 @@
 //! The names of the files in the folder of a run.
 
-use crate::simulation::assembly::Workplace;
+use crate::simulation::assembly::{Workplace, surroundings};
 use crate::simulation::checkpoint::Store;
 use std::path::{Path, PathBuf};
 
 /// Its presence marks a folder as one that this program made.
 pub const MARK: &str = "case.resolved.toml";
+
+/// The fluid's own folder.
+pub const FLUID: &str = "openfoam";
 
 /// The files of a run.
 #[derive(Debug, Clone)]
@@ -106,22 +109,22 @@ impl RunFiles {
         self.root.join("view.py")
     }
 
-    /// The case that OpenFOAM runs in.
-    pub fn openfoam(&self) -> PathBuf {
-        self.root.join("openfoam")
+    /// The fluid's own folder.
+    pub fn fluid(&self) -> PathBuf {
+        self.root.join(FLUID)
     }
 
     /// Where the fluid works.
     pub fn workplace(&self) -> Workplace {
         Workplace {
-            folder: self.openfoam(),
-            log: self.openfoam_log(),
+            folder: self.fluid(),
+            log: self.fluid_log(),
             ..Workplace::default()
         }
     }
 
-    /// OpenFOAM's own output.
-    pub fn openfoam_log(&self) -> PathBuf {
-        self.root.join("openfoam.log")
+    /// What the fluid itself says.
+    pub fn fluid_log(&self) -> PathBuf {
+        self.root.join(surroundings::LOGS[0])
     }
 }

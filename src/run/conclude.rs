@@ -6,6 +6,7 @@ use crate::case::Solver;
 use crate::output::progress::human;
 use crate::output::record::{Ending, Summary};
 use crate::output::{results, terminal};
+use crate::simulation::assembly::surroundings;
 use std::path::PathBuf;
 
 impl CoupledRun {
@@ -76,13 +77,13 @@ fn way_back(folder: &RunFolder) -> String {
 
 fn farewell(summary: &Summary, folder: &RunFolder, solver: Solver) -> String {
     let shown = |path: PathBuf| path.display().to_string();
-    let blood = match solver {
-        Solver::OpenFoam => format!(
+    let fields = surroundings::fields_to_open(solver, &folder.fluid());
+    let blood = fields.map_or(String::new(), |file| {
+        format!(
             "{:<44} the blood over time: open it in ParaView\n",
-            shown(folder.openfoam().join("fluid.foam"))
-        ),
-        Solver::Native => String::new(), // it leaves no fields yet
-    };
+            shown(file)
+        )
+    });
     format!(
         "{} steps to t = {:.4} s in {}: {:.2} coupling iterations a step (at most {}), outlet pressure {:.0} Pa\n\
          \n\

@@ -2,8 +2,8 @@
 
 use super::Failure;
 use super::lock::Lock;
-use crate::fluid::openfoam::install;
-use crate::output::run_files::{MARK, RunFiles};
+use crate::output::run_files::{FLUID, MARK, RunFiles};
+use crate::simulation::assembly::surroundings::LOGS;
 use std::fs;
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use std::path::Path;
 const LOCK: &str = "run.lock";
 
 /// What a run leaves whose fluid could not be started.
-const OF_A_START: [&str; 5] = [LOCK, MARK, "openfoam", "openfoam.log", "log.decomposePar"];
+const OF_A_START: [&str; 5] = [LOCK, MARK, FLUID, LOGS[0], LOGS[1]];
 
 /// What to do with an earlier run in the same folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +50,6 @@ impl RunFolder {
     pub fn open(root: &Path, earlier: Earlier) -> Result<Self, Failure> {
         let shown = root.display();
         let input = |text: String| Err(Failure::Input(text));
-        install::check_path(root).map_err(|e| Failure::Input(e.to_string()))?;
         let entries = contents(root)
             .map_err(|e| Failure::Input(format!("cannot use {shown} as a folder: {e}")))?;
         let ours = entries.iter().any(|name| name == MARK || name == LOCK);

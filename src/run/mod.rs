@@ -13,9 +13,8 @@ mod selection;
 mod status;
 
 use crate::case::{ResolvedCase, Solver};
-use crate::fluid::openfoam::install;
 use crate::output::{terminal, write_atomically};
-use crate::simulation::assembly::preflight;
+use crate::simulation::assembly::{preflight, surroundings};
 pub use coupled_run::{CoupledRun, RunCheckpoint};
 pub use failure::Failure;
 pub use folder::{Earlier, RunFolder};
@@ -43,9 +42,9 @@ impl RunRequest<'_> {
     /// Runs the case until its end or an `interrupt`.
     pub fn execute(&self, interrupt: Interrupt) -> Result<(), Failure> {
         let case = self.case;
-        if case.fluid.solver == Solver::OpenFoam {
-            install::check(case.fluid.ranks).map_err(|e| Failure::Input(e.to_string()))?;
-        }
+        surroundings::check_installed(case)
+            .and_then(|()| surroundings::check_folder(case, self.out))
+            .map_err(|e| Failure::Input(e.to_string()))?;
         if self.earlier != Earlier::Resume {
             preflight::try_fluid(case, interrupt.of_the_start())?;
         }

@@ -39,7 +39,7 @@ fn what_does_not_fit_together_is_refused() {
         ),
         (
             vec![("kappa_Pa = 1e9", "kappa_Pa = 1e4")],
-            "expected more than 2/3 of mu_Pa",
+            "expected more than 2/3 of tube.layer[0].mu_Pa",
         ),
         (
             vec![("fibre_angle_deg = 10.0", "poisson_ratio = 0.3")],

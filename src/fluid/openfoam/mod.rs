@@ -10,10 +10,9 @@ use super::{
 use crate::Vec3;
 use crate::case;
 use crate::numbers::twelve_digits;
-use crate::processes;
+use crate::processes::{self, Process};
 use case_files::Connection;
 use probes::{ProbeFiles, Sampling};
-use process::Process;
 use rustix::process::Signal;
 use session::{Session, Terms};
 use std::path::{Path, PathBuf};
@@ -25,9 +24,9 @@ use transport::{Listener, Patience, TransportError};
 
 pub mod case_files;
 mod dictionary;
+pub mod fields;
 pub mod install;
 pub mod probes;
-pub mod process;
 mod profile;
 pub mod protocol;
 pub mod session;

@@ -42,6 +42,12 @@ pub fn written(case: &Path) -> io::Result<Vec<WrittenTime>> {
     Ok(found)
 }
 
+/// What of a case its times stand on, and no checkpoint names because it never changes: the mesh of each rank.
+pub fn unchanging(case: &Path) -> Vec<PathBuf> {
+    let mesh = |rank: usize| case.join(format!("processor{rank}/constant"));
+    (0..).map(mesh).take_while(|mesh| mesh.exists()).collect()
+}
+
 /// Removes the times that `keep` does not want.
 pub fn prune(case: &Path, keep: impl Fn(f64) -> bool) -> io::Result<()> {
     let mut old = written(case)?.into_iter().filter(|t| !keep(t.time));

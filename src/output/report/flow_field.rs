@@ -1,12 +1,12 @@
-//! The velocity of the blood at times that OpenFOAM has written, and where the lumen was then.
+//! The velocity of the blood at times that the fluid has written, and where the lumen was then.
 
 use crate::Vec3;
 use crate::geometry::Vessel;
 use crate::hemodynamics::{Rings, Wall};
 use crate::output::results::Results;
 use crate::output::wall_history::WallHistoryReader;
+use crate::simulation::assembly::surroundings::{self, VelocityField};
 use std::io;
-use std::path::Path;
 
 /// Times that are read, at most.
 const FRAMES: usize = 4;
@@ -44,7 +44,9 @@ impl Flow {
     /// Times spread over the window; none if the fields are not there (they lie in one folder a rank in a run with
     /// several).
     pub fn of(run: &Results) -> io::Result<Option<Self>> {
-        let mut times = written_times(run)?;
+        let window = run.hemodynamics.window;
+        let mut times = surroundings::velocity_fields(run.case.fluid.solver, &run.files.fluid())?;
+        times.retain(|field| window.contains(field.time, run.case.time.step));
         let every = times.len().div_ceil(FRAMES).max(1);
         times = times.into_iter().rev().step_by(every).collect();
         times.reverse();
@@ -56,12 +58,12 @@ impl Flow {
         let mut frames = Vec::new();
         for state in reader {
             let state = state?;
-            let near = |t: &&(f64, String)| (t.0 - state.time).abs() < 0.5 * run.case.time.step;
-            if let Some((time, name)) = times.iter().find(near) {
-                let velocity = vectors(&run.files.openfoam().join(name).join("U"))?;
+            let near = |f: &&VelocityField| (f.time - state.time).abs() < 0.5 * run.case.time.step;
+            if let Some(field) = times.iter().find(near) {
+                let velocity = field.read()?;
                 if velocity.len() == run.vessel.fluid.mesh.cells() {
                     frames.push(Frame {
-                        time: *time,
+                        time: field.time,
                         velocity,
                         radii: radii(&wall, &wall.displaced(&state.displacement)),
                     });
@@ -146,55 +148,4 @@ impl Sections {
         let nearest = cells.iter().min_by(|a, b| far(&a.0).total_cmp(&far(&b.0)));
         nearest.expect("a cross-section has cells").1
     }
-}
-
-/// Times of the window with the names of their folders.
-fn written_times(run: &Results) -> io::Result<Vec<(f64, String)>> {
-    let mut times = Vec::new();
-    let Ok(folders) = std::fs::read_dir(run.files.openfoam()) else {
-        return Ok(times);
-    };
-    for folder in folders {
-        let folder = folder?;
-        let name = folder.file_name().to_string_lossy().into_owned();
-        let Ok(time) = name.parse::<f64>() else {
-            continue;
-        };
-        let inside = run.hemodynamics.window.contains(time, run.case.time.step);
-        if inside && folder.path().join("U").is_file() {
-            times.push((time, name));
-        }
-    }
-    times.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(times)
-}
-
-/// The vectors of a field in the cells, from a binary file of OpenFOAM.
-fn vectors(path: &Path) -> io::Result<Vec<Vec3>> {
-    let bytes = std::fs::read(path)?;
-    let bad = || {
-        let text = format!("{}: not a binary field of vectors", path.display());
-        io::Error::new(io::ErrorKind::InvalidData, text)
-    };
-    let after = |from: usize, what: &[u8]| {
-        let found = bytes[from..].windows(what.len()).position(|w| w == what);
-        found.map(|at| from + at + what.len())
-    };
-    let header = after(0, b"internalField").ok_or_else(bad)?;
-    let list = after(header, b"List<vector>").ok_or_else(bad)?;
-    let open = after(list, b"(").ok_or_else(bad)?;
-    let count = std::str::from_utf8(&bytes[list..open - 1]).map_err(|_| bad())?;
-    let count: usize = count.trim().parse().map_err(|_| bad())?;
-    let end = count.checked_mul(24).and_then(|n| n.checked_add(open));
-    let numbers = end.and_then(|end| bytes.get(open..end)).ok_or_else(bad)?;
-    let vector = |chunk: &[u8]| {
-        let mut v = Vec3::zeros();
-        for (c, bytes) in v.iter_mut().zip(chunk.chunks_exact(8)) {
-            let mut number = [0; 8];
-            number.copy_from_slice(bytes);
-            *c = f64::from_le_bytes(number);
-        }
-        v
-    };
-    Ok(numbers.chunks_exact(24).map(vector).collect())
 }

@@ -7,6 +7,7 @@ pub mod cases;
 pub mod errors;
 pub mod figures;
 pub mod plan;
+pub mod study;
 pub mod table;
 
 use crate::analysis::tube::{self, Tube};

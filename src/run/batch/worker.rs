@@ -1,7 +1,7 @@
 //! A model at work: a run in a process of its own.
 
 use super::models::Model;
-use crate::fluid::openfoam::process::Process;
+use crate::processes::Process;
 use crate::run::CaseSelection;
 use crate::run::status::RunStatus;
 use rustix::process::Signal;

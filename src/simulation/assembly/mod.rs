@@ -3,6 +3,7 @@
 mod domain;
 pub mod preflight;
 mod surrogate;
+pub mod surroundings;
 
 pub use domain::Domain;
 

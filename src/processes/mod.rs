@@ -1,4 +1,8 @@
-//! What processes have used, as the kernel knows it.
+//! Processes that the program starts, and what processes have used, as the kernel knows it.
+
+mod child;
+
+pub use child::Process;
 
 use std::fs;
 

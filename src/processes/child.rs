@@ -1,4 +1,4 @@
-//! The solver's process: started with a log, watched, ended, never orphaned.
+//! A process of another program: started with a log, watched, ended, never orphaned.
 
 use rustix::process::{
     Pid, Signal, getpid, getppid, kill_process, kill_process_group, set_parent_process_death_signal,

@@ -1,0 +1,82 @@
+//! What the fluid of a case needs around it and what it leaves in its folder: asked here, answered by the fluid's own room.
+
+use crate::Vec3;
+use crate::case::{Case, Solver};
+use crate::fluid::openfoam::install::{self, InstallError};
+use crate::fluid::openfoam::{fields, times};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What a fluid leaves beside its folder that could not be started.
+pub const LOGS: [&str; 2] = ["openfoam.log", "log.decomposePar"];
+
+/// Whether what the fluid of a case needs is installed.
+///
+/// # Errors
+/// What is missing, and how to get it.
+pub fn check_installed(case: &Case) -> Result<(), InstallError> {
+    match case.fluid.solver {
+        Solver::OpenFoam => install::check(case.fluid.ranks).map(|_| ()),
+        Solver::Native => Ok(()),
+    }
+}
+
+/// Whether the fluid of a case can work below a folder, which need not exist yet.
+///
+/// # Errors
+/// Why not.
+pub fn check_folder(case: &Case, folder: &Path) -> Result<(), InstallError> {
+    match case.fluid.solver {
+        Solver::OpenFoam => install::check_path(folder),
+        Solver::Native => Ok(()),
+    }
+}
+
+/// Folders within a fluid's own that never change, and that no memory names.
+pub fn unchanging(solver: Solver, folder: &Path) -> Vec<PathBuf> {
+    match solver {
+        Solver::OpenFoam => times::unchanging(folder),
+        Solver::Native => Vec::new(),
+    }
+}
+
+/// The file by which ParaView opens all fields of a fluid, if it leaves any.
+pub fn fields_to_open(solver: Solver, folder: &Path) -> Option<PathBuf> {
+    match solver {
+        Solver::OpenFoam => Some(folder.join("fluid.foam")),
+        Solver::Native => None,
+    }
+}
+
+/// The velocity of the blood at a time, in a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VelocityField {
+    /// Time, s.
+    pub time: f64,
+    file: PathBuf,
+}
+
+impl VelocityField {
+    /// Velocity in each cell, m/s.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub fn read(&self) -> io::Result<Vec<Vec3>> {
+        fields::vectors(&self.file)
+    }
+}
+
+/// The velocities that a fluid has left in its folder, by time; none where it leaves none.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn velocity_fields(solver: Solver, folder: &Path) -> io::Result<Vec<VelocityField>> {
+    let found = match solver {
+        Solver::OpenFoam if folder.is_dir() => fields::velocities(folder)?,
+        _ => Vec::new(),
+    };
+    let fields = found.into_iter();
+    Ok(fields
+        .map(|(time, file)| VelocityField { time, file })
+        .collect())
+}
