@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Size of the estimated error at which a solution ends, relative to that of the flow.
-const TOLERANCE: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-7;
 /// Most iterations of a solution.
 const MOST_ITERATIONS: usize = 400;
 
@@ -130,18 +130,21 @@ impl NativeFluid {
         self.flow.space().space.elements
     }
 
+    /// Iterations of the linear solver in the last trial.
+    pub fn iterations(&self) -> usize {
+        self.trial.as_ref().map_or(0, |(trial, _)| trial.iterations)
+    }
+
     /// Volume (m³) of the mesh at rest, and of its part in the rigid extension.
     pub fn volumes(&self) -> Result<[f64; 2], FluidError> {
         let still = vec![Vec3::zeros(); self.mesh.interface().points.len()];
         let metric = super::metric::Metric::new(self.flow.space(), &self.mesh.positions(&still))
             .map_err(|error| FluidError::NotSolved(error.to_string()))?;
-        let m3 = self.flow.space().gauss_count();
         let resolution = self.mesh.resolution();
         let per_layer =
             self.elements() / (resolution.axial_extension + 2 * resolution.axial_per_section);
-        let rigid = resolution.axial_extension * per_layer * m3;
-        let volume = |inverse: &[f64]| inverse.iter().map(|v| 1.0 / v).sum::<f64>();
-        Ok([metric.volume, volume(&metric.inverse_weights[..rigid])])
+        let rigid = resolution.axial_extension * per_layer;
+        Ok([metric.volume, metric.volumes[..rigid].iter().sum()])
     }
 
     /// Share of inflow and outlet pressure that acts at a time (s).

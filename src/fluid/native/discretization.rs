@@ -2,9 +2,9 @@
 
 use super::FlowError;
 use super::basis::Basis;
+use super::contraction::LANES;
 use super::kernel::{Kernel, kernel};
 use super::space::Space;
-use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 /// A space with the operators of its elements.
@@ -19,6 +19,12 @@ pub struct Discretization {
     pub gauss_weights: Vec<f64>,
     /// Weights of the `(N + 1)³` nodes.
     pub node_weights: Vec<f64>,
+    /// Nodes of the groups, lane by lane.
+    group_nodes: Vec<u32>,
+    group_pressures: Vec<u32>,
+    /// Where the values of `Space::places` stand in the groups' first component.
+    node_slots: Vec<u32>,
+    pressure_slots: Vec<u32>,
 }
 
 impl Discretization {
@@ -45,6 +51,10 @@ impl Discretization {
             kernel: kernel(&basis),
             gauss_weights: cube(&basis.gauss.weights),
             node_weights: cube(&basis.nodes.weights),
+            group_nodes: side_by_side(&space.of_element, space.elements),
+            group_pressures: side_by_side(&space.pressures_of_element, space.elements),
+            node_slots: slots(&space.places, (space.degree + 1).pow(3), 3),
+            pressure_slots: slots(&space.pressure_places, space.degree.pow(3), 1),
             basis,
             space,
         })
@@ -65,6 +75,11 @@ impl Discretization {
         self.space.degree.pow(3)
     }
 
+    /// Groups of [`LANES`] elements; the last one repeats the last element where there are no more.
+    pub fn groups(&self) -> usize {
+        self.space.elements.div_ceil(LANES)
+    }
+
     /// Copies the three components of a field to an element's nodes.
     pub fn gather(&self, e: usize, field: &[f64], local: &mut [f64]) {
         let nodes = self.space.element(e);
@@ -76,70 +91,85 @@ impl Discretization {
         }
     }
 
-    /// Sums one value an element and node over the elements.
-    pub fn sum_nodes(&self, local: &[f64], sums: &mut [f64]) {
-        let Space { starts, places, .. } = &self.space;
-        sums.par_iter_mut()
-            .with_min_len(1024)
-            .enumerate()
-            .for_each(|(i, sum)| {
-                let places = &places[starts[i] as usize..starts[i + 1] as usize];
-                *sum = places.iter().map(|&place| local[place as usize]).sum();
-            });
-    }
-
-    /// Sums three values an element and node, stored element by element and there one component after the other.
-    pub fn sum_vectors(&self, local: &[f64], sums: &mut [f64]) {
-        let Space {
-            starts,
-            places,
-            nodes,
-            ..
-        } = &self.space;
-        let n3 = self.node_count();
-        for (c, sums) in sums.chunks_exact_mut(*nodes).enumerate() {
-            sums.par_iter_mut()
-                .with_min_len(1024)
-                .enumerate()
-                .for_each(|(i, sum)| {
-                    let places = &places[starts[i] as usize..starts[i + 1] as usize];
-                    let at = |&place: &u32| {
-                        let (e, node) = (place as usize / n3, place as usize % n3);
-                        local[(3 * e + c) * n3 + node]
-                    };
-                    *sum = places.iter().map(at).sum();
-                });
+    /// Copies the three components of a field to the nodes of a group of elements.
+    pub fn gather_group(&self, group: usize, field: &[f64], local: &mut [f64]) {
+        let size = self.node_count() * LANES;
+        let nodes = &self.group_nodes[group * size..(group + 1) * size];
+        for (c, local) in local.chunks_exact_mut(size).enumerate() {
+            let field = &field[c * self.space.nodes..(c + 1) * self.space.nodes];
+            for (value, &node) in local.iter_mut().zip(nodes) {
+                *value = field[node as usize];
+            }
         }
     }
 
-    /// Sums one value an element and pressure node.
-    pub fn sum_pressures(&self, local: &[f64], sums: &mut [f64]) {
-        let Space {
-            pressure_starts: starts,
-            pressure_places: places,
-            ..
-        } = &self.space;
-        sums.par_iter_mut()
-            .with_min_len(1024)
-            .enumerate()
-            .for_each(|(i, sum)| {
-                let places = &places[starts[i] as usize..starts[i + 1] as usize];
-                *sum = places.iter().map(|&place| local[place as usize]).sum();
-            });
+    /// Copies a pressure to the nodes of a group of elements.
+    pub fn gather_pressures(&self, group: usize, field: &[f64], local: &mut [f64]) {
+        let size = self.pressure_count() * LANES;
+        let nodes = &self.group_pressures[group * size..(group + 1) * size];
+        for (value, &node) in local.iter_mut().zip(nodes) {
+            *value = field[node as usize];
+        }
     }
 
-    /// Jacobian of the mapping at a node of an element whose nodes lie at `x` (m): column `d` is `∂x/∂ξ_d`.
-    pub fn jacobian_at_node(&self, x: &[f64], node: usize) -> Matrix3<f64> {
-        let n = self.basis.nodes.len();
-        let n3 = self.node_count();
-        let index = [node % n, node / n % n, node / n / n];
-        let strides = [1, n, n * n];
-        Matrix3::from_fn(|k, d| {
-            let first = node - index[d] * strides[d];
-            let row = &self.basis.nodal_derivative[index[d]];
-            (0..n)
-                .map(|j| row[j] * x[k * n3 + first + j * strides[d]])
-                .sum()
-        })
+    /// Sums one value a node and lane over the elements.
+    pub fn sum_nodes(&self, local: &[f64], sums: &mut [f64]) {
+        sum(&self.space.starts, &self.node_slots, sums, |slot| {
+            let size = self.node_count() * LANES;
+            // Slots are those of the first of three components
+            local[slot - slot / (3 * size) * 2 * size]
+        });
     }
+
+    /// Sums three values a node and lane over the elements; in the sums one component comes after the other.
+    pub fn sum_vectors(&self, local: &[f64], sums: &mut [f64]) {
+        let size = self.node_count() * LANES;
+        for (c, sums) in sums.chunks_exact_mut(self.space.nodes).enumerate() {
+            let local = &local[c * size..];
+            sum(&self.space.starts, &self.node_slots, sums, |slot| {
+                local[slot]
+            });
+        }
+    }
+
+    /// Sums one value a pressure node and lane over the elements.
+    pub fn sum_pressures(&self, local: &[f64], sums: &mut [f64]) {
+        let starts = &self.space.pressure_starts;
+        sum(starts, &self.pressure_slots, sums, |slot| local[slot]);
+    }
+}
+
+/// Lists of the same length for each element, lane by lane.
+fn side_by_side(lists: &[u32], elements: usize) -> Vec<u32> {
+    let size = lists.len() / elements;
+    let groups = 0..elements.div_ceil(LANES);
+    groups
+        .flat_map(|group| {
+            (0..size * LANES).map(move |i| {
+                let element = (group * LANES + i % LANES).min(elements - 1);
+                lists[element * size + i / LANES]
+            })
+        })
+        .collect()
+}
+
+/// Where the values of an element and node stand in groups with some components.
+fn slots(places: &[u32], size: usize, components: usize) -> Vec<u32> {
+    let slot = |&place: &u32| {
+        let (element, node) = (place as usize / size, place as usize % size);
+        let first = element / LANES * components * size + node;
+        (first * LANES + element % LANES) as u32
+    };
+    places.iter().map(slot).collect()
+}
+
+/// Sums what stands at the slots of each number, always in the same order.
+fn sum(starts: &[u32], slots: &[u32], sums: &mut [f64], at: impl Fn(usize) -> f64 + Sync) {
+    sums.par_iter_mut()
+        .with_min_len(4096)
+        .enumerate()
+        .for_each(|(i, sum)| {
+            let slots = &slots[starts[i] as usize..starts[i + 1] as usize];
+            *sum = slots.iter().map(|&slot| at(slot as usize)).sum();
+        });
 }

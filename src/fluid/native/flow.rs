@@ -265,6 +265,7 @@ impl Flow {
         let outcome = gmres::solve(
             &mut system,
             &mut x,
+            &first,
             tolerance,
             settings.max_iterations,
             workspace,

@@ -1,4 +1,4 @@
-//! What happens within one element, by sum factorization: products of tensors are contracted one direction at a time.
+//! What happens within the elements, by sum factorization: products of tensors are contracted one direction at a time.
 //!
 //! With `J` the Jacobian of the mapping from local to spatial coordinates, `w` the weight of a Gauss point and
 //! `G = w det J J⁻¹` (`G[d][k] = w det J ∂ξ_d/∂x_k`) an element contributes, for a velocity **u**, a pressure p, and a
@@ -6,16 +6,23 @@
 //! ```text
 //! momentum:    ∫ rho v·(a·∇)u + mu ∇v:∇u - p div v,      continuity:   -∫ q div u.
 //! ```
+//! [`LANES`] elements are worked on side by side: all arrays hold the values of the first component at the first point, of
+//! all of these elements, then those at the next point, and so on; then the next component.
 
 use super::basis::Basis;
+use super::contraction::{
+    LANES, Map, add_integrated, differentiate, interpolate, map, registers, transposed, view,
+    view_mut,
+};
+use pulp::{Arch, Simd, WithSimd};
 
-/// What an element needs at its Gauss points, one component after the other.
+/// What elements need at their Gauss points, one component after the other.
 #[derive(Debug, Clone, Copy)]
 pub struct AtGauss<'a> {
     /// The nine components of `G`.
     pub cofactors: &'a [f64],
-    /// `1/(w det J)`.
-    pub inverse_weights: &'a [f64],
+    /// `G Gᵀ/(w det J)`: components 00, 01, 02, 11, 12, 22.
+    pub stiffness: &'a [f64],
     /// `rho G a`, three components.
     pub convection: &'a [f64],
 }
@@ -30,7 +37,7 @@ pub struct Scratch {
     divergence: Vec<f64>,
 }
 
-/// The operations of an element of some degree; fields are stored one component after the other.
+/// The operations of elements of some degree.
 pub trait Kernel: Send + Sync {
     /// Working memory.
     fn scratch(&self) -> Scratch;
@@ -39,7 +46,10 @@ pub trait Kernel: Send + Sync {
     fn to_gauss(&self, nodal: &[f64], at_gauss: &mut [f64], scratch: &mut Scratch);
 
     /// Gradient of a nodal field (one component) at the Gauss points, in local coordinates.
-    fn gradient(&self, nodal: &[f64], out: &mut [&mut [f64]; 3], scratch: &mut Scratch);
+    fn gradient(&self, nodal: &[f64], out: [&mut [f64]; 3], scratch: &mut Scratch);
+
+    /// Gradient of a nodal field (one component) at the nodes, in local coordinates.
+    fn nodal_gradient(&self, nodal: &[f64], out: [&mut [f64]; 3]);
 
     /// Momentum and continuity of velocity and pressure, without the mass.
     fn oseen(
@@ -71,72 +81,16 @@ pub fn kernel(basis: &Basis) -> Box<dyn Kernel> {
     }
 }
 
-/// A matrix that maps `A` values to `B`: `[a][b]`, so that the innermost loop runs over what is stored side by side.
-type Map<const A: usize, const B: usize> = [[f64; B]; A];
-
-fn map<const A: usize, const B: usize>(rows: &[Vec<f64>]) -> Map<A, B> {
-    assert_eq!((rows.len(), rows[0].len()), (B, A));
-    std::array::from_fn(|a| std::array::from_fn(|b| rows[b][a]))
-}
-
-fn transposed<const A: usize, const B: usize>(map: &Map<A, B>) -> Map<B, A> {
-    std::array::from_fn(|b| std::array::from_fn(|a| map[a][b]))
-}
-
-/// Applies `map` along the fastest index: `count` rows of `A` values become rows of `B`.
-fn along_first<const A: usize, const B: usize, const ADD: bool>(
-    map: &Map<A, B>,
-    count: usize,
-    input: &[f64],
-    output: &mut [f64],
-) {
-    let rows = input[..count * A].chunks_exact(A);
-    for (row, out) in rows.zip(output[..count * B].chunks_exact_mut(B)) {
-        let mut sum = [0.0; B];
-        for a in 0..A {
-            for b in 0..B {
-                sum[b] += map[a][b] * row[a];
-            }
-        }
-        for b in 0..B {
-            out[b] = if ADD { out[b] + sum[b] } else { sum[b] };
-        }
-    }
-}
-
-/// Applies `map` along an index below which lie `INNER` values, `count` times.
-fn along<const A: usize, const B: usize, const INNER: usize, const ADD: bool>(
-    map: &Map<A, B>,
-    count: usize,
-    input: &[f64],
-    output: &mut [f64],
-) {
-    let blocks = input[..count * A * INNER].chunks_exact(A * INNER);
-    for (block, out) in blocks.zip(output[..count * B * INNER].chunks_exact_mut(B * INNER)) {
-        for b in 0..B {
-            let mut sum = [0.0; INNER];
-            for a in 0..A {
-                let row = &block[a * INNER..(a + 1) * INNER];
-                for i in 0..INNER {
-                    sum[i] += map[a][b] * row[i];
-                }
-            }
-            let out = &mut out[b * INNER..(b + 1) * INNER];
-            for i in 0..INNER {
-                out[i] = if ADD { out[i] + sum[i] } else { sum[i] };
-            }
-        }
-    }
-}
-
 /// A kernel for `N` nodes, `M` Gauss points and `P` pressure nodes per direction.
 struct Sized<const N: usize, const M: usize, const P: usize> {
+    processor: Arch,
     to_gauss: Map<N, M>,
     from_gauss: Map<M, N>,
     pressure_to_gauss: Map<P, M>,
     pressure_from_gauss: Map<M, P>,
     derivative: Map<M, M>,
     derivative_transposed: Map<M, M>,
+    nodal_derivative: Map<N, N>,
 }
 
 impl<const N: usize, const M: usize, const P: usize> Sized<N, M, P> {
@@ -145,70 +99,289 @@ impl<const N: usize, const M: usize, const P: usize> Sized<N, M, P> {
         let pressure_to_gauss = map(&basis.pressure_to_gauss);
         let derivative = map(&basis.gauss_derivative);
         Self {
+            processor: Arch::new(),
             from_gauss: transposed(&to_gauss),
             to_gauss,
             pressure_from_gauss: transposed(&pressure_to_gauss),
             pressure_to_gauss,
             derivative_transposed: transposed(&derivative),
             derivative,
+            nodal_derivative: map(&basis.nodal_derivative),
         }
     }
+}
 
-    /// `A³` values become `B³`.
-    fn interpolate<const A: usize, const B: usize>(
-        map: &Map<A, B>,
-        input: &[f64],
-        output: &mut [f64],
-        [first, second]: &mut [Vec<f64>; 2],
-    ) {
-        along_first::<A, B, false>(map, A * A, input, first);
-        along::<A, B, B, false>(map, A, first, second);
-        // Planes lie side by side
-        let planes = B * B;
-        for b in 0..B {
-            let out = &mut output[b * planes..(b + 1) * planes];
-            out.fill(0.0);
-            for a in 0..A {
-                let (c, row) = (map[a][b], &second[a * planes..(a + 1) * planes]);
-                out.iter_mut().zip(row).for_each(|(o, r)| *o += c * r);
+/// Elements of a kernel at work, for the instructions of a processor.
+struct Work<'a, const N: usize, const M: usize, const P: usize, J> {
+    kernel: &'a Sized<N, M, P>,
+    job: J,
+}
+
+struct ToGauss<'a> {
+    nodal: &'a [f64],
+    at_gauss: &'a mut [f64],
+    scratch: &'a mut Scratch,
+}
+
+impl<const N: usize, const M: usize, const P: usize> WithSimd for Work<'_, N, M, P, ToGauss<'_>> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let ToGauss {
+            nodal,
+            at_gauss,
+            scratch,
+        } = self.job;
+        let [first, second] = &mut scratch.contracted;
+        interpolate::<S, N, M>(
+            simd,
+            &self.kernel.to_gauss,
+            view::<S>(nodal),
+            view_mut::<S>(at_gauss),
+            [view_mut::<S>(first), view_mut::<S>(second)],
+        );
+    }
+}
+
+struct Gradient<'a> {
+    nodal: &'a [f64],
+    out: [&'a mut [f64]; 3],
+    scratch: &'a mut Scratch,
+}
+
+impl<const N: usize, const M: usize, const P: usize> WithSimd for Work<'_, N, M, P, Gradient<'_>> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Gradient {
+            nodal,
+            out,
+            scratch,
+        } = self.job;
+        let [first, second] = &mut scratch.contracted;
+        interpolate::<S, N, M>(
+            simd,
+            &self.kernel.to_gauss,
+            view::<S>(nodal),
+            view_mut::<S>(&mut scratch.values),
+            [view_mut::<S>(first), view_mut::<S>(second)],
+        );
+        differentiate::<S, M>(
+            simd,
+            &self.kernel.derivative,
+            view::<S>(&scratch.values),
+            out.map(|out| view_mut::<S>(out)),
+        );
+    }
+}
+
+struct NodalGradient<'a> {
+    nodal: &'a [f64],
+    out: [&'a mut [f64]; 3],
+}
+
+impl<const N: usize, const M: usize, const P: usize> WithSimd
+    for Work<'_, N, M, P, NodalGradient<'_>>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let NodalGradient { nodal, out } = self.job;
+        differentiate::<S, N>(
+            simd,
+            &self.kernel.nodal_derivative,
+            view::<S>(nodal),
+            out.map(|out| view_mut::<S>(out)),
+        );
+    }
+}
+
+struct Oseen<'a> {
+    at: AtGauss<'a>,
+    viscosity: f64,
+    u: &'a [f64],
+    p: &'a [f64],
+    momentum: &'a mut [f64],
+    continuity: &'a mut [f64],
+    scratch: &'a mut Scratch,
+}
+
+impl<const N: usize, const M: usize, const P: usize> WithSimd for Work<'_, N, M, P, Oseen<'_>> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let r = registers::<S>();
+        let (n3, m3) = (N * N * N * r, M * M * M * r);
+        let Oseen {
+            at,
+            viscosity,
+            u,
+            p,
+            momentum,
+            continuity,
+            scratch,
+        } = self.job;
+        let [first, second] = &mut scratch.contracted;
+        let (first, second) = (view_mut::<S>(first), view_mut::<S>(second));
+        let [x, y, z] = &mut scratch.gradient;
+        let [x, y, z] = [x, y, z].map(|v| &mut view_mut::<S>(v)[..m3]);
+        let values = &mut view_mut::<S>(&mut scratch.values)[..m3];
+        let pressure = &mut view_mut::<S>(&mut scratch.pressure)[..m3];
+        let divergence = &mut view_mut::<S>(&mut scratch.divergence)[..m3];
+        let kernel = self.kernel;
+        let map = &kernel.pressure_to_gauss;
+        interpolate::<S, P, M>(simd, map, view::<S>(p), pressure, [first, second]);
+        divergence.fill(simd.splat_f64s(0.0));
+        let g = view::<S>(at.cofactors);
+        let k = view::<S>(at.stiffness);
+        let a = view::<S>(at.convection);
+        let k: [&[S::f64s]; 6] = std::array::from_fn(|i| &k[i * m3..(i + 1) * m3]);
+        let a: [&[S::f64s]; 3] = std::array::from_fn(|i| &a[i * m3..(i + 1) * m3]);
+        let (u, momentum) = (view::<S>(u), view_mut::<S>(momentum));
+        let viscosity = simd.splat_f64s(viscosity);
+        for c in 0..3 {
+            let input = &u[c * n3..(c + 1) * n3];
+            interpolate::<S, N, M>(simd, &kernel.to_gauss, input, values, [first, second]);
+            differentiate::<S, M>(simd, &kernel.derivative, values, [x, y, z]);
+            let row = |d: usize| &g[(3 * d + c) * m3..(3 * d + c + 1) * m3];
+            let g = [row(0), row(1), row(2)];
+            for q in 0..m3 {
+                let d = [x[q], y[q], z[q]];
+                let g = [g[0][q], g[1][q], g[2][q]];
+                values[q] = dot(simd, [a[0][q], a[1][q], a[2][q]], d);
+                divergence[q] = simd.sub_f64s(divergence[q], dot(simd, g, d));
+                let rows = [
+                    [k[0][q], k[1][q], k[2][q]],
+                    [k[1][q], k[3][q], k[4][q]],
+                    [k[2][q], k[4][q], k[5][q]],
+                ];
+                for (out, (g, row)) in [&mut x[q], &mut y[q], &mut z[q]]
+                    .into_iter()
+                    .zip(g.into_iter().zip(rows))
+                {
+                    let viscous = simd.mul_f64s(viscosity, dot(simd, row, d));
+                    *out = simd.sub_f64s(viscous, simd.mul_f64s(g, pressure[q]));
+                }
+            }
+            add_integrated::<S, M>(simd, &kernel.derivative_transposed, [x, y, z], values);
+            let out = &mut momentum[c * n3..(c + 1) * n3];
+            interpolate::<S, M, N>(simd, &kernel.from_gauss, values, out, [first, second]);
+        }
+        let map = &kernel.pressure_from_gauss;
+        let out = view_mut::<S>(continuity);
+        interpolate::<S, M, P>(simd, map, divergence, out, [first, second]);
+    }
+}
+
+#[inline(always)]
+fn dot<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> S::f64s {
+    let sum = simd.mul_add_e_f64s(a[1], b[1], simd.mul_f64s(a[0], b[0]));
+    simd.mul_add_e_f64s(a[2], b[2], sum)
+}
+
+struct MinusDivergence<'a> {
+    cofactors: &'a [f64],
+    u: &'a [f64],
+    q: &'a mut [f64],
+    scratch: &'a mut Scratch,
+}
+
+impl<const N: usize, const M: usize, const P: usize> WithSimd
+    for Work<'_, N, M, P, MinusDivergence<'_>>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let r = registers::<S>();
+        let (n3, m3) = (N * N * N * r, M * M * M * r);
+        let MinusDivergence {
+            cofactors,
+            u,
+            q,
+            scratch,
+        } = self.job;
+        let [first, second] = &mut scratch.contracted;
+        let (first, second) = (view_mut::<S>(first), view_mut::<S>(second));
+        let [x, y, z] = &mut scratch.gradient;
+        let [x, y, z] = [x, y, z].map(|v| &mut view_mut::<S>(v)[..m3]);
+        let values = &mut view_mut::<S>(&mut scratch.values)[..m3];
+        let divergence = &mut view_mut::<S>(&mut scratch.divergence)[..m3];
+        divergence.fill(simd.splat_f64s(0.0));
+        let kernel = self.kernel;
+        let (u, g) = (view::<S>(u), view::<S>(cofactors));
+        for c in 0..3 {
+            let input = &u[c * n3..(c + 1) * n3];
+            interpolate::<S, N, M>(simd, &kernel.to_gauss, input, values, [first, second]);
+            differentiate::<S, M>(simd, &kernel.derivative, values, [x, y, z]);
+            let row = |d: usize| &g[(3 * d + c) * m3..(3 * d + c + 1) * m3];
+            let g = [row(0), row(1), row(2)];
+            for i in 0..m3 {
+                let sum = dot(simd, [g[0][i], g[1][i], g[2][i]], [x[i], y[i], z[i]]);
+                divergence[i] = simd.sub_f64s(divergence[i], sum);
             }
         }
+        let map = &kernel.pressure_from_gauss;
+        interpolate::<S, M, P>(simd, map, divergence, view_mut::<S>(q), [first, second]);
     }
+}
 
-    /// Local derivatives of values at the Gauss points.
-    fn differentiate(&self, values: &[f64], [x, y, z]: &mut [&mut [f64]; 3]) {
-        along_first::<M, M, false>(&self.derivative, M * M, values, x);
-        along::<M, M, M, false>(&self.derivative, M, values, y);
-        let planes = M * M;
-        for b in 0..M {
-            let out = &mut z[b * planes..(b + 1) * planes];
-            out.fill(0.0);
-            for a in 0..M {
-                let (c, row) = (self.derivative[a][b], &values[a * planes..(a + 1) * planes]);
-                out.iter_mut().zip(row).for_each(|(o, r)| *o += c * r);
-            }
-        }
-    }
+struct MinusGradient<'a> {
+    cofactors: &'a [f64],
+    p: &'a [f64],
+    v: &'a mut [f64],
+    scratch: &'a mut Scratch,
+}
 
-    /// Adds the transpose of [`Self::differentiate`].
-    fn add_integrated(&self, [x, y, z]: [&[f64]; 3], values: &mut [f64]) {
-        along_first::<M, M, true>(&self.derivative_transposed, M * M, x, values);
-        along::<M, M, M, true>(&self.derivative_transposed, M, y, values);
-        let planes = M * M;
-        for b in 0..M {
-            let out = &mut values[b * planes..(b + 1) * planes];
-            for a in 0..M {
-                let c = self.derivative_transposed[a][b];
-                let row = &z[a * planes..(a + 1) * planes];
-                out.iter_mut().zip(row).for_each(|(o, r)| *o += c * r);
+impl<const N: usize, const M: usize, const P: usize> WithSimd
+    for Work<'_, N, M, P, MinusGradient<'_>>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let r = registers::<S>();
+        let (n3, m3) = (N * N * N * r, M * M * M * r);
+        let MinusGradient {
+            cofactors,
+            p,
+            v,
+            scratch,
+        } = self.job;
+        let [first, second] = &mut scratch.contracted;
+        let (first, second) = (view_mut::<S>(first), view_mut::<S>(second));
+        let [x, y, z] = &mut scratch.gradient;
+        let [x, y, z] = [x, y, z].map(|v| &mut view_mut::<S>(v)[..m3]);
+        let values = &mut view_mut::<S>(&mut scratch.values)[..m3];
+        let pressure = &mut view_mut::<S>(&mut scratch.pressure)[..m3];
+        let kernel = self.kernel;
+        let map = &kernel.pressure_to_gauss;
+        interpolate::<S, P, M>(simd, map, view::<S>(p), pressure, [first, second]);
+        let (g, v) = (view::<S>(cofactors), view_mut::<S>(v));
+        for c in 0..3 {
+            let row = |d: usize| &g[(3 * d + c) * m3..(3 * d + c + 1) * m3];
+            let g = [row(0), row(1), row(2)];
+            for i in 0..m3 {
+                let minus = simd.neg_f64s(pressure[i]);
+                x[i] = simd.mul_f64s(g[0][i], minus);
+                y[i] = simd.mul_f64s(g[1][i], minus);
+                z[i] = simd.mul_f64s(g[2][i], minus);
             }
+            values.fill(simd.splat_f64s(0.0));
+            add_integrated::<S, M>(simd, &kernel.derivative_transposed, [x, y, z], values);
+            let out = &mut v[c * n3..(c + 1) * n3];
+            interpolate::<S, M, N>(simd, &kernel.from_gauss, values, out, [first, second]);
         }
     }
 }
 
 impl<const N: usize, const M: usize, const P: usize> Kernel for Sized<N, M, P> {
     fn scratch(&self) -> Scratch {
-        let zeros = || vec![0.0; M * M * M];
+        let zeros = || vec![0.0; M * M * M * LANES];
         Scratch {
             contracted: [zeros(), zeros()],
             values: zeros(),
@@ -219,15 +392,26 @@ impl<const N: usize, const M: usize, const P: usize> Kernel for Sized<N, M, P> {
     }
 
     fn to_gauss(&self, nodal: &[f64], at_gauss: &mut [f64], scratch: &mut Scratch) {
-        Self::interpolate(&self.to_gauss, nodal, at_gauss, &mut scratch.contracted);
+        let job = ToGauss {
+            nodal,
+            at_gauss,
+            scratch,
+        };
+        self.processor.dispatch(Work { kernel: self, job });
     }
 
-    fn gradient(&self, nodal: &[f64], out: &mut [&mut [f64]; 3], scratch: &mut Scratch) {
-        let Scratch {
-            contracted, values, ..
-        } = scratch;
-        Self::interpolate(&self.to_gauss, nodal, values, contracted);
-        self.differentiate(values, out);
+    fn gradient(&self, nodal: &[f64], out: [&mut [f64]; 3], scratch: &mut Scratch) {
+        let job = Gradient {
+            nodal,
+            out,
+            scratch,
+        };
+        self.processor.dispatch(Work { kernel: self, job });
+    }
+
+    fn nodal_gradient(&self, nodal: &[f64], out: [&mut [f64]; 3]) {
+        let job = NodalGradient { nodal, out };
+        self.processor.dispatch(Work { kernel: self, job });
     }
 
     fn oseen(
@@ -238,101 +422,35 @@ impl<const N: usize, const M: usize, const P: usize> Kernel for Sized<N, M, P> {
         (momentum, continuity): (&mut [f64], &mut [f64]),
         scratch: &mut Scratch,
     ) {
-        let (n3, m3) = (N * N * N, M * M * M);
-        let Scratch {
-            contracted,
-            values,
-            gradient,
-            pressure,
-            divergence,
-        } = scratch;
-        Self::interpolate(&self.pressure_to_gauss, p, pressure, contracted);
-        divergence.fill(0.0);
-        let g = |i: usize| &at.cofactors[i * m3..(i + 1) * m3];
-        let g: [&[f64]; 9] = std::array::from_fn(g);
-        let a: [&[f64]; 3] = std::array::from_fn(|i| &at.convection[i * m3..(i + 1) * m3]);
-        for c in 0..3 {
-            Self::interpolate(&self.to_gauss, &u[c * n3..(c + 1) * n3], values, contracted);
-            let [x, y, z] = gradient;
-            self.differentiate(values, &mut [x, y, z]);
-            let [x, y, z] = gradient;
-            for q in 0..m3 {
-                let d = [x[q], y[q], z[q]];
-                values[q] = a[0][q] * d[0] + a[1][q] * d[1] + a[2][q] * d[2];
-                let scale = viscosity * at.inverse_weights[q];
-                let mut flux = [0.0; 3];
-                for k in 0..3 {
-                    let slope = g[k][q] * d[0] + g[3 + k][q] * d[1] + g[6 + k][q] * d[2];
-                    flux[k] = scale * slope;
-                    if k == c {
-                        divergence[q] -= slope;
-                        flux[k] -= pressure[q];
-                    }
-                }
-                for (i, local) in [&mut *x, &mut *y, &mut *z].into_iter().enumerate() {
-                    local[q] = g[3 * i][q] * flux[0]
-                        + g[3 * i + 1][q] * flux[1]
-                        + g[3 * i + 2][q] * flux[2];
-                }
-            }
-            self.add_integrated([x, y, z], values);
-            let out = &mut momentum[c * n3..(c + 1) * n3];
-            Self::interpolate(&self.from_gauss, values, out, contracted);
-        }
-        Self::interpolate(
-            &self.pressure_from_gauss,
-            divergence,
+        let job = Oseen {
+            at,
+            viscosity,
+            u,
+            p,
+            momentum,
             continuity,
-            contracted,
-        );
+            scratch,
+        };
+        self.processor.dispatch(Work { kernel: self, job });
     }
 
     fn minus_divergence(&self, cofactors: &[f64], u: &[f64], q: &mut [f64], scratch: &mut Scratch) {
-        let (n3, m3) = (N * N * N, M * M * M);
-        let Scratch {
-            contracted,
-            values,
-            gradient,
-            divergence,
-            ..
-        } = scratch;
-        divergence.fill(0.0);
-        for c in 0..3 {
-            Self::interpolate(&self.to_gauss, &u[c * n3..(c + 1) * n3], values, contracted);
-            let [x, y, z] = gradient;
-            self.differentiate(values, &mut [x, y, z]);
-            for (i, local) in gradient.iter().enumerate() {
-                let g = &cofactors[(3 * i + c) * m3..(3 * i + c + 1) * m3];
-                for q in 0..m3 {
-                    divergence[q] -= g[q] * local[q];
-                }
-            }
-        }
-        Self::interpolate(&self.pressure_from_gauss, divergence, q, contracted);
+        let job = MinusDivergence {
+            cofactors,
+            u,
+            q,
+            scratch,
+        };
+        self.processor.dispatch(Work { kernel: self, job });
     }
 
     fn minus_gradient(&self, cofactors: &[f64], p: &[f64], v: &mut [f64], scratch: &mut Scratch) {
-        let (n3, m3) = (N * N * N, M * M * M);
-        let Scratch {
-            contracted,
-            values,
-            gradient,
-            pressure,
-            ..
-        } = scratch;
-        Self::interpolate(&self.pressure_to_gauss, p, pressure, contracted);
-        for c in 0..3 {
-            for (i, local) in gradient.iter_mut().enumerate() {
-                let g = &cofactors[(3 * i + c) * m3..(3 * i + c + 1) * m3];
-                for q in 0..m3 {
-                    local[q] = -g[q] * pressure[q];
-                }
-            }
-            values.fill(0.0);
-            let [x, y, z] = &*gradient;
-            self.add_integrated([x, y, z], values);
-            let out = &mut v[c * n3..(c + 1) * n3];
-            Self::interpolate(&self.from_gauss, values, out, contracted);
-        }
+        let job = MinusGradient {
+            cofactors,
+            p,
+            v,
+            scratch,
+        };
+        self.processor.dispatch(Work { kernel: self, job });
     }
 }

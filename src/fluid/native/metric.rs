@@ -1,21 +1,44 @@
 //! The geometry of the elements at a moment: what the integrals need at the Gauss points, and the nodes' masses.
 
 use super::FlowError;
+use super::contraction::LANES;
 use super::discretization::Discretization;
-use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-/// The mapping of every element.
+/// The mapping of every element, in groups of [`LANES`] side by side.
 #[derive(Debug, Clone)]
 pub struct Metric {
-    /// `w det J ∂ξ_d/∂x_k` at the Gauss points: `9 M³` values an element, component `3 d + k` after the other.
+    /// `G = w det J ∂ξ_d/∂x_k` at the Gauss points: `9 M³` values an element, component `3 d + k` after the other.
     pub cofactors: Vec<f64>,
-    /// `1/(w det J)`: `M³` values an element.
-    pub inverse_weights: Vec<f64>,
+    /// `G Gᵀ/(w det J)`: components 00, 01, 02, 11, 12, 22.
+    pub stiffness: Vec<f64>,
     /// Integral of each nodal function by the nodes' own rule, m³: the diagonal mass matrix.
     pub mass: Vec<f64>,
-    /// Volume by the Gauss rule, m³.
+    /// Volumes of the elements by the Gauss rule, m³.
+    pub volumes: Vec<f64>,
+    /// Their sum, m³.
     pub volume: f64,
+}
+
+/// Tangents `∂x/∂ξ_d` at points, `[x, y, z]` of each.
+struct Tangents<'a>([[&'a [f64]; 3]; 3]);
+
+impl Tangents<'_> {
+    fn at(&self, i: usize) -> [[f64; 3]; 3] {
+        self.0.map(|components| components.map(|values| values[i]))
+    }
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl Metric {
@@ -24,99 +47,109 @@ impl Metric {
     /// # Errors
     /// If an element is inside out.
     pub fn new(space: &Discretization, positions: &[f64]) -> Result<Self, FlowError> {
-        let (n3, m3) = (space.node_count(), space.gauss_count());
-        let elements = space.space.elements;
-        let mut cofactors = vec![0.0; elements * 9 * m3];
-        let mut inverse_weights = vec![0.0; elements * m3];
-        let mut local_mass = vec![0.0; elements * n3];
-        let found: Vec<Result<f64, (usize, f64)>> = cofactors
+        let (n3, m3) = (space.node_count() * LANES, space.gauss_count() * LANES);
+        let groups = space.groups();
+        let mut cofactors = vec![0.0; groups * 9 * m3];
+        let mut stiffness = vec![0.0; groups * 6 * m3];
+        let mut local_mass = vec![0.0; groups * n3];
+        // Volume and smallest Jacobian of the elements
+        let found: Vec<[[f64; 2]; LANES]> = cofactors
             .par_chunks_mut(9 * m3)
-            .zip(inverse_weights.par_chunks_mut(m3))
+            .zip(stiffness.par_chunks_mut(6 * m3))
             .zip(local_mass.par_chunks_mut(n3))
             .enumerate()
             .map_init(
-                || (space.kernel.scratch(), vec![0.0; 3 * n3], vec![0.0; 9 * m3]),
-                |(scratch, x, tangents), (e, ((cofactors, inverse), mass))| {
-                    space.gather(e, positions, x);
-                    for (c, tangents) in tangents.chunks_exact_mut(3 * m3).enumerate() {
-                        let (first, rest) = tangents.split_at_mut(m3);
-                        let (second, third) = rest.split_at_mut(m3);
-                        let x = &x[c * n3..(c + 1) * n3];
-                        (space.kernel).gradient(x, &mut [first, second, third], scratch);
+                || {
+                    let tangents = [(); 9].map(|()| vec![0.0; m3]);
+                    (space.kernel.scratch(), vec![0.0; 3 * n3], tangents)
+                },
+                |(scratch, x, tangents), (group, ((cofactors, stiffness), mass))| {
+                    space.gather_group(group, positions, x);
+                    let components = || x.chunks_exact(n3);
+                    for (x, out) in components().zip(tangents.chunks_exact_mut(3)) {
+                        let [a, b, c] = out else { unreachable!() };
+                        (space.kernel).gradient(x, [a, b, c], scratch);
                     }
-                    let mut volume = 0.0;
+                    let mut found = [[0.0, f64::INFINITY]; LANES];
+                    let at = by_direction(tangents);
                     for q in 0..m3 {
-                        let jacobian = Matrix3::from_fn(|k, d| tangents[(3 * k + d) * m3 + q]);
-                        let determinant = jacobian.determinant();
-                        if determinant.is_nan() || determinant <= 0.0 {
-                            return Err((e, determinant));
-                        }
-                        let weight = space.gauss_weights[q];
-                        let [a, b, c] = [0, 1, 2].map(|d| jacobian.column(d).into_owned());
-                        for (d, row) in [b.cross(&c), c.cross(&a), a.cross(&b)].iter().enumerate() {
+                        let [a, b, c] = at.at(q);
+                        let weight = space.gauss_weights[q / LANES];
+                        let g = [cross(b, c), cross(c, a), cross(a, b)];
+                        let determinant = dot(a, g[0]);
+                        let inverse = weight / determinant;
+                        for d in 0..3 {
                             for k in 0..3 {
-                                cofactors[(3 * d + k) * m3 + q] = weight * row[k];
+                                cofactors[(3 * d + k) * m3 + q] = weight * g[d][k];
                             }
                         }
-                        inverse[q] = 1.0 / (weight * determinant);
-                        volume += weight * determinant;
-                    }
-                    for i in 0..n3 {
-                        let determinant = space.jacobian_at_node(x, i).determinant();
-                        if determinant.is_nan() || determinant <= 0.0 {
-                            return Err((e, determinant));
+                        for (i, (d, e)) in PAIRS.into_iter().enumerate() {
+                            stiffness[i * m3 + q] = inverse * dot(g[d], g[e]);
                         }
-                        mass[i] = space.node_weights[i] * determinant;
+                        note(&mut found[q % LANES], determinant);
+                        found[q % LANES][0] += weight * determinant;
                     }
-                    Ok(volume)
+                    for (x, out) in components().zip(tangents.chunks_exact_mut(3)) {
+                        let [a, b, c] = out else { unreachable!() };
+                        (space.kernel).nodal_gradient(x, [a, b, c]);
+                    }
+                    let at = by_direction(tangents);
+                    for (i, mass) in mass.iter_mut().enumerate() {
+                        let [a, b, c] = at.at(i);
+                        let determinant = dot(a, cross(b, c));
+                        note(&mut found[i % LANES], determinant);
+                        *mass = space.node_weights[i / LANES] * determinant;
+                    }
+                    found
                 },
             )
             .collect();
-        let mut volume = 0.0;
-        for element in found {
-            match element {
-                Ok(part) => volume += part,
-                Err((e, jacobian)) => {
-                    let nodes = space.space.element(e);
-                    let middle = nodes[nodes.len() / 2] as usize;
-                    return Err(FlowError::Inverted {
-                        element: e,
-                        jacobian,
-                        position: [0, 1, 2].map(|c| positions[c * space.space.nodes + middle]),
-                    });
-                }
-            }
+        let elements = &found.as_flattened()[..space.space.elements];
+        let inverted = |[_, jacobian]: &[f64; 2]| jacobian.is_nan() || *jacobian <= 0.0;
+        if let Some(e) = elements.iter().position(inverted) {
+            let nodes = space.space.element(e);
+            let middle = nodes[nodes.len() / 2] as usize;
+            return Err(FlowError::Inverted {
+                element: e,
+                jacobian: elements[e][1],
+                position: [0, 1, 2].map(|c| positions[c * space.space.nodes + middle]),
+            });
         }
+        let volumes: Vec<f64> = elements.iter().map(|[volume, _]| *volume).collect();
         let mut mass = vec![0.0; space.space.nodes];
         space.sum_nodes(&local_mass, &mut mass);
         Ok(Self {
             cofactors,
-            inverse_weights,
+            stiffness,
             mass,
-            volume,
+            volume: volumes.iter().sum(),
+            volumes,
         })
     }
 
     /// `density G a` at the Gauss points for the convecting velocity `a` (m/s) at the nodes: `3 M³` values an element.
     pub fn convection(&self, space: &Discretization, density: f64, a: &[f64]) -> Vec<f64> {
-        let (n3, m3) = (space.node_count(), space.gauss_count());
-        let mut convection = vec![0.0; space.space.elements * 3 * m3];
+        let (n3, m3) = (space.node_count() * LANES, space.gauss_count() * LANES);
+        let mut convection = vec![0.0; space.groups() * 3 * m3];
         convection
             .par_chunks_mut(3 * m3)
             .zip(self.cofactors.par_chunks(9 * m3))
             .enumerate()
             .for_each_init(
                 || (space.kernel.scratch(), vec![0.0; 3 * n3], vec![0.0; 3 * m3]),
-                |(scratch, nodal, a_gauss), (e, (convection, g))| {
-                    space.gather(e, a, nodal);
-                    for c in 0..3 {
-                        let out = &mut a_gauss[c * m3..(c + 1) * m3];
-                        (space.kernel).to_gauss(&nodal[c * n3..(c + 1) * n3], out, scratch);
+                |(scratch, nodal, at_gauss), (group, (convection, g))| {
+                    space.gather_group(group, a, nodal);
+                    for (nodal, at_gauss) in
+                        nodal.chunks_exact(n3).zip(at_gauss.chunks_exact_mut(m3))
+                    {
+                        space.kernel.to_gauss(nodal, at_gauss, scratch);
                     }
-                    for d in 0..3 {
+                    for (convection, g) in
+                        convection.chunks_exact_mut(m3).zip(g.chunks_exact(3 * m3))
+                    {
                         for q in 0..m3 {
-                            let at = |k: usize| g[(3 * d + k) * m3 + q] * a_gauss[k * m3 + q];
-                            convection[d * m3 + q] = density * (at(0) + at(1) + at(2));
+                            let at = |k: usize| g[k * m3 + q] * at_gauss[k * m3 + q];
+                            convection[q] = density * (at(0) + at(1) + at(2));
                         }
                     }
                 },
@@ -138,25 +171,22 @@ impl Metric {
             1 => values[q][i] * slopes[q][i],
             _ => slopes[q][i] * slopes[q][i],
         };
-        let mut local = vec![0.0; space.space.elements * n3];
+        let mut local = vec![0.0; space.groups() * n3 * LANES];
         local
-            .par_chunks_mut(n3)
-            .zip(self.cofactors.par_chunks(9 * m3))
-            .zip(self.inverse_weights.par_chunks(m3))
-            .for_each(|((diagonal, g), inverse)| {
+            .par_chunks_mut(n3 * LANES)
+            .zip(self.stiffness.par_chunks(6 * m3 * LANES))
+            .for_each(|(diagonal, stiffness)| {
                 for d in 0..3 {
                     for d2 in 0..3 {
                         let kind = |axis: usize| usize::from(d == axis) + usize::from(d2 == axis);
-                        let mut value: Vec<f64> = (0..m3)
-                            .map(|q| {
-                                let g = |d: usize, k: usize| g[(3 * d + k) * m3 + q];
-                                inverse[q] * (0..3).map(|k| g(d, k) * g(d2, k)).sum::<f64>()
-                            })
-                            .collect();
+                        let pair = (d.min(d2), d.max(d2));
+                        let i = PAIRS.iter().position(|&p| p == pair).expect("all pairs");
+                        let size = m3 * LANES;
+                        let mut value = stiffness[i * size..(i + 1) * size].to_vec();
                         // One direction after the other, the slowest first
                         let mut sizes = [m, m, m];
                         for axis in [2, 1, 0] {
-                            let inner: usize = sizes[..axis].iter().product();
+                            let inner = LANES * sizes[..axis].iter().product::<usize>();
                             let outer: usize = sizes[axis + 1..].iter().product();
                             let mut next = vec![0.0; outer * n * inner];
                             for o in 0..outer {
@@ -180,5 +210,22 @@ impl Metric {
         let mut diagonal = vec![0.0; space.space.nodes];
         space.sum_nodes(&local, &mut diagonal);
         diagonal
+    }
+}
+
+/// Components of a symmetric tensor.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+/// Gradients of the three components of the position, by direction.
+fn by_direction(tangents: &[Vec<f64>; 9]) -> Tangents<'_> {
+    Tangents(std::array::from_fn(|d| {
+        std::array::from_fn(|k| &tangents[3 * k + d][..])
+    }))
+}
+
+/// Keeps the smallest Jacobian, or one that is not a number.
+fn note(found: &mut [f64; 2], determinant: f64) {
+    if !(determinant >= found[1]) {
+        found[1] = determinant;
     }
 }

@@ -1,10 +1,10 @@
 //! Blood by spectral elements: a solver of the incompressible Navier-Stokes equations on a moving mesh, without any
 //! program but this one.
 //!
-//! From one dimension to a time step: [`basis`] has the polynomials of an element, [`kernel`] its operations, [`space`] the
+//! From one dimension to a time step: [`basis`] has the polynomials of an element, [`contraction`] their products, [`kernel`] its operations, [`space`] the
 //! numbering of the unknowns and [`discretization`] all of these together; [`vessel_mesh`] is the lumen of a vessel and how
 //! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
-//! equations of a step are [`oseen`], solved by [`gmres`] with the preconditioner of [`pressure`]; [`flow`] takes the
+//! equations of a step are [`oseen`], solved by [`gmres`] with the preconditioner of [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
 //! step with one of the [`time_scheme`]s, and [`wall_traction`] says what it does to the wall. [`blood`] puts it all into a
 //! [`Fluid`](super::Fluid).
 //!
@@ -12,12 +12,14 @@
 
 pub mod basis;
 pub mod blood;
+pub mod contraction;
 pub mod discretization;
 pub mod flow;
 pub mod gmres;
 pub mod kernel;
 pub mod metric;
 pub mod oseen;
+pub mod plane_cholesky;
 pub mod pressure;
 pub mod space;
 pub mod surface;

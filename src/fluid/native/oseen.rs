@@ -1,5 +1,6 @@
 //! The equations of a time step, linear in velocity and pressure, with their preconditioner.
 
+use super::contraction::LANES;
 use super::discretization::Discretization;
 use super::gmres::System;
 use super::kernel::AtGauss;
@@ -51,10 +52,10 @@ pub struct Local {
 impl Local {
     /// Memory for the elements of a space.
     pub fn new(space: &Discretization) -> Self {
-        let elements = space.space.elements;
+        let groups = space.groups() * LANES;
         Self {
-            momentum: vec![0.0; elements * 3 * space.node_count()],
-            continuity: vec![0.0; elements * space.pressure_count()],
+            momentum: vec![0.0; groups * 3 * space.node_count()],
+            continuity: vec![0.0; groups * space.pressure_count()],
             vector: vec![0.0; 3 * space.space.nodes],
             pressure: vec![0.0; space.space.pressures],
         }
@@ -65,11 +66,12 @@ impl Oseen<'_> {
     /// The left-hand sides; rows of fixed nodes are zero.
     pub fn product(&mut self, x: &[f64], out: &mut [f64]) {
         let space = self.space;
-        let (n3, m3, p3) = (
+        let [n3, m3, p3] = [
             space.node_count(),
             space.gauss_count(),
             space.pressure_count(),
-        );
+        ]
+        .map(|count| count * LANES);
         let velocities = 3 * space.space.nodes;
         let (u, p) = x.split_at(velocities);
         let (metric, convection, viscosity) = (self.metric, &self.convection, self.viscosity);
@@ -85,13 +87,11 @@ impl Oseen<'_> {
             .for_each_init(
                 || (space.kernel.scratch(), vec![0.0; 3 * n3], vec![0.0; p3]),
                 |(scratch, u_local, p_local), (e, (momentum, continuity))| {
-                    space.gather(e, u, u_local);
-                    for (value, &node) in p_local.iter_mut().zip(space.space.element_pressures(e)) {
-                        *value = p[node as usize];
-                    }
+                    space.gather_group(e, u, u_local);
+                    space.gather_pressures(e, p, p_local);
                     let at = AtGauss {
                         cofactors: &metric.cofactors[9 * m3 * e..9 * m3 * (e + 1)],
-                        inverse_weights: &metric.inverse_weights[m3 * e..m3 * (e + 1)],
+                        stiffness: &metric.stiffness[6 * m3 * e..6 * m3 * (e + 1)],
                         convection: &convection[3 * m3 * e..3 * m3 * (e + 1)],
                     };
                     let output = (momentum, continuity);
@@ -120,11 +120,12 @@ impl Oseen<'_> {
     /// `u = u* - D⁻¹ Bᵀ p`.
     fn precondition(&mut self, r: &mut [f64]) {
         let space = self.space;
-        let (n3, m3, p3) = (
+        let [n3, m3, p3] = [
             space.node_count(),
             space.gauss_count(),
             space.pressure_count(),
-        );
+        ]
+        .map(|count| count * LANES);
         let (u, p) = r.split_at_mut(3 * space.space.nodes);
         for u in u.chunks_exact_mut(self.fixed.len()) {
             u.iter_mut()
@@ -141,7 +142,7 @@ impl Oseen<'_> {
         continuity.par_chunks_mut(p3).enumerate().for_each_init(
             || (space.kernel.scratch(), vec![0.0; 3 * n3]),
             |(scratch, u_local), (e, continuity)| {
-                space.gather(e, u, u_local);
+                space.gather_group(e, u, u_local);
                 let g = &g[9 * m3 * e..9 * m3 * (e + 1)];
                 space
                     .kernel
@@ -156,9 +157,7 @@ impl Oseen<'_> {
         momentum.par_chunks_mut(3 * n3).enumerate().for_each_init(
             || (space.kernel.scratch(), vec![0.0; p3]),
             |(scratch, p_local), (e, momentum)| {
-                for (value, &node) in p_local.iter_mut().zip(space.space.element_pressures(e)) {
-                    *value = p[node as usize];
-                }
+                space.gather_pressures(e, p, p_local);
                 let g = &g[9 * m3 * e..9 * m3 * (e + 1)];
                 space.kernel.minus_gradient(g, p_local, momentum, scratch);
             },

@@ -5,17 +5,15 @@
 //! factor is made seldom, for a geometry that is kept until the mesh has moved far from it.
 
 use super::FlowError;
+use super::contraction::LANES;
 use super::discretization::Discretization;
 use super::metric::Metric;
-use faer::prelude::*;
-use faer::sparse::linalg::solvers::Llt;
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{MatMut, Side};
+use super::plane_cholesky::PlaneCholesky;
 use rayon::prelude::*;
 
 /// A factorized Schur complement.
 pub struct SchurComplement {
-    factor: Llt<usize, f64>,
+    factor: PlaneCholesky,
 }
 
 /// Part of the matrix `B`: the velocity components of a node.
@@ -48,50 +46,44 @@ impl SchurComplement {
             }
         }
         let n = space.space.pressures;
-        let triplets: Vec<Vec<Triplet<usize, usize, f64>>> = (rows.par_iter().enumerate())
+        let rows: Vec<Vec<(u32, f64)>> = (rows.par_iter().enumerate())
             .map_init(
                 || (vec![0.0; n], Vec::new()),
-                |(sums, touched): &mut (Vec<f64>, Vec<u32>), (j, row)| {
+                |(sums, touched): &mut (Vec<f64>, Vec<u32>), (i, row)| {
                     for entry in row {
                         let d = inverse_diagonal[entry.index as usize];
                         let [a, b, c] = entry.values.map(|v| v * d);
                         for other in &columns[entry.index as usize] {
-                            let i = other.index as usize;
-                            if i < j {
+                            let j = other.index as usize;
+                            if j > i {
                                 continue; // only the lower triangle
                             }
-                            if sums[i] == 0.0 {
+                            if sums[j] == 0.0 {
                                 touched.push(other.index);
                             }
                             let [x, y, z] = other.values;
-                            sums[i] += a * x + b * y + c * z;
+                            sums[j] += a * x + b * y + c * z;
                         }
                     }
                     touched.sort_unstable();
                     touched.dedup();
                     (touched.drain(..))
-                        .map(|i| {
-                            let value = std::mem::take(&mut sums[i as usize]);
-                            Triplet::new(i as usize, j, value)
-                        })
+                        .map(|j| (j, std::mem::take(&mut sums[j as usize])))
                         .collect()
                 },
             )
             .collect();
-        let matrix = SparseColMat::try_new_from_triplets(n, n, &triplets.concat())
-            .map_err(|e| FlowError::Model(format!("the pressure's matrix: {e:?}")))?;
-        let factor = matrix.sp_cholesky(Side::Lower).map_err(|e| {
-            FlowError::Model(format!(
-                "the pressure's matrix cannot be factorized ({e:?}): is there no outlet?"
-            ))
+        let factor = PlaneCholesky::new(space.space.plane_pressures, &rows).map_err(|_| {
+            FlowError::Model(
+                "the pressure's matrix cannot be factorized: is there no outlet?".into(),
+            )
         })?;
         Ok(Self { factor })
     }
 
     /// Solves in place.
     pub fn solve(&self, rhs: &mut [f64]) {
-        let n = rhs.len();
-        (self.factor).solve_in_place(MatMut::from_column_major_slice_mut(rhs, n, 1));
+        self.factor.solve(rhs);
     }
 }
 
@@ -102,18 +94,19 @@ fn divergence_rows(space: &Discretization, metric: &Metric) -> Vec<Vec<Entry>> {
         space.gauss_count(),
         space.pressure_count(),
     );
-    // Local rows of each element: those of its transpose, one unit pressure after the other
-    let local: Vec<Vec<f64>> = (0..space.space.elements)
+    // Local rows of each group of elements: those of its transpose, one unit pressure after the other
+    let (row_length, gauss) = (3 * n3 * LANES, 9 * m3 * LANES);
+    let local: Vec<Vec<f64>> = (0..space.groups())
         .into_par_iter()
         .map_init(
-            || (space.kernel.scratch(), vec![0.0; p3]),
-            |(scratch, unit), e| {
-                let g = &metric.cofactors[9 * m3 * e..9 * m3 * (e + 1)];
-                let mut rows = vec![0.0; p3 * 3 * n3];
-                for (j, row) in rows.chunks_exact_mut(3 * n3).enumerate() {
-                    unit[j] = 1.0;
+            || (space.kernel.scratch(), vec![0.0; p3 * LANES]),
+            |(scratch, unit), group| {
+                let g = &metric.cofactors[gauss * group..gauss * (group + 1)];
+                let mut rows = vec![0.0; p3 * row_length];
+                for (j, row) in rows.chunks_exact_mut(row_length).enumerate() {
+                    unit[j * LANES..(j + 1) * LANES].fill(1.0);
                     space.kernel.minus_gradient(g, unit, row, scratch);
-                    unit[j] = 0.0;
+                    unit[j * LANES..(j + 1) * LANES].fill(0.0);
                 }
                 rows
             },
@@ -130,7 +123,8 @@ fn divergence_rows(space: &Discretization, metric: &Metric) -> Vec<Vec<Entry>> {
                 let mut row: Vec<Entry> = Vec::new();
                 for &place in &numbering.pressure_places[places] {
                     let (e, q) = (place as usize / p3, place as usize % p3);
-                    let values = &local[e][q * 3 * n3..(q + 1) * 3 * n3];
+                    let values = &local[e / LANES][q * row_length..(q + 1) * row_length];
+                    let lane = e % LANES;
                     for (i, &node) in numbering.element(e).iter().enumerate() {
                         let at = &mut position[node as usize];
                         if *at == u32::MAX {
@@ -142,7 +136,7 @@ fn divergence_rows(space: &Discretization, metric: &Metric) -> Vec<Vec<Entry>> {
                         }
                         let entry = &mut row[*at as usize].values;
                         for c in 0..3 {
-                            entry[c] += values[c * n3 + i];
+                            entry[c] += values[(c * n3 + i) * LANES + lane];
                         }
                     }
                 }

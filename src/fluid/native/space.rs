@@ -106,6 +106,8 @@ pub struct Space {
     pub faces: Vec<Face>,
     /// Nodes of a cross-section.
     pub plane_nodes: usize,
+    /// The same for the pressure.
+    pub plane_pressures: usize,
 }
 
 impl Space {
@@ -151,6 +153,7 @@ impl Space {
             pressure_places,
             faces,
             plane_nodes: velocity.nodes,
+            plane_pressures: pressure.nodes,
         }
     }
 
