@@ -225,7 +225,7 @@ fn by_direction(tangents: &[Vec<f64>; 9]) -> Tangents<'_> {
 
 /// Keeps the smallest Jacobian, or one that is not a number.
 fn note(found: &mut [f64; 2], determinant: f64) {
-    if !(determinant >= found[1]) {
+    if determinant.is_nan() || determinant < found[1] {
         found[1] = determinant;
     }
 }
