@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(old) = &old {
         old.check(&arguments.chosen.preset.to_string(), &case)?;
     }
-    let then = (!arguments.quiet).then_some("the time step is finished");
+    let then = (!arguments.quiet).then_some(crate::measurement::STEPS_END);
     let interrupt = Interrupt::listen(then)?;
     if let Some(folder) = &arguments.growth {
         return growth::measure(&measurement, &case, folder, &interrupt);

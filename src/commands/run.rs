@@ -1,7 +1,7 @@
 //! `fsi-driver --case DIR`: a coupled run.
 
 use super::{CaseArguments, Failure};
-use crate::run::{A_RUN_IS_SAVED, Earlier, Interrupt, RunRequest};
+use crate::run::{Earlier, Interrupt, RunRequest, THE_START_ENDS};
 use std::path::PathBuf;
 
 /// Options of a coupled run.
@@ -49,6 +49,6 @@ pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure>
         earlier,
         quiet: arguments.quiet,
     };
-    let interrupt = Interrupt::listen((!arguments.quiet).then_some(A_RUN_IS_SAVED))?;
+    let interrupt = Interrupt::listen((!arguments.quiet).then_some(THE_START_ENDS))?;
     request.execute(interrupt)
 }

@@ -48,7 +48,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             .and_then(|()| surroundings::check_folder(&model.case, &model.out))
             .map_err(|e| Failure::Input(e.to_string()))?;
     }
-    if !arguments.resume {
+    if arguments.resume {
+        batch::refuse_farther(&models)?;
+    } else {
         batch::refuse_earlier(&models)?;
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -56,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let jobs = jobs.min(models.len());
     std::fs::create_dir_all(&out)
         .map_err(|e| Failure::Input(format!("cannot create {}: {e}", out.display())))?;
-    let then = "the models finish their time step and write a checkpoint";
+    let then = "the models that have begun finish their time step and write a checkpoint";
     let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))?;
     let notes = batch::prepare(&mut models)?;
     let board = Board::new(&models, jobs, arguments.quiet);

@@ -1,7 +1,8 @@
 //! Words for a step that converges slowly or not at all: what was seen, and what to try.
 
-use super::{CouplingError, Iteration};
+use super::{CouplingError, FailedStep, Iteration};
 use crate::geometry::CentreShift;
+use crate::pfem::SolidError;
 
 /// A residual that in the last third of the iterations stays within this factor stagnates.
 const STAGNATION: f64 = 3.0;
@@ -132,8 +133,22 @@ pub fn slowness(iterations: &[Iteration], usual: f64, max_sweeps: u32) -> Option
     })
 }
 
+/// Why a step failed. That the wall has moved aside comes first, since whatever fails then, and what would help against
+/// that alone, is only its consequence.
+pub fn failure(failed: &FailedStep) -> String {
+    let FailedStep {
+        iterations, error, ..
+    } = failed;
+    match failed.centre_shift.as_deref() {
+        Some(seen) if seen.is_large() => {
+            format!("{}; then {}", moved_aside(seen), consequence(failed))
+        }
+        _ => format!("{error}{}", circumstances(error, iterations)),
+    }
+}
+
 /// What had happened before the structure failed, to be added to its error.
-pub fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String {
+fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String {
     match (error, iterations.last()) {
         (CouplingError::Solid(_), None) => {
             " (in coupling iteration 1: the load on the predicted displacement is too much; try coupling.predictor = \"constant\" or a smaller time.step_s)".into()
@@ -147,14 +162,11 @@ pub fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String 
     }
 }
 
-/// Says that the wall has moved aside, if it has, and what usually helps: to be added to whatever error came of it.
-pub fn buckling(shift: Option<&CentreShift>) -> String {
-    let Some(seen) = shift.filter(|shift| shift.is_large()) else {
-        return String::new();
-    };
+/// That the wall has moved aside, and what usually helps.
+fn moved_aside(seen: &CentreShift) -> String {
     let mm = |metres: f64| 1e3 * metres;
     format!(
-        "; the wall has moved aside: at ({:.1}, {:.1}, {:.1}) mm the centre of its cross-section lies {:.2} mm from where it was, {:.1} times the radius, of {:.2} mm that any point has moved. So a tube held at both ends buckles under pressure, and smaller steps do not help; the usual cure is what holds arteries straight, axial prestretch and support by the tissue around them, else a thicker or shorter wall or less pressure (docs/limitations.md, \"Lateral buckling\")",
+        "the wall has moved aside, as a tube held at both ends does that buckles under pressure: at ({:.1}, {:.1}, {:.1}) mm the centre of its cross-section lies {:.2} mm from where it was, {:.1} times the radius, of {:.2} mm that any point has moved. Smaller steps do not help; what holds arteries straight is axial prestretch and support by the tissue around them, else a thicker or shorter wall or less pressure helps (docs/limitations.md, \"Lateral buckling\"; `fsi-driver check DIR --wall` finds the pressure)",
         mm(seen.centre.x),
         mm(seen.centre.y),
         mm(seen.centre.z),
@@ -164,12 +176,28 @@ pub fn buckling(shift: Option<&CentreShift>) -> String {
     )
 }
 
+/// What failed after the wall had moved aside, without advice that would be in vain.
+fn consequence(failed: &FailedStep) -> String {
+    let iteration = failed.iterations.len() + 1;
+    match &failed.error {
+        CouplingError::Solid(SolidError::Inverted { element, .. }) => {
+            format!("element {element} turned inside out in coupling iteration {iteration}")
+        }
+        CouplingError::Solid(_) => {
+            format!("the structure found no equilibrium in coupling iteration {iteration}")
+        }
+        CouplingError::NotConverged(_) => {
+            format!("{} coupling iterations did not converge", iteration - 1)
+        }
+        CouplingError::Fluid(error) => error.to_string(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::convergence::Measure;
     use super::*;
-    use crate::fluid::FluidCost;
-    use crate::pfem::SolidError;
+    use crate::fluid::{FluidCost, FluidError};
 
     /// Iterations with these residuals (m), which are changes of the displacement as well.
     fn iterations(residuals: &[f64]) -> Vec<Iteration> {
@@ -255,25 +283,60 @@ mod tests {
 
     #[test]
     fn a_wall_that_has_moved_aside_is_told_to_have_buckled() {
-        let failed = |shift| super::super::FailedStep {
-            iterations: Vec::new(),
-            centre_shift: Some(Box::new(CentreShift {
-                centre: crate::Vec3::new(0.045, 0.0, 0.0),
-                shift,
-                radius: 2e-3,
-                largest_displacement: 1.03e-2,
-            })),
-            error: CouplingError::Solid(SolidError::NoEquilibrium("in 25 iterations".into())),
+        let failed = |shift, error| {
+            let failed = FailedStep {
+                iterations: iterations(&[0.5, 0.1]),
+                centre_shift: Some(Box::new(CentreShift {
+                    centre: crate::Vec3::new(0.045, 0.0, 0.0),
+                    shift,
+                    radius: 2e-3,
+                    largest_displacement: 1.03e-2,
+                })),
+                error,
+            };
+            failed.to_string()
         };
-        let text = failed(9.9e-3).to_string();
+        let no_equilibrium =
+            || CouplingError::Solid(SolidError::NoEquilibrium("take smaller steps".into()));
+        let text = failed(9.9e-3, no_equilibrium());
         for words in [
+            "the wall has moved aside",
             "at (45.0, 0.0, 0.0) mm",
             "lies 9.90 mm from where it was, 5.0 times the radius",
             "axial prestretch",
             "support by the tissue",
+            "; then the structure found no equilibrium in coupling iteration 3",
         ] {
             assert!(text.contains(words), "{text}");
         }
-        assert!(!failed(4e-3).to_string().contains("aside"));
+        for advice in ["take smaller steps", "time.step_s", "coupling.relaxation"] {
+            assert!(!text.contains(advice), "{text}");
+        }
+        let little = failed(4e-3, no_equilibrium());
+        assert!(!little.contains("aside") && little.contains("time.step_s"));
+
+        let inverted = SolidError::Inverted {
+            element: 7,
+            jacobian: -0.1,
+            position: [0.0; 3],
+        };
+        let dead = FluidError::Died("the last lines of its log".into());
+        for (error, end) in [
+            (
+                CouplingError::Solid(inverted),
+                "; then element 7 turned inside out in coupling iteration 3",
+            ),
+            (
+                CouplingError::NotConverged("try".into()),
+                "; then 2 coupling iterations did not converge",
+            ),
+            (
+                CouplingError::Fluid(dead),
+                "; then the last lines of its log",
+            ),
+        ] {
+            let text = failed(9.9e-3, error);
+            assert!(text.ends_with(end), "{text}");
+        }
     }
 }

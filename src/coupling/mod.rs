@@ -56,6 +56,8 @@ pub struct Step {
     pub fluid: FluidStep,
     /// Displacement of the fluid's wall points, m.
     pub displacement: Vec<Vec3>,
+    /// Pressure of the fluid at each face of its wall, Pa.
+    pub wall_pressure: Vec<f64>,
     /// Seconds that the fluid needed to finish the accepted step.
     pub accept_seconds: f64,
 }
@@ -76,7 +78,7 @@ pub enum CouplingError {
 
 /// A time step that failed; both solvers still have the state at its beginning.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}{}{}", diagnosis::circumstances(.error, .iterations), diagnosis::buckling(.centre_shift.as_deref()))]
+#[error("{}", diagnosis::failure(self))]
 pub struct FailedStep {
     /// The coupling iterations that were done.
     pub iterations: Vec<Iteration>,
@@ -127,6 +129,8 @@ pub struct Solved<T> {
     pub trial: T,
     /// Displacement of the fluid's wall points, m.
     pub displacement: Vec<Vec3>,
+    /// Load of the fluid on the wall at each face, Pa.
+    pub tractions: Vec<Vec3>,
 }
 
 impl<F: Fluid, S: Solid> Coupling<F, S> {
@@ -161,6 +165,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
                     iterations,
                     trial: last.trial,
                     displacement: trial,
+                    tractions: last.flow.tractions,
                 });
             }
             (Err(error), _) => error,
@@ -178,6 +183,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             mut iterations,
             trial,
             displacement,
+            tractions,
         } = solved;
         let clock = Instant::now();
         let fluid = match self.fluid.accept(write) {
@@ -191,8 +197,14 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             last.structure_seconds += clock.elapsed().as_secs_f64();
         }
         self.fixed_point.accept(flatten(&displacement));
+        let areas = self.transfer.face_areas(&displacement);
+        let loads = tractions.iter().zip(&fluid.wall_shear).zip(&areas);
         Ok(Step {
             iterations,
+            // The load is p n and the wall shear stress.
+            wall_pressure: loads
+                .map(|((load, shear), area)| (load - shear).dot(&area.normalize()))
+                .collect(),
             fluid,
             displacement,
             accept_seconds,

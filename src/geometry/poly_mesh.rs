@@ -45,22 +45,42 @@ pub struct PatchFaces {
 }
 
 impl PolyMesh {
-    /// Whether a point lies in a cell: on the inner side of all its faces, which are taken for plane.
-    pub fn contains(&self, x: &Vec3) -> bool {
-        let cells = self.owner.iter().max().map_or(0, |last| last + 1);
-        let mut inside = vec![true; cells];
-        for (face, points) in self.faces.iter().enumerate() {
-            let corner = |i: usize| self.points[points[i % points.len()]];
-            let middle = (0..points.len()).map(corner).sum::<Vec3>() / points.len() as f64;
-            let arm = |i: usize| corner(i) - middle;
-            let area: Vec3 = (0..points.len()).map(|i| arm(i).cross(&arm(i + 1))).sum();
-            let beyond = area.dot(&(x - middle));
-            inside[self.owner[face]] &= beyond <= 0.0;
-            if let Some(&neighbour) = self.neighbour.get(face) {
-                inside[neighbour] &= beyond >= 0.0;
+    /// Whether each of these points lies in a cell: on the inner side of all its faces, which are taken for plane.
+    pub fn contains(&self, points: &[Vec3]) -> Vec<bool> {
+        if points.is_empty() {
+            return Vec::new();
+        }
+        let planes: Vec<(Vec3, Vec3)> = self.faces.iter().map(|face| self.plane(face)).collect();
+        let count = self.owner.iter().max().map_or(0, |last| last + 1);
+        let mut cells = vec![(f64::INFINITY, f64::NEG_INFINITY, Vec::new()); count];
+        for (face, (middle, area)) in planes.iter().enumerate() {
+            let neighbour = self.neighbour.get(face).map(|cell| (*cell, -area));
+            for (cell, area) in [(self.owner[face], *area)].into_iter().chain(neighbour) {
+                let (low, high, faces) = &mut cells[cell];
+                for point in &self.faces[face] {
+                    let x = self.points[*point].x;
+                    (*low, *high) = (low.min(x), high.max(x));
+                }
+                faces.push((middle, area));
             }
         }
-        inside.contains(&true)
+        let inside = |x: &Vec3| {
+            let within = |(middle, area): &(&Vec3, Vec3)| area.dot(&(x - *middle)) <= 0.0;
+            let mut near = cells
+                .iter()
+                .filter(|(low, high, _)| (*low..=*high).contains(&x.x));
+            near.any(|(_, _, faces)| faces.iter().all(within))
+        };
+        points.iter().map(inside).collect()
+    }
+
+    /// Middle and area vector of a face.
+    fn plane(&self, face: &[usize]) -> (Vec3, Vec3) {
+        let corner = |i: usize| self.points[face[i % face.len()]];
+        let middle = (0..face.len()).map(corner).sum::<Vec3>() / face.len() as f64;
+        let arm = |i: usize| corner(i) - middle;
+        let area = (0..face.len()).map(|i| arm(i).cross(&arm(i + 1))).sum();
+        (middle, area)
     }
 }
 

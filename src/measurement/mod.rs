@@ -13,6 +13,9 @@ use budget::Budget;
 pub use budget::Report;
 use std::path::Path;
 
+/// What is done when somebody asks a measurement to end.
+pub const STEPS_END: &str = "the time step is finished";
+
 /// Steps of a case that are measured.
 pub struct Measurement<'a> {
     /// Folder of the case.
@@ -44,6 +47,7 @@ impl Measurement<'_> {
     pub fn take(&self, warm: &Path, interrupt: &Interrupt) -> Result<Report, Failure> {
         let case = self.warm_case()?;
         let warm = warm::state(self.case, &case, warm, interrupt, self.quiet)?;
+        interrupt.then(STEPS_END);
         let begin = warm.checkpoint.time();
         let end = begin + f64::from(self.steps) * case.time.step;
         let measured = self

@@ -2,6 +2,7 @@
 
 use super::tables::{FluidProbeRow, ProbeRow};
 use crate::Vec3;
+use crate::coupling::Step;
 use crate::fluid::FluidProbe;
 use crate::pfem::{Solid, SolidError};
 
@@ -29,14 +30,14 @@ impl<S: Solid> Probes<S> {
         })
     }
 
-    /// A row for each point, in the accepted state of `solid`, with the wall shear stress (Pa) of all faces.
-    pub fn rows(&self, time: f64, solid: &S, wall_shear: &[Vec3]) -> Vec<ProbeRow> {
+    /// A row for each point, in the accepted state of `solid` after `step`.
+    pub fn rows(&self, solid: &S, step: &Step) -> Vec<ProbeRow> {
         let displacement = solid.accepted_displacement(&self.locations);
         let pairs = self.points.iter().zip(&displacement).enumerate();
         let row = |(probe, (x, u)): (usize, (&Vec3, &Vec3))| {
-            let shear = wall_shear[self.faces[probe]];
+            let shear = step.fluid.wall_shear[self.faces[probe]];
             ProbeRow {
-                time_s: time,
+                time_s: step.fluid.time,
                 probe,
                 x_m: x.x,
                 y_m: x.y,
@@ -47,6 +48,7 @@ impl<S: Solid> Probes<S> {
                 wall_shear_x_Pa: shear.x,
                 wall_shear_y_Pa: shear.y,
                 wall_shear_z_Pa: shear.z,
+                p_Pa: step.wall_pressure[self.faces[probe]],
             }
         };
         pairs.map(row).collect()

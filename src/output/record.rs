@@ -252,7 +252,7 @@ impl Observer<Structure> for Record {
         let (time, step) = (accepted.time(), accepted.step);
         self.fields.add(accepted)?;
         if let Some((probes, table)) = &mut self.probes {
-            table.append(&probes.rows(time, accepted.solid, &step.fluid.wall_shear))?;
+            table.append(&probes.rows(accepted.solid, step))?;
         }
         if let Some(table) = &mut self.fluid_probes {
             let points = &self.settings.fluid_probe_points;

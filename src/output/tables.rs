@@ -131,6 +131,8 @@ pub struct ProbeRow {
     pub wall_shear_y_Pa: f64,
     /// Wall shear stress.
     pub wall_shear_z_Pa: f64,
+    /// Pressure of the blood on that face.
+    pub p_Pa: f64,
 }
 
 /// The rows of a table; a last one that is cut off does not count.

@@ -4,20 +4,26 @@ use super::Failure;
 use crate::output::terminal;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// What a run does first when it is asked to end.
 pub const A_RUN_IS_SAVED: &str = "the time step is finished and a checkpoint written";
+/// What it does as long as it has taken no step.
+pub const THE_START_ENDS: &str = "the start is given up";
 
 const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 
 /// Whether somebody asked the run to end.
 #[derive(Debug, Clone)]
-pub struct Interrupt(Arc<AtomicBool>);
+pub struct Interrupt {
+    asked: Arc<AtomicBool>,
+    /// What is done first, to be said when it happens; nothing is said without.
+    then: Arc<Mutex<Option<&'static str>>>,
+}
 
 impl Interrupt {
-    /// Listens from now on, and then says what is done first, if there is something to say. (When the process ends at
+    /// Listens from now on, and then says what is done first, if there is something to say (see also [`Self::then`]). (When the process ends at
     /// once, OpenFOAM ends by itself.)
     pub fn listen(then: Option<&'static str>) -> Result<Self, Failure> {
         Self::register(then).map_err(cannot_listen)
@@ -33,14 +39,28 @@ impl Interrupt {
             signal_hook::flag::register(signal, flag.clone())?;
         }
         let mut heard = Signals::new(SIGNALS)?;
+        let words = Arc::new(Mutex::new(then));
+        let said = words.clone();
         std::thread::spawn(move || {
-            if let (Some(_), Some(then)) = (heard.forever().next(), then) {
+            let signal = heard.forever().next();
+            let words = said.lock().ok().and_then(|words| *words);
+            if let (Some(_), Some(then)) = (signal, words) {
                 terminal::note(format_args!(
                     "\ninterrupted: {then}; a second time ends everything at once"
                 ));
             }
         });
-        Ok(Self(flag))
+        Ok(Self {
+            asked: flag,
+            then: words,
+        })
+    }
+
+    /// From now on something else is done first, unless nothing was to be said.
+    pub fn then(&self, what: &'static str) {
+        if let Ok(mut words) = self.then.lock() {
+            *words = words.and(Some(what));
+        }
     }
 
     /// From now on a signal ends the process at once, as one does that has come already.
@@ -58,12 +78,12 @@ impl Interrupt {
 
     /// Has it been asked?
     pub fn asked(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.asked.load(Ordering::Relaxed)
     }
 
     /// The flag that ends the wait for a solver that is starting.
     pub fn of_the_start(&self) -> Arc<AtomicBool> {
-        self.0.clone()
+        self.asked.clone()
     }
 }
 

@@ -18,7 +18,7 @@ use crate::simulation::assembly::{preflight, surroundings};
 pub use coupled_run::{CoupledRun, RunCheckpoint};
 pub use failure::Failure;
 pub use folder::{Earlier, RunFolder};
-pub use interrupt::{A_RUN_IS_SAVED, Interrupt};
+pub use interrupt::{A_RUN_IS_SAVED, Interrupt, THE_START_ENDS};
 pub use resumption::newest;
 pub use selection::{CaseSelection, warn};
 use std::path::Path;
@@ -41,6 +41,7 @@ pub struct RunRequest<'a> {
 impl RunRequest<'_> {
     /// Runs the case until its end or an `interrupt`.
     pub fn execute(&self, interrupt: Interrupt) -> Result<(), Failure> {
+        interrupt.then(THE_START_ENDS);
         let case = self.case;
         surroundings::check_installed(case)
             .and_then(|()| surroundings::check_folder(case, self.out))
@@ -65,7 +66,7 @@ impl RunRequest<'_> {
             case,
             folder,
             checkpoint.as_ref(),
-            interrupt,
+            interrupt.clone(),
             self.quiet,
         )?;
         if self.earlier == Earlier::ResumeWithoutTables {
@@ -86,6 +87,7 @@ impl RunRequest<'_> {
                 clock.elapsed().as_secs_f64(),
             ));
         }
+        interrupt.then(A_RUN_IS_SAVED);
         let outcome = run.advance();
         run.conclude(outcome, self.quiet)
     }

@@ -56,15 +56,21 @@ pub(super) fn checkpoint_without_tables(
 /// Refuses another case than that of the checkpoint, and one that ends before it: its results would be cut off.
 fn can_follow(checkpoint: &RunCheckpoint, case: &Case) -> Result<(), Failure> {
     compare(checkpoint, case)?;
-    let reached = checkpoint.time();
-    if reached > case.time.end + 0.5 * case.time.step {
-        return Err(Failure::Input(format!(
-            "time.end_s (--end-time): {} s, but the run to be resumed has reached t = {reached} s; expected at least that. \
-             For results until an earlier time: fsi-driver hemodynamics RUN --from S --to S",
-            case.time.end
-        )));
+    match beyond(checkpoint, case) {
+        Some(reason) => Err(Failure::Input(reason)),
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// What is wrong if a run is farther than the end of the case.
+pub fn beyond(checkpoint: &RunCheckpoint, case: &Case) -> Option<String> {
+    let (reached, end) = (checkpoint.time(), case.time.end);
+    (reached > end + 0.5 * case.time.step).then(|| {
+        format!(
+            "time.end_s (--end-time): {end} s, but the run to be resumed has reached t = {reached} s; expected at least that. \
+             For results until an earlier time: fsi-driver hemodynamics RUN --from S --to S"
+        )
+    })
 }
 
 /// The newest whole checkpoint in a folder; none if the run had not begun.

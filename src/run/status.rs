@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::coupled_run::Found;
-use super::resumption::compare;
+use super::resumption::{beyond, compare};
 use crate::case::Case;
 use crate::output::record::Summary;
 use crate::output::run_files::RunFiles;
@@ -20,6 +20,8 @@ pub enum RunStatus {
     Complete,
     /// It is that of another case; the text says what differs.
     Changed(String),
+    /// It is farther than the end of the case; the text says so.
+    Beyond(String),
 }
 
 impl RunStatus {
@@ -36,6 +38,9 @@ impl RunStatus {
         };
         if let Err(Failure::Input(text)) = compare(&found.checkpoint, case) {
             return Self::Changed(text);
+        }
+        if let Some(text) = beyond(&found.checkpoint, case) {
+            return Self::Beyond(text);
         }
         let summary = std::fs::read(files.summary()).ok();
         let summary = summary.and_then(|text| serde_json::from_slice::<Summary>(&text).ok());

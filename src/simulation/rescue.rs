@@ -131,7 +131,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         let max_halvings = self.settings.max_halvings;
         if trouble.is_hopeless(max_halvings) {
             let reason = format!(
-                "{what}\nAll {attempt} attempts at this step failed: from the last displacement, without what the coupling had learnt, with less relaxation, with shorter steps (time.max_halvings = {max_halvings})."
+                "{what}\nAll {attempt} attempts at this step failed: from the last displacement, without what the coupling had learnt, with less relaxation, with shorter steps (time.max_halvings = {max_halvings})"
             );
             return self.keep_last_good(number - 1, reason);
         }

@@ -125,10 +125,12 @@ fn the_radial_reference_meets_the_published_values() {
 fn the_artery_is_met_with_trunk_spaces() {
     for kind in [LoadKind::Follower, LoadKind::Dead] {
         let reference = radial::inflate(3e-3, &artery_layers(), 1.6e4, kind == LoadKind::Follower);
-        // Energy and displacement, each from below and above.
-        for (p, energies, displacements) in
-            [(4, 1e-5..5e-5, 1.5e-5..4e-5), (6, -1e-9..1e-9, 0.0..1e-7)]
-        {
+        // Errors of energy and displacement, as measured. That of the energy with p = 6 is the reference's ten digits.
+        let measured = match kind {
+            LoadKind::Follower => [(4, 4.013e-5, 3.045e-5), (6, -4.7e-11, 7.18e-8)],
+            LoadKind::Dead => [(4, 1.207e-5, 1.850e-5), (6, -4.7e-11, 7.64e-8)],
+        };
+        for (p, energy_error, displacement_error) in measured {
             let space = Space::isotropic(SpaceKind::Trunk, p);
             let result = inflate(
                 3e-3,
@@ -141,16 +143,20 @@ fn the_artery_is_met_with_trunk_spaces() {
             );
             let (energy, displacement) = errors(&result, reference.energy, &reference.displacement);
             println!("{kind:?} p = {p}: energy {energy:e}, displacement {displacement:e}");
-            assert!(
-                energies.contains(&energy),
-                "{kind:?} p = {p}: energy error {energy:e}"
-            );
-            assert!(
-                displacements.contains(&displacement),
-                "{kind:?} p = {p}: displacement error {displacement:e}"
-            );
+            close(energy, energy_error);
+            close(displacement, displacement_error);
         }
     }
+}
+
+/// An error is what was measured: to a tenth, or both are lost in the digits of the reference.
+fn close(found: f64, measured: f64) {
+    let digits = 1e-10;
+    let difference = (found - measured).abs();
+    assert!(
+        difference < f64::max(0.1 * measured.abs(), digits),
+        "error {found:e}, measured {measured:e}"
+    );
 }
 
 #[test]
@@ -166,34 +172,45 @@ fn other_tubes_are_met_as_well() {
         viscosity: None,
     };
     let [media, adventitia] = [0, 1].map(|i| artery()[i].clone());
+    // With the errors of energy and displacement that were measured.
     let tubes = [
         (
             3e-3,
             vec![(3e-4, neo_hooke.clone())],
             1.6e4,
             LoadKind::Follower,
+            [-5.8e-11, 7.04e-9],
         ),
         (
             4e-3,
             vec![(2e-3, neo_hooke.clone())],
             6e4,
             LoadKind::Follower,
+            [3.4e-10, 1.664e-7],
         ),
-        (4e-3, vec![(2e-3, kirchhoff)], 2e4, LoadKind::Dead),
+        (
+            4e-3,
+            vec![(2e-3, kirchhoff)],
+            2e4,
+            LoadKind::Dead,
+            [-1.919e-7, 2.148e-7],
+        ),
         (
             2.35e-3,
             vec![(4.5e-4, media.clone()), (4.5e-4, adventitia.clone())],
             1.6e4,
             LoadKind::Follower,
+            [-3.7e-11, 5.45e-9],
         ),
         (
             3e-3,
             vec![(1e-4, media), (5e-5, neo_hooke), (1.5e-4, adventitia)],
             8e3,
             LoadKind::Dead,
+            [-4.6e-11, 1.81e-8],
         ),
     ];
-    for (radius, layers, pressure, kind) in tubes {
+    for (radius, layers, pressure, kind, measured) in tubes {
         let reference = radial::inflate(radius, &layers, pressure, kind == LoadKind::Follower);
         let space = Space::isotropic(SpaceKind::Trunk, 6);
         let result = inflate(
@@ -206,9 +223,8 @@ fn other_tubes_are_met_as_well() {
             8,
         );
         let (energy, displacement) = errors(&result, reference.energy, &reference.displacement);
-        assert!(
-            energy.abs() < 1e-6 && displacement < 1e-6,
-            "{radius} {layers:?}: {energy:e} {displacement:e}"
-        );
+        println!("{radius} {layers:?}: energy {energy:e}, displacement {displacement:e}");
+        close(energy, measured[0]);
+        close(displacement, measured[1]);
     }
 }

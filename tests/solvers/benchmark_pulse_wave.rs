@@ -4,16 +4,17 @@ use crate::benchmark_support::{probes, run};
 
 #[test]
 fn a_pulse_travels_at_the_speed_of_moens_and_korteweg() {
-    check_speeds(&["--preset", "demo"]);
+    check_speeds(&["--preset", "demo"], [0.0000, -0.0033, -0.0017]);
 }
 
 #[test]
 #[ignore = "the full form: minutes"]
 fn full_mesh() {
-    check_speeds(&[]);
+    check_speeds(&[], [-0.0060, -0.0093, -0.0076]);
 }
 
-fn check_speeds(arguments: &[&str]) {
+/// Speeds between the probes, and by which part they were `measured` to differ from the exact one.
+fn check_speeds(arguments: &[&str], measured: [f64; 3]) {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     run("pulse-wave", &out, arguments);
@@ -23,10 +24,11 @@ fn check_speeds(arguments: &[&str]) {
 
     let (youngs_modulus, thickness, density, radius) = (6e5, 0.25e-3, 1000.0, 5e-3);
     let exact = f64::sqrt(youngs_modulus * thickness / (2.0 * density * radius));
-    for [from, to] in [[0, 1], [1, 2], [0, 2]] {
+    for ([from, to], measured) in [[0, 1], [1, 2], [0, 2]].into_iter().zip(measured) {
         let speed = 0.04 * (to - from) as f64 / (arrival[to] - arrival[from]);
         println!("{from} to {to}: {speed} m/s, exact {exact} m/s");
-        assert!((speed / exact - 1.0).abs() < 0.03, "{speed} {exact}");
+        let error = speed / exact - 1.0;
+        assert!((error - measured).abs() < 5e-4, "{error} {measured}");
     }
 }
 

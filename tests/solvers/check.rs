@@ -63,7 +63,18 @@ fn without_openfoam_everything_else_is_checked() {
     refused(&without(&["fluid.templates=\"tests\""]), "fluid.templates");
 }
 
-/// A `pimpleFoam` that never answers, as a script around another program; what the driver leaves of it in its folder for
+/// A search path that finds a `pimpleFoam` in the new folder `programs` that never answers: a script around another
+/// program.
+fn never_answers(programs: &Path) -> String {
+    std::fs::create_dir(programs).unwrap();
+    let fake = programs.join("pimpleFoam");
+    std::fs::write(&fake, "#!/bin/sh\nsleep 600\nexit 1\n").unwrap();
+    std::fs::set_permissions(&fake, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let path = std::env::var("PATH").unwrap();
+    format!("{}:{path}", programs.display())
+}
+
+/// What the driver leaves of it in its folder for
 /// temporary files, after a signal during the trial, is nothing.
 #[test]
 fn a_signal_during_the_trial_start_leaves_nothing() {
@@ -73,14 +84,8 @@ fn a_signal_during_the_trial_start_leaves_nothing() {
         folder.path().join("tmp"),
         folder.path().join("run"),
     );
-    for path in [&programs, &temporary] {
-        std::fs::create_dir(path).unwrap();
-    }
-    let fake = programs.join("pimpleFoam");
-    std::fs::write(&fake, "#!/bin/sh\nsleep 600\nexit 1\n").unwrap();
-    std::fs::set_permissions(&fake, std::fs::Permissions::from_mode(0o755)).unwrap();
-    let path = std::env::var("PATH").unwrap();
-    let path = format!("{}:{path}", programs.display());
+    std::fs::create_dir(&temporary).unwrap();
+    let path = never_answers(&programs);
     let mut check = check(&[]);
     check.stdout(Stdio::null());
     for (mut command, by) in [
@@ -104,6 +109,34 @@ fn a_signal_during_the_trial_start_leaves_nothing() {
         assert_eq!(processes_in(&temporary), Vec::<i32>::new());
         assert!(!out.exists());
     }
+}
+
+/// What is said at a signal before there is anything to save.
+#[test]
+fn a_signal_during_the_trial_start_promises_no_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let (programs, temporary) = (folder.path().join("bin"), folder.path().join("tmp"));
+    let path = never_answers(&programs);
+    std::fs::create_dir(&temporary).unwrap();
+    let mut command = driver(&folder.path().join("run"), 1, &[]);
+    command.env("PATH", path).env("TMPDIR", &temporary);
+    let child = command.stderr(Stdio::piped()).spawn().unwrap();
+    eventually("the trial", Duration::from_secs(300), || {
+        processes_in(&temporary).len() == 2
+    });
+    signal(child.id() as i32, Signal::INT);
+    let output = child.wait_with_output().unwrap();
+    let said = text(&output);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(
+        said.contains("interrupted: the start is given up"),
+        "{said}"
+    );
+    assert!(
+        said.ends_with("interrupted: nothing was written\n"),
+        "{said}"
+    );
+    assert!(!said.contains("checkpoint"), "{said}");
 }
 
 #[test]

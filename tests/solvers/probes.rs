@@ -71,7 +71,8 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
     let probes = [
         "--set",
         "output.probes_m=[[0.0125, 2.4e-3, 1.8e-3]]",
-        "output.fluid_probes_m=[[-0.02, 0.0, 0.0], [0.0599, 0.0, 0.0], [0.03, 0.0, 2e-3]]",
+        // The last one is in the cell before the probe on the wall.
+        "output.fluid_probes_m=[[-0.02, 0.0, 0.0], [0.0599, 0.0, 0.0], [0.0125, 2.36e-3, 1.77e-3]]",
     ];
     complete(driver(&straight, 6, &probes));
     complete(driver(&resumed, 3, &probes));
@@ -128,6 +129,12 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
         distance(a).total_cmp(&distance(b))
     });
     let rows = table(&straight.join("probes.csv"));
+    // The pressure there is that of the cell.
+    for (row, cell) in rows.iter().zip(found.iter().skip(2).step_by(3)) {
+        let [wall, cell] = [row, cell].map(|row| number(row, "p_Pa"));
+        assert!(cell.abs() > 1.0, "{cell}");
+        assert!((wall / cell - 1.0).abs() < 1e-6, "{wall} {cell} Pa");
+    }
     for (state, row) in reader.map(Result::unwrap).zip(&rows) {
         let shear = state.shear[face.unwrap()];
         assert!(shear[0].abs() > 1e-6);
@@ -153,6 +160,63 @@ fn points_outside_the_blood_are_refused_before_anything_is_written() {
         said.contains("output.fluid_probes_m") && said.contains("[0.01, 0.0, 0.004] does not lie"),
         "{said}"
     );
+    assert!(!out.exists());
+}
+
+#[test]
+fn of_many_points_outside_the_first_few_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let points: Vec<[f64; 3]> = (0..1000).map(|i| [0.06, 0.01, 1e-3 * i as f64]).collect();
+    for key in ["output.fluid_probes_m", "output.probes_m"] {
+        let outside = format!("{key}={points:?}");
+        let run = driver(&folder.path().join("run"), 1, &["--set", &outside]).output();
+        let said = text(&run.unwrap());
+        assert!(said.contains("; and 995 more points like this"), "{said}");
+        assert_eq!(said.lines().count(), 6, "{said}");
+    }
+}
+
+/// The templates of the vessel, with a change of `controlDict`.
+fn templates(folder: &Path, name: &str, change: impl Fn(String) -> String) -> String {
+    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/base");
+    let copy = folder.join(name);
+    for part in ["0", "constant", "system"] {
+        std::fs::create_dir_all(copy.join(part)).unwrap();
+        for file in std::fs::read_dir(base.join(part)).unwrap().flatten() {
+            std::fs::copy(file.path(), copy.join(part).join(file.file_name())).unwrap();
+        }
+    }
+    let dictionary = copy.join("system/controlDict");
+    let text = change(std::fs::read_to_string(&dictionary).unwrap());
+    std::fs::write(dictionary, text).unwrap();
+    format!("fluid.templates={copy:?}")
+}
+
+#[test]
+fn templates_of_ones_own_need_nothing_for_points_in_the_blood() {
+    let folder = tempfile::tempdir().unwrap();
+    let probe = "output.fluid_probes_m=[[0.01, 0.0, 0.0]]";
+    // As templates were before: they bring the file of the points themselves.
+    let include = "#include \"$FOAM_CASE/system/fsiProbes\"\n    fsiAdapter\n    {\n";
+    let own = templates(folder.path(), "own", |text| {
+        assert!(!text.contains("fsiProbes") && text.contains("    fsiAdapter\n    {\n"));
+        text.replace("fsiAdapter\n    {\n", include)
+    });
+    let out = folder.path().join("run");
+    complete(driver(&out, 2, &["--set", &own, probe]));
+    assert_eq!(table(&out.join("fluid-probes.csv")).len(), 2);
+
+    // Where they lose the points, the check says so.
+    let connection = "#include \"$FOAM_CASE/system/fsiConnection\"\n";
+    let lost = templates(folder.path(), "lost", |text| {
+        assert!(text.contains(connection));
+        text.replace(connection, &format!("{connection}#remove functions\n"))
+    });
+    let out = folder.path().join("lost-run");
+    let refused = driver(&out, 2, &["--set", &lost, probe]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+    let advice = "must include system/fsiConnection above its functions";
+    assert!(text(&refused).contains(advice), "{}", text(&refused));
     assert!(!out.exists());
 }
 

@@ -86,6 +86,15 @@ fn a_model_that_fails_does_not_stop_the_others_and_what_is_done_is_not_done_agai
     assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused).contains("--resume"), "{}", text(&refused));
 
+    // An earlier end is no end: what is there has come farther, and stays as it is.
+    let before = changed_at(&out.join("A-0/hemodynamics.json"));
+    let refused = study(&cases, &out, 2, &["--resume"]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+    let reason =
+        "A-0: time.end_s (--end-time): 0.004 s, but the run to be resumed has reached t = 0.006 s";
+    assert!(text(&refused).contains(reason), "{}", text(&refused));
+    assert_eq!(changed_at(&out.join("A-0/hemodynamics.json")), before);
+
     // One case is mended, one is changed, one stays as it is.
     let before = changed_at(&out.join("A-0/history.csv"));
     let thicker = STRAIGHT.replace("0.0", "0.25e-3");

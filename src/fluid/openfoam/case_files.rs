@@ -176,7 +176,9 @@ impl Connection<'_> {
              fsiTransport    {};\n\
              fsiAddress      \"{}\";\n\
              fsiDriver       {};\n\
-             fsiStartTime    {};\n",
+             fsiStartTime    {};\n\
+             // Pressure and velocity at output.fluid_probes_m; before the adapter, which reports the finished step\n\
+             functions {{ #include \"$FOAM_CASE/system/fsiProbes\" }}\n",
             self.transport,
             self.address.display(),
             std::process::id(),

@@ -1,6 +1,6 @@
 //! Pressure and velocity at chosen points, as OpenFOAM's own function object `probes` samples them from the fields of
-//! each finished step. It stands before the adapter in `controlDict`, so that its row is on the disk before the step
-//! is reported.
+//! each finished step. `system/fsiConnection` brings it, above the adapter in `controlDict`, so that its row is on the
+//! disk before the step is reported.
 
 use crate::Vec3;
 use crate::fluid::{FluidError, FluidProbe};
@@ -23,7 +23,7 @@ const NAME: &str = "fsiProbes";
 /// What OpenFOAM writes of a point in no cell is below this.
 const NOWHERE: f64 = -1e200;
 
-/// `system/fsiProbes`, which `controlDict` includes among its functions: the points (m), or nothing.
+/// `system/fsiProbes`, which `system/fsiConnection` includes among the functions: the points (m), or nothing.
 pub fn dictionary(points: &[[f64; 3]]) -> String {
     let mut text = String::from("// Points in the blood; written by fsi-driver, do not edit\n");
     if points.is_empty() {
@@ -105,7 +105,7 @@ impl Rows {
     fn at(&mut self, time: f64, count: usize) -> Result<Vec<f64>, FluidError> {
         let failed = |what: &dyn std::fmt::Display| {
             FluidError::Storage(format!(
-                "cannot read {} of output.fluid_probes_m in {}: {what}; the controlDict of fluid.templates must include system/{NAME} among its functions, before fsiAdapter",
+                "cannot read {} of output.fluid_probes_m in {}: {what}; the controlDict of fluid.templates must include system/fsiConnection above its functions",
                 self.field,
                 self.folder.display()
             ))

@@ -1,6 +1,7 @@
 //! OpenFOAM started for trial, to know whether it takes the templates.
 
 use super::case_files::CaseFiles;
+use super::probes::Sampling;
 use super::session::Terms;
 use super::{OpenFoam, OpenFoamSettings};
 use crate::Vec3;
@@ -18,7 +19,8 @@ const REFUSAL: &str = "FOAM FATAL IO ERROR";
 const MOST_LETTERS: usize = 600;
 
 /// Starts OpenFOAM in a folder that is gone afterwards, on one rank, and has it begin the first step with the wall at
-/// rest. `interrupt` ends the trial when set.
+/// rest; where points in the blood are watched, it finishes the step and reports them. `interrupt` ends the trial when
+/// set.
 ///
 /// # Errors
 /// [`FluidError::Interrupted`], or why OpenFOAM could not be started, or what it refused to read, with the file of the
@@ -26,6 +28,7 @@ const MOST_LETTERS: usize = 600;
 pub fn start(
     files: &CaseFiles<'_>,
     mesh: &PolyMesh,
+    sampling: Sampling,
     interrupt: Arc<AtomicBool>,
 ) -> Result<(), FluidError> {
     let failed = |error: std::io::Error| FluidError::Died(error.to_string());
@@ -41,6 +44,7 @@ pub fn start(
     };
     (files.write(&case)).map_err(|e| FluidError::Died(e.to_string()))?;
     let time_step = files.time.step;
+    let watched = !sampling.points.is_empty();
     let started = OpenFoam::start(OpenFoamSettings {
         case: case.clone(),
         log: log.clone(),
@@ -52,7 +56,7 @@ pub fn start(
             time_step,
             interface: None,
         },
-        sampling: Default::default(),
+        sampling,
         interrupt,
     });
     let complaint = || complaint(&log, &case, files.templates).map(FluidError::Died);
@@ -70,6 +74,14 @@ pub fn start(
         Err(FluidError::Interrupted) => Err(FluidError::Interrupted),
         // A step that fails otherwise is tried again with more care in a run.
         Err(_) => complaint().map_or(Ok(()), Err),
+        Ok(_) if watched => match fluid.accept(false).and_then(|_| fluid.probes()) {
+            Err(FluidError::Storage(said)) => Err(FluidError::Storage(
+                said.replace(&*root.to_string_lossy(), "a trial's folder"),
+            )),
+            Err(FluidError::Interrupted) => Err(FluidError::Interrupted),
+            Err(_) => complaint().map_or(Ok(()), Err),
+            Ok(_) => Ok(()),
+        },
         Ok(_) => Ok(()),
     }
 }

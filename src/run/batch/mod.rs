@@ -6,7 +6,7 @@ mod worker;
 
 use super::Interrupt;
 pub use board::Board;
-pub use models::{Model, find, prepare, refuse_earlier};
+pub use models::{Model, find, prepare, refuse_earlier, refuse_farther};
 use std::collections::VecDeque;
 use std::time::Duration;
 pub use worker::{Outcome, Worker};

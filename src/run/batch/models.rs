@@ -100,6 +100,18 @@ pub fn refuse_earlier(models: &[Model]) -> Result<(), Failure> {
     }
 }
 
+/// Refuses to go on with runs that are farther than they should come.
+pub fn refuse_farther(models: &[Model]) -> Result<(), Failure> {
+    let farther = models.iter().filter_map(|model| match &model.status {
+        RunStatus::Beyond(reason) => Some(format!("{}: {reason}", model.name)),
+        _ => None,
+    });
+    match farther.collect::<Vec<_>>() {
+        farther if farther.is_empty() => Ok(()),
+        farther => Err(Failure::Input(farther.join("\n"))),
+    }
+}
+
 /// Moves the runs of changed cases aside, and says so.
 pub fn prepare(models: &mut [Model]) -> Result<Vec<String>, Failure> {
     let mut notes = Vec::new();

@@ -208,10 +208,7 @@ fn openfoam(
             time_step: case.time.step,
             interface: None,
         },
-        sampling: Sampling {
-            points: case.output.fluid_probes.clone(),
-            density: case.blood.density,
-        },
+        sampling: sampling(case),
         interrupt: workplace.interrupt,
     };
     let mut fluid = match memory {
@@ -220,6 +217,14 @@ fn openfoam(
     }?;
     fluid.outlast_interrupts();
     Ok(Box::new(fluid))
+}
+
+/// The points in the blood that a case watches.
+fn sampling(case: &Case) -> Sampling {
+    Sampling {
+        points: case.output.fluid_probes.clone(),
+        density: case.blood.density,
+    }
 }
 
 /// The OpenFOAM case of a case.

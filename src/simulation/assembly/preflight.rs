@@ -1,7 +1,7 @@
 //! What a run would refuse after it has written its first files, found before.
 
 use super::surrogate::sections;
-use super::{Domain, case_files, structure};
+use super::{Domain, case_files, sampling, structure};
 use crate::Vec3;
 use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, Surrogate};
 use crate::coupling::transfer::Transfer;
@@ -13,6 +13,9 @@ use crate::pfem::Solid;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+/// Points of one key that are complained of one by one.
+const MOST_COMPLAINTS: usize = 5;
 
 /// Builds both meshes and the wall, and looks at all that a run reads: the templates, whether the two meshes have the
 /// same wall, the probes on the wall and in the blood, the sections of the surrogate.
@@ -47,22 +50,27 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
                 let advice = "take more elements around and along, or a higher structure.p";
                 errors.push(case.mistake("structure.p", format!("{error}; {advice}")));
             }
-            for (i, &probe) in case.output.probes.iter().enumerate() {
-                let probe = Vec3::from(probe);
-                if solid.locate(&[probe]).is_err() {
-                    errors
-                        .push(case.mistake("output.probes_m", off_the_wall(i, probe, &interface)));
-                }
-            }
+            let probes = case
+                .output
+                .probes
+                .iter()
+                .copied()
+                .map(Vec3::from)
+                .enumerate();
+            let off = probes.filter(|(_, probe)| solid.locate(&[*probe]).is_err());
+            let off = off.map(|(i, probe)| off_the_wall(i, probe, &interface));
+            errors.extend(some(off).map(|what| case.mistake("output.probes_m", what)));
         }
     }
-    for point in &case.output.fluid_probes {
-        if !domain.fluid.contains(&Vec3::from(*point)) {
-            let what =
-                format!("{point:?} does not lie in the fluid at rest; expected points within");
-            errors.push(case.mistake("output.fluid_probes_m", what));
-        }
-    }
+    let points = case.output.fluid_probes.iter().copied();
+    let points: Vec<Vec3> = points.map(Vec3::from).collect();
+    let inside = domain.fluid.contains(&points);
+    let outside = points.iter().zip(inside).filter(|(_, inside)| !inside);
+    let outside = outside.map(|(x, _)| {
+        let x: [f64; 3] = (*x).into();
+        format!("{x:?} does not lie in the fluid at rest; expected points within")
+    });
+    errors.extend(some(outside).map(|what| case.mistake("output.fluid_probes_m", what)));
     if case.coupling.surrogate != Surrogate::None
         && let Problem::Anastomosis(vessel) = &case.problem
         && let Err(error) = sections(vessel, case.fluid.solver, &interface.points)
@@ -106,7 +114,7 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
     };
     let files = case_files(case).map_err(|e| refused("inflow.file", e.to_string()))?;
     let mesh = Domain::new(case).fluid;
-    trial::start(&files, &mesh, interrupt).map_err(|error| match error {
+    trial::start(&files, &mesh, sampling(case), interrupt).map_err(|error| match error {
         FluidError::Interrupted => TrialError::Interrupted,
         reason => refused("fluid.templates", format!("OpenFOAM refuses it: {reason}")),
     })
@@ -138,6 +146,17 @@ fn interface(mesh: &PolyMesh) -> FluidInterface {
             .collect(),
         points,
     }
+}
+
+/// The first few of many complaints, the last of which says how many more there are.
+fn some(complaints: impl Iterator<Item = String>) -> impl Iterator<Item = String> {
+    let mut complaints: Vec<String> = complaints.collect();
+    let more = complaints.len().saturating_sub(MOST_COMPLAINTS);
+    complaints.truncate(MOST_COMPLAINTS);
+    if let (Some(last), 1..) = (complaints.last_mut(), more) {
+        *last += &format!("; and {more} more points like this");
+    }
+    complaints.into_iter()
 }
 
 fn off_the_wall(index: usize, probe: Vec3, wall: &FluidInterface) -> String {
