@@ -47,6 +47,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .out
         .clone()
         .unwrap_or_else(|| folder.join("report.html"));
+    let parent = page.parent().filter(|p| !p.as_os_str().is_empty());
+    if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
+        return Err(Failure::Input(format!(
+            "--out {}: there is no folder {}; create it, or choose another",
+            page.display(),
+            parent.display()
+        )));
+    }
     write_atomically(&page, html.as_bytes())
         .map_err(|e| Failure::Run(format!("cannot write {}: {e}", page.display())))?;
     let size = html.len() as f64 / 1e6;

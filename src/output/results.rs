@@ -158,13 +158,26 @@ impl Results {
         let text = std::fs::read(&path).map_err(|e| failed(&path, &e))?;
         let hemodynamics = serde_json::from_slice(&text).map_err(|e| failed(&path, &e))?;
         let unread = |e: io::Error| ResultsError(format!("cannot read {e}"));
+        let empty = |path: &Path| {
+            ResultsError(format!(
+                "{} holds no row: it is damaged; restore it from a copy, or compute the run again",
+                path.display()
+            ))
+        };
         let faces = match files.wall_shear_table() {
-            path if path.is_file() => tables::read(&path).map_err(unread)?,
+            path if path.is_file() => match tables::read(&path).map_err(unread)? {
+                rows if rows.is_empty() => return Err(empty(&path)),
+                rows => rows,
+            },
             _ => Vec::new(),
         };
+        let history = tables::read(&files.history()).map_err(unread)?;
+        if history.is_empty() {
+            return Err(empty(&files.history()));
+        }
         let summary = std::fs::read(files.summary()).ok();
         Ok(Self {
-            history: tables::read(&files.history()).map_err(unread)?,
+            history,
             summary: summary.and_then(|text| serde_json::from_slice(&text).ok()),
             regions: tables::read(&files.regions()).map_err(unread)?,
             faces,

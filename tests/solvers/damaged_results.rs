@@ -115,6 +115,36 @@ fn a_damaged_wall_is_refused_with_its_place_and_good_results_stay() {
             .unwrap();
         assert!(output.status.success(), "{command}: {}", text(&output));
     }
+
+    // Tables without a row make no page.
+    let report = |page: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+        let output = command
+            .arg("report")
+            .arg(&out)
+            .arg("--out")
+            .arg(page)
+            .output();
+        let output = output.unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+        assert!(!page.exists());
+        text(&output)
+    };
+    let said = report(&folder.path().join("nowhere/page.html"));
+    assert!(said.contains("there is no folder"), "{said}");
+    for table in ["history.csv", "wall-shear.csv"] {
+        let (path, page) = (out.join(table), folder.path().join("page.html"));
+        let good = std::fs::read(&path).unwrap();
+        for damaged in ["", "rubbish\n"] {
+            std::fs::write(&path, damaged).unwrap();
+            let said = report(&page);
+            assert!(
+                said.contains(table) && said.contains("holds no row"),
+                "{said}"
+            );
+        }
+        std::fs::write(&path, good).unwrap();
+    }
 }
 
 #[test]
