@@ -132,7 +132,7 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
     // The pressure there is that of the cell.
     for (row, cell) in rows.iter().zip(found.iter().skip(2).step_by(3)) {
         let [wall, cell] = [row, cell].map(|row| number(row, "p_Pa"));
-        assert!(cell.abs() > 1.0, "{cell}");
+        assert!(cell.abs() > 0.01, "{cell}"); // 0.06 Pa after the first step
         assert!((wall / cell - 1.0).abs() < 1e-6, "{wall} {cell} Pa");
     }
     for (state, row) in reader.map(Result::unwrap).zip(&rows) {
