@@ -18,6 +18,19 @@ pub struct Arguments {
     /// Folder of another run of the same model.
     #[arg(value_name = "B")]
     second: PathBuf,
+    #[command(flatten)]
+    limits: Limits,
+    /// Folder for the table, the figures of the histories, and maps of both runs and of their difference.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace an earlier comparison in that folder.
+    #[arg(long, requires = "out")]
+    force: bool,
+}
+
+/// How far two runs may be from each other.
+#[derive(Debug, clap::Args)]
+pub struct Limits {
     /// Largest allowed root mean square of the difference of a history, relative to that of the history.
     #[arg(long, value_name = "SHARE", default_value_t = 0.02)]
     history: f64,
@@ -27,22 +40,27 @@ pub struct Arguments {
     /// Largest allowed root mean square of the difference of the oscillating shear index, absolute.
     #[arg(long, value_name = "INDEX", default_value_t = 0.01)]
     osi: f64,
-    /// Folder for the table, the figures of the histories, and maps of both runs and of their difference.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Replace an earlier comparison in that folder.
-    #[arg(long, requires = "out")]
-    force: bool,
+}
+
+impl Limits {
+    /// Those of histories, of fields, and of the oscillating shear index.
+    ///
+    /// # Errors
+    /// If one is no number from 0.
+    pub fn checked(&self) -> Result<[f64; 3], Failure> {
+        let limits = [self.history, self.wall, self.osi];
+        match limits.iter().find(|limit| **limit < 0.0 || limit.is_nan()) {
+            Some(limit) => Err(Failure::Input(format!(
+                "a limit of {limit}: expected a number from 0"
+            ))),
+            None => Ok(limits),
+        }
+    }
 }
 
 /// Compares two runs; exit code 1 if they differ by more than is allowed.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let limits = [arguments.history, arguments.wall, arguments.osi];
-    if let Some(limit) = limits.iter().find(|limit| **limit < 0.0 || limit.is_nan()) {
-        return Err(Failure::Input(format!(
-            "a limit of {limit}: expected a number from 0"
-        )));
-    }
+    let limits = arguments.limits.checked()?;
     let load = |path: &Path| Results::load(path).map_err(|e| Failure::Input(e.to_string()));
     let (first, second) = (load(&arguments.first)?, load(&arguments.second)?);
     let comparison =

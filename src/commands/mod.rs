@@ -6,6 +6,7 @@ mod check;
 mod compare;
 mod convergence;
 mod couple_test;
+mod cross_check;
 mod hemodynamics;
 mod keys;
 mod report;
@@ -57,6 +58,8 @@ enum Command {
     Study(study::Arguments),
     /// How far two runs of the same model are from each other; exit code 1 beyond the limits.
     Compare(compare::Arguments),
+    /// Runs cases with both solvers for the blood and compares them; exit code 1 beyond the limits.
+    CrossCheck(cross_check::Arguments),
     /// Writes one self-contained page about a run or a study.
     Report(report::Arguments),
     /// Evaluates the wall shear of a run again, over any window of time.
@@ -97,6 +100,7 @@ fn execute(line: CommandLine) -> Result<(), Failure> {
         (Some(Command::Solid(arguments)), _) => solid::run(&arguments),
         (Some(Command::Study(arguments)), _) => study::run(&arguments),
         (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
+        (Some(Command::CrossCheck(arguments)), _) => cross_check::run(&arguments),
         (Some(Command::Report(arguments)), _) => report::run(&arguments),
         (Some(Command::Hemodynamics(arguments)), _) => hemodynamics::run(&arguments),
         (Some(Command::Keys(arguments)), _) => keys::run(&arguments),

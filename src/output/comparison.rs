@@ -108,6 +108,7 @@ pub struct Comparison {
     histories: Vec<(&'static str, Vec<[f64; 3]>)>,
     walls: Option<[WallOf; 2]>,
     length: f64,
+    names: [&'static str; 2],
 }
 
 /// The fields of a run on its own mesh.
@@ -195,7 +196,18 @@ impl Comparison {
             histories,
             walls,
             length: geometry.graft_length + geometry.artery_length,
+            names: ["A", "B"],
         })
+    }
+
+    /// With names for the two runs in figures, in place of A and B.
+    pub fn called(self, names: [&'static str; 2]) -> Self {
+        Self { names, ..self }
+    }
+
+    /// Names of the two runs.
+    pub fn names(&self) -> [&'static str; 2] {
+        self.names
     }
 
     /// Writes the table `table`, a figure of each history and maps of each field into `folder`.
@@ -216,8 +228,9 @@ impl Comparison {
     }
 
     /// Names and texts of all figures.
-    fn figures(&self) -> Vec<(String, String)> {
+    pub fn figures(&self) -> Vec<(String, String)> {
         let mut figures = Vec::new();
+        let [first, second] = self.names;
         let file = |quantity: &str| quantity.split(" / ").next().unwrap_or("").replace(' ', "-");
         for (quantity, pairs) in &self.histories {
             let curve = |name: &str, value: fn(&[f64; 3]) -> f64, colour: usize| Curve {
@@ -234,10 +247,13 @@ impl Comparison {
                 scales: [Scale::Linear; 2],
                 curves,
             };
-            let both = vec![curve("A", |p| p[1], 2), curve("B", |p| p[2], 1)];
+            let both = vec![curve(first, |p| p[1], 2), curve(second, |p| p[2], 1)];
             let difference = vec![curve("", |p| p[2] - p[1], 0)];
             let figure = Figure {
-                panels: vec![panel("both runs", both), panel("B − A", difference)],
+                panels: vec![
+                    panel("both runs", both),
+                    panel(&format!("{second} − {first}"), difference),
+                ],
                 columns: 2,
             };
             figures.push((file(quantity), figure.to_svg()));
@@ -265,12 +281,12 @@ impl Comparison {
             };
             for map in [
                 map(
-                    "A",
+                    first,
                     &at_a as &dyn Fn(f64, f64) -> f64,
                     one,
                     Palette::sequential(),
                 ),
-                map("B", &at_b, one, Palette::sequential()),
+                map(second, &at_b, one, Palette::sequential()),
                 map("difference", &gap, two, Palette::diverging()),
             ] {
                 figures.push((

@@ -9,6 +9,7 @@ mod benchmark_turek_hron;
 mod buckling;
 mod check;
 mod coupled_run;
+mod cross_check;
 mod damaged_results;
 mod fault_campaign;
 mod fluid_faults;

@@ -1,6 +1,7 @@
 //! One self-contained page of HTML for a run, or for a study of many: figures with their numbers, maps of the unrolled
 //! wall, and a view in three dimensions.
 
+mod cross_check;
 mod flow_cut;
 mod flow_field;
 mod flow_sections;
@@ -12,6 +13,7 @@ pub(crate) mod scene;
 pub(crate) mod study;
 pub(crate) mod surface;
 
+use super::comparison::Comparison;
 use super::results::Results;
 use std::io;
 pub use study::Study;
@@ -24,4 +26,9 @@ pub fn of_run(run: &Results) -> io::Result<String> {
 /// The page of a study.
 pub fn of_study(study: &Study) -> io::Result<String> {
     study::page(study)
+}
+
+/// The page of named cases that two solvers have computed.
+pub fn of_comparisons(compared: &[(String, Comparison)]) -> String {
+    cross_check::page(compared)
 }

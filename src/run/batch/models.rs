@@ -22,6 +22,26 @@ pub struct Model {
 }
 
 impl Model {
+    /// The model of the case in `folder`, which runs in the folder `out`.
+    ///
+    /// # Errors
+    /// All mistakes in the case.
+    pub fn of(
+        name: String,
+        folder: PathBuf,
+        out: PathBuf,
+        chosen: &CaseSelection,
+    ) -> Result<Self, Failure> {
+        let case = chosen.load(&folder)?;
+        Ok(Self {
+            status: RunStatus::of(&out, &case),
+            name,
+            folder,
+            out,
+            case,
+        })
+    }
+
     /// What is to be done with it at the start.
     pub fn outcome(&self) -> Outcome {
         match self.status {
@@ -68,17 +88,9 @@ pub fn find(
     let mut wrong = Vec::new();
     let mut found = Vec::new();
     for (name, folder) in models {
-        match chosen.load(&folder) {
-            Ok(case) => {
-                let out = out.join(&name);
-                found.push(Model {
-                    status: RunStatus::of(&out, &case),
-                    name,
-                    folder,
-                    out,
-                    case,
-                });
-            }
+        let out = out.join(&name);
+        match Model::of(name, folder.clone(), out, chosen) {
+            Ok(model) => found.push(model),
             Err(failure) => wrong.push(format!("{}: {failure}", folder.display())),
         }
     }

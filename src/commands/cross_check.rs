@@ -1,0 +1,181 @@
+//! `fsi-driver cross-check CASE…`: the same cases with both solvers for the blood, and how far they are from each other.
+
+use super::compare::Limits;
+use super::{CaseArguments, Failure};
+use crate::case::{Override, Place, Solver};
+use crate::fluid::openfoam::install;
+use crate::output::comparison::{Comparison, Difference};
+use crate::output::report;
+use crate::output::results::Results;
+use crate::output::{terminal, write_atomically};
+use crate::run::batch::{self, Board, Model, Outcome, Worker};
+use crate::run::{CaseSelection, Interrupt};
+use std::path::{Path, PathBuf};
+
+/// The solvers, as `fluid.solver` names them; the first one is A of the comparison.
+const SOLVERS: [&str; 2] = ["openfoam", "native"];
+/// The table of a comparison, in the folder of its case.
+const TABLE: &str = "compare.csv";
+/// The page about all cases.
+const PAGE: &str = "cross-check.html";
+
+/// Options of the cross-check.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folders of the cases, each with its case.toml.
+    #[arg(value_name = "CASE", required = true)]
+    cases: Vec<PathBuf>,
+    /// Folder of the results: <case>/openfoam and <case>/native, their comparison, and a page [default:
+    /// cross-check-<preset>].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Runs at once [default: 1, with all cores].
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: u16,
+    /// Go on with an earlier cross-check in the same folder: finished runs are kept, others continue.
+    #[arg(long)]
+    resume: bool,
+    /// Show no progress.
+    #[arg(long)]
+    quiet: bool,
+    #[command(flatten)]
+    limits: Limits,
+    #[command(flatten)]
+    case: CaseArguments,
+}
+
+/// Runs what is not done yet and compares; exit code 1 if the solvers differ by more than is allowed.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let limits = arguments.limits.checked()?;
+    let default = || PathBuf::from(format!("cross-check-{}", arguments.case.preset));
+    let out = arguments.out.clone().unwrap_or_else(default);
+    let selections = selections(arguments.case.selection()?)?;
+    let names = names(&arguments.cases)?;
+    let mut models = Vec::new();
+    for (name, folder) in names.iter().zip(&arguments.cases) {
+        for (solver, selection) in SOLVERS.iter().zip(&selections) {
+            let run = out.join(name).join(solver);
+            let name = format!("{name}-{solver}");
+            models.push(Model::of(name, folder.clone(), run, selection)?);
+        }
+    }
+    let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
+    install::check(ranks).map_err(|e| Failure::Input(e.to_string()))?;
+    install::check_path(&out).map_err(|e| Failure::Input(e.to_string()))?;
+    if !arguments.resume {
+        batch::refuse_earlier(&models)?;
+    }
+    for name in &names {
+        let folder = out.join(name);
+        std::fs::create_dir_all(&folder)
+            .map_err(|e| Failure::Input(format!("cannot create {}: {e}", folder.display())))?;
+    }
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let jobs = usize::from(arguments.jobs).min(models.len());
+    let then = "the runs finish their time step and write a checkpoint";
+    let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))?;
+    let notes = batch::prepare(&mut models)?;
+    let board = Board::new(&models, jobs, arguments.quiet);
+    notes.iter().for_each(|note| board.note(note));
+    let outcomes = batch::work(&models, &interrupt, board, jobs, |model| {
+        let selection = match model.case.fluid.solver {
+            Solver::OpenFoam => &selections[0],
+            Solver::Native => &selections[1],
+        };
+        Worker::start(model, selection, (cores / jobs).max(1))
+    });
+    require_all(&models, &outcomes)?;
+    compare(&names, &out, limits)
+}
+
+/// What the user has chosen, with either solver.
+fn selections(chosen: CaseSelection) -> Result<[CaseSelection; 2], Failure> {
+    if chosen.given.iter().any(|given| given.key == "fluid.solver") {
+        return Err(Failure::Input(
+            "cross-check runs both solvers for the blood: leave out --fluid and fluid.solver"
+                .into(),
+        ));
+    }
+    Ok(SOLVERS.map(|solver| {
+        let mut selection = chosen.clone();
+        selection.given.push(Override {
+            place: Place::Option("--fluid"),
+            key: "fluid.solver".into(),
+            value: solver.into(),
+        });
+        selection
+    }))
+}
+
+/// Names of the cases' folders, each once.
+fn names(cases: &[PathBuf]) -> Result<Vec<String>, Failure> {
+    let mut names: Vec<String> = Vec::new();
+    for case in cases {
+        let there = case
+            .canonicalize()
+            .map_err(|e| Failure::Input(format!("cannot read {}: {e}", case.display())))?;
+        let name = there.file_name().unwrap_or_default().to_string_lossy();
+        if names.iter().any(|other| *other == name) {
+            return Err(Failure::Input(format!(
+                "two cases are called {name}: their results would share a folder; check them one after the other, with --out"
+            )));
+        }
+        names.push(name.into_owned());
+    }
+    Ok(names)
+}
+
+/// Refuses to compare while a run is missing.
+fn require_all(models: &[Model], outcomes: &[Outcome]) -> Result<(), Failure> {
+    let again = "--resume goes on";
+    let failed: Vec<String> = (models.iter().zip(outcomes))
+        .filter_map(|(model, outcome)| match outcome {
+            Outcome::Failed(reason) => Some(format!("{}: {reason}", model.name)),
+            _ => None,
+        })
+        .collect();
+    if !failed.is_empty() {
+        return Err(Failure::Run(format!("{}\n{again}", failed.join("\n"))));
+    }
+    if outcomes.iter().any(|outcome| *outcome != Outcome::Done) {
+        return Err(Failure::Interrupted(format!(
+            "not all runs are done; {again}"
+        )));
+    }
+    Ok(())
+}
+
+/// Compares the runs of each case and writes the page.
+fn compare(names: &[String], out: &Path, limits: [f64; 3]) -> Result<(), Failure> {
+    let mut compared = Vec::new();
+    let mut beyond = Vec::new();
+    for name in names {
+        let folder = out.join(name);
+        let load =
+            |solver| Results::load(&folder.join(solver)).map_err(|e| Failure::Run(e.to_string()));
+        let [first, second] = SOLVERS.map(load);
+        let comparison = Comparison::new(&first?, &second?, limits)
+            .map_err(|e| Failure::Run(e.to_string()))?
+            .called(["OpenFOAM", "native"]);
+        terminal::print(format_args!("{name}: A OpenFOAM, B native\n{comparison}"))?;
+        comparison.write(&folder, TABLE).map_err(written)?;
+        let differences = comparison.differences.iter();
+        let names = differences.filter(|d| d.is_beyond()).map(Difference::name);
+        beyond.extend(names.map(|what| format!("{name}: {what}")));
+        compared.push((name.clone(), comparison));
+    }
+    let page = out.join(PAGE);
+    write_atomically(&page, report::of_comparisons(&compared).as_bytes()).map_err(written)?;
+    terminal::print(format_args!("{} shows them\n", page.display()))?;
+    if beyond.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Run(format!(
+        "the solvers differ by more than is allowed in:\n{}",
+        beyond.join("\n")
+    )))
+}
+
+fn written(error: std::io::Error) -> Failure {
+    Failure::Run(format!("cannot write the comparison: {error}"))
+}

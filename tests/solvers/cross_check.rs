@@ -1,0 +1,84 @@
+//! `fsi-driver cross-check`: both solvers for the blood on the same case.
+
+use crate::run_support::*;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn cross_check(out: &Path, more: &[&str]) -> Output {
+    let few = [
+        "fluid.native.degree=3",
+        "fluid.native.axial_extension=2",
+        "fluid.native.axial_per_section=2",
+    ];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    command
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["cross-check", "openfoam-case/S-0.25", "--preset", "demo"])
+        .args(["--end-time", "0.01", "--quiet", "--out"])
+        .arg(out)
+        .args(more)
+        .args(SMALL)
+        .args(few);
+    command.output().unwrap()
+}
+
+#[test]
+fn both_solvers_run_once_and_the_limits_decide_the_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("both");
+    // OpenFOAM's section of sixteen facets encloses 2.6 % less than the round one.
+    let output = cross_check(&out, &["--history", "0.02", "--wall", "10", "--osi", "0.5"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    assert!(
+        text(&output).contains("S-0.25: lumen volume / m³"),
+        "{}",
+        text(&output)
+    );
+    let histories = ["openfoam", "native"].map(|solver| {
+        let run = out.join("S-0.25").join(solver);
+        assert_eq!(steps_done(&run), 5, "{solver}");
+        std::fs::read_to_string(run.join("history.csv")).unwrap()
+    });
+    assert_ne!(histories[0], histories[1]);
+    let table = std::fs::read_to_string(out.join("S-0.25/compare.csv")).unwrap();
+    let volume = table.lines().find(|line| line.starts_with("lumen volume"));
+    let relative: f64 = volume.unwrap().split(',').nth(5).unwrap().parse().unwrap();
+    assert!((relative - 0.0263).abs() < 1e-3, "{relative}");
+    let page = std::fs::read_to_string(out.join("cross-check.html")).unwrap();
+    for expected in ["mean, OpenFOAM", "mean, native", "<svg", "beyond", "within"] {
+        assert!(page.contains(expected), "{expected}");
+    }
+
+    // Finished runs are kept, and refused without --resume.
+    let again = cross_check(&out, &[]);
+    assert_eq!(again.status.code(), Some(2), "{}", text(&again));
+    let generous = [
+        "--resume",
+        "--history",
+        "10",
+        "--wall",
+        "10",
+        "--osi",
+        "0.5",
+    ];
+    let again = cross_check(&out, &generous);
+    assert_eq!(again.status.code(), Some(0), "{}", text(&again));
+    let native = out.join("S-0.25/native/history.csv");
+    assert_eq!(std::fs::read_to_string(native).unwrap(), histories[1]);
+}
+
+#[test]
+fn what_cannot_be_checked_is_refused_and_nothing_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("both");
+    for (more, expected) in [
+        (&["--fluid", "native"][..], "leave out --fluid"),
+        (&["--wall=-1"], "a limit of -1"),
+        (&["openfoam-case/S-0.25"], "two cases are called S-0.25"),
+    ] {
+        let output = cross_check(&out, more);
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+        assert!(text(&output).contains(expected), "{}", text(&output));
+        assert!(!out.exists());
+    }
+}
