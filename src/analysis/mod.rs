@@ -7,3 +7,4 @@ pub mod motion;
 pub mod solid_file;
 pub mod tube;
 pub mod wall;
+pub mod windkessel;

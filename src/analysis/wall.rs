@@ -2,7 +2,7 @@
 //! how far they are from buckling.
 
 use crate::Vec3;
-use crate::case::{self, Anastomosis, FlowCurve, Windkessel};
+use crate::case::{self, Anastomosis};
 use crate::geometry::{self, HexFace, HexMesh, Vessel};
 use crate::pfem::discretization::{Discretization, Options};
 use crate::pfem::element::mapping::MappingKind;
@@ -12,53 +12,10 @@ use crate::pfem::supports::{self, Support};
 use crate::pfem::{SolidError, Space, SpaceKind, SurfaceLoad};
 use nalgebra::Vector2;
 
-/// Steps in which the windkessel is integrated over a period.
-const STEPS: usize = 2000;
+/// Pieces of a side of an element in which the volume of the lumen is measured.
+const PIECES: usize = 8;
 /// Up to this multiple of the highest pressure buckling is looked for.
 const REACH: f64 = 2.0;
-
-/// Pressures that a case's windkessel makes in the periodic state, if all of the inflow reached it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pressures {
-    /// Mean over the period, Pa.
-    pub mean: f64,
-    /// Highest, Pa. The wall's own compliance, which is left out, makes it lower.
-    pub highest: f64,
-}
-
-impl Pressures {
-    /// `C dp/dt + p/R = Q` in the periodic state, exact for a flow that is linear over each of many steps.
-    /// `None` if the file of the flow cannot be read.
-    pub fn of(vessel: &Anastomosis, period: f64) -> Option<Self> {
-        let curve = FlowCurve::new(&vessel.inflow, period).ok()?;
-        let Windkessel {
-            resistance,
-            compliance,
-            ..
-        } = vessel.windkessel;
-        let step = period / STEPS as f64;
-        let rate = step / (resistance * compliance);
-        let decay = (-rate).exp();
-        // Weights of the flows at both ends of a step.
-        let late = 1.0 - (1.0 - decay) / rate;
-        let early = 1.0 - decay - late;
-        let flow: Vec<f64> = (0..=STEPS).map(|i| curve.flow(i as f64 * step)).collect();
-        let march = |start: f64| {
-            let next = |p: &mut f64, q: &[f64]| {
-                *p = decay * *p + resistance * (early * q[0] + late * q[1]);
-                Some(*p)
-            };
-            flow.windows(2).scan(start, next).collect::<Vec<f64>>()
-        };
-        // The end is the start times the decay over a period, and what the flow brings.
-        let brought = march(0.0)[STEPS - 1];
-        let pressures = march(brought / (1.0 - decay.powi(STEPS as i32)));
-        Some(Self {
-            mean: pressures.iter().sum::<f64>() / STEPS as f64,
-            highest: pressures.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        })
-    }
-}
 
 /// The lumen in the middle of a section.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,6 +97,26 @@ impl Wall {
             ..Default::default()
         };
         statics::solve(&self.body, &[load], None, &options)
+    }
+
+    /// Volume (m³) between the lumen's surface and the origin, for a displacement: by the theorem of Gauss that of the
+    /// lumen, but for what the clamped ends close, which no displacement changes.
+    fn lumen_volume(&self, displacement: &[f64]) -> Result<f64, SolidError> {
+        let mut volume = 0.0;
+        for &(e, face) in supports::surface(&self.mesh, "inner")? {
+            let place = |i: usize, j: usize| {
+                let [a, b] = [i, j].map(|i| 2.0 * i as f64 / PIECES as f64 - 1.0);
+                let xi = on_face(face, a, b);
+                self.body.mapping.at(e, xi).position
+                    + self.body.displacement_at(e, xi, displacement)
+            };
+            for (i, j) in (0..PIECES * PIECES).map(|n| (n / PIECES, n % PIECES)) {
+                let [a, b, c, d] =
+                    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| place(i, j));
+                volume += (a.dot(&b.cross(&c)) + a.dot(&c.cross(&d))) / 6.0;
+            }
+        }
+        Ok(volume.abs())
     }
 
     /// Mean radius and centre of the lumen around `x` (m), for a displacement.
@@ -231,23 +208,25 @@ impl WallFigures {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::case::{Case, Preset};
-    use std::path::Path;
-
-    #[test]
-    fn the_windkessel_has_the_mean_pressure_of_its_mean_flow() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/S-0.0");
-        let case = Case::load(&folder, Preset::Demo, &[]).expect("a case").case;
-        let vessel = case.anastomosis().expect("a vessel");
-        let pressures = Pressures::of(vessel, case.time.period).expect("it has a flow");
-        let curve = FlowCurve::new(&vessel.inflow, case.time.period).expect("it has a flow");
-        let flows = (0..10_000).map(|i| curve.flow((i as f64 + 0.5) * 1e-4 * case.time.period));
-        let expected = vessel.windkessel.resistance * flows.sum::<f64>() / 1e4;
-        assert!((pressures.mean / expected - 1.0).abs() < 1e-5);
-        // It charges by the flow above the mean: by less than what that would bring without an outflow that rises.
-        assert!(pressures.highest > 1.05 * expected && pressures.highest < 1.5 * expected);
+/// Volume that the lumen of a vessel gains by pressure between `lowest` and `highest` (Pa), per pressure, m³/Pa; its wall
+/// is discretized with these `settings`. `None` if the wall buckles on the way.
+///
+/// # Errors
+/// If the wall is not well posed, or finds no equilibrium.
+pub fn compliance(
+    keys: &Anastomosis,
+    settings: &case::Structure,
+    lowest: f64,
+    highest: f64,
+) -> Result<Option<f64>, SolidError> {
+    let wall = Wall::new(keys, settings)?;
+    let mut volumes = [0.0; 2];
+    for (volume, pressure) in volumes.iter_mut().zip([lowest, highest]) {
+        let found = wall.inflate(pressure)?;
+        if found.bifurcation.is_some() {
+            return Ok(None);
+        }
+        *volume = wall.lumen_volume(&found.displacement)?;
     }
+    Ok(Some((volumes[1] - volumes[0]) / (highest - lowest)))
 }

@@ -15,6 +15,7 @@ mod run;
 mod shell;
 mod solid;
 mod study;
+mod windkessel;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -64,6 +65,8 @@ enum Command {
     Report(report::Arguments),
     /// Evaluates the wall shear of a run again, over any window of time.
     Hemodynamics(hemodynamics::Arguments),
+    /// Proposes the windkessel that makes given pressures of a flow.
+    Windkessel(windkessel::Arguments),
     /// What may stand in a case: keys with meaning, range, default and origin.
     Keys(keys::Arguments),
     /// Prints the script by which a shell completes commands and options.
@@ -103,6 +106,7 @@ fn execute(line: CommandLine) -> Result<(), Failure> {
         (Some(Command::CrossCheck(arguments)), _) => cross_check::run(&arguments),
         (Some(Command::Report(arguments)), _) => report::run(&arguments),
         (Some(Command::Hemodynamics(arguments)), _) => hemodynamics::run(&arguments),
+        (Some(Command::Windkessel(arguments)), _) => windkessel::run(&arguments),
         (Some(Command::Keys(arguments)), _) => keys::run(&arguments),
         (Some(Command::Completions(arguments)), _) => shell::completions(&arguments),
         (Some(Command::Man(arguments)), _) => shell::manual(&arguments),

@@ -29,3 +29,4 @@ mod solid_dynamic;
 mod solid_state;
 mod solid_static;
 mod solid_support;
+mod windkessel;

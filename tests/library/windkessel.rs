@@ -1,0 +1,94 @@
+//! `fsi-driver windkessel`, as a user types it.
+
+use std::process::{Command, Output};
+
+fn windkessel(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .arg("windkessel")
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn said(arguments: &[&str]) -> String {
+    let output = windkessel(arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{error}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn value(text: &str, key: &str) -> f64 {
+    let (_, rest) = text.split_once(&format!("{key} = ")).expect(key);
+    rest.lines().next().unwrap().parse().unwrap()
+}
+
+/// The curve of 1.35 + 5.2 ml/s as a file, and as keys of a case whose own wall takes a share.
+#[test]
+fn the_keys_are_proposed_for_a_file_and_for_a_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("flow.csv");
+    let mut text = "# resting\ntime_s,flow_m3_s\n".to_owned();
+    for i in 0..=500 {
+        let t = 0.002 * f64::from(i);
+        let pulse = match t < 0.5 {
+            true => (std::f64::consts::PI * (t / 0.5).powf(0.8)).sin().powi(2),
+            false => 0.0,
+        };
+        text += &format!("{t:.3},{:e}\n", 1.35e-6 + 5.2e-6 * pulse);
+    }
+    std::fs::write(&file, text).unwrap();
+    let alone = said(&["--flow", file.to_str().unwrap()]);
+    assert!(alone.contains("from 80.0 to 120.0 mmHg"), "{alone}");
+    // A lumped model of it with 1.51e-10 m³/Pa in all had 81 to 120 mmHg at 4.94e9 Pa s/m³.
+    let [resistance, all] =
+        ["resistance_Pa_s_m3", "compliance_m3_Pa"].map(|key| value(&alone, key));
+    assert!((resistance / 4.94e9 - 1.0).abs() < 0.02, "{alone}");
+    assert!((all / 1.51e-10 - 1.0).abs() < 0.05, "{alone}");
+
+    let set = ["inflow.base_m3_s=1.35e-6", "inflow.amplitude_m3_s=5.2e-6"];
+    let case = ["--case", "openfoam-case/S-0.0", "--preset", "demo", "--set"];
+    // At 115 mmHg this wall buckles.
+    let lower = ["--systolic", "105", "--diastolic", "70"];
+    let alone = said(&[&["--flow", file.to_str().unwrap()], &lower[..]].concat());
+    let within = said(&[&lower[..], &case[..], &set[..]].concat());
+    let ratio = value(&within, "resistance_Pa_s_m3") / value(&alone, "resistance_Pa_s_m3");
+    assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
+    let own = value(&alone, "compliance_m3_Pa") - value(&within, "compliance_m3_Pa");
+    println!("{within}the vessel's own compliance {own:e} m³/Pa");
+    assert!((OWN * 0.99..OWN * 1.01).contains(&own), "{own:e}");
+}
+
+/// Compliance of the wall of S-0.0 between 70 and 105 mmHg with the mesh of `demo`, m³/Pa.
+const OWN: f64 = 3.275e-11;
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let case = ["--case", "openfoam-case/S-0.0"];
+    for (arguments, expected) in [
+        (vec![], "--flow"),
+        (vec!["--flow", "nowhere.csv"], "nowhere.csv"),
+        (
+            [&case[..], &["--systolic", "70"]].concat(),
+            "must be below --systolic 70",
+        ),
+        (
+            [&case[..], &["--systolic", "12000"]].concat(),
+            "--systolic 12000: expected",
+        ),
+        (
+            [&case[..], &["--diastolic", "NaN"]].concat(),
+            "--diastolic NaN: expected",
+        ),
+        (vec!["--case", "openfoam-case/turek-hron"], "no vessel"),
+        (
+            [&case[..], &["--set", "inflow.amplitude_m3_s=1e-9"]].concat(),
+            "further apart than 0 %",
+        ),
+    ] {
+        let output = windkessel(&arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+        assert!(error.contains(expected), "{arguments:?}: {error}");
+    }
+}
