@@ -144,7 +144,7 @@ impl Tube {
                 surface: "outer".into(),
                 spring: Profile::constant(by.spring),
                 damping: Profile::constant(by.damping),
-                direction: Direction::Normal,
+                direction: Direction::Radial,
             }));
         }
         self.outer_pressure = by.pressure;

@@ -8,7 +8,7 @@ use crate::pfem::discretization::{Discretization, Options};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::element::surface::{LoadKind, Surface, on_face};
 use crate::pfem::solution::statics::{self, Load, StaticOptions};
-use crate::pfem::supports::{self, Support};
+use crate::pfem::supports;
 use crate::pfem::{SolidError, Space, SpaceKind, SurfaceLoad};
 use nalgebra::Vector2;
 
@@ -50,6 +50,8 @@ struct Wall {
     mesh: HexMesh,
     body: Discretization,
     surface: Surface,
+    /// Length between the ends relative to the unloaded one.
+    axial_stretch: f64,
 }
 
 impl Wall {
@@ -69,12 +71,13 @@ impl Wall {
             &vessel.wall.media,
             &vessel.wall.adventitia,
         ];
-        let supports = ["start", "end"].map(|end| Support::Clamped(end.into()));
+        let supports = supports::of_vessel(vessel);
         let body = Discretization::new(&mesh, &materials.map(Clone::clone), &supports, &options)?;
         let faces = supports::surface(&mesh, "inner")?;
         let points = options.quadrature_points[0];
         let surface = Surface::new(&body.numbering, &body.space, &body.mapping, faces, points)?;
         Ok(Self {
+            axial_stretch: vessel.axial_stretch(),
             mesh,
             body,
             surface,
@@ -96,7 +99,15 @@ impl Wall {
             tolerance: 1e-6,
             ..Default::default()
         };
-        statics::solve(&self.body, &[load], None, &options)
+        if self.axial_stretch == 1.0 {
+            return statics::solve(&self.body, &[load], None, &options);
+        }
+        let mut guess = vec![0.0; self.body.coefficients()];
+        for (vertex, &function) in self.body.numbering.of_vertex.iter().enumerate() {
+            guess[3 * function] = (self.axial_stretch - 1.0) * self.mesh.vertices[vertex].x;
+        }
+        let stretched = statics::stretch(&self.body, &guess, &options)?.displacement;
+        statics::solve_onto(&self.body, stretched, &[load], &options)
     }
 
     /// Volume (m³) between the lumen's surface and the origin, for a displacement: by the theorem of Gauss that of the

@@ -15,6 +15,8 @@ table! {
         [inflow: Inflow, "flow at the inlet"]
         [windkessel: Windkessel, "two-element windkessel at the outlet"]
         [structure: WallMesh, "mesh of the wall"]
+        [surroundings: Option<Surroundings>, "tissue around the vessel"]
+        [initial: Option<Initial>, "state of the wall when time begins"]
         [fluid: LumenMeshes, "meshes of the blood"]
     }
 }
@@ -89,6 +91,97 @@ table! {
         compliance: f64 = "compliance_m3_Pa", above(0.0, 1.0), "compliance C of the windkessel";
         /// Before the ramp.
         initial_pressure: f64 = "initial_pressure_Pa", from(-1e6, 1e6), "pressure of the windkessel at t = 0";
+    }
+}
+
+table! {
+    /// Tissue around the vessel: springs, dampers and a pressure on the outer surface, per reference area. Where values
+    /// vary along the vessel, they are given times a share at stations, linear in between.
+    pub struct Surroundings {
+        spring: Option<f64> = "spring_Pa_m", from(0.0, 1e15),
+            "springs of the outer surface: force per reference area and displacement", absent "0";
+        damping: Option<f64> = "damping_Pa_s_m", from(0.0, 1e12),
+            "dampers of the outer surface: force per reference area and velocity", absent "0";
+        direction: Option<TissueDirection> = "direction", Kind::Word(TissueDirection::WORDS),
+            "which displacement springs and dampers resist", absent "radial";
+        pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "pressure on the deformed outer surface, at all times",
+            absent "0";
+        stations: Vec<f64> = "stations_m", Kind::Numbers(1000), "places along x where shares of these values are given",
+            absent "none: the same everywhere";
+        shares: Vec<f64> = "shares", Kind::Numbers(1000), "shares of these values at surroundings.stations_m",
+            absent "none: the same everywhere";
+    }
+}
+
+words! {
+    /// Which displacement of the outer surface tissue resists.
+    #[derive(Default)]
+    pub enum TissueDirection {
+        /// The distance from the vessel's axis.
+        Radial = "radial" (default),
+        /// All components alike.
+        All = "all",
+    }
+}
+
+table! {
+    /// State of the wall when time begins.
+    pub struct Initial {
+        start: Option<Start> = "start", Kind::Word(Start::WORDS), "how the wall comes under its pressure", absent "ramp";
+        axial_stretch: Option<f64> = "axial_stretch", from(0.8, 2.0),
+            "length of the deformable part between its ends, relative to the unloaded one; the outlet is moved", absent "1";
+    }
+}
+
+words! {
+    /// How the wall comes under its pressure.
+    #[derive(Default)]
+    pub enum Start {
+        /// Time begins without pressure inside; inflow and outlet pressure are ramped.
+        Ramp = "ramp" (default),
+        /// Time begins in static equilibrium at `windkessel.initial_pressure_Pa`; only the inflow is ramped.
+        Equilibrium = "equilibrium",
+    }
+}
+
+impl Anastomosis {
+    /// How the wall comes under its pressure.
+    pub fn start(&self) -> Start {
+        let initial = self.initial.as_ref();
+        initial
+            .and_then(|initial| initial.start)
+            .unwrap_or_default()
+    }
+
+    /// Length of the deformable part relative to the unloaded one.
+    pub fn axial_stretch(&self) -> f64 {
+        let initial = self.initial.as_ref();
+        initial
+            .and_then(|initial| initial.axial_stretch)
+            .unwrap_or(1.0)
+    }
+
+    /// Pressure (Pa) with which the wall is in static equilibrium when time begins.
+    pub fn equilibrium_pressure(&self) -> f64 {
+        match self.start() {
+            Start::Ramp => 0.0,
+            Start::Equilibrium => self.windkessel.initial_pressure,
+        }
+    }
+
+    /// Places (m) along x and what of `value` acts there: a single place if it is the same everywhere.
+    pub fn along(&self, value: Option<f64>) -> Vec<(f64, f64)> {
+        let Some((surroundings, value)) = self.surroundings.as_ref().zip(value) else {
+            return Vec::new();
+        };
+        if value == 0.0 {
+            return Vec::new();
+        }
+        if surroundings.stations.is_empty() {
+            return vec![(0.0, value)];
+        }
+        let pairs = surroundings.stations.iter().zip(&surroundings.shares);
+        pairs.map(|(&x, share)| (x, share * value)).collect()
     }
 }
 

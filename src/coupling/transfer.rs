@@ -56,6 +56,11 @@ impl<L> Transfer<L> {
         }
     }
 
+    /// Displacement (m) of the fluid's wall points in the accepted state of the structure.
+    pub fn accepted_displacement<S: Solid<Location = L>>(&self, solid: &S) -> Vec<Vec3> {
+        solid.accepted_displacement(&self.points)
+    }
+
     /// Displacement (m) of the fluid's wall points that follows from a trial of the structure.
     pub fn displacement<S: Solid<Location = L>>(&self, solid: &S, trial: &S::Trial) -> Vec<Vec3> {
         solid.displacement(trial, &self.points)

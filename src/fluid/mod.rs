@@ -9,6 +9,7 @@ use crate::Vec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
+pub mod loaded_shape;
 pub mod native;
 pub mod openfoam;
 

@@ -8,6 +8,7 @@ use super::centre_line::CentreLine;
 use super::poly_mesh::{PatchFaces, PolyMesh};
 use super::vessel::Vessel;
 use super::wall::equal_stations;
+use crate::Vec3;
 use crate::case::{Anastomosis, FluidMesh};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -106,6 +107,39 @@ impl<'a> CrossSection<'a> {
         at
     }
 
+    /// Spreads the displacement of the points on the wall over a cross-section whose points lie `at`: the mean moves all of
+    /// it, the rest fades towards the centre.
+    fn spread(&self, at: &[Vec3], wall: &[Vec3]) -> Vec<Vec3> {
+        let (n, around) = (self.mesh.core, self.around() as f64);
+        let on_wall = |a| at[self.ring_point(self.mesh.radial, a)];
+        let centre = (0..self.around()).map(on_wall).sum::<Vec3>() / around;
+        let mean = wall.iter().sum::<Vec3>() / around;
+        let mut moved = vec![Vec3::zeros(); at.len()];
+        for (a, u) in wall.iter().enumerate() {
+            for ring in 0..=self.mesh.radial {
+                let point = self.ring_point(ring, a);
+                let share = (at[point] - centre).norm() / (on_wall(a) - centre).norm();
+                moved[point] = mean + (u - mean) * share;
+            }
+        }
+        self.fill_core(&mut moved, n);
+        moved
+    }
+
+    /// Inside the core: Coons' transfinite interpolation of its four sides.
+    fn fill_core(&self, at: &mut [Vec3], n: usize) {
+        for j in 1..n {
+            for i in 1..n {
+                let (s, t) = (i as f64 / n as f64, j as f64 / n as f64);
+                let p = |i, j| at[self.core_point(i, j)];
+                let sides = p(i, 0) * (1.0 - t) + p(i, n) * t + p(0, j) * (1.0 - s) + p(n, j) * s;
+                let corners = (p(0, 0) * (1.0 - t) + p(0, n) * t) * (1.0 - s)
+                    + (p(n, 0) * (1.0 - t) + p(n, n) * t) * s;
+                at[self.core_point(i, j)] = sides - corners;
+            }
+        }
+    }
+
     /// Points of each cell of the cross-section, counter-clockwise.
     fn quads(&self) -> Vec<[usize; 4]> {
         let n = self.mesh.core;
@@ -120,6 +154,27 @@ impl<'a> CrossSection<'a> {
         });
         core.chain(rings).collect()
     }
+}
+
+/// The points of an O-grid of the lumen after the points of its wall have moved by `displacement` (m, by their numbers in
+/// the mesh).
+pub fn moved_points(
+    grid: &PolyMesh,
+    mesh: &FluidMesh,
+    displacement: impl Fn(usize) -> Vec3,
+) -> Vec<Vec3> {
+    let section = CrossSection::new(mesh);
+    let size = section.points();
+    let slices = grid.points.chunks_exact(size).enumerate();
+    let moved = slices.flat_map(|(slice, at)| {
+        let on_wall = |a| slice * size + section.ring_point(mesh.radial, a);
+        let wall: Vec<Vec3> = (0..section.around())
+            .map(|a| displacement(on_wall(a)))
+            .collect();
+        let moved = section.spread(at, &wall);
+        at.iter().zip(moved).map(|(x, u)| x + u).collect::<Vec<_>>()
+    });
+    moved.collect()
 }
 
 impl Vessel {

@@ -289,6 +289,8 @@ impl Discretization {
         let mut values = vec![0.0; self.pattern.entries()];
         let modes = self.numbering.modes.len();
         let slope = motion.map_or(0.0, |motion| motion.slope);
+        let tangents = |f: &Foundation| f.tangents(&self.numbering, displacement, slope);
+        let foundations: Vec<_> = self.foundations.iter().map(tangents).collect();
         let size = 48 * modes.pow(2);
         let batch = (WAITING / size).max(rayon::current_num_threads());
         let elements: Vec<usize> = (0..self.regions.len()).collect();
@@ -306,8 +308,8 @@ impl Discretization {
                     for (surface, load) in following {
                         surface.add_stiffness(&self.numbering, displacement, load, e, &mut blocks);
                     }
-                    for foundation in &self.foundations {
-                        foundation.add_stiffness(e, slope, modes, &mut blocks);
+                    for (foundation, tangents) in self.foundations.iter().zip(&foundations) {
+                        foundation.add_stiffness(e, tangents, modes, &mut blocks);
                     }
                     Ok((e, blocks))
                 })

@@ -3,6 +3,7 @@
 use super::SolidError;
 use super::element::mapping::Mapping;
 use super::space::numbering::Numbering;
+use crate::case::{Anastomosis, TissueDirection};
 use crate::geometry::{HexFace, HexMesh};
 use crate::{Mat3, Vec3};
 
@@ -45,8 +46,8 @@ pub struct Foundation {
 /// Which displacement springs and dampers resist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
-    /// The component along the normal of the undeformed surface: in a tube, the radial one.
-    Normal,
+    /// The distance from the x-axis, along which a vessel lies.
+    Radial,
     /// All components alike.
     All,
 }
@@ -71,6 +72,35 @@ impl Profile {
             (Some((a, u)), Some(&(b, v))) => u + (v - u) * (x - a) / (b - a),
         }
     }
+}
+
+/// What holds the wall of a vessel: clamped ends, and the tissue around it.
+pub fn of_vessel(vessel: &Anastomosis) -> Vec<Support> {
+    let mut supports = vec![
+        Support::Clamped("start".into()),
+        Support::Clamped("end".into()),
+    ];
+    if let Some(tissue) = &vessel.surroundings {
+        let (spring, damping) = (vessel.along(tissue.spring), vessel.along(tissue.damping));
+        if !spring.is_empty() || !damping.is_empty() {
+            supports.push(Support::Foundation(Foundation {
+                surface: "outer".into(),
+                spring: Profile(spring),
+                damping: Profile(damping),
+                direction: match tissue.direction.unwrap_or_default() {
+                    TissueDirection::Radial => Direction::Radial,
+                    TissueDirection::All => Direction::All,
+                },
+            }));
+        }
+    }
+    supports
+}
+
+/// Pressure (Pa) on the outer surface of a vessel, along x.
+pub fn pressure_around(vessel: &Anastomosis) -> Profile {
+    let tissue = vessel.surroundings.as_ref();
+    Profile(vessel.along(tissue.and_then(|tissue| tissue.pressure)))
 }
 
 impl Supports {

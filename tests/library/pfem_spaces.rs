@@ -156,6 +156,13 @@ fn tangent_is_the_derivative_of_the_forces_and_symmetric() {
     let supports = [
         Support::Clamped("start".into()),
         Support::Surface("end".into(), [true, false, false]),
+        // As stiff as the wall.
+        Support::Foundation(Foundation {
+            surface: "outer".into(),
+            spring: Profile(vec![(0.0, 1e12), (3e-3, 3e12)]),
+            damping: Profile::default(),
+            direction: Direction::Radial,
+        }),
     ];
     let choices = KINDS
         .into_iter()
@@ -205,7 +212,10 @@ fn tangent_is_the_derivative_of_the_forces_and_symmetric() {
         // Forces are the derivative of the energy.
         let moved =
             |h: f64| -> Vec<f64> { d.iter().zip(&direction).map(|(d, e)| d + h * e).collect() };
-        let energy = |h: f64| body.energy(&moved(h), options.quadrature_points).unwrap();
+        let energy = |h: f64| {
+            let elements = body.energy(&moved(h), options.quadrature_points).unwrap();
+            elements + body.spring_energy(&moved(h))
+        };
         let h = 1e-2;
         let difference = 8.0 * (energy(h) - energy(-h)) - (energy(2.0 * h) - energy(-2.0 * h));
         let internal = body.internal_forces(&d).unwrap();
@@ -264,7 +274,7 @@ fn a_free_rigid_motion_is_named() {
     .concat();
     check(&held).unwrap();
     check(&[Support::Clamped("start".into())]).unwrap();
-    // Radial springs leave a tube free to slide along its axis.
+    // Radial springs leave a tube free to slide along its axis and to turn about it.
     let springs = |direction| {
         Support::Foundation(Foundation {
             surface: "outer".into(),
@@ -273,8 +283,10 @@ fn a_free_rigid_motion_is_named() {
             direction,
         })
     };
-    let radial = springs(Direction::Normal);
+    let radial = springs(Direction::Radial);
     let message = check(std::slice::from_ref(&radial)).unwrap_err();
-    assert!(message.contains("translation along x"), "{message}");
+    assert!(message.contains("along x") || message.contains("axis parallel to x"));
+    let message = check(&[radial, ends[0].clone()]).unwrap_err();
+    assert!(message.contains("axis parallel to x"), "{message}");
     check(&[springs(Direction::All)]).unwrap();
 }

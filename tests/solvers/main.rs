@@ -32,3 +32,4 @@ mod run_support;
 mod simulation;
 mod study;
 mod terminal;
+mod wall_state;

@@ -17,10 +17,46 @@ pub(super) fn check(case: &Case, vessel: &Anastomosis, report: &mut Report<'_>) 
     extension(vessel, report);
     inflow(case, vessel, report);
     meshes(case, vessel, report);
+    surroundings(vessel, report);
     let wall = &vessel.wall;
     material("wall.graft", &wall.graft, report);
     material("wall.media", &wall.media, report);
     material("wall.adventitia", &wall.adventitia, report);
+}
+
+fn surroundings(vessel: &Anastomosis, report: &mut Report<'_>) {
+    let Some(tissue) = &vessel.surroundings else {
+        return;
+    };
+    let (stations, shares) = (&tissue.stations, &tissue.shares);
+    for (key, other, found) in [
+        (
+            "surroundings.stations_m",
+            "surroundings.shares",
+            shares.len(),
+        ),
+        (
+            "surroundings.shares",
+            "surroundings.stations_m",
+            stations.len(),
+        ),
+    ] {
+        report(
+            &[key],
+            stations.len() != shares.len(),
+            format!("expected as many numbers as {other} has, {found}"),
+        );
+    }
+    report(
+        &["surroundings.stations_m"],
+        stations.windows(2).any(|pair| pair[0] >= pair[1]),
+        "expected ascending places".into(),
+    );
+    report(
+        &["surroundings.shares"],
+        shares.iter().any(|share| *share < 0.0),
+        "expected no negative share: springs that push would be no tissue".into(),
+    );
 }
 
 fn surfaces(vessel: &Anastomosis, report: &mut Report<'_>) {

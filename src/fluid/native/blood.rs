@@ -7,7 +7,7 @@ use super::space::{Face, Patch};
 use super::vessel_mesh::{Resolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
-use crate::case::{Case, FlowCurve, Problem};
+use crate::case::{Case, FlowCurve, Problem, Start};
 use crate::fluid::{
     Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
     Opening,
@@ -45,6 +45,10 @@ pub struct NativeFluid {
     trial: Option<(Trial, f64)>,
     curve: FlowCurve,
     ramp_duration: f64,
+    /// Whether the outlet pressure is ramped as the inflow is.
+    ramps_pressure: bool,
+    /// Displacement of the wall when time begins, m.
+    initial: Vec<Vec3>,
     windkessel: Windkessel,
     inlet: Vec<Face>,
     /// Faces of the deformable wall in the interface's order.
@@ -77,7 +81,8 @@ impl NativeFluid {
             FlowCurve::new(&vessel.inflow, case.time.period).map_err(|error| failed(&error))?;
         let mesh = VesselMesh::new(&Vessel::new(vessel), resolution);
         let space = Discretization::new(mesh.space().clone()).map_err(|error| failed(&error))?;
-        let positions = mesh.positions(&vec![Vec3::zeros(); mesh.interface().points.len()]);
+        let still = vec![Vec3::zeros(); mesh.interface().points.len()];
+        let positions = mesh.positions(&still);
         let faces = |wanted: fn(Patch) -> bool| space.space.faces_of(wanted);
         let inlet = faces(|patch| patch == Patch::Start);
         let outlet = faces(|patch| patch == Patch::End);
@@ -114,6 +119,8 @@ impl NativeFluid {
             trial: None,
             curve,
             ramp_duration: case.ramp.duration,
+            ramps_pressure: vessel.start() == Start::Ramp,
+            initial: still,
             windkessel: Windkessel {
                 resistance: vessel.windkessel.resistance,
                 compliance: vessel.windkessel.compliance,
@@ -135,10 +142,17 @@ impl NativeFluid {
         self.trial.as_ref().map_or(0, |(trial, _)| trial.iterations)
     }
 
-    /// Volume (m³) of the mesh at rest, and of its part in the rigid extension.
+    /// Begins with the wall displaced (m), and at rest there. For a fluid that has taken no step.
+    pub fn begin_at(&mut self, displacement: Vec<Vec3>) {
+        let positions = self.mesh.positions(&displacement);
+        self.memory.flow.positions = [positions.clone(), positions];
+        self.initial = displacement;
+    }
+
+    /// Volume (m³) of the mesh when time begins, and of its part in the rigid extension.
     pub fn volumes(&self) -> Result<[f64; 2], FluidError> {
-        let still = vec![Vec3::zeros(); self.mesh.interface().points.len()];
-        let metric = super::metric::Metric::new(self.flow.space(), &self.mesh.positions(&still))
+        let positions = self.mesh.positions(&self.initial);
+        let metric = super::metric::Metric::new(self.flow.space(), &positions)
             .map_err(|error| FluidError::NotSolved(error.to_string()))?;
         let resolution = self.mesh.resolution();
         let per_layer =
@@ -147,10 +161,19 @@ impl NativeFluid {
         Ok([metric.volume, metric.volumes[..rigid].iter().sum()])
     }
 
-    /// Share of inflow and outlet pressure that acts at a time (s).
+    /// Share of the inflow, and of the outlet pressure if that is ramped too, that acts at a time (s).
     fn ramp(&self, t: f64) -> f64 {
         if t < self.ramp_duration {
             0.5 * (1.0 - (PI * t / self.ramp_duration).cos())
+        } else {
+            1.0
+        }
+    }
+
+    /// Share of the outlet pressure alone.
+    fn pressure_ramp(&self, t: f64) -> f64 {
+        if self.ramps_pressure {
+            self.ramp(t)
         } else {
             1.0
         }
@@ -275,7 +298,7 @@ impl Fluid for NativeFluid {
         let windkessel = self.windkessel_pressure(time_step);
         let boundary = Boundary {
             velocity,
-            outlet_pressure: windkessel.map(|p| ramp * p),
+            outlet_pressure: windkessel.map(|p| self.pressure_ramp(t) * p),
             load: Vec::new(),
         };
         let start = (self.trial.as_ref()).filter(|(trial, _)| trial.time_step == time_step);
@@ -318,7 +341,7 @@ impl Fluid for NativeFluid {
                 Opening {
                     name: "outlet".into(),
                     flow: -trial.outflow,
-                    mean_pressure: ramp * windkessel,
+                    mean_pressure: self.pressure_ramp(time) * windkessel,
                     model_pressure: Some(windkessel),
                 },
             ],

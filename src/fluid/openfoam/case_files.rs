@@ -5,7 +5,7 @@
 //! The mesh is written by others.
 
 use super::{probes, templates};
-use crate::case::{Blood, Flag, FlowCurve, Ramp, Time, Windkessel};
+use crate::case::{Blood, Flag, FlowCurve, Ramp, Start, Time, Windkessel};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -46,6 +46,8 @@ pub enum Openings<'a> {
         inflow: FlowCurve,
         /// The outlet.
         windkessel: &'a Windkessel,
+        /// How the wall comes under its pressure.
+        start: Start,
     },
     /// Those of the channel around a flag.
     Channel(&'a Flag),
@@ -113,7 +115,9 @@ impl CaseFiles<'_> {
             ("ranks", self.ranks as f64, "MPI ranks"),
         ];
         let openings = match &self.openings {
-            Openings::Vessel { windkessel, .. } => [
+            Openings::Vessel {
+                windkessel, start, ..
+            } => vec![
                 ("windkesselResistance", windkessel.resistance, "Pa s/m3"),
                 ("windkesselCompliance", windkessel.compliance, "m3/Pa"),
                 (
@@ -121,8 +125,25 @@ impl CaseFiles<'_> {
                     windkessel.initial_pressure,
                     "Pa, at t = 0, before the ramp",
                 ),
+                (
+                    "pressureRampStart",
+                    match start {
+                        Start::Ramp => 0.0,
+                        // It is over when time begins.
+                        Start::Equilibrium => -2.0 * self.ramp.duration.max(NO_RAMP),
+                    },
+                    "s",
+                ),
+                (
+                    "initialPressure",
+                    match start {
+                        Start::Ramp => 0.0,
+                        Start::Equilibrium => windkessel.initial_pressure / self.blood.density,
+                    },
+                    "m2/s2, p/rho at t = 0",
+                ),
             ],
-            Openings::Channel(flag) => [
+            Openings::Channel(flag) => vec![
                 ("channelHeight", flag.channel_height, "m"),
                 ("meanVelocity", flag.mean_velocity, "m/s, at the inlet"),
                 ("depth", flag.depth, "m, along z"),

@@ -1,11 +1,19 @@
 //! Springs and dampers between a part of the boundary and a surrounding at rest: a Winkler foundation.
 //!
-//! Per reference area they exert the traction `t = -(K u + C v)` on the body, with `K = k n ⊗ n` (normal springs, `n` the
-//! normal of the undeformed surface) or `K = k 1` (all directions), and `C` alike. The surrounding keeps its place, so
-//! that the springs' directions and the area do not change (Moireau et al., *External tissue support and fluid-structure
-//! simulation in blood flows*, Biomech. Model. Mechanobiol. 11, 2012, equation (3)).
+//! Per reference area they exert the traction `t = -(k u + c v)` on the body in all directions, or along the radius of a
+//! vessel around the x-axis: with the distance `r` from the axis, `R` before, and the direction `e` away from it,
+//! ```text
+//! energy     k/2 (r - R)²,
+//! traction   -k (r - R) e,
+//! tangent    k (e ⊗ e + (1 - R/r) a ⊗ a),       a = e_x × e
+//! ```
+//! The direction turns with the point: springs that kept theirs would let a wall under pressure slip around the axis, for
+//! the distance along a fixed direction shrinks as a point turns away from it. Dampers act along the direction before,
+//! `-c (v · e_0) e_0` (after Moireau et al., *External tissue support and fluid-structure simulation in blood flows*,
+//! Biomech. Model. Mechanobiol. 11, 2012).
 
 use super::super::SolidError;
+use super::super::solid::SurfacePoint;
 use super::super::supports::{Direction, Foundation as Described};
 use super::PAIRS;
 use super::mapping::Mapping;
@@ -19,10 +27,18 @@ use crate::{Mat3, Vec3};
 #[derive(Debug, Clone)]
 pub struct Foundation {
     surface: Surface,
-    /// `K` times area, N/m, at each point.
-    springs: Vec<Mat3>,
-    /// `C` times area, N s/m, at each point.
+    direction: Direction,
+    /// `k` times area, N/m, at each point.
+    springs: Vec<f64>,
+    /// `c` times area and directions, N s/m, at each point.
     dampers: Vec<Mat3>,
+}
+
+/// Distance of a point from the x-axis, m, and the direction away from it.
+fn radius(x: &Vec3) -> (f64, Vec3) {
+    let off = Vec3::new(0.0, x.y, x.z);
+    let distance = off.norm();
+    (distance, off / distance)
 }
 
 impl Foundation {
@@ -36,19 +52,15 @@ impl Foundation {
         described: &Described,
     ) -> Result<Self, SolidError> {
         let surface = Surface::new(numbering, space, mapping, faces, points)?;
-        let tensors = |profile: &dyn Fn(f64) -> f64| -> Vec<Mat3> {
-            let at_point = surface.points.iter().map(|point| {
-                let directions = match described.direction {
-                    Direction::Normal => point.normal * point.normal.transpose(),
-                    Direction::All => Mat3::identity(),
-                };
-                directions * (profile(point.position.x) * point.area)
-            });
-            at_point.collect()
+        let damper = |point: &SurfacePoint| {
+            let directions = held_directions(described.direction, &point.position);
+            directions * (described.damping.at(point.position.x) * point.area)
         };
+        let spring = |point: &SurfacePoint| described.spring.at(point.position.x) * point.area;
         Ok(Self {
-            springs: tensors(&|x| described.spring.at(x)),
-            dampers: tensors(&|x| described.damping.at(x)),
+            direction: described.direction,
+            springs: surface.points.iter().map(spring).collect(),
+            dampers: surface.points.iter().map(damper).collect(),
             surface,
         })
     }
@@ -58,51 +70,113 @@ impl Foundation {
         self.dampers.iter().any(|tensor| *tensor != Mat3::zeros())
     }
 
-    /// Places (m) and unit directions that springs hold.
+    /// Places (m) and directions that springs hold, as projections onto them.
     pub fn held(&self) -> impl Iterator<Item = (Vec3, Mat3)> + '_ {
         let points = self.surface.points.iter().zip(&self.springs);
-        let stiff = points.filter(|(_, tensor)| tensor.norm() > 0.0);
-        stiff.map(|(point, tensor)| (point.position, tensor / tensor.norm()))
+        let stiff = points.filter(|(_, spring)| **spring > 0.0);
+        stiff.map(|(point, _)| {
+            let x = point.position;
+            (x, held_directions(self.direction, &x))
+        })
     }
 
-    /// Adds `∫ N K u dA`, N, to `forces`.
+    /// Adds the resistance of the springs, N, to `forces`.
     pub fn add_spring_forces(
         &self,
         numbering: &Numbering,
         displacement: &[f64],
         forces: &mut [f64],
     ) {
+        let values = self.surface.values(numbering, displacement);
+        let points = self.surface.points.iter().zip(values).zip(&self.springs);
+        let resistance = points.map(|((point, u), spring)| match self.direction {
+            Direction::All => u * *spring,
+            Direction::Radial => {
+                let (before, (now, e)) = (radius(&point.position).0, radius(&(point.position + u)));
+                e * (spring * (now - before))
+            }
+        });
+        let resistance: Vec<Vec3> = resistance.collect();
         self.surface
-            .add_products(numbering, displacement, &self.springs, forces);
+            .add_point_forces(numbering, &resistance, forces);
     }
 
-    /// Adds `∫ N C v dA`, N, to `forces`.
+    /// Adds the resistance of the dampers, N, to `forces`.
     pub fn add_damper_forces(&self, numbering: &Numbering, velocity: &[f64], forces: &mut [f64]) {
+        let values = self.surface.values(numbering, velocity);
+        let pairs = self.dampers.iter().zip(values);
+        let resistance: Vec<Vec3> = pairs.map(|(tensor, v)| tensor * v).collect();
         self.surface
-            .add_products(numbering, velocity, &self.dampers, forces);
+            .add_point_forces(numbering, &resistance, forces);
     }
 
     /// Energy of the springs, J.
     pub fn energy(&self, numbering: &Numbering, displacement: &[f64]) -> f64 {
         let values = self.surface.values(numbering, displacement);
-        let pairs = self.springs.iter().zip(values);
-        pairs.map(|(tensor, u)| 0.5 * u.dot(&(tensor * u))).sum()
+        let points = self.surface.points.iter().zip(values).zip(&self.springs);
+        let energy = points.map(|((point, u), spring)| {
+            let squared = match self.direction {
+                Direction::All => u.norm_squared(),
+                Direction::Radial => {
+                    (radius(&(point.position + u)).0 - radius(&point.position).0).powi(2)
+                }
+            };
+            0.5 * spring * squared
+        });
+        energy.sum()
     }
 
-    /// Adds `∫ N_a (K + slope C) N_b dA` of the faces of one element to its blocks of [`PAIRS`]; `slope` is the
-    /// derivative of the velocity by the displacement, 1/s.
-    pub fn add_stiffness(&self, element: usize, slope: f64, modes: usize, blocks: &mut [f64]) {
+    /// Derivative of the resistance by the displacement at each point, N/m; `slope` is that of the velocity, 1/s.
+    pub fn tangents(&self, numbering: &Numbering, displacement: &[f64], slope: f64) -> Vec<Mat3> {
+        let values = self.surface.values(numbering, displacement);
+        let points = self.surface.points.iter().zip(values);
+        let tangents = points.zip(&self.springs).zip(&self.dampers);
+        tangents
+            .map(|(((point, u), spring), damper)| {
+                let springs = match self.direction {
+                    Direction::All => Mat3::identity(),
+                    Direction::Radial => {
+                        let before = radius(&point.position).0;
+                        let (now, e) = radius(&(point.position + u));
+                        let around = Vec3::x().cross(&e);
+                        e * e.transpose() + around * around.transpose() * (1.0 - before / now)
+                    }
+                };
+                springs * *spring + damper * slope
+            })
+            .collect()
+    }
+
+    /// Adds `∫ N_a T N_b dA` of the faces of one element, with the [tangents](Self::tangents) `T` at all points, to its
+    /// blocks of [`PAIRS`].
+    pub fn add_stiffness(
+        &self,
+        element: usize,
+        tangents: &[Mat3],
+        modes: usize,
+        blocks: &mut [f64],
+    ) {
         self.surface.visit(element, |point, functions| {
-            let tensor = self.springs[point] + self.dampers[point] * slope;
             for (pair, (i, k)) in PAIRS.into_iter().enumerate() {
                 let block = &mut blocks[pair * modes * modes..(pair + 1) * modes * modes];
                 for &(b, value_b) in functions {
-                    let scale = tensor[(i, k)] * value_b;
+                    let scale = tangents[point][(i, k)] * value_b;
                     for &(a, value_a) in functions {
                         block[a + modes * b] += scale * value_a;
                     }
                 }
             }
         });
+    }
+}
+
+/// The projection onto the directions that are resisted at a point of the undeformed body.
+fn held_directions(direction: Direction, x: &Vec3) -> Mat3 {
+    match direction {
+        Direction::All => Mat3::identity(),
+        Direction::Radial => {
+            let e = radius(x).1;
+            e * e.transpose()
+        }
     }
 }

@@ -16,10 +16,10 @@ use super::super::space::{Mode, Space};
 use super::super::supports::modes_on_face;
 use super::PAIRS;
 use super::mapping::Mapping;
+use crate::Vec3;
 use crate::case::table::words;
 use crate::geometry::HexFace;
 use crate::quadrature::Rule;
-use crate::{Mat3, Vec3};
 use std::collections::HashMap;
 
 words! {
@@ -222,17 +222,9 @@ impl Surface {
         (0..self.points.len()).map(at_point).collect()
     }
 
-    /// Adds `Σ N T u` over all points to `forces`, with `u` the field of coefficients and a tensor `T` for each point.
-    pub fn add_products(
-        &self,
-        numbering: &Numbering,
-        field: &[f64],
-        tensors: &[Mat3],
-        forces: &mut [f64],
-    ) {
-        let values = self.values(numbering, field);
-        for (point, (tensor, value)) in tensors.iter().zip(values).enumerate() {
-            let force = tensor * value;
+    /// Adds forces (N) at all points to those of the coefficients.
+    pub fn add_point_forces(&self, numbering: &Numbering, at_points: &[Vec3], forces: &mut [f64]) {
+        for (point, force) in at_points.iter().enumerate() {
             let (element, shapes, q) = self.place(point);
             for (&m, value) in shapes.modes.iter().zip(&shapes.values[q]) {
                 if let Some(f) = numbering.of_element[element][m] {

@@ -1,6 +1,7 @@
 //! Equilibria and motions: Newton's method, static analysis with its bifurcations, dynamics.
 
 mod equation_of_motion;
+mod equilibrium;
 pub mod modes;
 pub mod newton;
 pub mod quasi_newton;

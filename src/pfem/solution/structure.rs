@@ -206,6 +206,12 @@ impl Structure {
         &self.equation.wet
     }
 
+    /// The pressure outside, with its surface.
+    pub(super) fn outer(&self) -> Option<(&Surface, &SurfaceLoad)> {
+        let outer = self.equation.outer.as_ref();
+        outer.map(|(surface, load)| (surface, load))
+    }
+
     /// The last accepted state.
     pub fn state(&self) -> &State {
         &self.state

@@ -2,7 +2,7 @@
 
 use crate::case::{Anastomosis, Case, Flag, Material, Problem};
 use crate::geometry::{HexMesh, PolyMesh, Vessel};
-use crate::pfem::supports::Support;
+use crate::pfem::supports::{self, Profile, Support};
 use crate::pfem::{Space, SpaceKind};
 
 /// A fluid and a solid that fit together.
@@ -21,6 +21,8 @@ pub struct Domain {
     pub wet_surface: &'static str,
     /// What holds the solid.
     pub supports: Vec<Support>,
+    /// Pressure (Pa) around the solid, along x.
+    pub outer_pressure: Profile,
 }
 
 impl Domain {
@@ -33,7 +35,7 @@ impl Domain {
         }
     }
 
-    /// The wall of a vessel, clamped at both ends, and the blood within.
+    /// The wall of a vessel in its tissue, and the blood within.
     fn anastomosis(keys: &Anastomosis, p: usize) -> Self {
         let (vessel, mesh, wall) = (Vessel::new(keys), &keys.fluid.mesh, &keys.wall);
         let fluid = vessel.fluid_mesh(mesh);
@@ -47,10 +49,8 @@ impl Domain {
                 .to_vec(),
             space: Space::isotropic(SpaceKind::Trunk, p),
             wet_surface: "inner",
-            supports: vec![
-                Support::Clamped("start".into()),
-                Support::Clamped("end".into()),
-            ],
+            supports: supports::of_vessel(keys),
+            outer_pressure: supports::pressure_around(keys),
         }
     }
 
@@ -70,6 +70,7 @@ impl Domain {
                 Support::Clamped("start".into()),
                 Support::Surface("sides".into(), [false, false, true]),
             ],
+            outer_pressure: Profile::default(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! From a case to the two solvers and their coupling. The only place that knows which fluids there are.
 
 mod domain;
+mod initial_state;
 pub mod preflight;
 mod surrogate;
 pub mod surroundings;
@@ -10,7 +11,6 @@ pub use domain::Domain;
 use super::checkpoint::Store;
 use super::clock::Clock;
 use super::{Checkpoints, Settings, Simulation};
-use crate::Vec3;
 use crate::case::{self, Case, CaseIdentity, FlowCurve, FlowCurveError, Problem};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::convergence::Criterion;
@@ -18,6 +18,7 @@ use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::Transfer;
 use crate::coupling::{self, Coupling, flatten};
+use crate::fluid::loaded_shape::LoadedShape;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings};
 use crate::fluid::openfoam::probes::Sampling;
@@ -27,7 +28,7 @@ use crate::fluid::{Fluid, FluidEffort, FluidError, FluidMemory};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::supports::Profile;
-use crate::pfem::{SolidError, Structure, StructureOptions, discretization};
+use crate::pfem::{Solid, SolidError, Structure, StructureOptions, discretization};
 use crate::simulation::observer::Observer;
 use std::io;
 use std::path::PathBuf;
@@ -91,29 +92,44 @@ impl Model {
         workplace: Workplace,
         memory: Option<&FluidMemory>,
     ) -> Result<Self, AssemblyError> {
-        let domain = Domain::new(case);
+        let mut domain = Domain::new(case);
+        let solid = initial_state::solid(case, &domain)?;
+        let is_loaded = solid.state().d.iter().any(|&d| d != 0.0);
         match case.fluid.solver {
             case::Solver::OpenFoam => {
+                let mut moved = None;
+                if is_loaded {
+                    let (lumen, wall) = initial_state::moved_lumen(case, &domain.fluid, &solid)?;
+                    (domain.fluid, moved) = (lumen, Some(wall));
+                }
                 let volumes = domain.fluid.cell_volumes();
-                let fluid = openfoam(case, &domain, workplace, memory)?;
+                let mut fluid = openfoam(case, &domain, workplace, memory)?;
+                if let Some(wall) = moved {
+                    fluid = Box::new(LoadedShape::new(fluid, &wall));
+                }
                 Ok(Self {
                     fluid_cells: volumes.len(),
                     volume: volumes.iter().sum(),
                     rigid_volume: volumes[..domain.rigid_cells].iter().sum(),
-                    coupling: couple(case, &domain, fluid)?,
+                    coupling: join(case, &domain, fluid, solid)?,
                 })
             }
             case::Solver::Native => {
                 let mut fluid = NativeFluid::new(case)?;
+                if is_loaded {
+                    let places = solid.locate(&fluid.interface().points)?;
+                    fluid.begin_at(solid.accepted_displacement(&places));
+                }
                 if let Some(memory) = memory {
                     fluid.recall(memory)?;
                 }
                 let [volume, rigid_volume] = fluid.volumes()?;
+                let (fluid_cells, fluid) = (fluid.elements(), Box::new(fluid) as Box<dyn Fluid>);
                 Ok(Self {
-                    fluid_cells: fluid.elements(),
+                    fluid_cells,
                     volume,
                     rigid_volume,
-                    coupling: couple(case, &domain, Box::new(fluid) as Box<dyn Fluid>)?,
+                    coupling: join(case, &domain, fluid, solid)?,
                 })
             }
         }
@@ -129,11 +145,22 @@ pub fn couple<F: Fluid>(
     domain: &Domain,
     fluid: F,
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
-    let mut solid = structure(case, domain)?;
+    join(case, domain, fluid, initial_state::solid(case, domain)?)
+}
+
+/// Couples a fluid to the structure in the state in which time begins.
+fn join<F: Fluid>(
+    case: &Case,
+    domain: &Domain,
+    fluid: F,
+    mut solid: Structure,
+) -> Result<Coupling<F, Structure>, AssemblyError> {
     let transfer = Transfer::new(fluid.interface(), &solid)?;
-    let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer)
+    let mut unloaded = initial_state::unloaded(case, domain, &solid)?;
+    let probed = unloaded.as_mut().unwrap_or(&mut solid);
+    let surrogate = surrogate::surrogate(case, fluid.interface(), probed, &transfer)
         .map_err(AssemblyError::Surrogate)?;
-    let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
+    let rest = flatten(&transfer.accepted_displacement(&solid));
     let numerics = &case.coupling;
     Ok(Coupling {
         fluid,
@@ -234,6 +261,7 @@ fn case_files(case: &Case) -> Result<CaseFiles<'_>, FlowCurveError> {
         blood: &case.blood,
         openings: match &case.problem {
             Problem::Anastomosis(vessel) => Openings::Vessel {
+                start: vessel.start(),
                 inflow: FlowCurve::new(&vessel.inflow, case.time.period)?,
                 windkessel: &vessel.windkessel,
             },
@@ -245,8 +273,12 @@ fn case_files(case: &Case) -> Result<CaseFiles<'_>, FlowCurveError> {
     })
 }
 
-/// The structure of a case, at rest.
-pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> {
+/// The structure of a case without load, which has a pressure (Pa) around it, along x.
+pub fn structure(
+    case: &Case,
+    domain: &Domain,
+    outer_pressure: &Profile,
+) -> Result<Structure, SolidError> {
     let settings = &case.structure;
     let mut discretization = discretization::Options::new(domain.space);
     if let Some(degree) = settings.p_geometry {
@@ -267,7 +299,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
         },
         wet_surface: domain.wet_surface.into(),
         supports: domain.supports.clone(),
-        outer_pressure: Profile::default(),
+        outer_pressure: outer_pressure.clone(),
     };
     Structure::new(&domain.solid, &domain.materials, &options)
 }

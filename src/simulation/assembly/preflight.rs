@@ -1,7 +1,7 @@
 //! What a run would refuse after it has written its first files, found before.
 
 use super::surrogate::sections;
-use super::{Domain, case_files, sampling, structure};
+use super::{Domain, case_files, initial_state, sampling};
 use crate::Vec3;
 use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, Surrogate};
 use crate::coupling::transfer::Transfer;
@@ -43,7 +43,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             }
         },
     };
-    match structure(case, &domain) {
+    match initial_state::solid(case, &domain) {
         Err(error) => errors.push(case.mistake("structure.p", error.to_string())),
         Ok(solid) => {
             if let Err(error) = Transfer::new(&interface, &solid) {

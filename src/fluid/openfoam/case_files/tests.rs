@@ -1,5 +1,5 @@
 use super::*;
-use crate::case::Inflow;
+use crate::case::{Inflow, Start};
 
 fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> CaseFiles<'a> {
     CaseFiles {
@@ -15,6 +15,7 @@ fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> Case
                 compliance: 1.2e-10,
                 initial_pressure: 1.1e4,
             },
+            start: Start::Ramp,
         },
         ramp: &Ramp { duration: 0.0 },
         time,
