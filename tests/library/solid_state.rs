@@ -232,3 +232,28 @@ fn the_curve_begins_with_the_stretched_tube() {
         assert!((radius - reference - u).abs() < 1e-9, "{first:?}");
     }
 }
+
+#[test]
+fn prestretch_or_tissue_keeps_a_clamped_artery_straight_that_buckles_without() {
+    let slack = text(2e-3, &[(6e-4, fibred(2e3, 8.0, 35.0))], "mixed")
+        .replace("length_m = 0.004", "length_m = 0.05")
+        .replace("axial = 1", "axial = 8")
+        .replace("p = 6", "p = 4")
+        + "[load]\npressure_Pa = 1.6e4\nkind = \"follower\"\n[supports]\nends = \"clamped\"\n";
+    let output = Tube::new(&slack).run(&[]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    // Measured: 46 mmHg.
+    let expected = "the tube loses its stability at 6115.4 Pa of 16000.0 Pa";
+    assert!(said.contains(expected), "{said}");
+    // Inner displacement at 120 mmHg, measured.
+    for (what, expected) in [
+        ("axial_stretch = 1.2\n", 7.1090e-4),
+        ("[outside]\nspring_Pa_m = 2.0e7\n", 6.7022e-4),
+    ] {
+        let summary = Tube::new(&(slack.clone() + what)).solve();
+        assert_eq!(number(&summary, "pressure_Pa"), 1.6e4);
+        let inner = crate::solid_support::radial(&summary)[0];
+        assert!((inner / expected - 1.0).abs() < 1e-4, "{what}: {inner:e}");
+    }
+}
