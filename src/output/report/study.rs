@@ -171,19 +171,10 @@ fn differences(runs: &[&Results]) -> String {
 
 /// All values of a case by their dotted keys.
 fn values(case: &Case) -> BTreeMap<String, String> {
-    fn collect(above: &str, table: &toml::Table, found: &mut BTreeMap<String, String>) {
-        for (name, value) in table {
-            match value {
-                toml::Value::Table(inner) => collect(&format!("{above}{name}."), inner, found),
-                value => drop(found.insert(format!("{above}{name}"), value.to_string())),
-            }
-        }
-    }
-    let mut found = BTreeMap::new();
-    if let Ok(table) = toml::Table::try_from(case) {
-        collect("", &table, &mut found);
-    }
-    found
+    let values = case.values().into_iter();
+    values
+        .map(|(key, value)| (key.path.clone(), value.to_string()))
+        .collect()
 }
 
 /// What the vessels do over time, a curve for each run.
