@@ -1,6 +1,6 @@
 //! How large a case is before anything is built.
 
-use crate::case::{Case, FluidMesh, Native, Problem, WallMesh};
+use crate::case::{Case, FluidMesh, Native, Problem, Solver, WallMesh};
 
 impl FluidMesh {
     /// Number of fluid cells.
@@ -47,11 +47,12 @@ impl WallMesh {
 }
 
 impl Case {
-    /// Number of fluid cells.
+    /// Number of cells of the fluid's mesh, or of its elements.
     pub fn fluid_cells(&self) -> usize {
-        match &self.problem {
-            Problem::Anastomosis(vessel) => vessel.fluid.mesh.cells(),
-            Problem::Flag(flag) => flag.cells(),
+        match (&self.problem, self.fluid.solver) {
+            (Problem::Anastomosis(vessel), Solver::OpenFoam) => vessel.fluid.mesh.cells(),
+            (Problem::Anastomosis(vessel), Solver::Native) => vessel.fluid.native.elements(),
+            (Problem::Flag(flag), _) => flag.cells(),
         }
     }
 

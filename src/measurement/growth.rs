@@ -89,8 +89,9 @@ fn scaled(
     fluid: f64,
     structure: f64,
 ) -> CaseSelection {
-    let (cells, elements) = (&vessel.fluid.mesh, &vessel.structure);
+    let (cells, native, elements) = (&vessel.fluid.mesh, &vessel.fluid.native, &vessel.structure);
     let times = |number: usize, factor: f64| (number as f64 * factor).round();
+    // The mesh of the solver that is not used changes nothing.
     [
         ("fluid.mesh.core", times(cells.core, fluid)),
         ("fluid.mesh.radial", times(cells.radial, fluid)),
@@ -101,6 +102,16 @@ fn scaled(
         (
             "fluid.mesh.axial_per_section",
             times(cells.axial_per_section, fluid),
+        ),
+        ("fluid.native.core", times(native.core, fluid)),
+        ("fluid.native.radial", times(native.radial, fluid)),
+        (
+            "fluid.native.axial_extension",
+            times(native.axial_extension, fluid),
+        ),
+        (
+            "fluid.native.axial_per_section",
+            times(native.axial_per_section, fluid),
         ),
         (
             "structure.circumferential",

@@ -24,6 +24,43 @@ fn bench(folder: &Path, more: &[&str]) -> Output {
 }
 
 #[test]
+fn the_native_fluid_is_measured_without_openfoam() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = folder.path().join("old.json");
+    let file = json.to_str().unwrap();
+    let measure = |more: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .env("PATH", "")
+            .args([
+                "bench",
+                "--case",
+                "openfoam-case/S-0.25",
+                "--preset",
+                "demo",
+            ])
+            .args(["--fluid", "native", "--from", "0.004", "--steps", "2"])
+            .arg("--warm")
+            .arg(folder.path().join("warm"))
+            .args(["--set", "fluid.native.core=1", "fluid.native.degree=3"])
+            .args(["structure.axial_per_section=2"])
+            .args(more)
+            .output()
+            .unwrap()
+    };
+    let first = measure(&["--json", file]);
+    assert!(first.status.success(), "{}", text(&first));
+    let report: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    // An element within, and four around it, in 6 + 2 x 4 layers.
+    assert_eq!(report["fluid_cells"], 70);
+    let part = |name: &str| report["per_step"][name].as_f64().unwrap();
+    assert!(part("fluid_s") > 0.0 && part("coupling_iterations") >= 1.0);
+    let second = measure(&["--compare", file]);
+    assert!(second.status.success(), "{}", text(&second));
+    assert!(text(&second).contains("now/old"), "{}", text(&second));
+}
+
+#[test]
 fn the_parts_add_up_and_two_versions_are_compared() {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("old.json");

@@ -3,14 +3,15 @@
 use super::FlowError;
 use super::discretization::Discretization;
 use super::flow::{Boundary, Flow, Settings, State, Trial};
+use super::probes::probe;
 use super::space::{Face, Patch};
 use super::vessel_mesh::{Resolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
 use crate::case::{Case, FlowCurve, Problem, Start};
 use crate::fluid::{
-    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
-    Opening,
+    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidProbe, FluidStep,
+    FluidTrial, Opening,
 };
 use crate::geometry::Vessel;
 use serde::{Deserialize, Serialize};
@@ -56,6 +57,8 @@ pub struct NativeFluid {
     /// Velocity on the inlet for a flow of 1 m³/s, zero elsewhere; the same on all of it but its rim, where it is zero.
     profile: Vec<f64>,
     viscosity: f64,
+    /// Points whose pressure and velocity are asked for, m.
+    watched: Vec<Vec3>,
 }
 
 impl NativeFluid {
@@ -129,6 +132,12 @@ impl NativeFluid {
             wall,
             profile,
             viscosity: case.blood.viscosity,
+            watched: case
+                .output
+                .fluid_probes
+                .iter()
+                .map(|x| (*x).into())
+                .collect(),
         })
     }
 
@@ -386,5 +395,21 @@ impl Fluid for NativeFluid {
         self.memory = memory;
         self.trial = None;
         Ok(())
+    }
+
+    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
+        let State {
+            positions,
+            velocity,
+            pressure,
+            ..
+        } = &self.memory.flow;
+        Ok(probe(
+            self.flow.space(),
+            &positions[0],
+            &velocity[0],
+            &pressure[0],
+            &self.watched,
+        ))
     }
 }

@@ -5,7 +5,7 @@
 //! numbering of the unknowns and [`discretization`] all of these together; [`vessel_mesh`] is the lumen of a vessel and how
 //! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
 //! equations of a step are [`oseen`], solved by [`gmres`] with the preconditioner of [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
-//! step with one of the [`time_scheme`]s, and [`wall_traction`] says what it does to the wall. [`blood`] puts it all into a
+//! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, and [`probes`] what it is at chosen points. [`blood`] puts it all into a
 //! [`Fluid`](super::Fluid).
 //!
 //! The method, where it comes from, and what was measured: `docs/native-fluid.md`.
@@ -21,6 +21,7 @@ pub mod metric;
 pub mod oseen;
 pub mod plane_cholesky;
 pub mod pressure;
+pub mod probes;
 pub mod space;
 pub mod surface;
 pub mod time_scheme;

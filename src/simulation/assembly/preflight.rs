@@ -25,17 +25,23 @@ const MOST_COMPLAINTS: usize = 5;
 pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     let domain = Domain::new(case);
     let mut errors = Vec::new();
-    let interface = match case.fluid.solver {
+    let points = case.output.fluid_probes.iter().copied();
+    let points: Vec<Vec3> = points.map(Vec3::from).collect();
+    let (interface, inside) = match case.fluid.solver {
         Solver::OpenFoam => {
             let patches = domain.fluid.patches.iter();
             let patches: Vec<&str> = patches.map(|patch| patch.name.as_str()).collect();
             let found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
             let found = found.into_iter().map(|error| error.to_string());
             errors.extend(found.map(|error| case.mistake("fluid.templates", error)));
-            interface(&domain.fluid)
+            (interface(&domain.fluid), domain.fluid.contains(&points))
         }
         Solver::Native => match NativeFluid::new(case) {
-            Ok(fluid) => fluid.interface().clone(),
+            Ok(mut fluid) => {
+                let probes = fluid.probes().unwrap_or_default().into_iter();
+                let inside = probes.map(|probe| !probe.pressure.is_nan());
+                (fluid.interface().clone(), inside.collect())
+            }
             Err(error) => {
                 let advice = "take more elements (fluid.native.axial_extension, …)";
                 let mistake = case.mistake("fluid.native.degree", format!("{error}; {advice}"));
@@ -62,9 +68,6 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             errors.extend(some(off).map(|what| case.mistake("output.probes_m", what)));
         }
     }
-    let points = case.output.fluid_probes.iter().copied();
-    let points: Vec<Vec3> = points.map(Vec3::from).collect();
-    let inside = domain.fluid.contains(&points);
     let outside = points.iter().zip(inside).filter(|(_, inside)| !inside);
     let outside = outside.map(|(x, _)| {
         let x: [f64; 3] = (*x).into();
