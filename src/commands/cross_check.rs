@@ -3,13 +3,13 @@
 use super::compare::Limits;
 use super::{CaseArguments, Failure};
 use crate::case::{Override, Place, Solver};
-use crate::fluid::openfoam::install;
 use crate::output::comparison::{Comparison, Difference};
 use crate::output::report;
 use crate::output::results::Results;
 use crate::output::{terminal, write_atomically};
 use crate::run::batch::{self, Board, Model, Outcome, Worker};
 use crate::run::{CaseSelection, Interrupt};
+use crate::simulation::assembly::surroundings;
 use std::path::{Path, PathBuf};
 
 /// The solvers, as `fluid.solver` names them; the first one is A of the comparison.
@@ -59,9 +59,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             models.push(Model::of(name, folder.clone(), run, selection)?);
         }
     }
-    let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
-    install::check(ranks).map_err(|e| Failure::Input(e.to_string()))?;
-    install::check_path(&out).map_err(|e| Failure::Input(e.to_string()))?;
+    for model in &models {
+        surroundings::check_installed(&model.case)
+            .and_then(|()| surroundings::check_folder(&model.case, &model.out))
+            .map_err(|e| Failure::Input(e.to_string()))?;
+    }
     if !arguments.resume {
         batch::refuse_earlier(&models)?;
     }
