@@ -130,7 +130,7 @@ mod tests {
         let F = Mat3::from_diagonal(&Vec3::new(1.1, 1.3, 0.7));
         let turn = nalgebra::Rotation3::from_euler_angles(0.4, 0.9, -0.2).into_inner();
         let state = |F: &Mat3| {
-            let U = material.volumetric(F.determinant());
+            let U = material.volumetric(F.determinant() - 1.0);
             StressState::new(&material, F, &frame, &U)
         };
         let (straight, turned) = (state(&F), state(&(turn * F)));

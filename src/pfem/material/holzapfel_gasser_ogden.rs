@@ -1,5 +1,6 @@
 //! Holzapfel-Gasser-Ogden, equation (5).
 
+use super::lanes::{self, Lanes, Real, Tensor, Vector};
 use super::{
     Frame, HyperelasticMaterial, Tensor4, Volumetric, add_crossed, add_dyadic, add_parallel,
     inverse_transpose,
@@ -65,6 +66,51 @@ impl HolzapfelGasserOgden {
             first * (1.0 + 2.0 * exponent),
         ]
     }
+
+    /// `psi'(E)` alone.
+    #[inline(always)]
+    fn fibre_tension<T: Real>(&self, E: T) -> T {
+        let E = if self.tension_only {
+            E.positive_part()
+        } else {
+            E
+        };
+        T::of(self.k1) * (T::of(self.k2) * E * E).exponential() * E
+    }
+
+    /// `P = mu J^{-2/3} (F - I_C/3 F⁻ᵀ) + U' J F⁻ᵀ + Σ_f 2 psi' M_f`, `M_f = κ F + (1 - 3 κ) (F a_f) ⊗ a_f`.
+    #[inline(always)]
+    fn stress_of<T: Real>(
+        &self,
+        F: &Tensor<T>,
+        [axial, circumferential]: [&Vector<T>; 2],
+        slope: T,
+    ) -> Tensor<T> {
+        let (C, I_C) = (lanes::cofactors(F), lanes::norm_squared(F));
+        let J = lanes::dot(&F[0], &C[0]);
+        let mu = T::of(self.mu) * (T::of(-2.0 / 3.0) * J.logarithm()).exponential();
+        let third = (T::of(3.0) * J).inverse();
+        let spherical = slope - mu * I_C * third;
+        let mut P = [0, 1, 2].map(|i| [0, 1, 2].map(|j| mu * F[i][j] + spherical * C[i][j]));
+        let aligned = T::of(1.0 - 3.0 * self.dispersion);
+        let dispersed = T::of(self.dispersion) * (I_C - T::of(3.0));
+        let [cos, sin] = self.fibre;
+        for sin in [sin, -sin] {
+            let (cos, sin) = (T::of(cos), T::of(sin));
+            let a = [0, 1, 2].map(|i| cos * circumferential[i] + sin * axial[i]);
+            let Fa = lanes::apply(F, &a);
+            let E = dispersed + aligned * (lanes::dot(&Fa, &Fa) - T::of(1.0));
+            let tension = T::of(2.0) * self.fibre_tension(E);
+            let (along, everywhere) = (tension * aligned, tension * T::of(self.dispersion));
+            for i in 0..3 {
+                let force = along * Fa[i];
+                for j in 0..3 {
+                    P[i][j] = P[i][j] + force * a[j] + everywhere * F[i][j];
+                }
+            }
+        }
+        P
+    }
 }
 
 impl HyperelasticMaterial for HolzapfelGasserOgden {
@@ -78,17 +124,19 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         fibres + 0.5 * self.mu * (F.norm_squared() * J.cbrt().powi(-2) - 3.0) + U.energy
     }
 
-    /// `P = mu J^{-2/3} (F - I_C/3 F⁻ᵀ) + U' J F⁻ᵀ + Σ_f 2 psi' M_f`, `M_f = κ F + (1 - 3 κ) (F a_f) ⊗ a_f`.
     fn stress_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Mat3 {
-        let (G, J) = inverse_transpose(F);
-        let mu = self.mu * J.cbrt().powi(-2);
-        let mut P = F * mu + G * (U.slope * J - mu * F.norm_squared() / 3.0);
-        for a in self.fibres(frame) {
-            let (E, M) = self.strain(F, &a);
-            let [_, first, _] = self.fibre_energy(E);
-            P += M * (2.0 * first);
-        }
-        P
+        let [axial, around] =
+            [frame.axial, frame.circumferential].map(|direction| direction.into());
+        lanes::matrix(&self.stress_of(&lanes::rows(F), [&axial, &around], U.slope))
+    }
+
+    fn stresses(
+        &self,
+        F: &Tensor<Lanes>,
+        directions: [&Vector<Lanes>; 2],
+        slope: Lanes,
+    ) -> Tensor<Lanes> {
+        self.stress_of(F, directions, slope)
     }
 
     /// With `G = F⁻ᵀ`:
@@ -122,10 +170,10 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
     }
 
     /// `U = kappa/2 (J - 1)²`.
-    fn volumetric(&self, J: f64) -> Volumetric {
+    fn volumetric(&self, change: f64) -> Volumetric {
         Volumetric {
-            energy: 0.5 * self.kappa * (J - 1.0) * (J - 1.0),
-            slope: self.kappa * (J - 1.0),
+            energy: 0.5 * self.kappa * change * change,
+            slope: self.kappa * change,
             curvature: self.kappa,
         }
     }

@@ -5,6 +5,7 @@
 
 mod holzapfel_gasser_ogden;
 mod kelvin_voigt;
+pub mod lanes;
 mod neo_hooke;
 mod saint_venant_kirchhoff;
 
@@ -15,6 +16,7 @@ pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
 
 use crate::case::Material;
 use crate::{Mat3, Vec3};
+use lanes::{LANES, Lanes, Tensor, Vector};
 
 /// Fourth-order tensor `A_ijkl` at row `3 i + j` and column `3 k + l`.
 pub type Tensor4 = nalgebra::SMatrix<f64, 9, 9>;
@@ -68,8 +70,47 @@ pub trait HyperelasticMaterial: Send + Sync {
     /// `A = ∂P/∂F`, Pa; symmetric.
     fn tangent_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Tensor4;
 
-    /// `U(J)`.
-    fn volumetric(&self, J: f64) -> Volumetric;
+    /// `U(J)` for `J - 1`, which has more digits of a small change of volume than `J`.
+    fn volumetric(&self, change: f64) -> Volumetric;
+
+    /// [`Self::stress_with`] at several points side by side: `P` for `F`, the axial and the circumferential
+    /// direction, and `U'`.
+    fn stresses(
+        &self,
+        F: &Tensor<Lanes>,
+        [axial, circumferential]: [&Vector<Lanes>; 2],
+        slope: Lanes,
+    ) -> Tensor<Lanes> {
+        let [F, axial, circumferential, slope] = [
+            F.as_flattened(),
+            axial.as_slice(),
+            circumferential.as_slice(),
+            &[slope],
+        ]
+        .map(|all| all.iter().map(|lanes| lanes.to_array()).collect::<Vec<_>>());
+        let mut P = [[[0.0; LANES]; 3]; 3];
+        for lane in 0..LANES {
+            let vector = |v: &[[f64; LANES]]| Vec3::from_fn(|i, _| v[i][lane]);
+            let (axial, circumferential) = (vector(&axial), vector(&circumferential));
+            let frame = Frame {
+                axial,
+                circumferential,
+                normal: axial.cross(&circumferential),
+            };
+            let U = Volumetric {
+                slope: slope[0][lane],
+                ..Volumetric::default()
+            };
+            let F = Mat3::from_fn(|i, j| F[3 * i + j][lane]);
+            let own = self.stress_with(&F, &frame, &U);
+            for (i, row) in P.iter_mut().enumerate() {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    entry[lane] = own[(i, j)];
+                }
+            }
+        }
+        P.map(|row| row.map(Lanes::new))
+    }
 
     /// Directions of two families of fibres in the reference configuration, if it has any.
     fn fibre_directions(&self, _frame: &Frame) -> Option<[Vec3; 2]> {
@@ -78,17 +119,17 @@ pub trait HyperelasticMaterial: Send + Sync {
 
     /// `W` of the deformation gradient alone, J/m³.
     fn energy(&self, F: &Mat3, frame: &Frame) -> f64 {
-        self.energy_with(F, frame, &self.volumetric(F.determinant()))
+        self.energy_with(F, frame, &self.volumetric(volume_change(F)))
     }
 
     /// `P = ∂W/∂F` of the deformation gradient alone, Pa.
     fn stress(&self, F: &Mat3, frame: &Frame) -> Mat3 {
-        self.stress_with(F, frame, &self.volumetric(F.determinant()))
+        self.stress_with(F, frame, &self.volumetric(volume_change(F)))
     }
 
     /// `A = ∂P/∂F` of the deformation gradient alone, Pa.
     fn tangent(&self, F: &Mat3, frame: &Frame) -> Tensor4 {
-        self.tangent_with(F, frame, &self.volumetric(F.determinant()))
+        self.tangent_with(F, frame, &self.volumetric(volume_change(F)))
     }
 }
 
@@ -177,6 +218,11 @@ fn add_parallel(A: &mut Tensor4, X: &Mat3, Y: &Mat3) {
     }
 }
 
+/// `det F - 1`.
+pub fn volume_change(F: &Mat3) -> f64 {
+    lanes::volume_change(&lanes::rows(&(F - Mat3::identity())))
+}
+
 /// `F⁻ᵀ` and `J = det F`.
 pub fn inverse_transpose(F: &Mat3) -> (Mat3, f64) {
     let J = F.determinant();
@@ -259,6 +305,16 @@ mod verification {
                 }
             }
             assert!((A - A.transpose()).norm() < 1e-13 * A.norm());
+            let side_by_side = Lanes::splat;
+            let all = lanes::rows(&F).map(|row| row.map(side_by_side));
+            let [axial, around] =
+                [frame.axial, frame.circumferential].map(|v| [v.x, v.y, v.z].map(side_by_side));
+            let slope = material.volumetric(volume_change(&F)).slope;
+            let own = material.stresses(&all, [&axial, &around], side_by_side(slope));
+            for lane in 0..LANES {
+                let own = Mat3::from_fn(|i, j| own[i][j].to_array()[lane]);
+                assert!((own - P).norm() <= 1e-13 * P.norm(), "{own} {P}");
+            }
             let Q = numbers.rotation();
             let (energy, turned) = (
                 material.energy(&F, &frame),

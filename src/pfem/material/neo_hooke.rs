@@ -1,5 +1,6 @@
 //! Neo-Hooke, equation (4).
 
+use super::lanes::{self, Lanes, Real, Tensor, Vector};
 use super::{
     Frame, HyperelasticMaterial, Tensor4, Volumetric, add_crossed, add_dyadic, inverse_transpose,
 };
@@ -14,6 +15,18 @@ pub struct NeoHooke {
     pub kappa: f64,
 }
 
+impl NeoHooke {
+    /// `P = mu F + (U' J - mu) F⁻ᵀ`.
+    #[inline(always)]
+    fn stress_of<T: Real>(&self, F: &Tensor<T>, slope: T) -> Tensor<T> {
+        let C = lanes::cofactors(F);
+        let J = lanes::dot(&F[0], &C[0]);
+        let spherical = slope - T::of(self.mu) * J.inverse();
+        let mu = T::of(self.mu);
+        [0, 1, 2].map(|i| [0, 1, 2].map(|j| mu * F[i][j] + spherical * C[i][j]))
+    }
+}
+
 /// The term `-mu ln J` depends on the volume ratio alone, too, but belongs to the rest: without it the rest is not positive
 /// definite in the reference configuration, and modes whose volume change a projection does not see would be unstable.
 impl HyperelasticMaterial for NeoHooke {
@@ -21,10 +34,12 @@ impl HyperelasticMaterial for NeoHooke {
         0.5 * self.mu * (F.norm_squared() - 3.0) - self.mu * F.determinant().ln() + U.energy
     }
 
-    /// `P = mu F + (U' J - mu) F⁻ᵀ`.
     fn stress_with(&self, F: &Mat3, _: &Frame, U: &Volumetric) -> Mat3 {
-        let (G, J) = inverse_transpose(F);
-        F * self.mu + G * (U.slope * J - self.mu)
+        lanes::matrix(&self.stress_of(&lanes::rows(F), U.slope))
+    }
+
+    fn stresses(&self, F: &Tensor<Lanes>, _: [&Vector<Lanes>; 2], slope: Lanes) -> Tensor<Lanes> {
+        self.stress_of(F, slope)
     }
 
     /// With `G = F⁻ᵀ`: `A_ijkl = mu δ_ik δ_jl + (U'' J² + U' J) G_ij G_kl + (mu - U' J) G_il G_kj`.
@@ -37,8 +52,8 @@ impl HyperelasticMaterial for NeoHooke {
     }
 
     /// `U = kappa/2 (ln J)²`.
-    fn volumetric(&self, J: f64) -> Volumetric {
-        let ln_J = J.ln();
+    fn volumetric(&self, change: f64) -> Volumetric {
+        let (ln_J, J) = (change.ln_1p(), 1.0 + change);
         Volumetric {
             energy: 0.5 * self.kappa * ln_J * ln_J,
             slope: self.kappa * ln_J / J,
