@@ -7,7 +7,7 @@ use fsi_driver::case::{Case, Preset};
 use fsi_driver::output::progress::Progress;
 use fsi_driver::output::record::{Record, RecordSettings};
 use fsi_driver::output::run_files::RunFiles;
-use fsi_driver::simulation::assembly::Model;
+use fsi_driver::simulation::assembly::CoupledModel;
 use fsi_driver::simulation::{Checkpoints, Simulation};
 use std::error::Error;
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ fn run(folder: PathBuf) -> Result<(), Box<dyn Error>> {
     let files = RunFiles::new(&folder);
 
     let case = Case::load(&sources.join("openfoam-case/S-0.25"), Preset::Demo, &small)?;
-    let model = Model::new(&case, files.workplace(), None)?;
+    let model = CoupledModel::new(&case, files.workplace(), None)?;
     let settings = RecordSettings::of(&case, &files, &model);
     let record = Record::create(settings, &model.coupling.solid)?;
     let progress = Progress::new(case.steps() as u64, false);

@@ -32,7 +32,7 @@ pub mod analysis;
 pub mod case;
 pub mod commands;
 pub mod coupling;
-pub mod files;
+pub(crate) mod files;
 pub mod fluid;
 pub mod geometry;
 pub mod hemodynamics;
@@ -43,7 +43,7 @@ pub mod output;
 pub mod paper;
 pub mod pfem;
 pub mod processes;
-pub mod quadrature;
+pub(crate) mod quadrature;
 mod run;
 pub mod simulation;
 

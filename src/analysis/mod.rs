@@ -3,8 +3,8 @@
 //! [`solid_file`] reads the description of a tube, [`tube`] inflates it and measures, [`motion`] lets the pressure vary in
 //! time.
 
-pub mod motion;
+pub(crate) mod motion;
 pub mod solid_file;
-pub mod tube;
-pub mod wall;
-pub mod windkessel;
+pub(crate) mod tube;
+pub(crate) mod wall;
+pub(crate) mod windkessel;

@@ -69,7 +69,7 @@ pub struct Moment {
 }
 
 /// A tube in motion, in the beginning at rest in equilibrium without the pressure inside.
-pub struct Motion<'a> {
+pub struct TubeMotion<'a> {
     tube: &'a Tube,
     dynamics: &'a Dynamics,
     energy_points: [usize; 3],
@@ -77,7 +77,7 @@ pub struct Motion<'a> {
     steps_done: usize,
 }
 
-impl<'a> Motion<'a> {
+impl<'a> TubeMotion<'a> {
     /// The tube at rest.
     pub fn new(
         tube: &'a Tube,

@@ -46,7 +46,7 @@ pub struct WallFigures {
 }
 
 /// A discretized wall that can be put under pressure.
-struct Wall {
+struct LoadedWall {
     mesh: HexMesh,
     body: Discretization,
     surface: Surface,
@@ -54,8 +54,8 @@ struct Wall {
     axial_stretch: f64,
 }
 
-impl Wall {
-    fn new(vessel: &Anastomosis, settings: &case::Structure) -> Result<Self, SolidError> {
+impl LoadedWall {
+    fn new(vessel: &Anastomosis, settings: &case::StructureSettings) -> Result<Self, SolidError> {
         let mesh = geometry::solid_mesh(vessel);
         let space = Space::isotropic(SpaceKind::Trunk, settings.p);
         let mut options = Options::new(space);
@@ -169,10 +169,10 @@ impl WallFigures {
     /// If the wall is not well posed, or finds no equilibrium.
     pub fn new(
         keys: &Anastomosis,
-        settings: &case::Structure,
+        settings: &case::StructureSettings,
         pressures: &[f64],
     ) -> Result<Self, SolidError> {
-        let wall = Wall::new(keys, settings)?;
+        let wall = LoadedWall::new(keys, settings)?;
         let vessel = Vessel::new(keys);
         let zero = vec![0.0; wall.body.coefficients()];
         let places = [
@@ -207,7 +207,7 @@ impl WallFigures {
         let reach = REACH * pressures.last().copied().unwrap_or(0.0);
         let mut perfect = keys.clone();
         perfect.model.d_max = 0.0;
-        let straight = Wall::new(&perfect, settings)?.inflate(reach)?;
+        let straight = LoadedWall::new(&perfect, settings)?.inflate(reach)?;
         let perfect_buckling = straight.bifurcation.map(|found| found.factor * reach);
         Ok(Self {
             pressures: reached,
@@ -226,11 +226,11 @@ impl WallFigures {
 /// If the wall is not well posed, or finds no equilibrium.
 pub fn compliance(
     keys: &Anastomosis,
-    settings: &case::Structure,
+    settings: &case::StructureSettings,
     lowest: f64,
     highest: f64,
 ) -> Result<Option<f64>, SolidError> {
-    let wall = Wall::new(keys, settings)?;
+    let wall = LoadedWall::new(keys, settings)?;
     let mut volumes = [0.0; 2];
     for (volume, pressure) in volumes.iter_mut().zip([lowest, highest]) {
         let found = wall.inflate(pressure)?;

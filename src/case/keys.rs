@@ -9,20 +9,20 @@ table! {
     /// Everything a run is determined by.
     pub struct Case {
         [problem: Problem, "what it is about, with the keys of that alone"]
-        [wall: Wall, "inertia of the wall"]
+        [wall: WallInertia, "inertia of the wall"]
         [blood: Blood, "the blood"]
         [ramp: Ramp, "smooth start"]
         [time: Time, "time axis"]
-        [structure: Structure, "discretization of the wall"]
-        [fluid: Fluid, "discretization of the blood and the way to its solver"]
-        [coupling: Coupling, "the coupling iteration"]
+        [structure: StructureSettings, "discretization of the wall"]
+        [fluid: FluidSettings, "discretization of the blood and the way to its solver"]
+        [coupling: CouplingSettings, "the coupling iteration"]
         [output: Output, "what is written and how often"]
     }
 }
 
 table! {
     /// Inertia of the wall.
-    pub struct Wall {
+    pub struct WallInertia {
         density: f64 = "density_kg_m3", above(0.0, 1e5), "density of the wall";
         damping: f64 = "damping_1_s", from(0.0, 1e4), "mass-proportional damping";
     }
@@ -95,7 +95,7 @@ table! {
 
 table! {
     /// Discretization of the wall.
-    pub struct Structure {
+    pub struct StructureSettings {
         p: usize = "p", whole(3, 10), "degree of the trunk space; lower ones lock";
         p_geometry: Option<usize> = "p_geometry", whole(1, 10), "degree of the mapping", absent "structure.p";
         quadrature_points: Option<usize> = "quadrature_points", whole(3, 30), "Gauss points per direction",
@@ -135,11 +135,11 @@ words! {
 
 table! {
     /// Discretization of the blood and the way to its solver.
-    pub struct Fluid {
+    pub struct FluidSettings {
         solver: Solver = "solver", Kind::Word(Solver::WORDS), "who solves for the blood", absent "openfoam";
         templates: PathBuf = "templates", Kind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates";
         ranks: usize = "ranks", whole(1, 1024), "MPI ranks";
-        transport: Transport = "transport", Kind::Word(Transport::WORDS), "way between driver and OpenFOAM";
+        transport: TransportKind = "transport", Kind::Word(TransportKind::WORDS), "way between driver and OpenFOAM";
         answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for OpenFOAM's answer, or 50 times its longest so far";
         max_correctors: u32 = "max_correctors", whole(1, 1000), "most outer correctors in a coupling iteration";
         pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "first pressure residual that ends the correctors";
@@ -159,7 +159,7 @@ words! {
 
 words! {
     /// How the driver and OpenFOAM talk.
-    pub enum Transport {
+    pub enum TransportKind {
         /// A Unix-domain socket.
         Socket = "socket",
         /// Files in a folder, for debugging.
@@ -169,10 +169,10 @@ words! {
 
 table! {
     /// The coupling iteration.
-    pub struct Coupling {
+    pub struct CouplingSettings {
         acceleration: AccelerationModel = "acceleration", Kind::Word(AccelerationModel::WORDS), "acceleration of the coupling";
         /// It answers for what the acceleration has not learnt.
-        surrogate: Surrogate = "surrogate", Kind::Word(Surrogate::WORDS), "one-dimensional model behind the acceleration";
+        surrogate: SurrogateModel = "surrogate", Kind::Word(SurrogateModel::WORDS), "one-dimensional model behind the acceleration";
         /// Of the constant relaxation, and of the first iteration of the others.
         relaxation: Option<f64> = "relaxation", above(0.0, 1.0), "relaxation factor",
             absent "0.9 with a surrogate, 0.1 without";
@@ -202,7 +202,7 @@ words! {
 
 words! {
     /// A cheap model of both solvers.
-    pub enum Surrogate {
+    pub enum SurrogateModel {
         /// None: what is not known passes unchanged.
         None = "none",
         /// A one-dimensional tube with a prescribed inflow and the case's windkessel.

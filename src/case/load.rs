@@ -10,7 +10,6 @@ use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
 use std::sync::LazyLock;
-use toml::Value;
 
 words! {
     /// Resolution and length of a run, with everything else unchanged.
@@ -37,16 +36,12 @@ pub struct ResolvedCase {
 impl ResolvedCase {
     /// A mistake in the value of `key` that only shows when the case is built.
     pub fn mistake(&self, key: &str, message: String) -> CaseError {
-        let found = Value::try_from(&self.case).ok().and_then(|case| {
-            let place = Case::schema().find(key).map(|known| known.place(key));
-            let mut names = place.as_deref().unwrap_or(key).split('.');
-            let value = names.try_fold(&case, |value, name| value.get(name));
-            value.map(value::shorten)
-        });
+        let values = self.case.values();
+        let found = values.iter().find(|(known, _)| known.path == key);
         CaseError::Nonsense {
             place: self.origins.get(key).cloned().unwrap_or(Place::Absent),
             key: key.to_owned(),
-            found: found.unwrap_or_else(|| "(not given)".into()),
+            found: found.map_or("(not given)".into(), |(_, value)| value::shorten(value)),
             message,
         }
     }

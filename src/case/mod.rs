@@ -57,12 +57,12 @@ pub use load::{Override, Preset, ResolvedCase};
 pub use problem::{Problem, ProblemKind};
 pub use window::Window;
 
-impl Coupling {
+impl CouplingSettings {
     /// The relaxation factor that was given, or a good one: a surrogate knows how far to go, but not exactly.
     pub fn relaxation(&self) -> f64 {
         self.relaxation.unwrap_or(match self.surrogate {
-            Surrogate::None => 0.1,
-            Surrogate::Tube | Surrogate::OpenTube => 0.9,
+            SurrogateModel::None => 0.1,
+            SurrogateModel::Tube | SurrogateModel::OpenTube => 0.9,
         })
     }
 }

@@ -53,11 +53,6 @@ impl Window {
         }
         warnings
     }
-
-    /// Number of steps of the length `step` (s).
-    pub fn steps(self, step: f64) -> usize {
-        ((self.end_s - self.start_s) / step).round().max(0.0) as usize
-    }
 }
 
 /// A number with three significant digits, without trailing zeros.
@@ -84,7 +79,7 @@ mod tests {
             .filter(|n| window.contains(*n as f64 * 0.002, 0.002))
             .collect();
         assert_eq!((inside[0], inside[inside.len() - 1]), (101, 150));
-        assert_eq!(inside.len(), window.steps(0.002));
+        assert_eq!(inside.len(), 50);
     }
 
     #[test]

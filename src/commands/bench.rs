@@ -5,7 +5,7 @@
 //! taken in a copy of it.
 
 use super::{CaseArguments, Failure};
-use crate::measurement::{Measurement, Report, growth};
+use crate::measurement::{BudgetReport, Measurement, growth};
 use crate::output::terminal;
 use crate::run::Interrupt;
 use crate::simulation::assembly::surroundings;
@@ -61,7 +61,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let case = measurement.warm_case()?;
     surroundings::check_installed(&case).map_err(|e| Failure::Input(e.to_string()))?;
-    let old = arguments.compare.as_deref().map(Report::read).transpose()?;
+    let old = arguments
+        .compare
+        .as_deref()
+        .map(BudgetReport::read)
+        .transpose()?;
     if let Some(old) = &old {
         old.check(&arguments.chosen.preset.to_string(), &case)?;
     }

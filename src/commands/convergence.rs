@@ -3,8 +3,8 @@
 use super::Failure;
 use crate::output::terminal;
 use crate::paper::convergence::cases::TestCase;
+use crate::paper::convergence::computation;
 use crate::paper::convergence::plan::Plan;
-use crate::paper::convergence::study;
 use std::path::PathBuf;
 
 /// Options of the study.
@@ -14,8 +14,8 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", default_value = "convergence")]
     out: PathBuf,
     /// Which test case.
-    #[arg(long, value_enum, default_value_t = Study::All)]
-    study: Study,
+    #[arg(long, value_enum, default_value_t = TestCaseChoice::All)]
+    study: TestCaseChoice,
     /// Low degrees and an easier reference: about a minute.
     #[arg(long)]
     quick: bool,
@@ -23,7 +23,7 @@ pub struct Arguments {
 
 /// Which test cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Study {
+enum TestCaseChoice {
     /// Circular shaped artery: figures 7 and 8.
     Circular,
     /// Idealized bypass graft: figure 9.
@@ -34,13 +34,13 @@ enum Study {
     All,
 }
 
-impl Study {
+impl TestCaseChoice {
     fn cases(self) -> &'static [TestCase] {
         match self {
-            Study::Circular => &[TestCase::Circular],
-            Study::Graft => &[TestCase::Graft],
-            Study::Irregular => &[TestCase::Irregular],
-            Study::All => &TestCase::ALL,
+            TestCaseChoice::Circular => &[TestCase::Circular],
+            TestCaseChoice::Graft => &[TestCase::Graft],
+            TestCaseChoice::Irregular => &[TestCase::Irregular],
+            TestCaseChoice::All => &TestCase::ALL,
         }
     }
 }
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .iter()
         .map(|&case| Plan::new(case, arguments.quick))
         .collect();
-    let found = study::run(&plans, &arguments.out, arguments.quick)?;
+    let found = computation::run(&plans, &arguments.out, arguments.quick)?;
     terminal::print(format_args!(
         "{} rows and the figures are in {}\n",
         found.rows,

@@ -7,7 +7,7 @@ use crate::output::comparison::{Comparison, Difference};
 use crate::output::report;
 use crate::output::results::Results;
 use crate::output::{terminal, write_atomically};
-use crate::run::batch::{self, Board, Model, Outcome, Worker};
+use crate::run::batch::{self, BatchRun, Board, Outcome, Worker};
 use crate::run::{CaseSelection, Interrupt};
 use crate::simulation::assembly::surroundings;
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         for (solver, selection) in SOLVERS.iter().zip(&selections) {
             let run = out.join(name).join(solver);
             let name = format!("{name}-{solver}");
-            models.push(Model::of(name, folder.clone(), run, selection)?);
+            models.push(BatchRun::of(name, folder.clone(), run, selection)?);
         }
     }
     for model in &models {
@@ -128,7 +128,7 @@ fn names(cases: &[PathBuf]) -> Result<Vec<String>, Failure> {
 }
 
 /// Refuses to compare while a run is missing.
-fn require_all(models: &[Model], outcomes: &[Outcome]) -> Result<(), Failure> {
+fn require_all(models: &[BatchRun], outcomes: &[Outcome]) -> Result<(), Failure> {
     let again = "--resume goes on";
     let failed: Vec<String> = (models.iter().zip(outcomes))
         .filter_map(|(model, outcome)| match outcome {

@@ -1,12 +1,12 @@
 //! `fsi-driver solid FILE.toml`: a tube under internal pressure, without a fluid.
 
 use super::{Failure, results_folder};
-use crate::analysis::motion::{Dynamics, Motion};
+use crate::analysis::motion::{Dynamics, TubeMotion};
 use crate::analysis::solid_file::SolidFile;
 use crate::analysis::tube::Tube;
 use crate::output::progress::Progress;
 use crate::output::tables::Table;
-use crate::output::tube_results::{self, Solution};
+use crate::output::tube_results::{self, TubeSolution};
 use crate::output::{terminal, write_atomically};
 use crate::pfem::solution::stability::AtBifurcation;
 use crate::pfem::solution::statics::StaticOptions;
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let solution = match &solid.dynamics {
         None => inflate(&solid, &tube, &body),
         Some(dynamics) => {
-            let mut motion = Motion::new(&tube, &solid.options, dynamics).map_err(failed)?;
+            let mut motion = TubeMotion::new(&tube, &solid.options, dynamics).map_err(failed)?;
             let history = Table::create(&out.join("history.csv")).map_err(written)?;
             move_tube(&mut motion, dynamics, history, arguments.quiet)
         }
@@ -94,7 +94,7 @@ fn written(error: impl std::fmt::Display) -> Failure {
     Failure::Run(format!("the results could not be written: {error}"))
 }
 
-fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Solution, Failure> {
+fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<TubeSolution, Failure> {
     let statics = StaticOptions {
         steps: solid.steps,
         at_bifurcation: solid.at_bifurcation,
@@ -103,7 +103,7 @@ fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Solu
     let found = tube
         .inflate(body, &solid.options, &statics, None)
         .map_err(failed)?;
-    Ok(Solution {
+    Ok(TubeSolution {
         unloaded: found.unloaded,
         displacement: found.displacement,
         factor: found.factor,
@@ -114,11 +114,11 @@ fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Solu
 }
 
 fn move_tube(
-    motion: &mut Motion,
+    motion: &mut TubeMotion,
     dynamics: &Dynamics,
     mut history: Table,
     quiet: bool,
-) -> Result<Solution, Failure> {
+) -> Result<TubeSolution, Failure> {
     let mut progress = Progress::new(dynamics.steps as u64, quiet);
     for step in 1..=dynamics.steps as u64 {
         let clock = Instant::now();
@@ -134,7 +134,7 @@ fn move_tube(
         history.append(&[moment]).map_err(written)?;
     }
     progress.finish();
-    Ok(Solution {
+    Ok(TubeSolution {
         unloaded: Vec::new(),
         displacement: motion.structure().state().d.clone(),
         factor: dynamics.factor(dynamics.steps as f64 * dynamics.step),

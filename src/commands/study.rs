@@ -3,7 +3,7 @@
 use super::{CaseArguments, Failure};
 use crate::output::terminal;
 use crate::run::Interrupt;
-use crate::run::batch::{self, Board, Model, Outcome, Worker};
+use crate::run::batch::{self, BatchRun, Board, Outcome, Worker};
 use crate::simulation::assembly::surroundings;
 use std::path::PathBuf;
 
@@ -71,7 +71,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Says what became of the models.
-fn conclude(models: &[Model], outcomes: &[Outcome], out: &std::path::Path) -> Result<(), Failure> {
+fn conclude(
+    models: &[BatchRun],
+    outcomes: &[Outcome],
+    out: &std::path::Path,
+) -> Result<(), Failure> {
     let failed: Vec<String> = models
         .iter()
         .zip(outcomes)

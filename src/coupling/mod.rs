@@ -6,9 +6,9 @@
 
 pub mod acceleration;
 pub mod convergence;
-pub mod diagnosis;
+pub(crate) mod diagnosis;
 pub mod fixed_point;
-pub mod interpolation;
+pub(crate) mod interpolation;
 pub mod predictor;
 pub mod reference;
 pub mod transfer;
@@ -90,7 +90,7 @@ pub struct FailedStep {
 
 /// Numerical settings of the loop that are not part of its building blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct StepSettings {
     /// Length of a time step, s.
     pub time_step: f64,
     /// Work that the fluid may spend on an iteration.
@@ -116,7 +116,7 @@ pub struct Coupling<F, S: Solid> {
     /// Prediction, acceleration **A**, and criterion (14).
     pub fixed_point: FixedPoint,
     /// The rest.
-    pub settings: Settings,
+    pub settings: StepSettings,
 }
 
 /// A time step that has converged, and is not accepted yet.
@@ -251,7 +251,7 @@ struct CoupledStep<'a, F, S: Solid> {
     fluid: &'a mut F,
     solid: &'a mut S,
     transfer: &'a Transfer<S::Location>,
-    settings: Settings,
+    settings: StepSettings,
     /// Coupling residual from which on Newton's iteration must not end early.
     near: f64,
     iterations: Vec<Iteration>,

@@ -63,7 +63,8 @@ impl Predictor {
     }
 
     /// The same without the fall-back (to a shorter one only while the history is too short).
-    pub fn rigid(self) -> Self {
+    #[cfg(test)]
+    fn rigid(self) -> Self {
         Self {
             falls_back: false,
             ..self

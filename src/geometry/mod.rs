@@ -5,17 +5,17 @@
 //!
 //! A case may have a [`Flag`](crate::case::Flag) in a channel instead, whose two meshes are made in [`flag`].
 
-pub mod blocks;
-pub mod centre_line;
-pub mod centre_shift;
-pub mod flag;
-pub mod hex_mesh;
-pub mod imperfection;
-pub mod o_grid;
-pub mod poly_mesh;
+pub(crate) mod blocks;
+pub(crate) mod centre_line;
+pub(crate) mod centre_shift;
+pub(crate) mod flag;
+pub(crate) mod hex_mesh;
+pub(crate) mod imperfection;
+pub(crate) mod o_grid;
+pub(crate) mod poly_mesh;
 mod size;
-pub mod vessel;
-pub mod wall;
+pub(crate) mod vessel;
+pub(crate) mod wall;
 
 pub use centre_line::{CentreLine, Frame};
 pub use centre_shift::CentreShift;

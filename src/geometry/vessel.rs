@@ -17,15 +17,9 @@ pub mod region {
     pub const ADVENTITIA: usize = 2;
 }
 
-/// Surfaces of the wall, counted from the inside.
-pub mod surface {
-    /// Between blood and wall.
-    pub const LUMEN: usize = 0;
-    /// Between media and adventitia; the middle of the graft's wall.
-    pub const INTERFACE: usize = 1;
-    /// Between wall and surroundings.
-    pub const OUTER: usize = 2;
-}
+/// The surface between blood and wall. From the inside follow that between media and adventitia (the middle of the graft's
+/// wall), and that between wall and surroundings.
+const LUMEN: usize = 0;
 
 /// An end-to-end anastomosis: graft from x = 0, artery downstream, rigid extension upstream.
 ///
@@ -93,7 +87,7 @@ impl Vessel {
 
     /// Radius (m) of the lumen at the arc length `s` (m) of the centre-line; the graft's in the rigid extension.
     pub fn lumen_radius(&self, s: f64, phi: f64) -> f64 {
-        self.radius(surface::LUMEN, s.max(0.0), phi)
+        self.radius(LUMEN, s.max(0.0), phi)
     }
 
     /// Volume (m³) of the unloaded lumen between two cross-sections of the deformable part.

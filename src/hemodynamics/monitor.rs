@@ -1,7 +1,7 @@
 //! The regions of a vessel at the end of a step, in figures.
 
 use super::region::{Region, RegionName};
-use super::wall::{Place, Wall, WallState, widened};
+use super::wall::{Place, WallState, WetSurface, widened};
 use crate::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -54,7 +54,7 @@ pub struct WallStress {
 /// A wall with its regions.
 #[derive(Debug, Clone)]
 pub struct Monitor {
-    wall: Wall,
+    wall: WetSurface,
     places: Vec<Place>,
     regions: Vec<Part>,
 }
@@ -68,7 +68,7 @@ struct Part {
 
 impl Monitor {
     /// Prepares the regions of a wall.
-    pub fn new(wall: Wall, regions: &[Region]) -> Self {
+    pub fn new(wall: WetSurface, regions: &[Region]) -> Self {
         let part = |region: &Region| {
             let points = wall.points.iter().enumerate();
             Part {
@@ -89,7 +89,7 @@ impl Monitor {
     }
 
     /// The wall.
-    pub fn wall(&self) -> &Wall {
+    pub fn wall(&self) -> &WetSurface {
         &self.wall
     }
 

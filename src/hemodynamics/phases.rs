@@ -1,7 +1,7 @@
 //! Averages over beats: what happens at the same phase of each period.
 
 use super::shear::ShearStatistics;
-use super::wall::{Wall, WallState, widened};
+use super::wall::{WallState, WetSurface, widened};
 use crate::Vec3;
 use crate::case::Window;
 
@@ -91,7 +91,7 @@ pub struct WallPhases {
 
 impl WallPhases {
     /// Nothing yet, of steps of the length `step` (s).
-    pub fn new(phases: Phases, window: Window, step: f64, wall: &Wall) -> Self {
+    pub fn new(phases: Phases, window: Window, step: f64, wall: &WetSurface) -> Self {
         Self {
             phases,
             window,

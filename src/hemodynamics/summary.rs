@@ -4,7 +4,7 @@ use super::monitor::RegionStep;
 use super::periodicity::{Difference, differences};
 use super::region::{Region, RegionName};
 use super::statistics::WindowStatistics;
-use super::wall::{Place, Wall};
+use super::wall::{Place, WetSurface};
 use crate::Vec3;
 use crate::case::Window;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ pub struct WallFields {
 
 impl WallFields {
     /// The fields, if a step was seen.
-    pub fn new(wall: &Wall, statistics: &WindowStatistics) -> Option<Self> {
+    pub fn new(wall: &WetSurface, statistics: &WindowStatistics) -> Option<Self> {
         if statistics.steps == 0 {
             return None;
         }
@@ -172,7 +172,7 @@ pub struct Periodicity {
 
 /// `hemodynamics.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Summary {
+pub struct HemodynamicsSummary {
     /// What was asked for: start < t <= end.
     pub window: Window,
     /// Steps of it that were seen.
@@ -189,10 +189,10 @@ pub struct Summary {
     pub periodicity: Periodicity,
 }
 
-impl Summary {
+impl HemodynamicsSummary {
     /// Summarizes a run with steps of `step` (s) and periods of `period` (s).
     pub fn new(
-        wall: &Wall,
+        wall: &WetSurface,
         regions: &[Region],
         statistics: &WindowStatistics,
         rows: &[RegionStep],
@@ -244,7 +244,7 @@ fn vessel_summary(series: &Series, window: Window, step: f64) -> Option<VesselSu
 }
 
 fn region_summary(
-    wall: &Wall,
+    wall: &WetSurface,
     region: &Region,
     fields: &WallFields,
     rows: &[&RegionStep],
@@ -320,7 +320,7 @@ fn region_summary(
     })
 }
 
-impl std::fmt::Display for Summary {
+impl std::fmt::Display for HemodynamicsSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Window { start_s, end_s } = self.window;
         let seen = match (self.steps, self.complete) {

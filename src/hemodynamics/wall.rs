@@ -55,7 +55,7 @@ pub fn widened(v: &[f32; 3]) -> Vec3 {
 
 /// The unloaded wet surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wall {
+pub struct WetSurface {
     /// Positions of the points, m.
     pub points: Vec<Vec3>,
     /// Points of each face; the normal by the right-hand rule points out of the lumen.
@@ -72,7 +72,7 @@ pub struct Extent {
     pub volume: f64,
 }
 
-impl Wall {
+impl WetSurface {
     /// Centres of the unloaded faces.
     pub fn places(&self) -> Vec<Place> {
         let centre = |face: &Vec<u32>| {
@@ -151,7 +151,7 @@ pub(crate) mod tests {
     use std::f64::consts::{PI, TAU};
 
     /// A tube of radius 2 m from x = 0 to 4 m.
-    pub fn tube(along: usize, around: usize) -> Wall {
+    pub fn tube(along: usize, around: usize) -> WetSurface {
         let mut points = Vec::new();
         let mut faces = Vec::new();
         for i in 0..=along {
@@ -165,7 +165,7 @@ pub(crate) mod tests {
                 }
             }
         }
-        Wall { points, faces }
+        WetSurface { points, faces }
     }
 
     #[test]

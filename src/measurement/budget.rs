@@ -87,7 +87,7 @@ impl Budget {
 
 /// What was measured, and on what.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Report {
+pub struct BudgetReport {
     pub version: String,
     pub case: String,
     pub preset: String,
@@ -101,7 +101,7 @@ pub struct Report {
     pub per_step: Budget,
 }
 
-impl Report {
+impl BudgetReport {
     /// Writes the figures as JSON.
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(self).expect("plain data can be written");
@@ -109,7 +109,7 @@ impl Report {
             .map_err(|e| Failure::Run(format!("cannot write {}: {e}", path.display())))
     }
 
-    /// Reads figures that [`Report::write`] has written.
+    /// Reads figures that [`BudgetReport::write`] has written.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let wrong = |what: &dyn std::fmt::Display| {
             Failure::Input(format!(

@@ -1,6 +1,6 @@
 //! How the cost of a step grows with the meshes: finer and finer ones of the same case, as table and plot.
 
-use super::{Measurement, Report};
+use super::{BudgetReport, Measurement};
 use crate::case::{Anastomosis, Problem, ResolvedCase};
 use crate::output::figure::{Curve, Figure, Marker, Panel, Scale};
 use crate::output::{terminal, write_atomically};
@@ -60,7 +60,7 @@ pub fn measure(
     for (name, measurement) in &sizes {
         let file = folder.join(format!("{name}.json"));
         let report = if file.exists() {
-            Report::read(&file)?
+            BudgetReport::read(&file)?
         } else {
             let warm = folder.join(name);
             let report = measurement.take(&warm, interrupt)?;
@@ -129,9 +129,9 @@ fn scaled(
 }
 
 /// CPU seconds, which other programs on the machine do not change.
-fn figure(fluid: &[&Report], structure: &[&Report]) -> Figure {
-    let cells = |report: &Report| report.fluid_cells as f64;
-    let unknowns = |report: &Report| report.structure_dofs as f64;
+fn figure(fluid: &[&BudgetReport], structure: &[&BudgetReport]) -> Figure {
+    let cells = |report: &BudgetReport| report.fluid_cells as f64;
+    let unknowns = |report: &BudgetReport| report.structure_dofs as f64;
     Figure {
         columns: 2,
         panels: vec![
@@ -177,10 +177,10 @@ fn panel(title: &str, x_label: &str, curves: [Curve; 2]) -> Panel {
 
 /// A curve whose name says the power by which it grows.
 fn curve(
-    reports: &[&Report],
+    reports: &[&BudgetReport],
     name: &str,
-    size: impl Fn(&Report) -> f64,
-    seconds: impl Fn(&Report) -> f64,
+    size: impl Fn(&BudgetReport) -> f64,
+    seconds: impl Fn(&BudgetReport) -> f64,
 ) -> Curve {
     let points: Vec<_> = (reports.iter())
         .map(|report| (size(report), seconds(report)))
@@ -207,7 +207,7 @@ fn exponent(points: &[(f64, f64)]) -> f64 {
     sum(&|a, b| a * b) / sum(&|a, _| a * a)
 }
 
-fn table(reports: &[Report]) -> io::Result<Vec<u8>> {
+fn table(reports: &[BudgetReport]) -> io::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record([
         "fluid_cells",

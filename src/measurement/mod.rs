@@ -10,7 +10,7 @@ use crate::case::ResolvedCase;
 use crate::fluid::FluidError;
 use crate::run::{CaseSelection, CoupledRun, Failure, Interrupt};
 use budget::Budget;
-pub use budget::Report;
+pub use budget::BudgetReport;
 use std::path::Path;
 
 /// What is done when somebody asks a measurement to end.
@@ -44,7 +44,7 @@ impl Measurement<'_> {
     ///
     /// # Errors
     /// If the run there is another one, or a step fails.
-    pub fn take(&self, warm: &Path, interrupt: &Interrupt) -> Result<Report, Failure> {
+    pub fn take(&self, warm: &Path, interrupt: &Interrupt) -> Result<BudgetReport, Failure> {
         let case = self.warm_case()?;
         let warm = warm::state(self.case, &case, warm, interrupt, self.quiet)?;
         interrupt.then(STEPS_END);
@@ -64,7 +64,7 @@ impl Measurement<'_> {
             self.quiet,
         )?;
         let per_step = take_steps(&mut run)?;
-        Ok(Report {
+        Ok(BudgetReport {
             version: env!("CARGO_PKG_VERSION").into(),
             case: self.case.display().to_string(),
             preset: self.selection.preset.to_string(),

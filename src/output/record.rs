@@ -11,10 +11,10 @@ use crate::Vec3;
 use crate::case::{Case, Window};
 use crate::coupling::Iteration;
 use crate::fluid::Fluid;
-use crate::hemodynamics::{Monitor, Region, Wall, WallState};
+use crate::hemodynamics::{Monitor, Region, WallState, WetSurface};
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
-use crate::simulation::assembly::Model;
+use crate::simulation::assembly::CoupledModel;
 use crate::simulation::observer::{AcceptedStep, FailedAttempt, Observer};
 use crate::simulation::totals::{Seconds, Totals};
 use serde::{Deserialize, Serialize};
@@ -43,7 +43,7 @@ pub struct RecordMemory {
 /// `summary.json`: the run in figures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case, reason = "the keys carry the units")]
-pub struct Summary {
+pub struct RunSummary {
     /// Version of the program.
     pub version: String,
     /// `complete`, `interrupted` or `failed`.
@@ -114,9 +114,9 @@ pub struct RecordSettings {
 
 impl RecordSettings {
     /// Of the run of a case into `files`.
-    pub fn of(case: &Case, files: &RunFiles, model: &Model) -> Self {
+    pub fn of(case: &Case, files: &RunFiles, model: &CoupledModel) -> Self {
         let interface = model.coupling.fluid.interface();
-        let wall = Wall {
+        let wall = WetSurface {
             points: interface.points.clone(),
             faces: interface.faces.clone(),
         };
@@ -352,7 +352,7 @@ pub struct Ending {
     pub fluid_peak_memory: f64,
 }
 
-impl Summary {
+impl RunSummary {
     /// Of a run that came to this `ending` with these `totals`.
     pub fn new(ending: Ending, mut totals: Totals) -> Self {
         let s = &mut totals.seconds;

@@ -6,7 +6,7 @@ use super::wall_fields::{self, FaceRow};
 use super::{phases, record, wall_record, write_atomically};
 use crate::case::{Anastomosis, Case, Problem, Window};
 use crate::hemodynamics::summary::{Series, WallFields};
-use crate::hemodynamics::{Region, RegionStep, Summary, Wall, WindowStatistics};
+use crate::hemodynamics::{HemodynamicsSummary, Region, RegionStep, WetSurface, WindowStatistics};
 use std::io;
 use std::path::Path;
 
@@ -15,14 +15,15 @@ use std::path::Path;
 pub fn evaluate(
     files: &RunFiles,
     case: &Case,
-    wall: &Wall,
+    wall: &WetSurface,
     statistics: &WindowStatistics,
-) -> io::Result<Summary> {
+) -> io::Result<HemodynamicsSummary> {
     let rows: Vec<RegionStep> = tables::read(&files.regions())?;
     let history: Vec<HistoryRow> = tables::read(&files.history())?;
     let times = [case.time.step, case.time.period];
     let series = series(&tables::whole_steps(&history, case.time.step));
-    let summary = Summary::new(wall, &Region::of(case), statistics, &rows, &series, times);
+    let summary =
+        HemodynamicsSummary::new(wall, &Region::of(case), statistics, &rows, &series, times);
     let fields = WallFields::new(wall, statistics);
     if fields.is_none() && files.hemodynamics().exists() {
         return Ok(summary);
@@ -95,13 +96,13 @@ pub struct Results {
     /// What it is about.
     pub vessel: Anastomosis,
     /// The run in figures, if it has ended.
-    pub summary: Option<record::Summary>,
+    pub summary: Option<record::RunSummary>,
     /// A row a time step.
     pub history: Vec<HistoryRow>,
     /// A row a time step and region.
     pub regions: Vec<RegionStep>,
     /// The hemodynamics in figures.
-    pub hemodynamics: Summary,
+    pub hemodynamics: HemodynamicsSummary,
     /// A row a face; empty if no step of the window was seen.
     pub faces: Vec<FaceRow>,
 }
@@ -219,7 +220,7 @@ pub fn reevaluate(
     files: &RunFiles,
     window: Option<Window>,
     count: Option<usize>,
-) -> Result<Summary, ResultsError> {
+) -> Result<HemodynamicsSummary, ResultsError> {
     let case = read_case(files)?;
     let steps = (case.time.period / case.time.step).round().max(1.0) as usize;
     if let Some(count) = count.filter(|count| !(1..=steps).contains(count)) {

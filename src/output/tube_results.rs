@@ -20,7 +20,7 @@ use std::path::Path;
 /// `summary.json`.
 #[derive(Debug, Serialize)]
 #[allow(non_snake_case, reason = "the keys carry the units")]
-pub struct Summary {
+pub struct TubeSummary {
     /// Displacement coefficients, held ones included.
     dofs: usize,
     /// Those that are not held: the size of the linear systems.
@@ -74,7 +74,7 @@ struct Centre {
 }
 
 /// The last displacement and the way to it.
-pub struct Solution {
+pub struct TubeSolution {
     /// Without pressures, ends moved apart; of a static analysis.
     pub unloaded: Vec<f64>,
     /// Coefficients at the end.
@@ -97,13 +97,13 @@ pub fn summarize(
     solid: &SolidFile,
     tube: &Tube,
     body: &Discretization,
-    solution: &Solution,
+    solution: &TubeSolution,
     seconds: f64,
-) -> Result<Summary, SolidError> {
+) -> Result<TubeSummary, SolidError> {
     let d = &solution.displacement;
     let measures = tube::measure(body, &solid.options, d)?;
     let stats = &solution.stats;
-    Ok(Summary {
+    Ok(TubeSummary {
         dofs: body.coefficients(),
         free_dofs: body.degrees_of_freedom(),
         strain_energy_J: measures.energy,
@@ -134,7 +134,7 @@ pub fn curve(
     solid: &SolidFile,
     tube: &Tube,
     body: &Discretization,
-    solution: &Solution,
+    solution: &TubeSolution,
 ) -> Result<Vec<u8>, csv::Error> {
     let radii = solid.radii();
     let names = surfaces(&radii).map(|(name, _)| format!("{}_radius_m", name.replace(' ', "_")));
@@ -160,8 +160,8 @@ pub fn curve(
 pub fn write(
     out: &Path,
     body: &Discretization,
-    solution: &Solution,
-    summary: &Summary,
+    solution: &TubeSolution,
+    summary: &TubeSummary,
 ) -> io::Result<()> {
     let displacement = &solution.displacement;
     let centres: Vec<Centre> = tube::fields(body, &[0.0], displacement)
@@ -225,7 +225,7 @@ pub fn write(
 }
 
 /// The figures in words; the results are in the folder `out`.
-pub fn in_words(s: &Summary, out: &Path) -> String {
+pub fn in_words(s: &TubeSummary, out: &Path) -> String {
     let mut text = String::new();
     for (step, residuals) in s.newton_residuals.iter().enumerate() {
         let shown = residuals.iter().map(|&r| {

@@ -2,7 +2,7 @@
 
 use super::vtu::{Cells, Grid, Series, Values};
 use super::write_atomically;
-use crate::hemodynamics::Wall;
+use crate::hemodynamics::WetSurface;
 use crate::hemodynamics::summary::WallFields;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -35,7 +35,7 @@ pub struct FaceRow {
 }
 
 /// A row for each face.
-pub fn rows(wall: &Wall, fields: &WallFields) -> Vec<FaceRow> {
+pub fn rows(wall: &WetSurface, fields: &WallFields) -> Vec<FaceRow> {
     let row = |(face, radius): (usize, f64)| {
         let shear = fields.mean_shear[face];
         FaceRow {
@@ -68,7 +68,12 @@ pub fn write_table(path: &Path, rows: &[FaceRow]) -> io::Result<()> {
 }
 
 /// Writes the wall at its mean position with the fields, as the one time `time` (s) of a series at `path`.
-pub fn write_series(path: &Path, time: f64, wall: &Wall, fields: &WallFields) -> io::Result<()> {
+pub fn write_series(
+    path: &Path,
+    time: f64,
+    wall: &WetSurface,
+    fields: &WallFields,
+) -> io::Result<()> {
     let place = |of: fn(&crate::hemodynamics::Place) -> f64| -> Vec<f64> {
         fields.places.iter().map(of).collect()
     };

@@ -24,7 +24,7 @@
 //! face, displacement that of each point. `examples/python/fsi_results.py` reads the file and checks it.
 
 use crate::Vec3;
-use crate::hemodynamics::{Wall, WallState};
+use crate::hemodynamics::{WallState, WetSurface};
 use std::fs::File;
 use std::io::{self, BufReader, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
@@ -83,7 +83,7 @@ pub struct WallHistory {
 
 impl WallHistory {
     /// Creates the file with its head.
-    pub fn create(path: &Path, wall: &Wall) -> io::Result<Self> {
+    pub fn create(path: &Path, wall: &WetSurface) -> io::Result<Self> {
         let mut file = File::create(path)?;
         file.write_all(&head(wall))?;
         Ok(Self { file, number: 0 })
@@ -91,7 +91,7 @@ impl WallHistory {
 
     /// Opens the file of an earlier run to continue after its first `length` bytes; what follows them is cut off.
     /// Nothing is left to continue if `length` is 0: then the file begins anew.
-    pub fn resume(path: &Path, wall: &Wall, length: u64) -> io::Result<Self> {
+    pub fn resume(path: &Path, wall: &WetSurface, length: u64) -> io::Result<Self> {
         if length == 0 {
             return Self::create(path, wall);
         }
@@ -115,7 +115,7 @@ impl WallHistory {
     }
 }
 
-fn head(wall: &Wall) -> Vec<u8> {
+fn head(wall: &WetSurface) -> Vec<u8> {
     let sizes = wall.faces.iter().map(|face| face.len() as u32);
     let (points, faces, vertices) = (wall.points.len(), wall.faces.len(), sizes.clone().sum());
     let length = head_length([points as u64, faces as u64, u64::from(vertices)]) as usize;
@@ -135,7 +135,7 @@ fn head_length([points, faces, vertices]: [u64; 3]) -> u64 {
     (BEGIN as u64 + 24 * points + 4 * faces + 4 * vertices + 4).next_multiple_of(8)
 }
 
-fn record_length(wall: &Wall) -> u64 {
+fn record_length(wall: &WetSurface) -> u64 {
     BESIDE_FIELDS as u64 + 12 * (wall.faces.len() + wall.points.len()) as u64
 }
 
@@ -161,7 +161,7 @@ fn checked(bytes: &[u8]) -> Option<&[u8]> {
 /// Reads the file, step by step.
 pub struct WallHistoryReader {
     /// The unloaded wall.
-    pub wall: Wall,
+    pub wall: WetSurface,
     path: PathBuf,
     file: BufReader<File>,
     /// Bytes of the file, of its head, and of a record.
@@ -316,12 +316,12 @@ fn check_kind(path: &Path, begin: &[u8; BEGIN]) -> Result<(), WallHistoryError> 
 }
 
 /// Points and faces from the bytes after the counts.
-fn decode_wall(bytes: &[u8], [points, faces]: [usize; 2]) -> Option<Wall> {
+fn decode_wall(bytes: &[u8], [points, faces]: [usize; 2]) -> Option<WetSurface> {
     let (positions, rest) = bytes.split_at_checked(24 * points)?;
     let (sizes, mut rest) = rest.split_at_checked(4 * faces)?;
     let component = |chunk: &[u8]| f64::from_le_bytes(chunk.try_into().expect("eight bytes"));
     let components: Vec<f64> = positions.chunks_exact(8).map(component).collect();
-    let mut wall = Wall {
+    let mut wall = WetSurface {
         points: components
             .chunks_exact(3)
             .map(|x| Vec3::new(x[0], x[1], x[2]))
@@ -357,8 +357,8 @@ fn vector(bytes: &[u8]) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    fn wall() -> Wall {
-        Wall {
+    fn wall() -> WetSurface {
+        WetSurface {
             points: (0..4).map(|k| Vec3::new(0.1, k as f64, 1.0)).collect(),
             faces: vec![vec![0, 1, 2], vec![0, 1, 2, 3]],
         }

@@ -3,7 +3,7 @@
 use super::tables::Table;
 use super::wall_history::{WallHistory, WallHistoryError, WallHistoryReader};
 use crate::case::Window;
-use crate::hemodynamics::{Monitor, Wall, WallState, WallStress, WindowStatistics};
+use crate::hemodynamics::{Monitor, WallState, WallStress, WetSurface, WindowStatistics};
 use crate::pfem::evaluation::samples::StressPeak;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -133,7 +133,7 @@ pub fn gather(
     window: Window,
     time_step: f64,
     times: &[f64],
-) -> Result<(Wall, WindowStatistics), WallHistoryError> {
+) -> Result<(WetSurface, WindowStatistics), WallHistoryError> {
     let mut reader = WallHistoryReader::open(path)?;
     let (faces, points) = (reader.wall.faces.len(), reader.wall.points.len());
     let mut statistics = WindowStatistics::new(window, faces, points);

@@ -3,7 +3,7 @@
 
 pub mod convergence;
 mod findings;
-pub mod models;
-pub mod study;
+pub(crate) mod models;
+pub(crate) mod study;
 
 pub use study::Study;

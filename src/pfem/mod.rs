@@ -11,8 +11,8 @@
 
 pub mod discretization;
 pub mod element;
-pub mod evaluation;
-pub mod linear_algebra;
+pub(crate) mod evaluation;
+pub(crate) mod linear_algebra;
 pub mod material;
 pub mod solid;
 pub mod solution;

@@ -4,7 +4,7 @@ use super::coupled_run::{CoupledRun, Found};
 use super::{Failure, RunFolder, written};
 use crate::case::Solver;
 use crate::output::progress::human;
-use crate::output::record::{Ending, Summary};
+use crate::output::record::{Ending, RunSummary};
 use crate::output::{results, terminal};
 use crate::simulation::assembly::surroundings;
 use std::path::PathBuf;
@@ -34,7 +34,7 @@ impl CoupledRun {
         let totals = simulation.totals();
         drop(simulation.coupling); // ends the fluid
         let (record, _) = simulation.observer;
-        let summary = Summary::new(ending, totals);
+        let summary = RunSummary::new(ending, totals);
         let summarized = summary.write(&folder.summary()).and_then(|()| {
             let (wall, statistics) = (record.wall().monitor().wall(), record.wall().statistics());
             results::evaluate(&folder, &case, wall, statistics)
@@ -75,7 +75,7 @@ fn way_back(folder: &RunFolder) -> String {
     }
 }
 
-fn farewell(summary: &Summary, folder: &RunFolder, solver: Solver) -> String {
+fn farewell(summary: &RunSummary, folder: &RunFolder, solver: Solver) -> String {
     let shown = |path: PathBuf| path.display().to_string();
     let fields = surroundings::fields_to_open(solver, &folder.fluid());
     let blood = fields.map_or(String::new(), |file| {

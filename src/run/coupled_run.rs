@@ -6,7 +6,7 @@ use crate::fluid::{Fluid, FluidError};
 use crate::output::progress::Progress;
 use crate::output::record::{self, Record, RecordSettings};
 use crate::pfem::{Structure, solution::structure};
-use crate::simulation::assembly::{AssemblyError, Model, Workplace};
+use crate::simulation::assembly::{AssemblyError, CoupledModel, Workplace};
 use crate::simulation::{Checkpoints, Simulation, SimulationError, checkpoint};
 use std::path::{Path, PathBuf};
 
@@ -43,7 +43,7 @@ impl CoupledRun {
             ..folder.workplace()
         };
         let memory = checkpoint.map(|checkpoint| &checkpoint.fluid);
-        let model = Model::new(case, workplace, memory).map_err(|error| match error {
+        let model = CoupledModel::new(case, workplace, memory).map_err(|error| match error {
             AssemblyError::Fluid(FluidError::Interrupted) => {
                 Failure::Interrupted("no step was taken".into())
             }

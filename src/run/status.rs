@@ -4,7 +4,7 @@ use super::Failure;
 use super::coupled_run::Found;
 use super::resumption::{beyond, compare};
 use crate::case::Case;
-use crate::output::record::Summary;
+use crate::output::record::RunSummary;
 use crate::output::run_files::RunFiles;
 use crate::simulation::checkpoint::{Store, StoreError};
 use std::path::Path;
@@ -43,7 +43,7 @@ impl RunStatus {
             return Self::Beyond(text);
         }
         let summary = std::fs::read(files.summary()).ok();
-        let summary = summary.and_then(|text| serde_json::from_slice::<Summary>(&text).ok());
+        let summary = summary.and_then(|text| serde_json::from_slice::<RunSummary>(&text).ok());
         let complete = summary.is_some_and(|summary| summary.status == "complete")
             && found.checkpoint.time() > case.time.end - 0.5 * case.time.step
             && files.hemodynamics().is_file();

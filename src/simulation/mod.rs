@@ -5,11 +5,11 @@
 
 pub mod assembly;
 pub mod checkpoint;
-pub mod clock;
+pub(crate) mod clock;
 pub mod observer;
 mod rescue;
-pub mod subdivision;
-pub mod totals;
+pub(crate) mod subdivision;
+pub(crate) mod totals;
 
 use crate::case::CaseIdentity;
 use crate::coupling::{Coupling, FailedStep, diagnosis};
@@ -26,7 +26,7 @@ use totals::Totals;
 
 /// Choices of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct SimulationSettings {
     /// A step that fails is cut in halves at most so often.
     pub max_halvings: usize,
     /// Intervals in which the fluid leaves its fields on disk, s.
@@ -80,7 +80,7 @@ pub struct Simulation<F, S: Solid, O> {
     /// Who watches.
     pub observer: O,
     clock: Clock,
-    settings: Settings,
+    settings: SimulationSettings,
     checkpoints: Option<Checkpoints>,
     totals: Totals,
     /// The step that makes trouble, if one does.
@@ -110,7 +110,12 @@ impl<E: Into<SimulationError>> From<E> for Stop {
 
 impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
     /// A simulation at the start of its first step.
-    pub fn new(coupling: Coupling<F, S>, clock: Clock, settings: Settings, observer: O) -> Self {
+    pub fn new(
+        coupling: Coupling<F, S>,
+        clock: Clock,
+        settings: SimulationSettings,
+        observer: O,
+    ) -> Self {
         Self {
             coupling,
             observer,

@@ -7,7 +7,7 @@ use fsi_driver::coupling::convergence::{ConvergenceQuantity, Criterion};
 use fsi_driver::coupling::fixed_point::FixedPoint;
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
 use fsi_driver::coupling::transfer::Transfer;
-use fsi_driver::coupling::{Coupling, Settings, flatten};
+use fsi_driver::coupling::{Coupling, StepSettings, flatten};
 use fsi_driver::fluid::{
     Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
 };
@@ -135,7 +135,7 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
     let fluid = Cushion::new();
     let transfer = Transfer::new(fluid.interface(), &solid).unwrap();
     let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
-    let numerics = acceleration::Settings {
+    let numerics = acceleration::AccelerationSettings {
         relaxation: 0.3,
         reuse: 5,
         filter: Filter::new(1e-2, 1e-6, false),
@@ -157,7 +157,7 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
                 share: 1.0,
             },
         ),
-        settings: Settings {
+        settings: StepSettings {
             time_step: 1e-4,
             fluid_effort: FluidEffort {
                 max_sweeps: 1,

@@ -1,11 +1,13 @@
 //! Every acceleration model, reuse and predictor against problems whose coupled solution is known.
 
-use fsi_driver::coupling::acceleration::{AccelerationModel, Filter, Identity, Settings};
+use fsi_driver::coupling::acceleration::{
+    AccelerationModel, AccelerationSettings, Filter, Identity,
+};
 use fsi_driver::coupling::convergence::Criterion;
 use fsi_driver::coupling::fixed_point::FixedPoint;
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
+use fsi_driver::coupling::reference::combinations::{Combination, problems};
 use fsi_driver::coupling::reference::march;
-use fsi_driver::coupling::reference::study::{Combination, problems};
 use rayon::prelude::*;
 
 /// Compares every combination of settings to the exact solution of problem `index`.
@@ -45,7 +47,7 @@ fn at_the_tolerance_of_a_computation_the_histories_agree_within_ten_times_that()
 #[test]
 fn plain_iteration_diverges_on_all_of_them() {
     for mut problem in problems() {
-        let settings = Settings {
+        let settings = AccelerationSettings {
             relaxation: 1.0,
             reuse: 0,
             filter: Filter::exact(0.0),

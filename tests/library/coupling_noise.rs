@@ -1,12 +1,12 @@
 //! Acceleration where the two solvers answer only to a tolerance: their error must not be taken for the Jacobian.
 
 use fsi_driver::coupling::acceleration::{
-    AccelerationModel, Filter, Identity, Settings, Surrogate,
+    AccelerationModel, AccelerationSettings, Filter, Identity, Surrogate,
 };
 use fsi_driver::coupling::convergence::Criterion;
 use fsi_driver::coupling::fixed_point::FixedPoint;
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
-use fsi_driver::coupling::reference::study::problems;
+use fsi_driver::coupling::reference::combinations::problems;
 use fsi_driver::coupling::reference::{History, Reference, march};
 use nalgebra::DVector;
 
@@ -66,7 +66,7 @@ fn run(index: usize, kind: AccelerationModel, resolution: f64, surrogate: bool) 
     } else {
         Box::new(Identity)
     };
-    let settings = Settings {
+    let settings = AccelerationSettings {
         relaxation: if surrogate { 0.9 } else { noisy.relaxation() },
         reuse: 10,
         filter: Filter::new(1e-2, resolution, surrogate),

@@ -1,7 +1,7 @@
 //! What goes wrong between driver and OpenFOAM: mismatch, death on either side, silence, interruption.
 
 use crate::fluid_support::*;
-use fsi_driver::case::Transport;
+use fsi_driver::case::TransportKind;
 use fsi_driver::fluid::openfoam::OpenFoam;
 use fsi_driver::fluid::{Fluid, FluidError};
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
@@ -93,7 +93,7 @@ fn a_missing_mesh_is_reported_with_the_end_of_the_log() {
 
 #[test]
 fn the_death_of_the_solver_is_noticed_at_once() {
-    for transport in [Transport::Socket, Transport::Files] {
+    for transport in [TransportKind::Socket, TransportKind::Files] {
         let mut channel = Channel::new(false);
         channel.settings.transport = transport;
         let mut fluid = channel.start();
@@ -233,7 +233,7 @@ fn victim() {
         .parse()
         .unwrap();
     if std::env::var_os("FLUID_VICTIM_FILES").is_some() {
-        channel.settings.transport = Transport::Files;
+        channel.settings.transport = TransportKind::Files;
     }
     let mut fluid = channel.start();
     let displacement = prescribed(fluid.interface(), 1);

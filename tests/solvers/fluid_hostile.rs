@@ -5,7 +5,7 @@ use crate::fluid_support::*;
 use fsi_driver::Vec3;
 use fsi_driver::fluid::Fluid;
 use fsi_driver::fluid::openfoam::case_files::Connection;
-use fsi_driver::fluid::openfoam::protocol::{FRAME_SIZE, Frame, Kind, ToFluid, message};
+use fsi_driver::fluid::openfoam::protocol::{FRAME_SIZE, Kind, ToFluid, WireFrame, message};
 use fsi_driver::fluid::openfoam::{Programs, install};
 use fsi_driver::processes::Process;
 use rustix::process::Signal;
@@ -16,7 +16,7 @@ use std::time::Duration;
 fn read_message(stream: &mut UnixStream) -> Option<(Kind, Vec<u8>)> {
     let mut head = [0; FRAME_SIZE];
     stream.read_exact(&mut head).ok()?;
-    let frame = Frame::decode(&head).unwrap();
+    let frame = WireFrame::decode(&head).unwrap();
     let mut payload = vec![0; frame.length as usize];
     stream.read_exact(&mut payload).ok()?;
     Some((frame.kind, payload))

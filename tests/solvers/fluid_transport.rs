@@ -1,7 +1,7 @@
 //! The same run over a socket, over files, on two ranks, and continued from a written time.
 
 use crate::fluid_support::*;
-use fsi_driver::case::Transport;
+use fsi_driver::case::TransportKind;
 use fsi_driver::fluid::openfoam::OpenFoam;
 use fsi_driver::fluid::{Fluid, FluidError, FluidMemory, FluidStep};
 use rustix::process::{Pid, Signal, kill_process};
@@ -38,7 +38,7 @@ fn numbers(step: &FluidStep) -> Vec<f64> {
 fn files_and_socket_carry_the_same_run() {
     let mut channel = Channel::new(false);
     let by_socket = run(&channel, 0, STEPS);
-    channel.settings.transport = Transport::Files;
+    channel.settings.transport = TransportKind::Files;
     let by_files = run(&channel, 0, STEPS);
     assert_eq!(by_socket, by_files);
 }

@@ -1,7 +1,7 @@
 //! Whether cylinder, flag, channel and their meshes fit together.
 
 use super::{Report, material};
-use crate::case::{Case, Flag, Solver, Surrogate};
+use crate::case::{Case, Flag, Solver, SurrogateModel};
 
 /// Cells are at least this share of the height of the channel.
 const SMALLEST_CELL: f64 = 1e-3;
@@ -75,7 +75,7 @@ pub(super) fn check(case: &Case, flag: &Flag, report: &mut Report<'_>) {
     );
     report(
         &["coupling.surrogate"],
-        case.coupling.surrogate != Surrogate::None,
+        case.coupling.surrogate != SurrogateModel::None,
         "the surrogate is a tube, and a case with a [flag] has none: write \"none\"".into(),
     );
 }

@@ -1,6 +1,6 @@
 //! Least squares on the current step's columns, with the remembered steps answering for what those do not span.
 
-use super::{Column, Columns, Filter, LeastSquares, Model, Prediction};
+use super::{Column, Columns, Filter, JacobianModel, LeastSquares, Prediction};
 use nalgebra::DVector;
 
 /// Two fits: one with the columns of this step, and one with all columns of the last `reuse` steps for its rest.
@@ -30,7 +30,7 @@ impl Hybrid {
     }
 }
 
-impl Model for Hybrid {
+impl JacobianModel for Hybrid {
     fn add(&mut self, column: Column) {
         self.current.add(column);
         self.current.truncate(self.max_columns);

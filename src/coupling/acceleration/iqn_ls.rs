@@ -1,7 +1,7 @@
 //! Interface quasi-Newton with the inverse Jacobian from least squares (Degroote, Bathe and Vierendeels 2009, called
 //! IQN-ILS since), with columns of earlier steps in the same fit.
 
-use super::{Column, Columns, Filter, LeastSquares, Model, Prediction};
+use super::{Column, Columns, Filter, JacobianModel, LeastSquares, Prediction};
 use nalgebra::DVector;
 
 /// One fit with all columns: this step's first, then those of the last `reuse` steps.
@@ -25,7 +25,7 @@ impl IqnLs {
     }
 }
 
-impl Model for IqnLs {
+impl JacobianModel for IqnLs {
     fn add(&mut self, column: Column) {
         self.fit.add(column);
         self.fit.truncate(self.max_columns);

@@ -19,7 +19,7 @@
 //! well-known variants best. Its formulas were not at hand: [`Hybrid`] follows the description, not the text.
 //!
 //! Every model is a file of the same shape: a struct with its memory, a trait ([`Acceleration`] for the relaxations,
-//! [`Model`] for what a [`QuasiNewton`] iteration remembers), tests on the linear problem of
+//! [`JacobianModel`] for what a [`QuasiNewton`] iteration remembers), tests on the linear problem of
 //! [`reference`](super::reference).
 
 mod aitken;
@@ -39,7 +39,7 @@ pub use iqn_ls::IqnLs;
 pub use least_squares::{Column, Columns, Filter, LeastSquares};
 pub use memory::AccelerationMemory;
 pub use multi_vector::MultiVector;
-pub use quasi_newton::{Model, Prediction, QuasiNewton};
+pub use quasi_newton::{JacobianModel, Prediction, QuasiNewton};
 pub use surrogate::{Identity, Surrogate};
 
 use nalgebra::DVector;
@@ -55,7 +55,7 @@ pub trait Acceleration: Send {
     /// Forgets everything but its settings: for a step that failed and is tried again from its start.
     fn reset(&mut self);
 
-    /// Replaces the relaxation factor of [`Settings`].
+    /// Replaces the relaxation factor of [`AccelerationSettings`].
     fn set_relaxation(&mut self, factor: f64);
 
     /// What was learnt in the accepted steps. Call it between two steps.
@@ -70,9 +70,9 @@ pub trait Acceleration: Send {
     }
 }
 
-/// Settings of all models; each takes what it needs.
+/// AccelerationSettings of all models; each takes what it needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct AccelerationSettings {
     /// Relaxation factor: of every iteration ([`Constant`]), of the first iteration of a step ([`Aitken`]), of the very
     /// first iteration (the others).
     pub relaxation: f64,
@@ -95,10 +95,10 @@ impl AccelerationModel {
     /// The model with its settings; `surrogate` is the initial inverse Jacobian ([`Identity`] if there is none).
     pub fn build(
         self,
-        settings: &Settings,
+        settings: &AccelerationSettings,
         surrogate: Box<dyn Surrogate>,
     ) -> Box<dyn Acceleration> {
-        let Settings {
+        let AccelerationSettings {
             relaxation,
             reuse,
             filter,
@@ -159,7 +159,7 @@ pub(crate) mod tests {
 
     #[test]
     fn every_model_forgets_on_reset() {
-        let settings = Settings {
+        let settings = AccelerationSettings {
             relaxation: 0.1,
             reuse: 5,
             filter: Filter::exact(1e-6),
@@ -178,7 +178,7 @@ pub(crate) mod tests {
 
     #[test]
     fn every_model_continues_to_the_bit_from_its_memory() {
-        let settings = Settings {
+        let settings = AccelerationSettings {
             relaxation: 0.1,
             reuse: 3,
             filter: Filter::exact(1e-3),

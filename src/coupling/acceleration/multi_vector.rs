@@ -1,7 +1,7 @@
 //! The multi-vector update (Bogaers, Kok, Reddy and Franz 2014, MVQN; Lindner et al. 2015, IQN-IMVJ), without matrices
 //! (compare Spenke, Hosters and Behr 2020).
 
-use super::{Column, Columns, Filter, LeastSquares, Model, Prediction};
+use super::{Column, Columns, Filter, JacobianModel, LeastSquares, Prediction};
 use nalgebra::DVector;
 use std::collections::VecDeque;
 
@@ -35,7 +35,7 @@ impl MultiVector {
     }
 }
 
-impl Model for MultiVector {
+impl JacobianModel for MultiVector {
     fn add(&mut self, column: Column) {
         self.chain[0].add(column);
         while self.chain.len() > 1 && self.columns().used > self.max_columns {

@@ -13,7 +13,7 @@ pub struct Prediction {
 }
 
 /// An approximation of the inverse Jacobian that learns from columns: four verbs.
-pub trait Model: Send {
+pub trait JacobianModel: Send {
     /// A new column of the current step.
     fn add(&mut self, column: Column);
 
@@ -48,7 +48,7 @@ pub struct QuasiNewton<M> {
     last: Option<(DVector<f64>, DVector<f64>)>,
 }
 
-impl<M: Model> QuasiNewton<M> {
+impl<M: JacobianModel> QuasiNewton<M> {
     /// The iteration without a surrogate: `P` is the identity, so that it continues as a fixed-point iteration in what
     /// the columns do not span.
     pub fn new(model: M, relaxation: f64) -> Self {
@@ -66,7 +66,7 @@ impl<M: Model> QuasiNewton<M> {
     }
 }
 
-impl<M: Model> Acceleration for QuasiNewton<M> {
+impl<M: JacobianModel> Acceleration for QuasiNewton<M> {
     fn next(&mut self, d: &DVector<f64>, d_tilde: &DVector<f64>) -> DVector<f64> {
         let residual = d_tilde - d;
         if let Some((d_before, residual_before)) = &self.last {

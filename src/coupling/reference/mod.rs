@@ -6,11 +6,11 @@
 //!
 //! [`march`] takes any of them through its time steps as the driver does.
 
+pub mod combinations;
 mod flow;
 mod linear;
 mod march;
 mod monolithic;
-pub mod study;
 mod tube;
 mod wall;
 

@@ -3,7 +3,9 @@
 use super::{Flow, Inlet, Monolithic, Outlet, Reference, StringWall, TubeFluid, WallSetup};
 use crate::Vec3;
 use crate::coupling::acceleration::Surrogate;
-use crate::coupling::acceleration::surrogate::{Axis, Blood, End, Sections, TubeSurrogate};
+use crate::coupling::acceleration::surrogate::{
+    Axis, End, Sections, SurrogateBlood, TubeSurrogate,
+};
 use nalgebra::DVector;
 use std::f64::consts::{PI, TAU};
 
@@ -174,7 +176,7 @@ impl Tube {
             Self::spread(&rest.solve(&pressure)) / error
         };
         let answers: Vec<_> = (0..sections.count()).map(answer).collect();
-        let blood = Blood {
+        let blood = SurrogateBlood {
             density: fluid.density,
             viscosity: fluid.density * fluid.viscosity,
             time_step: fluid.time_step,

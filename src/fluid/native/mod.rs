@@ -10,21 +10,21 @@
 //!
 //! The method, where it comes from, and what was measured: `docs/native-fluid.md`.
 
-pub mod basis;
-pub mod blood;
-pub mod contraction;
+pub(crate) mod basis;
+pub(crate) mod blood;
+pub(crate) mod contraction;
 pub mod discretization;
-pub mod flow;
-pub mod gmres;
-pub mod kernel;
+pub(crate) mod flow;
+pub(crate) mod gmres;
+pub(crate) mod kernel;
 pub mod metric;
-pub mod oseen;
-pub mod plane_cholesky;
-pub mod pressure;
-pub mod probes;
+pub(crate) mod oseen;
+pub(crate) mod plane_cholesky;
+pub(crate) mod pressure;
+pub(crate) mod probes;
 pub mod space;
-pub mod surface;
-pub mod time_scheme;
+pub(crate) mod surface;
+pub(crate) mod time_scheme;
 pub mod vessel_mesh;
 pub mod wall_traction;
 

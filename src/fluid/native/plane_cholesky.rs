@@ -158,20 +158,6 @@ impl PlaneCholesky {
         })
     }
 
-    /// Numbers of the factor.
-    pub fn len(&self) -> usize {
-        let column = |column: &Column| {
-            let below = column.below.iter().map(|(_, block)| block.values.len());
-            column.inverse.values.len() + below.sum::<usize>()
-        };
-        self.columns.iter().map(column).sum()
-    }
-
-    /// Whether there is nothing to solve.
-    pub fn is_empty(&self) -> bool {
-        self.columns.is_empty()
-    }
-
     /// Solves in place.
     pub fn solve(&self, rhs: &mut [f64]) {
         let (size, width) = (self.size, self.size.next_multiple_of(WIDTH));

@@ -279,12 +279,6 @@ impl VesselMesh {
         self.section.around()
     }
 
-    /// Number of the element behind part `a` of `4 core` around the wall in layer `layer`.
-    pub fn wall_element(&self, layer: usize, a: usize) -> usize {
-        let quads = self.resolution.core.pow(2) + 4 * self.resolution.core * self.resolution.radial;
-        (layer + 1) * quads - 4 * self.resolution.core + a
-    }
-
     /// Positions (m, one component after the other) of all nodes for a displacement (m) of the lattice's points.
     pub fn positions(&self, displacement: &[Vec3]) -> Vec<f64> {
         let (degree, around) = (self.resolution.degree, self.around());

@@ -24,16 +24,16 @@ use transport::{Listener, Patience, TransportError};
 
 pub mod case_files;
 mod dictionary;
-pub mod fields;
+pub(crate) mod fields;
 pub mod install;
-pub mod probes;
+pub(crate) mod probes;
 mod profile;
 pub mod protocol;
 pub mod session;
-pub mod templates;
-pub mod times;
-pub mod transport;
-pub mod trial;
+pub(crate) mod templates;
+pub(crate) mod times;
+pub(crate) mod transport;
+pub(crate) mod trial;
 
 /// Starting may take longer than an answer: OpenFOAM reads and checks the mesh.
 const START_LIMIT: Duration = Duration::from_secs(120);
@@ -52,7 +52,7 @@ pub struct OpenFoamSettings {
     /// MPI ranks.
     pub ranks: usize,
     /// How driver and solver talk.
-    pub transport: case::Transport,
+    pub transport: case::TransportKind,
     /// Longest time to wait for an answer, unless one has taken more than a fiftieth of it already.
     pub answer_limit: Duration,
     /// Start time, time step and wall, which the solver must confirm.
@@ -87,8 +87,10 @@ impl OpenFoam {
     pub fn start(settings: OpenFoamSettings) -> Result<Self, FluidError> {
         let library = install::check(settings.ranks).map_err(solver_error)?;
         let (name, listener) = match settings.transport {
-            case::Transport::Socket => ("socket", Listener::socket()),
-            case::Transport::Files => ("files", Listener::files(&settings.case.join("exchange"))),
+            case::TransportKind::Socket => ("socket", Listener::socket()),
+            case::TransportKind::Files => {
+                ("files", Listener::files(&settings.case.join("exchange")))
+            }
         };
         let listener = listener.map_err(solver_error)?;
         let address = std::path::absolute(listener.address()).map_err(solver_error)?;

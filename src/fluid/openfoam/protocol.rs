@@ -1,6 +1,6 @@
 //! The messages of `of-adapter/PROTOCOL.md` and their bytes.
 //!
-//! Nothing that was received is trusted: [`Frame::decode`] looks at the sixteen bytes before the payload,
+//! Nothing that was received is trusted: [`WireFrame::decode`] looks at the sixteen bytes before the payload,
 //! [`Expected::check`] compares the announced length with the one the message must have in this session, and only then
 //! is the payload read and decoded, every number of which must be finite.
 
@@ -119,14 +119,14 @@ pub enum ProtocolError {
 
 /// The sixteen bytes before the payload.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Frame {
+pub struct WireFrame {
     /// Kind of the message.
     pub kind: Kind,
     /// Length of the payload, bytes; not yet checked.
     pub length: u64,
 }
 
-impl Frame {
+impl WireFrame {
     /// Decodes the frame; refuses foreign bytes, other versions and unknown kinds.
     pub fn decode(bytes: &[u8; FRAME_SIZE]) -> Result<Self, ProtocolError> {
         if bytes[..4] != MAGIC {

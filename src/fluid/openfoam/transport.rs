@@ -1,6 +1,6 @@
 //! Carries whole messages between the driver and the fluid: over a Unix-domain socket, or as files in a folder.
 
-use super::protocol::{self, Expected, FRAME_SIZE, Frame, FromFluid, ProtocolError};
+use super::protocol::{self, Expected, FRAME_SIZE, FromFluid, ProtocolError, WireFrame};
 use std::fs;
 use std::io::{self, Read, Write};
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
@@ -262,10 +262,10 @@ impl Socket {
         &mut self,
         expected: Expected,
         patience: &mut Patience,
-    ) -> Result<(Frame, Vec<u8>), TransportError> {
+    ) -> Result<(WireFrame, Vec<u8>), TransportError> {
         let mut head = [0; FRAME_SIZE];
         self.read(&mut head, patience)?;
-        let frame = Frame::decode(&head)?;
+        let frame = WireFrame::decode(&head)?;
         expected.check(frame)?;
         let length = frame.length as usize; // at most MAX_HELLO
         let mut payload = Vec::new();
@@ -300,7 +300,7 @@ impl Files {
         &mut self,
         expected: Expected,
         patience: &mut Patience,
-    ) -> Result<(Frame, Vec<u8>), TransportError> {
+    ) -> Result<(WireFrame, Vec<u8>), TransportError> {
         self.received += 1;
         let path = self.folder.join(format!("{:08}.fluid", self.received));
         let reading = || format!("cannot read {}", path.display());
@@ -328,7 +328,7 @@ impl Files {
         let found = file.metadata().map_err(io_error(reading()))?.len();
         let mut head = [0; FRAME_SIZE];
         file.read_exact(&mut head).map_err(io_error(reading()))?;
-        let frame = Frame::decode(&head)?;
+        let frame = WireFrame::decode(&head)?;
         expected.check(frame)?;
         if found != FRAME_SIZE as u64 + frame.length {
             let expected = format!("{} as its frame announces", frame.length);

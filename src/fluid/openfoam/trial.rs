@@ -5,7 +5,7 @@ use super::probes::Sampling;
 use super::session::Terms;
 use super::{OpenFoam, OpenFoamSettings};
 use crate::Vec3;
-use crate::case::Transport;
+use crate::case::TransportKind;
 use crate::fluid::{Fluid, FluidEffort, FluidError};
 use crate::geometry::PolyMesh;
 use std::path::Path;
@@ -49,7 +49,7 @@ pub fn start(
         case: case.clone(),
         log: log.clone(),
         ranks: 1,
-        transport: Transport::Socket,
+        transport: TransportKind::Socket,
         answer_limit: Duration::from_secs(300),
         terms: Terms {
             start_time: 0.0,

@@ -2,7 +2,7 @@
 
 use crate::coupling::predictor::Extrapolation;
 use crate::coupling::reference::History;
-use crate::coupling::reference::study::Combination;
+use crate::coupling::reference::combinations::Combination;
 use crate::output::figure::{Curve, Figure, Panel, Scale};
 use crate::output::write_atomically;
 use std::io;

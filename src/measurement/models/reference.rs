@@ -2,7 +2,7 @@
 
 use super::plot;
 use crate::coupling::predictor::Extrapolation;
-use crate::coupling::reference::study::{Combination, problems};
+use crate::coupling::reference::combinations::{Combination, problems};
 use crate::coupling::reference::{History, Reference};
 use crate::output::terminal;
 use crate::run::Failure;

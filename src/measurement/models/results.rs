@@ -22,8 +22,8 @@ pub struct Measured {
     pub seconds: [f64; 3],
     /// Attempts at a step that failed.
     pub failed: usize,
-    /// Motion of the probes.
-    pub motion: Motion,
+    /// ProbeMotion of the probes.
+    pub motion: ProbeMotion,
 }
 
 /// Coupling iterations until the fixed-point residual, relative to the displacement, is below the tolerance.
@@ -38,10 +38,10 @@ pub struct ByResidual {
 }
 
 /// Displacement (m) of all probes at the end of each step.
-pub type Motion = Vec<Vec<Vec3>>;
+pub type ProbeMotion = Vec<Vec<Vec3>>;
 
 #[derive(Deserialize)]
-struct Summary {
+struct SummaryFile {
     status: String,
     steps: usize,
     mean_coupling_iterations: f64,
@@ -79,7 +79,7 @@ impl Measured {
         let Ok(text) = std::fs::read(run.join("summary.json")) else {
             return Ok(None);
         };
-        let summary: Summary = serde_json::from_slice(&text)?;
+        let summary: SummaryFile = serde_json::from_slice(&text)?;
         if summary.status == "interrupted" {
             return Ok(None);
         }
@@ -156,7 +156,7 @@ fn by_residual(rows: &[Iteration], tolerance: f64) -> ByResidual {
     }
 }
 
-fn motion(probes: &[Probe]) -> Motion {
+fn motion(probes: &[Probe]) -> ProbeMotion {
     probes
         .chunk_by(|a, b| a.time_s == b.time_s)
         .map(|step| {

@@ -1,6 +1,6 @@
 //! Which settings of the acceleration a table compares.
 
-use crate::case::{Case, Surrogate};
+use crate::case::{Case, SurrogateModel};
 use crate::coupling::acceleration::AccelerationModel;
 use crate::run::{CaseSelection, Failure};
 
@@ -79,8 +79,8 @@ impl Variant {
     pub fn arguments(self, chosen: &CaseSelection, case: &Case) -> CaseSelection {
         let surrogate = match (self.surrogate, case.coupling.surrogate) {
             (false, _) => "none",
-            (true, Surrogate::OpenTube) => "open_tube",
-            (true, Surrogate::Tube | Surrogate::None) => "tube",
+            (true, SurrogateModel::OpenTube) => "open_tube",
+            (true, SurrogateModel::Tube | SurrogateModel::None) => "tube",
         };
         let patience = if self.kind.remembers() { 0 } else { PATIENCE };
         chosen

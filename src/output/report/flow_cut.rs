@@ -1,6 +1,6 @@
 //! The speed of the blood in a longitudinal cut.
 
-use super::flow_field::{Flow, Frame};
+use super::flow_field::{LumenFlow, Snapshot};
 use super::page::figure;
 use crate::Vec3;
 use crate::output::figure::colour::Palette;
@@ -8,10 +8,14 @@ use crate::output::figure::map::{Map, Up};
 use crate::output::results::Results;
 
 /// Cuts through the axis in the plane of y, one a frame.
-pub fn cuts(run: &Results, flow: &Flow) -> Vec<String> {
-    let high = flow.frames.iter().map(Frame::fastest).fold(0.0, f64::max);
+pub fn cuts(run: &Results, flow: &LumenFlow) -> Vec<String> {
+    let high = flow
+        .frames
+        .iter()
+        .map(Snapshot::fastest)
+        .fold(0.0, f64::max);
     let most = flow.widest();
-    let draw = |frame: &Frame| {
+    let draw = |frame: &Snapshot| {
         let field = |x: f64, y: f64| {
             let velocity = flow.velocity(frame, x, y, 0.0);
             velocity.as_ref().map_or(f64::NAN, Vec3::norm)

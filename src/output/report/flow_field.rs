@@ -2,7 +2,7 @@
 
 use crate::Vec3;
 use crate::geometry::Vessel;
-use crate::hemodynamics::{Rings, Wall};
+use crate::hemodynamics::{Rings, WetSurface};
 use crate::output::results::Results;
 use crate::output::wall_history::WallHistoryReader;
 use crate::simulation::assembly::surroundings::{self, VelocityField};
@@ -15,7 +15,7 @@ const FRAMES: usize = 4;
 struct Sections(Vec<(f64, Vec<(Vec3, usize)>)>);
 
 /// The blood at one time.
-pub struct Frame {
+pub struct Snapshot {
     /// Time, s.
     pub time: f64,
     /// Velocity in each cell, m/s.
@@ -24,7 +24,7 @@ pub struct Frame {
     radii: Vec<f64>,
 }
 
-impl Frame {
+impl Snapshot {
     /// Largest speed, m/s.
     pub fn fastest(&self) -> f64 {
         self.velocity.iter().map(Vec3::norm).fold(0.0, f64::max)
@@ -32,15 +32,15 @@ impl Frame {
 }
 
 /// The blood in the deformable part at some times of the evaluated window.
-pub struct Flow {
+pub struct LumenFlow {
     /// In the order of time; at least one.
-    pub frames: Vec<Frame>,
+    pub frames: Vec<Snapshot>,
     vessel: Vessel,
     sections: Sections,
     rings: Rings,
 }
 
-impl Flow {
+impl LumenFlow {
     /// Times spread over the window; none if the fields are not there (they lie in one folder a rank in a run with
     /// several).
     pub fn of(run: &Results) -> io::Result<Option<Self>> {
@@ -62,7 +62,7 @@ impl Flow {
             if let Some(field) = times.iter().find(near) {
                 let velocity = field.read()?;
                 if velocity.len() == run.vessel.fluid.mesh.cells() {
-                    frames.push(Frame {
+                    frames.push(Snapshot {
                         time: field.time,
                         velocity,
                         radii: radii(&wall, &wall.displaced(&state.displacement)),
@@ -88,7 +88,7 @@ impl Flow {
 
     /// Velocity (m/s) at a point (m) of the deformed lumen; none outside. The same share of the radius as in the unloaded
     /// lumen belongs to the same cell.
-    pub fn velocity(&self, frame: &Frame, x: f64, y: f64, z: f64) -> Option<Vec3> {
+    pub fn velocity(&self, frame: &Snapshot, x: f64, y: f64, z: f64) -> Option<Vec3> {
         let phi = z.atan2(y);
         let share = y.hypot(z) / self.rings.value(&frame.radii, x, phi.to_degrees());
         let unloaded = share * self.vessel.lumen_radius(x, phi);
@@ -98,7 +98,7 @@ impl Flow {
     }
 }
 
-fn radii(wall: &Wall, positions: &[Vec3]) -> Vec<f64> {
+fn radii(wall: &WetSurface, positions: &[Vec3]) -> Vec<f64> {
     let radius = |face: &Vec<u32>| {
         let at = |p: &u32| positions[*p as usize];
         let radii = face.iter().map(|p| at(p).y.hypot(at(p).z));

@@ -1,6 +1,6 @@
 //! The blood in cross-sections: velocity along the axis in colours, velocity across it as arrows.
 
-use super::flow_field::{Flow, Frame};
+use super::flow_field::{LumenFlow, Snapshot};
 use super::page::figure;
 use crate::output::figure::colour::Palette;
 use crate::output::figure::section::{Arrow, Section};
@@ -11,7 +11,7 @@ const ARROWS: usize = 13;
 
 /// Cross-sections at the beginning of the graft, at the joint, in the middle of the artery and at the end of its evaluated
 /// part, at the time of the fastest flow.
-pub fn sections(run: &Results, flow: &Flow) -> Vec<String> {
+pub fn sections(run: &Results, flow: &LumenFlow) -> Vec<String> {
     let frames = flow.frames.iter();
     let Some(frame) = frames.max_by(|a, b| a.fastest().total_cmp(&b.fastest())) else {
         return Vec::new();
@@ -53,7 +53,7 @@ pub fn sections(run: &Results, flow: &Flow) -> Vec<String> {
     places.into_iter().zip(all).map(draw).collect()
 }
 
-fn arrows(flow: &Flow, frame: &Frame, x: f64, half: f64) -> Vec<Arrow> {
+fn arrows(flow: &LumenFlow, frame: &Snapshot, x: f64, half: f64) -> Vec<Arrow> {
     let at = |i: usize| half * (2.0 * (i as f64 + 0.5) / ARROWS as f64 - 1.0);
     let places = (0..ARROWS * ARROWS).map(|i| [at(i % ARROWS), at(i / ARROWS)]);
     let arrow = |[y, z]: [f64; 2]| {

@@ -1,6 +1,6 @@
 //! The page of a run.
 
-use super::flow_field::Flow;
+use super::flow_field::LumenFlow;
 use super::page::{Page, chart, gallery, line, panel, table, warnings};
 use super::surface::Surface;
 use super::{maps, quantities, scene};
@@ -60,7 +60,7 @@ pub fn page(run: &Results) -> io::Result<String> {
             &gallery(&radii(run)?),
         );
     }
-    if let Some(flow) = Flow::of(run)? {
+    if let Some(flow) = LumenFlow::of(run)? {
         let cuts = super::flow_cut::cuts(run, &flow);
         page.section("cuts", "Blood in a longitudinal cut", &gallery(&cuts));
         let sections = super::flow_sections::sections(run, &flow);

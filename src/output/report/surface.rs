@@ -1,7 +1,7 @@
 //! The wet surface over the last beat, with the fields on it at its points.
 
 use crate::Vec3;
-use crate::hemodynamics::Wall;
+use crate::hemodynamics::WetSurface;
 use crate::hemodynamics::wall::widened;
 use crate::output::results::Results;
 use crate::output::vtu;
@@ -28,7 +28,7 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
     /// The unloaded surface.
-    pub wall: Wall,
+    pub wall: WetSurface,
     /// Times of the frames, s.
     pub times: Vec<f64>,
     /// Positions of the points in each frame, m.
@@ -186,7 +186,7 @@ impl Field {
 struct Averaging(Vec<Vec<usize>>);
 
 impl Averaging {
-    fn new(wall: &Wall) -> Self {
+    fn new(wall: &WetSurface) -> Self {
         let mut faces_of = vec![Vec::new(); wall.points.len()];
         for (face, points) in wall.faces.iter().enumerate() {
             points.iter().for_each(|p| faces_of[*p as usize].push(face));
@@ -206,7 +206,7 @@ impl Averaging {
 fn stresses(
     run: &Results,
     series: &[(f64, std::path::PathBuf)],
-    wall: &Wall,
+    wall: &WetSurface,
     times: &[f64],
     step: f64,
 ) -> io::Result<Option<Vec<Vec<f64>>>> {

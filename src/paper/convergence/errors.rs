@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// Strain energy, and displacement and von Mises stress at the evaluation points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Solution {
+pub struct EvaluatedSolution {
     /// Strain energy, J.
     pub energy: f64,
     /// Displacements, m.
@@ -27,10 +27,10 @@ pub struct Errors {
     pub von_mises: f64,
 }
 
-impl Solution {
+impl EvaluatedSolution {
     /// Errors (15) with respect to a reference at the same points.
-    pub fn errors(&self, reference: &Solution) -> Errors {
-        let flat = |solution: &Solution| solution.displacement.concat();
+    pub fn errors(&self, reference: &EvaluatedSolution) -> Errors {
+        let flat = |solution: &EvaluatedSolution| solution.displacement.concat();
         Errors {
             energy: self.energy / reference.energy - 1.0,
             displacement: relative(&flat(self), &flat(reference)),
@@ -78,7 +78,7 @@ impl Probes {
         body: &Discretization,
         displacement: &[f64],
         energy: f64,
-    ) -> Result<Solution, SolidError> {
+    ) -> Result<EvaluatedSolution, SolidError> {
         let values = fields(body, &LATTICE, displacement)?;
         let mean = |places: &Vec<usize>| -> ([f64; 3], f64) {
             let count = places.len() as f64;
@@ -87,7 +87,7 @@ impl Probes {
             ((u / count).into(), stress / count)
         };
         let (displacement, von_mises) = self.places.iter().map(mean).unzip();
-        Ok(Solution {
+        Ok(EvaluatedSolution {
             energy,
             displacement,
             von_mises,

@@ -4,10 +4,10 @@
 //! [`table`] the rows, [`figures`] draws them; this file computes a row.
 
 pub mod cases;
-pub mod errors;
-pub mod figures;
+pub(crate) mod computation;
+pub(crate) mod errors;
+pub(crate) mod figures;
 pub mod plan;
-pub mod study;
 pub mod table;
 
 use crate::analysis::tube::{self, Tube};
@@ -17,7 +17,7 @@ use crate::pfem::solution::stats::Stats;
 use crate::pfem::space::prolongation::prolong;
 use crate::pfem::{Discretization, SolidError};
 use cases::Mesh;
-use errors::{Probes, Solution};
+use errors::{EvaluatedSolution, Probes};
 use plan::Choice;
 
 /// Lowest degree whose solution starts from that of a lower one.
@@ -29,7 +29,7 @@ pub struct Computed {
     /// Displacement coefficients, held ones included.
     pub dofs: usize,
     /// Energy and values at the evaluation points.
-    pub solution: Solution,
+    pub solution: EvaluatedSolution,
     /// What it cost.
     pub stats: Stats,
 }

@@ -12,20 +12,20 @@
 
 mod deformation;
 mod forces;
-pub mod foundation;
+pub(crate) mod foundation;
 pub mod mapping;
 mod pool;
 mod states;
 mod stiffness;
-pub mod sum_factorization;
+pub(crate) mod sum_factorization;
 pub mod surface;
 mod viscous;
-pub mod volume;
+pub(crate) mod volume;
 
 pub use deformation::{gather, scatter};
 
 use super::SolidError;
-use super::material::{Frame, HyperelasticMaterial, KelvinVoigt};
+use super::material::{HyperelasticMaterial, KelvinVoigt, WallAxes};
 use super::space::numbering::Numbering;
 use super::space::shapes::Shapes;
 use super::space::{Mode, Space};
@@ -49,7 +49,7 @@ pub struct ElementPoint {
     /// Quadrature weight times `det ∂X/∂ξ`, m³.
     pub weight: f64,
     /// Directions of the wall.
-    pub frame: Frame,
+    pub frame: WallAxes,
 }
 
 /// Tensor product Gauss quadrature over all elements of a mesh.
@@ -145,7 +145,7 @@ impl Elements {
                     Ok(ElementPoint {
                         inverse_jacobian,
                         weight: w * determinant,
-                        frame: Frame::from_tangents(&g0, &g1),
+                        frame: WallAxes::from_tangents(&g0, &g1),
                     })
                 };
                 mapped.iter().zip(&weights).map(point).collect()

@@ -1,6 +1,6 @@
 //! Stresses and strains at a point of a deformed wall, in the wall's own directions.
 
-use super::super::material::{Frame, HyperelasticMaterial, Volumetric};
+use super::super::material::{HyperelasticMaterial, Volumetric, WallAxes};
 use crate::{Mat3, Vec3};
 
 /// Stress and strain at a point.
@@ -23,7 +23,7 @@ impl StressState {
     pub fn new(
         material: &dyn HyperelasticMaterial,
         F: &Mat3,
-        frame: &Frame,
+        frame: &WallAxes,
         U: &Volumetric,
     ) -> Self {
         let J = F.determinant();
@@ -125,7 +125,7 @@ mod tests {
             dispersion: 0.0,
             tension_only: false,
         };
-        let frame = Frame::from_tangents(&Vec3::x(), &Vec3::y());
+        let frame = WallAxes::from_tangents(&Vec3::x(), &Vec3::y());
         // Stretches along, around and through the wall.
         let F = Mat3::from_diagonal(&Vec3::new(1.1, 1.3, 0.7));
         let turn = nalgebra::Rotation3::from_euler_angles(0.4, 0.9, -0.2).into_inner();

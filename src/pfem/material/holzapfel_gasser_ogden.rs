@@ -2,7 +2,7 @@
 
 use super::lanes::{self, Lanes, Real, Tensor, Vector};
 use super::{
-    Frame, HyperelasticMaterial, Tensor4, Volumetric, add_crossed, add_dyadic, add_parallel,
+    HyperelasticMaterial, Tensor4, Volumetric, WallAxes, add_crossed, add_dyadic, add_parallel,
     inverse_transpose,
 };
 use crate::{Mat3, Vec3};
@@ -34,7 +34,7 @@ pub struct HolzapfelGasserOgden {
 
 impl HolzapfelGasserOgden {
     /// Directions `a_1`, `a_2` of the fibres in the reference configuration.
-    fn fibres(&self, frame: &Frame) -> [Vec3; 2] {
+    fn fibres(&self, frame: &WallAxes) -> [Vec3; 2] {
         let [cos, sin] = self.fibre;
         [
             frame.circumferential * cos + frame.axial * sin,
@@ -114,7 +114,7 @@ impl HolzapfelGasserOgden {
 }
 
 impl HyperelasticMaterial for HolzapfelGasserOgden {
-    fn energy_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> f64 {
+    fn energy_with(&self, F: &Mat3, frame: &WallAxes, U: &Volumetric) -> f64 {
         let J = F.determinant();
         let fibres: f64 = self
             .fibres(frame)
@@ -124,7 +124,7 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         fibres + 0.5 * self.mu * (F.norm_squared() * J.cbrt().powi(-2) - 3.0) + U.energy
     }
 
-    fn stress_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Mat3 {
+    fn stress_with(&self, F: &Mat3, frame: &WallAxes, U: &Volumetric) -> Mat3 {
         let [axial, around] =
             [frame.axial, frame.circumferential].map(|direction| direction.into());
         lanes::matrix(&self.stress_of(&lanes::rows(F), [&axial, &around], U.slope))
@@ -142,7 +142,7 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
     /// With `G = F⁻ᵀ`:
     /// `A_ijkl = mu J^{-2/3} (δ_ik δ_jl - 2/3 (F_ij G_kl + G_ij F_kl) + 2/9 I_C G_ij G_kl + I_C/3 G_il G_kj)
     /// + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj + Σ_f 4 psi'' M_ij M_kl + 2 psi' δ_ik (κ δ_jl + (1 - 3 κ) a_j a_l)`.
-    fn tangent_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Tensor4 {
+    fn tangent_with(&self, F: &Mat3, frame: &WallAxes, U: &Volumetric) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
         let mu = self.mu * J.cbrt().powi(-2);
         let I_C = F.norm_squared();
@@ -165,7 +165,7 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         A
     }
 
-    fn fibre_directions(&self, frame: &Frame) -> Option<[Vec3; 2]> {
+    fn fibre_directions(&self, frame: &WallAxes) -> Option<[Vec3; 2]> {
         Some(self.fibres(frame))
     }
 
@@ -219,7 +219,7 @@ mod tests {
             dispersion,
             tension_only: false,
         };
-        let frame = Frame::from_tangents(&Vec3::x(), &Vec3::y());
+        let frame = WallAxes::from_tangents(&Vec3::x(), &Vec3::y());
         let F = Mat3::new(1.2, 0.1, 0.0, -0.2, 0.9, 0.3, 0.1, 0.0, 1.1);
         let third = 1.0 / 3.0;
         let [a, b] = [0.1, 1.3].map(|angle| material(third, angle).stress(&F, &frame));
@@ -249,7 +249,7 @@ mod tests {
             dispersion: 0.0,
             tension_only: true,
         };
-        let frame = Frame::from_tangents(&Vec3::x(), &Vec3::y());
+        let frame = WallAxes::from_tangents(&Vec3::x(), &Vec3::y());
         let compressed = Mat3::from_diagonal(&Vec3::new(1.1, 0.8, 1.1));
         let stretched = Mat3::from_diagonal(&Vec3::new(0.9, 1.2, 0.9));
         let energies = [compressed, stretched].map(|F| material.energy(&F, &frame));

@@ -23,7 +23,7 @@ pub type Tensor4 = nalgebra::SMatrix<f64, 9, 9>;
 
 /// Orthonormal directions of the reference wall at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct WallAxes {
     /// Along the vessel.
     pub axial: Vec3,
     /// Around the vessel.
@@ -32,7 +32,7 @@ pub struct Frame {
     pub normal: Vec3,
 }
 
-impl Frame {
+impl WallAxes {
     /// From the columns `g_0` (axial) and `g_1` (circumferential) of the Jacobian of an element's mapping:
     /// axial `g_0/|g_0|`, normal along `g_0 × g_1`, circumferential `normal × axial`.
     pub fn from_tangents(g0: &Vec3, g1: &Vec3) -> Self {
@@ -62,13 +62,13 @@ pub struct Volumetric {
 /// [`volume`](super::element::volume).
 pub trait HyperelasticMaterial: Send + Sync {
     /// `W`, J/m³ of the reference volume.
-    fn energy_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> f64;
+    fn energy_with(&self, F: &Mat3, frame: &WallAxes, U: &Volumetric) -> f64;
 
     /// `P = ∂W/∂F`, Pa.
-    fn stress_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Mat3;
+    fn stress_with(&self, F: &Mat3, frame: &WallAxes, U: &Volumetric) -> Mat3;
 
     /// `A = ∂P/∂F`, Pa; symmetric.
-    fn tangent_with(&self, F: &Mat3, frame: &Frame, U: &Volumetric) -> Tensor4;
+    fn tangent_with(&self, F: &Mat3, frame: &WallAxes, U: &Volumetric) -> Tensor4;
 
     /// `U(J)` for `J - 1`, which has more digits of a small change of volume than `J`.
     fn volumetric(&self, change: f64) -> Volumetric;
@@ -92,7 +92,7 @@ pub trait HyperelasticMaterial: Send + Sync {
         for lane in 0..LANES {
             let vector = |v: &[[f64; LANES]]| Vec3::from_fn(|i, _| v[i][lane]);
             let (axial, circumferential) = (vector(&axial), vector(&circumferential));
-            let frame = Frame {
+            let frame = WallAxes {
                 axial,
                 circumferential,
                 normal: axial.cross(&circumferential),
@@ -113,22 +113,22 @@ pub trait HyperelasticMaterial: Send + Sync {
     }
 
     /// Directions of two families of fibres in the reference configuration, if it has any.
-    fn fibre_directions(&self, _frame: &Frame) -> Option<[Vec3; 2]> {
+    fn fibre_directions(&self, _frame: &WallAxes) -> Option<[Vec3; 2]> {
         None
     }
 
     /// `W` of the deformation gradient alone, J/m³.
-    fn energy(&self, F: &Mat3, frame: &Frame) -> f64 {
+    fn energy(&self, F: &Mat3, frame: &WallAxes) -> f64 {
         self.energy_with(F, frame, &self.volumetric(volume_change(F)))
     }
 
     /// `P = ∂W/∂F` of the deformation gradient alone, Pa.
-    fn stress(&self, F: &Mat3, frame: &Frame) -> Mat3 {
+    fn stress(&self, F: &Mat3, frame: &WallAxes) -> Mat3 {
         self.stress_with(F, frame, &self.volumetric(volume_change(F)))
     }
 
     /// `A = ∂P/∂F` of the deformation gradient alone, Pa.
-    fn tangent(&self, F: &Mat3, frame: &Frame) -> Tensor4 {
+    fn tangent(&self, F: &Mat3, frame: &WallAxes) -> Tensor4 {
         self.tangent_with(F, frame, &self.volumetric(volume_change(F)))
     }
 }
@@ -284,7 +284,7 @@ mod verification {
         for _ in 0..20 {
             let rotation = numbers.rotation();
             let directions: [Vec3; 3] = std::array::from_fn(|i| rotation.column(i).into());
-            let frame = Frame::from_tangents(&directions[0], &directions[1]);
+            let frame = WallAxes::from_tangents(&directions[0], &directions[1]);
             let disturbance = Mat3::from_fn(|_, _| 0.25 * numbers.next());
             let F = rotation.transpose() * (Mat3::identity() + disturbance);
             if F.determinant() < 0.3 {

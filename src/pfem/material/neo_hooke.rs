@@ -2,7 +2,7 @@
 
 use super::lanes::{self, Lanes, Real, Tensor, Vector};
 use super::{
-    Frame, HyperelasticMaterial, Tensor4, Volumetric, add_crossed, add_dyadic, inverse_transpose,
+    HyperelasticMaterial, Tensor4, Volumetric, WallAxes, add_crossed, add_dyadic, inverse_transpose,
 };
 use crate::Mat3;
 
@@ -30,11 +30,11 @@ impl NeoHooke {
 /// The term `-mu ln J` depends on the volume ratio alone, too, but belongs to the rest: without it the rest is not positive
 /// definite in the reference configuration, and modes whose volume change a projection does not see would be unstable.
 impl HyperelasticMaterial for NeoHooke {
-    fn energy_with(&self, F: &Mat3, _: &Frame, U: &Volumetric) -> f64 {
+    fn energy_with(&self, F: &Mat3, _: &WallAxes, U: &Volumetric) -> f64 {
         0.5 * self.mu * (F.norm_squared() - 3.0) - self.mu * F.determinant().ln() + U.energy
     }
 
-    fn stress_with(&self, F: &Mat3, _: &Frame, U: &Volumetric) -> Mat3 {
+    fn stress_with(&self, F: &Mat3, _: &WallAxes, U: &Volumetric) -> Mat3 {
         lanes::matrix(&self.stress_of(&lanes::rows(F), U.slope))
     }
 
@@ -43,7 +43,7 @@ impl HyperelasticMaterial for NeoHooke {
     }
 
     /// With `G = F⁻ᵀ`: `A_ijkl = mu δ_ik δ_jl + (U'' J² + U' J) G_ij G_kl + (mu - U' J) G_il G_kj`.
-    fn tangent_with(&self, F: &Mat3, _: &Frame, U: &Volumetric) -> Tensor4 {
+    fn tangent_with(&self, F: &Mat3, _: &WallAxes, U: &Volumetric) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
         let mut A = Tensor4::identity() * self.mu;
         add_dyadic(&mut A, (U.curvature * J + U.slope) * J, &G, &G);

@@ -1,7 +1,7 @@
 //! Saint Venant-Kirchhoff, for benchmarks.
 
 use super::{
-    Frame, HyperelasticMaterial, Tensor4, Volumetric, add_crossed, add_dyadic, add_parallel,
+    HyperelasticMaterial, Tensor4, Volumetric, WallAxes, add_crossed, add_dyadic, add_parallel,
 };
 use crate::Mat3;
 
@@ -33,18 +33,18 @@ impl SaintVenantKirchhoff {
 }
 
 impl HyperelasticMaterial for SaintVenantKirchhoff {
-    fn energy_with(&self, F: &Mat3, _: &Frame, _: &Volumetric) -> f64 {
+    fn energy_with(&self, F: &Mat3, _: &WallAxes, _: &Volumetric) -> f64 {
         let E = (F.transpose() * F - Mat3::identity()) * 0.5;
         0.5 * self.lambda * E.trace().powi(2) + self.mu * E.norm_squared()
     }
 
     /// `P = F S`.
-    fn stress_with(&self, F: &Mat3, _: &Frame, _: &Volumetric) -> Mat3 {
+    fn stress_with(&self, F: &Mat3, _: &WallAxes, _: &Volumetric) -> Mat3 {
         F * self.second_piola_kirchhoff(F)
     }
 
     /// `A_ijkl = δ_ik S_jl + lambda F_ij F_kl + mu (F_il F_kj + (F Fᵀ)_ik δ_jl)`.
-    fn tangent_with(&self, F: &Mat3, _: &Frame, _: &Volumetric) -> Tensor4 {
+    fn tangent_with(&self, F: &Mat3, _: &WallAxes, _: &Volumetric) -> Tensor4 {
         let mut A = Tensor4::zeros();
         add_parallel(&mut A, &Mat3::identity(), &self.second_piola_kirchhoff(F));
         add_dyadic(&mut A, self.lambda, F, F);

@@ -2,12 +2,12 @@
 
 mod equation_of_motion;
 mod equilibrium;
-pub mod modes;
+pub(crate) mod modes;
 pub mod newton;
-pub mod quasi_newton;
+pub(crate) mod quasi_newton;
 pub mod stability;
 mod stability_watch;
 pub mod statics;
-pub mod stats;
+pub(crate) mod stats;
 pub mod structure;
 pub mod time_scheme;

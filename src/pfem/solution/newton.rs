@@ -6,7 +6,7 @@
 
 use super::super::SolidError;
 use super::super::linear_algebra::factor::Factorization;
-use super::quasi_newton::{Experience, KeptTangent};
+use super::quasi_newton::{KeptTangent, QuasiNewtonPairs};
 use super::stats::{Stats, timed};
 
 /// A system of nonlinear equations `r(d) = 0` with a symmetric tangent.
@@ -132,7 +132,7 @@ pub fn solve(
                 let factorization =
                     timed(&mut stats.factorization_s, || problem.factorize(&values))?;
                 since = vec![before];
-                kept.insert(KeptTangent::new(factorization, Experience::default()))
+                kept.insert(KeptTangent::new(factorization, QuasiNewtonPairs::default()))
             }
         };
         let mut step = residual.vector.clone();

@@ -24,7 +24,7 @@ struct Pair {
 
 /// What iterations with a kept factorization have shown.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Experience {
+pub struct QuasiNewtonPairs {
     /// Oldest first.
     pairs: VecDeque<Pair>,
     /// Number of solutions.
@@ -36,12 +36,12 @@ pub struct Experience {
 pub struct KeptTangent {
     factorization: Factorization,
     /// Since it was factorized.
-    pub experience: Experience,
+    pub experience: QuasiNewtonPairs,
 }
 
 impl KeptTangent {
     /// Of a fresh factorization, or with the experience of an earlier run.
-    pub fn new(factorization: Factorization, experience: Experience) -> Self {
+    pub fn new(factorization: Factorization, experience: QuasiNewtonPairs) -> Self {
         Self {
             factorization,
             experience,

@@ -21,7 +21,7 @@ use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
 pub use super::equation_of_motion::{Linearization, State};
 use super::modes::{self, NaturalMode};
 use super::newton::{self, Equilibrium, NewtonOptions};
-use super::quasi_newton::{Experience, KeptTangent};
+use super::quasi_newton::{KeptTangent, QuasiNewtonPairs};
 use super::stability_watch::StabilityWatch;
 use super::stats::{Stats, timed};
 use super::time_scheme::TimeScheme;
@@ -68,7 +68,7 @@ pub struct StructureMemory {
     pub state: State,
     /// Whence the kept tangent comes, and the experience with it. They decide how Newton's method goes on, and so the
     /// last digits.
-    pub tangent: Option<(Linearization, Experience)>,
+    pub tangent: Option<(Linearization, QuasiNewtonPairs)>,
     /// Whence the tangent comes that will take its place after the next step.
     pub renewal: Option<Linearization>,
 }
@@ -104,7 +104,7 @@ impl Renewal {
         let factorization = timed(&mut stats.factorization_s, || self.work.join());
         Some(Kept {
             from: self.from,
-            tangent: KeptTangent::new(factorization.ok()?.ok()?, Experience::default()),
+            tangent: KeptTangent::new(factorization.ok()?.ok()?, QuasiNewtonPairs::default()),
         })
     }
 }
@@ -202,7 +202,7 @@ impl Structure {
     }
 
     /// The loaded surface.
-    pub fn wet_surface(&self) -> &Surface {
+    pub(super) fn wet_surface(&self) -> &Surface {
         &self.equation.wet
     }
 

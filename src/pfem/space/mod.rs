@@ -22,9 +22,9 @@
 //! | 9 | 250 | 1000 |
 //! | 10 | 319 | 1331 |
 
-pub mod basis;
-pub mod numbering;
-pub mod prolongation;
+pub(crate) mod basis;
+pub(crate) mod numbering;
+pub(crate) mod prolongation;
 pub mod shapes;
 
 use crate::case::table::words;

@@ -1,6 +1,6 @@
 //! One table of progress for all models: it updates in a terminal, and is printed now and then elsewhere.
 
-use super::models::Model;
+use super::models::BatchRun;
 use super::worker::Outcome;
 use crate::output::progress::human;
 use crate::output::run_files::RunFiles;
@@ -75,7 +75,7 @@ impl Row {
 
 impl Board {
     /// A table of models, `jobs` of which work at once; `quiet` shows nothing.
-    pub fn new(models: &[Model], jobs: usize, quiet: bool) -> Self {
+    pub fn new(models: &[BatchRun], jobs: usize, quiet: bool) -> Self {
         let rows: Vec<Row> = models
             .iter()
             .map(|model| {

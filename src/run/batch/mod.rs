@@ -6,7 +6,7 @@ mod worker;
 
 use super::Interrupt;
 pub use board::Board;
-pub use models::{Model, find, prepare, refuse_earlier, refuse_farther};
+pub use models::{BatchRun, find, prepare, refuse_earlier, refuse_farther};
 use std::collections::VecDeque;
 use std::time::Duration;
 pub use worker::{Outcome, Worker};
@@ -16,13 +16,13 @@ const LOOK: Duration = Duration::from_millis(500);
 
 /// Keeps `jobs` models at work until all are done, or until somebody asks to end; returns what became of each.
 pub fn work(
-    models: &[Model],
+    models: &[BatchRun],
     interrupt: &Interrupt,
     mut board: Board,
     jobs: usize,
-    start: impl Fn(&Model) -> Result<Worker, String>,
+    start: impl Fn(&BatchRun) -> Result<Worker, String>,
 ) -> Vec<Outcome> {
-    let mut outcomes: Vec<Outcome> = models.iter().map(Model::outcome).collect();
+    let mut outcomes: Vec<Outcome> = models.iter().map(BatchRun::outcome).collect();
     let mut waiting: VecDeque<usize> = (0..models.len())
         .filter(|&i| outcomes[i] == Outcome::Waiting)
         .collect();

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// A model of the study.
 #[derive(Debug)]
-pub struct Model {
+pub struct BatchRun {
     /// Name of its folder.
     pub name: String,
     /// Folder of the case.
@@ -21,7 +21,7 @@ pub struct Model {
     pub status: RunStatus,
 }
 
-impl Model {
+impl BatchRun {
     /// The model of the case in `folder`, which runs in the folder `out`.
     ///
     /// # Errors
@@ -62,7 +62,7 @@ pub fn find(
     patterns: &str,
     chosen: &CaseSelection,
     out: &Path,
-) -> Result<Vec<Model>, Failure> {
+) -> Result<Vec<BatchRun>, Failure> {
     let entries = std::fs::read_dir(cases)
         .map_err(|e| Failure::Input(format!("cannot read the folder {}: {e}", cases.display())))?;
     let folders = entries.flatten().map(|entry| entry.path());
@@ -89,7 +89,7 @@ pub fn find(
     let mut found = Vec::new();
     for (name, folder) in models {
         let out = out.join(&name);
-        match Model::of(name, folder.clone(), out, chosen) {
+        match BatchRun::of(name, folder.clone(), out, chosen) {
             Ok(model) => found.push(model),
             Err(failure) => wrong.push(format!("{}: {failure}", folder.display())),
         }
@@ -102,7 +102,7 @@ pub fn find(
 }
 
 /// Refuses a folder with runs in it.
-pub fn refuse_earlier(models: &[Model]) -> Result<(), Failure> {
+pub fn refuse_earlier(models: &[BatchRun]) -> Result<(), Failure> {
     match models.iter().find(|model| model.out.exists()) {
         Some(model) => Err(Failure::Input(format!(
             "{} exists already; continue the study with --resume, or choose another folder with --out",
@@ -113,7 +113,7 @@ pub fn refuse_earlier(models: &[Model]) -> Result<(), Failure> {
 }
 
 /// Refuses to go on with runs that are farther than they should come.
-pub fn refuse_farther(models: &[Model]) -> Result<(), Failure> {
+pub fn refuse_farther(models: &[BatchRun]) -> Result<(), Failure> {
     let farther = models.iter().filter_map(|model| match &model.status {
         RunStatus::Beyond(reason) => Some(format!("{}: {reason}", model.name)),
         _ => None,
@@ -125,7 +125,7 @@ pub fn refuse_farther(models: &[Model]) -> Result<(), Failure> {
 }
 
 /// Moves the runs of changed cases aside, and says so.
-pub fn prepare(models: &mut [Model]) -> Result<Vec<String>, Failure> {
+pub fn prepare(models: &mut [BatchRun]) -> Result<Vec<String>, Failure> {
     let mut notes = Vec::new();
     for model in models {
         let RunStatus::Changed(_) = model.status else {

@@ -1,6 +1,6 @@
 //! A model at work: a run in a process of its own.
 
-use super::models::Model;
+use super::models::BatchRun;
 use crate::processes::Process;
 use crate::run::CaseSelection;
 use crate::run::status::RunStatus;
@@ -32,7 +32,7 @@ pub struct Worker {
 
 impl Worker {
     /// Starts or resumes the run of a model. Call it from a thread that lives as long as the study.
-    pub fn start(model: &Model, chosen: &CaseSelection, threads: usize) -> Result<Self, String> {
+    pub fn start(model: &BatchRun, chosen: &CaseSelection, threads: usize) -> Result<Self, String> {
         let program = std::env::current_exe().map_err(|e| format!("cannot find myself: {e}"))?;
         let mut command = Command::new(program);
         command

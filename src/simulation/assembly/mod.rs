@@ -4,13 +4,13 @@ mod domain;
 mod initial_state;
 pub mod preflight;
 mod surrogate;
-pub mod surroundings;
+pub(crate) mod surroundings;
 
 pub use domain::Domain;
 
 use super::checkpoint::Store;
 use super::clock::Clock;
-use super::{Checkpoints, Settings, Simulation};
+use super::{Checkpoints, Simulation, SimulationSettings};
 use crate::case::{self, Case, CaseIdentity, FlowCurve, FlowCurveError, Problem};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::convergence::Criterion;
@@ -48,7 +48,7 @@ pub struct Workplace {
 }
 
 /// The coupled solvers of a case, and what is known of the blood's mesh.
-pub struct Model {
+pub struct CoupledModel {
     /// The solvers, at rest or in the state of a checkpoint.
     pub coupling: Coupling<Box<dyn Fluid>, Structure>,
     /// Cells of the fluid's mesh, or its elements.
@@ -82,7 +82,7 @@ pub enum AssemblyError {
     Surrogate(String),
 }
 
-impl Model {
+impl CoupledModel {
     /// Builds meshes and solvers and starts the fluid, where it was when it gave `memory`, or at rest.
     ///
     /// # Errors
@@ -178,7 +178,7 @@ fn join<F: Fluid>(
                 share: 1.0,
             },
         ),
-        settings: coupling::Settings {
+        settings: coupling::StepSettings {
             time_step: case.time.step,
             fluid_effort: FluidEffort {
                 max_sweeps: case.fluid.max_correctors,
@@ -206,7 +206,7 @@ impl Checkpoints {
 impl<F: Fluid, O: Observer<Structure>> Simulation<F, Structure, O> {
     /// The simulation of a case at the start of its first step.
     pub fn of(case: &Case, coupling: Coupling<F, Structure>, observer: O) -> Self {
-        let settings = Settings {
+        let settings = SimulationSettings {
             max_halvings: case.time.max_halvings,
             fluid_interval: case.output.fluid_interval,
         };
@@ -304,15 +304,18 @@ pub fn structure(
     Structure::new(&domain.solid, &domain.materials, &options)
 }
 
-fn acceleration(settings: &case::Coupling, surrogate: Box<dyn Surrogate>) -> Box<dyn Acceleration> {
-    let numerics = acceleration::Settings {
+fn acceleration(
+    settings: &case::CouplingSettings,
+    surrogate: Box<dyn Surrogate>,
+) -> Box<dyn Acceleration> {
+    let numerics = acceleration::AccelerationSettings {
         relaxation: settings.relaxation(),
         reuse: settings.reuse_steps,
         // What is smaller than the accepted error is noise of the solvers, not a column.
         filter: Filter::new(
             settings.filter,
             settings.e_rel,
-            settings.surrogate != case::Surrogate::None,
+            settings.surrogate != case::SurrogateModel::None,
         ),
         max_columns: 200,
     };

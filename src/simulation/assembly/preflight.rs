@@ -3,7 +3,7 @@
 use super::surrogate::sections;
 use super::{Domain, case_files, initial_state, sampling};
 use crate::Vec3;
-use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, Surrogate};
+use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, SurrogateModel};
 use crate::coupling::transfer::Transfer;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
@@ -74,7 +74,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         format!("{x:?} does not lie in the fluid at rest; expected points within")
     });
     errors.extend(some(outside).map(|what| case.mistake("output.fluid_probes_m", what)));
-    if case.coupling.surrogate != Surrogate::None
+    if case.coupling.surrogate != SurrogateModel::None
         && let Problem::Anastomosis(vessel) = &case.problem
         && let Err(error) = sections(vessel, case.fluid.solver, &interface.points)
     {

@@ -3,7 +3,7 @@
 use crate::Vec3;
 use crate::case::{self, Anastomosis, Case, Problem, Solver};
 use crate::coupling::acceleration::surrogate::{
-    Axis, Blood, End, Sections, SparseSection, TubeSurrogate,
+    Axis, End, Sections, SparseSection, SurrogateBlood, TubeSurrogate,
 };
 use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
@@ -26,14 +26,16 @@ pub fn surrogate<S: Solid>(
     transfer: &Transfer<S::Location>,
 ) -> Result<Box<dyn Surrogate>, String> {
     let vessel = match &case.problem {
-        _ if case.coupling.surrogate == case::Surrogate::None => return Ok(Box::new(Identity)),
+        _ if case.coupling.surrogate == case::SurrogateModel::None => {
+            return Ok(Box::new(Identity));
+        }
         Problem::Anastomosis(vessel) => vessel,
         Problem::Flag(_) => return Err("the surrogate is a tube, and a flag has none".into()),
     };
     let open = |rigid_length| End::Pressure { rigid_length };
     let (inlet, outlet) = match case.coupling.surrogate {
-        case::Surrogate::None => return Ok(Box::new(Identity)),
-        case::Surrogate::Tube => {
+        case::SurrogateModel::None => return Ok(Box::new(Identity)),
+        case::SurrogateModel::Tube => {
             let windkessel = End::Windkessel {
                 resistance: vessel.windkessel.resistance,
                 compliance: vessel.windkessel.compliance,
@@ -41,7 +43,7 @@ pub fn surrogate<S: Solid>(
             };
             (End::Flow, windkessel)
         }
-        case::Surrogate::OpenTube => (open(vessel.geometry.extension_length), open(0.0)),
+        case::SurrogateModel::OpenTube => (open(vessel.geometry.extension_length), open(0.0)),
     };
     let sections =
         sections(vessel, case.fluid.solver, &interface.points).map_err(|e| e.to_string())?;
@@ -60,7 +62,7 @@ pub fn surrogate<S: Solid>(
             .map_err(|e| e.to_string())?;
         answers.push(flatten(&transfer.displacement(solid, &trial)) / PROBE);
     }
-    let blood = Blood {
+    let blood = SurrogateBlood {
         density: case.blood.density,
         viscosity: case.blood.viscosity,
         time_step: case.time.step,

@@ -1,7 +1,7 @@
 use super::*;
 use crate::coupling::acceleration::Column;
 use crate::pfem::SurfaceLoad;
-use crate::pfem::solution::quasi_newton::Experience;
+use crate::pfem::solution::quasi_newton::QuasiNewtonPairs;
 use crate::pfem::solution::structure::{self, Linearization, State};
 use crate::simulation::subdivision::StepSubdivision;
 use nalgebra::DVector;
@@ -37,7 +37,7 @@ pub fn example(step: usize) -> Example {
                 v: d.clone(),
                 a: d.clone(),
             },
-            tangent: Some((linearization(d.clone()), Experience::default())),
+            tangent: Some((linearization(d.clone()), QuasiNewtonPairs::default())),
             renewal: Some(linearization(d.clone())),
         },
         coupling: fixed_point::FixedPointMemory {

@@ -1,14 +1,14 @@
 //! The stream of bytes that a fluid sends: frames are checked against what may come, payloads decoded.
 #![no_main]
 
-use fsi_driver::fluid::openfoam::protocol::{Expected, FRAME_SIZE, Frame, FromFluid, decode};
+use fsi_driver::fluid::openfoam::protocol::{Expected, FRAME_SIZE, WireFrame, FromFluid, decode};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
     let mut rest = bytes;
     let mut expected = Expected::Hello;
     while let Some((head, after)) = rest.split_first_chunk::<FRAME_SIZE>() {
-        let Ok(frame) = Frame::decode(head) else { return };
+        let Ok(frame) = WireFrame::decode(head) else { return };
         if expected.check(frame).is_err() {
             return;
         }

@@ -2,7 +2,7 @@
 #![allow(dead_code)] // each test file uses a part
 
 use fsi_driver::Vec3;
-use fsi_driver::case::{Blood, FlowCurve, Inflow, Ramp, Time, Transport, Windkessel};
+use fsi_driver::case::{Blood, FlowCurve, Inflow, Ramp, Time, TransportKind, Windkessel};
 use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings};
 use fsi_driver::fluid::openfoam::session::Terms;
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings, Programs, install};
@@ -99,7 +99,7 @@ impl Channel {
             log: case.join("log.pimpleFoam"),
             case,
             ranks: 1,
-            transport: Transport::Socket,
+            transport: TransportKind::Socket,
             answer_limit: Duration::from_secs(60),
             terms: Terms {
                 start_time: 0.0,

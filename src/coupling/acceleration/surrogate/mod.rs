@@ -10,7 +10,7 @@ mod tube;
 
 pub use sections::{Axis, Sections, SparseSection};
 pub use tridiagonal::Tridiagonal;
-pub use tube::{Blood, End, TubeSurrogate};
+pub use tube::{End, SurrogateBlood, TubeSurrogate};
 
 use nalgebra::DVector;
 

@@ -140,7 +140,8 @@ impl Sections {
     }
 
     /// The displacement of all points for a radial displacement of each section.
-    pub fn spread(&self, radial: &[f64]) -> DVector<f64> {
+    #[cfg(test)]
+    pub(super) fn spread(&self, radial: &[f64]) -> DVector<f64> {
         let vectors = self.points.iter().flat_map(|point| {
             let size: f64 = point.shares.iter().map(|(i, w)| w * radial[*i]).sum();
             let vector = size * point.radial;

@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 
 /// What the surrogate knows of the fluid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Blood {
+pub struct SurrogateBlood {
     /// Density, kg/m³.
     pub density: f64,
     /// Dynamic viscosity, Pa s.
@@ -60,7 +60,7 @@ pub enum End {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TubeSurrogate {
     sections: Sections,
-    blood: Blood,
+    blood: SurrogateBlood,
     /// A column for each section, m/Pa.
     answers: DMatrix<f64>,
     /// **S**: the same averaged over sections.
@@ -86,7 +86,7 @@ impl TubeSurrogate {
     pub fn new(
         sections: Sections,
         answers: &[DVector<f64>],
-        blood: Blood,
+        blood: SurrogateBlood,
         inlet: End,
         outlet: End,
     ) -> Self {
@@ -185,7 +185,8 @@ impl TubeSurrogate {
     }
 
     /// The change of radius of each section that removes the residual `r` (m) of its radius.
-    pub fn widen(&self, r: &[f64]) -> Vec<f64> {
+    #[cfg(test)]
+    pub(super) fn widen(&self, r: &[f64]) -> Vec<f64> {
         let r = DVector::from_column_slice(r);
         let x = self.rest * &r + &self.compliance * (&self.pressure * &r);
         x.as_slice().to_vec()
@@ -234,7 +235,7 @@ mod tests {
             end: 0.05 * Vec3::x(),
         };
         let sections = Sections::new(&points, axis, 49).unwrap();
-        let blood = Blood {
+        let blood = SurrogateBlood {
             density: 1000.0,
             viscosity: 0.0,
             time_step: 1e-3,

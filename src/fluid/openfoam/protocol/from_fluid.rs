@@ -1,6 +1,6 @@
 //! What the fluid says: what may come when, and how its bytes are read.
 
-use super::{Frame, Kind, MAX_FAILURE_TEXT, ProtocolError};
+use super::{Kind, MAX_FAILURE_TEXT, ProtocolError, WireFrame};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
 
@@ -103,7 +103,7 @@ impl Expected {
     }
 
     /// Refuses a frame whose payload must not be read.
-    pub fn check(self, frame: Frame) -> Result<(), ProtocolError> {
+    pub fn check(self, frame: WireFrame) -> Result<(), ProtocolError> {
         let wrong_length = |expected: String| {
             Err(ProtocolError::Length {
                 kind: frame.kind,

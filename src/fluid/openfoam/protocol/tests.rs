@@ -104,7 +104,7 @@ fn a_report_brings_load_and_wall_shear_of_each_face() {
     let [load, shear] = [1.0, 2.0].map(|x| vec![Vec3::new(x, 0.0, -x); 3]);
     put_vectors(&mut payload, &load);
     put_vectors(&mut payload, &shear);
-    let frame = Frame {
+    let frame = WireFrame {
         kind: Kind::Accepted,
         length: payload.len() as u64,
     };
@@ -134,40 +134,40 @@ fn frames_that_do_not_belong_are_refused() {
         bytes
     };
     assert_eq!(
-        Frame::decode(b"HTTP/1.1 200 OK\r"),
+        WireFrame::decode(b"HTTP/1.1 200 OK\r"),
         Err(ProtocolError::Foreign)
     );
     assert_eq!(
-        Frame::decode(&frame(4, 1, 0)),
+        WireFrame::decode(&frame(4, 1, 0)),
         Err(ProtocolError::Version { found: 1 })
     );
     assert_eq!(
-        Frame::decode(&frame(9, VERSION, 0)),
+        WireFrame::decode(&frame(9, VERSION, 0)),
         Err(ProtocolError::UnknownKind(9))
     );
     let expected = Expected::Solved { faces: 2 };
     assert_eq!(
-        expected.check(Frame::decode(&frame(4, VERSION, 72)).unwrap()),
+        expected.check(WireFrame::decode(&frame(4, VERSION, 72)).unwrap()),
         Ok(())
     );
     assert!(
         expected
-            .check(Frame::decode(&frame(4, VERSION, u64::MAX)).unwrap())
+            .check(WireFrame::decode(&frame(4, VERSION, u64::MAX)).unwrap())
             .is_err()
     );
     assert!(
         expected
-            .check(Frame::decode(&frame(6, VERSION, 72)).unwrap())
+            .check(WireFrame::decode(&frame(6, VERSION, 72)).unwrap())
             .is_err()
     );
     assert!(
         expected
-            .check(Frame::decode(&frame(8, VERSION, 4097)).unwrap())
+            .check(WireFrame::decode(&frame(8, VERSION, 4097)).unwrap())
             .is_err()
     );
     assert!(
         Expected::Hello
-            .check(Frame::decode(&frame(1, VERSION, MAX_HELLO + 1)).unwrap())
+            .check(WireFrame::decode(&frame(1, VERSION, MAX_HELLO + 1)).unwrap())
             .is_err()
     );
 }
@@ -203,7 +203,7 @@ proptest! {
 
     #[test]
     fn frames_never_panic(bytes in any::<[u8; FRAME_SIZE]>(), faces in 0_usize..1000) {
-        if let Ok(frame) = Frame::decode(&bytes) {
+        if let Ok(frame) = WireFrame::decode(&bytes) {
             let _ = Expected::Accepted { faces }.check(frame);
         }
     }

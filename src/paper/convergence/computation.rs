@@ -2,7 +2,7 @@
 
 use super::cases::TestCase;
 use super::compute;
-use super::errors::Solution;
+use super::errors::EvaluatedSolution;
 use super::figures;
 use super::plan::{Choice, Plan};
 use super::table::Row;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// What a study has come to.
-pub struct Outcome {
+pub struct StudyOutcome {
     /// Rows that are in its table.
     pub rows: usize,
     /// Computations that failed.
@@ -27,7 +27,7 @@ pub struct Outcome {
 ///
 /// # Errors
 /// If the folder is that of another study, or something cannot be written.
-pub fn run(plans: &[Plan], out: &Path, quick: bool) -> Result<Outcome, Failure> {
+pub fn run(plans: &[Plan], out: &Path, quick: bool) -> Result<StudyOutcome, Failure> {
     let mut results = ResultsFolder::open(out, quick)?;
     let mut remaining = Remaining::new(plans, &results);
     let mut failures = 0;
@@ -43,7 +43,7 @@ pub fn run(plans: &[Plan], out: &Path, quick: bool) -> Result<Outcome, Failure> 
         }
         figures::write(&results.rows, out).map_err(|e| results.unwritten(&e))?;
     }
-    Ok(Outcome {
+    Ok(StudyOutcome {
         rows: results.rows.len(),
         failures,
     })
@@ -86,10 +86,10 @@ impl Remaining {
 
 /// A reference solution as it is kept.
 #[derive(Serialize, Deserialize)]
-struct Reference {
+struct KeptReference {
     /// In words, so that another one is not mistaken for it.
     choice: String,
-    solution: Solution,
+    solution: EvaluatedSolution,
 }
 
 /// The folder of the results.
@@ -111,7 +111,7 @@ impl ResultsFolder {
         for case in TestCase::ALL {
             let path = results.reference_path(case);
             let Ok(text) = fs::read(&path) else { continue };
-            let kept: Option<Reference> = serde_json::from_slice(&text).ok();
+            let kept: Option<KeptReference> = serde_json::from_slice(&text).ok();
             let wanted = Plan::new(case, quick).reference.to_string();
             if kept.is_none_or(|kept| kept.choice != wanted) {
                 return Err(Failure::Input(format!(
@@ -158,17 +158,17 @@ impl ResultsFolder {
         &mut self,
         plan: &Plan,
         remaining: &mut Remaining,
-    ) -> Result<Option<Solution>, Failure> {
+    ) -> Result<Option<EvaluatedSolution>, Failure> {
         let path = self.reference_path(plan.reference.case);
         let kept = fs::read(&path).ok();
-        let kept = kept.and_then(|text| serde_json::from_slice::<Reference>(&text).ok());
+        let kept = kept.and_then(|text| serde_json::from_slice::<KeptReference>(&text).ok());
         if let Some(kept) = kept {
             return Ok(Some(kept.solution));
         }
         let Some(solution) = self.computed(&plan.reference, None, remaining)? else {
             return Ok(None);
         };
-        let kept = Reference {
+        let kept = KeptReference {
             choice: plan.reference.to_string(),
             solution,
         };
@@ -181,7 +181,7 @@ impl ResultsFolder {
     fn add(
         &mut self,
         choice: &Choice,
-        reference: &Solution,
+        reference: &EvaluatedSolution,
         remaining: &mut Remaining,
     ) -> Result<bool, Failure> {
         Ok(self.computed(choice, Some(reference), remaining)?.is_some())
@@ -191,9 +191,9 @@ impl ResultsFolder {
     fn computed(
         &mut self,
         choice: &Choice,
-        reference: Option<&Solution>,
+        reference: Option<&EvaluatedSolution>,
         remaining: &mut Remaining,
-    ) -> Result<Option<Solution>, Failure> {
+    ) -> Result<Option<EvaluatedSolution>, Failure> {
         remaining.count[0] += 1;
         let [number, all] = remaining.count;
         terminal::note(format_args!("[{number}/{all}] {choice}"));

@@ -1,7 +1,9 @@
 //! Which settings a study of the acceleration compares, and one computation with each.
 
 use super::{History, Linear, Reference, Tube, TubeSetup, march};
-use crate::coupling::acceleration::{AccelerationModel, Filter, Identity, Settings, Surrogate};
+use crate::coupling::acceleration::{
+    AccelerationModel, AccelerationSettings, Filter, Identity, Surrogate,
+};
 use crate::coupling::convergence::Criterion;
 use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::predictor::{Extrapolation, Predictor};
@@ -49,7 +51,7 @@ impl Combination {
         } else {
             (problem.relaxation(), Box::new(Identity))
         };
-        let settings = Settings {
+        let settings = AccelerationSettings {
             relaxation,
             reuse: self.reuse,
             filter: Filter::new(1e-2, tolerance, self.surrogate),
