@@ -1,7 +1,6 @@
 //! CPU seconds of one Newton iteration on the two-layer tube: `cargo bench --bench structure`, `RAYON_NUM_THREADS=1` for
 //! one thread. The smallest of several repetitions counts, since other programs disturb.
 
-use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::{Discretization, Options};
@@ -72,10 +71,7 @@ fn run(kind: SpaceKind, p: usize, points: usize, mesh: [usize; 3]) {
     let faces = supports::surface(&mesh, "inner").expect("tubes have one");
     let surface =
         Surface::new(&body.numbering, &space, &body.mapping, faces, points).expect("regular");
-    let load = SurfaceLoad {
-        pressure: vec![100.0; surface.points.len()],
-        shear: vec![Vec3::zeros(); surface.points.len()],
-    };
+    let load = SurfaceLoad::uniform_pressure(100.0, surface.points.len());
     let d = vec![0.0; body.coefficients()];
     let mut tangent = Vec::new();
     let assembly = measure(|| {

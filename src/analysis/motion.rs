@@ -1,7 +1,6 @@
 //! A tube under a pressure that varies in time.
 
 use super::tube::Tube;
-use crate::Vec3;
 use crate::pfem::discretization::Options;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::solution::statics::StaticOptions;
@@ -128,10 +127,7 @@ impl<'a> TubeMotion<'a> {
         let time = self.steps_done as f64 * self.dynamics.step;
         let pressure = self.dynamics.factor(time) * self.tube.pressure;
         let points = self.structure.wet_points().len();
-        let load = SurfaceLoad {
-            pressure: vec![pressure; points],
-            shear: vec![Vec3::zeros(); points],
-        };
+        let load = SurfaceLoad::uniform_pressure(pressure, points);
         let trial = self
             .structure
             .solve(&load, self.dynamics.step, TOLERANCE, None)?;

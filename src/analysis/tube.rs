@@ -179,10 +179,7 @@ impl Tube {
     /// A pressure (Pa) on a surface.
     fn load<'a>(&self, surface: &'a Surface, pressure: f64) -> Load<'a> {
         Load::Surface {
-            values: SurfaceLoad {
-                pressure: vec![pressure; surface.points.len()],
-                shear: vec![Vec3::zeros(); surface.points.len()],
-            },
+            values: SurfaceLoad::uniform_pressure(pressure, surface.points.len()),
             surface,
             kind: self.kind,
         }

@@ -1,7 +1,6 @@
 //! The wall of a case in figures, without blood: how wide it stands under the pressures that its windkessel will make, and
 //! how far they are from buckling.
 
-use crate::Vec3;
 use crate::case::{self, Anastomosis};
 use crate::geometry::{self, HexFace, HexMesh, Vessel};
 use crate::pfem::discretization::{Discretization, Options};
@@ -89,10 +88,7 @@ impl LoadedWall {
         let points = self.surface.points.len();
         let load = Load::Surface {
             surface: &self.surface,
-            values: SurfaceLoad {
-                pressure: vec![pressure; points],
-                shear: vec![Vec3::zeros(); points],
-            },
+            values: SurfaceLoad::uniform_pressure(pressure, points),
             kind: LoadKind::Follower,
         };
         let options = StaticOptions {

@@ -25,6 +25,16 @@ pub struct SurfaceLoad {
     pub shear: Vec<Vec3>,
 }
 
+impl SurfaceLoad {
+    /// The same pressure (Pa) at all `points` of a surface.
+    pub fn uniform_pressure(pressure: f64, points: usize) -> Self {
+        Self {
+            pressure: vec![pressure; points],
+            shear: vec![Vec3::zeros(); points],
+        }
+    }
+}
+
 /// A structural solver that can repeat a time step from the same old state with different loads.
 pub trait Solid {
     /// The solution of one time step; thrown away, or handed to [`Solid::accept`].

@@ -44,10 +44,7 @@ fn tube_with(circumferential: usize, options: &StructureOptions) -> Structure {
 
 fn no_load(structure: &Structure) -> SurfaceLoad {
     let n = structure.wet_points().len();
-    SurfaceLoad {
-        pressure: vec![0.0; n],
-        shear: vec![Vec3::zeros(); n],
-    }
+    SurfaceLoad::uniform_pressure(0.0, n)
 }
 
 /// Total energy at the start and at the end of a free vibration in the first mode.
@@ -228,10 +225,7 @@ fn pulsate(newton: NewtonOptions, resume: bool) -> (Structure, usize) {
         }
         let t = step as f64 / 40.0;
         let pressure = 4e2 * t + 2e1 * (20.0 * t).sin();
-        let load = SurfaceLoad {
-            pressure: vec![pressure; structure.wet_points().len()],
-            shear: vec![Vec3::zeros(); structure.wet_points().len()],
-        };
+        let load = SurfaceLoad::uniform_pressure(pressure, structure.wet_points().len());
         let trial = structure.solve(&load, 2e-3, 1e-8, None).unwrap();
         factorizations += trial.stats.factorizations;
         structure.accept(trial);
@@ -274,10 +268,7 @@ fn the_number_of_threads_changes_no_bit() {
             pool.install(|| {
                 let mesh = tube_mesh(2.35e-3, &[4.5e-4, 4.5e-4], 1.5e-2, 4, 8, 1);
                 let mut structure = Structure::new(&mesh, &artery(), &options(3, 0.01)).unwrap();
-                let load = SurfaceLoad {
-                    pressure: vec![1e3; structure.wet_points().len()],
-                    shear: vec![Vec3::zeros(); structure.wet_points().len()],
-                };
+                let load = SurfaceLoad::uniform_pressure(1e3, structure.wet_points().len());
                 for _ in 0..3 {
                     let trial = structure.solve(&load, 2e-3, 1e-8, None).unwrap();
                     structure.accept(trial);
@@ -308,10 +299,7 @@ fn located_points_lie_where_they_are_and_move_with_the_wall() {
     let located = structure.locate(&points).unwrap();
     // The edges of degree 4 leave the circle by 9e-5 of the radius.
     assert!(located.iter().all(|l| l.distance < 1e-4 * 5e-3));
-    let load = SurfaceLoad {
-        pressure: vec![1e3; structure.wet_points().len()],
-        shear: vec![Vec3::zeros(); structure.wet_points().len()],
-    };
+    let load = SurfaceLoad::uniform_pressure(1e3, structure.wet_points().len());
     let trial = structure.solve(&load, 1.0, 1e-9, None).unwrap();
     let moved = structure.displacement(&trial, &located);
     for (x, u) in points.iter().zip(&moved) {

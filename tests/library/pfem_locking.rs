@@ -1,7 +1,6 @@
 //! The wall of the study's models in the mixed form: no locking where the pure displacement form locks, and one buckling load
 //! whatever the degree. `docs/wall.md` has the finer meshes.
 
-use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::geometry::solid_mesh;
 use fsi_driver::pfem::discretization::{Discretization, Options};
@@ -42,10 +41,7 @@ fn inflate(
     let points = surface.points.len();
     let load = Load::Surface {
         surface: &surface,
-        values: SurfaceLoad {
-            pressure: vec![pressure; points],
-            shear: vec![Vec3::zeros(); points],
-        },
+        values: SurfaceLoad::uniform_pressure(pressure, points),
         kind: LoadKind::Follower,
     };
     let options = StaticOptions {

@@ -1,6 +1,5 @@
 //! Where walls lose their stability: buckling loads against theory, and the paths behind them.
 
-use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::{Discretization, Options};
@@ -39,10 +38,7 @@ fn inflate(body: &Discretization, pressure: f64, at_bifurcation: AtBifurcation) 
     let points = surface.points.len();
     let load = Load::Surface {
         surface: &surface,
-        values: SurfaceLoad {
-            pressure: vec![pressure; points],
-            shear: vec![Vec3::zeros(); points],
-        },
+        values: SurfaceLoad::uniform_pressure(pressure, points),
         kind: LoadKind::Follower,
     };
     let options = StaticOptions {

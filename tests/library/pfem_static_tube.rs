@@ -2,7 +2,6 @@
 
 use crate::pfem_support::artery;
 use crate::pfem_support::radial;
-use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::{Discretization, Options};
@@ -51,10 +50,7 @@ fn inflate(
     let n = surface.points.len();
     let load = Load::Surface {
         surface: &surface,
-        values: SurfaceLoad {
-            pressure: vec![pressure; n],
-            shear: vec![Vec3::zeros(); n],
-        },
+        values: SurfaceLoad::uniform_pressure(pressure, n),
         kind,
     };
     let result = statics::solve(&body, &[load], None, &StaticOptions::default()).unwrap();

@@ -5,7 +5,6 @@ use super::super::element::surface::LoadKind;
 use super::super::solid::SurfaceLoad;
 use super::statics::{self, Load, StaticOptions};
 use super::structure::{State, Structure};
-use crate::Vec3;
 
 impl Structure {
     /// Displacement coefficients in static equilibrium under a pressure (Pa) on the wet surface and the one outside, after
@@ -24,10 +23,7 @@ impl Structure {
             Some(guess) => statics::stretch(body, guess, &options)?.displacement,
         };
         let inner = self.wet_surface();
-        let uniform = SurfaceLoad {
-            pressure: vec![pressure; inner.points.len()],
-            shear: vec![Vec3::zeros(); inner.points.len()],
-        };
+        let uniform = SurfaceLoad::uniform_pressure(pressure, inner.points.len());
         let acting = (pressure != 0.0).then_some((inner, &uniform));
         let loads: Vec<Load> = (acting.into_iter())
             .chain(self.outer())
