@@ -2,9 +2,9 @@
 //! Womersley.
 
 use fsi_driver::Vec3;
-use fsi_driver::fluid::native::discretization::Discretization;
-use fsi_driver::fluid::native::space::{Face, Patch, Plane, Space};
-use fsi_driver::fluid::native::{Boundary, Flow, Settings, State, TimeScheme};
+use fsi_driver::fluid::native::spectral_elements::SpectralElements;
+use fsi_driver::fluid::native::taylor_hood_space::{Face, Patch, Plane, TaylorHoodSpace};
+use fsi_driver::fluid::native::{BoundaryConditions, Flow, FlowSettings, FlowState, TimeScheme};
 use nalgebra::Matrix3;
 
 /// A problem in a box that is bent and moves, with an exact solution.
@@ -25,8 +25,8 @@ trait Exact {
 
 struct Box3 {
     flow: Flow,
-    settings: Settings,
-    state: State,
+    settings: FlowSettings,
+    state: FlowState,
     /// Places of the nodes in the unit cube.
     reference: Vec<Vec3>,
     open: Vec<Face>,
@@ -45,14 +45,14 @@ impl Box3 {
     fn new(
         cells: [usize; 3],
         degree: usize,
-        settings: Settings,
+        settings: FlowSettings,
         shape: fn(Vec3, f64) -> Vec3,
         exact: &dyn Exact,
     ) -> Self {
         let [nx, ny, nz] = cells;
         let plane = |degree| Plane::grid([nx, ny], degree);
-        let space = Space::swept(&plane(degree), &plane(degree - 1), degree, nz);
-        let space = Discretization::new(space).unwrap();
+        let space = TaylorHoodSpace::swept(&plane(degree), &plane(degree - 1), degree, nz);
+        let space = SpectralElements::new(space).unwrap();
         let nodes = &space.basis.nodes.points;
         let mut reference = vec![Vec3::zeros(); space.space.nodes];
         for e in 0..space.space.elements {
@@ -70,7 +70,7 @@ impl Box3 {
         let at = |t: f64| field(reference.iter().map(|&x| shape(x, t)));
         let velocity = |t: f64| field(reference.iter().map(|&x| exact.velocity(shape(x, t), t)));
         let zeros = vec![0.0; space.space.pressures];
-        let state = State {
+        let state = FlowState {
             time: 0.0,
             before: None,
             positions: [at(0.0), at(0.0)],
@@ -108,7 +108,7 @@ impl Box3 {
                 .collect();
             space.add_face_load(&points.nodes, &forces, &mut load);
         }
-        let boundary = Boundary {
+        let boundary = BoundaryConditions {
             velocity: field(
                 self.reference
                     .iter()
@@ -151,8 +151,8 @@ impl Box3 {
     }
 }
 
-fn settings(density: f64, viscosity: f64, scheme: TimeScheme) -> Settings {
-    Settings {
+fn settings(density: f64, viscosity: f64, scheme: TimeScheme) -> FlowSettings {
+    FlowSettings {
         density,
         viscosity,
         scheme,
@@ -184,7 +184,7 @@ impl Exact for Uniform {
 #[test]
 fn a_free_stream_stays_as_it_is_on_a_mesh_that_moves() {
     for scheme in [TimeScheme::ImplicitEuler, TimeScheme::Bdf2] {
-        let settings = Settings {
+        let settings = FlowSettings {
             tolerance: 1e-14,
             ..settings(1.3, 0.01, scheme)
         };

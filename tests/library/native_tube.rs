@@ -2,12 +2,12 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};
-use fsi_driver::fluid::native::discretization::Discretization;
 use fsi_driver::fluid::native::metric::Metric;
-use fsi_driver::fluid::native::space::Patch;
+use fsi_driver::fluid::native::spectral_elements::SpectralElements;
+use fsi_driver::fluid::native::taylor_hood_space::Patch;
 use fsi_driver::fluid::native::vessel_mesh::{Resolution, VesselMesh};
 use fsi_driver::fluid::native::wall_traction::wall_loads;
-use fsi_driver::fluid::native::{Boundary, Flow, Settings, State, TimeScheme};
+use fsi_driver::fluid::native::{BoundaryConditions, Flow, FlowSettings, FlowState, TimeScheme};
 use fsi_driver::geometry::Vessel;
 use nalgebra::Complex;
 use std::f64::consts::{PI, TAU};
@@ -41,18 +41,18 @@ fn tube(degree: usize) -> VesselMesh {
 /// Axial velocity prescribed at inlet and outlet's pressure 0; the solution starts as `velocity(r, 0)` everywhere.
 struct Tube {
     flow: Flow,
-    state: State,
+    state: FlowState,
     positions: Vec<f64>,
 }
 
 impl Tube {
     fn new(degree: usize, scheme: TimeScheme, velocity: impl Fn(f64) -> f64) -> Self {
         let mesh = tube(degree);
-        let space = Discretization::new(mesh.space().clone()).unwrap();
+        let space = SpectralElements::new(mesh.space().clone()).unwrap();
         let positions = mesh.positions(&vec![Vec3::zeros(); mesh.interface().points.len()]);
         let fixed = space.space.faces_of(|patch| patch != Patch::End);
         let outlet = space.space.faces_of(|patch| patch == Patch::End);
-        let settings = Settings {
+        let settings = FlowSettings {
             density: DENSITY,
             viscosity: VISCOSITY,
             scheme,
@@ -62,7 +62,7 @@ impl Tube {
         let pressure = vec![0.0; space.space.pressures];
         let flow = Flow::new(space, settings, &fixed, Vec::new(), outlet, &positions).unwrap();
         let u = axial(&positions, velocity);
-        let state = State {
+        let state = FlowState {
             time: 0.0,
             before: None,
             positions: [positions.clone(), positions.clone()],
@@ -78,9 +78,9 @@ impl Tube {
     }
 
     fn step(&mut self, dt: f64, velocity: impl Fn(f64) -> f64) {
-        let boundary = Boundary {
+        let boundary = BoundaryConditions {
             velocity: axial(&self.positions, velocity),
-            ..Boundary::default()
+            ..BoundaryConditions::default()
         };
         let positions = self.positions.clone();
         let trial = self
@@ -133,7 +133,7 @@ fn axial(positions: &[f64], velocity: impl Fn(f64) -> f64) -> Vec<f64> {
 fn the_mesh_has_the_volume_of_the_tube() {
     let error = |degree: usize| {
         let mesh = tube(degree);
-        let space = Discretization::new(mesh.space().clone()).unwrap();
+        let space = SpectralElements::new(mesh.space().clone()).unwrap();
         let still = vec![Vec3::zeros(); mesh.interface().points.len()];
         let metric = Metric::new(&space, &mesh.positions(&still)).unwrap();
         (metric.volume / (PI * RADIUS * RADIUS * 15e-3) - 1.0).abs()

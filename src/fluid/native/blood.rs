@@ -1,10 +1,10 @@
 //! Blood in a vessel: the flow with its inlet, its windkessel and its moving wall.
 
 use super::FlowError;
-use super::discretization::Discretization;
-use super::flow::{Boundary, Flow, Settings, State, Trial};
+use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowState, FlowTrial};
 use super::probes::probe;
-use super::space::{Face, Patch};
+use super::spectral_elements::SpectralElements;
+use super::taylor_hood_space::{Face, Patch};
 use super::vessel_mesh::{Resolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
@@ -32,7 +32,7 @@ struct Windkessel {
 /// What continues from one step to the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Memory {
-    flow: State,
+    flow: FlowState,
     /// Pressure of the windkessel at the end of the last step and of the one before, Pa.
     windkessel: [f64; 2],
 }
@@ -43,7 +43,7 @@ pub struct NativeFluid {
     flow: Flow,
     memory: Memory,
     /// The last trial, and the pressure of its windkessel (Pa).
-    trial: Option<(Trial, f64)>,
+    trial: Option<(FlowTrial, f64)>,
     curve: FlowCurve,
     ramp_duration: f64,
     /// Whether the outlet pressure is ramped as the inflow is.
@@ -83,7 +83,7 @@ impl NativeFluid {
         let curve =
             FlowCurve::new(&vessel.inflow, case.time.period).map_err(|error| failed(&error))?;
         let mesh = VesselMesh::new(&Vessel::new(vessel), resolution);
-        let space = Discretization::new(mesh.space().clone()).map_err(|error| failed(&error))?;
+        let space = SpectralElements::new(mesh.space().clone()).map_err(|error| failed(&error))?;
         let still = vec![Vec3::zeros(); mesh.interface().points.len()];
         let positions = mesh.positions(&still);
         let faces = |wanted: fn(Patch) -> bool| space.space.faces_of(wanted);
@@ -94,7 +94,7 @@ impl NativeFluid {
         let rigid = resolution.axial_extension * 4 * resolution.core;
         let wall = walls[rigid..].to_vec();
         let profile = plug(&space, &inlet, &walls, &positions);
-        let settings = Settings {
+        let settings = FlowSettings {
             density: case.blood.density,
             viscosity: case.blood.viscosity,
             scheme: numbers.time_scheme,
@@ -107,7 +107,7 @@ impl NativeFluid {
         let zeros = |n: usize| [vec![0.0; n], vec![0.0; n]];
         Ok(Self {
             memory: Memory {
-                flow: State {
+                flow: FlowState {
                     time: 0.0,
                     before: None,
                     positions: [positions.clone(), positions],
@@ -202,8 +202,8 @@ impl NativeFluid {
     }
 
     /// The load on the parts of the wall, in the order of the interface's faces.
-    fn loads(&self, trial: &Trial) -> Vec<WallLoad> {
-        let Trial {
+    fn loads(&self, trial: &FlowTrial) -> Vec<WallLoad> {
+        let FlowTrial {
             positions,
             velocity,
             pressure,
@@ -231,7 +231,7 @@ impl NativeFluid {
     }
 
     /// Pressure (Pa), mean over the inlet.
-    fn inlet_pressure(&self, trial: &Trial) -> f64 {
+    fn inlet_pressure(&self, trial: &FlowTrial) -> f64 {
         let space = self.flow.space();
         let (mut force, mut area) = (0.0, 0.0);
         for &face in &self.inlet {
@@ -253,7 +253,7 @@ impl NativeFluid {
 }
 
 /// The velocity on the inlet that is uniform at its inner nodes, for a flow of 1 m³/s into the vessel.
-fn plug(space: &Discretization, inlet: &[Face], walls: &[Face], positions: &[f64]) -> Vec<f64> {
+fn plug(space: &SpectralElements, inlet: &[Face], walls: &[Face], positions: &[f64]) -> Vec<f64> {
     let nodes = space.space.nodes;
     let mut flux = vec![0.0; 3 * nodes];
     let mut area = Vec3::zeros();
@@ -305,7 +305,7 @@ impl Fluid for NativeFluid {
             *u += ramp * flow * profile;
         }
         let windkessel = self.windkessel_pressure(time_step);
-        let boundary = Boundary {
+        let boundary = BoundaryConditions {
             velocity,
             outlet_pressure: windkessel.map(|p| self.pressure_ramp(t) * p),
             load: Vec::new(),
@@ -378,8 +378,8 @@ impl Fluid for NativeFluid {
                 "the state of the native fluid cannot be read: {error}"
             ))
         })?;
-        let sizes = |state: &State| {
-            let State {
+        let sizes = |state: &FlowState| {
+            let FlowState {
                 positions,
                 velocity,
                 pressure,
@@ -398,7 +398,7 @@ impl Fluid for NativeFluid {
     }
 
     fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
-        let State {
+        let FlowState {
             positions,
             velocity,
             pressure,

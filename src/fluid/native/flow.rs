@@ -4,18 +4,18 @@
 //! pressure of a step are found together, without splitting; convection is linearized by extrapolation in time.
 
 use super::FlowError;
-use super::discretization::Discretization;
 use super::gmres::{self, System, Workspace};
 use super::metric::Metric;
 use super::oseen::{Local, Oseen};
 use super::pressure::SchurComplement;
-use super::space::Face;
+use super::spectral_elements::SpectralElements;
+use super::taylor_hood_space::Face;
 use super::time_scheme::{self, TimeScheme, Weights, extrapolation};
 use serde::{Deserialize, Serialize};
 
 /// The fluid, and how its equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct FlowSettings {
     /// Density, kg/m³.
     pub density: f64,
     /// Dynamic viscosity, Pa s.
@@ -30,7 +30,7 @@ pub struct Settings {
 
 /// What the fluid is at the end of a step, and what it was a step earlier. Fields are stored one component after the other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct State {
+pub struct FlowState {
     /// Time, s.
     pub time: f64,
     /// Length of the last step, if there was one, s.
@@ -47,7 +47,7 @@ pub struct State {
 
 /// Conditions on the boundary during a step.
 #[derive(Debug, Clone, Default)]
-pub struct Boundary {
+pub struct BoundaryConditions {
     /// Velocities of which those at fixed nodes count, m/s.
     pub velocity: Vec<f64>,
     /// Pressure at the outlet: a constant (Pa) and a part for each unit of outflow (Pa s/m³).
@@ -58,7 +58,7 @@ pub struct Boundary {
 
 /// A solution that can be thrown away.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trial {
+pub struct FlowTrial {
     /// Length of the step, s.
     pub time_step: f64,
     /// Positions of the nodes, m.
@@ -82,7 +82,7 @@ const FAR: f64 = 0.05;
 /// Or once the time steps differ by this factor.
 const OTHER_STEP: f64 = 5.0;
 
-/// What was made for [`State::preconditioner`].
+/// What was made for [`FlowState::preconditioner`].
 struct Frozen {
     positions: Vec<f64>,
     weight: f64,
@@ -92,8 +92,8 @@ struct Frozen {
 
 /// Solves the steps.
 pub struct Flow {
-    space: Discretization,
-    settings: Settings,
+    space: SpectralElements,
+    settings: FlowSettings,
     fixed: Vec<bool>,
     moving_walls: Vec<Face>,
     outlet: Vec<Face>,
@@ -107,8 +107,8 @@ impl Flow {
     /// With prescribed velocity on the faces of `fixed`; where these are among `moving_walls` as well the velocity is the
     /// wall's, and the fluid makes room for what it sweeps to the last digit. The rest of the boundary is open.
     pub fn new(
-        space: Discretization,
-        settings: Settings,
+        space: SpectralElements,
+        settings: FlowSettings,
         fixed: &[Face],
         moving_walls: Vec<Face>,
         outlet: Vec<Face>,
@@ -136,17 +136,17 @@ impl Flow {
     }
 
     /// The elements.
-    pub fn space(&self) -> &Discretization {
+    pub fn space(&self) -> &SpectralElements {
         &self.space
     }
 
     /// Weights of the backward difference over the coming step.
-    pub fn weights(&self, state: &State, time_step: f64) -> Weights {
+    pub fn weights(&self, state: &FlowState, time_step: f64) -> Weights {
         time_scheme::weights(self.settings.scheme, time_step, state.before)
     }
 
     /// Velocity (m/s) of a mesh that comes to lie at `positions` (m).
-    pub fn mesh_velocity(&self, state: &State, time_step: f64, positions: &[f64]) -> Vec<f64> {
+    pub fn mesh_velocity(&self, state: &FlowState, time_step: f64, positions: &[f64]) -> Vec<f64> {
         let w = self.weights(state, time_step);
         let [last, before] = &state.positions;
         (positions.iter().zip(last).zip(before))
@@ -175,12 +175,12 @@ impl Flow {
     /// an earlier trial of this step to start the iteration from.
     pub fn solve(
         &mut self,
-        state: &State,
+        state: &FlowState,
         time_step: f64,
         positions: Vec<f64>,
-        boundary: &Boundary,
-        start: Option<&Trial>,
-    ) -> Result<Trial, FlowError> {
+        boundary: &BoundaryConditions,
+        start: Option<&FlowTrial>,
+    ) -> Result<FlowTrial, FlowError> {
         let w = self.weights(state, time_step);
         self.freeze(state, w.new)?;
         let metric = Metric::new(&self.space, &positions)?;
@@ -277,7 +277,7 @@ impl Flow {
             });
         }
         let pressure = x.split_off(3 * nodes);
-        Ok(Trial {
+        Ok(FlowTrial {
             time_step,
             outflow: outflow.iter().zip(&x).map(|(q, u)| q * u).sum(),
             volume: metric.volume,
@@ -294,7 +294,7 @@ impl Flow {
     }
 
     /// Makes a trial the state from which the next step starts.
-    pub fn accept(&self, state: &mut State, trial: Trial) {
+    pub fn accept(&self, state: &mut FlowState, trial: FlowTrial) {
         state.time += trial.time_step;
         state.before = Some(trial.time_step);
         for (fields, new) in [
@@ -311,7 +311,7 @@ impl Flow {
     }
 
     /// Sees to a preconditioner that depends on `state` alone: that of the state if it is near enough, or a new one.
-    fn freeze(&mut self, state: &State, weight: f64) -> Result<(), FlowError> {
+    fn freeze(&mut self, state: &FlowState, weight: f64) -> Result<(), FlowError> {
         let now = &state.positions[0];
         let near = |positions: &[f64], other: f64| {
             let distances = positions.iter().zip(now).map(|(a, b)| (a - b).abs());
@@ -347,7 +347,7 @@ impl Flow {
     /// the flow of the mesh's velocity through them in the end: so outflow less inflow is the change of the volume.
     fn swept_sources(
         &self,
-        state: &State,
+        state: &FlowState,
         w: Weights,
         positions: &[f64],
         mesh_velocity: &[f64],
@@ -404,7 +404,7 @@ impl Flow {
 }
 
 fn inverse_diagonal(
-    settings: &Settings,
+    settings: &FlowSettings,
     fixed: &[bool],
     mass: &[f64],
     laplacian_diagonal: &[f64],

@@ -37,6 +37,29 @@ pub struct Scratch {
     divergence: Vec<f64>,
 }
 
+/// The working memory as registers: `contracted` for products in progress, the others with the values of all Gauss points.
+struct Views<'a, V> {
+    contracted: [&'a mut [V]; 2],
+    values: &'a mut [V],
+    gradient: [&'a mut [V]; 3],
+    pressure: &'a mut [V],
+    divergence: &'a mut [V],
+}
+
+impl Scratch {
+    #[inline(always)]
+    fn views<S: Simd, const M: usize>(&mut self) -> Views<'_, S::f64s> {
+        let m3 = M * M * M * registers::<S>();
+        Views {
+            contracted: self.contracted.each_mut().map(|v| view_mut::<S>(v)),
+            values: &mut view_mut::<S>(&mut self.values)[..m3],
+            gradient: (self.gradient.each_mut()).map(|v| &mut view_mut::<S>(v)[..m3]),
+            pressure: &mut view_mut::<S>(&mut self.pressure)[..m3],
+            divergence: &mut view_mut::<S>(&mut self.divergence)[..m3],
+        }
+    }
+}
+
 /// The operations of elements of some degree.
 pub trait Kernel: Send + Sync {
     /// Working memory.
@@ -225,13 +248,13 @@ impl<const N: usize, const M: usize, const P: usize> WithSimd for Work<'_, N, M,
             continuity,
             scratch,
         } = self.job;
-        let [first, second] = &mut scratch.contracted;
-        let (first, second) = (view_mut::<S>(first), view_mut::<S>(second));
-        let [x, y, z] = &mut scratch.gradient;
-        let [x, y, z] = [x, y, z].map(|v| &mut view_mut::<S>(v)[..m3]);
-        let values = &mut view_mut::<S>(&mut scratch.values)[..m3];
-        let pressure = &mut view_mut::<S>(&mut scratch.pressure)[..m3];
-        let divergence = &mut view_mut::<S>(&mut scratch.divergence)[..m3];
+        let Views {
+            contracted: [first, second],
+            values,
+            gradient: [x, y, z],
+            pressure,
+            divergence,
+        } = scratch.views::<S, M>();
         let kernel = self.kernel;
         let map = &kernel.pressure_to_gauss;
         interpolate::<S, P, M>(simd, map, view::<S>(p), pressure, [first, second]);
@@ -247,8 +270,7 @@ impl<const N: usize, const M: usize, const P: usize> WithSimd for Work<'_, N, M,
             let input = &u[c * n3..(c + 1) * n3];
             interpolate::<S, N, M>(simd, &kernel.to_gauss, input, values, [first, second]);
             differentiate::<S, M>(simd, &kernel.derivative, values, [x, y, z]);
-            let row = |d: usize| &g[(3 * d + c) * m3..(3 * d + c + 1) * m3];
-            let g = [row(0), row(1), row(2)];
+            let g = column(g, c, m3);
             for q in 0..m3 {
                 let d = [x[q], y[q], z[q]];
                 let g = [g[0][q], g[1][q], g[2][q]];
@@ -283,6 +305,12 @@ fn dot<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> S::f64s {
     simd.mul_add_e_f64s(a[2], b[2], sum)
 }
 
+/// What belongs to component `c` of the velocity among nine components of `m3` values.
+#[inline(always)]
+fn column<V>(g: &[V], c: usize, m3: usize) -> [&[V]; 3] {
+    std::array::from_fn(|d| &g[(3 * d + c) * m3..(3 * d + c + 1) * m3])
+}
+
 struct MinusDivergence<'a> {
     cofactors: &'a [f64],
     u: &'a [f64],
@@ -305,12 +333,13 @@ impl<const N: usize, const M: usize, const P: usize> WithSimd
             q,
             scratch,
         } = self.job;
-        let [first, second] = &mut scratch.contracted;
-        let (first, second) = (view_mut::<S>(first), view_mut::<S>(second));
-        let [x, y, z] = &mut scratch.gradient;
-        let [x, y, z] = [x, y, z].map(|v| &mut view_mut::<S>(v)[..m3]);
-        let values = &mut view_mut::<S>(&mut scratch.values)[..m3];
-        let divergence = &mut view_mut::<S>(&mut scratch.divergence)[..m3];
+        let Views {
+            contracted: [first, second],
+            values,
+            gradient: [x, y, z],
+            divergence,
+            ..
+        } = scratch.views::<S, M>();
         divergence.fill(simd.splat_f64s(0.0));
         let kernel = self.kernel;
         let (u, g) = (view::<S>(u), view::<S>(cofactors));
@@ -318,8 +347,7 @@ impl<const N: usize, const M: usize, const P: usize> WithSimd
             let input = &u[c * n3..(c + 1) * n3];
             interpolate::<S, N, M>(simd, &kernel.to_gauss, input, values, [first, second]);
             differentiate::<S, M>(simd, &kernel.derivative, values, [x, y, z]);
-            let row = |d: usize| &g[(3 * d + c) * m3..(3 * d + c + 1) * m3];
-            let g = [row(0), row(1), row(2)];
+            let g = column(g, c, m3);
             for i in 0..m3 {
                 let sum = dot(simd, [g[0][i], g[1][i], g[2][i]], [x[i], y[i], z[i]]);
                 divergence[i] = simd.sub_f64s(divergence[i], sum);
@@ -352,19 +380,19 @@ impl<const N: usize, const M: usize, const P: usize> WithSimd
             v,
             scratch,
         } = self.job;
-        let [first, second] = &mut scratch.contracted;
-        let (first, second) = (view_mut::<S>(first), view_mut::<S>(second));
-        let [x, y, z] = &mut scratch.gradient;
-        let [x, y, z] = [x, y, z].map(|v| &mut view_mut::<S>(v)[..m3]);
-        let values = &mut view_mut::<S>(&mut scratch.values)[..m3];
-        let pressure = &mut view_mut::<S>(&mut scratch.pressure)[..m3];
+        let Views {
+            contracted: [first, second],
+            values,
+            gradient: [x, y, z],
+            pressure,
+            ..
+        } = scratch.views::<S, M>();
         let kernel = self.kernel;
         let map = &kernel.pressure_to_gauss;
         interpolate::<S, P, M>(simd, map, view::<S>(p), pressure, [first, second]);
         let (g, v) = (view::<S>(cofactors), view_mut::<S>(v));
         for c in 0..3 {
-            let row = |d: usize| &g[(3 * d + c) * m3..(3 * d + c + 1) * m3];
-            let g = [row(0), row(1), row(2)];
+            let g = column(g, c, m3);
             for i in 0..m3 {
                 let minus = simd.neg_f64s(pressure[i]);
                 x[i] = simd.mul_f64s(g[0][i], minus);

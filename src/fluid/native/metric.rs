@@ -2,7 +2,7 @@
 
 use super::FlowError;
 use super::contraction::LANES;
-use super::discretization::Discretization;
+use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 
 /// The mapping of every element, in groups of [`LANES`] side by side.
@@ -46,7 +46,7 @@ impl Metric {
     ///
     /// # Errors
     /// If an element is inside out.
-    pub fn new(space: &Discretization, positions: &[f64]) -> Result<Self, FlowError> {
+    pub fn new(space: &SpectralElements, positions: &[f64]) -> Result<Self, FlowError> {
         let (n3, m3) = (space.node_count() * LANES, space.gauss_count() * LANES);
         let groups = space.groups();
         let mut cofactors = vec![0.0; groups * 9 * m3];
@@ -128,7 +128,7 @@ impl Metric {
     }
 
     /// `density G a` at the Gauss points for the convecting velocity `a` (m/s) at the nodes: `3 M³` values an element.
-    pub fn convection(&self, space: &Discretization, density: f64, a: &[f64]) -> Vec<f64> {
+    pub fn convection(&self, space: &SpectralElements, density: f64, a: &[f64]) -> Vec<f64> {
         let (n3, m3) = (space.node_count() * LANES, space.gauss_count() * LANES);
         let mut convection = vec![0.0; space.groups() * 3 * m3];
         convection
@@ -158,7 +158,7 @@ impl Metric {
     }
 
     /// Diagonal of the Laplacian, `∫ |∇v_i|²`, for each node, m.
-    pub fn laplacian_diagonal(&self, space: &Discretization) -> Vec<f64> {
+    pub fn laplacian_diagonal(&self, space: &SpectralElements) -> Vec<f64> {
         let (n3, m3) = (space.node_count(), space.gauss_count());
         let (n, m) = (space.basis.nodes.len(), space.basis.gauss.len());
         // Squares and products of the one-dimensional functions and their slopes at the Gauss points

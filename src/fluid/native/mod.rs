@@ -1,8 +1,8 @@
 //! Blood by spectral elements: a solver of the incompressible Navier-Stokes equations on a moving mesh, without any
 //! program but this one.
 //!
-//! From one dimension to a time step: [`basis`] has the polynomials of an element, [`contraction`] their products, [`kernel`] its operations, [`space`] the
-//! numbering of the unknowns and [`discretization`] all of these together; [`vessel_mesh`] is the lumen of a vessel and how
+//! From one dimension to a time step: [`basis`] has the polynomials of an element, [`contraction`] their products, [`kernel`] its operations, [`taylor_hood_space`] the
+//! numbering of the unknowns and [`spectral_elements`] all of these together; [`vessel_mesh`] is the lumen of a vessel and how
 //! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
 //! equations of a step are [`oseen`], solved by [`gmres`] with the preconditioner of [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
 //! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, and [`probes`] what it is at chosen points. [`blood`] puts it all into a
@@ -13,7 +13,6 @@
 pub(crate) mod basis;
 pub(crate) mod blood;
 pub(crate) mod contraction;
-pub mod discretization;
 pub(crate) mod flow;
 pub(crate) mod gmres;
 pub(crate) mod kernel;
@@ -22,14 +21,15 @@ pub(crate) mod oseen;
 pub(crate) mod plane_cholesky;
 pub(crate) mod pressure;
 pub(crate) mod probes;
-pub mod space;
+pub mod spectral_elements;
 pub(crate) mod surface;
+pub mod taylor_hood_space;
 pub(crate) mod time_scheme;
 pub mod vessel_mesh;
 pub mod wall_traction;
 
 pub use blood::NativeFluid;
-pub use flow::{Boundary, Flow, Settings, State, Trial};
+pub use flow::{BoundaryConditions, Flow, FlowSettings, FlowState, FlowTrial};
 pub use time_scheme::TimeScheme;
 
 /// Why the flow could not be computed.

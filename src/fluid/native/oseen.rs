@@ -1,17 +1,17 @@
 //! The equations of a time step, linear in velocity and pressure, with their preconditioner.
 
 use super::contraction::LANES;
-use super::discretization::Discretization;
 use super::gmres::System;
 use super::kernel::AtGauss;
 use super::metric::Metric;
 use super::pressure::SchurComplement;
+use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 
 /// `A u + Bᵀ p = f`, `B u = g` at one moment. Vectors hold the velocity, one component after the other, then the pressure.
 pub struct Oseen<'a> {
     /// The elements.
-    pub space: &'a Discretization,
+    pub space: &'a SpectralElements,
     /// The geometry at the end of the step.
     pub metric: &'a Metric,
     /// `rho G a` at the Gauss points.
@@ -51,7 +51,7 @@ pub struct Local {
 
 impl Local {
     /// Memory for the elements of a space.
-    pub fn new(space: &Discretization) -> Self {
+    pub fn new(space: &SpectralElements) -> Self {
         let groups = space.groups() * LANES;
         Self {
             momentum: vec![0.0; groups * 3 * space.node_count()],

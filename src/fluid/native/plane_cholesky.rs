@@ -16,6 +16,8 @@ pub struct NotPositive;
 
 /// Numbers in a row are padded to a multiple of this.
 const WIDTH: usize = 16;
+/// Rows of a block that are worked on together.
+const TOGETHER: usize = 8;
 
 /// A dense matrix by rows.
 struct Block {
@@ -39,6 +41,17 @@ impl Block {
             width,
             values,
         }
+    }
+
+    /// The rows from `from` on that are worked on together, and how many of them there are: the last one is repeated.
+    #[inline(always)]
+    fn together<S: Simd>(&self, from: usize) -> (usize, [&[S::f32s]; TOGETHER]) {
+        let count = TOGETHER.min(self.rows - from);
+        let row = |i: usize| {
+            let first = (from + i.min(count - 1)) * self.width;
+            S::as_simd_f32s(&self.values[first..first + self.width]).0
+        };
+        (count, std::array::from_fn(row))
     }
 }
 
@@ -288,22 +301,13 @@ impl WithSimd for Sweep<'_> {
     }
 }
 
-/// Rows that are worked on together.
-const TOGETHER: usize = 8;
-
 /// Adds, or subtracts, `block x`.
 #[inline(always)]
 fn add_product<S: Simd, const MINUS: bool>(simd: S, block: &Block, x: &[f32], out: &mut [f32]) {
-    let width = block.width;
-    let (x, _) = S::as_simd_f32s(&x[..width]);
+    let (x, _) = S::as_simd_f32s(&x[..block.width]);
     let mut from = 0;
     while from < block.rows {
-        let count = TOGETHER.min(block.rows - from);
-        let row = |i: usize| {
-            let i = from + i.min(count - 1);
-            S::as_simd_f32s(&block.values[i * width..(i + 1) * width]).0
-        };
-        let rows: [&[S::f32s]; TOGETHER] = std::array::from_fn(row);
+        let (count, rows) = block.together::<S>(from);
         let mut sums = [simd.splat_f32s(0.0); TOGETHER];
         for (j, &x) in x.iter().enumerate() {
             for i in 0..TOGETHER {
@@ -321,16 +325,10 @@ fn add_product<S: Simd, const MINUS: bool>(simd: S, block: &Block, x: &[f32], ou
 /// Adds, or subtracts, the product of the transposed block with `x`.
 #[inline(always)]
 fn add_transposed<S: Simd, const MINUS: bool>(simd: S, block: &Block, x: &[f32], out: &mut [f32]) {
-    let width = block.width;
-    let (out, _) = S::as_mut_simd_f32s(&mut out[..width]);
+    let (out, _) = S::as_mut_simd_f32s(&mut out[..block.width]);
     let mut from = 0;
     while from < block.rows {
-        let count = TOGETHER.min(block.rows - from);
-        let row = |i: usize| {
-            let i = from + i.min(count - 1);
-            S::as_simd_f32s(&block.values[i * width..(i + 1) * width]).0
-        };
-        let rows: [&[S::f32s]; TOGETHER] = std::array::from_fn(row);
+        let (count, rows) = block.together::<S>(from);
         let mut factors = [simd.splat_f32s(0.0); TOGETHER];
         for i in 0..count {
             factors[i] = simd.splat_f32s(if MINUS { -x[from + i] } else { x[from + i] });

@@ -6,9 +6,9 @@
 
 use super::FlowError;
 use super::contraction::LANES;
-use super::discretization::Discretization;
 use super::metric::Metric;
 use super::plane_cholesky::PlaneCholesky;
+use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 
 /// A factorized Schur complement.
@@ -29,7 +29,7 @@ impl SchurComplement {
     /// # Errors
     /// If the matrix is not positive definite: the pressure is not fixed by any outlet.
     pub fn new(
-        space: &Discretization,
+        space: &SpectralElements,
         metric: &Metric,
         inverse_diagonal: &[f64],
     ) -> Result<Self, FlowError> {
@@ -88,7 +88,7 @@ impl SchurComplement {
 }
 
 /// Rows of `-∫ q_j div v_i`.
-fn divergence_rows(space: &Discretization, metric: &Metric) -> Vec<Vec<Entry>> {
+fn divergence_rows(space: &SpectralElements, metric: &Metric) -> Vec<Vec<Entry>> {
     let (n3, m3, p3) = (
         space.node_count(),
         space.gauss_count(),

@@ -4,7 +4,7 @@
 //! velocity and pressure are the values of their own polynomials there.
 
 use super::basis::{lagrange, lagrange_derivatives};
-use super::discretization::Discretization;
+use super::spectral_elements::SpectralElements;
 use crate::Vec3;
 use crate::fluid::FluidProbe;
 use nalgebra::Matrix3;
@@ -20,7 +20,7 @@ const CONVERGED: f64 = 1e-12;
 
 /// Pressure and velocity at `points` (m), for fields with one component after the other; NaN outside the fluid.
 pub fn probe(
-    space: &Discretization,
+    space: &SpectralElements,
     positions: &[f64],
     velocity: &[f64],
     pressure: &[f64],
@@ -69,7 +69,7 @@ impl Extent {
     }
 }
 
-fn boxes(space: &Discretization, positions: &[f64]) -> Vec<Extent> {
+fn boxes(space: &SpectralElements, positions: &[f64]) -> Vec<Extent> {
     let n = space.space.nodes;
     let of_element = |e: usize| {
         let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
@@ -87,7 +87,7 @@ fn boxes(space: &Discretization, positions: &[f64]) -> Vec<Extent> {
 }
 
 /// Local coordinates of the point `x` in element `e`, if it lies there.
-fn locate(space: &Discretization, e: usize, positions: &[f64], x: &Vec3) -> Option<Vec3> {
+fn locate(space: &SpectralElements, e: usize, positions: &[f64], x: &Vec3) -> Option<Vec3> {
     let mut xi = Vec3::zeros();
     for _ in 0..MOST_STEPS {
         let (here, jacobian) = vector_at(space, e, positions, &xi);
@@ -105,7 +105,7 @@ fn locate(space: &Discretization, e: usize, positions: &[f64], x: &Vec3) -> Opti
 }
 
 /// A vector field of the velocity's degree, with its derivatives by the local coordinates.
-fn vector_at(space: &Discretization, e: usize, field: &[f64], xi: &Vec3) -> (Vec3, Matrix3<f64>) {
+fn vector_at(space: &SpectralElements, e: usize, field: &[f64], xi: &Vec3) -> (Vec3, Matrix3<f64>) {
     let points = &space.basis.nodes.points;
     let values = [0, 1, 2].map(|d| lagrange(points, xi[d]));
     let slopes = [0, 1, 2].map(|d| lagrange_derivatives(points, xi[d]));
@@ -137,7 +137,7 @@ fn products(values: &[Vec<f64>; 3]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::space::{Plane, Space};
+    use super::super::taylor_hood_space::{Plane, TaylorHoodSpace};
     use super::*;
     use std::f64::consts::FRAC_PI_2;
 
@@ -149,15 +149,15 @@ mod tests {
     }
 
     /// The mesh with its positions, and the places in the unit cube of all nodes of velocity and pressure.
-    fn mesh(degree: usize) -> (Discretization, Vec<f64>, [Vec<Vec3>; 2]) {
+    fn mesh(degree: usize) -> (SpectralElements, Vec<f64>, [Vec<Vec3>; 2]) {
         let cells = [2, 3];
-        let space = Space::swept(
+        let space = TaylorHoodSpace::swept(
             &Plane::grid(cells, degree),
             &Plane::grid(cells, degree - 1),
             degree,
             2,
         );
-        let space = Discretization::new(space).unwrap();
+        let space = SpectralElements::new(space).unwrap();
         let size = Vec3::new(2.0, 3.0, 2.0);
         let places = |pressure: bool| {
             let (rule, count) = match pressure {

@@ -1,7 +1,7 @@
 //! Integrals over faces of the boundary.
 
-use super::discretization::Discretization;
-use super::space::Face;
+use super::spectral_elements::SpectralElements;
+use super::taylor_hood_space::Face;
 use crate::Vec3;
 
 /// The Gauss points of a face.
@@ -14,7 +14,7 @@ pub struct FacePoints {
     pub positions: Vec<Vec3>,
 }
 
-impl Discretization {
+impl SpectralElements {
     /// Nodes of a face.
     pub fn face_nodes(&self, face: Face) -> Vec<usize> {
         let element = self.space.element(face.element);

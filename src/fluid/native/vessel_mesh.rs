@@ -5,7 +5,7 @@
 //! moves it, so the mesh depends on the wall's displacement alone, not on the way there.
 
 use super::basis::{Basis, lagrange};
-use super::space::{Plane, Side, Space};
+use super::taylor_hood_space::{Plane, Side, TaylorHoodSpace};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
 use crate::geometry::Vessel;
@@ -171,7 +171,7 @@ pub struct VesselMesh {
     resolution: Resolution,
     section: Section,
     /// Numbering of the unknowns.
-    space: Space,
+    space: TaylorHoodSpace,
     /// The unloaded wall's nodes, layer by layer, m.
     wall: Vec<Vec3>,
     interface: FluidInterface,
@@ -238,7 +238,7 @@ impl VesselMesh {
         }
         let layers = lengths.iter().map(|(_, _, elements)| elements).sum();
         Self {
-            space: Space::swept(
+            space: TaylorHoodSpace::swept(
                 &section.plane(&resolution, degree),
                 &pressure_section.plane(&resolution, degree - 1),
                 degree,
@@ -259,7 +259,7 @@ impl VesselMesh {
     }
 
     /// Numbering of the unknowns.
-    pub fn space(&self) -> &Space {
+    pub fn space(&self) -> &TaylorHoodSpace {
         &self.space
     }
 

@@ -1,9 +1,9 @@
 //! What the fluid does to the wall, from the gradients within the elements.
 
 use super::basis::{lagrange, lagrange_derivatives};
-use super::discretization::Discretization;
-use super::space::{Face, Side};
+use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
+use super::taylor_hood_space::{Face, Side};
 use crate::Vec3;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ pub fn middles(degree: usize) -> Vec<f64> {
 /// The load at the middles of the parts of each face (see [`middles`]), fastest along the face's first axis. All faces lie
 /// on the outer side of the first local axis.
 pub fn wall_loads(
-    space: &Discretization,
+    space: &SpectralElements,
     faces: &[Face],
     viscosity: f64,
     positions: &[f64],

@@ -81,7 +81,7 @@ impl Plane {
 
 /// Continuous piecewise polynomials on the swept mesh: velocity and geometry of degree `N`, pressure of degree `N - 1`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Space {
+pub struct TaylorHoodSpace {
     /// Degree of the velocity.
     pub degree: usize,
     /// Number of elements.
@@ -110,7 +110,7 @@ pub struct Space {
     pub plane_pressures: usize,
 }
 
-impl Space {
+impl TaylorHoodSpace {
     /// Sweeps a plane mesh over `layers` elements; `velocity` has the nodes of degree `degree`, `pressure` those of one less.
     pub fn swept(velocity: &Plane, pressure: &Plane, degree: usize, layers: usize) -> Self {
         let quads = velocity.quads.len();

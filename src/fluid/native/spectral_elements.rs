@@ -4,13 +4,13 @@ use super::FlowError;
 use super::basis::Basis;
 use super::contraction::LANES;
 use super::kernel::{Kernel, kernel};
-use super::space::Space;
+use super::taylor_hood_space::TaylorHoodSpace;
 use rayon::prelude::*;
 
 /// A space with the operators of its elements.
-pub struct Discretization {
+pub struct SpectralElements {
     /// Numbering.
-    pub space: Space,
+    pub space: TaylorHoodSpace,
     /// One-dimensional operators.
     pub basis: Basis,
     /// Operations of an element.
@@ -22,17 +22,17 @@ pub struct Discretization {
     /// Nodes of the groups, lane by lane.
     group_nodes: Vec<u32>,
     group_pressures: Vec<u32>,
-    /// Where the values of `Space::places` stand in the groups' first component.
+    /// Where the values of `TaylorHoodSpace::places` stand in the groups' first component.
     node_slots: Vec<u32>,
     pressure_slots: Vec<u32>,
 }
 
-impl Discretization {
+impl SpectralElements {
     /// For a numbering whose degree lies within [`Basis::DEGREES`].
     ///
     /// # Errors
     /// If it does not.
-    pub fn new(space: Space) -> Result<Self, FlowError> {
+    pub fn new(space: TaylorHoodSpace) -> Result<Self, FlowError> {
         let [low, high] = Basis::DEGREES;
         if !(low..=high).contains(&space.degree) {
             return Err(FlowError::Model(format!(
