@@ -3,8 +3,8 @@
 //! Everybody else counts displacements from the unloaded wall; such a fluid counts them from its own mesh.
 
 use super::{
-    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidProbe, FluidStep, FluidTrial,
-    FluidUsage,
+    Fluid, FluidEffort, FluidError, FluidField, FluidInterface, FluidMemory, FluidProbe, FluidStep,
+    FluidTrial, FluidUsage,
 };
 use crate::Vec3;
 
@@ -89,6 +89,10 @@ impl<F: Fluid> Fluid for LoadedShape<F> {
 
     fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
         self.fluid.probes()
+    }
+
+    fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
+        self.fluid.field()
     }
 
     fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {

@@ -5,10 +5,14 @@
 //! checkpoint ([`Fluid::memory`], [`Fluid::recall`]); the others have answers that fit a solver within the driver's own
 //! process.
 
+pub use field::FluidField;
+
 use crate::Vec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
+pub(crate) mod field;
+pub(crate) mod lagrange_cell;
 pub mod loaded_shape;
 pub mod native;
 pub mod openfoam;
@@ -190,6 +194,12 @@ pub trait Fluid {
         Ok(Vec::new())
     }
 
+    /// The flow in the whole domain at the end of the last accepted step; none from a solver that leaves its fields on disk
+    /// itself.
+    fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
+        Ok(None)
+    }
+
     /// Seconds of wall-clock time since the solver was started by named part of its work (`momentum`), as far as it
     /// knows them after a step that was accepted with `write`.
     fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
@@ -237,6 +247,10 @@ impl<F: Fluid + ?Sized> Fluid for Box<F> {
 
     fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
         (**self).probes()
+    }
+
+    fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
+        (**self).field()
     }
 
     fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {

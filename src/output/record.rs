@@ -1,6 +1,7 @@
 //! What a run writes while it advances, and the summary at its end.
 
 use super::field_series::FieldSeries;
+use super::fluid_fields;
 use super::probes::{Probes, fluid_rows};
 use super::run_files::RunFiles;
 use super::tables::{HistoryRow, IterationRow, Table};
@@ -15,6 +16,7 @@ use crate::hemodynamics::{Monitor, Region, WallState, WetSurface};
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
 use crate::simulation::assembly::CoupledModel;
+use crate::simulation::assembly::surroundings::fields_to_open;
 use crate::simulation::observer::{AcceptedStep, FailedAttempt, Observer};
 use crate::simulation::totals::{Seconds, Totals};
 use serde::{Deserialize, Serialize};
@@ -36,6 +38,8 @@ pub struct RecordMemory {
     pub fluid_probes: u64,
     /// Times (s) and files of the wall's grids.
     pub grids: Vec<(f64, String)>,
+    /// The same of the blood's.
+    pub fluid_grids: Vec<(f64, String)>,
     /// What is known of the wall.
     pub wall: WallMemory,
 }
@@ -78,6 +82,7 @@ pub struct Record {
     probes: Option<(Probes<Structure>, Table)>,
     fluid_probes: Option<Table>,
     fields: FieldSeries,
+    fluid_fields: Option<Series>,
     wall: WallRecord,
     /// Volume of the whole mesh at the end of the last step, m³.
     volume: f64,
@@ -104,6 +109,8 @@ pub struct RecordSettings {
     pub structure: PathBuf,
     /// Interval in which the wall's fields are written, s.
     pub structure_interval: f64,
+    /// `fluid.pvd`, for a fluid that does not leave its fields on disk itself.
+    pub fluid_fields: Option<PathBuf>,
     /// The wet surface.
     pub wall: WallRecordSettings,
     /// Volume of the rigid extension, m³.
@@ -130,6 +137,8 @@ impl RecordSettings {
             fluid_probe_points: case.output.fluid_probes.clone(),
             structure: files.structure(),
             structure_interval: case.output.structure_interval,
+            fluid_fields: (fields_to_open(case.fluid.solver, &files.fluid()).is_none())
+                .then(|| files.fluid_fields()),
             wall: WallRecordSettings {
                 regions: files.regions(),
                 history: case.output.wall_history.then(|| files.wall_history()),
@@ -165,6 +174,7 @@ impl Record {
             )),
         };
         let series = Series::new(settings.structure.clone())?;
+        let fluid_fields = settings.fluid_fields.clone().map(Series::new);
         Ok(Self {
             history: Table::create(&settings.history)?,
             iterations: Table::create(&settings.iterations)?,
@@ -173,6 +183,7 @@ impl Record {
                 .then(|| Table::create(&settings.fluid_probes))
                 .transpose()?,
             fields: FieldSeries::new(series, settings.structure_interval, solid)?,
+            fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::create(settings.wall.clone())?,
             volume: settings.volume,
             settings,
@@ -196,6 +207,8 @@ impl Record {
             )),
         };
         let series = Series::resume(settings.structure.clone(), memory.grids)?;
+        let fluid_fields =
+            (settings.fluid_fields.clone()).map(|path| Series::resume(path, memory.fluid_grids));
         Ok(Self {
             history: Table::resume(&settings.history, memory.history)?,
             iterations: Table::resume(&settings.iterations, memory.iterations)?,
@@ -204,6 +217,7 @@ impl Record {
                 .then(|| Table::resume(&settings.fluid_probes, memory.fluid_probes))
                 .transpose()?,
             fields: FieldSeries::new(series, settings.structure_interval, solid)?,
+            fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::resume(settings.wall.clone(), memory.wall)?,
             volume: memory.volume,
             settings,
@@ -251,6 +265,9 @@ impl Observer<Structure> for Record {
     fn accepted(&mut self, accepted: &AcceptedStep<Structure>) -> io::Result<()> {
         let (time, step) = (accepted.time(), accepted.step);
         self.fields.add(accepted)?;
+        if let (Some(series), Some(field)) = (&mut self.fluid_fields, accepted.fluid_field) {
+            fluid_fields::add(series, time, field)?;
+        }
         if let Some((probes, table)) = &mut self.probes {
             table.append(&probes.rows(accepted.solid, step))?;
         }
@@ -288,6 +305,9 @@ impl Observer<Structure> for Record {
             probes: probes.transpose()?.unwrap_or(0),
             fluid_probes: fluid_probes.transpose()?.unwrap_or(0),
             grids: self.fields.entries().to_vec(),
+            fluid_grids: (self.fluid_fields.iter())
+                .flat_map(|series| series.entries().to_vec())
+                .collect(),
             wall: self.wall.memory()?,
         })
     }
@@ -318,6 +338,9 @@ impl Observer<Structure> for Record {
         }
         self.fields
             .rewind(settings.structure.clone(), memory.grids)?;
+        if let Some(path) = settings.fluid_fields.clone() {
+            self.fluid_fields = Some(Series::resume(path, memory.fluid_grids)?);
+        }
         self.wall = WallRecord::resume(settings.wall.clone(), memory.wall)?;
         self.volume = memory.volume;
         Ok(())

@@ -109,6 +109,11 @@ impl RunFiles {
         self.root.join("view.py")
     }
 
+    /// The blood over time, for ParaView, from a fluid that does not leave its fields in its folder.
+    pub fn fluid_fields(&self) -> PathBuf {
+        self.root.join("fluid.pvd")
+    }
+
     /// The fluid's own folder.
     pub fn fluid(&self) -> PathBuf {
         self.root.join(FLUID)

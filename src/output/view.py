@@ -14,7 +14,8 @@ from paraview import simple
 
 SIZE = [1600, 900]
 BLACK = [0.0, 0.0, 0.0]
-FLUID = os.path.join("openfoam", "system", "controlDict")
+FOAM = os.path.join("openfoam", "system", "controlDict")
+SERIES = "fluid.pvd"
 
 
 def options():
@@ -43,9 +44,10 @@ def folder():
         pass
     candidates.append(os.getcwd())
     for candidate in candidates:
-        if os.path.isfile(os.path.join(candidate, FLUID)):
+        if any(os.path.isfile(os.path.join(candidate, file)) for file in (FOAM, SERIES)):
             return candidate
-    sys.exit("view.py: no %s in %s; start it in the folder of the run" % (FLUID, " nor in ".join(candidates)))
+    places = " nor in ".join(candidates)
+    sys.exit("view.py: no %s or %s in %s; start it in the folder of the run" % (FOAM, SERIES, places))
 
 
 def display():
@@ -83,12 +85,21 @@ def cut(operation, source, kind, origin):
     return result
 
 
-def load(root, scene, time):
-    """The sources to be shown, each with where its field is and the field's name."""
-    blood = simple.OpenFOAMReader(FileName=os.path.join(root, FLUID))
+def load_blood(root):
+    """The blood, from OpenFOAM's files or from the driver's own, and the name of its velocity."""
+    series = os.path.join(root, SERIES)
+    if os.path.isfile(series):
+        return simple.PVDReader(FileName=series), "velocity_m_s"
+    blood = simple.OpenFOAMReader(FileName=os.path.join(root, FOAM))
     if os.path.isdir(os.path.join(root, "openfoam", "processor0")):
         blood.CaseType = "Decomposed Case"
     blood.MeshRegions = ["internalMesh"]
+    return blood, "U"
+
+
+def load(root, scene, time):
+    """The sources to be shown, each with where its field is and the field's name."""
+    blood, velocity = load_blood(root)
     structure = simple.PVDReader(FileName=os.path.join(root, "structure.pvd"))
     wall = simple.WarpByVector(Input=structure)
     wall.Vectors = ["POINTS", "displacement_m"]
@@ -102,7 +113,7 @@ def load(root, scene, time):
     low, high = bounds(wall)
     middle = [0.5 * (a + b) for a, b in zip(low, high)]
     shown = [
-        (cut(simple.Slice, blood, "SliceType", middle), "POINTS", "U"),
+        (cut(simple.Slice, blood, "SliceType", middle), "POINTS", velocity),
         (cut(simple.Clip, wall, "ClipType", middle), "POINTS", "von_mises_Pa"),
     ]
     if lumen is not None:
@@ -114,7 +125,7 @@ def load(root, scene, time):
 
 def show(shown, view):
     """Draws each source coloured by its field, with a bar of colours on the right."""
-    names = {"U": "speed / (m/s)", "von_mises_Pa": "von Mises stress / Pa", "OSI": "oscillating shear index"}
+    names = {"U": "speed / (m/s)", "velocity_m_s": "speed / (m/s)", "von_mises_Pa": "von Mises stress / Pa", "OSI": "oscillating shear index"}
     for i, (source, where, name) in enumerate(shown):
         drawn = simple.Show(source, view)
         drawn.SetRepresentationType("Surface")

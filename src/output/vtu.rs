@@ -9,11 +9,12 @@ use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
 use vtkio::Vtk;
-use vtkio::model::{Attribute, DataSet, Piece};
+use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece};
 
-/// VTK's numbers of the polygon and the linear hexahedron.
+/// VTK's numbers of the polygon, the linear hexahedron, and the hexahedron of any degree.
 const VTK_POLYGON: u8 = 7;
 const VTK_HEXAHEDRON: u8 = 12;
+const VTK_LAGRANGE_HEXAHEDRON: u8 = 72;
 
 /// Values at the points or in the cells of a grid.
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +34,14 @@ pub enum Cells<'a> {
     Hexes(&'a [[usize; 8]]),
     /// Polygons.
     Polygons(&'a [Vec<u32>]),
+    /// Hexahedra with polynomials of a degree, known at equally spaced points: `(degree + 1)³` of each, fastest along the
+    /// first of its right-handed axes.
+    Lagrange {
+        /// The degree.
+        degree: usize,
+        /// Their points.
+        points: &'a [u32],
+    },
 }
 
 /// A grid with named values.
@@ -66,6 +75,17 @@ impl Grid<'_> {
                 faces.iter().flatten().map(|&p| i64::from(p)).collect(),
                 faces.iter().map(Vec::len).collect(),
             ),
+            Cells::Lagrange { degree, points } => {
+                let order = lagrange_order(degree);
+                let cells = points.chunks_exact(order.len());
+                (
+                    VTK_LAGRANGE_HEXAHEDRON,
+                    cells
+                        .flat_map(|cell| order.iter().map(|&i| i64::from(cell[i])))
+                        .collect(),
+                    vec![order.len(); points.len() / order.len()],
+                )
+            }
         };
         let ends = sizes.iter().scan(0, |end, size| {
             *end += *size as i64;
@@ -101,6 +121,43 @@ impl Grid<'_> {
         xml.push_str("</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
         xml
     }
+}
+
+/// The points of a Lagrange hexahedron in VTK's order, as places in the order fastest along the first axis: corners, edges,
+/// faces, inside. For files of version 1.0; from 2.2 on two of the upright edges change places.
+pub fn lagrange_order(degree: usize) -> Vec<usize> {
+    let n = degree;
+    let at = |i: usize, j: usize, k: usize| i + (n + 1) * (j + (n + 1) * k);
+    let corners = [(0, 0), (n, 0), (n, n), (0, n)];
+    let mut order: Vec<usize> = [0, n]
+        .into_iter()
+        .flat_map(|k| corners.map(|(i, j)| at(i, j, k)))
+        .collect();
+    let inner = 1..n;
+    for k in [0, n] {
+        order.extend(inner.clone().map(|i| at(i, 0, k)));
+        order.extend(inner.clone().map(|j| at(n, j, k)));
+        order.extend(inner.clone().map(|i| at(i, n, k)));
+        order.extend(inner.clone().map(|j| at(0, j, k)));
+    }
+    for (i, j) in [(0, 0), (n, 0), (0, n), (n, n)] {
+        order.extend(inner.clone().map(|k| at(i, j, k)));
+    }
+    // Two inner indices, the first fastest
+    let pairs = || (1..n).flat_map(|b| (1..n).map(move |a| (a, b)));
+    for i in [0, n] {
+        order.extend(pairs().map(|(j, k)| at(i, j, k)));
+    }
+    for j in [0, n] {
+        order.extend(pairs().map(|(i, k)| at(i, j, k)));
+    }
+    for k in [0, n] {
+        order.extend(pairs().map(|(i, j)| at(i, j, k)));
+    }
+    for k in inner {
+        order.extend(pairs().map(|(i, j)| at(i, j, k)));
+    }
+    order
 }
 
 fn write_values(xml: &mut String, name: &str, values: &Values) {
@@ -228,49 +285,57 @@ pub struct PointValues {
     pub values: Vec<f64>,
 }
 
+/// Reads a grid.
+///
+/// # Errors
+/// If the file is none.
+pub fn read_piece(path: &Path) -> io::Result<UnstructuredGridPiece> {
+    let read = Vtk::import(path).map_err(|e| bad(path, &e.to_string()))?;
+    let DataSet::UnstructuredGrid { pieces, .. } = read.data else {
+        return Err(bad(path, "not an unstructured grid"));
+    };
+    match pieces.into_iter().next() {
+        Some(Piece::Inline(piece)) => Ok(*piece),
+        _ => Err(bad(path, "no data within")),
+    }
+}
+
+/// The numbers of the field `name` at the points of a grid, if it is there.
+pub fn point_values(grid: &UnstructuredGridPiece, name: &str) -> Option<Vec<f64>> {
+    grid.data
+        .point
+        .iter()
+        .find_map(|attribute| match attribute {
+            Attribute::DataArray(array) if array.name == name => array.data.clone().into_vec(),
+            _ => None,
+        })
+}
+
 /// Reads the field `name` at the points of a grid.
 ///
 /// # Errors
 /// If the file is no grid or has no such field.
 pub fn read_points(path: &Path, name: &str) -> io::Result<PointValues> {
-    let bad = |what: String| {
-        io::Error::new(
-            io::ErrorKind::InvalidData,
-            format!("{}: {what}", path.display()),
-        )
-    };
-    let read = Vtk::import(path).map_err(|e| bad(e.to_string()))?;
-    let DataSet::UnstructuredGrid { pieces, .. } = read.data else {
-        return Err(bad("not an unstructured grid".into()));
-    };
-    let Some(Piece::Inline(piece)) = pieces.into_iter().next() else {
-        return Err(bad("no data within".into()));
-    };
-    let arrays = piece
-        .data
-        .point
-        .into_iter()
-        .filter_map(|attribute| match attribute {
-            Attribute::DataArray(array) if array.name == name => array.data.into_vec::<f64>(),
-            _ => None,
-        });
-    let values = arrays.into_iter().next();
+    let piece = read_piece(path)?;
+    let values = point_values(&piece, name);
     let points = piece.points.into_vec::<f64>();
     let (Some(values), Some(points)) = (values, points) else {
-        return Err(bad(format!("no field {name} of numbers")));
+        return Err(bad(path, &format!("no field {name} of numbers")));
     };
     let points: Vec<Vec3> = points
         .chunks_exact(3)
         .map(Vec3::from_column_slice)
         .collect();
     if points.len() != values.len() {
-        return Err(bad(format!(
-            "{} points, {} values",
-            points.len(),
-            values.len()
-        )));
+        let found = format!("{} points, {} values", points.len(), values.len());
+        return Err(bad(path, &found));
     }
     Ok(PointValues { points, values })
+}
+
+fn bad(path: &Path, what: &str) -> io::Error {
+    let text = format!("{}: {what}", path.display());
+    io::Error::new(io::ErrorKind::InvalidData, text)
 }
 
 #[cfg(test)]

@@ -78,12 +78,7 @@ fn way_back(folder: &RunFolder) -> String {
 fn farewell(summary: &RunSummary, folder: &RunFolder, solver: Solver) -> String {
     let shown = |path: PathBuf| path.display().to_string();
     let fields = surroundings::fields_to_open(solver, &folder.fluid());
-    let blood = fields.map_or(String::new(), |file| {
-        format!(
-            "{:<44} the blood over time: open it in ParaView\n",
-            shown(file)
-        )
-    });
+    let fields = fields.unwrap_or_else(|| folder.fluid_fields());
     format!(
         "{} steps to t = {:.4} s in {}: {:.2} coupling iterations a step (at most {}), outlet pressure {:.0} Pa\n\
          \n\
@@ -94,7 +89,7 @@ fn farewell(summary: &RunSummary, folder: &RunFolder, solver: Solver) -> String 
          {:<44} wall shear measures in figures\n\
          {:<44} wall shear measures on the wall: open it in ParaView\n\
          {:<44} the wall over time: open it in ParaView\n\
-         {blood}\
+         {:<44} the blood over time: open it in ParaView\n\
          {:<44} opens wall and blood in ParaView\n\
          {:<44} every value that was used\n",
         summary.totals.steps,
@@ -110,6 +105,7 @@ fn farewell(summary: &RunSummary, folder: &RunFolder, solver: Solver) -> String 
         shown(folder.hemodynamics()),
         shown(folder.wall_shear()),
         shown(folder.structure()),
+        shown(fields),
         shown(folder.view()),
         shown(folder.resolved_case()),
     )

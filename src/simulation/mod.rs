@@ -189,17 +189,23 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         let completes = self.clock.completes();
         let solved = self.coupling.solve().map_err(|e| Stop::Step(Box::new(e)))?;
         let saving = completes && self.is_checkpoint_due(number, interrupted());
-        let write = saving || completes && self.is_fluid_due(number);
+        let fields = completes && self.is_fluid_due(number);
+        let write = saving || fields;
         let step = self.coupling.accept(solved, write);
         let step = step.map_err(|e| Stop::Step(Box::new(e)))?;
 
         let stresses = self.coupling.solid.stress_peaks()?;
         let fluid_probes = self.coupling.fluid.probes()?;
+        let fluid_field = match fields {
+            true => self.coupling.fluid.field()?,
+            false => None,
+        };
         self.observer.accepted(&AcceptedStep {
             step: &step,
             solid: &self.coupling.solid,
             stresses: &stresses,
             fluid_probes: &fluid_probes,
+            fluid_field: fluid_field.as_ref(),
             number,
             last: self.clock.last(),
             completes,

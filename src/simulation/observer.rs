@@ -3,7 +3,7 @@
 use super::clock::is_due;
 use super::totals::Totals;
 use crate::coupling::{Iteration, Step};
-use crate::fluid::FluidProbe;
+use crate::fluid::{FluidField, FluidProbe};
 use crate::pfem::evaluation::samples::StressPeak;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -21,6 +21,8 @@ pub struct AcceptedStep<'a, S> {
     pub stresses: &'a [StressPeak],
     /// The fluid at the points that it was asked to watch.
     pub fluid_probes: &'a [FluidProbe],
+    /// The flow in its whole domain, where it is due and the fluid does not write it itself.
+    pub fluid_field: Option<&'a FluidField>,
     /// Number of the time step, from 1.
     pub number: usize,
     /// The last one.

@@ -14,6 +14,7 @@ mod geometry_fluid;
 mod geometry_vessel;
 mod geometry_wall;
 mod keys;
+mod native_failures;
 mod native_flow;
 mod native_tube;
 mod pfem_benchmarks;

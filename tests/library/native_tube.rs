@@ -7,7 +7,9 @@ use fsi_driver::fluid::native::spectral_elements::SpectralElements;
 use fsi_driver::fluid::native::taylor_hood_space::Patch;
 use fsi_driver::fluid::native::vessel_mesh::{Resolution, VesselMesh};
 use fsi_driver::fluid::native::wall_traction::wall_loads;
-use fsi_driver::fluid::native::{BoundaryConditions, Flow, FlowSettings, FlowState, TimeScheme};
+use fsi_driver::fluid::native::{
+    BoundaryConditions, Flow, FlowError, FlowSettings, FlowState, TimeScheme,
+};
 use fsi_driver::geometry::Vessel;
 use nalgebra::Complex;
 use std::f64::consts::{PI, TAU};
@@ -38,15 +40,32 @@ fn tube(degree: usize) -> VesselMesh {
     VesselMesh::new(&Vessel::new(case.anastomosis().unwrap()), resolution)
 }
 
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Method {
+    Gradients,
+    Reactions,
+}
+
 /// Axial velocity prescribed at inlet and outlet's pressure 0; the solution starts as `velocity(r, 0)` everywhere.
 struct Tube {
     flow: Flow,
     state: FlowState,
     positions: Vec<f64>,
+    /// `mu ∂u/∂n` on the wall in the last step, from the forces there.
+    reactions: Vec<f64>,
 }
 
 impl Tube {
     fn new(degree: usize, scheme: TimeScheme, velocity: impl Fn(f64) -> f64) -> Self {
+        Self::with_iterations(300, degree, scheme, velocity)
+    }
+
+    fn with_iterations(
+        max_iterations: usize,
+        degree: usize,
+        scheme: TimeScheme,
+        velocity: impl Fn(f64) -> f64,
+    ) -> Self {
         let mesh = tube(degree);
         let space = SpectralElements::new(mesh.space().clone()).unwrap();
         let positions = mesh.positions(&vec![Vec3::zeros(); mesh.interface().points.len()]);
@@ -57,7 +76,7 @@ impl Tube {
             viscosity: VISCOSITY,
             scheme,
             tolerance: 1e-9,
-            max_iterations: 300,
+            max_iterations,
         };
         let pressure = vec![0.0; space.space.pressures];
         let flow = Flow::new(space, settings, &fixed, Vec::new(), outlet, &positions).unwrap();
@@ -74,6 +93,7 @@ impl Tube {
             flow,
             state,
             positions,
+            reactions: Vec::new(),
         }
     }
 
@@ -87,11 +107,13 @@ impl Tube {
             .flow
             .solve(&self.state, dt, positions, &boundary, None)
             .unwrap();
+        self.reactions = self.flow.viscous_reactions(&trial);
         self.flow.accept(&mut self.state, trial);
     }
 
-    /// Axial component of the wall shear stress on the wall of the deformable part, smallest and largest, Pa.
-    fn wall_shear(&self) -> [f64; 2] {
+    /// Axial component of the wall shear stress on the wall of the deformable part, smallest and largest, Pa: from the forces on
+    /// the wall, or from gradients.
+    fn wall_shear(&self, method: Method) -> [f64; 2] {
         let faces = self
             .flow
             .space()
@@ -105,6 +127,7 @@ impl Tube {
             &self.positions,
             u,
             p,
+            (method == Method::Reactions).then_some(&self.reactions[..]),
         );
         let shear = loads.iter().flatten().map(|load| load.shear.x);
         shear.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
@@ -148,23 +171,28 @@ fn the_mesh_has_the_volume_of_the_tube() {
 
 #[test]
 fn poiseuilles_wall_shear_converges_spectrally() {
-    let error = |degree: usize| {
+    let error = |method: Method, degree: usize| {
         let mean = 0.2;
         let velocity = |r: f64| 2.0 * mean * (1.0 - (r / RADIUS).powi(2));
         let mut tube = Tube::new(degree, TimeScheme::ImplicitEuler, velocity);
         (0..3).for_each(|_| tube.step(0.03, velocity));
         let exact = 4.0 * VISCOSITY * mean / RADIUS;
-        tube.wall_shear()
+        tube.wall_shear(method)
             .map(|found| (found / exact - 1.0).abs())
             .into_iter()
             .fold(0.0, f64::max)
     };
-    let errors = [3, 4, 5].map(error);
-    for (error, expected) in errors.into_iter().zip([1.4e-3, 1.65e-4, 2.7e-5]) {
-        assert!(
-            (0.7 * expected..1.3 * expected).contains(&error),
-            "{errors:?}"
-        );
+    for (method, expected) in [
+        (Method::Gradients, [1.4e-3, 1.65e-4, 2.7e-5]),
+        (Method::Reactions, [1.06e-3, 9.9e-5, 1.28e-5]),
+    ] {
+        let errors = [3, 4, 5].map(|degree| error(method, degree));
+        for (error, expected) in errors.into_iter().zip(expected) {
+            assert!(
+                (0.7 * expected..1.3 * expected).contains(&error),
+                "{method:?}: {errors:?}"
+            );
+        }
     }
 }
 
@@ -180,9 +208,9 @@ fn bessel(z: Complex<f64>) -> [Complex<f64>; 2] {
     sums
 }
 
-/// Largest error of the wall shear stress over a third of a period, relative to its amplitude. In discrete time d/dt becomes a
+/// Largest errors of the wall shear stress, from gradients and from forces on the wall, over a third of a period, relative to its amplitude. In discrete time d/dt becomes a
 /// complex number, and Womersley's solution holds with it: what is left is the error in space.
-fn womersley(degree: usize, scheme: TimeScheme) -> f64 {
+fn womersley(degree: usize, scheme: TimeScheme) -> [f64; 2] {
     let (dt, omega, gradient) = (0.02, TAU * 2.0, 2000.0);
     let back = Complex::new(0.0, -omega * dt).exp();
     let rate = match scheme {
@@ -198,14 +226,16 @@ fn womersley(degree: usize, scheme: TimeScheme) -> f64 {
     let mut tube = Tube::new(degree, scheme, |r| velocity(r, 0.0));
     tube.state.before = Some(dt);
     tube.state.velocity[1] = axial(&tube.positions, |r| velocity(r, -dt));
-    let mut worst = 0.0f64;
+    let mut worst = [0.0f64; 2];
     for k in 1..=8 {
         let t = k as f64 * dt;
         tube.step(dt, |r| velocity(r, t));
         // On the wall: minus viscosity times ∂u/∂r, with J0' = -J1
         let exact = -(amplitude * phase(t)).re;
-        for found in tube.wall_shear() {
-            worst = worst.max((found - exact).abs() / amplitude.norm());
+        for (worst, method) in worst.iter_mut().zip([Method::Gradients, Method::Reactions]) {
+            for found in tube.wall_shear(method) {
+                *worst = worst.max((found - exact).abs() / amplitude.norm());
+            }
         }
     }
     worst
@@ -214,15 +244,53 @@ fn womersley(degree: usize, scheme: TimeScheme) -> f64 {
 #[test]
 fn womersleys_wall_shear_is_that_of_the_time_scheme() {
     for (degree, scheme, expected) in [
-        (3, TimeScheme::ImplicitEuler, 5.5e-2),
-        (4, TimeScheme::ImplicitEuler, 8.1e-3),
-        (4, TimeScheme::Bdf2, 8.7e-3),
-        (5, TimeScheme::Bdf2, 1.02e-3),
+        (3, TimeScheme::ImplicitEuler, [5.5e-2, 1.83e-3]),
+        (4, TimeScheme::ImplicitEuler, [8.1e-3, 1.79e-4]),
+        (4, TimeScheme::Bdf2, [8.7e-3, 2.22e-4]),
+        (5, TimeScheme::Bdf2, [1.02e-3, 1.89e-5]),
     ] {
         let found = womersley(degree, scheme);
-        assert!(
-            (0.8 * expected..1.2 * expected).contains(&found),
-            "degree {degree}, {scheme}: {found:e}"
-        );
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!(
+                (0.8 * expected..1.2 * expected).contains(&found),
+                "degree {degree}, {scheme}: {found:e}"
+            );
+        }
     }
+}
+
+#[test]
+fn a_solution_that_does_not_converge_is_told_from_one_that_is_lost_and_both_name_the_place() {
+    let velocity = |r: f64| 1.0 - (r / RADIUS).powi(2);
+    let solve = |tube: &mut Tube| {
+        let boundary = BoundaryConditions {
+            velocity: axial(&tube.positions, |r| 3.0 * velocity(r)),
+            ..BoundaryConditions::default()
+        };
+        let positions = tube.positions.clone();
+        (tube.flow).solve(&tube.state, 2e-3, positions, &boundary, None)
+    };
+    let tube = |iterations: usize| {
+        Tube::with_iterations(iterations, 4, TimeScheme::ImplicitEuler, velocity)
+    };
+    let Err(FlowError::NotSolved {
+        iterations: 2,
+        residual,
+        position,
+    }) = solve(&mut tube(2))
+    else {
+        panic!("two iterations are too few")
+    };
+    assert!(residual > 1e-9 && residual < 1.0, "{residual:e}");
+    let inside = |x: [f64; 3]| x[1].hypot(x[2]) < RADIUS && (-6e-3..=11e-3).contains(&x[0]);
+    assert!(inside(position), "{position:?}");
+
+    let mut tube = tube(300);
+    assert!(solve(&mut tube).is_ok());
+    let nodes = tube.flow.space().space.nodes;
+    let at = |i: usize| [0, 1, 2].map(|c| tube.positions[c * nodes + i]);
+    let node = (0..nodes).find(|&i| at(i)[0] > 1e-3 && at(i)[1].hypot(at(i)[2]) < 1e-3);
+    let (node, position) = (node.unwrap(), at(node.unwrap()));
+    tube.state.velocity[0][2 * nodes + node] = f64::NAN;
+    assert_eq!(solve(&mut tube), Err(FlowError::NotFinite { position }));
 }

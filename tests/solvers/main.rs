@@ -21,6 +21,7 @@ mod fluid_transport;
 mod geometry_check_mesh;
 mod hemodynamics;
 mod installed;
+mod native_fields;
 mod native_run;
 #[path = "../pfem_support/mod.rs"]
 mod pfem_support;

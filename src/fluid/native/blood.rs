@@ -1,7 +1,8 @@
 //! Blood in a vessel: the flow with its inlet, its windkessel and its moving wall.
 
 use super::FlowError;
-use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowState, FlowTrial};
+use super::field::field;
+use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
 use super::probes::probe;
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::{Face, Patch};
@@ -10,8 +11,8 @@ use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
 use crate::case::{Case, FlowCurve, Problem, Start};
 use crate::fluid::{
-    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidProbe, FluidStep,
-    FluidTrial, Opening,
+    Fluid, FluidCost, FluidEffort, FluidError, FluidField, FluidInterface, FluidMemory, FluidProbe,
+    FluidStep, FluidTrial, Opening,
 };
 use crate::geometry::Vessel;
 use serde::{Deserialize, Serialize};
@@ -43,7 +44,7 @@ pub struct NativeFluid {
     flow: Flow,
     memory: Memory,
     /// The last trial, and the pressure of its windkessel (Pa).
-    trial: Option<(FlowTrial, f64)>,
+    trial: Option<(FlowSolution, f64)>,
     curve: FlowCurve,
     ramp_duration: f64,
     /// Whether the outlet pressure is ramped as the inflow is.
@@ -202,8 +203,8 @@ impl NativeFluid {
     }
 
     /// The load on the parts of the wall, in the order of the interface's faces.
-    fn loads(&self, trial: &FlowTrial) -> Vec<WallLoad> {
-        let FlowTrial {
+    fn loads(&self, trial: &FlowSolution) -> Vec<WallLoad> {
+        let FlowSolution {
             positions,
             velocity,
             pressure,
@@ -217,6 +218,7 @@ impl NativeFluid {
             positions,
             velocity,
             pressure,
+            Some(&self.flow.viscous_reactions(trial)),
         );
         let degree = self.mesh.resolution().degree;
         let around = self.mesh.around();
@@ -231,7 +233,7 @@ impl NativeFluid {
     }
 
     /// Pressure (Pa), mean over the inlet.
-    fn inlet_pressure(&self, trial: &FlowTrial) -> f64 {
+    fn inlet_pressure(&self, trial: &FlowSolution) -> f64 {
         let space = self.flow.space();
         let (mut force, mut area) = (0.0, 0.0);
         for &face in &self.inlet {
@@ -291,8 +293,10 @@ impl Fluid for NativeFluid {
     ) -> Result<FluidTrial, FluidError> {
         let not_finite = |u: &Vec3| !u.iter().all(|c| c.is_finite());
         if let Some(i) = displacement.iter().position(not_finite) {
+            let place = self.mesh.interface().points[i];
             return Err(FluidError::NotSolved(format!(
-                "the trial displacement of point {i} of the wall is not finite"
+                "the trial displacement of point {i} of the wall, at {:?} m, is not a finite number",
+                <[f64; 3]>::from(place)
             )));
         }
         let state = &self.memory.flow;
@@ -411,5 +415,9 @@ impl Fluid for NativeFluid {
             &pressure[0],
             &self.watched,
         ))
+    }
+
+    fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
+        Ok(Some(field(self.flow.space(), &self.memory.flow)))
     }
 }

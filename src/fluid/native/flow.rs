@@ -9,8 +9,10 @@ use super::metric::Metric;
 use super::oseen::{Local, Oseen};
 use super::pressure::SchurComplement;
 use super::spectral_elements::SpectralElements;
-use super::taylor_hood_space::Face;
+use super::surface::face_values;
+use super::taylor_hood_space::{Face, Patch};
 use super::time_scheme::{self, TimeScheme, Weights, extrapolation};
+use crate::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// The fluid, and how its equations are solved.
@@ -58,7 +60,7 @@ pub struct BoundaryConditions {
 
 /// A solution that can be thrown away.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FlowTrial {
+pub struct FlowSolution {
     /// Length of the step, s.
     pub time_step: f64,
     /// Positions of the nodes, m.
@@ -67,6 +69,8 @@ pub struct FlowTrial {
     pub velocity: Vec<f64>,
     /// Pressure, Pa.
     pub pressure: Vec<f64>,
+    /// Forces that hold the velocity of the fixed nodes, `∫ v_i·(mu ∂u/∂n - p n)` over the boundary, N.
+    pub reactions: Vec<f64>,
     /// Flow out of the outlet, m³/s.
     pub outflow: f64,
     /// Volume of the mesh, m³.
@@ -95,6 +99,7 @@ pub struct Flow {
     space: SpectralElements,
     settings: FlowSettings,
     fixed: Vec<bool>,
+    fixed_faces: Vec<Face>,
     moving_walls: Vec<Face>,
     outlet: Vec<Face>,
     /// Twice the volume over the area of the boundary with prescribed velocity: the radius of a tube, m.
@@ -127,6 +132,7 @@ impl Flow {
             space,
             settings,
             fixed: is_fixed,
+            fixed_faces: fixed.to_vec(),
             moving_walls,
             outlet,
             width,
@@ -171,6 +177,39 @@ impl Flow {
         flux
     }
 
+    /// `mu ∂u/∂n` (Pa) at the nodes of the mantle, one component after the other and zero elsewhere, from the forces that hold the
+    /// velocity there: consistent with the equations of momentum, and more accurate than the gradient of the velocity
+    /// (Gresho, Lee, Sani, Maslanik and Eaton 1987). The nodes' own rule spreads the forces over the wall.
+    pub fn viscous_reactions(&self, solution: &FlowSolution) -> Vec<f64> {
+        let (space, positions) = (&self.space, &solution.positions);
+        let mut forces = solution.reactions.clone();
+        let values = &space.basis.pressure_to_gauss;
+        for &face in &self.fixed_faces {
+            let points = space.face_points(face, positions);
+            let nodal = space.face_pressures(face).into_iter();
+            let nodal: Vec<f64> = nodal.map(|i| solution.pressure[i]).collect();
+            let pressures = face_values(values, values, &nodal).into_iter();
+            let loads = points.areas.iter().zip(pressures);
+            let loads: Vec<Vec3> = loads.map(|(area, p)| area * p).collect();
+            space.add_face_load(&points.nodes, &loads, &mut forces);
+        }
+        let nodes = space.space.nodes;
+        let mut areas = vec![0.0; nodes];
+        for &face in &self.fixed_faces {
+            if matches!(face.patch, Patch::Mantle(_)) {
+                let of_nodes = space.face_node_areas(face, positions);
+                for (node, area) in space.face_nodes(face).into_iter().zip(of_nodes) {
+                    areas[node] += area;
+                }
+            }
+        }
+        for (k, force) in forces.iter_mut().enumerate() {
+            let area = areas[k % nodes];
+            *force = if area > 0.0 { *force / area } else { 0.0 };
+        }
+        forces
+    }
+
     /// Solves a step of the length `time_step` (s) from `state`, with the nodes at `positions` (m) in the end. `start` is
     /// an earlier trial of this step to start the iteration from.
     pub fn solve(
@@ -179,8 +218,8 @@ impl Flow {
         time_step: f64,
         positions: Vec<f64>,
         boundary: &BoundaryConditions,
-        start: Option<&FlowTrial>,
-    ) -> Result<FlowTrial, FlowError> {
+        start: Option<&FlowSolution>,
+    ) -> Result<FlowSolution, FlowError> {
         let w = self.weights(state, time_step);
         self.freeze(state, w.new)?;
         let metric = Metric::new(&self.space, &positions)?;
@@ -261,6 +300,14 @@ impl Flow {
         let mut first = vec![0.0; x.len()];
         system.preconditioned_residual(&x, &mut first);
         let size = gmres::norm(&system.weights, &x) + gmres::norm(&system.weights, &first);
+        let place = |i: usize| [0, 1, 2].map(|c| positions[c * nodes + i % nodes]);
+        if !size.is_finite() {
+            // The first residual spreads what is lost over the whole fluid.
+            let lost = [&x, &first].map(|v| v[..3 * nodes].iter().position(|v| !v.is_finite()));
+            return Err(FlowError::NotFinite {
+                position: place(lost[0].or(lost[1]).unwrap_or(0)),
+            });
+        }
         let tolerance = settings.tolerance * size;
         let outcome = gmres::solve(
             &mut system,
@@ -271,19 +318,25 @@ impl Flow {
             workspace,
         );
         if outcome.residual.is_nan() || outcome.residual > tolerance {
+            system.preconditioned_residual(&x, &mut first);
+            let share = |i: &usize| system.weights[*i] * first[*i] * first[*i];
+            let worst = (0..3 * nodes).max_by(|a, b| share(a).total_cmp(&share(b)));
             return Err(FlowError::NotSolved {
                 iterations: outcome.iterations,
                 residual: outcome.residual / size,
+                position: place(worst.unwrap_or(0)),
             });
         }
+        let reactions = system.reactions(&x);
         let pressure = x.split_off(3 * nodes);
-        Ok(FlowTrial {
+        Ok(FlowSolution {
             time_step,
             outflow: outflow.iter().zip(&x).map(|(q, u)| q * u).sum(),
             volume: metric.volume,
             positions,
             velocity: x,
             pressure,
+            reactions,
             iterations: outcome.iterations,
             residual: if size > 0.0 {
                 outcome.residual / size
@@ -294,7 +347,7 @@ impl Flow {
     }
 
     /// Makes a trial the state from which the next step starts.
-    pub fn accept(&self, state: &mut FlowState, trial: FlowTrial) {
+    pub fn accept(&self, state: &mut FlowState, trial: FlowSolution) {
         state.time += trial.time_step;
         state.before = Some(trial.time_step);
         for (fields, new) in [

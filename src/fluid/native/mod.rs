@@ -5,7 +5,7 @@
 //! numbering of the unknowns and [`spectral_elements`] all of these together; [`vessel_mesh`] is the lumen of a vessel and how
 //! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
 //! equations of a step are [`oseen`], solved by [`gmres`] with the preconditioner of [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
-//! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, and [`probes`] what it is at chosen points. [`blood`] puts it all into a
+//! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, [`probes`] what it is at chosen points, and [`field`] everywhere. [`blood`] puts it all into a
 //! [`Fluid`](super::Fluid).
 //!
 //! The method, where it comes from, and what was measured: `docs/native-fluid.md`.
@@ -13,6 +13,7 @@
 pub(crate) mod basis;
 pub(crate) mod blood;
 pub(crate) mod contraction;
+pub(crate) mod field;
 pub(crate) mod flow;
 pub(crate) mod gmres;
 pub(crate) mod kernel;
@@ -29,7 +30,7 @@ pub mod vessel_mesh;
 pub mod wall_traction;
 
 pub use blood::NativeFluid;
-pub use flow::{BoundaryConditions, Flow, FlowSettings, FlowState, FlowTrial};
+pub use flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
 pub use time_scheme::TimeScheme;
 
 /// Why the flow could not be computed.
@@ -52,12 +53,23 @@ pub enum FlowError {
     },
     /// The linear solver did not converge.
     #[error(
-        "the fluid's equations were not solved: after {iterations} iterations the error is {residual:.1e} of the solution"
+        "the fluid's equations were not solved: after {iterations} iterations the error is {residual:.1e} of the solution, \
+         most of it at {position:?} m"
     )]
     NotSolved {
         /// Iterations that were spent.
         iterations: usize,
         /// Estimated error, relative to the size of the solution.
         residual: f64,
+        /// The node whose velocity is the worst, m.
+        position: [f64; 3],
+    },
+    /// What is known is no number.
+    #[error(
+        "the fluid's velocity is not a finite number at {position:?} m: it has been lost before this solution"
+    )]
+    NotFinite {
+        /// The first such node, m.
+        position: [f64; 3],
     },
 }

@@ -65,6 +65,34 @@ impl Local {
 impl Oseen<'_> {
     /// The left-hand sides; rows of fixed nodes are zero.
     pub fn product(&mut self, x: &[f64], out: &mut [f64]) {
+        self.full_product(x, out);
+        let nodes = self.fixed.len();
+        for out in out[..3 * nodes].chunks_exact_mut(nodes) {
+            let fixed = out.iter_mut().zip(self.fixed);
+            fixed
+                .filter(|(_, fixed)| **fixed)
+                .for_each(|(out, _)| *out = 0.0);
+        }
+    }
+
+    /// Forces (N) that hold the velocity of the fixed nodes, one component after the other: what the equations of momentum lack
+    /// there.
+    pub fn reactions(&mut self, x: &[f64]) -> Vec<f64> {
+        let mut forces = vec![0.0; x.len()];
+        self.full_product(x, &mut forces);
+        let nodes = self.fixed.len();
+        forces.truncate(3 * nodes);
+        for (k, force) in forces.iter_mut().enumerate() {
+            *force = match self.fixed[k % nodes] {
+                true => *force - self.rhs[k],
+                false => 0.0,
+            };
+        }
+        forces
+    }
+
+    /// The left-hand sides, those of fixed nodes too.
+    fn full_product(&mut self, x: &[f64], out: &mut [f64]) {
         let space = self.space;
         let [n3, m3, p3] = [
             space.node_count(),
@@ -109,9 +137,6 @@ impl Oseen<'_> {
             let first = c * self.fixed.len();
             for i in 0..self.fixed.len() {
                 out[i] += self.mass[i] * u[first + i] + pressure * self.outflow[first + i];
-                if self.fixed[i] {
-                    out[i] = 0.0;
-                }
             }
         }
     }

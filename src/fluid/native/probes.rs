@@ -3,20 +3,10 @@
 //! A point is looked for in the elements near it by Newton's method on the mapping `x(ξ) = Σ lᵢ(ξ) xᵢ`; where all `|ξ_d| <= 1`,
 //! velocity and pressure are the values of their own polynomials there.
 
-use super::basis::{lagrange, lagrange_derivatives};
 use super::spectral_elements::SpectralElements;
 use crate::Vec3;
 use crate::fluid::FluidProbe;
-use nalgebra::Matrix3;
-
-/// A curved element reaches beyond its nodes by this share of their extent at most.
-const BULGE: f64 = 0.1;
-/// A point lies in an element if no local coordinate exceeds 1 by more: what is on a face lies in both.
-const EDGE: f64 = 1e-6;
-/// Steps of Newton's method; from the middle of an element it takes four or five.
-const MOST_STEPS: usize = 30;
-/// It has converged once a step is shorter than this, in local coordinates.
-const CONVERGED: f64 = 1e-12;
+use crate::fluid::lagrange_cell::{Extent, LagrangeCell, find};
 
 /// Pressure and velocity at `points` (m), for fields with one component after the other; NaN outside the fluid.
 pub fn probe(
@@ -29,110 +19,38 @@ pub fn probe(
     if points.is_empty() {
         return Vec::new();
     }
-    let boxes = boxes(space, positions);
+    let position = |node: usize| space.vector(positions, node);
+    let elements = || (0..space.space.elements).map(|e| element(space, e));
+    let extents: Vec<Extent> = elements().map(|cell| cell.extent(&position)).collect();
     let of_point = |x: &Vec3| {
-        let near = (0..boxes.len()).filter(|&e| boxes[e].contains(x));
-        let found = near.filter_map(|e| Some((e, locate(space, e, positions, x)?)));
-        // On an edge between elements, the one in which it lies deepest.
-        let depth = |xi: &Vec3| xi.amax();
-        let best = { found }.min_by(|(_, a), (_, b)| depth(a).total_cmp(&depth(b)));
-        let Some((e, xi)) = best else {
+        let Some((e, xi)) = find(elements().zip(&extents), &position, x) else {
             return FluidProbe {
                 pressure: f64::NAN,
                 velocity: Vec3::repeat(f64::NAN),
             };
         };
-        let (u, _) = vector_at(space, e, velocity, &xi);
-        let values = [0, 1, 2].map(|d| lagrange(&space.basis.pressure_nodes.points, xi[d]));
-        let nodes = space.space.element_pressures(e).iter();
-        let shapes = products(&values);
+        let field = |node: usize| space.vector(velocity, node);
+        let pressures = LagrangeCell {
+            rule: &space.basis.pressure_nodes.points,
+            nodes: space.space.element_pressures(e),
+        };
+        let shapes = pressures.shapes(&xi).into_iter();
         FluidProbe {
-            pressure: nodes
-                .zip(shapes)
+            pressure: (pressures.nodes.iter().zip(shapes))
                 .map(|(&node, shape)| shape * pressure[node as usize])
                 .sum(),
-            velocity: u,
+            velocity: element(space, e).value_and_slopes(&field, &xi).0,
         }
     };
     points.iter().map(of_point).collect()
 }
 
-/// What an element lies within.
-struct Extent {
-    low: Vec3,
-    high: Vec3,
-}
-
-impl Extent {
-    fn contains(&self, x: &Vec3) -> bool {
-        (0..3).all(|c| (self.low[c]..=self.high[c]).contains(&x[c]))
+/// An element with the nodes of its velocity.
+fn element(space: &SpectralElements, e: usize) -> LagrangeCell<'_> {
+    LagrangeCell {
+        rule: &space.basis.nodes.points,
+        nodes: space.space.element(e),
     }
-}
-
-fn boxes(space: &SpectralElements, positions: &[f64]) -> Vec<Extent> {
-    let n = space.space.nodes;
-    let of_element = |e: usize| {
-        let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-        for &node in space.space.element(e) {
-            let x = Vec3::from_fn(|c, _| positions[c * n + node as usize]);
-            (low, high) = (low.inf(&x), high.sup(&x));
-        }
-        let margin = BULGE * (high - low);
-        Extent {
-            low: low - margin,
-            high: high + margin,
-        }
-    };
-    (0..space.space.elements).map(of_element).collect()
-}
-
-/// Local coordinates of the point `x` in element `e`, if it lies there.
-fn locate(space: &SpectralElements, e: usize, positions: &[f64], x: &Vec3) -> Option<Vec3> {
-    let mut xi = Vec3::zeros();
-    for _ in 0..MOST_STEPS {
-        let (here, jacobian) = vector_at(space, e, positions, &xi);
-        let step = jacobian.lu().solve(&(x - here))?;
-        xi += step;
-        // What has left for good does not lie here; before, it may come back.
-        if !xi.iter().all(|c| c.abs() < 3.0) {
-            return None;
-        }
-        if step.amax() < CONVERGED {
-            return (xi.amax() <= 1.0 + EDGE).then_some(xi);
-        }
-    }
-    None
-}
-
-/// A vector field of the velocity's degree, with its derivatives by the local coordinates.
-fn vector_at(space: &SpectralElements, e: usize, field: &[f64], xi: &Vec3) -> (Vec3, Matrix3<f64>) {
-    let points = &space.basis.nodes.points;
-    let values = [0, 1, 2].map(|d| lagrange(points, xi[d]));
-    let slopes = [0, 1, 2].map(|d| lagrange_derivatives(points, xi[d]));
-    let derived = [0, 1, 2].map(|d| {
-        let mut factors = values.clone();
-        factors[d].clone_from(&slopes[d]);
-        products(&factors)
-    });
-    let (shapes, nodes) = (products(&values), space.space.nodes);
-    let (mut value, mut slope) = (Vec3::zeros(), Matrix3::zeros());
-    for (i, &node) in space.space.element(e).iter().enumerate() {
-        for c in 0..3 {
-            let f = field[c * nodes + node as usize];
-            value[c] += shapes[i] * f;
-            for d in 0..3 {
-                slope[(c, d)] += derived[d][i] * f;
-            }
-        }
-    }
-    (value, slope)
-}
-
-/// Products of one-dimensional values, fastest along ξ.
-fn products(values: &[Vec<f64>; 3]) -> Vec<f64> {
-    let [x, y, z] = values;
-    let plane = z.iter().flat_map(|c| y.iter().map(move |b| b * c));
-    plane.flat_map(|bc| x.iter().map(move |a| a * bc)).collect()
 }
 
 #[cfg(test)]
@@ -216,7 +134,9 @@ mod tests {
                 let cell = Vec3::from_fn(|d, _| scaled[d].floor().min([1.0, 2.0, 1.0][d]));
                 let e = cell.x as usize + 2 * cell.y as usize + 6 * cell.z as usize;
                 let xi = (scaled - cell) * 2.0 - Vec3::repeat(1.0);
-                vector_at(&space, e, &positions, &xi).0
+                element(&space, e)
+                    .value_and_slopes(&|i| space.vector(&positions, i), &xi)
+                    .0
             };
             let pressure: Vec<f64> = pressures
                 .iter()

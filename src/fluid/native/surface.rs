@@ -55,6 +55,21 @@ impl SpectralElements {
         }
     }
 
+    /// Areas (m²) that the nodes' own rule gives to the nodes of a face.
+    pub fn face_node_areas(&self, face: Face, positions: &[f64]) -> Vec<f64> {
+        let nodes = self.face_nodes(face);
+        let x: Vec<Vec3> = nodes.iter().map(|&i| self.vector(positions, i)).collect();
+        let (n, slopes) = (self.basis.nodes.len(), &self.basis.nodal_derivative);
+        let weights = &self.basis.nodes.weights;
+        let area = |k: usize| {
+            let (a, b) = (k % n, k / n);
+            let along: Vec3 = (0..n).map(|j| slopes[a][j] * x[b * n + j]).sum();
+            let across: Vec3 = (0..n).map(|j| slopes[b][j] * x[j * n + a]).sum();
+            weights[a] * weights[b] * along.cross(&across).norm()
+        };
+        (0..n * n).map(area).collect()
+    }
+
     /// The vector of a field at a node.
     pub fn vector(&self, field: &[f64], node: usize) -> Vec3 {
         let n = self.space.nodes;

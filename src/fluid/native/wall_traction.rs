@@ -1,4 +1,4 @@
-//! What the fluid does to the wall, from the gradients within the elements.
+//! What the fluid does to the wall.
 
 use super::basis::{lagrange, lagrange_derivatives};
 use super::spectral_elements::SpectralElements;
@@ -25,7 +25,9 @@ pub fn middles(degree: usize) -> Vec<f64> {
 }
 
 /// The load at the middles of the parts of each face (see [`middles`]), fastest along the face's first axis. All faces lie
-/// on the outer side of the first local axis.
+/// on the outer side of the first local axis. `reactions` is `mu ∂u/∂n` at the nodes
+/// ([`Flow::viscous_reactions`](super::Flow::viscous_reactions)); without it, it is taken from the gradients within the
+/// elements.
 pub fn wall_loads(
     space: &SpectralElements,
     faces: &[Face],
@@ -33,6 +35,7 @@ pub fn wall_loads(
     positions: &[f64],
     velocity: &[f64],
     pressure: &[f64],
+    reactions: Option<&[f64]>,
 ) -> Vec<Vec<WallLoad>> {
     let n = space.basis.nodes.len();
     let n3 = space.node_count();
@@ -75,6 +78,11 @@ pub fn wall_loads(
                 .map(|i| pressure[i])
                 .collect();
             let p = face_values(&pressure_values, &pressure_values, &p);
+            let reactions = reactions.map(|reactions| {
+                let nodes = space.face_nodes(face).into_iter();
+                let nodal: Vec<Vec3> = nodes.map(|i| space.vector(reactions, i)).collect();
+                face_values(&values, &values, &nodal)
+            });
             (0..p.len())
                 .map(|k| {
                     let columns =
@@ -84,7 +92,12 @@ pub fn wall_loads(
                     let normal = x[1][k].cross(&x[2][k]).normalize();
                     let strain = gradient + gradient.transpose();
                     let deviator = strain - Matrix3::identity() * (strain.trace() / 3.0);
-                    let shear = -viscosity * (deviator * normal);
+                    let mut shear = -viscosity * (deviator * normal);
+                    if let Some(reactions) = &reactions {
+                        // Along the wall only: what the pressure lacks there is not viscous
+                        let other = viscosity * (gradient * normal) - reactions[k];
+                        shear += other - normal * other.dot(&normal);
+                    }
                     WallLoad {
                         traction: p[k] * normal + shear,
                         shear,

@@ -1,12 +1,16 @@
-//! The velocity of the blood at times that the fluid has written, and where the lumen was then.
+//! The velocity of the blood at times that were written, and where the lumen was then.
 
 use crate::Vec3;
+use crate::fluid::field::SearchableField;
 use crate::geometry::Vessel;
 use crate::hemodynamics::{Rings, WetSurface};
+use crate::output::fluid_fields;
 use crate::output::results::Results;
+use crate::output::vtu::Series;
 use crate::output::wall_history::WallHistoryReader;
 use crate::simulation::assembly::surroundings::{self, VelocityField};
 use std::io;
+use std::path::PathBuf;
 
 /// Times that are read, at most.
 const FRAMES: usize = 4;
@@ -18,16 +22,75 @@ struct Sections(Vec<(f64, Vec<(Vec3, usize)>)>);
 pub struct Snapshot {
     /// Time, s.
     pub time: f64,
-    /// Velocity in each cell, m/s.
-    pub velocity: Vec<Vec3>,
+    velocity: Velocity,
     /// Distance of the lumen's surface from the axis at each face of the wall, m.
     radii: Vec<f64>,
 }
 
+/// Velocities (m/s) at one time.
+enum Velocity {
+    /// In the cells of OpenFOAM's mesh.
+    Cells(Vec<Vec3>),
+    /// In elements where they are at that time.
+    Elements(Box<SearchableField>),
+}
+
+/// A time (s) at which they were written, and where.
+struct Written {
+    time: f64,
+    source: Source,
+}
+
+enum Source {
+    Cells(VelocityField),
+    Elements(PathBuf),
+}
+
 impl Snapshot {
+    /// The velocities, m/s.
+    pub fn velocities(&self) -> &[Vec3] {
+        match &self.velocity {
+            Velocity::Cells(velocity) => velocity,
+            Velocity::Elements(elements) => &elements.field().velocity,
+        }
+    }
+
     /// Largest speed, m/s.
     pub fn fastest(&self) -> f64 {
-        self.velocity.iter().map(Vec3::norm).fold(0.0, f64::max)
+        let speeds = self.velocities().iter().map(Vec3::norm);
+        speeds.fold(0.0, f64::max)
+    }
+}
+
+impl Written {
+    /// All times of a run.
+    fn of(run: &Results) -> io::Result<Vec<Self>> {
+        let elements = Series::read(&run.files.fluid_fields())?;
+        let elements = elements.into_iter().map(|(time, file)| Self {
+            time,
+            source: Source::Elements(run.files.root().join(file)),
+        });
+        let cells = surroundings::velocity_fields(run.case.fluid.solver, &run.files.fluid())?;
+        let cells = cells.into_iter().map(|field| Self {
+            time: field.time,
+            source: Source::Cells(field),
+        });
+        Ok(cells.chain(elements).collect())
+    }
+
+    /// The velocities; none if they belong to another mesh than the case's.
+    fn read(&self, run: &Results) -> io::Result<Option<Velocity>> {
+        Ok(match &self.source {
+            Source::Cells(field) => {
+                let velocity = field.read()?;
+                (velocity.len() == run.vessel.fluid.mesh.cells())
+                    .then_some(Velocity::Cells(velocity))
+            }
+            Source::Elements(file) => {
+                let elements = SearchableField::new(fluid_fields::read(file)?);
+                Some(Velocity::Elements(Box::new(elements)))
+            }
+        })
     }
 }
 
@@ -45,7 +108,7 @@ impl LumenFlow {
     /// several).
     pub fn of(run: &Results) -> io::Result<Option<Self>> {
         let window = run.hemodynamics.window;
-        let mut times = surroundings::velocity_fields(run.case.fluid.solver, &run.files.fluid())?;
+        let mut times = Written::of(run)?;
         times.retain(|field| window.contains(field.time, run.case.time.step));
         let every = times.len().div_ceil(FRAMES).max(1);
         times = times.into_iter().rev().step_by(every).collect();
@@ -58,10 +121,9 @@ impl LumenFlow {
         let mut frames = Vec::new();
         for state in reader {
             let state = state?;
-            let near = |f: &&VelocityField| (f.time - state.time).abs() < 0.5 * run.case.time.step;
+            let near = |f: &&Written| (f.time - state.time).abs() < 0.5 * run.case.time.step;
             if let Some(field) = times.iter().find(near) {
-                let velocity = field.read()?;
-                if velocity.len() == run.vessel.fluid.mesh.cells() {
+                if let Some(velocity) = field.read(run)? {
                     frames.push(Snapshot {
                         time: field.time,
                         velocity,
@@ -86,15 +148,18 @@ impl LumenFlow {
         all.copied().fold(0.0, f64::max)
     }
 
-    /// Velocity (m/s) at a point (m) of the deformed lumen; none outside. The same share of the radius as in the unloaded
-    /// lumen belongs to the same cell.
+    /// Velocity (m/s) at a point (m) of the deformed lumen; none outside. In OpenFOAM's mesh, the same share of the radius as
+    /// in the unloaded lumen belongs to the same cell.
     pub fn velocity(&self, frame: &Snapshot, x: f64, y: f64, z: f64) -> Option<Vec3> {
+        let cells = match &frame.velocity {
+            Velocity::Cells(cells) => cells,
+            Velocity::Elements(elements) => return elements.velocity(&Vec3::new(x, y, z)),
+        };
         let phi = z.atan2(y);
         let share = y.hypot(z) / self.rings.value(&frame.radii, x, phi.to_degrees());
         let unloaded = share * self.vessel.lumen_radius(x, phi);
         let (sin, cos) = phi.sin_cos();
-        (share <= 1.0)
-            .then(|| frame.velocity[self.sections.nearest(x, unloaded * cos, unloaded * sin)])
+        (share <= 1.0).then(|| cells[self.sections.nearest(x, unloaded * cos, unloaded * sin)])
     }
 }
 

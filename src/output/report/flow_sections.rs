@@ -26,7 +26,7 @@ pub fn sections(run: &Results, flow: &LumenFlow) -> Vec<String> {
         (end - 0.125 * geometry.artery_length, "distal artery"),
     ];
     let half = 1.05 * flow.widest();
-    let high = frame.velocity.iter().map(|v| v.x).fold(0.0, f64::max);
+    let high = frame.velocities().iter().map(|v| v.x).fold(0.0, f64::max);
     let all = places.map(|(x, _)| arrows(flow, frame, x, half));
     let across = |arrow: &Arrow| arrow.vector[0].hypot(arrow.vector[1]);
     let longest = all.iter().flatten().map(across).fold(0.0, f64::max);

@@ -40,7 +40,8 @@ pub fn unchanging(solver: Solver, folder: &Path) -> Vec<PathBuf> {
     }
 }
 
-/// The file by which ParaView opens all fields of a fluid, if it leaves any.
+/// The file by which ParaView opens all fields of a fluid that leaves them in its folder; none of one that hands them over
+/// ([`Fluid::field`](crate::fluid::Fluid::field)).
 pub fn fields_to_open(solver: Solver, folder: &Path) -> Option<PathBuf> {
     match solver {
         Solver::OpenFoam => Some(folder.join("fluid.foam")),
