@@ -2,20 +2,31 @@
 
 use super::compare::Limits;
 use super::{CaseArguments, Failure};
-use crate::case::{Override, Place, Solver};
+use crate::case::{Case, Native, Override, Place};
 use crate::output::comparison::{Comparison, Difference};
+use crate::output::refinement::{self, Refined};
 use crate::output::report;
 use crate::output::results::Results;
 use crate::output::{terminal, write_atomically};
 use crate::run::batch::{self, BatchRun, Board, Outcome, Worker};
 use crate::run::{CaseSelection, Interrupt};
 use crate::simulation::assembly::surroundings;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// The solvers, as `fluid.solver` names them; the first one is A of the comparison.
 const SOLVERS: [&str; 2] = ["openfoam", "native"];
+/// The same on finer meshes.
+const FINER: [&str; 2] = ["openfoam-finer", "native-finer"];
+/// The cells of OpenFOAM's finer mesh are shorter by this factor, as far as whole numbers allow; the native solver's elements
+/// have a degree more.
+const RATIO: f64 = 1.5;
 /// The table of a comparison, in the folder of its case.
 const TABLE: &str = "compare.csv";
+/// The same on the finer meshes.
+const FINER_TABLE: &str = "compare-finer.csv";
+/// What refinement changes.
+const REFINEMENT: &str = "refinement.csv";
 /// The page about all cases.
 const PAGE: &str = "cross-check.html";
 
@@ -29,6 +40,9 @@ pub struct Arguments {
     /// cross-check-<preset>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Run both solvers on finer meshes too (<case>/openfoam-finer, native-finer) and extrapolate.
+    #[arg(long)]
+    refine: bool,
     /// Runs at once [default: 1, with all cores].
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: u16,
@@ -52,11 +66,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let selections = selections(arguments.case.selection()?)?;
     let names = names(&arguments.cases)?;
     let mut models = Vec::new();
+    let mut selection_of = HashMap::new();
     for (name, folder) in names.iter().zip(&arguments.cases) {
-        for (solver, selection) in SOLVERS.iter().zip(&selections) {
-            let run = out.join(name).join(solver);
-            let name = format!("{name}-{solver}");
-            models.push(BatchRun::of(name, folder.clone(), run, selection)?);
+        let mut add = |kind: &str, selection: CaseSelection| {
+            let run = out.join(name).join(kind);
+            let name = format!("{name}-{kind}");
+            let model = BatchRun::of(name.clone(), folder.clone(), run, &selection)?;
+            let finer = arguments.refine.then(|| finer(&model.case, &selection));
+            models.push(model);
+            selection_of.insert(name, selection);
+            finer.transpose()
+        };
+        for ((solver, finer), selection) in SOLVERS.iter().zip(FINER).zip(&selections) {
+            if let Some(selection) = add(solver, selection.clone())? {
+                add(finer, selection)?;
+            }
         }
     }
     for model in &models {
@@ -80,14 +104,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let board = Board::new(&models, jobs, arguments.quiet);
     notes.iter().for_each(|note| board.note(note));
     let outcomes = batch::work(&models, &interrupt, board, jobs, |model| {
-        let selection = match model.case.fluid.solver {
-            Solver::OpenFoam => &selections[0],
-            Solver::Native => &selections[1],
-        };
-        Worker::start(model, selection, (cores / jobs).max(1))
+        Worker::start(model, &selection_of[&model.name], (cores / jobs).max(1))
     });
     require_all(&models, &outcomes)?;
-    compare(&names, &out, limits)
+    compare(&names, &out, limits, arguments.refine)
 }
 
 /// What the user has chosen, with either solver.
@@ -107,6 +127,37 @@ fn selections(chosen: CaseSelection) -> Result<[CaseSelection; 2], Failure> {
         });
         selection
     }))
+}
+
+/// A selection with a finer mesh of its solver.
+fn finer(case: &Case, selection: &CaseSelection) -> Result<CaseSelection, Failure> {
+    let Some(vessel) = case.anastomosis() else {
+        let reason = "cross-check is for vessels, and the case has a flag in a channel";
+        return Err(Failure::Input(reason.into()));
+    };
+    let Native { degree, .. } = vessel.fluid.native;
+    let mesh = &vessel.fluid.mesh;
+    let longer = |number: usize| (number as f64 * RATIO).round() as usize;
+    let numbers = [
+        ("fluid.native.degree", degree + 1),
+        ("fluid.mesh.core", longer(mesh.core)),
+        ("fluid.mesh.radial", longer(mesh.radial)),
+        ("fluid.mesh.axial_extension", longer(mesh.axial_extension)),
+        (
+            "fluid.mesh.axial_per_section",
+            longer(mesh.axial_per_section),
+        ),
+    ];
+    let mut selection = selection.clone();
+    for (key, number) in numbers {
+        selection.given.retain(|given| given.key != key);
+        selection.given.push(Override {
+            place: Place::Set,
+            key: key.into(),
+            value: number.to_string(),
+        });
+    }
+    Ok(selection)
 }
 
 /// Names of the cases' folders, each once.
@@ -148,17 +199,33 @@ fn require_all(models: &[BatchRun], outcomes: &[Outcome]) -> Result<(), Failure>
 }
 
 /// Compares the runs of each case and writes the page.
-fn compare(names: &[String], out: &Path, limits: [f64; 3]) -> Result<(), Failure> {
+fn compare(names: &[String], out: &Path, limits: [f64; 3], refine: bool) -> Result<(), Failure> {
     let mut compared = Vec::new();
+    let mut refined: Vec<(String, Vec<Refined>)> = Vec::new();
     let mut beyond = Vec::new();
     for name in names {
         let folder = out.join(name);
-        let load =
-            |solver| Results::load(&folder.join(solver)).map_err(|e| Failure::Run(e.to_string()));
-        let [first, second] = SOLVERS.map(load);
-        let comparison = Comparison::new(&first?, &second?, limits)
-            .map_err(|e| Failure::Run(e.to_string()))?
-            .called(["OpenFOAM", "native"]);
+        let load = |solver: &str| {
+            Results::load(&folder.join(solver)).map_err(|e| Failure::Run(e.to_string()))
+        };
+        let both = |solvers: [&str; 2]| {
+            let [first, second] = [load(solvers[0])?, load(solvers[1])?];
+            let cells = first.vessel.fluid.mesh.cells();
+            let comparison = Comparison::new(&first, &second, limits)
+                .map_err(|e| Failure::Run(e.to_string()))?
+                .called(["OpenFOAM", "native"]);
+            Ok::<_, Failure>((comparison, cells as f64))
+        };
+        let (comparison, cells) = both(SOLVERS)?;
+        if refine {
+            let (finer, more) = both(FINER)?;
+            let rows = refinement::refinement(&comparison, &finer, (more / cells).cbrt());
+            refinement::write(&rows, &folder.join(REFINEMENT)).map_err(written)?;
+            finer
+                .write_table(&folder.join(FINER_TABLE))
+                .map_err(written)?;
+            refined.push((name.clone(), rows));
+        }
         terminal::print(format_args!("{name}: A OpenFOAM, B native\n{comparison}"))?;
         comparison.write(&folder, TABLE).map_err(written)?;
         let differences = comparison.differences.iter();
@@ -167,7 +234,11 @@ fn compare(names: &[String], out: &Path, limits: [f64; 3]) -> Result<(), Failure
         compared.push((name.clone(), comparison));
     }
     let page = out.join(PAGE);
-    write_atomically(&page, report::of_comparisons(&compared).as_bytes()).map_err(written)?;
+    write_atomically(
+        &page,
+        report::of_comparisons(&compared, &refined).as_bytes(),
+    )
+    .map_err(written)?;
     terminal::print(format_args!("{} shows them\n", page.display()))?;
     if beyond.is_empty() {
         return Ok(());

@@ -212,6 +212,14 @@ impl Comparison {
 
     /// Writes the table `table`, a figure of each history and maps of each field into `folder`.
     pub fn write(&self, folder: &Path, table: &str) -> std::io::Result<()> {
+        for (name, svg) in self.figures() {
+            write_atomically(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
+        }
+        self.write_table(&folder.join(table))
+    }
+
+    /// Writes the table alone.
+    pub fn write_table(&self, path: &Path) -> std::io::Result<()> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         for difference in &self.differences {
             writer
@@ -221,10 +229,7 @@ impl Comparison {
         let bytes = writer
             .into_inner()
             .map_err(|e| std::io::Error::other(e.to_string()))?;
-        for (name, svg) in self.figures() {
-            write_atomically(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
-        }
-        write_atomically(&folder.join(table), &bytes)
+        write_atomically(path, &bytes)
     }
 
     /// Names and texts of all figures.

@@ -8,6 +8,7 @@ pub(crate) mod phases;
 pub(crate) mod probes;
 pub mod progress;
 pub mod record;
+pub(crate) mod refinement;
 pub(crate) mod report;
 pub mod results;
 pub mod run_files;

@@ -2,9 +2,10 @@
 
 use super::page::{Page, escape, figure, gallery, significant, table};
 use crate::output::comparison::{Comparison, Difference};
+use crate::output::refinement::Refined;
 
-/// The page about named cases.
-pub fn page(compared: &[(String, Comparison)]) -> String {
+/// The page about named cases, and what finer meshes change in some of them.
+pub fn page(compared: &[(String, Comparison)], refined: &[(String, Vec<Refined>)]) -> String {
     let lead = "The same cases, the same wall and coupling, two solvers for the blood that share nothing but the geometry.";
     let mut page = Page::new("Cross-check of the flow solvers", lead);
     for (name, comparison) in compared {
@@ -29,8 +30,10 @@ pub fn page(compared: &[(String, Comparison)]) -> String {
         let figures: Vec<String> = (comparison.figures().iter())
             .map(|(name, svg)| figure(svg, &escape(&name.replace('-', " ")), None))
             .collect();
+        let finer = refined.iter().find(|(other, _)| other == name);
+        let finer = finer.map_or(String::new(), |(_, rows)| refinement(rows));
         let html = format!(
-            "<p>{verdict}</p>\n{}{}",
+            "<p>{verdict}</p>\n{}{finer}{}",
             table(&heads, &rows),
             gallery(&figures)
         );
@@ -39,14 +42,62 @@ pub fn page(compared: &[(String, Comparison)]) -> String {
     page.to_html()
 }
 
-fn row(difference: &Difference) -> Vec<String> {
-    let number = |value: f64| {
-        if value.is_finite() {
-            significant(value, 3)
-        } else {
-            "–".to_owned()
-        }
+/// What finer meshes change, with the values to which they lead.
+fn refinement(rows: &[Refined]) -> String {
+    let heads = [
+        "quantity, mean",
+        "OpenFOAM",
+        "finer",
+        "extrapolated",
+        "uncertainty",
+        "observed order",
+        "native",
+        "a degree more",
+        "uncertainty",
+        "relative difference",
+        "finer meshes",
+        "extrapolated values",
+    ];
+    let row = |row: &Refined| {
+        let numbers = [
+            row.coarse_a,
+            row.fine_a,
+            row.extrapolated_a,
+            row.uncertainty_a,
+            row.observed_order_a,
+            row.coarse_b,
+            row.fine_b,
+            row.uncertainty_b,
+            row.relative_rms_coarse,
+            row.relative_rms_fine,
+        ];
+        let verdict = match row.agree {
+            true => "agree",
+            false => "<strong>do not agree</strong>",
+        };
+        let mut cells = vec![escape(&row.name())];
+        cells.extend(numbers.map(number));
+        cells.push(verdict.to_owned());
+        cells
     };
+    let rows: Vec<Vec<String>> = rows.iter().map(row).collect();
+    format!(
+        "<p>On finer meshes: OpenFOAM's cells shorter by half, the native solver's elements with a degree more. OpenFOAM is \
+         extrapolated with second order; its uncertainty is the grid convergence index of two meshes, the native one's what \
+         the last degree has changed.</p>\n{}",
+        table(&heads, &rows)
+    )
+}
+
+fn number(value: f64) -> String {
+    if value.is_finite() {
+        significant(value, 3)
+    } else {
+        "–".to_owned()
+    }
+}
+
+fn row(difference: &Difference) -> Vec<String> {
     let verdict = match (difference.limit, difference.is_beyond()) {
         (None, _) => "not judged",
         (_, true) => "<strong>beyond</strong>",

@@ -14,6 +14,7 @@ pub(crate) mod study;
 pub(crate) mod surface;
 
 use super::comparison::Comparison;
+use super::refinement::Refined;
 use super::results::Results;
 use std::io;
 pub use study::Study;
@@ -28,7 +29,10 @@ pub fn of_study(study: &Study) -> io::Result<String> {
     study::page(study)
 }
 
-/// The page of named cases that two solvers have computed.
-pub fn of_comparisons(compared: &[(String, Comparison)]) -> String {
-    cross_check::page(compared)
+/// The page of named cases that two solvers have computed, some of them on two meshes each.
+pub fn of_comparisons(
+    compared: &[(String, Comparison)],
+    refined: &[(String, Vec<Refined>)],
+) -> String {
+    cross_check::page(compared, refined)
 }
