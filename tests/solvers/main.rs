@@ -6,6 +6,7 @@ mod benchmark_pulse_wave;
 mod benchmark_rigid_tube;
 mod benchmark_support;
 mod benchmark_turek_hron;
+mod benchmark_womersley_elastic;
 mod buckling;
 mod check;
 mod coupled_run;
