@@ -61,6 +61,7 @@ fn the_native_fluid_is_measured_without_openfoam() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_parts_add_up_and_two_versions_are_compared() {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("old.json");
@@ -145,6 +146,7 @@ fn the_parts_add_up_and_two_versions_are_compared() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_parallel_fluid_is_measured_too() {
     let folder = tempfile::tempdir().unwrap();
     let output = bench(
@@ -156,6 +158,7 @@ fn a_parallel_fluid_is_measured_too() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn growth_measures_the_sizes_that_are_missing_and_fits_a_power() {
     let folder = tempfile::tempdir().unwrap();
     let growth = folder.path().join("growth");
@@ -243,6 +246,7 @@ fn growth_measures_the_sizes_that_are_missing_and_fits_a_power() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn impossible_measurements_are_refused_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, expected) in [

@@ -3,6 +3,7 @@
 use crate::benchmark_support::{probes, run};
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_pulse_travels_at_the_speed_of_moens_and_korteweg() {
     check_speeds(&["--preset", "demo"], [0.0000, -0.0033, -0.0017]);
 }

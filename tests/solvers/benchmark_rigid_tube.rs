@@ -142,6 +142,7 @@ fn poiseuille_errors(core: usize, radial: usize) -> [f64; 2] {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn steady_flow_is_poiseuilles() {
     // The benchmark's own mesh, and those of the presets `paper`, `coarse` and `demo`. The drop is too high for the flow, and
     // the shear too low for the drop, since the mesh is a polygon within the circle.
@@ -160,6 +161,7 @@ fn steady_flow_is_poiseuilles() {
 /// Blood of Bird and Carreau, chosen in the templates: the viscosity follows the rate of shear, in the flow as in the load
 /// on the wall.
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn steady_flow_of_shear_thinning_blood_is_that_of_the_generalized_newtonian_tube() {
     let case = load(
         "poiseuille",
@@ -263,6 +265,7 @@ fn womersley_errors(core: usize, radial: usize) -> [f64; 2] {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn oscillating_flow_is_womersleys_to_second_order() {
     let coarse = womersley_errors(4, 3);
     let fine = womersley_errors(8, 6);

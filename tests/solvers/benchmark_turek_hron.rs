@@ -17,6 +17,7 @@ fn coarse<'a>(set: &[&'a str]) -> Vec<&'a str> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn fsi1_bends_the_flag_as_published() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -61,6 +62,7 @@ fn force(run: &Path) -> [f64; 2] {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_resumed_run_with_second_order_in_time_repeats_the_uninterrupted_one_to_the_last_digit() {
     let folder = tempfile::tempdir().unwrap();
     let [whole, parts] = ["whole", "parts"].map(|name| folder.path().join(name));

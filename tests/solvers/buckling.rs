@@ -39,6 +39,7 @@ fibre_angle_deg = 35.0
 "#;
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_tube_that_buckles_is_told_from_one_that_needs_smaller_steps() {
     let folder = tempfile::tempdir().unwrap();
     let parts = ["graft", "media", "adventitia"].map(|part| format!("[wall.{part}]\n{MATERIAL}"));

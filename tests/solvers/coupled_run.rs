@@ -95,6 +95,7 @@ fn imbalance(q_in: f64, q_out: f64, dvdt: f64) -> f64 {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -191,6 +192,7 @@ fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
 /// The smooth artery at 110 mmHg, where its fibres carry the load: filled from the windkessel within a ramp of 0.1 s, then
 /// compared with the boundary value problem of the radius in plane strain.
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -243,6 +245,7 @@ fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
 /// With tolerances so tight that the order of the sums in the linear solvers no longer matters (measured: 2e-8), and not tighter:
 /// displacements of 7 µm, as in the first step, have a round-off of 1e-13 m.
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn one_and_two_ranks_and_both_transports_agree() {
     let folder = tempfile::tempdir().unwrap();
     let tight = [
@@ -283,6 +286,7 @@ fn one_and_two_ranks_and_both_transports_agree() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn an_interrupt_ends_openfoam_and_leaves_the_run_readable() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -361,6 +365,7 @@ fn bad_input_is_refused_with_nothing_written() {
 
 /// Curves as people have them: with comments, over a part of the period, over another period than a second.
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_curve_that_is_accepted_drives_the_inflow() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("flow.csv");
@@ -401,6 +406,7 @@ fn a_curve_that_is_accepted_drives_the_inflow() {
 
 /// `check` and the run look at the same: what a run would refuse after its first files is found before.
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn what_a_run_reads_is_checked_before_anything_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");

@@ -28,6 +28,7 @@ fn evaluation(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_damaged_wall_is_refused_with_its_place_and_good_results_stay() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -148,6 +149,7 @@ fn a_damaged_wall_is_refused_with_its_place_and_good_results_stay() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn an_earlier_end_is_refused_at_resume() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -170,6 +172,7 @@ fn an_earlier_end_is_refused_at_resume() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_lost_or_damaged_table_is_named_and_the_run_can_go_on_with_new_ones() {
     let folder = tempfile::tempdir().unwrap();
     let (out, straight) = (folder.path().join("run"), folder.path().join("straight"));

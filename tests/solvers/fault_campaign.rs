@@ -38,6 +38,13 @@ const FAULTS: [Fault; 8] = [
     Fault::HangSolver,
 ];
 
+/// What can happen to a driver that computes the blood itself.
+const OWN_FAULTS: [Fault; 3] = [
+    Fault::KillDriver,
+    Fault::TerminateDriver,
+    Fault::InterruptTwice,
+];
+
 /// Repeatable numbers in 0..1 (Lehmer's generator).
 struct Random(u64);
 
@@ -82,14 +89,21 @@ fn strike(fault: Fault, child: &mut Child, out: &Path) -> bool {
     )
 }
 
-fn campaign(kills: usize, steps: usize, seed: u64, more: &[&str]) {
+/// A run with `settings` is struck by `faults` in turn; `more` holds for the run that is struck alone.
+fn campaign(
+    faults: &[Fault],
+    [kills, steps]: [usize; 2],
+    seed: u64,
+    settings: &[&str],
+    more: &[&str],
+) {
     let folder = tempfile::tempdir().unwrap();
     let (straight, out) = (folder.path().join("straight"), folder.path().join("run"));
     let clock = Instant::now();
-    complete(driver(&straight, steps, &[]));
+    complete(driver(&straight, steps, settings));
     let pace = clock.elapsed().as_secs_f64() / steps as f64;
     let mut random = Random(seed);
-    let mut more = more.to_vec();
+    let mut more = [settings, more].concat();
     more.extend(["--set", "fluid.answer_limit_s=4"]);
     let mut child = start(&mut driver(&out, steps, &more));
     // Before that there is nothing to resume.
@@ -99,7 +113,7 @@ fn campaign(kills: usize, steps: usize, seed: u64, more: &[&str]) {
     more.push("--resume");
     let mut resumed = 0;
     for kill in 0..kills {
-        let fault = FAULTS[kill % FAULTS.len()];
+        let fault = faults[kill % faults.len()];
         // Mostly amid the steps, sometimes while everything is starting or before the first step.
         if kill % 5 > 0 {
             let left = steps - 2 * (kills - kill).min(steps / 2);
@@ -144,12 +158,24 @@ fn campaign(kills: usize, steps: usize, seed: u64, more: &[&str]) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn ten_kills_change_nothing() {
-    campaign(10, 40, 20_171_027, &[]);
+    campaign(&FAULTS, [10, 40], 20_171_027, &[], &[]);
+}
+
+#[test]
+fn kills_of_a_driver_that_computes_the_blood_itself_change_nothing() {
+    campaign(
+        &OWN_FAULTS,
+        [6, 24],
+        20_261_122,
+        &crate::native_run::FEW,
+        &[],
+    );
 }
 
 #[test]
 #[ignore = "about ten minutes"]
 fn a_hundred_kills_change_nothing() {
-    campaign(104, 400, 1, &[]);
+    campaign(&FAULTS, [104, 400], 1, &[], &[]);
 }

@@ -37,6 +37,7 @@ fn solvers_in(case: &Path) -> usize {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_wrong_time_step_ends_both_sides_and_says_what_differs() {
     let mut channel = Channel::new(false);
     channel.settings.terms.time_step = 0.001;
@@ -57,6 +58,7 @@ fn a_wrong_time_step_ends_both_sides_and_says_what_differs() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn another_wall_is_refused() {
     let mut channel = Channel::new(false);
     let mut expected = channel.start().interface().clone();
@@ -76,6 +78,7 @@ fn another_wall_is_refused() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_missing_mesh_is_reported_with_the_end_of_the_log() {
     let channel = Channel::new(false);
     std::fs::remove_dir_all(channel.case().join("constant/polyMesh")).unwrap();
@@ -92,6 +95,7 @@ fn a_missing_mesh_is_reported_with_the_end_of_the_log() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_death_of_the_solver_is_noticed_at_once() {
     for transport in [TransportKind::Socket, TransportKind::Files] {
         let mut channel = Channel::new(false);
@@ -115,6 +119,7 @@ fn the_death_of_the_solver_is_noticed_at_once() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn cells_turned_inside_out_are_reported_with_their_place() {
     for ranks in [1, 2] {
         let mut channel = Channel::new(false);
@@ -131,6 +136,7 @@ fn cells_turned_inside_out_are_reported_with_their_place() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_trial_that_is_not_finite_is_refused_and_the_solver_lives() {
     let channel = Channel::new(false);
     let mut fluid = channel.start();
@@ -145,6 +151,7 @@ fn a_trial_that_is_not_finite_is_refused_and_the_solver_lives() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_silent_solver_is_given_up_after_the_answer_limit() {
     let mut channel = Channel::new(false);
     channel.settings.answer_limit = Duration::from_secs(1);
@@ -166,6 +173,7 @@ fn a_silent_solver_is_given_up_after_the_answer_limit() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_solver_that_is_told_to_stop_ends_by_itself() {
     for ranks in [1, 2] {
         let mut channel = Channel::new(false);
@@ -197,6 +205,7 @@ fn a_solver_that_is_told_to_stop_ends_by_itself() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn an_interrupt_ends_the_wait_and_the_solver() {
     let channel = Channel::new(false);
     let mut fluid = channel.start();
@@ -243,6 +252,7 @@ fn victim() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_killed_driver_leaves_no_solver() {
     for (ranks, files) in [(1, false), (1, true), (2, false), (2, true)] {
         let channel = Channel::new(false);

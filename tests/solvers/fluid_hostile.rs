@@ -59,6 +59,7 @@ fn attack(channel: &Channel, messages: &[Vec<u8>], then_close: bool) -> (String,
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_hostile_driver_is_refused_with_the_reason() {
     let channel = Channel::new(false);
     let interface = channel.start().interface().clone();

@@ -7,6 +7,7 @@ use fsi_driver::fluid::Fluid;
 /// A step that is tried at full length first and then taken at half of it leaves the same memory as one that is half as
 /// long from the beginning.
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_step_that_is_halved_after_a_trial_counts_as_a_short_one_in_the_next() {
     let run = |trial_first: bool| {
         let channel = Channel::new(true);

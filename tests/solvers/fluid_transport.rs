@@ -35,6 +35,7 @@ fn numbers(step: &FluidStep) -> Vec<f64> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn files_and_socket_carry_the_same_run() {
     let mut channel = Channel::new(false);
     let by_socket = run(&channel, 0, STEPS);
@@ -44,6 +45,7 @@ fn files_and_socket_carry_the_same_run() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn two_ranks_agree_with_one() {
     let mut channel = Channel::new(true);
     let serial_interface = channel.start().interface().clone();
@@ -62,6 +64,7 @@ fn two_ranks_agree_with_one() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_run_continues_to_the_bit_from_a_written_time() {
     let straight = run(&Channel::refined(false, 2), 0, 2 * STEPS);
     let mut channel = Channel::refined(false, 2);
@@ -76,6 +79,7 @@ fn a_run_continues_to_the_bit_from_a_written_time() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_solver_that_died_or_went_on_recalls_what_it_remembered_to_the_bit() {
     let channel = Channel::new(false);
     let mut fluid = channel.start();

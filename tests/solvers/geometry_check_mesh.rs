@@ -79,6 +79,7 @@ fn check(model: &str, preset: Preset) -> f64 {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn all_twelve_models_are_good_meshes_at_the_coarse_preset() {
     for model in MODELS {
         check(model, Preset::Coarse);
@@ -86,6 +87,7 @@ fn all_twelve_models_are_good_meshes_at_the_coarse_preset() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_hardest_models_are_good_meshes_at_the_other_presets() {
     for model in ["S-0.75", "H-0.75", "A-0.75", "S-0.25"] {
         check(model, Preset::Demo);
@@ -96,6 +98,7 @@ fn the_hardest_models_are_good_meshes_at_the_other_presets() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_flag_in_its_channel_passes() {
     check("turek-hron", Preset::Paper);
 }

@@ -58,6 +58,7 @@ fn columns(path: &Path, names: [&str; 3]) -> Vec<[f64; 3]> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_measures_agree_with_openfoams_own_wall_shear_stress() {
     let folder = tempfile::tempdir().unwrap();
     let (out, base) = (folder.path().join("run"), folder.path().join("base"));
@@ -106,6 +107,7 @@ fn the_measures_agree_with_openfoams_own_wall_shear_stress() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn what_was_gathered_while_running_is_what_the_stored_wall_gives() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");

@@ -60,6 +60,7 @@ fn setup(prefix: &Path) -> String {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn an_installed_program_runs_a_case_from_any_folder() {
     let installed = Installation::new();
     assert!(setup(&installed.prefix()).contains("installed: "));
@@ -133,6 +134,7 @@ fn a_home_that_cannot_be_written_is_no_obstacle() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_adapter_that_a_variable_names_comes_first() {
     let installed = Installation::new();
     setup(&installed.folder.path().join("elsewhere"));

@@ -62,6 +62,7 @@ fn cell_values(path: &Path) -> Vec<f64> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let (straight, resumed) = (
@@ -193,6 +194,7 @@ fn templates(folder: &Path, name: &str, change: impl Fn(String) -> String) -> St
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn templates_of_ones_own_need_nothing_for_points_in_the_blood() {
     let folder = tempfile::tempdir().unwrap();
     let probe = "output.fluid_probes_m=[[0.01, 0.0, 0.0]]";
@@ -221,6 +223,7 @@ fn templates_of_ones_own_need_nothing_for_points_in_the_blood() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn phases_are_averaged_over_beats() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");

@@ -63,6 +63,7 @@ print(json.dumps({
 "#;
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn numbers_read_from_python_are_those_of_the_run() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();

@@ -81,6 +81,7 @@ fn picture_by_paraview(run: &Path, elsewhere: &Path) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn pages_are_whole_and_comparisons_find_differences() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);

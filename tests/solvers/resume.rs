@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn an_extended_run_is_the_longer_run_also_from_the_older_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let (straight, resumed) = (
@@ -51,6 +52,7 @@ fn an_extended_run_is_the_longer_run_also_from_the_older_checkpoint() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_signal_saves_the_last_step_a_second_one_ends_the_run_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -94,6 +96,7 @@ fn a_signal_saves_the_last_step_a_second_one_ends_the_run_at_once() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn nobody_else_may_work_in_the_folder_of_a_run() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -113,6 +116,7 @@ fn nobody_else_may_work_in_the_folder_of_a_run() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_step_that_never_converges_ends_the_run_after_all_attempts_and_can_be_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -174,6 +178,7 @@ impl Drop for SmallDisk {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_full_disk_is_reported_and_the_run_goes_on_once_there_is_space() {
     let Some(disk) = SmallDisk::new(16) else {
         println!("not tested: mounting a small file system needs root");
@@ -203,6 +208,7 @@ fn a_full_disk_is_reported_and_the_run_goes_on_once_there_is_space() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_folder_may_have_a_blank_in_its_name_but_no_quotes() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("my runs/first");
@@ -224,6 +230,7 @@ fn a_folder_may_have_a_blank_in_its_name_but_no_quotes() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn what_an_ended_solver_has_half_written_is_not_taken_for_the_next_ones() {
     let folder = tempfile::tempdir().unwrap();
     let (straight, resumed) = (
@@ -247,6 +254,7 @@ fn what_an_ended_solver_has_half_written_is_not_taken_for_the_next_ones() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_step_that_fails_is_cut_and_comes_closer_to_what_short_steps_give() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, step: &str, newton: usize| {

@@ -54,6 +54,7 @@ fn changed_at(path: &Path) -> SystemTime {
 const STRAIGHT: &str = "[model]\nextension = \"straight\"\nd_max_m = 0.0";
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_model_that_fails_does_not_stop_the_others_and_what_is_done_is_not_done_again() {
     let folder = tempfile::tempdir().unwrap();
     let hopeless = format!("{STRAIGHT}\n[coupling]\ne_abs_m = 1e-14\nmax_iterations = 3");
@@ -115,6 +116,7 @@ fn a_model_that_fails_does_not_stop_the_others_and_what_is_done_is_not_done_agai
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn an_interrupted_and_a_killed_study_leave_no_process_and_continue_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let cases = cases(folder.path(), &[("S-0", STRAIGHT), ("A-0", STRAIGHT)]);

@@ -48,6 +48,7 @@ fn assert_full(what: &[&str], output: &Output) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn commands_survive_readers_that_go_and_full_disks() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
@@ -93,6 +94,7 @@ fn in_terminal(columns: usize, command: &str) -> Vec<String> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn lines_of_results_and_progress_fit_into_the_terminal() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");

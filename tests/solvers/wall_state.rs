@@ -47,6 +47,7 @@ fn run(out: &Path, steps: usize, more: &[&[&str]]) -> Command {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_wall_in_equilibrium_with_still_blood_stays_where_it_is_with_both_fluids() {
     let folder = tempfile::tempdir().unwrap();
     let mut volumes = Vec::new();
@@ -79,6 +80,7 @@ fn a_wall_in_equilibrium_with_still_blood_stays_where_it_is_with_both_fluids() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_run_from_equilibrium_that_is_resumed_is_the_uninterrupted_one() {
     let folder = tempfile::tempdir().unwrap();
     for (name, fluid) in [("native", &NATIVE[..]), ("openfoam", &[])] {

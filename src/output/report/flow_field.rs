@@ -122,14 +122,14 @@ impl LumenFlow {
         for state in reader {
             let state = state?;
             let near = |f: &&Written| (f.time - state.time).abs() < 0.5 * run.case.time.step;
-            if let Some(field) = times.iter().find(near) {
-                if let Some(velocity) = field.read(run)? {
-                    frames.push(Snapshot {
-                        time: field.time,
-                        velocity,
-                        radii: radii(&wall, &wall.displaced(&state.displacement)),
-                    });
-                }
+            if let Some(field) = times.iter().find(near)
+                && let Some(velocity) = field.read(run)?
+            {
+                frames.push(Snapshot {
+                    time: field.time,
+                    velocity,
+                    radii: radii(&wall, &wall.displaced(&state.displacement)),
+                });
             }
         }
         Ok(Rings::new(&wall.places())
