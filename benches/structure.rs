@@ -1,8 +1,8 @@
 //! CPU seconds of one Newton iteration on the two-layer tube: `cargo bench --bench structure`, `RAYON_NUM_THREADS=1` for
 //! one thread. The smallest of several repetitions counts, since other programs disturb.
 
-use fsi_driver::case::Material;
 use fsi_driver::geometry::tube_mesh;
+use fsi_driver::paper::convergence::cases::TestCase;
 use fsi_driver::pfem::discretization::{Discretization, Options};
 use fsi_driver::pfem::element::surface::Surface;
 use fsi_driver::pfem::supports::{self, Support};
@@ -36,20 +36,7 @@ fn measure(mut f: impl FnMut()) -> (f64, f64) {
 }
 
 fn run(kind: SpaceKind, p: usize, points: usize, mesh: [usize; 3]) {
-    let layer = |mu, kappa, k1, k2, fibre_angle_deg| Material::HolzapfelGasserOgden {
-        mu,
-        kappa,
-        k1,
-        k2,
-        fibre_angle_deg,
-        tension_only: false,
-        dispersion: None,
-        viscosity: None,
-    };
-    let materials = [
-        layer(5.4e4, 1e9, 640.0, 3.54, 10.0),
-        layer(5.4e3, 1e8, 5.1e3, 15.4, 40.0),
-    ];
+    let materials = TestCase::Circular.materials();
     let [axial, circumferential, radial] = mesh;
     let mesh = tube_mesh(3e-3, &[5e-4, 5e-4], 6e-3, axial, circumferential, radial);
     let ends = ["start", "end"].map(|end| Support::Surface(end.into(), [true, false, false]));

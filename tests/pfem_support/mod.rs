@@ -6,25 +6,13 @@ pub mod radial;
 use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::{HexFace, HexMesh, HexShape};
+use fsi_driver::paper::convergence::cases::TestCase;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Media and adventitia of table 1 of the paper.
 pub fn artery() -> Vec<Material> {
-    let layer = |mu, kappa, k1, k2, fibre_angle_deg| Material::HolzapfelGasserOgden {
-        mu,
-        kappa,
-        k1,
-        k2,
-        fibre_angle_deg,
-        tension_only: false,
-        dispersion: None,
-        viscosity: None,
-    };
-    vec![
-        layer(5.4e4, 1e9, 640.0, 3.54, 10.0),
-        layer(5.4e3, 1e8, 5.1e3, 15.4, 40.0),
-    ]
+    TestCase::Circular.materials()
 }
 
 /// Reproducible numbers in [-1, 1].

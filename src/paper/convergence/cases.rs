@@ -119,8 +119,8 @@ impl TestCase {
         tube.loaded(PRESSURE, LoadKind::Follower)
     }
 
-    /// Table 1 of the paper.
-    fn materials(self) -> Vec<Material> {
+    /// Table 1 of the paper: the graft's, or those of media and adventitia.
+    pub fn materials(self) -> Vec<Material> {
         let fibred = |mu, kappa, k1, k2, fibre_angle_deg| Material::HolzapfelGasserOgden {
             mu,
             kappa,
