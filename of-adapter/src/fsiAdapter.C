@@ -104,9 +104,8 @@ Foam::functionObjects::fsiAdapter::fsiAdapter
     functionObject(name),
     time_(const_cast<Time&>(strictly(time))),
     mesh_(meshOf(time)),
-    inlet_(patch(dict, "inlet")),
-    outlet_(patch(dict, "outlet")),
-    session_(mesh_, mesh_.referencePoints(), dict)
+    openings_(patches(dict)),
+    session_(mesh_, mesh_.referencePoints(), openings_, dict)
 {
     // The driver says when the run ends
     time_.setEndTime(GREAT);
@@ -117,22 +116,28 @@ Foam::functionObjects::fsiAdapter::fsiAdapter
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
 
-Foam::label Foam::functionObjects::fsiAdapter::patch
+Foam::labelList Foam::functionObjects::fsiAdapter::patches
 (
-    const dictionary& dict,
-    const word& role
+    const dictionary& dict
 ) const
 {
-    const word name(dict.get<word>(role));
-    const label index = mesh_.boundaryMesh().findPatchID(name);
-    if (index < 0)
+    const wordList names
+    (
+        dict.getOrDefault<wordList>("openings", {"inlet", "outlet"})
+    );
+    labelList indices(names.size());
+    forAll(names, i)
     {
-        FatalIOErrorInFunction(dict)
-            << "The mesh has no patch '" << name << "' (" << role
-            << "); it has " << mesh_.boundaryMesh().names()
-            << exit(FatalIOError);
+        indices[i] = mesh_.boundaryMesh().findPatchID(names[i]);
+        if (indices[i] < 0)
+        {
+            FatalIOErrorInFunction(dict)
+                << "The mesh has no patch '" << names[i]
+                << "', one of the openings; it has "
+                << mesh_.boundaryMesh().names() << exit(FatalIOError);
+        }
     }
-    return index;
+    return indices;
 }
 
 
@@ -164,8 +169,7 @@ bool Foam::functionObjects::fsiAdapter::execute()
         (
             mesh_,
             session_.interface().patch(),
-            inlet_,
-            outlet_,
+            openings_,
             session_.density()
         )
     );

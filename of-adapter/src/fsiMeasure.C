@@ -153,12 +153,26 @@ scalar wallVelocityMismatch(const fvMesh& mesh, const label patch)
 } // End anonymous namespace
 
 
+const Foam::windkesselPressureFvPatchScalarField* Foam::fsi::modelBehind
+(
+    const fvMesh& mesh,
+    const label patch
+)
+{
+    const auto& p = mesh.lookupObject<volScalarField>("p");
+    return
+        dynamic_cast<const windkesselPressureFvPatchScalarField*>
+        (
+            &p.boundaryField()[patch]
+        );
+}
+
+
 Foam::fsi::stepReport Foam::fsi::measure
 (
     const fvMesh& mesh,
     const label wall,
-    const label inlet,
-    const label outlet,
+    const labelList& openings,
     const scalar rho
 )
 {
@@ -173,25 +187,19 @@ Foam::fsi::stepReport Foam::fsi::measure
 
     stepReport step;
     step.time = mesh.time().value();
-    // Inlet and outlet do not move, so the relative flux is the flow
-    step.inflow = -gSum(phi.boundaryField()[inlet]);
-    step.outflow = gSum(phi.boundaryField()[outlet]);
-    step.inletPressure = meanPressure(inlet);
-    step.outletPressure = meanPressure(outlet);
-    step.windkesselPressure = step.outletPressure;
-    if (isA<windkesselPressureFvPatchScalarField>(p.boundaryField()[outlet]))
+    step.openings.resize(openings.size());
+    forAll(openings, i)
     {
-        step.windkesselPressure =
-            refCast<const windkesselPressureFvPatchScalarField>
-            (
-                p.boundaryField()[outlet]
-            ).pressure();
+        const label patch = openings[i];
+        const auto* model = modelBehind(mesh, patch);
+        // Openings do not move, so the relative flux is the flow
+        step.openings[i].flow = -gSum(phi.boundaryField()[patch]);
+        step.openings[i].meanPressure = meanPressure(patch);
+        step.openings[i].modelPressure = model ? model->pressure() : 0;
     }
     step.volume = gSum(mesh.V());
     step.wallVelocityMismatch = wallVelocityMismatch(mesh, wall);
     step.viscousTractions = viscousTraction(mesh, wall, rho);
-    step.tractions =
-        pressureTraction(mesh, wall, rho) + step.viscousTractions;
     return step;
 }
 

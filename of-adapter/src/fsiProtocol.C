@@ -65,6 +65,7 @@ const char* Foam::fsi::nameOf(const messageKind kind)
         case messageKind::accepted: return "ACCEPTED";
         case messageKind::stop: return "STOP";
         case messageKind::failure: return "FAILURE";
+        case messageKind::discard: return "DISCARD";
     }
     return "unknown";
 }

@@ -5,6 +5,8 @@
 #include "fsiSession.H"
 #include "Pstream.H"
 #include "Time.H"
+#include "fsiMeasure.H"
+#include "volFields.H"
 
 #include <cstdio>
 
@@ -98,10 +100,14 @@ void Foam::fsi::session::send(const messageWriter& message)
 
 void Foam::fsi::session::shakeHands
 (
-    const scalar startTime,
-    const scalar timeStep
+    const fvMesh& mesh,
+    const scalar volume,
+    const labelList& openings,
+    const boolList& hasModel
 )
 {
+    const scalar startTime = mesh.time().value();
+    const scalar timeStep = mesh.time().deltaTValue();
     const pointField& points = interface_.points();
     const faceList& faces = interface_.faces();
 
@@ -112,8 +118,10 @@ void Foam::fsi::session::shakeHands
     }
 
     messageWriter hello(messageKind::hello);
-    hello.f64(startTime).f64(timeStep);
-    hello.u32(points.size()).u32(faces.size()).u32(nVertices).u32(0);
+    // The driver has made the mesh and knows which part of it is rigid
+    hello.f64(startTime).f64(timeStep).f64(volume).f64(0);
+    hello.u32(points.size()).u32(faces.size()).u32(nVertices);
+    hello.u32(openings.size());
     hello.vectors(points);
     for (const face& f : faces)
     {
@@ -127,6 +135,12 @@ void Foam::fsi::session::shakeHands
         }
     }
     hello.vectors(interface_.faceCentres());
+    forAll(openings, i)
+    {
+        const word& name = mesh.boundaryMesh()[openings[i]].name();
+        hello.u32(hasModel[i] ? hasModelFlag : 0);
+        hello.u32(name.size()).text(name);
+    }
     transport_->send(hello.finish());
 
     const message reply = transport_->receive
@@ -334,6 +348,7 @@ Foam::fsi::session::session
 (
     const fvMesh& mesh,
     const pointField& referencePoints,
+    const labelList& openings,
     const dictionary& dict
 )
 :
@@ -354,12 +369,18 @@ Foam::fsi::session::session
     opening_(),
     writeRequested_(false)
 {
+    const scalar volume = gSum(mesh.V());
+    boolList hasModel(openings.size());
+    forAll(openings, i)
+    {
+        hasModel[i] = modelBehind(mesh, openings[i]) != nullptr;
+    }
     guarded
     (
         [&]()
         {
             transport_ = transport::New(dict);
-            shakeHands(mesh.time().value(), mesh.time().deltaTValue());
+            shakeHands(mesh, volume, openings, hasModel);
         }
     );
     Info<< "fsi: connected to the driver" << nl << endl;
@@ -404,11 +425,12 @@ bool Foam::fsi::session::writeRequested()
 void Foam::fsi::session::report(const stepReport& step)
 {
     messageWriter accepted(messageKind::accepted);
-    accepted.f64(step.time).f64(step.inflow).f64(step.outflow);
-    accepted.f64(step.inletPressure).f64(step.outletPressure);
-    accepted.f64(step.windkesselPressure).f64(step.volume);
-    accepted.f64(step.wallVelocityMismatch);
-    accepted.vectors(interface_.gather(step.tractions));
+    accepted.f64(step.time).f64(step.volume).f64(step.wallVelocityMismatch);
+    for (const openingReport& opening : step.openings)
+    {
+        accepted.f64(opening.flow).f64(opening.meanPressure);
+        accepted.f64(opening.modelPressure);
+    }
     accepted.vectors(interface_.gather(step.viscousTractions));
     send(accepted);
 }

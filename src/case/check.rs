@@ -6,7 +6,7 @@ mod flag;
 use super::error::CaseError;
 use super::stack::Stack;
 use super::value::shorten;
-use super::{Case, Material, Problem, Window};
+use super::{Case, Material, Problem, Solver, Window};
 use std::fmt::Write as _;
 
 /// Most steps of a run.
@@ -49,8 +49,53 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
         Problem::Flag(flag) => flag::check(case, flag, &mut report),
     }
     times(case, &mut report);
+    external(case, &mut report);
     discretization(case, &mut report);
     files(case, &mut report);
+}
+
+/// What only a fluid solver of the user's own may and must have.
+fn external(case: &Case, report: &mut Report<'_>) {
+    let fluid = &case.fluid;
+    report(
+        &["fluid.await", "fluid.command"],
+        fluid.is_awaited && !fluid.command.is_empty(),
+        "the driver either starts the fluid or waits for it: leave out this or fluid.command"
+            .into(),
+    );
+    if fluid.solver != Solver::External {
+        return;
+    }
+    report(
+        &["fluid.solver"],
+        fluid.command.is_empty() && !fluid.is_awaited,
+        "needs the program, fluid.command = [\"python3\", \"my_fluid.py\"], or fluid.await = true"
+            .into(),
+    );
+    report(
+        &["fluid.ranks"],
+        fluid.ranks > 1,
+        "MPI ranks of a fluid of your own are the business of fluid.command, such as [\"mpirun\", \"-np\", \"2\", …]: \
+         expected 1"
+            .into(),
+    );
+    report(
+        &["output.fluid_probes_m"],
+        !case.output.fluid_probes.is_empty(),
+        "a fluid of your own is not asked for values at points: expected none".into(),
+    );
+    let Some(vessel) = case.anastomosis() else {
+        return;
+    };
+    let is_loaded = vessel.equilibrium_pressure() != 0.0 || vessel.axial_stretch() != 1.0;
+    for key in ["initial.start", "initial.axial_stretch"] {
+        report(
+            &[key],
+            is_loaded,
+            "a fluid of your own begins with the unloaded wall: leave out the table [initial]"
+                .into(),
+        );
+    }
 }
 
 type Report<'a> = dyn FnMut(&[&str], bool, String) + 'a;

@@ -163,6 +163,12 @@ fn property(schema: &Schema, key: &Key) -> Value {
         Kind::Text(most) => json!({ "type": "string", "minLength": 1, "maxLength": most }),
         Kind::Flag => json!({ "type": "boolean" }),
         Kind::Path | Kind::PathOr(_) => json!({ "type": "string", "minLength": 1 }),
+        Kind::Command(most) => json!({
+            "type": "array",
+            "minItems": 1,
+            "maxItems": most,
+            "items": { "type": "string" },
+        }),
         Kind::Rows(most) => {
             let row = json!({
                 "type": "array",

@@ -136,11 +136,15 @@ words! {
 table! {
     /// Discretization of the blood and the way to its solver.
     pub struct FluidSettings {
-        solver: Solver = "solver", Kind::Word(Solver::WORDS), "who solves for the blood", absent "openfoam";
+        solver: Solver = "solver", Kind::Word(Solver::WORDS), "who solves for the blood",
+            absent "external with fluid.command or fluid.await, otherwise openfoam";
+        /// Files beside the one that names them are passed as absolute paths.
+        command: Vec<String> = "command", Kind::Command(100), "a fluid solver of your own, with its arguments", absent "none";
+        is_awaited: bool = "await", Kind::Flag, "whether to wait for a fluid solver that somebody else starts", absent "false";
         templates: PathBuf = "templates", Kind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates";
         ranks: usize = "ranks", whole(1, 1024), "MPI ranks";
-        transport: TransportKind = "transport", Kind::Word(TransportKind::WORDS), "way between driver and OpenFOAM";
-        answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for OpenFOAM's answer, or 50 times its longest so far";
+        transport: TransportKind = "transport", Kind::Word(TransportKind::WORDS), "way between driver and fluid";
+        answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for the fluid's answer, or 50 times its longest so far";
         max_correctors: u32 = "max_correctors", whole(1, 1000), "most outer correctors in a coupling iteration";
         pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "first pressure residual that ends the correctors";
     }
@@ -154,11 +158,13 @@ words! {
         OpenFoam = "openfoam" (default),
         /// The driver itself, by spectral elements.
         Native = "native",
+        /// A program of your own that speaks of-adapter/PROTOCOL.md.
+        External = "external",
     }
 }
 
 words! {
-    /// How the driver and OpenFOAM talk.
+    /// How the driver and a fluid in a process of its own talk.
     pub enum TransportKind {
         /// A Unix-domain socket.
         Socket = "socket",

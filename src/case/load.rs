@@ -5,7 +5,7 @@ use super::schema::Schema;
 use super::source::{self, Base, Entry, Source};
 use super::stack::Stack;
 use super::table::words;
-use super::{Case, check, defaults, spelling, value};
+use super::{Case, Solver, check, defaults, spelling, value};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
@@ -142,7 +142,11 @@ impl Case {
         if readable {
             stack.require_all(&file, &mut errors);
         }
-        if let Some(case) = stack.build::<Case>(&file, &mut errors) {
+        if let Some(mut case) = stack.build::<Case>(&file, &mut errors) {
+            let has_own = !case.fluid.command.is_empty() || case.fluid.is_awaited;
+            if has_own && stack.entry("fluid.solver").is_none() {
+                case.fluid.solver = Solver::External;
+            }
             check::check(&case, &stack, &mut errors);
             if errors.is_empty() {
                 let origins = stack.places();

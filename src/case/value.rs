@@ -55,6 +55,9 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
                 }
             }
         }
+        (Kind::Command(most), Value::Array(words)) if (1..=most).contains(&words.len()) => {
+            read_command(words, &entry)
+        }
         (Kind::Rows(most), Value::Array(rows)) => read_rows(rows, most),
         (Kind::Points(most), Value::Array(points)) if points.len() <= most => read_points(points),
         (Kind::Degrees(low, high), degrees) => read_degrees(degrees, low..=high),
@@ -103,6 +106,26 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
 fn absolute(path: &str, entry: &Entry) -> Option<Value> {
     let absolute = source::tidy(&entry.folder.join(path));
     absolute.to_str().map(Value::from)
+}
+
+/// A program and its arguments. What is the name of a file beside the one that the words stand in becomes its path; so does
+/// a program with a slash in its name, the others are looked for in `PATH`.
+fn read_command(words: &[Value], entry: &Entry) -> Option<Value> {
+    let word = |(i, word): (usize, &Value)| {
+        let word = word.as_str().filter(|word| !word.contains('\0'))?;
+        let is_path = match i {
+            0 if word.is_empty() => return None,
+            0 => word.contains('/'),
+            _ => !word.is_empty() && entry.folder.join(word).is_file(),
+        };
+        if is_path {
+            absolute(word, entry)
+        } else {
+            Some(word.into())
+        }
+    };
+    let words = words.iter().enumerate().map(word);
+    words.collect::<Option<_>>().map(Value::Array)
 }
 
 fn number(value: &Value) -> Option<f64> {

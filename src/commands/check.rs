@@ -30,7 +30,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = arguments.case.load(&arguments.folder)?;
     let openfoam = match (case.fluid.solver, install::check(case.fluid.ranks)) {
-        (Solver::Native, _) => "is not needed".to_owned(),
+        (Solver::Native | Solver::External, _) => "is not needed".to_owned(),
         (Solver::OpenFoam, Ok(_)) => {
             let interrupt = Interrupt::listen(None)?;
             preflight::try_fluid(&case, interrupt.of_the_start())?;
@@ -40,6 +40,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         (Solver::OpenFoam, Err(missing)) => format!("was left out: {missing}"),
     };
     let blood = match (&case.problem, case.fluid.solver) {
+        (_, Solver::External) if case.fluid.is_awaited => "a solver that is waited for".to_owned(),
+        (_, Solver::External) => format!("by {}", case.fluid.command.join(" ")),
         (Problem::Anastomosis(vessel), Solver::Native) => {
             let native = &vessel.fluid.native;
             format!("{} elements of degree {}", native.elements(), native.degree)

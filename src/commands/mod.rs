@@ -3,6 +3,7 @@
 mod bench;
 mod case_arguments;
 mod check;
+mod check_fluid;
 mod compare;
 mod convergence;
 mod couple_test;
@@ -49,6 +50,8 @@ struct CommandLine {
 enum Command {
     /// Checks a case and all that it reads, and says how large it is; writes nothing.
     Check(check::Arguments),
+    /// Whether a fluid solver of your own keeps to the protocol, by playing the driver to it.
+    CheckFluid(check_fluid::Arguments),
     /// Measures where the seconds of a coupled time step go.
     Bench(bench::Arguments),
     /// Compares acceleration models and predictors on problems with a known answer, or the models on cases.
@@ -98,6 +101,7 @@ pub fn main() -> ExitCode {
 fn execute(line: CommandLine) -> Result<(), Failure> {
     match (line.command, line.run) {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
+        (Some(Command::CheckFluid(arguments)), _) => check_fluid::run(&arguments),
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),
         (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
         (Some(Command::Solid(arguments)), _) => solid::run(&arguments),

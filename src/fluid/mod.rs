@@ -11,6 +11,8 @@ use crate::Vec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
+pub mod conversation;
+pub mod external;
 pub(crate) mod field;
 pub(crate) mod lagrange_cell;
 pub mod loaded_shape;
@@ -141,6 +143,27 @@ pub struct FluidUsage {
     pub cpu_seconds: f64,
     /// Largest memory so far, bytes.
     pub peak_memory: f64,
+}
+
+impl FluidUsage {
+    /// Of processes one after the other.
+    pub(crate) fn and(self, later: Self) -> Self {
+        Self {
+            cpu_seconds: self.cpu_seconds + later.cpu_seconds,
+            peak_memory: self.peak_memory.max(later.peak_memory),
+        }
+    }
+}
+
+/// A solver in a process of its own would end at a trial that is none; that it never hears of it keeps it alive.
+pub(crate) fn require_finite(displacement: &[Vec3]) -> Result<(), FluidError> {
+    let is_finite = |u: &Vec3| u.iter().all(|c| c.is_finite());
+    match displacement.iter().position(|u| !is_finite(u)) {
+        Some(i) => Err(FluidError::NotSolved(format!(
+            "the trial displacement of point {i} of the wall is not finite"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// A flow solver that can repeat a time step with different displacements of the wall.

@@ -53,9 +53,10 @@ impl WallMesh {
 }
 
 impl Case {
-    /// Number of cells of the fluid's mesh, or of its elements.
+    /// Number of cells of the fluid's mesh, or of its elements; none of a fluid of the user's own.
     pub fn fluid_cells(&self) -> usize {
         match (&self.problem, self.fluid.solver) {
+            (_, Solver::External) => 0,
             (Problem::Anastomosis(vessel), Solver::OpenFoam) => vessel.fluid.mesh.cells(),
             (Problem::Anastomosis(vessel), Solver::Native) => vessel.fluid.native.elements(),
             (Problem::Flag(flag), _) => flag.cells(),

@@ -124,6 +124,7 @@ impl RunFiles {
         Workplace {
             folder: self.fluid(),
             log: self.fluid_log(),
+            case_file: self.resolved_case(),
             ..Workplace::default()
         }
     }

@@ -6,6 +6,16 @@ pub use child::Process;
 
 use std::fs;
 
+/// Whether a program is a file, or the name of one in a folder of `PATH`.
+pub(crate) fn on_path(program: &str) -> bool {
+    if program.contains('/') {
+        return std::path::Path::new(program).is_file();
+    }
+    std::env::var_os("PATH").is_some_and(|folders| {
+        std::env::split_paths(&folders).any(|folder| folder.join(program).is_file())
+    })
+}
+
 /// Largest resident memory so far of the process with this number, bytes; `None` if it is gone.
 pub fn peak_memory(process: u32) -> Option<f64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;

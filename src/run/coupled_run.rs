@@ -5,6 +5,7 @@ use crate::case::Case;
 use crate::fluid::{Fluid, FluidError};
 use crate::output::progress::Progress;
 use crate::output::record::{self, Record, RecordSettings};
+use crate::output::terminal;
 use crate::pfem::{Structure, solution::structure};
 use crate::simulation::assembly::{AssemblyError, CoupledModel, Workplace};
 use crate::simulation::{Checkpoints, Simulation, SimulationError, checkpoint};
@@ -40,6 +41,7 @@ impl CoupledRun {
     ) -> Result<Self, Failure> {
         let workplace = Workplace {
             interrupt: interrupt.of_the_start(),
+            tell: Some(|what| terminal::note(what)),
             ..folder.workplace()
         };
         let memory = checkpoint.map(|checkpoint| &checkpoint.fluid);

@@ -3,7 +3,7 @@
 use super::Failure;
 use super::lock::Lock;
 use crate::output::run_files::{FLUID, MARK, RunFiles};
-use crate::simulation::assembly::surroundings::LOGS;
+use crate::simulation::assembly::surroundings::{LOGS, OWN_FLUID};
 use std::fs;
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use std::path::Path;
 const LOCK: &str = "run.lock";
 
 /// What a run leaves whose fluid could not be started.
-const OF_A_START: [&str; 5] = [LOCK, MARK, FLUID, LOGS[0], LOGS[1]];
+const OF_A_START: [&str; 7] = [LOCK, MARK, FLUID, OWN_FLUID, LOGS[0], LOGS[1], LOGS[2]];
 
 /// What to do with an earlier run in the same folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -81,6 +81,7 @@ impl RunRequest<'_> {
                 match case.fluid.solver {
                     Solver::OpenFoam => "cells",
                     Solver::Native => "elements",
+                    Solver::External => "wet faces",
                 },
                 run.degrees_of_freedom(),
                 case.steps(),

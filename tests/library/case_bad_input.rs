@@ -115,6 +115,13 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "structure.axial_per_section", "-8", "from 1 to 1000"),
     ("S-0.25", "structure.newton_tolerance", "0", "from 1e-14"),
     ("S-0.25", "fluid.ranks", "0", "from 1 to 1024"),
+    ("S-0.25", "fluid.command", "[]", "1 to 100 words in brackets"),
+    ("S-0.25", "fluid.command", "\"python3 my_fluid.py\"", "a program and its arguments"),
+    ("S-0.25", "fluid.command", "[\"python3\", 3]", "a program and its arguments"),
+    ("S-0.25", "fluid.command", "[\"\"]", "a program and its arguments"),
+    ("S-0.25", "fluid.await", "1", "true or false"),
+    ("S-0.25", "fluid.solver", "external", "needs the program, fluid.command"),
+    ("turek-hron", "fluid.solver", "native", "knows no flag in a channel"),
     ("S-0.25", "fluid.transport", "pipe", "\"socket\", \"files\""),
     ("S-0.25", "fluid.templates", "7", "a path in quotes"),
     ("S-0.25", "fluid.templates", "no-such-folder", "there is no folder"),
@@ -164,6 +171,40 @@ fn every_single_mistake_is_named() {
             "{key} = {value}: {text}"
         );
         assert_eq!(errors.0.len(), 1, "{key} = {value}: {text}");
+    }
+}
+
+#[test]
+fn what_a_fluid_of_ones_own_cannot_do_is_refused() {
+    let own = ("fluid.command", "[\"python3\"]");
+    for (key, value, message) in [
+        (
+            "fluid.await",
+            "true",
+            "either starts the fluid or waits for it",
+        ),
+        ("fluid.ranks", "2", "the business of fluid.command"),
+        (
+            "output.fluid_probes_m",
+            "[[0.01, 0.0, 0.0]]",
+            "is not asked for values at points",
+        ),
+        (
+            "initial.axial_stretch",
+            "1.1",
+            "leave out the table [initial]",
+        ),
+        (
+            "initial.start",
+            "equilibrium",
+            "leave out the table [initial]",
+        ),
+    ] {
+        let text = refuse(&project().join("S-0.25"), &[own, (key, value)]).to_string();
+        assert!(
+            text.contains(key) && text.contains(message),
+            "{key}: {text}"
+        );
     }
 }
 

@@ -3,6 +3,7 @@
 use approx::assert_relative_eq;
 use fsi_driver::case::{
     Anastomosis, Case, Extension, FlowCurve, Inflow, Material, Preset, Problem, Ramp, ResolvedCase,
+    Solver,
 };
 use std::path::{Path, PathBuf};
 
@@ -421,4 +422,34 @@ fn what_makes_results_doubtful_is_said() {
         gap.len() == 1 && gap[0].contains("from 0.5 to 1.5 s"),
         "{gap:?}"
     );
+}
+
+#[test]
+fn a_program_for_the_blood_is_found_beside_its_case_and_chooses_the_solver() {
+    let folder = tempfile::tempdir().unwrap();
+    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/S-0.25/case.toml");
+    let write = |fluid: &str| {
+        let text = format!(
+            "extends = {:?}\n[fluid]\n{fluid}\n",
+            base.display().to_string()
+        );
+        std::fs::write(folder.path().join("case.toml"), text).unwrap();
+    };
+    std::fs::write(folder.path().join("my_fluid.py"), "").unwrap();
+    write("command = [\"python3\", \"my_fluid.py\", \"--not-a-file\"]");
+    let load = |set: &[(String, String)]| Case::load(folder.path(), Preset::Demo, set).unwrap();
+    let case = load(&[]);
+    let script = folder.path().join("my_fluid.py").display().to_string();
+    assert_eq!(case.fluid.command, ["python3", &script, "--not-a-file"]);
+    assert_eq!(case.fluid.solver, Solver::External);
+    // What is written is read as the same, and who is chosen by name counts.
+    std::fs::write(folder.path().join("case.toml"), case.to_toml_string()).unwrap();
+    assert_eq!(load(&[]).case, case.case);
+    let chosen = load(&[("fluid.solver".into(), "openfoam".into())]);
+    assert_eq!(chosen.fluid.solver, Solver::OpenFoam);
+    write("command = [\"./solver\"]");
+    let solver = folder.path().join("solver").display().to_string();
+    assert_eq!(load(&[]).fluid.command, [solver]);
+    write("await = true");
+    assert_eq!(load(&[]).fluid.solver, Solver::External);
 }

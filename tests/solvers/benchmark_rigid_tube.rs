@@ -3,8 +3,8 @@
 use crate::fluid_support::{BIRD_CARREAU, correctors, read_internal_field, use_bird_carreau};
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, FlowCurve, Preset, ResolvedCase};
+use fsi_driver::fluid::conversation::session::Terms;
 use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings};
-use fsi_driver::fluid::openfoam::session::Terms;
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use fsi_driver::fluid::{Fluid, FluidStep};
 use fsi_driver::geometry::{PolyMesh, fluid_mesh};

@@ -4,8 +4,8 @@
 use crate::fluid_support::*;
 use fsi_driver::Vec3;
 use fsi_driver::fluid::Fluid;
+use fsi_driver::fluid::conversation::protocol::{FRAME_SIZE, Kind, ToFluid, WireFrame, message};
 use fsi_driver::fluid::openfoam::case_files::Connection;
-use fsi_driver::fluid::openfoam::protocol::{FRAME_SIZE, Kind, ToFluid, WireFrame, message};
 use fsi_driver::fluid::openfoam::{Programs, install};
 use fsi_driver::processes::Process;
 use rustix::process::Signal;
@@ -70,6 +70,7 @@ fn a_hostile_driver_is_refused_with_the_reason() {
             time_step,
             points,
             faces,
+            state: &[],
         }
         .encode()
     };
@@ -101,7 +102,7 @@ fn a_hostile_driver_is_refused_with_the_reason() {
         ),
         (
             vec![with(4, 1)],
-            "speaks protocol version 1, this adapter speaks 2",
+            "speaks protocol version 1, this adapter speaks 3",
         ),
         (vec![with(6, 77)], "unknown kind 77"),
         (

@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 const SKIP: &str = "FSI_DRIVER_SKIP_PYTHON";
 
 /// A Python with numpy; `None` if the tests shall be skipped.
-fn python() -> Option<&'static str> {
+pub fn python() -> Option<&'static str> {
     let with_numpy = |program: &&str| {
         let tried = Command::new(program).args(["-c", "import numpy"]).output();
         tried.is_ok_and(|output| output.status.success())

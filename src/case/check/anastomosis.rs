@@ -213,6 +213,7 @@ fn meshes(case: &Case, vessel: &Anastomosis, report: &mut Report<'_>) {
                 MAX_ELEMENT_BEND_DEG,
             )
         }
+        Solver::External => return,
     };
     let length = g.extension_length;
     report(

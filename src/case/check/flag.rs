@@ -15,8 +15,8 @@ pub(super) fn check(case: &Case, flag: &Flag, report: &mut Report<'_>) {
     );
     report(
         &["fluid.solver"],
-        case.fluid.solver != Solver::OpenFoam,
-        "a flag in a channel is for OpenFOAM alone: expected \"openfoam\"".into(),
+        case.fluid.solver == Solver::Native,
+        "the driver's own solver knows no flag in a channel: expected \"openfoam\"".into(),
     );
     let (low, high) = (r, flag.channel_height - r);
     let expected = if low < high {

@@ -17,6 +17,8 @@ pub enum Kind {
     Text(usize),
     /// A path, relative to the file that names it.
     Path,
+    /// A program and its arguments, at most so many words.
+    Command(usize),
     /// A path, or one of these words for what is built into the program; each with its meaning.
     PathOr(&'static [(&'static str, &'static str)]),
     /// Rows of numbers of equal length from 0 to 1; first and last row zero. At most so many rows and columns.
@@ -106,6 +108,10 @@ impl fmt::Display for Kind {
             Kind::Flag => f.write_str("true or false"),
             Kind::Text(most) => write!(f, "a line of 1 to {most} characters in quotes"),
             Kind::Path => f.write_str("a path in quotes"),
+            Kind::Command(most) => write!(
+                f,
+                "a program and its arguments, 1 to {most} words in brackets, such as [\"python3\", \"my_fluid.py\"]"
+            ),
             Kind::PathOr(words) => {
                 let words: Vec<_> = words.iter().map(|(word, _)| *word).collect();
                 write!(f, "a path in quotes, or \"{}\"", words.join("\", \""))

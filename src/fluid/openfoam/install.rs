@@ -1,5 +1,6 @@
 //! Finds OpenFOAM and the adapter's library, and sees to it that they belong together.
 
+use crate::processes::on_path;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -97,12 +98,6 @@ pub fn with_blanks(paths: &[&Path]) -> Option<String> {
     Some(format!(
         "{switches}\nInfoSwitches {{ allowSpaceInFileName 1; }}\n"
     ))
-}
-
-fn on_path(program: &str) -> bool {
-    std::env::var_os("PATH").is_some_and(|folders| {
-        std::env::split_paths(&folders).any(|folder| folder.join(program).is_file())
-    })
 }
 
 /// What `FSI_DRIVER_ADAPTER` names; or else the first of these: `of-adapter/build/` beside the program or one of the

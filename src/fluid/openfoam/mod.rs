@@ -3,24 +3,24 @@
 //! [`OpenFoam::start`] starts the solver on a case that [`case_files`] has written, and from then on is a
 //! [`Fluid`]. When the value is dropped, the solver has ended.
 
+use super::conversation::partner::{Beginning, Partner};
+use super::conversation::session::Terms;
+use super::conversation::transport::Listener;
 use super::{
     Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidProbe, FluidStep,
-    FluidTrial, FluidUsage, Opening,
+    FluidTrial, FluidUsage,
 };
 use crate::Vec3;
 use crate::case;
-use crate::numbers::twelve_digits;
-use crate::processes::{self, Process};
+use crate::processes::Process;
 use case_files::Connection;
 use probes::{ProbeFiles, Sampling};
 use rustix::process::Signal;
-use session::{Session, Terms};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
-use transport::{Listener, Patience, TransportError};
+use std::time::Duration;
 
 pub mod case_files;
 mod dictionary;
@@ -28,19 +28,9 @@ pub(crate) mod fields;
 pub mod install;
 pub(crate) mod probes;
 mod profile;
-pub mod protocol;
-pub mod session;
 pub(crate) mod templates;
 pub(crate) mod times;
-pub(crate) mod transport;
 pub(crate) mod trial;
-
-/// Starting may take longer than an answer: OpenFOAM reads and checks the mesh.
-const START_LIMIT: Duration = Duration::from_secs(120);
-/// An answer may take this many times as long as the longest so far.
-const ANSWER_GROWTH: u32 = 50;
-/// Time for the solver to end by itself after STOP.
-const STOP_GRACE: Duration = Duration::from_secs(5);
 
 /// What is needed to start `pimpleFoam`.
 #[derive(Debug, Clone)]
@@ -67,8 +57,6 @@ pub struct OpenFoamSettings {
 pub struct OpenFoam {
     settings: OpenFoamSettings,
     from_old_state: bool,
-    /// The longest that an answer has taken.
-    longest: Duration,
     /// End and length of the last accepted step since the start, s.
     accepted: Option<(f64, f64)>,
     /// What it samples.
@@ -77,9 +65,7 @@ pub struct OpenFoam {
     at_work: bool,
     /// What processes before this one have used.
     earlier: FluidUsage,
-    // Dropped in this order: the connection is closed before the process is ended for good.
-    session: Session,
-    process: Process,
+    partner: Partner,
 }
 
 impl OpenFoam {
@@ -109,35 +95,24 @@ impl OpenFoam {
             decompose(&settings, &programs)?;
         }
         let (command, death_signal) = programs.solver(settings.ranks);
-        let program = command.get_program().to_owned();
-        let mut process =
-            Process::start(command, &settings.log, death_signal).map_err(|error| {
-                solver_error(format!("cannot start {}: {error}", program.display()))
-            })?;
-
-        let mut ended = || process.has_ended();
-        let mut patience = Patience::new(
-            settings.answer_limit.max(START_LIMIT),
-            &settings.interrupt,
-            &mut ended,
-        );
-        let session = listener
-            .accept(&mut patience)
-            .and_then(|transport| Session::shake_hands(transport, &settings.terms, &mut patience));
-        match session {
-            Ok(session) => Ok(Self {
-                settings,
-                from_old_state: false,
-                longest: Duration::ZERO,
-                accepted: None,
-                probes,
-                at_work: false,
-                earlier: FluidUsage::default(),
-                session,
-                process,
-            }),
-            Err(error) => Err(explain(error, &mut process)),
-        }
+        let beginning = Beginning {
+            name: "pimpleFoam",
+            listener,
+            terms: &settings.terms,
+            state: &[],
+            answer_limit: settings.answer_limit,
+            interrupt: &settings.interrupt,
+        };
+        let partner = Partner::start(beginning, command, death_signal, &settings.log)?;
+        Ok(Self {
+            settings,
+            from_old_state: false,
+            accepted: None,
+            probes,
+            at_work: false,
+            earlier: FluidUsage::default(),
+            partner,
+        })
     }
 
     /// Starts the solver where it was when it gave `memory`, perhaps in an earlier process.
@@ -155,41 +130,23 @@ impl OpenFoam {
     /// From now on the solver's answers are waited for whatever happens to `interrupt`.
     pub fn outlast_interrupts(&mut self) {
         self.settings.interrupt = Arc::default();
+        self.partner.outlast_interrupts();
     }
 
     /// Number of the process that was started: `pimpleFoam`, or `mpirun` for more than one rank.
     pub fn process_id(&self) -> u32 {
-        self.process.id()
+        self.partner.process_id().expect("it was started from here")
     }
 
     /// The files of the written time `at` (s), the end of a step of the length `step` (s).
     fn files(&self, at: f64, step: f64) -> Result<times::Files, FluidError> {
         times::files(&self.settings.case, at, step).map_err(storage_error)
     }
-
-    /// One exchange with the solver.
-    fn talk<T>(
-        &mut self,
-        exchange: impl FnOnce(&mut Session, &mut Patience) -> Result<T, TransportError>,
-    ) -> Result<T, FluidError> {
-        let process = &mut self.process;
-        let mut ended = || process.has_ended();
-        let mut patience = Patience::new(
-            self.settings.answer_limit.max(self.longest * ANSWER_GROWTH),
-            &self.settings.interrupt,
-            &mut ended,
-        );
-        let asked = Instant::now();
-        let answer = exchange(&mut self.session, &mut patience)
-            .map_err(|error| explain(error, &mut self.process))?;
-        self.longest = self.longest.max(asked.elapsed());
-        Ok(answer)
-    }
 }
 
 impl Fluid for OpenFoam {
     fn interface(&self) -> &FluidInterface {
-        self.session.interface()
+        self.partner.session().interface()
     }
 
     fn solve(
@@ -198,18 +155,10 @@ impl Fluid for OpenFoam {
         time_step: f64,
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError> {
-        // The solver would end at it; that it never hears of it keeps it alive.
-        if let Some(i) = displacement
-            .iter()
-            .position(|u| !u.iter().all(|c| c.is_finite()))
-        {
-            return Err(FluidError::NotSolved(format!(
-                "the trial displacement of point {i} of the wall is not finite"
-            )));
-        }
+        super::require_finite(displacement)?;
         let from_old_state = std::mem::take(&mut self.from_old_state);
         self.at_work = true;
-        let solved = self.talk(|session, patience| {
+        let solved = self.partner.talk(|session, patience| {
             session.solve(displacement, time_step, effort, from_old_state, patience)
         })?;
         Ok(FluidTrial {
@@ -226,31 +175,12 @@ impl Fluid for OpenFoam {
     }
 
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
-        let step = self.talk(|session, patience| session.accept(write, patience))?;
+        let accepted = (self.partner).talk(|session, patience| session.accept(write, patience))?;
         let before = self
             .accepted
             .map_or(self.settings.terms.start_time, |(end, _)| end);
-        self.accepted = Some((step.time, step.time - before));
-        Ok(FluidStep {
-            time: twelve_digits(step.time),
-            openings: vec![
-                Opening {
-                    name: "inlet".into(),
-                    flow: step.inflow,
-                    mean_pressure: step.inlet_pressure,
-                    model_pressure: None,
-                },
-                Opening {
-                    name: "outlet".into(),
-                    flow: -step.outflow,
-                    mean_pressure: step.outlet_pressure,
-                    model_pressure: Some(step.windkessel_pressure),
-                },
-            ],
-            volume: step.volume,
-            wall_shear: step.wall_shear,
-            wall_velocity_mismatch: step.wall_velocity_mismatch,
-        })
+        self.accepted = Some((accepted.time, accepted.time - before));
+        Ok(self.partner.session().step(accepted))
     }
 
     fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
@@ -280,13 +210,13 @@ impl Fluid for OpenFoam {
         let mut settings = self.settings.clone();
         settings.terms.start_time = remembered_time(memory)?;
         if !self.at_work
-            && !self.process.has_ended()
+            && !self.partner.has_ended()
             && settings.terms.start_time == self.settings.terms.start_time
         {
             return Ok(());
         }
         let earlier = self.usage();
-        self.process.end(Duration::ZERO);
+        self.partner.end_now();
         settings.terms.interface = Some(self.interface().clone());
         *self = Self::start(settings)?;
         self.earlier = earlier;
@@ -298,11 +228,7 @@ impl Fluid for OpenFoam {
     }
 
     fn usage(&self) -> FluidUsage {
-        let process = self.process.id();
-        FluidUsage {
-            cpu_seconds: self.earlier.cpu_seconds + processes::cpu_seconds(process),
-            peak_memory: (self.earlier.peak_memory).max(processes::peak_memory_of_all(process)),
-        }
+        self.earlier.and(self.partner.usage())
     }
 
     fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
@@ -310,30 +236,6 @@ impl Fluid for OpenFoam {
             return Ok(Vec::new());
         };
         profile::seconds_by_part(&self.files(end, step)?.files).map_err(storage_error)
-    }
-}
-
-impl Drop for OpenFoam {
-    fn drop(&mut self) {
-        if self.process.has_ended() {
-            return; // and another one may be talking over the same files
-        }
-        // The interrupt that may have ended the run must not end this farewell.
-        let interrupt = AtomicBool::new(false);
-        let process = &mut self.process;
-        let mut ended = || process.has_ended();
-        let asked = self.session.stop(&mut Patience::new(
-            Duration::from_secs(1),
-            &interrupt,
-            &mut ended,
-        ));
-        // A solver that is amid a long solution does not hear: do not wait for it after an interrupt.
-        let grace = if asked.is_err() || self.settings.interrupt.load(Ordering::Relaxed) {
-            Duration::from_millis(500)
-        } else {
-            STOP_GRACE
-        };
-        self.process.end(grace);
     }
 }
 
@@ -445,16 +347,4 @@ fn remembered_time(memory: &FluidMemory) -> Result<f64, FluidError> {
         .ok()
         .filter(|time| time.is_finite());
     time.ok_or_else(|| solver_error("the stored state of the fluid is not one of OpenFOAM"))
-}
-
-/// What happened, how the process ended, and its last words.
-fn explain(error: TransportError, process: &mut Process) -> FluidError {
-    if matches!(error, TransportError::Interrupted) {
-        return FluidError::Interrupted;
-    }
-    if !matches!(error, TransportError::TimedOut(_)) {
-        // A connection that breaks is the first sign of a death; how it came is known a moment later.
-        process.wait(Duration::from_secs(2));
-    }
-    solver_error(format!("pimpleFoam: {error}; {}", process.obituary()))
 }

@@ -2,10 +2,10 @@
 
 use super::case_files::CaseFiles;
 use super::probes::Sampling;
-use super::session::Terms;
 use super::{OpenFoam, OpenFoamSettings};
 use crate::Vec3;
 use crate::case::TransportKind;
+use crate::fluid::conversation::session::Terms;
 use crate::fluid::{Fluid, FluidEffort, FluidError};
 use crate::geometry::PolyMesh;
 use std::path::Path;

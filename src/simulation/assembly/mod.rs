@@ -18,11 +18,12 @@ use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::Transfer;
 use crate::coupling::{self, Coupling, flatten};
+use crate::fluid::conversation::session::Terms;
+use crate::fluid::external::{ExternalFluid, ExternalSettings, Starter};
 use crate::fluid::loaded_shape::LoadedShape;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings};
 use crate::fluid::openfoam::probes::Sampling;
-use crate::fluid::openfoam::session::Terms;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::{Fluid, FluidEffort, FluidError, FluidMemory};
 use crate::pfem::element::mapping::MappingKind;
@@ -43,6 +44,10 @@ pub struct Workplace {
     pub folder: PathBuf,
     /// File for what it says.
     pub log: PathBuf,
+    /// The case with all its values, for a fluid that wants to read it.
+    pub case_file: PathBuf,
+    /// Tells the user what the start waits for.
+    pub tell: Option<fn(&str)>,
     /// Ends the wait for a solver that is starting, once it is set.
     pub interrupt: Arc<AtomicBool>,
 }
@@ -51,7 +56,7 @@ pub struct Workplace {
 pub struct CoupledModel {
     /// The solvers, at rest or in the state of a checkpoint.
     pub coupling: Coupling<Box<dyn Fluid>, Structure>,
-    /// Cells of the fluid's mesh, or its elements.
+    /// Cells of the fluid's mesh, or its elements; for a solver of the user's own the faces of its wall.
     pub fluid_cells: usize,
     /// Volume of the fluid at rest, m³.
     pub volume: f64,
@@ -111,6 +116,18 @@ impl CoupledModel {
                     fluid_cells: volumes.len(),
                     volume: volumes.iter().sum(),
                     rigid_volume: volumes[..domain.rigid_cells].iter().sum(),
+                    coupling: join(case, &domain, fluid, solid)?,
+                })
+            }
+            case::Solver::External => {
+                let fluid = external(case, workplace, memory)?;
+                let [volume, rigid_volume] = fluid.volumes();
+                let fluid_cells = fluid.interface().faces.len();
+                let fluid: Box<dyn Fluid> = Box::new(fluid);
+                Ok(Self {
+                    fluid_cells,
+                    volume,
+                    rigid_volume,
                     coupling: join(case, &domain, fluid, solid)?,
                 })
             }
@@ -244,6 +261,35 @@ fn openfoam(
     }?;
     fluid.outlast_interrupts();
     Ok(Box::new(fluid))
+}
+
+/// Starts the solver of the user's own, or waits for it.
+fn external(
+    case: &Case,
+    workplace: Workplace,
+    memory: Option<&FluidMemory>,
+) -> Result<ExternalFluid, FluidError> {
+    let mut fluid = ExternalFluid::start(external_settings(case, workplace), memory)?;
+    fluid.outlast_interrupts();
+    Ok(fluid)
+}
+
+/// How the solver of the user's own is started. What it leaves lies beside the folder that OpenFOAM would have.
+pub(crate) fn external_settings(case: &Case, workplace: Workplace) -> ExternalSettings {
+    ExternalSettings {
+        starter: match case.fluid.is_awaited {
+            true => Starter::Somebody(workplace.tell),
+            false => Starter::Command(case.fluid.command.clone()),
+        },
+        folder: workplace.folder.with_file_name(surroundings::OWN_FLUID),
+        log: workplace.log.with_file_name(surroundings::EXTERNAL_LOG),
+        case_file: workplace.case_file,
+        wall: preflight::interface(&Domain::new(case).fluid),
+        transport: case.fluid.transport,
+        answer_limit: Duration::from_secs_f64(case.fluid.answer_limit),
+        time_step: case.time.step,
+        interrupt: workplace.interrupt,
+    }
 }
 
 /// The points in the blood that a case watches.

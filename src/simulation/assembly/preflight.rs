@@ -34,13 +34,16 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             let found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
             let found = found.into_iter().map(|error| error.to_string());
             errors.extend(found.map(|error| case.mistake("fluid.templates", error)));
-            (interface(&domain.fluid), domain.fluid.contains(&points))
+            (
+                Some(interface(&domain.fluid)),
+                domain.fluid.contains(&points),
+            )
         }
         Solver::Native => match NativeFluid::new(case) {
             Ok(mut fluid) => {
                 let probes = fluid.probes().unwrap_or_default().into_iter();
                 let inside = probes.map(|probe| !probe.pressure.is_nan());
-                (fluid.interface().clone(), inside.collect())
+                (Some(fluid.interface().clone()), inside.collect())
             }
             Err(error) => {
                 let advice = "take more elements (fluid.native.axial_extension, …)";
@@ -48,11 +51,15 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
                 return Err(CaseErrors(vec![mistake]));
             }
         },
+        // Its wall is not known before it has started.
+        Solver::External => (None, Vec::new()),
     };
     match initial_state::solid(case, &domain) {
         Err(error) => errors.push(case.mistake("structure.p", error.to_string())),
         Ok(solid) => {
-            if let Err(error) = Transfer::new(&interface, &solid) {
+            if let Some(interface) = &interface
+                && let Err(error) = Transfer::new(interface, &solid)
+            {
                 let advice = "take more elements around and along, or a higher structure.p";
                 errors.push(case.mistake("structure.p", format!("{error}; {advice}")));
             }
@@ -64,7 +71,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
                 .map(Vec3::from)
                 .enumerate();
             let off = probes.filter(|(_, probe)| solid.locate(&[*probe]).is_err());
-            let off = off.map(|(i, probe)| off_the_wall(i, probe, &interface));
+            let off = off.map(|(i, probe)| off_the_wall(i, probe, interface.as_ref()));
             errors.extend(some(off).map(|what| case.mistake("output.probes_m", what)));
         }
     }
@@ -75,12 +82,13 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     });
     errors.extend(some(outside).map(|what| case.mistake("output.fluid_probes_m", what)));
     if case.coupling.surrogate != SurrogateModel::None
+        && let Some(interface) = &interface
         && let Problem::Anastomosis(vessel) = &case.problem
         && let Err(error) = sections(vessel, case.fluid.solver, &interface.points)
     {
         let key = match case.fluid.solver {
-            Solver::OpenFoam => "fluid.mesh.axial_per_section",
             Solver::Native => "fluid.native.axial_per_section",
+            _ => "fluid.mesh.axial_per_section",
         };
         let advice = format!("write \"none\", or raise {key}");
         errors.push(case.mistake("coupling.surrogate", format!("{error}; {advice}")));
@@ -124,7 +132,7 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
 }
 
 /// The wall as OpenFOAM will see it.
-fn interface(mesh: &PolyMesh) -> FluidInterface {
+pub(super) fn interface(mesh: &PolyMesh) -> FluidInterface {
     let wall = mesh.patches.iter().filter(|patch| patch.name == "wallFsi");
     let faces: Vec<&Vec<usize>> = wall
         .flat_map(|patch| &mesh.faces[patch.start..patch.start + patch.size])
@@ -162,8 +170,9 @@ fn some(complaints: impl Iterator<Item = String>) -> impl Iterator<Item = String
     complaints.into_iter()
 }
 
-fn off_the_wall(index: usize, probe: Vec3, wall: &FluidInterface) -> String {
-    let nearest = wall.points.iter().min_by(|a, b| {
+fn off_the_wall(index: usize, probe: Vec3, wall: Option<&FluidInterface>) -> String {
+    let points = wall.map_or(&[][..], |wall| &wall.points).iter();
+    let nearest = points.min_by(|a, b| {
         let [a, b] = [a, b].map(|point| (*point - probe).norm());
         a.total_cmp(&b)
     });

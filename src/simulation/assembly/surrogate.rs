@@ -89,6 +89,8 @@ pub fn sections(
     let along = match solver {
         Solver::OpenFoam => fluid.mesh.axial_per_section,
         Solver::Native => fluid.native.axial_per_section * fluid.native.degree,
+        // Whose rings are not known: as many as there may be, fewer where those are too many.
+        Solver::External => MOST_RINGS.div_ceil(2),
     };
     let rings = 2 * along - 1;
     let half = rings.div_ceil(2);

@@ -2,22 +2,41 @@
 
 use crate::Vec3;
 use crate::case::{Case, Solver};
-use crate::fluid::openfoam::install::{self, InstallError};
-use crate::fluid::openfoam::{fields, times};
+use crate::fluid::openfoam::{fields, install, times};
+use crate::processes::on_path;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// What a fluid leaves beside its folder that could not be started.
-pub const LOGS: [&str; 2] = ["openfoam.log", "log.decomposePar"];
+pub const LOGS: [&str; 3] = ["openfoam.log", "log.decomposePar", EXTERNAL_LOG];
+/// Folder of a fluid of the user's own, beside that which OpenFOAM would have.
+pub const OWN_FLUID: &str = "fluid";
+/// What a fluid of the user's own says.
+pub(super) const EXTERNAL_LOG: &str = "fluid.log";
+
+/// What a fluid needs and is not there.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Missing(String);
 
 /// Whether what the fluid of a case needs is installed.
 ///
 /// # Errors
 /// What is missing, and how to get it.
-pub fn check_installed(case: &Case) -> Result<(), InstallError> {
+pub fn check_installed(case: &Case) -> Result<(), Missing> {
     match case.fluid.solver {
-        Solver::OpenFoam => install::check(case.fluid.ranks).map(|_| ()),
+        Solver::OpenFoam => match install::check(case.fluid.ranks) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(Missing(error.to_string())),
+        },
         Solver::Native => Ok(()),
+        Solver::External => match case.fluid.command.first() {
+            Some(program) if !on_path(program) => Err(Missing(format!(
+                "fluid.command: there is no program `{program}`: install it, or write where it is, from the folder of \
+                 the case with a slash (\"./{program}\") or as an absolute path"
+            ))),
+            _ => Ok(()),
+        },
     }
 }
 
@@ -25,10 +44,10 @@ pub fn check_installed(case: &Case) -> Result<(), InstallError> {
 ///
 /// # Errors
 /// Why not.
-pub fn check_folder(case: &Case, folder: &Path) -> Result<(), InstallError> {
+pub fn check_folder(case: &Case, folder: &Path) -> Result<(), Missing> {
     match case.fluid.solver {
-        Solver::OpenFoam => install::check_path(folder),
-        Solver::Native => Ok(()),
+        Solver::OpenFoam => install::check_path(folder).map_err(|e| Missing(e.to_string())),
+        Solver::Native | Solver::External => Ok(()),
     }
 }
 
@@ -36,7 +55,7 @@ pub fn check_folder(case: &Case, folder: &Path) -> Result<(), InstallError> {
 pub fn unchanging(solver: Solver, folder: &Path) -> Vec<PathBuf> {
     match solver {
         Solver::OpenFoam => times::unchanging(folder),
-        Solver::Native => Vec::new(),
+        Solver::Native | Solver::External => Vec::new(),
     }
 }
 
@@ -45,7 +64,7 @@ pub fn unchanging(solver: Solver, folder: &Path) -> Vec<PathBuf> {
 pub fn fields_to_open(solver: Solver, folder: &Path) -> Option<PathBuf> {
     match solver {
         Solver::OpenFoam => Some(folder.join("fluid.foam")),
-        Solver::Native => None,
+        Solver::Native | Solver::External => None,
     }
 }
 

@@ -3,8 +3,8 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Blood, FlowCurve, Inflow, Ramp, Time, TransportKind, Windkessel};
+use fsi_driver::fluid::conversation::session::Terms;
 use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings};
-use fsi_driver::fluid::openfoam::session::Terms;
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings, Programs, install};
 use fsi_driver::fluid::{FluidEffort, FluidInterface};
 use std::f64::consts::PI;

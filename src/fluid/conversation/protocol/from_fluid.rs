@@ -7,9 +7,18 @@ use crate::fluid::FluidInterface;
 /// Longest HELLO, bytes: a wall of about ten million points.
 pub const MAX_HELLO: u64 = 1 << 30;
 
-const HELLO_HEAD: u64 = 32;
-const ACCEPTED_HEAD: u64 = 64;
+/// Longest state that a fluid may hand over, bytes.
+pub const MAX_STATE: u64 = 1 << 28;
+
+const HELLO_HEAD: u64 = 48;
+const ACCEPTED_HEAD: u64 = 24;
+const OF_AN_OPENING: u64 = 24;
 const SOLVED_HEAD: u64 = 24;
+/// Most openings, and most bytes of the name of one.
+const MAX_OPENINGS: u32 = 64;
+const MAX_NAME: u32 = 64;
+/// Flag of an opening: a model with a pressure of its own stands behind it.
+const HAS_MODEL: u32 = 1;
 
 /// What the fluid says.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,8 +52,23 @@ pub struct Hello {
     pub start_time: f64,
     /// Its time step, s.
     pub time_step: f64,
+    /// Volume of its whole domain at the start, m³.
+    pub volume: f64,
+    /// Volume of the part of it whose wall is rigid, m³.
+    pub rigid_volume: f64,
     /// Its wall.
     pub interface: FluidInterface,
+    /// Where it enters or leaves its domain, the inlet first.
+    pub openings: Vec<OpeningTerms>,
+}
+
+/// An opening of the fluid, as HELLO introduces it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpeningTerms {
+    /// Its name.
+    pub name: String,
+    /// Whether a model with a pressure of its own, such as a windkessel, stands behind it.
+    pub has_model: bool,
 }
 
 /// The fluid's answer to a trial.
@@ -65,15 +89,23 @@ pub struct Solved {
 #[allow(missing_docs)]
 pub struct Accepted {
     pub time: f64,
-    pub inflow: f64,
-    pub outflow: f64,
-    pub inlet_pressure: f64,
-    pub outlet_pressure: f64,
-    pub windkessel_pressure: f64,
     pub volume: f64,
     pub wall_velocity_mismatch: f64,
-    pub tractions: Vec<Vec3>,
+    /// In the order of HELLO.
+    pub openings: Vec<OpeningReport>,
     pub wall_shear: Vec<Vec3>,
+    /// With this the fluid can be taken up again at the end of the step; empty if it was not asked for.
+    pub state: Vec<u8>,
+}
+
+/// What ACCEPTED says of an opening; the fields are those of [`crate::fluid::Opening`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)]
+pub struct OpeningReport {
+    pub flow: f64,
+    pub mean_pressure: f64,
+    /// Zero without a model.
+    pub model_pressure: f64,
 }
 
 /// The one message that may come now, apart from FAILURE.
@@ -90,6 +122,10 @@ pub enum Expected {
     Accepted {
         /// Faces of the interface.
         faces: usize,
+        /// Openings.
+        openings: usize,
+        /// Whether a state was asked for.
+        with_state: bool,
     },
 }
 
@@ -128,7 +164,17 @@ impl Expected {
             Expected::Hello if (HELLO_HEAD..=MAX_HELLO).contains(&frame.length) => return Ok(()),
             Expected::Hello => return wrong_length(format!("{HELLO_HEAD} to {MAX_HELLO}")),
             Expected::Solved { faces } => SOLVED_HEAD + 24 * faces as u64,
-            Expected::Accepted { faces } => ACCEPTED_HEAD + 48 * faces as u64,
+            Expected::Accepted {
+                faces,
+                openings,
+                with_state,
+            } => {
+                let least = ACCEPTED_HEAD + OF_AN_OPENING * openings as u64 + 24 * faces as u64;
+                if with_state && (least..=least + MAX_STATE).contains(&frame.length) {
+                    return Ok(());
+                }
+                least
+            }
         };
         if frame.length == exact {
             Ok(())
@@ -138,66 +184,80 @@ impl Expected {
     }
 }
 
-/// Decodes a payload whose frame has passed [`Expected::check`].
-pub fn decode(kind: Kind, payload: &[u8]) -> Result<FromFluid, ProtocolError> {
-    let mut reader = Reader {
-        kind,
-        rest: payload,
-        length: payload.len() as u64,
-    };
-    let message = match kind {
-        Kind::Hello => FromFluid::Hello(hello(&mut reader)?),
-        Kind::Solved => {
-            let correctors = reader.u32()?;
-            reader.u32()?;
-            let time = reader.f64("time")?;
-            let pressure_residual = reader.f64("pressure residual")?;
-            let tractions = reader.vectors(reader.rest.len() / 24, "traction of face")?;
-            FromFluid::Solved(Solved {
-                correctors,
-                time,
-                pressure_residual,
-                tractions,
-            })
+impl Expected {
+    /// Decodes the payload of a message that has passed [`Expected::check`].
+    pub fn decode(self, kind: Kind, payload: &[u8]) -> Result<FromFluid, ProtocolError> {
+        let mut reader = Reader {
+            kind,
+            rest: payload,
+            length: payload.len() as u64,
+        };
+        let message = match (kind, self) {
+            (Kind::Failure, _) => FromFluid::Failure(printable(std::mem::take(&mut reader.rest))),
+            (Kind::Hello, Expected::Hello) => FromFluid::Hello(hello(&mut reader)?),
+            (Kind::Solved, Expected::Solved { faces }) => {
+                let correctors = reader.u32()?;
+                reader.u32()?;
+                FromFluid::Solved(Solved {
+                    correctors,
+                    time: reader.f64("time")?,
+                    pressure_residual: reader.f64("pressure residual")?,
+                    tractions: reader.vectors(faces, "traction of face")?,
+                })
+            }
+            (
+                Kind::Accepted,
+                Expected::Accepted {
+                    faces, openings, ..
+                },
+            ) => FromFluid::Accepted(accepted(&mut reader, faces, openings)?),
+            (found, expected) => {
+                return Err(ProtocolError::Unexpected {
+                    expected: expected.kind(),
+                    found,
+                });
+            }
+        };
+        if reader.rest.is_empty() {
+            Ok(message)
+        } else {
+            Err(reader.wrong_length("as announced within"))
         }
-        Kind::Accepted => FromFluid::Accepted(Accepted {
-            time: reader.f64("time")?,
-            inflow: reader.f64("inflow")?,
-            outflow: reader.f64("outflow")?,
-            inlet_pressure: reader.f64("inlet pressure")?,
-            outlet_pressure: reader.f64("outlet pressure")?,
-            windkessel_pressure: reader.f64("windkessel pressure")?,
-            volume: reader.f64("volume")?,
-            wall_velocity_mismatch: reader.f64("wall velocity mismatch")?,
-            tractions: reader.vectors(reader.rest.len() / 48, "traction of face")?,
-            wall_shear: reader.vectors(
-                payload.len().saturating_sub(ACCEPTED_HEAD as usize) / 48,
-                "wall shear stress of face",
-            )?,
-        }),
-        Kind::Failure => FromFluid::Failure(printable(std::mem::take(&mut reader.rest))),
-        kind => {
-            return Err(ProtocolError::Unexpected {
-                expected: Kind::Solved,
-                found: kind,
-            });
-        }
-    };
-    if reader.rest.is_empty() {
-        Ok(message)
-    } else {
-        Err(reader.wrong_length("as announced within"))
     }
+}
+
+fn accepted(reader: &mut Reader, faces: usize, openings: usize) -> Result<Accepted, ProtocolError> {
+    Ok(Accepted {
+        time: reader.f64("time")?,
+        volume: reader.f64("volume")?,
+        wall_velocity_mismatch: reader.f64("wall velocity mismatch")?,
+        openings: (0..openings)
+            .map(|i| {
+                Ok(OpeningReport {
+                    flow: reader.f64(&format!("flow of opening {i}"))?,
+                    mean_pressure: reader.f64(&format!("mean pressure of opening {i}"))?,
+                    model_pressure: reader.f64(&format!("model pressure of opening {i}"))?,
+                })
+            })
+            .collect::<Result<_, ProtocolError>>()?,
+        wall_shear: reader.vectors(faces, "wall shear stress of face")?,
+        state: std::mem::take(&mut reader.rest).to_vec(),
+    })
 }
 
 fn hello(reader: &mut Reader) -> Result<Hello, ProtocolError> {
     let start_time = reader.f64("start time")?;
     let time_step = reader.f64("time step")?;
-    let [points, faces, vertices, _] = [reader.u32()?, reader.u32()?, reader.u32()?, reader.u32()?];
-    let expected =
+    let volume = reader.f64("volume")?;
+    let rigid_volume = reader.f64("rigid volume")?;
+    let [points, faces, vertices, openings] =
+        [reader.u32()?, reader.u32()?, reader.u32()?, reader.u32()?];
+    let least =
         HELLO_HEAD + 24 * u64::from(points) + 28 * u64::from(faces) + 4 * u64::from(vertices);
-    if reader.length != expected {
-        return Err(reader.wrong_length(&expected.to_string()));
+    if openings > MAX_OPENINGS || reader.length < least + 8 * u64::from(openings) {
+        return Err(reader.wrong_length(&format!(
+            "{least} and those of {openings} openings, at most {MAX_OPENINGS}"
+        )));
     }
     let point_positions = reader.vectors(points as usize, "position of point")?;
     let sizes = (0..faces)
@@ -228,6 +288,9 @@ fn hello(reader: &mut Reader) -> Result<Hello, ProtocolError> {
         faces_of_points.push(corners);
     }
     let face_centres = reader.vectors(faces as usize, "centre of face")?;
+    let openings = (0..openings as usize)
+        .map(|i| opening(reader, i))
+        .collect::<Result<Vec<_>, _>>()?;
     let interface = FluidInterface {
         points: point_positions,
         faces: faces_of_points,
@@ -236,7 +299,32 @@ fn hello(reader: &mut Reader) -> Result<Hello, ProtocolError> {
     Ok(Hello {
         start_time,
         time_step,
+        volume,
+        rigid_volume,
         interface,
+        openings,
+    })
+}
+
+fn opening(reader: &mut Reader, opening: usize) -> Result<OpeningTerms, ProtocolError> {
+    let refused = |reason: String| ProtocolError::Opening { opening, reason };
+    let flags = reader.u32()?;
+    if flags & !HAS_MODEL != 0 {
+        return Err(refused(format!("has unknown flags {flags}")));
+    }
+    let length = reader.u32()?;
+    if !(1..=MAX_NAME).contains(&length) {
+        return Err(refused(format!(
+            "has a name of {length} bytes, expected 1 to {MAX_NAME}"
+        )));
+    }
+    let name = std::str::from_utf8(reader.bytes(length as usize)?)
+        .ok()
+        .filter(|name| !name.chars().any(char::is_control));
+    let name = name.ok_or_else(|| refused("has a name that is no text".into()))?;
+    Ok(OpeningTerms {
+        name: name.to_owned(),
+        has_model: flags & HAS_MODEL != 0,
     })
 }
 
@@ -270,6 +358,15 @@ impl Reader<'_> {
             .ok_or_else(|| self.wrong_length("more"))?;
         self.rest = rest;
         Ok(*bytes)
+    }
+
+    fn bytes(&mut self, n: usize) -> Result<&[u8], ProtocolError> {
+        let (bytes, rest) = self
+            .rest
+            .split_at_checked(n)
+            .ok_or_else(|| self.wrong_length("more"))?;
+        self.rest = rest;
+        Ok(bytes)
     }
 
     fn u32(&mut self) -> Result<u32, ProtocolError> {

@@ -4,14 +4,16 @@
 //! [`Expected::check`] compares the announced length with the one the message must have in this session, and only then
 //! is the payload read and decoded, every number of which must be finite.
 
-pub use from_fluid::{Accepted, Expected, FromFluid, Hello, MAX_HELLO, Solved, decode};
+pub use from_fluid::{
+    Accepted, Expected, FromFluid, Hello, MAX_HELLO, MAX_STATE, OpeningReport, OpeningTerms, Solved,
+};
 pub use to_fluid::ToFluid;
 
 mod from_fluid;
 mod to_fluid;
 
 /// Version of `PROTOCOL.md` that this module implements.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 /// Bytes before the payload.
 pub const FRAME_SIZE: usize = 16;
 /// Longest text of a FAILURE, bytes.
@@ -39,13 +41,15 @@ pub enum Kind {
     Stop = 7,
     /// Either way: why the sender ends.
     Failure = 8,
+    /// Driver to fluid: a state that is not needed any more.
+    Discard = 9,
 }
 
 impl Kind {
     fn from_number(number: u16) -> Option<Self> {
         use Kind::*;
         [
-            Hello, Welcome, Solve, Solved, Accept, Accepted, Stop, Failure,
+            Hello, Welcome, Solve, Solved, Accept, Accepted, Stop, Failure, Discard,
         ]
         .into_iter()
         .find(|&kind| kind as u16 == number)
@@ -106,6 +110,14 @@ pub enum ProtocolError {
     Face {
         /// Index of the face.
         face: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// An opening that is none.
+    #[error("HELLO of the fluid: opening {opening} {reason}")]
+    Opening {
+        /// Index of the opening.
+        opening: usize,
         /// What is wrong with it.
         reason: String,
     },

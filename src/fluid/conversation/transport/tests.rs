@@ -1,5 +1,5 @@
-use super::protocol::{Kind, ToFluid, message};
 use super::*;
+use crate::fluid::conversation::protocol::{Kind, ToFluid, message};
 
 fn with_patience<T>(limit: Duration, action: impl FnOnce(&mut Patience) -> T) -> T {
     let interrupt = AtomicBool::new(false);

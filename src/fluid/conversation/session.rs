@@ -1,9 +1,12 @@
-//! The conversation with a fluid, whoever it is: handshake, then solve and accept.
+//! The conversation with a fluid: handshake, then solve and accept.
 
-use super::protocol::{Accepted, Expected, FromFluid, Hello, Kind, ProtocolError, Solved, ToFluid};
+use super::protocol::{
+    Accepted, Expected, FromFluid, Hello, Kind, OpeningTerms, ProtocolError, Solved, ToFluid,
+};
 use super::transport::{Patience, Transport, TransportError};
 use crate::Vec3;
-use crate::fluid::{FluidEffort, FluidInterface};
+use crate::fluid::{FluidEffort, FluidInterface, FluidStep, Opening};
+use crate::numbers::twelve_digits;
 
 /// What the driver knows of the problem before the fluid has said a word.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,13 +87,17 @@ fn interface_differences(mine: &FluidInterface, its: &FluidInterface) -> Vec<Str
 pub struct Session {
     transport: Transport,
     interface: FluidInterface,
+    openings: Vec<OpeningTerms>,
+    volumes: [f64; 2],
 }
 
 impl Session {
-    /// Hears the fluid's HELLO, compares it with the driver's terms, and answers WELCOME or FAILURE.
+    /// Hears the fluid's HELLO, compares it with the driver's terms, and answers WELCOME, with the `state` that the fluid is to
+    /// take up (empty: the one that it starts in), or FAILURE.
     pub fn shake_hands(
         mut transport: Transport,
         terms: &Terms,
+        state: &[u8],
         patience: &mut Patience,
     ) -> Result<Self, TransportError> {
         let heard = hear_hello(&mut transport, terms, patience);
@@ -100,17 +107,25 @@ impl Session {
             time_step: terms.time_step,
             points: hello.interface.points.len() as u32,
             faces: hello.interface.faces.len() as u32,
+            state,
         };
         transport.send(&welcome.encode(), patience)?;
         Ok(Self {
             transport,
             interface: hello.interface,
+            openings: hello.openings,
+            volumes: [hello.volume, hello.rigid_volume],
         })
     }
 
     /// The wall as the fluid sees it.
     pub fn interface(&self) -> &FluidInterface {
         &self.interface
+    }
+
+    /// Volumes at the start, m³: of the whole domain, and of the part of it whose wall is rigid.
+    pub fn volumes(&self) -> [f64; 2] {
+        self.volumes
     }
 
     /// Sends a trial displacement at the end of a step of the length `time_step` (s) and waits for its tractions.
@@ -157,7 +172,7 @@ impl Session {
         }
     }
 
-    /// Keeps the last trial and waits for the report of the step.
+    /// Keeps the last trial and waits for the report of the step, and for the state if it is to be made one.
     pub fn accept(
         &mut self,
         write: bool,
@@ -168,12 +183,52 @@ impl Session {
         match self.receive(
             Expected::Accepted {
                 faces: self.interface.faces.len(),
+                openings: self.openings.len(),
+                with_state: write,
             },
             patience,
         )? {
             FromFluid::Accepted(accepted) => Ok(accepted),
             other => Err(unexpected(Kind::Accepted, &other)),
         }
+    }
+
+    /// What ACCEPTED says, in the driver's terms.
+    pub fn step(&self, accepted: Accepted) -> FluidStep {
+        let openings = self.openings.iter().zip(&accepted.openings);
+        let openings = openings.map(|(terms, report)| Opening {
+            name: terms.name.clone(),
+            flow: report.flow,
+            mean_pressure: report.mean_pressure,
+            model_pressure: terms.has_model.then_some(report.model_pressure),
+        });
+        FluidStep {
+            time: twelve_digits(accepted.time),
+            openings: openings.collect(),
+            volume: accepted.volume,
+            wall_shear: accepted.wall_shear,
+            wall_velocity_mismatch: accepted.wall_velocity_mismatch,
+        }
+    }
+
+    /// Tells the fluid that a state is not needed any more.
+    pub fn discard(&mut self, state: &[u8], patience: &mut Patience) -> Result<(), TransportError> {
+        self.transport
+            .send(&ToFluid::Discard { state }.encode(), patience)
+    }
+
+    /// Sends bytes that need not be a message, to see what the fluid makes of them.
+    pub(super) fn send_anything(
+        &mut self,
+        bytes: &[u8],
+        patience: &mut Patience,
+    ) -> Result<(), TransportError> {
+        self.transport.send(bytes, patience)
+    }
+
+    /// Closes the connection without a word.
+    pub(super) fn hang_up(&mut self) {
+        self.transport.close();
     }
 
     /// Asks the fluid to end.

@@ -1,6 +1,6 @@
 //! Carries whole messages between the driver and the fluid: over a Unix-domain socket, or as files in a folder.
 
-use super::protocol::{self, Expected, FRAME_SIZE, FromFluid, ProtocolError, WireFrame};
+use super::protocol::{Expected, FRAME_SIZE, FromFluid, ProtocolError, WireFrame};
 use std::fs;
 use std::io::{self, Read, Write};
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
@@ -194,6 +194,14 @@ impl Transport {
         }
     }
 
+    /// Closes the connection; one of files ends with the driver's process only.
+    pub(super) fn close(&mut self) {
+        if let Transport::Socket(socket) = self {
+            // It may be closed from the other side already.
+            let _ = socket.stream.shutdown(std::net::Shutdown::Both);
+        }
+    }
+
     /// Receives the expected message, or the fluid's failure.
     pub fn receive(
         &mut self,
@@ -204,7 +212,7 @@ impl Transport {
             Transport::Socket(socket) => socket.receive(expected, patience)?,
             Transport::Files(files) => files.receive(expected, patience)?,
         };
-        match protocol::decode(frame.kind, &payload)? {
+        match expected.decode(frame.kind, &payload)? {
             FromFluid::Failure(text) => Err(ProtocolError::Failure(text).into()),
             message => Ok(message),
         }

@@ -16,6 +16,8 @@ pub enum ToFluid<'a> {
         points: u32,
         /// Faces of the interface.
         faces: u32,
+        /// The state to take up, as an ACCEPTED gave it; empty for a fluid that starts as it is.
+        state: &'a [u8],
     },
     /// Solve the current time step (or open the next) for a trial displacement.
     Solve {
@@ -32,8 +34,13 @@ pub enum ToFluid<'a> {
     },
     /// Keep the last trial.
     Accept {
-        /// Leave the fields on disk.
+        /// Make it a state that can be taken up again.
         write: bool,
+    },
+    /// A state is not needed any more.
+    Discard {
+        /// As an ACCEPTED gave it.
+        state: &'a [u8],
     },
     /// End.
     Stop,
@@ -51,11 +58,13 @@ impl ToFluid<'_> {
                 time_step,
                 points,
                 faces,
+                state,
             } => {
                 put_f64(&mut payload, start_time);
                 put_f64(&mut payload, time_step);
                 put_u32(&mut payload, points);
                 put_u32(&mut payload, faces);
+                payload.extend_from_slice(state);
                 Kind::Welcome
             }
             ToFluid::Solve {
@@ -75,6 +84,10 @@ impl ToFluid<'_> {
             ToFluid::Accept { write } => {
                 put_u32(&mut payload, u32::from(write));
                 Kind::Accept
+            }
+            ToFluid::Discard { state } => {
+                payload.extend_from_slice(state);
+                Kind::Discard
             }
             ToFluid::Stop => Kind::Stop,
             ToFluid::Failure(text) => {
