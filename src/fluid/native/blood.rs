@@ -18,8 +18,11 @@ use crate::geometry::Vessel;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// Size of the estimated error at which a solution ends, relative to that of the flow.
-const TOLERANCE: f64 = 1e-7;
+/// Size of the estimated error at which a solution ends, relative to that of the flow and to the change of the displacement
+/// at which the coupling ends: smaller than what the coupling takes for converged.
+const TOLERANCE: f64 = 1e-2;
+/// No solution is more accurate than this.
+const MOST_ACCURATE: f64 = 1e-11;
 /// Most iterations of a solution.
 const MOST_ITERATIONS: usize = 400;
 
@@ -99,7 +102,7 @@ impl NativeFluid {
             density: case.blood.density,
             viscosity: case.blood.viscosity,
             scheme: numbers.time_scheme,
-            tolerance: TOLERANCE,
+            tolerance: (TOLERANCE * case.coupling.e_rel).max(MOST_ACCURATE),
             max_iterations: MOST_ITERATIONS,
         };
         let (velocities, pressures) = (3 * space.space.nodes, space.space.pressures);
