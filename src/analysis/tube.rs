@@ -92,6 +92,10 @@ words! {
         Axial = "axial" (default),
         /// No displacement.
         Clamped = "clamped",
+        /// `u_x = 0`, and each point moves along its radius only.
+        Radial = "radial",
+        /// Springs in all directions.
+        Springs = "springs",
     }
 }
 
@@ -116,6 +120,8 @@ impl Tube {
         let supports = match ends {
             Ends::Clamped => ["start", "end"].map(|s| Support::Clamped(s.into())).into(),
             Ends::Axial => sliding_and_symmetric(&mesh, grid.circumferential),
+            Ends::Radial => ["start", "end"].map(supports::sliding_radially).concat(),
+            Ends::Springs => Vec::new(),
         };
         Self {
             grid,
@@ -127,6 +133,15 @@ impl Tube {
             axial_stretch: 1.0,
             outer_pressure: 0.0,
         }
+    }
+
+    /// The same tube, with ends on springs of this stiffness (Pa/m) if that is what holds it.
+    pub fn on_springs(mut self, ends: Ends, spring: f64) -> Self {
+        if ends == Ends::Springs {
+            let springs = ["start", "end"].map(|name| supports::on_springs(name, spring));
+            self.supports.extend(springs);
+        }
+        self
     }
 
     /// The same tube with its ends moved apart.
@@ -283,8 +298,9 @@ impl Tube {
 /// x-z plane (it has if four divides the number of elements around) one vertex is held in y instead: nothing
 /// pulls there, so that stresses are the same, but the tube moves sideways as it widens.
 fn sliding_and_symmetric(mesh: &HexMesh, circumferential: usize) -> Vec<Support> {
-    let sliding = |name: &str| Support::Surface(name.into(), [true, false, false]);
-    let mut supports = vec![sliding("start"), sliding("end"), Support::SymmetryPlane(2)];
+    let ends = ["start", "end"].map(supports::sliding);
+    let mut supports: Vec<Support> = ends.into();
+    supports.push(Support::SymmetryPlane(2));
     supports.push(match circumferential % 4 {
         0 => Support::SymmetryPlane(1),
         _ => Support::Vertex(

@@ -1,13 +1,14 @@
 //! The wall of a case in figures, without blood: how wide it stands under the pressures that its windkessel will make, and
 //! how far they are from buckling.
 
+use crate::Vec3;
 use crate::case::{self, Anastomosis};
 use crate::geometry::{self, HexFace, HexMesh, Vessel};
 use crate::pfem::discretization::{Discretization, Options};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::element::surface::{LoadKind, Surface, on_face};
 use crate::pfem::solution::statics::{self, Load, StaticOptions};
-use crate::pfem::supports;
+use crate::pfem::supports::{self, Profile};
 use crate::pfem::{SolidError, Space, SpaceKind, SurfaceLoad};
 use nalgebra::Vector2;
 
@@ -49,6 +50,8 @@ struct LoadedWall {
     mesh: HexMesh,
     body: Discretization,
     surface: Surface,
+    /// The pressure around it, if there is any.
+    outer: Option<(Surface, SurfaceLoad)>,
     /// Length between the ends relative to the unloaded one.
     axial_stretch: f64,
 }
@@ -74,8 +77,22 @@ impl LoadedWall {
         let body = Discretization::new(&mesh, &materials.map(Clone::clone), &supports, &options)?;
         let faces = supports::surface(&mesh, "inner")?;
         let points = options.quadrature_points[0];
-        let surface = Surface::new(&body.numbering, &body.space, &body.mapping, faces, points)?;
+        let new = |faces| Surface::new(&body.numbering, &body.space, &body.mapping, faces, points);
+        let surface = new(faces)?;
+        let around = supports::pressure_around(vessel);
+        let outer = if around == Profile::default() {
+            None
+        } else {
+            let outer = new(supports::surface(&mesh, "outer")?)?;
+            let places = outer.points.iter().map(|point| point.position.x);
+            let load = SurfaceLoad {
+                pressure: places.map(|x| around.at(x)).collect(),
+                shear: vec![Vec3::zeros(); outer.points.len()],
+            };
+            Some((outer, load))
+        };
         Ok(Self {
+            outer,
             axial_stretch: vessel.axial_stretch(),
             mesh,
             body,
@@ -83,27 +100,32 @@ impl LoadedWall {
         })
     }
 
-    /// Equilibrium under a pressure (Pa), or up to where stability is lost.
+    /// Equilibrium under a pressure (Pa) inside and the one around, which grow together, or up to where stability is lost.
     fn inflate(&self, pressure: f64) -> Result<statics::Equilibrated, SolidError> {
         let points = self.surface.points.len();
-        let load = Load::Surface {
-            surface: &self.surface,
-            values: SurfaceLoad::uniform_pressure(pressure, points),
-            kind: LoadKind::Follower,
-        };
+        let inside = SurfaceLoad::uniform_pressure(pressure, points);
+        let outside = self.outer.as_ref();
+        let loads: Vec<Load> = std::iter::once((&self.surface, &inside))
+            .chain(outside.map(|(surface, load)| (surface, load)))
+            .map(|(surface, values)| Load::Surface {
+                surface,
+                values: values.clone(),
+                kind: LoadKind::Follower,
+            })
+            .collect();
         let options = StaticOptions {
             tolerance: 1e-6,
             ..Default::default()
         };
         if self.axial_stretch == 1.0 {
-            return statics::solve(&self.body, &[load], None, &options);
+            return statics::solve(&self.body, &loads, None, &options);
         }
         let mut guess = vec![0.0; self.body.coefficients()];
         for (vertex, &function) in self.body.numbering.of_vertex.iter().enumerate() {
             guess[3 * function] = (self.axial_stretch - 1.0) * self.mesh.vertices[vertex].x;
         }
         let stretched = statics::stretch(&self.body, &guess, &options)?.displacement;
-        statics::solve_onto(&self.body, stretched, &[load], &options)
+        statics::solve_onto(&self.body, stretched, &loads, &options)
     }
 
     /// Volume (m³) between the lumen's surface and the origin, for a displacement: by the theorem of Gauss that of the

@@ -16,6 +16,7 @@ table! {
         [windkessel: Windkessel, "two-element windkessel at the outlet"]
         [structure: WallMesh, "mesh of the wall"]
         [surroundings: Option<Surroundings>, "tissue around the vessel"]
+        [ends: Option<VesselEnds>, "what holds the ends of the wall"]
         [initial: Option<Initial>, "state of the wall when time begins"]
         [fluid: LumenMeshes, "meshes of the blood"]
     }
@@ -125,11 +126,50 @@ words! {
 }
 
 table! {
+    /// What holds the ends of the deformable wall. The inlet's is clamped: the blood's inflow enters there, or the rigid
+    /// extension is fixed to it.
+    pub struct VesselEnds {
+        outlet: Option<VesselEnd> = "outlet", Kind::Word(VesselEnd::WORDS), "what holds the wall at the outlet",
+            absent "clamped";
+        spring: Option<f64> = "spring_Pa_m", above(0.0, 1e15),
+            "springs of an outlet on springs: force per area of the wall's end and displacement", absent "none";
+    }
+}
+
+words! {
+    /// What holds an end of the wall.
+    #[derive(Default)]
+    pub enum VesselEnd {
+        /// No displacement.
+        Clamped = "clamped" (default),
+        /// The end slides in the plane of the cross-section, and its centre with it.
+        Sliding = "sliding",
+        /// Each point of the end slides along its radius.
+        Radial = "radial",
+        /// Springs in all directions.
+        Springs = "springs",
+    }
+}
+
+table! {
     /// State of the wall when time begins.
     pub struct Initial {
         start: Option<Start> = "start", Kind::Word(Start::WORDS), "how the wall comes under its pressure", absent "ramp";
         axial_stretch: Option<f64> = "axial_stretch", from(0.8, 2.0),
             "length of the deformable part between its ends, relative to the unloaded one; the outlet is moved", absent "1";
+        shape: Option<GivenShape> = "shape", Kind::Word(GivenShape::WORDS),
+            "state of the wall whose sizes the case gives", absent "unloaded";
+    }
+}
+
+words! {
+    /// State of the wall whose sizes are given.
+    #[derive(Default)]
+    pub enum GivenShape {
+        /// Free of stress.
+        Unloaded = "unloaded" (default),
+        /// Stretched and under the pressures with which time begins in equilibrium, as images show it.
+        Loaded = "loaded",
     }
 }
 
@@ -159,6 +199,22 @@ impl Anastomosis {
         initial
             .and_then(|initial| initial.axial_stretch)
             .unwrap_or(1.0)
+    }
+
+    /// What holds the wall at the outlet, and the stiffness of its springs (Pa/m).
+    pub fn outlet_end(&self) -> (VesselEnd, f64) {
+        self.ends.as_ref().map_or_else(Default::default, |ends| {
+            let end = ends.outlet.unwrap_or_default();
+            (end, ends.spring.unwrap_or_default())
+        })
+    }
+
+    /// State of the wall whose sizes are given.
+    pub fn given_shape(&self) -> GivenShape {
+        let initial = self.initial.as_ref();
+        initial
+            .and_then(|initial| initial.shape)
+            .unwrap_or_default()
     }
 
     /// Pressure (Pa) with which the wall is in static equilibrium when time begins.

@@ -3,7 +3,7 @@
 use super::{CaseArguments, Failure};
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::TwoElements;
-use crate::case::{Anastomosis, Case, FlowCurve, Problem, Solver};
+use crate::case::{Anastomosis, Case, FlowCurve, GivenShape, Problem, Solver};
 use crate::fluid::openfoam::install;
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
@@ -77,6 +77,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 "--wall: the case has a flag in a channel and no vessel; leave the option out";
             Failure::Input(reason.into())
         })?;
+        if vessel.given_shape() == GivenShape::Loaded {
+            let reason = "--wall starts from the sizes without load, and initial.shape = \"loaded\" gives those under \
+                          pressure: leave the option out; that this state is stable has been checked";
+            return Err(Failure::Input(reason.into()));
+        }
         terminal::print(in_figures(&case, vessel)?)?;
     }
     Ok(())

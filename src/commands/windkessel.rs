@@ -3,7 +3,7 @@
 use super::{CaseArguments, Failure};
 use crate::analysis::wall;
 use crate::analysis::windkessel::TwoElements;
-use crate::case::{FlowCurve, Inflow};
+use crate::case::{FlowCurve, GivenShape, Inflow};
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
 use std::path::PathBuf;
@@ -63,6 +63,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             })
         })
         .transpose()?;
+    if vessel.is_some_and(|vessel| vessel.given_shape() == GivenShape::Loaded) {
+        return Err(wrong(
+            "--case: its sizes are those under pressure (initial.shape = \"loaded\"), and the wall's compliance is found from \
+             the sizes without load: leave it out"
+                .into(),
+        ));
+    }
     let period = (arguments.period)
         .or(case.as_ref().map(|case| case.time.period))
         .unwrap_or(1.0);

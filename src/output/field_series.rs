@@ -34,11 +34,24 @@ impl FieldSeries {
         if !accepted.is_due(self.interval) {
             return Ok(());
         }
-        let (body, d) = (accepted.solid.body(), &accepted.solid.state().d);
+        self.write(accepted.time(), accepted.solid)
+    }
+
+    /// Adds the state in which time begins, if the wall is loaded then: its points are unloaded, and their displacement
+    /// leads to the loaded shape.
+    pub fn begin(&mut self, solid: &Structure) -> io::Result<()> {
+        if solid.state().d.iter().all(|&d| d == 0.0) {
+            return Ok(());
+        }
+        self.write(0.0, solid)
+    }
+
+    fn write(&mut self, time: f64, solid: &Structure) -> io::Result<()> {
+        let (body, d) = (solid.body(), &solid.state().d);
         let samples = self.sampler.sample(body, d).map_err(io::Error::other)?;
         let stresses = stress_fields(&samples);
         let grid = grid(&self.sampler, &samples, &stresses);
-        self.series.add(accepted.time(), &grid)
+        self.series.add(time, &grid)
     }
 
     /// Times (s) and files of what was written.

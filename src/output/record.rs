@@ -15,8 +15,8 @@ use crate::fluid::Fluid;
 use crate::hemodynamics::{Monitor, Region, WallState, WetSurface};
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
-use crate::simulation::assembly::CoupledModel;
 use crate::simulation::assembly::surroundings::fields_to_open;
+use crate::simulation::assembly::{CoupledModel, Unloading};
 use crate::simulation::observer::{AcceptedStep, FailedAttempt, Observer};
 use crate::simulation::totals::{Seconds, Totals};
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,9 @@ pub struct RunSummary {
     pub fluid_cells: usize,
     /// Degrees of freedom of the structure.
     pub structure_dofs: usize,
+    /// Where the unloaded shape of the wall comes from, if it is not the given one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unloading: Option<Unloading>,
     /// Figures of all steps.
     #[serde(flatten)]
     pub totals: Totals,
@@ -175,6 +178,8 @@ impl Record {
         };
         let series = Series::new(settings.structure.clone())?;
         let fluid_fields = settings.fluid_fields.clone().map(Series::new);
+        let mut fields = FieldSeries::new(series, settings.structure_interval, solid)?;
+        fields.begin(solid)?;
         Ok(Self {
             history: Table::create(&settings.history)?,
             iterations: Table::create(&settings.iterations)?,
@@ -182,7 +187,7 @@ impl Record {
             fluid_probes: (settings.has_fluid_probes())
                 .then(|| Table::create(&settings.fluid_probes))
                 .transpose()?,
-            fields: FieldSeries::new(series, settings.structure_interval, solid)?,
+            fields,
             fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::create(settings.wall.clone())?,
             volume: settings.volume,
@@ -371,6 +376,8 @@ pub struct Ending {
     pub fluid_cells: usize,
     /// Degrees of freedom of the structure.
     pub structure_dofs: usize,
+    /// Where the unloaded shape of the wall comes from, if it is not the given one.
+    pub unloading: Option<Unloading>,
     /// Largest memory of the fluid's processes, as far as seen, bytes.
     pub fluid_peak_memory: f64,
 }
@@ -388,6 +395,7 @@ impl RunSummary {
             case: ending.case.display().to_string(),
             fluid_cells: ending.fluid_cells,
             structure_dofs: ending.structure_dofs,
+            unloading: ending.unloading,
             mean_coupling_iterations: totals.coupling_iterations as f64 / steps,
             seconds_per_step: totals.wall_s / steps,
             totals,

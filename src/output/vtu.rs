@@ -316,6 +316,22 @@ pub fn point_values(grid: &UnstructuredGridPiece, name: &str) -> Option<Vec<f64>
 /// # Errors
 /// If the file is no grid or has no such field.
 pub fn read_points(path: &Path, name: &str) -> io::Result<PointValues> {
+    let (points, values) = read_field(path, name, 1)?;
+    Ok(PointValues { points, values })
+}
+
+/// Reads the vectors `name` at the points of a grid, each with its position (m).
+///
+/// # Errors
+/// If the file is no grid or has no such field.
+pub fn read_vectors(path: &Path, name: &str) -> io::Result<Vec<(Vec3, Vec3)>> {
+    let (points, values) = read_field(path, name, 3)?;
+    let vectors = values.chunks_exact(3).map(Vec3::from_column_slice);
+    Ok(points.into_iter().zip(vectors).collect())
+}
+
+/// The points of a grid, and a field with so many `components` at each.
+fn read_field(path: &Path, name: &str, components: usize) -> io::Result<(Vec<Vec3>, Vec<f64>)> {
     let piece = read_piece(path)?;
     let values = point_values(&piece, name);
     let points = piece.points.into_vec::<f64>();
@@ -326,11 +342,11 @@ pub fn read_points(path: &Path, name: &str) -> io::Result<PointValues> {
         .chunks_exact(3)
         .map(Vec3::from_column_slice)
         .collect();
-    if points.len() != values.len() {
+    if components * points.len() != values.len() {
         let found = format!("{} points, {} values", points.len(), values.len());
         return Err(bad(path, &found));
     }
-    Ok(PointValues { points, values })
+    Ok((points, values))
 }
 
 fn bad(path: &Path, what: &str) -> io::Error {
@@ -379,6 +395,8 @@ mod tests {
         let file = folder.path().join(&series[0].1);
         let again = read_points(&file, "height").unwrap();
         assert_eq!((again.points, again.values), (points, heights.clone()));
+        let vectors = read_vectors(&file, "place").unwrap();
+        assert!(vectors.len() == 8 && vectors.iter().all(|(x, place)| x == place));
         let missing = read_points(&file, "depth").unwrap_err().to_string();
         assert!(missing.contains("no field depth"), "{missing}");
 

@@ -19,6 +19,7 @@ use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Memory for element matrices that wait to be added, bytes.
 const WAITING: usize = 64 << 20;
@@ -61,12 +62,13 @@ pub struct Discretization {
     /// Held degrees of freedom.
     pub supports: Supports,
     /// Equations.
-    pub pattern: Pattern,
+    pub pattern: Arc<Pattern>,
     /// Elimination order.
     pub symbolic: Symbolic,
     formulation: Formulation,
+    quadrature_points: [usize; 3],
     foundations: Vec<Foundation>,
-    materials: Vec<Box<dyn HyperelasticMaterial>>,
+    materials: Arc<[Box<dyn HyperelasticMaterial>]>,
     viscous: Vec<Option<KelvinVoigt>>,
     regions: Vec<usize>,
 }
@@ -124,13 +126,49 @@ impl Discretization {
             mapping,
             elements,
             supports,
-            pattern,
+            pattern: Arc::new(pattern),
             symbolic,
             formulation,
+            quadrature_points: points,
             foundations,
             materials: materials.iter().map(material::from_case).collect(),
             viscous: materials.iter().map(material::viscous_from_case).collect(),
             regions: mesh.regions.clone(),
+        })
+    }
+
+    /// The body before `displacement` (m, all coefficients) led it to the shape that is given: the same numbers of functions
+    /// and equations, another reference configuration.
+    ///
+    /// # Errors
+    /// If the displacement turns an element inside out.
+    pub fn before(&self, displacement: &[f64]) -> Result<Self, SolidError> {
+        let (numbering, space) = (&self.numbering, &self.space);
+        let mapping = self.mapping.before(numbering, space, displacement);
+        let foundations = self.foundations.iter();
+        Ok(Self {
+            space: self.space,
+            elements: Elements::gauss(
+                numbering,
+                space,
+                &mapping,
+                self.regions.len(),
+                self.quadrature_points,
+                self.formulation,
+            )?,
+            foundations: foundations
+                .map(|foundation| foundation.reshaped(numbering, space, &mapping))
+                .collect::<Result<_, _>>()?,
+            mapping,
+            numbering: numbering.clone(),
+            supports: self.supports.clone(),
+            pattern: self.pattern.clone(),
+            symbolic: self.symbolic.clone(),
+            formulation: self.formulation,
+            quadrature_points: self.quadrature_points,
+            materials: self.materials.clone(),
+            viscous: self.viscous.clone(),
+            regions: self.regions.clone(),
         })
     }
 

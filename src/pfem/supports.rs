@@ -3,7 +3,7 @@
 use super::SolidError;
 use super::element::mapping::Mapping;
 use super::space::numbering::Numbering;
-use crate::case::{Anastomosis, TissueDirection};
+use crate::case::{Anastomosis, TissueDirection, VesselEnd};
 use crate::geometry::{HexFace, HexMesh};
 use crate::{Mat3, Vec3};
 
@@ -48,6 +48,8 @@ pub struct Foundation {
 pub enum Direction {
     /// The distance from the x-axis, along which a vessel lies.
     Radial,
+    /// The displacement around the x-axis, across the radius of the undeformed body.
+    Tangential,
     /// All components alike.
     All,
 }
@@ -74,12 +76,46 @@ impl Profile {
     }
 }
 
-/// What holds the wall of a vessel: clamped ends, and the tissue around it.
+/// Stiffness (Pa/m) with which an end that slides radially is kept from turning and from moving aside: traction there moves
+/// it by 1e-12 m for each Pa. That is as stiff as the bulk of a wall that is nearly incompressible.
+const GUIDE: f64 = 1e12;
+
+/// The surface `name` is a cross-section at an end of a vessel that slides in its plane.
+pub fn sliding(name: &str) -> Support {
+    Support::Surface(name.into(), [true, false, false])
+}
+
+/// The same of an end that slides radially.
+pub fn sliding_radially(name: &str) -> [Support; 2] {
+    let guide = Foundation {
+        surface: name.into(),
+        spring: Profile::constant(GUIDE),
+        damping: Profile::default(),
+        direction: Direction::Tangential,
+    };
+    [sliding(name), Support::Foundation(guide)]
+}
+
+/// The same of an end in springs (Pa/m) that resist all directions.
+pub fn on_springs(name: &str, spring: f64) -> Support {
+    Support::Foundation(Foundation {
+        surface: name.into(),
+        spring: Profile::constant(spring),
+        damping: Profile::default(),
+        direction: Direction::All,
+    })
+}
+
+/// What holds the wall of a vessel: its ends, and the tissue around it.
 pub fn of_vessel(vessel: &Anastomosis) -> Vec<Support> {
-    let mut supports = vec![
-        Support::Clamped("start".into()),
-        Support::Clamped("end".into()),
-    ];
+    let mut supports = vec![Support::Clamped("start".into())];
+    let (outlet, spring) = vessel.outlet_end();
+    match outlet {
+        VesselEnd::Clamped => supports.push(Support::Clamped("end".into())),
+        VesselEnd::Sliding => supports.push(sliding("end")),
+        VesselEnd::Radial => supports.extend(sliding_radially("end")),
+        VesselEnd::Springs => supports.push(on_springs("end", spring)),
+    }
     if let Some(tissue) = &vessel.surroundings {
         let (spring, damping) = (vessel.along(tissue.spring), vessel.along(tissue.damping));
         if !spring.is_empty() || !damping.is_empty() {

@@ -23,6 +23,7 @@ impl CoupledRun {
             case: self.case_folder.clone(),
             fluid_cells: self.fluid_cells,
             structure_dofs: self.degrees_of_freedom(),
+            unloading: self.unloading,
             fluid_peak_memory: self.simulation.fluid_peak_memory(),
         };
         let Self {

@@ -7,7 +7,7 @@ use crate::output::progress::Progress;
 use crate::output::record::{self, Record, RecordSettings};
 use crate::output::terminal;
 use crate::pfem::{Structure, solution::structure};
-use crate::simulation::assembly::{AssemblyError, CoupledModel, Workplace};
+use crate::simulation::assembly::{AssemblyError, CoupledModel, Unloading, Workplace};
 use crate::simulation::{Checkpoints, Simulation, SimulationError, checkpoint};
 use std::path::{Path, PathBuf};
 
@@ -27,6 +27,8 @@ pub struct CoupledRun {
     pub simulation: Simulation<Box<dyn Fluid>, Structure, (Record, Progress)>,
     /// Cells of the fluid.
     pub fluid_cells: usize,
+    /// Where the unloaded shape of the wall comes from, if it is not the given one.
+    pub(super) unloading: Option<Unloading>,
 }
 
 impl CoupledRun {
@@ -72,6 +74,7 @@ impl CoupledRun {
             interrupt,
             simulation: simulation.with_checkpoints(checkpoints),
             fluid_cells: model.fluid_cells,
+            unloading: model.unloading,
         };
         if let Some(checkpoint) = checkpoint {
             run.simulation.resume(checkpoint).map_err(failure)?;

@@ -25,9 +25,11 @@ mod pfem_stability;
 mod pfem_static_tube;
 #[path = "../pfem_support/mod.rs"]
 mod pfem_support;
+mod prestress;
 mod solid_bad_input;
 mod solid_dynamic;
 mod solid_state;
 mod solid_static;
 mod solid_support;
+mod tissue;
 mod windkessel;

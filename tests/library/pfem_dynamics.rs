@@ -109,7 +109,8 @@ fn a_viscous_wall_damps_at_the_rate_of_kelvin_and_voigt() {
     let (first, last, time) = vibrate(structure, 20);
     let rate = (first / last).ln() / time / (viscosity * omega * omega / youngs_modulus);
     println!("{rate} of the rate, {} of the energy is left", last / first);
-    assert!((0.95..1.02).contains(&rate), "{rate}");
+    // Measured: 0.987.
+    assert!((0.982..0.992).contains(&rate), "{rate}");
     assert!(last < 0.9 * first);
 }
 

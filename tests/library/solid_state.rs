@@ -149,7 +149,13 @@ fn a_forced_vibration_is_damped_as_one_degree_of_freedom() {
     let times: Vec<f64> = (0..=200).map(|i| i as f64 * step).collect();
     let factors: Vec<f64> = times.iter().map(|&t| pulse(t)).collect();
     let mut peaks = Vec::new();
-    for (ratio, is_wall) in [(0.0, false), (0.05, false), (0.5, false), (0.05, true)] {
+    // The errors are those of 50 steps a period: measured 1.7e-2, 1.2e-2, 2.1e-3 and 1.2e-2.
+    for (ratio, is_wall, expected) in [
+        (0.0, false, 1.7e-2),
+        (0.05, false, 1.2e-2),
+        (0.5, false, 2.1e-3),
+        (0.05, true, 1.2e-2),
+    ] {
         let damping = 2.0 * ratio * omega * mass;
         let damper = if is_wall { 0.0 } else { damping };
         let material = Material::SaintVenantKirchhoff {
@@ -199,7 +205,11 @@ fn a_forced_vibration_is_damped_as_one_degree_of_freedom() {
         let error = errors.fold(0.0, f64::max) / largest;
         println!("damping ratio {ratio}: {error:.1e} of the peak {largest:.3e} m");
         assert_eq!(found.len(), 200);
-        assert!(error < 0.02, "damping ratio {ratio}: {error:e}");
+        let share = error / expected;
+        assert!(
+            (0.9..1.1).contains(&share),
+            "damping ratio {ratio}: {error:e}"
+        );
         peaks.push(largest);
     }
     assert!(
@@ -255,5 +265,75 @@ fn prestretch_or_tissue_keeps_a_clamped_artery_straight_that_buckles_without() {
         assert_eq!(number(&summary, "pressure_Pa"), 1.6e4);
         let inner = crate::solid_support::radial(&summary)[0];
         assert!((inner / expected - 1.0).abs() < 1e-4, "{what}: {inner:e}");
+    }
+}
+
+#[test]
+fn ends_that_slide_radially_leave_a_tube_in_plane_strain() {
+    let layers = [(6e-4, fibred(2e3, 8.0, 35.0))];
+    let loading = Loading {
+        pressure: 1.2e4,
+        follower: true,
+        axial_stretch: 1.2,
+        outer_pressure: 0.0,
+        spring: 0.0,
+    };
+    let file = text(2e-3, &layers, "mixed") + &loaded(&loading);
+    let summary = Tube::new(&file.replace("[supports]", "[supports]\nends = \"radial\"")).solve();
+    let exact = radial::solve(2e-3, &layers, &loading);
+    let found = crate::solid_support::radial(&summary);
+    for (found, exact) in found.iter().zip(&exact.displacement) {
+        let error = (found - exact).abs() / 2e-3;
+        println!("radial ends: {error:.1e}");
+        assert!(error < 1e-6, "{found} {exact}");
+    }
+    // Nothing pulls at the guides: measured 3.2e-13 J beside 2.9e-4 J.
+    let guides = number(&summary, "spring_energy_J");
+    assert!(guides > 0.0 && guides < 1e-12, "{guides:e}");
+}
+
+#[test]
+fn ends_on_springs_lie_between_free_and_clamped() {
+    // A material that gives way: what cannot change its volume locks in a single clamped element.
+    let neo_hooke = Material::NeoHooke {
+        mu: 1.5e5,
+        kappa: 1e6,
+        viscosity: None,
+    };
+    let file = text(2e-3, &[(6e-4, neo_hooke)], "mixed").replace("p = 6", "p = 4")
+        + "[load]\npressure_Pa = 4e3\nkind = \"follower\"\n[supports]\n";
+    let widening = |ends: &str| {
+        let summary = Tube::new(&(file.clone() + ends)).solve();
+        crate::solid_support::radial(&summary)[0]
+    };
+    let clamped = widening("ends = \"clamped\"\n");
+    let springs =
+        |stiffness: &str| widening(&format!("ends = \"springs\"\nspring_Pa_m = {stiffness}\n"));
+    let [soft, middle, stiff] = ["1e8", "1e9", "1e14"].map(springs);
+    println!("soft {soft:e}, middle {middle:e}, stiff {stiff:e}, clamped {clamped:e}");
+    // Measured: 8.771e-5, 8.262e-5, and 7.1e-6 of the clamped tube's 7.917e-5.
+    let gap = stiff / clamped - 1.0;
+    assert!(gap > 1e-6 && gap < 2e-5, "{gap:e}");
+    assert!(clamped < 0.97 * middle && middle < 0.97 * soft);
+}
+
+#[test]
+fn ends_that_do_not_fit_are_refused() {
+    let file = text(2e-3, &[(6e-4, fibred(2e3, 8.0, 35.0))], "mixed")
+        + "[load]\npressure_Pa = 4e3\nkind = \"follower\"\n[supports]\n";
+    for (supports, expected) in [
+        ("ends = \"springs\"\n", "add supports.spring_Pa_m"),
+        (
+            "ends = \"clamped\"\nspring_Pa_m = 1e8\n",
+            "write supports.ends = \"springs\"",
+        ),
+        (
+            "ends = \"springs\"\nspring_Pa_m = 1e8\naxial_stretch = 1.2\n",
+            "ends on springs are not moved to a place",
+        ),
+        ("ends = \"sliding\"\n", "\"radial\""),
+    ] {
+        let said = Tube::new(&(file.clone() + supports)).refused();
+        assert!(said.contains(expected), "{supports}: {said}");
     }
 }

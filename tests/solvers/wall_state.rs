@@ -81,6 +81,76 @@ fn a_wall_in_equilibrium_with_still_blood_stays_where_it_is_with_both_fluids() {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_wall_that_is_given_loaded_begins_in_its_given_shape_with_both_fluids() {
+    let folder = tempfile::tempdir().unwrap();
+    let loaded = ["initial.shape=loaded"];
+    // The native fluid's coarsest mesh pushes the wall aside: measured 4.8e-5 m in the third step.
+    for (name, fluid, still) in [("native", &NATIVE[..], 7e-5), ("openfoam", &[], 1e-10)] {
+        let out = folder.path().join(name);
+        complete(run(&out, 4, &[&STILL, &loaded, fluid]));
+        let moved = column(&out, "max_displacement_m");
+        println!("{name}: {moved:?}");
+        assert!(moved.iter().all(|u| *u < still), "{name}: {moved:?}");
+        let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let of = |key: &str| summary["unloading"][key].as_f64().unwrap();
+        assert!(of("distance_after_loading_m") < 1e-8, "{summary}");
+        // The outlet has come from 60 mm / 1.1, and the wall from further inside.
+        let outlet = 0.06 * (1.0 - 1.0 / 1.1);
+        let largest = of("largest_displacement_m");
+        assert!((largest / outlet - 1.0).abs() < 0.05, "{largest:e}");
+        // Both shapes stand in the first of the wall's grids.
+        let series = std::fs::read_to_string(out.join("structure.pvd")).unwrap();
+        assert!(series.contains("timestep=\"0\""), "{series}");
+    }
+    let [straight, resumed] = ["straight", "resumed"].map(|kind| folder.path().join(kind));
+    complete(run(&straight, 4, &[&NATIVE, &loaded]));
+    complete(run(&resumed, 2, &[&NATIVE, &loaded]));
+    complete(run(&resumed, 4, &[&NATIVE, &loaded, &["--resume"]]));
+    assert_same_run(&resumed, &straight);
+}
+
+#[test]
+fn the_outlet_of_the_native_fluid_slides_with_the_wall() {
+    let folder = tempfile::tempdir().unwrap();
+    // A point of the outlet's rim.
+    let probe = "output.probes_m=[[0.06, 2.35e-3, 0.0]]";
+    for (end, moves) in [
+        ("clamped", false),
+        ("sliding", true),
+        ("radial", true),
+        ("springs", true),
+    ] {
+        let out = folder.path().join(end);
+        let outlet = format!("ends.outlet={end}");
+        let mut sets = vec!["--set", &outlet, &probe];
+        if end == "springs" {
+            sets.extend(["ends.spring_Pa_m=1e8", "initial.axial_stretch=1.0"]);
+        }
+        let state = unless_set(&STATE, &sets);
+        complete(driver(
+            &out,
+            3,
+            &[&state[..], &STILL, &NATIVE, &sets].concat(),
+        ));
+        let mut table = csv::Reader::from_path(out.join("probes.csv")).unwrap();
+        let headers = table.headers().unwrap().clone();
+        let row = table.records().last().unwrap().unwrap();
+        let of = |name: &str| -> f64 {
+            let at = headers.iter().position(|header| header == name).unwrap();
+            row[at].parse().unwrap()
+        };
+        println!("{end}: {headers:?} {row:?}");
+        let [along, across] = [of("ux_m"), of("uy_m")];
+        assert_eq!(across > 1e-4, moves, "{end}: {across:e}");
+        if end == "sliding" || end == "radial" {
+            assert!((along - 6e-3).abs() < 1e-12, "{end}: {along:e}");
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_run_from_equilibrium_that_is_resumed_is_the_uninterrupted_one() {
     let folder = tempfile::tempdir().unwrap();
     for (name, fluid) in [("native", &NATIVE[..]), ("openfoam", &[])] {
@@ -125,6 +195,16 @@ fn bad_values_of_the_wall_state_are_refused() {
         ("surroundings.damping_Pa_s_m=-1.0", "a number from 0.0"),
         ("surroundings.pressure_Pa=1e9", "a number from -1e6 to 1e6"),
         ("surroundings.direction=along", "\"radial\", \"all\""),
+        (
+            "initial.shape=loaded",
+            "write initial.start = \"equilibrium\"",
+        ),
+        ("ends.outlet=radial", "fluid.solver = \"native\""),
+        ("ends.outlet=loose", "\"clamped\", \"sliding\""),
+        (
+            "ends.spring_Pa_m=1e8",
+            "only an end that is on springs has any",
+        ),
         (
             "surroundings.stations_m=[0.0, 0.03]",
             "as many numbers as surroundings.shares has",

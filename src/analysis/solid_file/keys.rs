@@ -97,7 +97,9 @@ table! {
 table! {
     /// What holds the tube.
     pub struct Supports {
-        ends: Ends = "ends", Kind::Word(Ends::WORDS), "u_x = 0 at the ends, or all components", absent "axial";
+        ends: Ends = "ends", Kind::Word(Ends::WORDS), "what holds both ends", absent "axial";
+        spring: Option<f64> = "spring_Pa_m", above(0.0, 1e15),
+            "springs of ends on springs: force per area of the end and displacement", absent "none";
         axial_stretch: Option<f64> = "axial_stretch", from(0.5, 3.0),
             "length between the ends relative to the unloaded one; they are moved apart and then held", absent "1";
     }

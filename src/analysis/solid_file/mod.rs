@@ -46,6 +46,8 @@ pub struct SolidFile {
     pub at_bifurcation: AtBifurcation,
     /// What holds the ends.
     pub ends: Ends,
+    /// Stiffness of ends on springs, Pa/m.
+    pub end_spring: f64,
     /// Length between the ends relative to the unloaded one.
     pub axial_stretch: f64,
     /// What surrounds the tube.
@@ -120,6 +122,7 @@ impl SolidFile {
             self.grid,
             self.ends,
         )
+        .on_springs(self.ends, self.end_spring)
         .loaded(self.pressure, self.kind)
         .stretched(self.axial_stretch)
         .surrounded(&self.outside)
@@ -162,6 +165,9 @@ impl From<Keys> for SolidFile {
             steps: keys.load.steps.unwrap_or(STEPS),
             at_bifurcation: keys.load.at_bifurcation.unwrap_or_default(),
             ends: (keys.supports.as_ref()).map_or(Ends::default(), |held| held.ends),
+            end_spring: (keys.supports.as_ref())
+                .and_then(|held| held.spring)
+                .unwrap_or(0.0),
             axial_stretch: (keys.supports.as_ref())
                 .and_then(|held| held.axial_stretch)
                 .unwrap_or(1.0),

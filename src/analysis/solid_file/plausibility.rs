@@ -28,7 +28,27 @@ pub(super) fn check(solid: &SolidFile, stack: &Stack, errors: &mut Vec<CaseError
             report(&keys[0], true, message);
         }
     }
+    ends(solid, &mut report);
     dynamics(solid, &mut report);
+}
+
+fn ends(solid: &SolidFile, report: &mut Report<'_>) {
+    let on_springs = solid.ends == Ends::Springs;
+    report(
+        "supports.ends",
+        on_springs && solid.end_spring == 0.0,
+        "springs need a stiffness: add supports.spring_Pa_m".into(),
+    );
+    report(
+        "supports.spring_Pa_m",
+        !on_springs && solid.end_spring != 0.0,
+        "only ends on springs have any: write supports.ends = \"springs\", or leave it out".into(),
+    );
+    report(
+        "supports.axial_stretch",
+        on_springs && solid.axial_stretch != 1.0,
+        "ends on springs are not moved to a place: write supports.ends = \"clamped\", \"axial\" or \"radial\"".into(),
+    );
 }
 
 type Report<'a> = dyn FnMut(&str, bool, String) + 'a;

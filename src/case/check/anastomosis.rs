@@ -1,7 +1,7 @@
 //! Whether the vessel's surfaces, its extension, its inflow and its meshes fit together.
 
 use super::{Report, material};
-use crate::case::{Anastomosis, Case, Extension, FlowCurve, Solver};
+use crate::case::{Anastomosis, Case, Extension, FlowCurve, GivenShape, Solver, Start, VesselEnd};
 use crate::interpolation::BicubicSurface;
 use std::f64::consts::TAU;
 
@@ -18,6 +18,14 @@ pub(super) fn check(case: &Case, vessel: &Anastomosis, report: &mut Report<'_>) 
     inflow(case, vessel, report);
     meshes(case, vessel, report);
     surroundings(vessel, report);
+    ends(case, vessel, report);
+    report(
+        &["initial.shape", "initial.start"],
+        vessel.given_shape() == GivenShape::Loaded && vessel.start() != Start::Equilibrium,
+        "a shape that is given under pressure needs a start under that pressure: write initial.start = \"equilibrium\", and \
+         the pressure into windkessel.initial_pressure_Pa"
+            .into(),
+    );
     let wall = &vessel.wall;
     material("wall.graft", &wall.graft, report);
     material("wall.media", &wall.media, report);
@@ -56,6 +64,31 @@ fn surroundings(vessel: &Anastomosis, report: &mut Report<'_>) {
         &["surroundings.shares"],
         shares.iter().any(|share| *share < 0.0),
         "expected no negative share: springs that push would be no tissue".into(),
+    );
+}
+
+fn ends(case: &Case, vessel: &Anastomosis, report: &mut Report<'_>) {
+    let (outlet, spring) = vessel.outlet_end();
+    report(
+        &["ends.outlet", "fluid.solver"],
+        outlet != VesselEnd::Clamped && case.fluid.solver == Solver::OpenFoam,
+        "OpenFOAM's mesh keeps its outlet where it is: write \"clamped\", or take fluid.solver = \"native\"".into(),
+    );
+    report(
+        &["ends.outlet"],
+        outlet == VesselEnd::Springs && spring == 0.0,
+        "springs need a stiffness: add ends.spring_Pa_m".into(),
+    );
+    report(
+        &["ends.spring_Pa_m"],
+        outlet != VesselEnd::Springs && spring != 0.0,
+        "only an end that is on springs has any: write ends.outlet = \"springs\", or leave it out"
+            .into(),
+    );
+    report(
+        &["initial.axial_stretch", "ends.outlet"],
+        outlet == VesselEnd::Springs && vessel.axial_stretch() != 1.0,
+        "an end on springs is not moved to a place: write ends.outlet = \"clamped\", \"sliding\" or \"radial\"".into(),
     );
 }
 

@@ -66,6 +66,22 @@ pub fn check(folder: &Path, patches: &[&str], ranks: usize) -> Vec<TemplateError
     errors
 }
 
+/// What a start from equilibrium misses in the templates in `folder`: parameters that `0/p` must read.
+pub fn check_equilibrium_start(folder: &Path) -> Option<TemplateError> {
+    let path = folder.join("0/p");
+    // One that cannot be read is told elsewhere, and of a compressed one nothing is known.
+    let text = fs::read_to_string(&path).ok()?;
+    let parameters = ["initialPressure", "pressureRampStart"];
+    let missing = parameters.iter().filter(|name| !text.contains(**name));
+    let missing: Vec<String> = missing.map(|name| format!("$:{name}")).collect();
+    let reason = format!(
+        "it does not read {}, by which the blood begins under its pressure (initial.start = \"equilibrium\"); \
+         openfoam-case/base/0/p shows how",
+        missing.join(" and ")
+    );
+    (!missing.is_empty()).then_some(TemplateError::File(path, reason))
+}
+
 /// What is wrong with a file that can be read.
 fn content(file: &Dictionary, name: &str, class: &str, patches: &[&str]) -> Option<String> {
     let Some(header) = file.dictionary("FoamFile") else {

@@ -5,6 +5,7 @@ mod cross_check;
 mod flow_cut;
 mod flow_field;
 mod flow_sections;
+mod initial_state;
 pub(crate) mod maps;
 pub(crate) mod page;
 pub(crate) mod quantities;

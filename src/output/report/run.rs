@@ -3,7 +3,7 @@
 use super::flow_field::LumenFlow;
 use super::page::{Page, chart, gallery, line, panel, table, warnings};
 use super::surface::Surface;
-use super::{maps, quantities, scene};
+use super::{initial_state, maps, quantities, scene};
 use crate::hemodynamics::RegionName;
 use crate::output::figure::{Curve, Panel, Scale};
 use crate::output::results::Results;
@@ -36,6 +36,9 @@ pub fn page(run: &Results) -> io::Result<String> {
     let mut page = Page::new(&format!("Blood and wall of {name}"), &lead);
     let figures = warnings(&run.warnings()) + &measures(run);
     page.section("figures", "In figures", &figures);
+    if let Some(html) = initial_state::section(run)? {
+        page.section("state", "The wall when time begins", &html);
+    }
     page.section("flow", "Flow, volume and pressure", &gallery(&flow(run)));
     page.section("periodicity", "Periodicity", &gallery(&periodicity(run)));
     page.section("wall", "Wall", &gallery(&wall(run)));

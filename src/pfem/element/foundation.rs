@@ -1,7 +1,7 @@
 //! Springs and dampers between a part of the boundary and a surrounding at rest: a Winkler foundation.
 //!
-//! Per reference area they exert the traction `t = -(k u + c v)` on the body in all directions, or along the radius of a
-//! vessel around the x-axis: with the distance `r` from the axis, `R` before, and the direction `e` away from it,
+//! Per reference area they exert the traction `t = -(k u + c v)` on the body in all directions, around the x-axis (across
+//! the radius of the undeformed body), or along the radius of a vessel around the x-axis: with the distance `r` from the axis, `R` before, and the direction `e` away from it,
 //! ```text
 //! energy     k/2 (r - R)²,
 //! traction   -k (r - R) e,
@@ -27,7 +27,7 @@ use crate::{Mat3, Vec3};
 #[derive(Debug, Clone)]
 pub struct Foundation {
     surface: Surface,
-    direction: Direction,
+    described: Described,
     /// `k` times area, N/m, at each point.
     springs: Vec<f64>,
     /// `c` times area and directions, N s/m, at each point.
@@ -52,17 +52,31 @@ impl Foundation {
         described: &Described,
     ) -> Result<Self, SolidError> {
         let surface = Surface::new(numbering, space, mapping, faces, points)?;
-        let damper = |point: &SurfacePoint| {
+        let given = Surface::new(numbering, space, mapping.given(), faces, points)?;
+        let places = given.points.iter().map(|point| point.position.x);
+        let pairs = || surface.points.iter().zip(places.clone());
+        let damper = |(point, x): (&SurfacePoint, f64)| {
             let directions = held_directions(described.direction, &point.position);
-            directions * (described.damping.at(point.position.x) * point.area)
+            directions * (described.damping.at(x) * point.area)
         };
-        let spring = |point: &SurfacePoint| described.spring.at(point.position.x) * point.area;
+        let spring = |(point, x): (&SurfacePoint, f64)| described.spring.at(x) * point.area;
         Ok(Self {
-            direction: described.direction,
-            springs: surface.points.iter().map(spring).collect(),
-            dampers: surface.points.iter().map(damper).collect(),
+            springs: pairs().map(spring).collect(),
+            dampers: pairs().map(damper).collect(),
+            described: described.clone(),
             surface,
         })
+    }
+
+    /// The same around a body of another shape, before or after a displacement.
+    pub fn reshaped(
+        &self,
+        numbering: &Numbering,
+        space: &Space,
+        mapping: &Mapping,
+    ) -> Result<Self, SolidError> {
+        let (faces, points) = (&self.surface.faces, self.surface.points_along());
+        Self::new(numbering, space, mapping, faces, points, &self.described)
     }
 
     /// Whether it resists a velocity.
@@ -76,7 +90,7 @@ impl Foundation {
         let stiff = points.filter(|(_, spring)| **spring > 0.0);
         stiff.map(|(point, _)| {
             let x = point.position;
-            (x, held_directions(self.direction, &x))
+            (x, held_directions(self.described.direction, &x))
         })
     }
 
@@ -89,8 +103,10 @@ impl Foundation {
     ) {
         let values = self.surface.values(numbering, displacement);
         let points = self.surface.points.iter().zip(values).zip(&self.springs);
-        let resistance = points.map(|((point, u), spring)| match self.direction {
-            Direction::All => u * *spring,
+        let resistance = points.map(|((point, u), spring)| match self.described.direction {
+            Direction::All | Direction::Tangential => {
+                held_directions(self.described.direction, &point.position) * u * *spring
+            }
             Direction::Radial => {
                 let (before, (now, e)) = (radius(&point.position).0, radius(&(point.position + u)));
                 e * (spring * (now - before))
@@ -115,8 +131,10 @@ impl Foundation {
         let values = self.surface.values(numbering, displacement);
         let points = self.surface.points.iter().zip(values).zip(&self.springs);
         let energy = points.map(|((point, u), spring)| {
-            let squared = match self.direction {
-                Direction::All => u.norm_squared(),
+            let squared = match self.described.direction {
+                Direction::All | Direction::Tangential => {
+                    (held_directions(self.described.direction, &point.position) * u).norm_squared()
+                }
                 Direction::Radial => {
                     (radius(&(point.position + u)).0 - radius(&point.position).0).powi(2)
                 }
@@ -133,8 +151,10 @@ impl Foundation {
         let tangents = points.zip(&self.springs).zip(&self.dampers);
         tangents
             .map(|(((point, u), spring), damper)| {
-                let springs = match self.direction {
-                    Direction::All => Mat3::identity(),
+                let springs = match self.described.direction {
+                    Direction::All | Direction::Tangential => {
+                        held_directions(self.described.direction, &point.position)
+                    }
                     Direction::Radial => {
                         let before = radius(&point.position).0;
                         let (now, e) = radius(&(point.position + u));
@@ -177,6 +197,10 @@ fn held_directions(direction: Direction, x: &Vec3) -> Mat3 {
         Direction::Radial => {
             let e = radius(x).1;
             e * e.transpose()
+        }
+        Direction::Tangential => {
+            let around = Vec3::x().cross(&radius(x).1);
+            around * around.transpose()
         }
     }
 }

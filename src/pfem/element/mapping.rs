@@ -7,8 +7,14 @@
 //! ```
 //! `B_e` the product of the two linear functions that are one on the edge, `V_v` the trilinear function of a vertex
 //! (each vertex lies on three edges). [`Mapping::Exact`] interpolates the shape in the whole element with degree
-//! [`EXACT_DEGREE`]; for a quarter of a circle the interpolation error is below 1e-15 of the radius.
+//! [`EXACT_DEGREE`]; for a quarter of a circle the interpolation error is below 1e-15 of the radius. [`Mapping::Before`] is
+//! `X = x - u`: a shape `x` that is given after a displacement `u` of the ansatz space. It fits together across elements as
+//! both of them do, and `u` leads back to `x` without an error of interpolation.
 
+use super::super::space::numbering::Numbering;
+use super::super::space::shapes::Shapes;
+use super::super::space::{Mode, Space};
+use super::gather;
 use crate::geometry::HexMesh;
 use crate::quadrature::Rule;
 use crate::{Mat3, Vec3};
@@ -52,9 +58,72 @@ pub enum Mapping {
         /// Nodes of each element, first direction fastest.
         nodes: Vec<Vec<Vec3>>,
     },
+    /// See the module.
+    Before {
+        /// The shape after the displacement.
+        after: Box<Mapping>,
+        /// The displacement.
+        displacement: Field,
+    },
+}
+
+/// A field of the ansatz space, element by element.
+#[derive(Debug, Clone)]
+pub struct Field {
+    space: Space,
+    modes: Vec<Mode>,
+    /// Coefficients of each element's modes (fastest) and components, m.
+    coefficients: Vec<Vec<f64>>,
+}
+
+impl Field {
+    /// Values, m, and derivatives by the local coordinates at the points of a lattice.
+    fn at_lattice(&self, element: usize, axes: [&[f64]; 3]) -> Vec<MappedPoint> {
+        let shapes = Shapes::new(&self.modes, &self.space, axes);
+        let n = shapes.modes;
+        let coefficients = &self.coefficients[element];
+        let component = |i: usize, modes: &[f64]| -> f64 {
+            let coefficients = &coefficients[i * n..(i + 1) * n];
+            coefficients.iter().zip(modes).map(|(c, m)| c * m).sum()
+        };
+        let values = shapes.values.chunks_exact(n);
+        let gradients = shapes.gradients.chunks_exact(3 * n);
+        let point = |(values, gradients): (&[f64], &[f64])| MappedPoint {
+            position: Vec3::from_fn(|i, _| component(i, values)),
+            jacobian: Mat3::from_fn(|i, alpha| {
+                component(i, &gradients[alpha * n..(alpha + 1) * n])
+            }),
+        };
+        values.zip(gradients).map(point).collect()
+    }
 }
 
 impl Mapping {
+    /// The shape that `displacement` (m, coefficients of all functions) leads to this one.
+    pub fn before(&self, numbering: &Numbering, space: &Space, displacement: &[f64]) -> Self {
+        let coefficients = |element: usize| {
+            let mut local = vec![0.0; 3 * numbering.modes.len()];
+            gather(numbering, element, displacement, &mut local);
+            local
+        };
+        Self::Before {
+            after: Box::new(self.clone()),
+            displacement: Field {
+                space: *space,
+                modes: numbering.modes.clone(),
+                coefficients: (0..numbering.of_element.len()).map(coefficients).collect(),
+            },
+        }
+    }
+
+    /// The shape as it is given, which [`Self::Before`] is the displacement away from.
+    pub fn given(&self) -> &Self {
+        match self {
+            Self::Before { after, .. } => after,
+            _ => self,
+        }
+    }
+
     /// Interpolates the exact shape of all elements.
     pub fn new(mesh: &HexMesh, kind: MappingKind) -> Self {
         let elements = 0..mesh.hexes.len();
@@ -94,6 +163,18 @@ impl Mapping {
         match self {
             Self::Blended { points, edges } => blend(points, &edges[element], axes),
             Self::Exact { points, nodes } => interpolate(points, &nodes[element], axes),
+            Self::Before {
+                after,
+                displacement,
+            } => {
+                let moved = displacement.at_lattice(element, axes);
+                let less = |(x, u): (MappedPoint, MappedPoint)| MappedPoint {
+                    position: x.position - u.position,
+                    jacobian: x.jacobian - u.jacobian,
+                };
+                let given = after.at_lattice(element, axes);
+                given.into_iter().zip(moved).map(less).collect()
+            }
         }
     }
 }

@@ -142,6 +142,21 @@ impl Surface {
         })
     }
 
+    /// The same faces of a body of another shape.
+    pub fn reshaped(
+        &self,
+        numbering: &Numbering,
+        space: &Space,
+        mapping: &Mapping,
+    ) -> Result<Self, SolidError> {
+        Self::new(numbering, space, mapping, &self.faces, self.points_along())
+    }
+
+    /// Gauss points along either direction of a face.
+    pub fn points_along(&self) -> usize {
+        self.points_per_face.isqrt()
+    }
+
     /// Forces of a load on the surface, added to `forces`.
     pub fn add_forces(
         &self,

@@ -1,4 +1,4 @@
-//! Closest points of a surface of the body in the reference configuration.
+//! Closest points of a surface of the body, in the shape as it is given.
 
 use super::super::SolidError;
 use super::super::discretization::Discretization;
@@ -54,12 +54,13 @@ impl Locator {
         let axis: Vec<f64> = (0..SAMPLES)
             .map(|i| 2.0 * i as f64 / (SAMPLES - 1) as f64 - 1.0)
             .collect();
+        let given = body.mapping.given();
         let samples: Vec<Vec<(Vec3, [f64; 2])>> = faces
             .iter()
             .map(|&(e, face)| {
                 let pairs = axis.iter().flat_map(|&a| axis.iter().map(move |&b| [a, b]));
                 pairs
-                    .map(|[a, b]| (body.mapping.at(e, on_face(face, a, b)).position, [a, b]))
+                    .map(|[a, b]| (given.at(e, on_face(face, a, b)).position, [a, b]))
                     .collect()
             })
             .collect();
@@ -149,7 +150,8 @@ impl Locator {
         let mut c = start;
         let mut distance = f64::INFINITY;
         for _ in 0..50 {
-            let mapped = body.mapping.at(element, on_face(orientation, c[0], c[1]));
+            let given = body.mapping.given();
+            let mapped = given.at(element, on_face(orientation, c[0], c[1]));
             let gap = x - mapped.position;
             distance = gap.norm();
             let t = [first, second].map(|d| Vec3::from(mapped.jacobian.column(d)));

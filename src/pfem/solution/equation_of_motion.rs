@@ -50,6 +50,8 @@ pub struct EquationOfMotion {
     pub mass: Vec<f64>,
     /// The same for products.
     pub mass_matrix: ScalarMatrix,
+    /// Density of the reference configuration, kg/m³.
+    pub density: f64,
     /// Mass-proportional damping `α`, 1/s.
     pub damping: f64,
     /// How velocity and acceleration follow from the displacement.

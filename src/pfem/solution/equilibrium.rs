@@ -1,10 +1,11 @@
 //! The static equilibrium in which a structure can be when time begins.
 
 use super::super::SolidError;
-use super::super::element::surface::LoadKind;
+use super::super::element::surface::{LoadKind, Surface};
 use super::super::solid::SurfaceLoad;
 use super::statics::{self, Load, StaticOptions};
 use super::structure::{State, Structure};
+use super::unloaded;
 
 impl Structure {
     /// Displacement coefficients in static equilibrium under a pressure (Pa) on the wet surface and the one outside, after
@@ -22,14 +23,10 @@ impl Structure {
             None => vec![0.0; body.coefficients()],
             Some(guess) => statics::stretch(body, guess, &options)?.displacement,
         };
-        let inner = self.wet_surface();
-        let uniform = SurfaceLoad::uniform_pressure(pressure, inner.points.len());
-        let acting = (pressure != 0.0).then_some((inner, &uniform));
-        let loads: Vec<Load> = (acting.into_iter())
-            .chain(self.outer())
+        let loads: Vec<Load> = (self.pressures(pressure).into_iter())
             .map(|(surface, values)| Load::Surface {
                 surface,
-                values: values.clone(),
+                values,
                 kind: LoadKind::Follower,
             })
             .collect();
@@ -45,6 +42,41 @@ impl Structure {
             )));
         }
         Ok(found.displacement)
+    }
+
+    /// The pressure (Pa) on the wet surface and the one outside, if they are not zero.
+    fn pressures(&self, pressure: f64) -> Vec<(&Surface, SurfaceLoad)> {
+        let inner = self.wet_surface();
+        let uniform = SurfaceLoad::uniform_pressure(pressure, inner.points.len());
+        let acting = (pressure != 0.0).then_some((inner, uniform));
+        let outer = self.outer();
+        let outer = outer.map(|(surface, values)| (surface, values.clone()));
+        acting.into_iter().chain(outer).collect()
+    }
+
+    /// The unloaded shape from which a pressure (Pa) on the wet surface and the one outside lead to the shape of this
+    /// structure; held coefficients move by their values in `moved` on the way, whose others are a guess.
+    ///
+    /// # Errors
+    /// If none is found; the text says how far it went.
+    pub fn unloaded_shape(
+        &self,
+        pressure: f64,
+        moved: Option<&[f64]>,
+    ) -> Result<unloaded::Found, SolidError> {
+        let body = self.body();
+        let given = vec![0.0; body.coefficients()];
+        let mut forces = given.clone();
+        for (surface, load) in self.pressures(pressure) {
+            surface.add_forces(
+                &body.numbering,
+                &given,
+                &load,
+                LoadKind::Follower,
+                &mut forces,
+            );
+        }
+        unloaded::find(body, &forces, moved)
     }
 
     /// Makes the structure at rest with this displacement its state.

@@ -11,3 +11,4 @@ pub mod statics;
 pub(crate) mod stats;
 pub mod structure;
 pub mod time_scheme;
+pub mod unloaded;

@@ -135,6 +135,26 @@ pub struct Structure {
     forces: RefCell<InternalForces>,
     watch: StabilityWatch,
     total: Stats,
+    given: Given,
+}
+
+/// The shape as it is given, from which displacements of the wet surface count.
+struct Given {
+    /// Quadrature points of the wet surface.
+    wet_points: Vec<SurfacePoint>,
+    /// Displacement coefficients that lead there from the reference configuration, m; none where it is that one.
+    displacement: Option<Vec<f64>>,
+}
+
+impl Given {
+    /// Displacement (m) from the given shape where the one from the reference configuration has the coefficients `d`.
+    fn displacement(&self, d: &[f64], at: &[Location]) -> Vec<Vec3> {
+        let values = at.iter().map(|location| match &self.displacement {
+            None => location.evaluate(d),
+            Some(given) => location.evaluate(d) - location.evaluate(given),
+        });
+        values.collect()
+    }
 }
 
 impl Structure {
@@ -167,33 +187,88 @@ impl Structure {
             Some((outer, load))
         };
         let locator = Locator::new(&body, faces);
-        let mut mass = body.pattern.scalar_values(|e| body.elements.mass(e));
-        mass.iter_mut().for_each(|m| *m *= options.density);
-        let zero = vec![0.0; body.coefficients()];
-        Ok(Self {
-            equation: Arc::new(EquationOfMotion {
-                floor: body.round_off()?,
-                wet,
-                outer,
-                mass_matrix: body.pattern.scalar_matrix(&mass),
-                mass,
-                damping: options.damping,
-                time_scheme: options.time_scheme,
-                body,
-            }),
+        let given = Given {
+            wet_points: wet.points.clone(),
+            displacement: None,
+        };
+        let mass = mass(&body, options.density);
+        let equation = EquationOfMotion {
+            floor: body.round_off()?,
+            wet,
+            outer,
+            mass_matrix: body.pattern.scalar_matrix(&mass),
+            mass,
+            density: options.density,
+            damping: options.damping,
+            time_scheme: options.time_scheme,
+            body,
+        };
+        Ok(Self::unmoved(equation, locator, options.newton, given))
+    }
+
+    /// The structure before `displacement` (m, all coefficients) led it to the shape that is given, unloaded and at rest
+    /// there. Points of the wet surface are found, and their displacements counted, in the given shape all the same.
+    ///
+    /// # Errors
+    /// If the displacement turns an element inside out.
+    pub fn before(self, displacement: Vec<f64>) -> Result<Self, SolidError> {
+        let old = &self.equation;
+        let body = old.body.before(&displacement)?;
+        let reshaped =
+            |surface: &Surface| surface.reshaped(&body.numbering, &body.space, &body.mapping);
+        let outer = old.outer.as_ref();
+        let outer = outer.map(|(surface, load)| Ok((reshaped(surface)?, load.clone())));
+        let mass = mass(&body, old.density);
+        let equation = EquationOfMotion {
+            floor: body.round_off()?,
+            wet: reshaped(&old.wet)?,
+            outer: outer.transpose()?,
+            mass_matrix: body.pattern.scalar_matrix(&mass),
+            mass,
+            density: old.density,
+            damping: old.damping,
+            time_scheme: old.time_scheme,
+            body,
+        };
+        let given = Given {
+            displacement: Some(displacement),
+            ..self.given
+        };
+        Ok(Self::unmoved(equation, self.locator, self.newton, given))
+    }
+
+    /// At rest, without displacement.
+    fn unmoved(
+        equation: EquationOfMotion,
+        locator: Locator,
+        newton: NewtonOptions,
+        given: Given,
+    ) -> Self {
+        let zero = vec![0.0; equation.body.coefficients()];
+        Self {
+            equation: Arc::new(equation),
             locator,
-            newton: options.newton,
+            newton,
             state: State {
                 d: zero.clone(),
                 v: zero.clone(),
                 a: zero,
             },
+            given,
             kept: None,
             renewal: None,
             forces: RefCell::default(),
             watch: StabilityWatch::default(),
             total: Stats::default(),
-        })
+        }
+    }
+
+    /// Whether the accepted state has another shape than the one that is given.
+    pub fn is_displaced(&self) -> bool {
+        match &self.given.displacement {
+            None => self.state.d.iter().any(|&d| d != 0.0),
+            Some(given) => self.state.d != *given,
+        }
     }
 
     /// The discretized body.
@@ -367,6 +442,13 @@ impl Structure {
     }
 }
 
+/// Density (kg/m³) times the mass integrals of a body, one scalar per pair of functions.
+fn mass(body: &Discretization, density: f64) -> Vec<f64> {
+    let mut mass = body.pattern.scalar_values(|e| body.elements.mass(e));
+    mass.iter_mut().for_each(|m| *m *= density);
+    mass
+}
+
 /// Solves `r(d) = (1 - λ) r(d_0)` for λ growing from 0 to 1.
 fn continuation(
     step: &TimeStep,
@@ -405,7 +487,7 @@ impl Solid for Structure {
     type Memory = StructureMemory;
 
     fn wet_points(&self) -> &[SurfacePoint] {
-        &self.equation.wet.points
+        &self.given.wet_points
     }
 
     fn locate(&self, points: &[Vec3]) -> Result<Vec<Location>, SolidError> {
@@ -448,9 +530,7 @@ impl Solid for Structure {
     }
 
     fn displacement(&self, trial: &Trial, at: &[Location]) -> Vec<Vec3> {
-        at.iter()
-            .map(|location| location.evaluate(&trial.state.d))
-            .collect()
+        self.given.displacement(&trial.state.d, at)
     }
 
     fn deformed_areas(&self, trial: &Trial) -> Vec<Vec3> {
@@ -488,8 +568,7 @@ impl Solid for Structure {
     }
 
     fn accepted_displacement(&self, at: &[Location]) -> Vec<Vec3> {
-        let values = at.iter().map(|location| location.evaluate(&self.state.d));
-        values.collect()
+        self.given.displacement(&self.state.d, at)
     }
 
     fn stress_peaks(&self) -> Result<Vec<StressPeak>, SolidError> {

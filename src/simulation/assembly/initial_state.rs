@@ -2,57 +2,106 @@
 
 use super::{Domain, structure};
 use crate::Vec3;
-use crate::case::Case;
+use crate::case::{Case, GivenShape};
 use crate::geometry::PolyMesh;
 use crate::geometry::o_grid::moved_points;
 use crate::pfem::supports::Profile;
 use crate::pfem::{Solid, SolidError, Structure};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+
+/// Largest distance (m) between a shape that is given as loaded, and what loading leads to from the unloaded one.
+const LARGEST_DISTANCE: f64 = 1e-6;
+
+/// The wall in the state in which time begins.
+pub struct InitialState {
+    /// The structure.
+    pub solid: Structure,
+    /// Where its unloaded shape comes from, if it is not the given one.
+    pub unloading: Option<Unloading>,
+}
+
+/// How the unloaded shape of a wall was found whose loaded one is given.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[allow(non_snake_case, reason = "the keys carry the units")]
+pub struct Unloading {
+    /// Pressure in the given shape.
+    pub pressure_Pa: f64,
+    /// Iterations of the inverse problem, in all steps of the load.
+    pub iterations: usize,
+    /// Largest distance of a point of the wet surface between the given shape and the unloaded one.
+    pub largest_displacement_m: f64,
+    /// Largest distance of a point of the wet surface between the given shape and what loading the unloaded one leads to.
+    pub distance_after_loading_m: f64,
+}
 
 /// The structure of a case in the state in which time begins: unloaded, or in static equilibrium.
 ///
 /// # Errors
 /// If the structure is not well posed, or there is no stable equilibrium; the text says what helps.
-pub fn solid(case: &Case, domain: &Domain) -> Result<Structure, SolidError> {
-    let mut solid = structure(case, domain, &domain.outer_pressure)?;
+pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, SolidError> {
+    let mut solid = structure(case, domain)?;
+    let at_rest = |solid| InitialState {
+        solid,
+        unloading: None,
+    };
     let Some(vessel) = case.anastomosis() else {
-        return Ok(solid);
+        return Ok(at_rest(solid));
     };
     let (stretch, pressure) = (vessel.axial_stretch(), vessel.equilibrium_pressure());
     let is_pressed = pressure != 0.0 || domain.outer_pressure != Profile::default();
     if stretch == 1.0 && !is_pressed {
-        return Ok(solid);
+        return Ok(at_rest(solid));
     }
-    let body = solid.body();
-    let mut guess = vec![0.0; body.coefficients()];
-    for (vertex, &function) in body.numbering.of_vertex.iter().enumerate() {
-        guess[3 * function] = (stretch - 1.0) * domain.solid.vertices[vertex].x;
-    }
-    let moved = (stretch != 1.0).then_some(&guess[..]);
-    let found = solid.equilibrium(pressure, moved).map_err(|error| {
+    let refused = |error: SolidError| {
         SolidError::Model(format!(
             "there is no state for time to begin in: {error}. What keeps arteries straight is missing or too weak: \
              prestretch (initial.axial_stretch, here {stretch:?}) or tissue around them (surroundings.spring_Pa_m)"
         ))
-    })?;
-    solid.set_at_rest(found)?;
-    Ok(solid)
-}
-
-/// A structure without load for the surrogate to probe, if `solid` is not at rest without one.
-///
-/// # Errors
-/// If the structure is not well posed.
-pub fn unloaded(
-    case: &Case,
-    domain: &Domain,
-    solid: &Structure,
-) -> Result<Option<Structure>, SolidError> {
-    let is_unloaded = solid.state().d.iter().all(|&d| d == 0.0);
-    if is_unloaded && domain.outer_pressure == Profile::default() {
-        return Ok(None);
+    };
+    // By how much an even stretch moves the vertices, as a share of the given x.
+    let share = match vessel.given_shape() {
+        GivenShape::Unloaded => stretch - 1.0,
+        GivenShape::Loaded => 1.0 - 1.0 / stretch,
+    };
+    let body = solid.body();
+    let mut guess = vec![0.0; body.coefficients()];
+    for (vertex, &function) in body.numbering.of_vertex.iter().enumerate() {
+        guess[3 * function] = share * domain.solid.vertices[vertex].x;
     }
-    structure(case, domain, &Profile::default()).map(Some)
+    let moved = (stretch != 1.0).then_some(&guess[..]);
+    if vessel.given_shape() == GivenShape::Unloaded {
+        let found = solid.equilibrium(pressure, moved).map_err(refused)?;
+        solid.set_at_rest(found)?;
+        return Ok(at_rest(solid));
+    }
+    let found = solid.unloaded_shape(pressure, moved)?;
+    let wet: Vec<Vec3> = solid.wet_points().iter().map(|p| p.position).collect();
+    let places = solid.locate(&wet)?;
+    let largest = |moved: Vec<Vec3>| moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    let mut solid = solid.before(found.displacement.clone())?;
+    let largest_displacement_m = largest(solid.accepted_displacement(&places));
+    // The way back decides: only a stable equilibrium is a state for time to begin in.
+    let loaded = solid.equilibrium(pressure, moved).map_err(refused)?;
+    solid.set_at_rest(loaded)?;
+    let distance_after_loading_m = largest(solid.accepted_displacement(&places));
+    if distance_after_loading_m > LARGEST_DISTANCE {
+        return Err(SolidError::Model(format!(
+            "the unloaded shape that was found leads, loaded, to a shape {distance_after_loading_m:.1e} m away from the given \
+             one: another equilibrium, since the wall is close to buckling; more prestretch (initial.axial_stretch) or tissue \
+             (surroundings.spring_Pa_m) keeps it straight"
+        )));
+    }
+    solid.set_at_rest(found.displacement)?;
+    Ok(InitialState {
+        solid,
+        unloading: Some(Unloading {
+            pressure_Pa: pressure,
+            iterations: found.iterations,
+            largest_displacement_m,
+            distance_after_loading_m,
+        }),
+    })
 }
 
 /// The lumen's mesh with its wall in the state of the structure, and the points of the wall before and after, m.

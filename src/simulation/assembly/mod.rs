@@ -7,7 +7,9 @@ mod surrogate;
 pub(crate) mod surroundings;
 
 pub use domain::Domain;
+pub use initial_state::Unloading;
 
+use self::initial_state::{InitialState, initial_state};
 use super::checkpoint::Store;
 use super::clock::Clock;
 use super::{Checkpoints, Simulation, SimulationSettings};
@@ -28,7 +30,6 @@ use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::{Fluid, FluidEffort, FluidError, FluidMemory};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::solution::newton::NewtonOptions;
-use crate::pfem::supports::Profile;
 use crate::pfem::{Solid, SolidError, Structure, StructureOptions, discretization};
 use crate::simulation::observer::Observer;
 use std::io;
@@ -62,6 +63,8 @@ pub struct CoupledModel {
     pub volume: f64,
     /// Volume of the part of it whose wall is rigid, m³.
     pub rigid_volume: f64,
+    /// Where the unloaded shape of the wall comes from, if it is not the given one.
+    pub unloading: Option<Unloading>,
 }
 
 /// Why a case could not be made ready.
@@ -98,12 +101,13 @@ impl CoupledModel {
         memory: Option<&FluidMemory>,
     ) -> Result<Self, AssemblyError> {
         let mut domain = Domain::new(case);
-        let solid = initial_state::solid(case, &domain)?;
-        let is_loaded = solid.state().d.iter().any(|&d| d != 0.0);
+        let InitialState { solid, unloading } = initial_state(case, &domain)?;
+        // Away from the shape that is given, in which the fluid's mesh was made.
+        let is_displaced = solid.is_displaced();
         match case.fluid.solver {
             case::Solver::OpenFoam => {
                 let mut moved = None;
-                if is_loaded {
+                if is_displaced {
                     let (lumen, wall) = initial_state::moved_lumen(case, &domain.fluid, &solid)?;
                     (domain.fluid, moved) = (lumen, Some(wall));
                 }
@@ -116,7 +120,8 @@ impl CoupledModel {
                     fluid_cells: volumes.len(),
                     volume: volumes.iter().sum(),
                     rigid_volume: volumes[..domain.rigid_cells].iter().sum(),
-                    coupling: join(case, &domain, fluid, solid)?,
+                    unloading,
+                    coupling: join(case, fluid, solid)?,
                 })
             }
             case::Solver::External => {
@@ -128,12 +133,13 @@ impl CoupledModel {
                     fluid_cells,
                     volume,
                     rigid_volume,
-                    coupling: join(case, &domain, fluid, solid)?,
+                    unloading,
+                    coupling: join(case, fluid, solid)?,
                 })
             }
             case::Solver::Native => {
                 let mut fluid = NativeFluid::new(case)?;
-                if is_loaded {
+                if is_displaced {
                     let places = solid.locate(&fluid.interface().points)?;
                     fluid.begin_at(solid.accepted_displacement(&places));
                 }
@@ -146,7 +152,8 @@ impl CoupledModel {
                     fluid_cells,
                     volume,
                     rigid_volume,
-                    coupling: join(case, &domain, fluid, solid)?,
+                    unloading,
+                    coupling: join(case, fluid, solid)?,
                 })
             }
         }
@@ -162,20 +169,19 @@ pub fn couple<F: Fluid>(
     domain: &Domain,
     fluid: F,
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
-    join(case, domain, fluid, initial_state::solid(case, domain)?)
+    join(case, fluid, initial_state(case, domain)?.solid)
 }
 
 /// Couples a fluid to the structure in the state in which time begins.
 fn join<F: Fluid>(
     case: &Case,
-    domain: &Domain,
     fluid: F,
     mut solid: Structure,
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
     let transfer = Transfer::new(fluid.interface(), &solid)?;
-    let mut unloaded = initial_state::unloaded(case, domain, &solid)?;
-    let probed = unloaded.as_mut().unwrap_or(&mut solid);
-    let surrogate = surrogate::surrogate(case, fluid.interface(), probed, &transfer)
+    let vessel = case.anastomosis();
+    let pressure = vessel.map_or(0.0, |vessel| vessel.equilibrium_pressure());
+    let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer, pressure)
         .map_err(AssemblyError::Surrogate)?;
     let rest = flatten(&transfer.accepted_displacement(&solid));
     let numerics = &case.coupling;
@@ -319,12 +325,8 @@ fn case_files(case: &Case) -> Result<CaseFiles<'_>, FlowCurveError> {
     })
 }
 
-/// The structure of a case without load, which has a pressure (Pa) around it, along x.
-pub fn structure(
-    case: &Case,
-    domain: &Domain,
-    outer_pressure: &Profile,
-) -> Result<Structure, SolidError> {
+/// The structure of a case, without displacement.
+pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> {
     let settings = &case.structure;
     let mut discretization = discretization::Options::new(domain.space);
     if let Some(degree) = settings.p_geometry {
@@ -345,7 +347,7 @@ pub fn structure(
         },
         wet_surface: domain.wet_surface.into(),
         supports: domain.supports.clone(),
-        outer_pressure: outer_pressure.clone(),
+        outer_pressure: domain.outer_pressure.clone(),
     };
     Structure::new(&domain.solid, &domain.materials, &options)
 }

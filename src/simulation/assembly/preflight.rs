@@ -1,9 +1,10 @@
 //! What a run would refuse after it has written its first files, found before.
 
+use super::initial_state::{InitialState, initial_state};
 use super::surrogate::sections;
-use super::{Domain, case_files, initial_state, sampling};
+use super::{Domain, case_files, sampling};
 use crate::Vec3;
-use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, SurrogateModel};
+use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, Start, SurrogateModel};
 use crate::coupling::transfer::Transfer;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
@@ -31,7 +32,13 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         Solver::OpenFoam => {
             let patches = domain.fluid.patches.iter();
             let patches: Vec<&str> = patches.map(|patch| patch.name.as_str()).collect();
-            let found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
+            let mut found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
+            if case
+                .anastomosis()
+                .is_some_and(|v| v.start() == Start::Equilibrium)
+            {
+                found.extend(templates::check_equilibrium_start(&case.fluid.templates));
+            }
             let found = found.into_iter().map(|error| error.to_string());
             errors.extend(found.map(|error| case.mistake("fluid.templates", error)));
             (
@@ -54,9 +61,9 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         // Its wall is not known before it has started.
         Solver::External => (None, Vec::new()),
     };
-    match initial_state::solid(case, &domain) {
+    match initial_state(case, &domain) {
         Err(error) => errors.push(case.mistake("structure.p", error.to_string())),
-        Ok(solid) => {
+        Ok(InitialState { solid, .. }) => {
             if let Some(interface) = &interface
                 && let Err(error) = Transfer::new(interface, &solid)
             {

@@ -11,19 +11,23 @@ use crate::coupling::transfer::Transfer;
 use crate::fluid::FluidInterface;
 use crate::pfem::{Solid, SurfaceLoad, SurfacePoint};
 
-/// Pressure (Pa) that probes the wall: so small that one tangent serves for all sections.
+/// Pressure (Pa) that probes the wall without load: so small that one tangent serves for all sections.
 const PROBE: f64 = 1.0;
+/// Share of the pressure in a loaded wall that probes it: likewise, and above the rounding errors of what it adds to.
+const SHARE: f64 = 1e-3;
 /// Relative residual of the answers: a surrogate need not be accurate.
 const PROBE_TOLERANCE: f64 = 1e-3;
 /// Most rings of wall points that have a section each: every section costs a solution of the structure.
 const MOST_RINGS: usize = 63;
 
-/// The surrogate that the case asks for. Its wall is what `solid`, which is at rest, answers within a time step.
+/// The surrogate that the case asks for. Its wall is what `solid`, which is at rest under a `pressure` (Pa), answers to a
+/// little more within a time step.
 pub fn surrogate<S: Solid>(
     case: &Case,
     interface: &FluidInterface,
     solid: &mut S,
     transfer: &Transfer<S::Location>,
+    pressure: f64,
 ) -> Result<Box<dyn Surrogate>, String> {
     let vessel = match &case.problem {
         _ if case.coupling.surrogate == case::SurrogateModel::None => {
@@ -49,18 +53,25 @@ pub fn surrogate<S: Solid>(
         sections(vessel, case.fluid.solver, &interface.points).map_err(|e| e.to_string())?;
     let count = sections.count();
 
+    let probe = PROBE.max(SHARE * pressure.abs());
+    // The residual is measured against the whole load.
+    let tolerance = match pressure {
+        0.0 => PROBE_TOLERANCE,
+        _ => PROBE_TOLERANCE * SHARE / (count as f64).sqrt(),
+    };
+    let rest = flatten(&transfer.accepted_displacement(solid));
     let mut answers = Vec::new();
     for section in 0..count {
         let wet = solid.wet_points();
-        let share = |point: &SurfacePoint| PROBE * sections.share(section, &point.position);
-        let probe = SurfaceLoad {
-            pressure: wet.iter().map(share).collect(),
+        let at = |point: &SurfacePoint| pressure + probe * sections.share(section, &point.position);
+        let load = SurfaceLoad {
+            pressure: wet.iter().map(at).collect(),
             shear: vec![Vec3::zeros(); wet.len()],
         };
         let trial = solid
-            .solve(&probe, case.time.step, PROBE_TOLERANCE, None)
+            .solve(&load, case.time.step, tolerance, None)
             .map_err(|e| e.to_string())?;
-        answers.push(flatten(&transfer.displacement(solid, &trial)) / PROBE);
+        answers.push((flatten(&transfer.displacement(solid, &trial)) - &rest) / probe);
     }
     let blood = SurrogateBlood {
         density: case.blood.density,

@@ -1,0 +1,128 @@
+//! Walls whose loaded shape is given: the unloaded one is found, and loading leads back.
+
+use fsi_driver::case::{Case, Material, Preset};
+use fsi_driver::geometry::tube_mesh;
+use fsi_driver::pfem::element::mapping::MappingKind;
+use fsi_driver::pfem::solution::newton::NewtonOptions;
+use fsi_driver::pfem::solution::time_scheme::TimeScheme;
+use fsi_driver::pfem::supports::{Direction, Foundation, Profile, Support};
+use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, discretization};
+use fsi_driver::simulation::assembly::{CoupledModel, Workplace};
+
+/// A short stretched artery in tissue, with pressures inside and outside.
+fn tube() -> Structure {
+    let fibred = Material::HolzapfelGasserOgden {
+        mu: 2.7e4,
+        kappa: 5e8,
+        k1: 2e3,
+        k2: 8.0,
+        fibre_angle_deg: 35.0,
+        tension_only: false,
+        dispersion: None,
+        viscosity: None,
+    };
+    let mesh = tube_mesh(2e-3, &[6e-4], 12e-3, 3, 4, 1);
+    let tissue = Foundation {
+        surface: "outer".into(),
+        spring: Profile::constant(2e7),
+        damping: Profile::default(),
+        direction: Direction::Radial,
+    };
+    let mut discretization = discretization::Options::new(Space::isotropic(SpaceKind::Trunk, 4));
+    discretization.mapping = MappingKind::Blended(4);
+    let options = StructureOptions {
+        discretization,
+        density: 1100.0,
+        damping: 0.0,
+        time_scheme: TimeScheme::default(),
+        newton: NewtonOptions::default(),
+        wet_surface: "inner".into(),
+        supports: vec![
+            Support::Clamped("start".into()),
+            Support::Clamped("end".into()),
+            Support::Foundation(tissue),
+        ],
+        outer_pressure: Profile::constant(500.0),
+    };
+    Structure::new(&mesh, &[fibred], &options).unwrap()
+}
+
+/// The largest component of a difference.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let pairs = a.iter().zip(b);
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_unloaded_shape_is_found_again_from_the_loaded_one() {
+    let unloaded = tube();
+    let body = unloaded.body();
+    let mut moved = vec![0.0; body.coefficients()];
+    let mesh = tube_mesh(2e-3, &[6e-4], 12e-3, 3, 4, 1);
+    for (vertex, &function) in body.numbering.of_vertex.iter().enumerate() {
+        moved[3 * function] = 0.1 * mesh.vertices[vertex].x;
+    }
+    let pressure = 8e3;
+    let exact = unloaded.equilibrium(pressure, Some(&moved)).unwrap();
+    // The shape that it has then, as the given one.
+    let back: Vec<f64> = exact.iter().map(|u| -u).collect();
+    let given = tube().before(back).unwrap();
+    let found = given.unloaded_shape(pressure, Some(&moved)).unwrap();
+    let error = distance(&found.displacement, &exact);
+    let size = distance(&exact, &vec![0.0; exact.len()]);
+    println!(
+        "{error:.1e} m of {size:.2e} m after {} iterations",
+        found.iterations
+    );
+    assert!(error < 1e-9, "{error:e}");
+    // Loading moves by more than a millimetre along and a tenth of it across.
+    assert!(size > 1e-3, "{size:e}");
+    assert!(found.iterations > found.steps);
+}
+
+#[test]
+fn an_imperfect_vessel_that_is_given_at_80_mmhg_is_what_its_unloaded_shape_becomes() {
+    let set = |key: &str, value: &str| (key.to_owned(), value.to_owned());
+    let settings = [
+        set("initial.start", "equilibrium"),
+        set("initial.shape", "loaded"),
+        set("windkessel.initial_pressure_Pa", "10665.8"),
+        set("fluid.solver", "native"),
+        set("fluid.native.degree", "3"),
+        set("fluid.native.core", "1"),
+        set("coupling.surrogate", "none"),
+        set("structure.axial_per_section", "4"),
+    ];
+    let case = Case::load("openfoam-case/S-0.5".as_ref(), Preset::Coarse, &settings).unwrap();
+    let model = CoupledModel::new(&case, Workplace::default(), None).unwrap();
+    let unloading = model.unloading.unwrap();
+    println!("{unloading:?}");
+    assert!(unloading.distance_after_loading_m < 1e-6);
+    assert!(unloading.iterations > 10);
+    assert!((unloading.largest_displacement_m / 7e-4 - 1.0).abs() < 0.5);
+    // Time begins in the given shape, from which the blood counts displacements.
+    let solid = &model.coupling.solid;
+    let interface = model.coupling.fluid.interface();
+    let places = solid.locate(&interface.points).unwrap();
+    let moved = solid.accepted_displacement(&places);
+    assert!(moved.iter().all(|u| u.norm() == 0.0));
+    // The volume of the lumen is that of the given sizes.
+    let vessel = fsi_driver::geometry::Vessel::new(case.anastomosis().unwrap());
+    let given = vessel.lumen_volume(0.0, vessel.end());
+    let ratio = (model.volume - model.rigid_volume) / given;
+    println!("volume over the given one {ratio}");
+    assert!((ratio - 1.0).abs() < 5e-3, "{ratio}");
+}
+
+#[test]
+fn a_loaded_shape_without_a_start_under_its_pressure_is_refused() {
+    let set = |key: &str, value: &str| (key.to_owned(), value.to_owned());
+    let settings = [set("initial.shape", "loaded")];
+    let case = Case::load("openfoam-case/S-0.5".as_ref(), Preset::Coarse, &settings);
+    let said = case.unwrap_err().to_string();
+    assert!(said.contains("initial.shape"), "{said}");
+    assert!(
+        said.contains("write initial.start = \"equilibrium\""),
+        "{said}"
+    );
+}
