@@ -22,6 +22,7 @@ pub mod supports;
 pub use discretization::Discretization;
 pub use element::volume::Formulation;
 pub use evaluation::samples::{Sampler, Samples};
+pub use evaluation::stress::StressState;
 pub use solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
 pub use solution::structure::{Structure, StructureOptions};
 pub use space::{Space, SpaceKind};

@@ -8,6 +8,7 @@ use fsi_driver::pfem::element::surface::{LoadKind, Surface};
 use fsi_driver::pfem::solution::statics::{self, Equilibrated, Load, StaticOptions};
 use fsi_driver::pfem::supports::{self, Support};
 use fsi_driver::pfem::{Formulation, Sampler, Space, SpaceKind, SurfaceLoad};
+use std::collections::HashMap;
 use std::path::Path;
 
 /// The wall of a model on 8 × 4 × 2 elements under a pressure (Pa), or up to where it buckles.
@@ -65,6 +66,52 @@ fn measures(model: &str, p: usize, formulation: Formulation) -> [f64; 2] {
     [largest.fold(0.0, f64::max), stress.fold(0.0, f64::max)]
 }
 
+/// Root mean square, over the points of the artery that several elements of a material share, of the largest difference of
+/// the mean Cauchy stress there, relative to the root mean square of the von Mises stress.
+fn pressure_jump(p: usize, formulation: Formulation) -> f64 {
+    let (body, found) = inflate("S-0.5", p, formulation, 1.2e4);
+    let sampler = Sampler::new(&body, 5).unwrap();
+    let samples = sampler.sample(&body, &found.displacement).unwrap();
+    let mut shared: HashMap<(usize, [i64; 3]), Vec<f64>> = HashMap::new();
+    let (mut von_mises, mut count) = (0.0, 0.0);
+    for (i, (x, state)) in sampler.points.iter().zip(&samples.raw).enumerate() {
+        // The window that the study looks at: the joint lies outside.
+        if (0.03375..0.05625).contains(&x.x) {
+            let place = x.map(|x| (x * 1e9).round() as i64).into();
+            let region = body.regions()[i / 5usize.pow(3)];
+            let stress = state.cauchy.trace() / 3.0;
+            shared.entry((region, place)).or_default().push(stress);
+            von_mises += state.von_mises().powi(2);
+            count += 1.0;
+        }
+    }
+    let jumps = shared.values().filter(|values| values.len() > 1);
+    let end =
+        |values: &[f64], end: fn(f64, f64) -> f64| values.iter().copied().reduce(end).unwrap();
+    let jumps: Vec<f64> = jumps
+        .map(|values| (end(values, f64::max) - end(values, f64::min)).powi(2))
+        .collect();
+    (jumps.iter().sum::<f64>() / jumps.len() as f64 / (von_mises / count)).sqrt()
+}
+
+#[test]
+fn the_pressure_does_not_jump_from_element_to_element() {
+    // Measured on this mesh of elements of 7.5 mm; with finer ones in docs/wall.md.
+    let cases = [
+        (3, Formulation::Mixed, 0.1675),
+        (4, Formulation::Mixed, 0.1628),
+        (5, Formulation::Mixed, 0.1456),
+        (6, Formulation::Mixed, 0.1468),
+        (4, Formulation::Displacement, 30.87),
+    ];
+    let jumps = cases.map(|(p, formulation, _)| pressure_jump(p, formulation));
+    println!("{jumps:?}");
+    for (jump, (p, formulation, measured)) in jumps.iter().zip(cases) {
+        let is_as_measured = (jump / measured - 1.0).abs() < 0.05;
+        assert!(is_as_measured, "p = {p}, {formulation:?}: {jump}");
+    }
+}
+
 #[test]
 fn degree_four_does_not_lock() {
     let [fine, coarse] = [6, 4].map(|p| measures("S-0.5", p, Formulation::Mixed));
@@ -76,10 +123,11 @@ fn degree_four_does_not_lock() {
         ratio(pure)
     );
     let [displacement, stress] = ratio(coarse);
-    // Measured on this mesh of elements of 7.5 mm: -1.7 % and -7.7 %; the pure form -12.5 % and +194 %.
-    assert!((-0.022..-0.012).contains(&displacement), "{displacement}");
-    assert!((-0.10..-0.05).contains(&stress), "{stress}");
-    assert!((-0.15..-0.10).contains(&ratio(pure)[0]) && ratio(pure)[1] > 1.0);
+    // Measured on this mesh of elements of 7.5 mm: -0.02 % and -2.5 %; the pure form -11.0 % and +211 %.
+    assert!((-0.002..0.002).contains(&displacement), "{displacement}");
+    assert!((-0.03..-0.02).contains(&stress), "{stress}");
+    let pure = ratio(pure);
+    assert!((-0.115..-0.105).contains(&pure[0]) && (2.0..2.2).contains(&pure[1]));
 }
 
 #[test]

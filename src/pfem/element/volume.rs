@@ -29,16 +29,30 @@ use nalgebra::DMatrix;
 const INTERNAL: usize = 6;
 
 /// Products of Legendre polynomials that span dilatation and pressure in an element of a space, with the largest degree `p`:
-/// those of total degree `p - 1` (`Q_p`-`P_{p-1}` with the tensor product space), and of `p - 2` in a trunk space without
-/// internal modes, which would still lock; in each direction less than its own degree. Measured in
-/// `docs/wall.md`.
+/// those of total degree `p - 1` (`Q_p`-`P_{p-1}` with the tensor product space), and of `p - 2` in a trunk space, which has
+/// too few modes for more: it would lock, and where it has internal ones the pressure would jump between elements. With these,
+/// powers `p - 1` of each single direction can be added, which tubes need. In each direction less than its own degree.
+/// Measured in `docs/wall.md`.
 pub fn modes(space: &Space) -> Vec<Mode> {
     let p = space.max_degree();
-    let lower = match space.kind {
-        SpaceKind::Trunk if p < INTERNAL => 2,
-        _ => 1,
+    let total = match space.kind {
+        SpaceKind::Trunk => p.saturating_sub(2),
+        SpaceKind::TensorProduct => p.saturating_sub(1),
     };
-    polynomials(space, p.saturating_sub(lower))
+    let mut modes = polynomials(space, total);
+    if space.kind == SpaceKind::Trunk && p >= INTERNAL {
+        let power = |d: usize| {
+            let mut mode = [0; 3];
+            mode[d] = space.degrees[d].saturating_sub(1);
+            mode
+        };
+        modes.extend(
+            (0..3)
+                .map(power)
+                .filter(|mode| mode.iter().sum::<usize>() > total),
+        );
+    }
+    modes
 }
 
 /// Products of Legendre polynomials of a total degree, and in each direction less than the degree of the space.
