@@ -4,6 +4,7 @@ mod architecture;
 mod case_bad_input;
 mod case_fuzz;
 mod case_load;
+mod check_wall;
 mod convergence_study;
 mod coupling_cases;
 mod coupling_loop;
