@@ -50,9 +50,9 @@ fn main() {
 
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/S-0.25");
     let case = Case::load(&folder, Preset::Paper, &[]).unwrap_or_else(|e| panic!("{e}"));
-    let vessel = case.anastomosis().expect("an artery");
+    let vessel = case.vessel().expect("an artery");
     let mesh = solid_mesh(vessel);
-    let wall = &vessel.wall;
+    let wall = &case.anastomosis().expect("the paper's vessel").wall;
     let materials = [&wall.graft, &wall.media, &wall.adventitia].map(Clone::clone);
     let held = ["start", "end"].map(|end| Support::Clamped(end.into()));
     let discretization = Options {

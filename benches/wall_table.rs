@@ -67,8 +67,8 @@ fn wall(name: &str, [axial, around, radial]: [usize; 3]) -> Wall {
     .map(|(key, value)| (format!("structure.{key}"), value.to_string()));
     let case = Case::load(&folder.join(model), Preset::Paper, &sets);
     let case = case.unwrap_or_else(|e| panic!("{e}"));
-    let vessel = case.anastomosis().expect("an artery");
-    let parts = &vessel.wall;
+    let vessel = case.vessel().expect("an artery");
+    let parts = &case.anastomosis().expect("the paper's vessel").wall;
     let layers = [&parts.media, &parts.adventitia].map(Clone::clone);
     let between = ["start", "end"].map(|end| Support::Surface(end.into(), [true, false, false]));
     match name {

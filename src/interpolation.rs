@@ -1,4 +1,4 @@
-//! Cubic spline interpolation on equally spaced support points: pure mathematics, no units.
+//! Interpolation by cubics: pure mathematics, no units.
 
 use nalgebra::DMatrix;
 
@@ -60,6 +60,76 @@ impl Interval {
             value: [a, b],
             curvature: [a, b].map(|w| (w * w * w - w) / 6.0),
         }
+    }
+}
+
+/// A function through values at ascending places, without overshooting: cubic Hermite polynomials with the slopes of
+/// Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984), straight between two places, constant beyond the ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MonotoneCubic {
+    places: Vec<f64>,
+    values: Vec<f64>,
+    slopes: Vec<f64>,
+}
+
+impl MonotoneCubic {
+    /// The same everywhere.
+    pub fn constant(value: f64) -> Self {
+        Self::new(vec![0.0], vec![value])
+    }
+
+    /// Through values at ascending places, without overshooting: cubic Hermite polynomials with the slopes of Fritsch and
+    /// Butland (SIAM J. Sci. Stat. Comput. 5, 1984), straight with two places; beyond the ends constant.
+    pub fn new(places: Vec<f64>, values: Vec<f64>) -> Self {
+        let n = places.len();
+        let secant = |i: usize| (values[i + 1] - values[i]) / (places[i + 1] - places[i]);
+        let slope = |i: usize| match (i, n) {
+            (_, 1) => 0.0,
+            (0, _) => secant(0),
+            (i, _) if i == n - 1 => secant(n - 2),
+            (i, _) => {
+                let (before, after) = (secant(i - 1), secant(i));
+                if before * after <= 0.0 {
+                    return 0.0;
+                }
+                let (h, k) = (places[i] - places[i - 1], places[i + 1] - places[i]);
+                let (u, v) = (h + 2.0 * k, 2.0 * h + k);
+                (u + v) / (u / before + v / after)
+            }
+        };
+        Self {
+            slopes: (0..n).map(slope).collect(),
+            places,
+            values,
+        }
+    }
+
+    /// With places counted from elsewhere.
+    pub fn shifted(mut self, by: f64) -> Self {
+        self.places.iter_mut().for_each(|place| *place += by);
+        self
+    }
+
+    /// Mean value between two places.
+    pub fn mean(&self, from: f64, to: f64) -> f64 {
+        const SAMPLES: usize = 200;
+        let at = |i: usize| self.at(from + (to - from) * (i as f64 + 0.5) / SAMPLES as f64);
+        (0..SAMPLES).map(at).sum::<f64>() / SAMPLES as f64
+    }
+
+    /// Value at `s`.
+    pub fn at(&self, s: f64) -> f64 {
+        let next = self.places.partition_point(|place| *place <= s);
+        if next == 0 || next == self.places.len() {
+            return self.values[next.saturating_sub(1).min(self.values.len() - 1)];
+        }
+        let i = next - 1;
+        let h = self.places[next] - self.places[i];
+        let t = (s - self.places[i]) / h;
+        let (r, q) = (1.0 - t, t * t * (3.0 - 2.0 * t));
+        self.values[i] * (1.0 - q)
+            + self.values[next] * q
+            + h * t * r * (r * self.slopes[i] - t * self.slopes[next])
     }
 }
 

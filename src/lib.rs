@@ -32,6 +32,7 @@ pub mod analysis;
 pub mod case;
 pub mod commands;
 pub mod coupling;
+pub mod curve;
 pub(crate) mod files;
 pub mod fluid;
 pub mod geometry;

@@ -50,7 +50,7 @@ struct State {
 impl OneDimensionalFluid {
     /// Blood at rest in the deformable part of a case.
     pub fn new(case: &Case) -> Self {
-        let geometry = &case.anastomosis().expect("no flag").geometry;
+        let geometry = &case.anastomosis().expect("the paper's vessel").geometry;
         let radius = geometry.graft_inner_radius;
         let cell = (geometry.graft_length + geometry.artery_length) / CELLS as f64;
         let point = |ring: f64, j: f64| {

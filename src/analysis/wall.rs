@@ -2,7 +2,8 @@
 //! how far they are from buckling.
 
 use crate::Vec3;
-use crate::case::{self, Anastomosis};
+use crate::case::{self, BloodVessel, Shape};
+use crate::curve::SpaceCurve;
 use crate::geometry::{self, HexFace, HexMesh, Vessel};
 use crate::pfem::discretization::{Discretization, Options};
 use crate::pfem::element::mapping::MappingKind;
@@ -20,8 +21,8 @@ const REACH: f64 = 2.0;
 /// The lumen in the middle of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
-    /// `graft` or `artery`.
-    pub name: &'static str,
+    /// What the section is called.
+    pub name: String,
     /// Mean radius without load, m.
     pub radius: f64,
     /// Mean radius under each pressure, m.
@@ -54,10 +55,12 @@ struct LoadedWall {
     outer: Option<(Surface, SurfaceLoad)>,
     /// Length between the ends relative to the unloaded one.
     axial_stretch: f64,
+    /// The centre-line.
+    line: SpaceCurve,
 }
 
 impl LoadedWall {
-    fn new(vessel: &Anastomosis, settings: &case::StructureSettings) -> Result<Self, SolidError> {
+    fn new(vessel: &BloodVessel, settings: &case::StructureSettings) -> Result<Self, SolidError> {
         let mesh = geometry::solid_mesh(vessel);
         let space = Space::isotropic(SpaceKind::Trunk, settings.p);
         let mut options = Options::new(space);
@@ -68,13 +71,9 @@ impl LoadedWall {
         if let Some(points) = settings.quadrature_points {
             options.quadrature_points = [points; 3];
         }
-        let materials = [
-            &vessel.wall.graft,
-            &vessel.wall.media,
-            &vessel.wall.adventitia,
-        ];
+        let materials = Vessel::new(vessel).materials().to_vec();
         let supports = supports::of_vessel(vessel);
-        let body = Discretization::new(&mesh, &materials.map(Clone::clone), &supports, &options)?;
+        let body = Discretization::new(&mesh, &materials, &supports, &options)?;
         let faces = supports::surface(&mesh, "inner")?;
         let points = options.quadrature_points[0];
         let new = |faces| Surface::new(&body.numbering, &body.space, &body.mapping, faces, points);
@@ -94,6 +93,7 @@ impl LoadedWall {
         Ok(Self {
             outer,
             axial_stretch: vessel.axial_stretch(),
+            line: Vessel::new(vessel).centre_line().clone(),
             mesh,
             body,
             surface,
@@ -152,9 +152,10 @@ impl LoadedWall {
     fn lumen(&self, x: f64, displacement: &[f64]) -> Result<(f64, Vector2<f64>), SolidError> {
         let faces = supports::surface(&self.mesh, "inner")?;
         let middle = |&(e, face): &(usize, HexFace)| {
-            let place = self.body.mapping.at(e, on_face(face, 0.0, 0.0)).position.x;
-            (place - x).abs()
+            let place = self.body.mapping.at(e, on_face(face, 0.0, 0.0)).position;
+            (self.line.beside(&place).s - x).abs()
         };
+        let frame = self.line.frame(x);
         let nearest = faces.iter().map(middle).fold(f64::INFINITY, f64::min);
         // The ring of elements whose middle is closest.
         let ring = faces
@@ -166,7 +167,7 @@ impl LoadedWall {
                 let xi = on_face(face, a, b);
                 let place = self.body.mapping.at(e, xi).position
                     + self.body.displacement_at(e, xi, displacement);
-                places.push(place.yz());
+                places.push(Vector2::from(frame.across(&(place - frame.origin))));
             }
         }
         let count = places.len() as f64;
@@ -186,28 +187,28 @@ impl WallFigures {
     /// # Errors
     /// If the wall is not well posed, or finds no equilibrium.
     pub fn new(
-        keys: &Anastomosis,
+        keys: &BloodVessel,
         settings: &case::StructureSettings,
         pressures: &[f64],
     ) -> Result<Self, SolidError> {
         let wall = LoadedWall::new(keys, settings)?;
         let vessel = Vessel::new(keys);
         let zero = vec![0.0; wall.body.coefficients()];
-        let places = [
-            ("graft", 0.5 * vessel.joint()),
-            ("artery", 0.5 * (vessel.joint() + vessel.end())),
-        ];
-        let section = |(name, x)| -> Result<(Section, f64, Vector2<f64>), SolidError> {
-            let (radius, centre) = wall.lumen(x, &zero)?;
-            let empty = Section {
-                name,
-                radius,
-                loaded_radii: Vec::new(),
-                shifts: Vec::new(),
+        let places = vessel.elastic_sections();
+        let places =
+            places.map(|section| (section.name.clone(), 0.5 * (section.from + section.to)));
+        let section =
+            |(name, x): (String, f64)| -> Result<(Section, f64, Vector2<f64>), SolidError> {
+                let (radius, centre) = wall.lumen(x, &zero)?;
+                let empty = Section {
+                    name,
+                    radius,
+                    loaded_radii: Vec::new(),
+                    shifts: Vec::new(),
+                };
+                Ok((empty, x, centre))
             };
-            Ok((empty, x, centre))
-        };
-        let mut sections: Vec<_> = places.into_iter().map(section).collect::<Result<_, _>>()?;
+        let mut sections: Vec<_> = places.map(section).collect::<Result<_, _>>()?;
         let (mut reached, mut buckling) = (Vec::new(), None);
         for &pressure in pressures {
             let found = wall.inflate(pressure)?;
@@ -224,13 +225,16 @@ impl WallFigures {
         }
         let reach = REACH * pressures.last().copied().unwrap_or(0.0);
         let mut perfect = keys.clone();
-        perfect.model.d_max = 0.0;
+        let is_perfect = match &mut perfect.shape {
+            Shape::Anastomosis(vessel) => std::mem::take(&mut vessel.model.d_max) == 0.0,
+            Shape::Vessel(_) => true,
+        };
         let straight = LoadedWall::new(&perfect, settings)?.inflate(reach)?;
         let perfect_buckling = straight.bifurcation.map(|found| found.factor * reach);
         Ok(Self {
             pressures: reached,
             sections: sections.into_iter().map(|(section, ..)| section).collect(),
-            buckling: buckling.or(perfect_buckling.filter(|_| keys.model.d_max == 0.0)),
+            buckling: buckling.or(perfect_buckling.filter(|_| is_perfect)),
             perfect_buckling,
             reach,
         })
@@ -243,7 +247,7 @@ impl WallFigures {
 /// # Errors
 /// If the wall is not well posed, or finds no equilibrium.
 pub fn compliance(
-    keys: &Anastomosis,
+    keys: &BloodVessel,
     settings: &case::StructureSettings,
     lowest: f64,
     highest: f64,

@@ -1,7 +1,9 @@
 //! Physical sense: values that are allowed one by one but do not fit each other.
 
 mod anastomosis;
+mod described;
 mod flag;
+mod vessel;
 
 use super::error::CaseError;
 use super::stack::Stack;
@@ -9,6 +11,10 @@ use super::value::shorten;
 use super::{Case, Material, Problem, Solver, Window};
 use std::fmt::Write as _;
 
+/// A cell may bend with the vessel by this angle at most.
+pub const MAX_BEND_DEG: f64 = 30.0;
+/// A curved element of the native solver may bend further.
+pub const MAX_ELEMENT_BEND_DEG: f64 = 45.0;
 /// Most steps of a run.
 const MOST_STEPS: f64 = 1e7;
 /// Most steps of a period: its inflow is sampled at each of them.
@@ -45,7 +51,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
         });
     };
     match &case.problem {
-        Problem::Anastomosis(vessel) => anastomosis::check(case, vessel, &mut report),
+        Problem::Vessel(vessel) => vessel::check(case, vessel, &mut report),
         Problem::Flag(flag) => flag::check(case, flag, &mut report),
     }
     times(case, &mut report);
@@ -84,7 +90,7 @@ fn external(case: &Case, report: &mut Report<'_>) {
         !case.output.fluid_probes.is_empty(),
         "a fluid of your own is not asked for values at points: expected none".into(),
     );
-    let Some(vessel) = case.anastomosis() else {
+    let Some(vessel) = case.vessel() else {
         return;
     };
     let is_loaded = vessel.equilibrium_pressure() != 0.0 || vessel.axial_stretch() != 1.0;

@@ -101,30 +101,35 @@ fn lines() -> Vec<Line> {
         };
         let (text, remark) = text.split_once(" #").unwrap_or((text, ""));
         let (text, remark) = (text.trim_end(), remark.trim().to_owned());
-        if let Some(name) = text
+        // A list of tables is known by `[]`.
+        let list = text
+            .strip_prefix("[[")
+            .and_then(|text| text.strip_suffix("]]"));
+        let list = list.map(|name| format!("{name}[]"));
+        let single = text
             .strip_prefix('[')
-            .and_then(|text| text.strip_suffix(']'))
-        {
+            .and_then(|text| text.strip_suffix(']'));
+        if let Some(name) = list.or(single.map(str::to_owned)) {
             if name.starts_with("preset") {
                 break;
             }
             if is_example {
                 example_of = Some(name);
             } else {
-                (table, remark_of_table) = (name.to_owned(), remark);
+                (table, remark_of_table) = (name, remark);
                 in_header = true;
             }
             continue;
         }
         let is_name = |name: &str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         if let Some((name, _)) = text.split_once(" = ").filter(|(name, _)| is_name(name)) {
-            let of = example_of.filter(|_| is_example);
+            let of = example_of.clone().filter(|_| is_example);
             in_header = false;
             lines.push(Line {
-                path: format!("{}.{name}", of.unwrap_or(&table)),
+                path: format!("{}.{name}", of.as_ref().unwrap_or(&table)),
                 is_example,
                 text: text.to_owned(),
-                paragraph: of.map(|_| paragraph),
+                paragraph: of.as_ref().map(|_| paragraph),
                 remark,
                 remark_of_table: of.map_or(remark_of_table.clone(), |_| String::new()),
             });
@@ -154,7 +159,7 @@ fn origin(remark: &str) -> Option<Origin> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{Case, Preset};
+    use crate::case::{Case, Preset, ProblemKind};
     use std::collections::BTreeSet;
     use std::fmt::Write as _;
 
@@ -181,7 +186,7 @@ mod tests {
                 .is_some_and(|e| e.value.is_some());
             let needed = key.absent.is_none()
                 && key.choices.is_empty()
-                && key.problem.is_none_or(|kind| kind.table().is_none());
+                && (key.problems.is_empty() || key.problems.contains(&ProblemKind::Anastomosis));
             assert!(
                 has_value || !needed,
                 "defaults.toml gives no value to {}",
@@ -196,14 +201,15 @@ mod tests {
         let mut examples: Vec<_> = lines().into_iter().filter(|line| line.is_example).collect();
         examples.sort_by(|a, b| parent(&a.path).cmp(parent(&b.path)));
         let paragraphs: BTreeSet<_> = examples.iter().map(|line| line.paragraph).collect();
-        let (mut flags, mut probes) = (0, 0);
+        let (mut flags, mut vessels, mut probes) = (0, 0, 0);
         for paragraph in paragraphs {
             let lines = examples.iter().filter(|line| line.paragraph == paragraph);
             let case = load(lines);
-            flags += usize::from(case.anastomosis().is_none());
+            flags += usize::from(case.vessel().is_none());
+            vessels += usize::from(case.vessel().is_some() && case.anastomosis().is_none());
             probes += case.output.probes.len();
         }
-        assert_eq!((flags, probes), (1, 1));
+        assert_eq!((flags, vessels, probes), (1, 3, 1));
     }
 
     fn load<'a>(lines: impl Iterator<Item = &'a Line>) -> Case {
@@ -213,13 +219,18 @@ mod tests {
         for line in lines {
             if table != parent(&line.path) {
                 table = parent(&line.path);
-                let _ = writeln!(text, "[{table}]");
+                let _ = match table.strip_suffix("[]") {
+                    Some(list) => writeln!(text, "[[{list}]]"),
+                    None => writeln!(text, "[{table}]"),
+                };
             }
             let _ = writeln!(text, "{}", line.text);
         }
         std::fs::write(folder.path().join("case.toml"), &text).unwrap();
         let curve = "time_s,flow_m3_s\n0,1e-6\n0.3,5e-6\n0.6,1e-6\n1,1e-6\n";
         std::fs::write(folder.path().join("flow.csv"), curve).unwrap();
+        let line = "x,y,z,r\n0,0,0,3\n20,0,0,3\n40,5,0,2.5\n";
+        std::fs::write(folder.path().join("line.csv"), line).unwrap();
         let case = Case::load(folder.path(), Preset::Paper, &[]);
         case.unwrap_or_else(|errors| panic!("{errors}\n{text}"))
             .case

@@ -122,7 +122,7 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
             }
         }
     }
-    if let Problem::Anastomosis(vessel) = &case.problem
+    if let Problem::Vessel(vessel) = &case.problem
         && let Some(file) = &vessel.inflow.file
     {
         let mut curve = FileFingerprint::of(Path::new(""), file, None)?;

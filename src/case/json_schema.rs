@@ -197,6 +197,18 @@ fn property(schema: &Schema, key: &Key) -> Value {
             json!({ "anyOf": [whole(low, high), three] })
         }
         Kind::WholeOr(low, high, word) => json!({ "anyOf": [whole(low, high), { "const": word }] }),
+        Kind::Sizes(most) => json!({
+            "type": "array",
+            "items": { "type": "number", "exclusiveMinimum": 0 },
+            "minItems": 1,
+            "maxItems": most,
+        }),
+        Kind::Names(most) => json!({
+            "type": "array",
+            "items": { "type": "string", "minLength": 1 },
+            "minItems": 1,
+            "maxItems": most,
+        }),
         Kind::Numbers(most) => {
             json!({ "type": "array", "minItems": 2, "maxItems": most, "items": { "type": "number" } })
         }

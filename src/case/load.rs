@@ -37,11 +37,11 @@ impl ResolvedCase {
     /// A mistake in the value of `key` that only shows when the case is built.
     pub fn mistake(&self, key: &str, message: String) -> CaseError {
         let values = self.case.values();
-        let found = values.iter().find(|(known, _)| known.path == key);
+        let found = values.iter().find(|(path, ..)| path == key);
         CaseError::Nonsense {
             place: self.origins.get(key).cloned().unwrap_or(Place::Absent),
             key: key.to_owned(),
-            found: found.map_or("(not given)".into(), |(_, value)| value::shorten(value)),
+            found: found.map_or("(not given)".into(), |(.., value)| value::shorten(value)),
             message,
         }
     }
@@ -147,8 +147,10 @@ impl Case {
             if has_own && stack.entry("fluid.solver").is_none() {
                 case.fluid.solver = Solver::External;
             }
+            case.read_files(&stack, &mut errors);
             check::check(&case, &stack, &mut errors);
             if errors.is_empty() {
+                case.forget_files();
                 let origins = stack.places();
                 return Ok(ResolvedCase { case, origins });
             }

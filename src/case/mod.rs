@@ -17,13 +17,15 @@
 //! # fn main() -> Result<(), fsi_driver::case::CaseErrors> {
 //! let overrides = [("time.end_s".to_owned(), "0.5".to_owned())];
 //! let case = Case::load("openfoam-case/S-0.25".as_ref(), Preset::Demo, &overrides)?;
-//! let vessel = case.anastomosis().expect("no flag");
+//! let vessel = case.anastomosis().expect("no other vessel, and no flag");
 //! assert_eq!((vessel.model.d_max, case.time.end), (0.25e-3, 0.5));
 //! # Ok(())
 //! # }
 //! ```
 
 mod anastomosis;
+mod blood_vessel;
+mod centre_line;
 mod check;
 pub mod defaults;
 mod earlier;
@@ -43,11 +45,15 @@ pub(crate) mod table;
 mod templates;
 mod text_file;
 pub(crate) mod value;
+mod vessel;
+mod vessel_path;
 mod warnings;
 mod window;
 mod write;
 
 pub use anastomosis::*;
+pub use blood_vessel::*;
+pub use check::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG};
 pub use error::{CaseError, CaseErrors, Place};
 pub use flag::{Flag, FlagMesh};
 pub use flow_curve::{FlowCurve, FlowCurveError};
@@ -55,6 +61,7 @@ pub use identity::CaseIdentity;
 pub use keys::*;
 pub use load::{Override, Preset, ResolvedCase};
 pub use problem::{Problem, ProblemKind};
+pub use vessel::*;
 pub use window::Window;
 
 impl CouplingSettings {

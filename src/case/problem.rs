@@ -5,10 +5,12 @@
 //! variant of [`Problem`] and nowhere else. A further kind is a variant here, a word of [`ProblemKind`] with the table that
 //! shows it, and an arm of the few `match`es that the compiler then asks for.
 
+use super::error::CaseError;
 use super::schema::{Schema, Table};
-use super::stack::insert;
+use super::stack::{Stack, insert};
 use super::table::words;
-use super::{Anastomosis, Case, Flag};
+use super::value::shorten;
+use super::{Anastomosis, BloodVessel, Case, Flag, Shape, VesselDescription};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -17,17 +19,19 @@ use toml::Value;
 #[serde(rename_all = "snake_case")]
 #[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
 pub enum Problem {
-    /// The paper's vessel, with blood that flows through.
-    Anastomosis(Anastomosis),
+    /// A vessel with blood that flows through.
+    Vessel(BloodVessel),
     /// A flag in a channel.
     Flag(Flag),
 }
 
 words! {
-    /// The kinds of [`Problem`].
+    /// The kinds of [`Problem`], those of vessels by their [`Shape`](super::Shape).
     pub enum ProblemKind {
         /// A graft and an artery, end to end.
         Anastomosis = "anastomosis",
+        /// A vessel along any path.
+        Vessel = "vessel",
         /// A flag in a channel.
         Flag = "flag",
     }
@@ -38,6 +42,7 @@ impl ProblemKind {
     pub fn table(self) -> Option<&'static str> {
         match self {
             Self::Anastomosis => None,
+            Self::Vessel => Some("vessel"),
             Self::Flag => Some("flag"),
         }
     }
@@ -54,30 +59,74 @@ impl ProblemKind {
             .unwrap_or(Self::Anastomosis)
     }
 
-    /// Where the value of one of its keys lies within a [`Case`].
-    pub(super) fn place(self, path: &str) -> String {
-        match self {
-            Self::Anastomosis => format!("problem.anastomosis.{path}"),
-            Self::Flag => format!("problem.{path}"),
+    /// Where the value of a key that only these kinds have lies within a [`Case`].
+    pub(super) fn place(kinds: &[Self], path: &str) -> String {
+        match kinds {
+            [] => path.to_owned(),
+            [Self::Anastomosis] => format!("problem.vessel.shape.anastomosis.{path}"),
+            // The table is called as the variant.
+            [Self::Vessel] => format!("problem.vessel.shape.{path}"),
+            [Self::Flag] => format!("problem.{path}"),
+            _ => format!("problem.vessel.{path}"),
         }
     }
 }
 
 impl Table for Problem {
     fn describe(_: &str, schema: &mut Schema) {
-        schema.of_problem(ProblemKind::Anastomosis, |schema| {
-            Anastomosis::describe("", schema);
+        use ProblemKind::{Anastomosis, Vessel};
+        schema.of_problems(&[Anastomosis, Vessel], |schema| {
+            BloodVessel::describe("", schema);
         });
-        schema.of_problem(ProblemKind::Flag, |schema| Flag::describe("flag", schema));
+        schema.of_problems(&[ProblemKind::Flag], |schema| {
+            Flag::describe("flag", schema)
+        });
     }
 }
 
 impl Case {
     /// The vessel, if the case is about one.
-    pub fn anastomosis(&self) -> Option<&Anastomosis> {
+    pub fn vessel(&self) -> Option<&BloodVessel> {
         match &self.problem {
-            Problem::Anastomosis(vessel) => Some(vessel),
+            Problem::Vessel(vessel) => Some(vessel),
             Problem::Flag(_) => None,
+        }
+    }
+
+    /// The paper's vessel, if the case is about one.
+    pub fn anastomosis(&self) -> Option<&Anastomosis> {
+        self.vessel()?.anastomosis()
+    }
+}
+
+impl Case {
+    fn description(&mut self) -> Option<&mut VesselDescription> {
+        match &mut self.problem {
+            Problem::Vessel(BloodVessel {
+                shape: Shape::Vessel(vessel),
+                ..
+            }) => Some(vessel),
+            _ => None,
+        }
+    }
+
+    /// Reads the files that describe the vessel; their content then stands in the case.
+    pub(super) fn read_files(&mut self, stack: &Stack, errors: &mut Vec<CaseError>) {
+        let Some(Err((key, message))) = self.description().map(VesselDescription::read_file) else {
+            return;
+        };
+        errors.extend(stack.entry(key).map(|entry| CaseError::Nonsense {
+            place: entry.place.clone(),
+            key: key.to_owned(),
+            found: shorten(&entry.value),
+            message,
+        }));
+    }
+
+    /// Forgets the files whose content stands in the case.
+    pub(super) fn forget_files(&mut self) {
+        if let Some(vessel) = self.description() {
+            (vessel.centre_line, vessel.unit) = (None, None);
         }
     }
 }
@@ -87,12 +136,15 @@ pub(super) fn arranged(file: &toml::Table) -> toml::Table {
     let kind = ProblemKind::of(file.keys());
     let mut root = toml::Table::new();
     visit(file, "", &mut |path, value| {
-        let place = match Case::schema().find(path).and_then(|key| key.problem) {
-            Some(other) if other != kind => return,
-            Some(kind) => kind.place(path),
-            None => path.to_owned(),
-        };
-        insert(&mut root, &place, value.clone());
+        // A list of tables is no key itself.
+        match Case::schema().find(path) {
+            Some(key) if key.is_foreign_to(kind) => {}
+            _ => drop(insert(
+                &mut root,
+                &Case::schema().place(path),
+                value.clone(),
+            )),
+        }
     });
     root
 }

@@ -20,8 +20,8 @@ pub struct Key {
     pub about: &'static str,
     /// The only choices of its table that have this key; any if empty.
     pub choices: Vec<Choice>,
-    /// The only kind of case that has this key; all if none.
-    pub problem: Option<ProblemKind>,
+    /// The only kinds of cases that have this key; all if empty.
+    pub problems: &'static [ProblemKind],
 }
 
 /// A table whose key `tag` has the value `word`, such as `material = "neo_hooke"`.
@@ -36,10 +36,12 @@ pub struct Choice {
 impl Key {
     /// Where the value lies within the type that the file is read into, as a dotted path.
     pub(super) fn place(&self, path: &str) -> String {
-        match self.problem {
-            Some(kind) => kind.place(path),
-            None => path.to_owned(),
-        }
+        ProblemKind::place(self.problems, path)
+    }
+
+    /// Whether only cases of other kinds have it.
+    pub(super) fn is_foreign_to(&self, kind: ProblemKind) -> bool {
+        !self.problems.is_empty() && !self.problems.contains(&kind)
     }
 
     /// The path of the table that the key stands in.
@@ -135,19 +137,30 @@ impl Schema {
         let depth = |table: &str| table.split('.').count();
         self.keys.sort_by_cached_key(|key| {
             let table = tables.iter().position(|table| table == key.table());
-            (root(key), depth(key.table()), table, key.problem.is_some())
+            (
+                root(key),
+                depth(key.table()),
+                table,
+                !key.problems.is_empty(),
+            )
         });
         let paths = self.keys.iter().enumerate();
         self.by_path = paths.map(|(i, key)| (key.path.clone(), i)).collect();
         self
     }
 
-    /// Adds what `describe` does, as keys that only this kind of case has.
-    pub(super) fn of_problem(&mut self, kind: ProblemKind, describe: impl FnOnce(&mut Self)) {
+    /// Adds what `describe` does, as keys that only these kinds of cases have, or fewer if it says so itself.
+    pub(super) fn of_problems(
+        &mut self,
+        kinds: &'static [ProblemKind],
+        describe: impl FnOnce(&mut Self),
+    ) {
         let before = self.keys.len();
         describe(self);
         for key in &mut self.keys[before..] {
-            key.problem = Some(kind);
+            if key.problems.is_empty() {
+                key.problems = kinds;
+            }
         }
     }
 
@@ -225,10 +238,10 @@ pub(crate) fn parent(path: &str) -> &str {
     path.rsplit_once('.').map_or("", |(table, _)| table)
 }
 
-/// Whether a path lies in this table, or is the table itself.
+/// Whether a path lies in this table (or list of tables), or is the table itself.
 pub(crate) fn is_within(path: &str, table: &str) -> bool {
     let rest = path.strip_prefix(table);
-    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
 /// The path of `name` in the table at `path`.

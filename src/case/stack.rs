@@ -63,7 +63,7 @@ impl Stack {
 
     /// Whether a key is one of another kind of case.
     fn is_foreign(&self, key: &Key) -> bool {
-        key.problem.is_some_and(|kind| kind != self.kind)
+        key.is_foreign_to(self.kind)
     }
 
     /// The paths that may stand where `path` stands, without those of other kinds of cases and those in optional tables that
@@ -133,8 +133,8 @@ impl Stack {
         if !same {
             self.chosen_since.insert(key.clone(), self.layers);
         }
-        let own = self.schema.find(&key).and_then(|key| key.problem);
-        if own == Some(self.kind) {
+        let own = self.schema.find(&key);
+        if own.is_some_and(|key| key.problems == [self.kind]) {
             self.kind_since = self.kind_since.min(self.layers);
         }
         self.top.insert(key, (self.layers, entry));
@@ -235,9 +235,10 @@ impl Stack {
 
     /// The first value that only a case of this kind has.
     fn first_of_kind(&self) -> Option<&Entry> {
-        let known = |path: &str| self.schema.find(path).and_then(|key| key.problem);
+        let is_own =
+            |path: &str| (self.schema.find(path)).is_some_and(|key| key.problems == [self.kind]);
         let mut entries = self.top.iter();
-        let found = entries.find(|(path, _)| known(path) == Some(self.kind));
+        let found = entries.find(|(path, _)| is_own(path));
         found.map(|(_, (_, entry))| entry)
     }
 
@@ -257,13 +258,13 @@ impl Stack {
                     .is_some_and(|(choice, _)| key.choices.contains(&choice));
                 let needed = key.choices.is_empty() || chosen;
                 if needed && !self.top.contains_key(&path) && !self.wrong.contains(&path) {
-                    let shown_by_table = key.problem.is_some_and(|kind| kind.table().is_some());
+                    let shown_by_table = key.problems == [self.kind] && self.kind.table().is_some();
                     missing.push((path, key, optional.is_some() || shown_by_table));
                 }
             }
         }
         // Nearly all keys of a kind: perhaps the case was never meant to be of that kind.
-        let own = |(_, key, _): &(String, &Key, bool)| key.problem == Some(self.kind);
+        let own = |(_, key, _): &(String, &Key, bool)| key.problems == [self.kind];
         let of_kind = missing.iter().filter(|missing| own(missing));
         let (first, count) = (of_kind.clone().next(), of_kind.count());
         if let (Some(table), Some((first, ..))) = (self.kind.table(), first)

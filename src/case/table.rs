@@ -85,7 +85,7 @@ macro_rules! table {
                         absent: None$(.or(Some($absent)))?,
                         about: $about,
                         choices: Vec::new(),
-                        problem: None,
+                        problems: &[],
                     });
                 )*
                 $(<$inner as Table>::describe(&join(path, stringify!($table)), schema);)*
@@ -143,7 +143,7 @@ macro_rules! choice {
                     absent: None,
                     about: $about_tag,
                     choices: Vec::new(),
-                        problem: None,
+                        problems: &[],
                 });
                 $($(
                     schema.add(Key {
@@ -152,7 +152,7 @@ macro_rules! choice {
                         absent: None$(.or(Some($absent)))?,
                         about: $about,
                         choices: vec![Choice { tag: $tag, word: $word }],
-                        problem: None,
+                        problems: &[],
                     });
                 )*)+
             }

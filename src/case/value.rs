@@ -72,6 +72,19 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
             .map(|value| number(value).filter(|x| x.is_finite()).map(Value::Float))
             .collect::<Option<_>>()
             .map(Value::Array),
+        (Kind::Sizes(most), Value::Array(values)) if (1..=most).contains(&values.len()) => values
+            .iter()
+            .map(|value| number(value).filter(|x| x.is_finite() && *x > 0.0))
+            .map(|size| size.map(Value::Float))
+            .collect::<Option<_>>()
+            .map(Value::Array),
+        (Kind::Names(most), Value::Array(names))
+            if (1..=most).contains(&names.len())
+                && (names.iter())
+                    .all(|name| name.as_str().is_some_and(|name| !name.is_empty())) =>
+        {
+            Some(entry.value.clone())
+        }
         _ => None,
     };
     match value {

@@ -11,7 +11,7 @@ impl Case {
     /// ranks than `cores` this machine has.
     pub fn warnings(&self, cores: usize) -> Vec<String> {
         let mut warnings = Vec::new();
-        if let Problem::Anastomosis(vessel) = &self.problem {
+        if let Problem::Vessel(vessel) = &self.problem {
             warnings = Window::of(self).warnings(&self.ramp, self.time.period);
             if let Ok(curve) = FlowCurve::new(&vessel.inflow, self.time.period)
                 && let Some([from, to]) = curve.gap(LONG_GAP)

@@ -3,7 +3,7 @@
 use super::{CaseArguments, Failure};
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::TwoElements;
-use crate::case::{Anastomosis, Case, FlowCurve, GivenShape, Problem, Solver};
+use crate::case::{BloodVessel, Case, FlowCurve, GivenShape, Problem, Solver};
 use crate::fluid::openfoam::install;
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
@@ -42,10 +42,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let blood = match (&case.problem, case.fluid.solver) {
         (_, Solver::External) if case.fluid.is_awaited => "a solver that is waited for".to_owned(),
         (_, Solver::External) => format!("by {}", case.fluid.command.join(" ")),
-        (Problem::Anastomosis(vessel), Solver::Native) => {
-            let native = &vessel.fluid.native;
-            format!("{} elements of degree {}", native.elements(), native.degree)
-        }
+        (Problem::Vessel(vessel), Solver::Native) => format!(
+            "{} elements of degree {}",
+            case.fluid_cells(),
+            vessel.fluid.native.degree
+        ),
         _ => format!(
             "{} cells, {} MPI rank(s)",
             case.fluid_cells(),
@@ -72,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     ))?;
     warn(&case);
     if arguments.wall {
-        let vessel = case.anastomosis().ok_or_else(|| {
+        let vessel = case.vessel().ok_or_else(|| {
             let reason =
                 "--wall: the case has a flag in a channel and no vessel; leave the option out";
             Failure::Input(reason.into())
@@ -88,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// What `--wall` prints.
-fn in_figures(case: &Case, vessel: &Anastomosis) -> Result<String, Failure> {
+fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
     let mmhg = |pressure: f64| format!("{:.2} kPa ({:.0} mmHg)", 1e-3 * pressure, pressure / MMHG);
     let curve = FlowCurve::new(&vessel.inflow, case.time.period)
         .map_err(|e| Failure::Input(e.to_string()))?;

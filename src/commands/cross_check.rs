@@ -131,7 +131,7 @@ fn selections(chosen: CaseSelection) -> Result<[CaseSelection; 2], Failure> {
 
 /// A selection with a finer mesh of its solver.
 fn finer(case: &Case, selection: &CaseSelection) -> Result<CaseSelection, Failure> {
-    let Some(vessel) = case.anastomosis() else {
+    let Some(vessel) = case.vessel() else {
         let reason = "cross-check is for vessels, and the case has a flag in a channel";
         return Err(Failure::Input(reason.into()));
     };
@@ -210,7 +210,7 @@ fn compare(names: &[String], out: &Path, limits: [f64; 3], refine: bool) -> Resu
         };
         let both = |solvers: [&str; 2]| {
             let [first, second] = [load(solvers[0])?, load(solvers[1])?];
-            let cells = first.vessel.fluid.mesh.cells();
+            let cells = first.case.fluid_cells();
             let comparison = Comparison::new(&first, &second, limits)
                 .map_err(|e| Failure::Run(e.to_string()))?
                 .called(["OpenFOAM", "native"]);

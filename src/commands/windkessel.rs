@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .transpose()?;
     let vessel = (case.as_ref())
         .map(|case| {
-            case.anastomosis().ok_or_else(|| {
+            case.vessel().ok_or_else(|| {
                 wrong("--case: the case has a flag in a channel and no vessel; leave it out".into())
             })
         })

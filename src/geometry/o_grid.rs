@@ -4,13 +4,13 @@
 //! it `radial` rings of `4 core` cells that grow thinner towards the wall. Everything scales with the lumen's radius in
 //! the direction of the point, so that the grid follows the imperfection.
 
-use super::centre_line::CentreLine;
 use super::poly_mesh::{PatchFaces, PolyMesh};
-use super::vessel::Vessel;
+use super::vessel::{Span, Vessel};
 use super::wall::equal_stations;
 use crate::Vec3;
-use crate::case::{Anastomosis, FluidMesh};
+use crate::case::{BloodVessel, FluidMesh};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::ops::Range;
 
 /// Distance of the core's corners from the centre, relative to the lumen's radius.
 const CORNER: f64 = 0.56;
@@ -182,10 +182,12 @@ impl Vessel {
     /// walls lie on the lumen's surface; cells are numbered cross-section by cross-section, downstream.
     pub fn fluid_mesh(&self, mesh: &FluidMesh) -> PolyMesh {
         let section = CrossSection::new(mesh);
-        let line: &CentreLine = self.centre_line();
-        let mut stations = equal_stations(-line.extension, 0.0, mesh.axial_extension);
-        stations.extend(&equal_stations(0.0, self.joint(), mesh.axial_per_section)[1..]);
-        stations.extend(&equal_stations(self.joint(), self.end(), mesh.axial_per_section)[1..]);
+        let line = self.centre_line();
+        let spans = self.spans(mesh);
+        let mut stations = vec![spans[0].from];
+        for span in &spans {
+            stations.extend(&equal_stations(span.from, span.to, span.pieces)[1..]);
+        }
 
         let mut points = Vec::with_capacity(stations.len() * section.points());
         for &s in &stations {
@@ -209,7 +211,7 @@ impl Vessel {
                 .map(|quad| quad.map(|point| at(slice, point)))
                 .collect()
         };
-        let wall = |slices: std::ops::Range<usize>| {
+        let wall = |slices: &[usize]| {
             let corners = |slice: usize, a: usize| {
                 [
                     (slice, a),
@@ -219,11 +221,14 @@ impl Vessel {
                 ]
                 .map(|(slice, a)| at(slice, section.ring_point(mesh.radial, a)))
             };
-            slices
-                .flat_map(|slice| (0..section.around()).map(move |a| (slice, a)))
+            (slices.iter())
+                .flat_map(|&slice| (0..section.around()).map(move |a| (slice, a)))
                 .map(|(s, a)| corners(s, a))
                 .collect()
         };
+        let yields = elastic_pieces(&spans);
+        let (elastic, rigid): (Vec<usize>, Vec<usize>) =
+            (0..slices).partition(|slice| yields.contains(slice));
         let patches = [
             PatchFaces {
                 name: "inlet",
@@ -238,19 +243,31 @@ impl Vessel {
             PatchFaces {
                 name: "wallRigid",
                 kind: "wall",
-                faces: wall(0..mesh.axial_extension),
+                faces: wall(&rigid),
             },
             PatchFaces {
                 name: "wallFsi",
                 kind: "wall",
-                faces: wall(mesh.axial_extension..slices),
+                faces: wall(&elastic),
             },
         ];
         PolyMesh::from_hexes(points, &cells, &patches)
     }
 }
 
+/// Those of the pieces of `spans`, counted downstream, whose wall yields.
+pub fn elastic_pieces(spans: &[Span]) -> Range<usize> {
+    let pieces = |of: &[Span]| of.iter().map(|span| span.pieces).sum::<usize>();
+    let first = spans.iter().position(|span| span.is_elastic).unwrap_or(0);
+    let last = spans
+        .iter()
+        .rposition(|span| span.is_elastic)
+        .map_or(first, |last| last + 1);
+    let before = pieces(&spans[..first]);
+    before..before + pieces(&spans[first..last])
+}
+
 /// The O-grid of a case's lumen; see [`Vessel::fluid_mesh`].
-pub fn fluid_mesh(vessel: &Anastomosis) -> PolyMesh {
+pub fn fluid_mesh(vessel: &BloodVessel) -> PolyMesh {
     Vessel::new(vessel).fluid_mesh(&vessel.fluid.mesh)
 }

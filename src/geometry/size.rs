@@ -1,42 +1,58 @@
 //! How large a case is before anything is built.
 
+use super::{Span, Vessel};
 use crate::case::{Case, FluidMesh, Native, Problem, Solver, WallMesh};
+use crate::curve::SpaceCurve;
 
 impl FluidMesh {
-    /// Number of fluid cells.
-    pub fn cells(&self) -> usize {
-        self.core * (self.core + 4 * self.radial) * self.slices()
-    }
-
-    /// Number of cells along the centre-line.
-    pub fn slices(&self) -> usize {
-        self.axial_extension + 2 * self.axial_per_section
+    /// Number of cells in a slice of the vessel.
+    fn cells_of_slice(&self) -> usize {
+        self.core * (self.core + 4 * self.radial)
     }
 }
 
 impl Native {
-    /// Number of elements.
-    pub fn elements(&self) -> usize {
-        self.core
-            * (self.core + 4 * self.radial)
-            * (self.axial_extension + 2 * self.axial_per_section)
+    /// Number of elements in a slice of the vessel.
+    fn elements_of_slice(&self) -> usize {
+        self.core * (self.core + 4 * self.radial)
     }
 
-    /// Pairs of a node of the pressure and one of the velocity in the elements: what the matrix of the divergence has before
+    /// Pairs of a node of the pressure and one of the velocity in an element: what the matrix of the divergence has before
     /// elements share nodes.
     fn node_pairs(&self) -> usize {
-        self.elements() * self.degree.pow(3) * (self.degree + 1).pow(3)
+        self.degree.pow(3) * (self.degree + 1).pow(3)
     }
 }
 
-impl WallMesh {
+/// Pieces along a vessel.
+fn along(spans: &[Span]) -> usize {
+    spans.iter().map(|span| span.pieces).sum()
+}
+
+impl Vessel {
+    /// Number of cells along the centre-line.
+    pub fn slices(&self, mesh: &FluidMesh) -> usize {
+        along(&self.spans(mesh))
+    }
+
+    /// Elements of the wall along, around and through it.
+    fn wall_grid(&self, mesh: &WallMesh) -> [usize; 3] {
+        let spans = self.spans(mesh).into_iter().filter(|span| span.is_elastic);
+        [
+            along(&spans.collect::<Vec<_>>()),
+            mesh.circumferential,
+            self.layers() * mesh.radial_per_layer,
+        ]
+    }
+
+    /// Number of elements of the wall.
+    pub fn wall_elements(&self, mesh: &WallMesh) -> usize {
+        self.wall_grid(mesh).iter().product()
+    }
+
     /// Degrees of freedom of the wall in the trunk space of degree `p`, the clamped ones included.
-    pub fn degrees_of_freedom(&self, p: usize) -> usize {
-        let (a, c, r) = (
-            2 * self.axial_per_section,
-            self.circumferential,
-            2 * self.radial_per_layer,
-        );
+    fn degrees_of_freedom(&self, mesh: &WallMesh, p: usize) -> usize {
+        let [a, c, r] = self.wall_grid(mesh);
         let (vertices, elements) = ((a + 1) * c * (r + 1), a * c * r);
         let edges = a * c * (r + 1) + (a + 1) * c * (r + 1) + (a + 1) * c * r;
         let faces = a * c * (r + 1) + (a + 1) * c * r + a * c * r;
@@ -52,14 +68,29 @@ impl WallMesh {
     }
 }
 
+/// The centre-line of a case's vessel; the x-axis if it has none.
+pub fn centre_line(case: &Case) -> SpaceCurve {
+    match &case.problem {
+        Problem::Vessel(vessel) => Vessel::new(vessel).centre_line().clone(),
+        Problem::Flag(_) => SpaceCurve::x_axis(0.0, 1.0),
+    }
+}
+
 impl Case {
     /// Number of cells of the fluid's mesh, or of its elements; none of a fluid of the user's own.
     pub fn fluid_cells(&self) -> usize {
-        match (&self.problem, self.fluid.solver) {
-            (_, Solver::External) => 0,
-            (Problem::Anastomosis(vessel), Solver::OpenFoam) => vessel.fluid.mesh.cells(),
-            (Problem::Anastomosis(vessel), Solver::Native) => vessel.fluid.native.elements(),
-            (Problem::Flag(flag), _) => flag.cells(),
+        let keys = match &self.problem {
+            _ if self.fluid.solver == Solver::External => return 0,
+            Problem::Vessel(keys) => keys,
+            Problem::Flag(flag) => return flag.cells(),
+        };
+        let (vessel, meshes) = (Vessel::new(keys), &keys.fluid);
+        match self.fluid.solver {
+            Solver::OpenFoam => meshes.mesh.cells_of_slice() * vessel.slices(&meshes.mesh),
+            Solver::Native => {
+                meshes.native.elements_of_slice() * along(&vessel.spans(&meshes.native))
+            }
+            Solver::External => 0,
         }
     }
 
@@ -67,7 +98,7 @@ impl Case {
     pub fn structure_degrees_of_freedom(&self) -> usize {
         let p = self.structure.p;
         match &self.problem {
-            Problem::Anastomosis(vessel) => vessel.structure.degrees_of_freedom(p),
+            Problem::Vessel(keys) => Vessel::new(keys).degrees_of_freedom(&keys.structure, p),
             Problem::Flag(flag) => flag.degrees_of_freedom(p),
         }
     }
@@ -88,8 +119,9 @@ impl Case {
             "fewer elements (structure.*, or flag.mesh.elements) or a lower structure.p",
         )];
         match (&self.problem, self.fluid.solver) {
-            (Problem::Anastomosis(vessel), Solver::Native) => parts.push((
-                150e3 * self.fluid_cells() as f64 + 130.0 * vessel.fluid.native.node_pairs() as f64,
+            (Problem::Vessel(vessel), Solver::Native) => parts.push((
+                self.fluid_cells() as f64
+                    * (150e3 + 130.0 * vessel.fluid.native.node_pairs() as f64),
                 "fewer elements or a lower degree (fluid.native.*)",
             )),
             _ => parts.extend([

@@ -1,144 +1,253 @@
-//! The vessel's surfaces: graft, cosine blend, artery with its imperfection.
+//! A vessel: surfaces around a centre-line, section by section.
 
-use super::centre_line::CentreLine;
+use super::feature::Feature;
+use super::section::Section;
 use super::wall::{Surfaces, WallGrid, equal_stations};
-use super::{HexMesh, imperfection::Imperfection};
-use crate::case::{Anastomosis, Geometry, WallMesh};
-use std::f64::consts::{PI, TAU};
+use super::{HexMesh, Imperfection};
+use crate::Vec3;
+use crate::case::{BloodVessel, FluidMesh, Material, Native, Shape, WallMesh};
+use crate::case::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG};
+use crate::curve::SpaceCurve;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Regions of the wall's mesh, as indices into the list of materials.
-pub mod region {
-    /// The graft.
-    pub const GRAFT: usize = 0;
-    /// The artery's inner layer.
-    pub const MEDIA: usize = 1;
-    /// The artery's outer layer.
-    pub const ADVENTITIA: usize = 2;
-}
-
-/// The surface between blood and wall. From the inside follow that between media and adventitia (the middle of the graft's
-/// wall), and that between wall and surroundings.
+/// Index of the surface between blood and wall; those further out follow.
 const LUMEN: usize = 0;
+/// A described vessel has as many elements or cells as its keys say along this many radii.
+const RADII: f64 = 10.0;
 
-/// An end-to-end anastomosis: graft from x = 0, artery downstream, rigid extension upstream.
+/// A vessel: rigid sections upstream, elastic ones from s = 0 on, rigid ones downstream of those.
 ///
-/// With the cosine blend `w(x)` from 0 in the graft to 1 in the artery the radii are
-/// `r_i(x, φ) = (1 - w) r_i,graft + w r_i,artery - c_i d(x, φ)`, where `c = (1, 1/3, 0)` for lumen, interface and
-/// outer surface: equation (17).
+/// With the shares `w_i(s)` of the sections, cosine blends from 0 to 1, the radius of surface `k` is
+/// `r_k = (1 - w_i) r_k + w_i r_{k,i}` for one section `i` after the other, and then what each feature takes off:
+/// for the paper's vessel equation (17), where graft and artery follow each other and the shares in the imperfection are
+/// (1, 1/3, 0).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vessel {
-    geometry: Geometry,
-    imperfection: Imperfection,
-    centre_line: CentreLine,
-    graft: [f64; 3],
-    artery: [f64; 3],
+    pub(super) line: SpaceCurve,
+    pub(super) sections: Vec<Section>,
+    pub(super) features: Vec<Feature>,
+    pub(super) materials: Vec<Material>,
+    /// Whether numbers of elements are for a length in radii, not for a section.
+    pub(super) counts_radii: bool,
+}
+
+/// A section in a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// Arc length of its beginning, m.
+    pub from: f64,
+    /// Arc length of its end, m.
+    pub to: f64,
+    /// Elements or cells along it.
+    pub pieces: usize,
+    /// Whether its wall yields.
+    pub is_elastic: bool,
+}
+
+/// Numbers of elements or cells along a vessel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxialNumbers {
+    /// Along the paper's rigid extension.
+    pub extension: usize,
+    /// Along each other section, or along ten radii.
+    pub per_section: usize,
+    /// Angle (degrees) by which one of them may bend at most.
+    pub most_bend_deg: f64,
+}
+
+impl From<&FluidMesh> for AxialNumbers {
+    fn from(mesh: &FluidMesh) -> Self {
+        Self {
+            extension: mesh.axial_extension,
+            per_section: mesh.axial_per_section,
+            most_bend_deg: MAX_BEND_DEG,
+        }
+    }
+}
+
+impl From<&Native> for AxialNumbers {
+    fn from(mesh: &Native) -> Self {
+        Self {
+            extension: mesh.axial_extension,
+            per_section: mesh.axial_per_section,
+            most_bend_deg: MAX_ELEMENT_BEND_DEG,
+        }
+    }
+}
+
+impl From<&WallMesh> for AxialNumbers {
+    fn from(mesh: &WallMesh) -> Self {
+        Self {
+            extension: 0,
+            per_section: mesh.axial_per_section,
+            most_bend_deg: MAX_BEND_DEG,
+        }
+    }
 }
 
 impl Vessel {
     /// The vessel of a checked case.
-    pub fn new(vessel: &Anastomosis) -> Self {
-        let geometry = vessel.geometry.clone();
-        let start = geometry.graft_length;
-        let (graft, artery) = (geometry.graft_inner_radius, geometry.artery_inner_radius);
-        let media = artery + geometry.media_thickness;
-        Self {
-            imperfection: Imperfection::new(
-                &geometry.imperfection,
-                [start, start + geometry.artery_length],
-                vessel.model.d_max,
-            ),
-            centre_line: CentreLine::new(vessel.model.extension, &geometry),
-            graft: [
-                graft,
-                graft + 0.5 * geometry.graft_thickness,
-                graft + geometry.graft_thickness,
-            ],
-            artery: [artery, media, media + geometry.adventitia_thickness],
-            geometry,
+    pub fn new(vessel: &BloodVessel) -> Self {
+        match &vessel.shape {
+            Shape::Anastomosis(vessel) => Self::anastomosis(vessel),
+            Shape::Vessel(vessel) => Self::described(vessel),
         }
     }
 
-    /// Position (m) along the x-axis where the graft ends and the artery begins.
-    pub fn joint(&self) -> f64 {
-        self.geometry.graft_length
+    /// The centre-line; its arc length is 0 where the elastic part begins, and x in the paper's vessels.
+    pub fn centre_line(&self) -> &SpaceCurve {
+        &self.line
     }
 
-    /// Position (m) of the outlet.
+    /// Sections, downstream.
+    pub fn sections(&self) -> &[Section] {
+        &self.sections
+    }
+
+    /// Sections whose wall yields, downstream.
+    pub fn elastic_sections(&self) -> impl Iterator<Item = &Section> {
+        self.sections.iter().filter(|section| section.is_elastic)
+    }
+
+    /// Arc length (m) of the end of the elastic part, which begins at 0.
     pub fn end(&self) -> f64 {
-        self.geometry.graft_length + self.geometry.artery_length
+        let ends = self.elastic_sections().map(|section| section.to);
+        ends.fold(0.0, f64::max)
     }
 
-    /// The centre-line; its arc length is x in the deformable part and negative in the rigid extension.
-    pub fn centre_line(&self) -> &CentreLine {
-        &self.centre_line
+    /// Materials by region of the wall's mesh.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
     }
 
-    /// The imperfection of the artery's lumen.
-    pub fn imperfection(&self) -> &Imperfection {
-        &self.imperfection
+    /// The imperfection of the lumen, if it has one.
+    pub fn imperfection(&self) -> Option<&Imperfection> {
+        self.features.iter().find_map(|feature| match feature {
+            Feature::Imperfection(imperfection) => Some(imperfection),
+            Feature::Bump(_) => None,
+        })
     }
 
-    /// Share of the artery's cross-section at `x`: 0 in the graft, 1 in the artery, half a cosine between.
-    pub fn blend(&self, x: f64) -> f64 {
-        let from_joint = (x - self.joint()) / self.geometry.blend_length;
-        0.5 * (1.0 - (PI * (from_joint + 0.5).clamp(0.0, 1.0)).cos())
+    /// Layers of the wall.
+    pub(super) fn layers(&self) -> usize {
+        let mut sections = self.elastic_sections();
+        sections.next().map_or(0, |section| section.materials.len())
     }
 
-    /// Radius (m) of the lumen at the arc length `s` (m) of the centre-line; the graft's in the rigid extension.
+    /// Radius (m) of the lumen at the arc length `s` (m) of the centre-line.
     pub fn lumen_radius(&self, s: f64, phi: f64) -> f64 {
-        self.radius(LUMEN, s.max(0.0), phi)
+        self.radius(LUMEN, s, phi)
     }
 
-    /// Volume (m³) of the unloaded lumen between two cross-sections of the deformable part.
+    /// Volume (m³) of the unloaded lumen between two cross-sections.
     pub fn lumen_volume(&self, from: f64, to: f64) -> f64 {
-        // V = ∫∫ r²/2 dφ dx; the periodic trapezoidal rule around, Gauss' two points in many short pieces along.
+        // V = ∫∫ (r²/2 - κ·e r³/3) dφ ds; the periodic trapezoidal rule around, Gauss' two points in many short pieces along.
         const AROUND: usize = 180;
         let pieces = 400;
         let h = (to - from) / pieces as f64;
         let mut sum = 0.0;
         for piece in 0..pieces {
             for gauss in [-1.0, 1.0] {
-                let x = from + h * (piece as f64 + 0.5 + 0.5 * gauss / 3f64.sqrt());
+                let s = from + h * (piece as f64 + 0.5 + 0.5 * gauss / 3f64.sqrt());
+                let bend = self.line.frame(s).across(&self.line.curvature(s));
                 sum += (0..AROUND)
-                    .map(|j| self.lumen_radius(x, TAU * j as f64 / AROUND as f64).powi(2))
+                    .map(|j| {
+                        let phi = TAU * j as f64 / AROUND as f64;
+                        let towards = bend[0] * phi.cos() + bend[1] * phi.sin();
+                        let r = self.lumen_radius(s, phi);
+                        r.powi(2) * (1.0 - 2.0 / 3.0 * towards * r)
+                    })
                     .sum::<f64>();
             }
         }
         sum * 0.25 * h * TAU / AROUND as f64
     }
 
-    /// Hexahedra of the deformable wall with the regions [`region`]; the number of elements per section is
-    /// the same in graft and artery.
+    /// The sections in a mesh, downstream; those without cells are left out.
+    pub fn spans(&self, numbers: impl Into<AxialNumbers>) -> Vec<Span> {
+        let numbers = numbers.into();
+        let span = |section: &Section| Span {
+            from: section.from,
+            to: section.to,
+            pieces: self.pieces(section, numbers),
+            is_elastic: section.is_elastic,
+        };
+        let spans = self.sections.iter().map(span);
+        spans.filter(|span| span.pieces > 0).collect()
+    }
+
+    fn pieces(&self, section: &Section, numbers: AxialNumbers) -> usize {
+        if !self.counts_radii {
+            return match section.is_elastic {
+                true => numbers.per_section,
+                false => numbers.extension,
+            };
+        }
+        const SAMPLES: usize = 200;
+        let length = section.to - section.from;
+        let at = |i: usize| section.from + length * (i as f64 + 0.5) / SAMPLES as f64;
+        let mean = |value: &dyn Fn(f64) -> f64| {
+            (0..SAMPLES).map(|i| value(at(i))).sum::<f64>() / SAMPLES as f64
+        };
+        let radii = length * mean(&|s| 1.0 / self.surface(LUMEN, s));
+        let turn_deg = (length * mean(&|s| self.line.curvature(s).norm())).to_degrees();
+        let by_length = numbers.per_section as f64 * radii / RADII;
+        let pieces = by_length.max(turn_deg / numbers.most_bend_deg) - 1e-6;
+        (pieces.ceil() as usize).max(1)
+    }
+
+    /// Hexahedra of the elastic wall; their regions are indices into the [materials](Self::materials).
     pub fn solid_mesh(&self, mesh: &WallMesh) -> HexMesh {
-        let n = mesh.axial_per_section;
-        let mut stations = equal_stations(0.0, self.joint(), n);
-        stations.extend(&equal_stations(self.joint(), self.end(), n)[1..]);
+        let spans = self.spans(mesh).into_iter().filter(|span| span.is_elastic);
+        let (mut stations, mut section_of) = (vec![0.0], Vec::new());
+        for (section, span) in spans.enumerate() {
+            stations.extend(&equal_stations(span.from, span.to, span.pieces)[1..]);
+            section_of.extend(vec![section; span.pieces]);
+        }
         let grid = WallGrid {
             stations,
             circumferential: mesh.circumferential,
             radial_per_layer: mesh.radial_per_layer,
-            layers: 2,
+            layers: self.layers(),
         };
+        let elastic: Vec<&Section> = self.elastic_sections().collect();
         grid.mesh(Arc::new(self.clone()), |axial, layer| {
-            match (axial < n, layer) {
-                (true, _) => region::GRAFT,
-                (false, 0) => region::MEDIA,
-                (false, _) => region::ADVENTITIA,
-            }
+            elastic[section_of[axial]].materials[layer]
         })
+    }
+
+    /// Radius (m) of a surface without features.
+    fn surface(&self, index: usize, s: f64) -> f64 {
+        let (first, others) = self.sections.split_first().expect("a vessel has a section");
+        let mut radius = first.surface(index, s);
+        for section in others {
+            let w = section.share(s);
+            radius = (1.0 - w) * radius + w * section.surface(index, s);
+        }
+        radius
     }
 }
 
 impl Surfaces for Vessel {
-    fn radius(&self, index: usize, x: f64, phi: f64) -> f64 {
-        let w = self.blend(x);
-        let circle = (1.0 - w) * self.graft[index] + w * self.artery[index];
-        circle - Imperfection::SHARE[index] * self.imperfection.depth(x, phi)
+    fn radius(&self, index: usize, s: f64, phi: f64) -> f64 {
+        let mut radius = self.surface(index, s);
+        if self.features.is_empty() {
+            return radius;
+        }
+        let lumen = self.surface(LUMEN, s);
+        for feature in &self.features {
+            radius -= feature.inward(index, self.layers() + 1, s, phi, lumen);
+        }
+        radius
+    }
+
+    fn point(&self, s: f64, y: f64, z: f64) -> Vec3 {
+        self.line.frame(s).point(y, z)
     }
 }
 
 /// Hexahedra of the deformable wall of a case; see [`Vessel::solid_mesh`].
-pub fn solid_mesh(vessel: &Anastomosis) -> HexMesh {
+pub fn solid_mesh(vessel: &BloodVessel) -> HexMesh {
     Vessel::new(vessel).solid_mesh(&vessel.structure)
 }

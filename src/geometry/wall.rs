@@ -1,4 +1,4 @@
-//! Structured hexahedra through the wall of a tube around the x-axis.
+//! Structured hexahedra through the wall of a tube around the x-axis, or around any centre-line.
 //!
 //! The wall is a stack of layers between surfaces `r_0(x, φ) < r_1(x, φ) < …`, with `φ` turning from +y to +z. The
 //! local coordinates of an element run along +x (0), around the circumference (1) and outward (2). For these to be
@@ -10,10 +10,15 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Concentric surfaces around the x-axis, star-shaped in every cross-section.
+/// Surfaces around the x-axis, or around a centre-line with the arc length `x`, star-shaped in every cross-section.
 pub trait Surfaces: Send + Sync {
     /// Radius (m) of surface `index`, counted from the lumen outward, at the axial position `x` (m) and angle `phi`.
     fn radius(&self, index: usize, x: f64, phi: f64) -> f64;
+
+    /// The point (m) of the cross-section at `x` with the coordinates `y` and `z` in its plane.
+    fn point(&self, x: f64, y: f64, z: f64) -> Vec3 {
+        Vec3::new(x, y, z)
+    }
 }
 
 /// Where the elements of a wall begin and end.
@@ -123,7 +128,7 @@ impl HexShape for WallShape {
         let depth = ((k % per_layer) as f64 + w) / per_layer as f64;
         let [below, above] = [layer, layer + 1].map(|index| self.surfaces.radius(index, x, phi));
         let radius = (1.0 - depth) * below + depth * above;
-        Vec3::new(x, radius * phi.cos(), radius * phi.sin())
+        (self.surfaces).point(x, radius * phi.cos(), radius * phi.sin())
     }
 }
 

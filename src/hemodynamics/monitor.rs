@@ -75,7 +75,7 @@ impl Monitor {
                 region: *region,
                 shares: wall.shares(region),
                 points: points
-                    .filter(|(_, x)| region.contains(x.x))
+                    .filter(|(_, x)| region.contains(wall.place(x).0.x_m))
                     .map(|(i, _)| i)
                     .collect(),
             }
@@ -116,6 +116,7 @@ impl Monitor {
             let within = stresses.iter().filter(|peak| part.region.contains(peak.x));
             let principal = within.map(|peak| peak.max_principal).max_by(f64::total_cmp);
             let at = stress.map_or(Vec3::zeros(), |peak| peak.position);
+            let (place, radius) = self.wall.place(&at);
             RegionStep {
                 time_s: state.time,
                 region: part.region.name,
@@ -126,9 +127,9 @@ impl Monitor {
                 lumen_volume_m3: volume,
                 max_displacement_m: lengths.map(|u| u.norm()).fold(0.0, f64::max),
                 max_von_mises_Pa: stress.map_or(0.0, |peak| peak.von_mises),
-                max_von_mises_x_m: at.x,
-                max_von_mises_phi_deg: Place::of(&at).phi_deg,
-                max_von_mises_r_m: at.y.hypot(at.z),
+                max_von_mises_x_m: place.x_m,
+                max_von_mises_phi_deg: place.phi_deg,
+                max_von_mises_r_m: radius,
                 max_principal_Pa: principal.unwrap_or(0.0),
             }
         };

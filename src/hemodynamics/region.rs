@@ -1,11 +1,13 @@
 //! The parts of the vessel that are evaluated one by one.
 
-use crate::case::{Anastomosis, Case, Problem};
+use crate::case::{Case, Problem, Shape};
+use crate::geometry::Vessel;
+use arrayvec::ArrayString;
 use serde::{Deserialize, Serialize};
 
 /// Which part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(from = "String", into = "String")]
 pub enum RegionName {
     /// The graft.
     Bypass,
@@ -13,11 +15,44 @@ pub enum RegionName {
     Artery,
     /// The artery without the influence of joint and outlet; the paper's 0.03375 m to 0.05625 m.
     MidArtery,
+    /// A section of a vessel that is not the paper's, as its case calls it.
+    Section(ArrayString<MOST_BYTES>),
+}
+
+/// Longest name of a section: 30 characters.
+const MOST_BYTES: usize = 120;
+
+impl From<String> for RegionName {
+    fn from(name: String) -> Self {
+        match name.as_str() {
+            "bypass" => Self::Bypass,
+            "artery" => Self::Artery,
+            "mid_artery" => Self::MidArtery,
+            other => {
+                let fitting = other
+                    .char_indices()
+                    .take_while(|(at, c)| at + c.len_utf8() <= MOST_BYTES);
+                let mut name = ArrayString::new();
+                fitting.for_each(|(_, c)| name.push(c));
+                Self::Section(name)
+            }
+        }
+    }
+}
+
+impl From<RegionName> for String {
+    fn from(name: RegionName) -> Self {
+        match name {
+            RegionName::MidArtery => "mid_artery".into(),
+            other => other.to_string(),
+        }
+    }
 }
 
 impl std::fmt::Display for RegionName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
+            Self::Section(name) => name,
             Self::Bypass => "bypass",
             Self::Artery => "artery",
             Self::MidArtery => "mid-artery",
@@ -30,18 +65,30 @@ impl std::fmt::Display for RegionName {
 pub struct Region {
     /// Which part.
     pub name: RegionName,
-    /// Its beginning along the axis of the unloaded vessel, m.
+    /// Its beginning along the centre-line of the unloaded vessel, m.
     pub from_m: f64,
     /// Its end, m.
     pub to_m: f64,
 }
 
 impl Region {
-    /// The regions of a case. The last one begins where the blend of the cross-sections ends, and ends as far from the
+    /// The regions of a case: the elastic sections of a vessel, or bypass, artery and its middle. The last of these begins where the blend of the cross-sections ends, and ends as far from the
     /// outlet; there is none if the artery is too short for it. A flag is no vessel and has no regions.
     pub fn of(case: &Case) -> Vec<Self> {
-        let Problem::Anastomosis(Anastomosis { geometry, .. }) = &case.problem else {
+        let Problem::Vessel(vessel) = &case.problem else {
             return Vec::new();
+        };
+        let geometry = match &vessel.shape {
+            Shape::Anastomosis(vessel) => &vessel.geometry,
+            Shape::Vessel(_) => {
+                let vessel = Vessel::new(vessel);
+                let region = |section: &crate::geometry::Section| Self {
+                    name: RegionName::from(section.name.clone()),
+                    from_m: section.from,
+                    to_m: section.to,
+                };
+                return vessel.elastic_sections().map(region).collect();
+            }
         };
         let joint = geometry.graft_length;
         let end = joint + geometry.artery_length;

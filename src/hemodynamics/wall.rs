@@ -1,27 +1,19 @@
-//! The wet surface as a list of faces, in the vessel's coordinates: x along the axis, φ around it from +y towards +z.
+//! The wet surface as a list of faces, in the vessel's coordinates: x along the centre-line, φ around it from its frame's
+//! first direction (+y on the x-axis) towards the second (+z).
 
 use super::region::Region;
 use super::rings::Rings;
 use crate::Vec3;
+use crate::curve::SpaceCurve;
 use serde::{Deserialize, Serialize};
 
 /// Where a face lies on the unloaded wall.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Place {
-    /// Along the axis.
+    /// Along the centre-line: its arc length.
     pub x_m: f64,
     /// Around it, from -180 to 180.
     pub phi_deg: f64,
-}
-
-impl Place {
-    /// The place of a point of the unloaded wall.
-    pub fn of(x: &Vec3) -> Self {
-        Self {
-            x_m: x.x,
-            phi_deg: x.z.atan2(x.y).to_degrees(),
-        }
-    }
 }
 
 /// What the fluid does to the wall, and where the wall is, at the end of a step. In single precision, as it is stored:
@@ -60,10 +52,15 @@ pub struct WetSurface {
     pub points: Vec<Vec3>,
     /// Points of each face; the normal by the right-hand rule points out of the lumen.
     pub faces: Vec<Vec<u32>>,
+    /// The centre-line.
+    line: SpaceCurve,
+    /// Arc length of the centre of each face, m.
+    along: Vec<f64>,
 }
 
-/// Area (m²) of a face, and its part of the surface integral of `(y n_y + z n_z)/2` (m³), which gives the volume
-/// between two cross-sections by the divergence theorem.
+/// Area (m²) of a face, and its part of the surface integral of `F·n` (m³), which gives the volume between two
+/// cross-sections by the divergence theorem: with the coordinates `y`, `z` in the cross-section, and `q = κ·(y, z)` for the
+/// curvature `κ` of the centre-line, `F = (y, z) (1/2 - q/3)/(1 - q)` lies in the cross-section and has the divergence 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extent {
     /// Area, m².
@@ -73,19 +70,65 @@ pub struct Extent {
 }
 
 impl WetSurface {
+    /// A surface around the x-axis.
+    pub fn new(points: Vec<Vec3>, faces: Vec<Vec<u32>>) -> Self {
+        let surface = Self {
+            points,
+            faces,
+            line: SpaceCurve::x_axis(0.0, 1.0),
+            along: Vec::new(),
+        };
+        let line = surface.line.clone();
+        surface.around(line)
+    }
+
+    /// The same surface around a centre-line.
+    #[must_use]
+    pub fn around(self, line: SpaceCurve) -> Self {
+        let middles = self.middles();
+        Self {
+            along: middles.map(|middle| line.beside(&middle).s).collect(),
+            line,
+            ..self
+        }
+    }
+
+    fn middles(&self) -> impl Iterator<Item = Vec3> + use<> {
+        let middle = |face: &Vec<u32>| {
+            let sum: Vec3 = face.iter().map(|&p| self.points[p as usize]).sum();
+            sum / face.len() as f64
+        };
+        let middles: Vec<Vec3> = self.faces.iter().map(middle).collect();
+        middles.into_iter()
+    }
+
+    /// The place of a point of the unloaded wall, and its distance (m) from the centre-line.
+    pub fn place(&self, point: &Vec3) -> (Place, f64) {
+        let found = self.line.beside(point);
+        let [y, z] = found.across;
+        let place = Place {
+            x_m: found.s,
+            phi_deg: z.atan2(y).to_degrees(),
+        };
+        (place, y.hypot(z))
+    }
+
+    /// Distance (m) from the centre-line of a displaced point of a face.
+    pub fn distance(&self, face: usize, position: &Vec3) -> f64 {
+        let [y, z] = self.line.beside_near(position, self.along[face]).across;
+        y.hypot(z)
+    }
+
     /// Centres of the unloaded faces.
     pub fn places(&self) -> Vec<Place> {
-        let centre = |face: &Vec<u32>| {
-            let sum: Vec3 = face.iter().map(|&p| self.points[p as usize]).sum();
-            Place::of(&(sum / face.len() as f64))
-        };
-        self.faces.iter().map(centre).collect()
+        self.middles().map(|middle| self.place(&middle).0).collect()
     }
 
     /// Share of each face in a region; faces outside are left out.
     pub fn shares(&self, region: &Region) -> Vec<(usize, f64)> {
         let share = |face: &Vec<u32>| {
-            let xs = face.iter().map(|&p| self.points[p as usize].x);
+            let at = |p: &u32| self.line.beside(&self.points[*p as usize]).s;
+            let xs = face.iter().map(at);
             let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
                 (low.min(x), high.max(x))
             });
@@ -114,16 +157,18 @@ impl WetSurface {
             let middle = ring.iter().map(centre).sum::<Vec3>() / ring.len() as f64;
             ring.iter().for_each(|face| middles[*face] = middle);
         }
-        let radius = |(face, middle): (&Vec<u32>, &Vec3)| {
-            let arms = face.iter().map(|p| at(p) - middle);
-            arms.map(|arm| arm.y.hypot(arm.z)).sum::<f64>() / face.len() as f64
+        let radius = |((face, middle), s): ((&Vec<u32>, &Vec3), &f64)| {
+            let frame = self.line.frame(*s);
+            let across = face.iter().map(|p| frame.across(&(at(p) - middle)));
+            across.map(|[y, z]| y.hypot(z)).sum::<f64>() / face.len() as f64
         };
-        self.faces.iter().zip(&middles).map(radius).collect()
+        let faces = self.faces.iter().zip(&middles).zip(&self.along);
+        faces.map(radius).collect()
     }
 
     /// Extents of the faces with the points at `positions` (m): triangles between each side and the middle.
     pub fn extents(&self, positions: &[Vec3]) -> Vec<Extent> {
-        let extent = |face: &Vec<u32>| {
+        let extent = |(face, s): (&Vec<u32>, &f64)| {
             let corner = |i: usize| positions[face[i % face.len()] as usize];
             let middle = (0..face.len()).map(corner).sum::<Vec3>() / face.len() as f64;
             let mut extent = Extent {
@@ -135,11 +180,16 @@ impl WetSurface {
                 let vector = 0.5 * (a - middle).cross(&(b - middle));
                 let centre = (a + b + middle) / 3.0;
                 extent.area += vector.norm();
-                extent.volume += 0.5 * (centre.y * vector.y + centre.z * vector.z);
+                let beside = self.line.beside_near(&centre, *s);
+                let [y, z] = beside.across;
+                let [bend_y, bend_z] = beside.frame.across(&self.line.curvature(beside.s));
+                let [normal_y, normal_z] = beside.frame.across(&vector);
+                let q = bend_y * y + bend_z * z;
+                extent.volume += (0.5 - q / 3.0) / (1.0 - q) * (y * normal_y + z * normal_z);
             }
             extent
         };
-        self.faces.iter().map(extent).collect()
+        self.faces.iter().zip(&self.along).map(extent).collect()
     }
 }
 
@@ -165,7 +215,7 @@ pub(crate) mod tests {
                 }
             }
         }
-        WetSurface { points, faces }
+        WetSurface::new(points, faces)
     }
 
     #[test]

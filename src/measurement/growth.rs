@@ -1,7 +1,7 @@
 //! How the cost of a step grows with the meshes: finer and finer ones of the same case, as table and plot.
 
 use super::{BudgetReport, Measurement};
-use crate::case::{Anastomosis, Problem, ResolvedCase};
+use crate::case::{BloodVessel, Problem, ResolvedCase};
 use crate::output::figure::{Curve, Figure, Marker, Panel, Scale};
 use crate::output::{terminal, write_atomically};
 use crate::run::{CaseSelection, Failure, Interrupt};
@@ -22,7 +22,7 @@ pub fn measure(
     folder: &Path,
     interrupt: &Interrupt,
 ) -> Result<(), Failure> {
-    let Problem::Anastomosis(vessel) = &case.problem else {
+    let Problem::Vessel(vessel) = &case.problem else {
         return Err(Failure::Input(format!(
             "--growth: {} is a flag in a channel, and the sizes are those of a vessel's meshes; give a case with a vessel",
             measurement.case.display()
@@ -85,7 +85,7 @@ pub fn measure(
 /// The case with finer (or coarser) meshes.
 fn scaled(
     selection: &CaseSelection,
-    vessel: &Anastomosis,
+    vessel: &BloodVessel,
     fluid: f64,
     structure: f64,
 ) -> CaseSelection {

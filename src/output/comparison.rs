@@ -7,6 +7,8 @@ use super::results::Results;
 use super::tables::HistoryRow;
 use super::wall_fields::FaceRow;
 use super::write_atomically;
+use crate::case::{Anastomosis, BloodVessel, Shape, VesselDescription};
+use crate::geometry::Vessel;
 use crate::hemodynamics::{Place, Region, Rings};
 use serde::Serialize;
 use std::path::Path;
@@ -190,12 +192,11 @@ impl Comparison {
             }
             walls = Some(both);
         }
-        let geometry = &a.vessel.geometry;
         Ok(Self {
             differences,
             histories,
             walls,
-            length: geometry.graft_length + geometry.artery_length,
+            length: Vessel::new(&a.vessel).end(),
             names: ["A", "B"],
         })
     }
@@ -343,13 +344,36 @@ fn common_field(
     inside.map(pair).collect()
 }
 
+/// A part of the paper's vessel, if it is one.
+fn part_of<T>(vessel: &BloodVessel, part: fn(&Anastomosis) -> &T) -> Option<&T> {
+    vessel.anastomosis().map(part)
+}
+
+/// The description of a vessel that is not the paper's.
+fn description(vessel: &BloodVessel) -> Option<&VesselDescription> {
+    match &vessel.shape {
+        Shape::Vessel(description) => Some(description),
+        Shape::Anastomosis(_) => None,
+    }
+}
+
 /// Refuses runs of different vessels or under different loads.
 fn same_model(first: &Results, second: &Results) -> Result<(), ComparisonError> {
     let ([a, b], [v, w]) = ([&first.case, &second.case], [&first.vessel, &second.vessel]);
     let parts = [
-        ("model", v.model == w.model),
-        ("geometry", v.geometry == w.geometry),
-        ("wall", a.wall == b.wall && v.wall == w.wall),
+        (
+            "model",
+            part_of(v, |v| &v.model) == part_of(w, |w| &w.model),
+        ),
+        (
+            "geometry",
+            part_of(v, |v| &v.geometry) == part_of(w, |w| &w.geometry),
+        ),
+        (
+            "wall",
+            a.wall == b.wall && part_of(v, |v| &v.wall) == part_of(w, |w| &w.wall),
+        ),
+        ("vessel", description(v) == description(w)),
         ("blood", a.blood == b.blood),
         ("inflow", v.inflow == w.inflow),
         ("windkessel", v.windkessel == w.windkessel),

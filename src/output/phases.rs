@@ -8,6 +8,7 @@ use super::wall_history::WallHistoryReader;
 use super::write_atomically;
 use crate::Vec3;
 use crate::case::{Case, Window};
+use crate::geometry::centre_line;
 use crate::hemodynamics::phases::{PhaseMean, Phases, WallPhases, phase_means};
 use crate::hemodynamics::{Region, RegionStep};
 use std::io;
@@ -42,7 +43,7 @@ pub fn write(files: &RunFiles, case: &Case, window: Window, count: usize) -> io:
     )?;
 
     let reader = WallHistoryReader::open(&files.wall_history())?;
-    let wall = reader.wall.clone();
+    let wall = reader.wall.clone().around(centre_line(case));
     let mut means = WallPhases::new(phases, window, case.time.step, &wall);
     for state in reader {
         means.add(&state?);

@@ -12,6 +12,7 @@ use crate::Vec3;
 use crate::case::{Case, Window};
 use crate::coupling::Iteration;
 use crate::fluid::Fluid;
+use crate::geometry::centre_line;
 use crate::hemodynamics::{Monitor, Region, WallState, WetSurface};
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
@@ -126,10 +127,8 @@ impl RecordSettings {
     /// Of the run of a case into `files`.
     pub fn of(case: &Case, files: &RunFiles, model: &CoupledModel) -> Self {
         let interface = model.coupling.fluid.interface();
-        let wall = WetSurface {
-            points: interface.points.clone(),
-            faces: interface.faces.clone(),
-        };
+        let wall = WetSurface::new(interface.points.clone(), interface.faces.clone())
+            .around(centre_line(case));
         Self {
             history: files.history(),
             iterations: files.iterations(),

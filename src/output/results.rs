@@ -4,7 +4,8 @@ use super::run_files::{MARK, RunFiles};
 use super::tables::{self, HistoryRow};
 use super::wall_fields::{self, FaceRow};
 use super::{phases, record, wall_record, write_atomically};
-use crate::case::{Anastomosis, Case, Problem, Window};
+use crate::case::{BloodVessel, Case, Problem, Window};
+use crate::geometry::centre_line;
 use crate::hemodynamics::summary::{Series, WallFields};
 use crate::hemodynamics::{HemodynamicsSummary, Region, RegionStep, WetSurface, WindowStatistics};
 use std::io;
@@ -94,7 +95,7 @@ pub struct Results {
     /// Every value that was used.
     pub case: Case,
     /// What it is about.
-    pub vessel: Anastomosis,
+    pub vessel: BloodVessel,
     /// The run in figures, if it has ended.
     pub summary: Option<record::RunSummary>,
     /// A row a time step.
@@ -138,7 +139,7 @@ impl Results {
     pub fn load(root: &Path) -> Result<Self, ResultsError> {
         let files = RunFiles::new(root);
         let case = read_case(&files)?;
-        let Problem::Anastomosis(vessel) = &case.problem else {
+        let Problem::Vessel(vessel) = &case.problem else {
             return Err(ResultsError(format!(
                 "{} is the run of a [flag], but reports and comparisons are about vessels; look at its probes.csv and history.csv, \
                  and open structure.pvd and openfoam/fluid.foam in ParaView",
@@ -244,6 +245,7 @@ pub fn reevaluate(
     let history: Vec<HistoryRow> = tables::read(&files.history()).map_err(|e| failed(&e))?;
     let times: Vec<f64> = history.iter().map(|row| row.time_s).collect();
     let gathered = wall_record::gather(&path, window, case.time.step, &times);
+    let gathered = gathered.map(|(wall, statistics)| (wall.around(centre_line(&case)), statistics));
     let (wall, statistics) = gathered.map_err(|e| failed(&e))?;
     if statistics.steps == 0 {
         let Window { start_s, end_s } = window;

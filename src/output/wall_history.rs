@@ -321,13 +321,9 @@ fn decode_wall(bytes: &[u8], [points, faces]: [usize; 2]) -> Option<WetSurface> 
     let (sizes, mut rest) = rest.split_at_checked(4 * faces)?;
     let component = |chunk: &[u8]| f64::from_le_bytes(chunk.try_into().expect("eight bytes"));
     let components: Vec<f64> = positions.chunks_exact(8).map(component).collect();
-    let mut wall = WetSurface {
-        points: components
-            .chunks_exact(3)
-            .map(|x| Vec3::new(x[0], x[1], x[2]))
-            .collect(),
-        faces: Vec::with_capacity(faces),
-    };
+    let points_of = components.chunks_exact(3);
+    let points_of = points_of.map(|x| Vec3::new(x[0], x[1], x[2])).collect();
+    let mut faces_of = Vec::with_capacity(faces);
     for size in sizes.chunks_exact(4) {
         let [size] = words(size);
         let (face, others) = rest.split_at_checked(4 * size as usize)?;
@@ -335,10 +331,10 @@ fn decode_wall(bytes: &[u8], [points, faces]: [usize; 2]) -> Option<WetSurface> 
         if face.is_empty() || face.iter().any(|p| *p as usize >= points) {
             return None;
         }
-        wall.faces.push(face);
+        faces_of.push(face);
         rest = others;
     }
-    Some(wall)
+    Some(WetSurface::new(points_of, faces_of))
 }
 
 /// The first N numbers.
@@ -358,10 +354,8 @@ mod tests {
     use super::*;
 
     fn wall() -> WetSurface {
-        WetSurface {
-            points: (0..4).map(|k| Vec3::new(0.1, k as f64, 1.0)).collect(),
-            faces: vec![vec![0, 1, 2], vec![0, 1, 2, 3]],
-        }
+        let points = (0..4).map(|k| Vec3::new(0.1, k as f64, 1.0)).collect();
+        WetSurface::new(points, vec![vec![0, 1, 2], vec![0, 1, 2, 3]])
     }
 
     fn state(n: usize) -> WallState {

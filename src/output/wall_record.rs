@@ -97,8 +97,9 @@ impl WallRecord {
         if let Some(history) = &mut self.history {
             history.append(state)?;
         }
+        let wall = self.settings.monitor.wall();
         let stress = |peak: &StressPeak| WallStress {
-            x: peak.element.x,
+            x: wall.place(&peak.element).0.x_m,
             von_mises: peak.von_mises,
             max_principal: peak.max_principal,
             position: peak.position,

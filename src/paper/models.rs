@@ -25,15 +25,25 @@ pub fn name(extension: Extension, d_max: f64) -> String {
     format!("{}-{millimetres:?}", letter(extension))
 }
 
+/// The vessel of a run of a study.
+///
+/// # Panics
+/// If it is not one of the models: a study holds no others.
+pub fn vessel(run: &Results) -> &Anastomosis {
+    (run.vessel.anastomosis()).expect("a study holds runs of the models only")
+}
+
 /// Whether a run is one of the models: called as the paper calls it, with that extension and imperfection, a graft and an
 /// artery as long as the paper's and made of its materials. What the paper leaves open (radii, flow, windkessel) may differ.
 pub fn is_model(run: &Results) -> bool {
-    let Anastomosis {
+    let Some(Anastomosis {
         model,
         geometry,
         wall,
-        ..
-    } = &run.vessel;
+    }) = run.vessel.anastomosis()
+    else {
+        return false;
+    };
     let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
     let is_artery = |layer: &Material| matches!(layer, Material::HolzapfelGasserOgden { .. });
     run.name() == name(model.extension, model.d_max)

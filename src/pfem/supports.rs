@@ -3,7 +3,7 @@
 use super::SolidError;
 use super::element::mapping::Mapping;
 use super::space::numbering::Numbering;
-use crate::case::{Anastomosis, TissueDirection, VesselEnd};
+use crate::case::{BloodVessel, TissueDirection, VesselEnd};
 use crate::geometry::{HexFace, HexMesh};
 use crate::{Mat3, Vec3};
 
@@ -107,7 +107,7 @@ pub fn on_springs(name: &str, spring: f64) -> Support {
 }
 
 /// What holds the wall of a vessel: its ends, and the tissue around it.
-pub fn of_vessel(vessel: &Anastomosis) -> Vec<Support> {
+pub fn of_vessel(vessel: &BloodVessel) -> Vec<Support> {
     let mut supports = vec![Support::Clamped("start".into())];
     let (outlet, spring) = vessel.outlet_end();
     match outlet {
@@ -134,7 +134,7 @@ pub fn of_vessel(vessel: &Anastomosis) -> Vec<Support> {
 }
 
 /// Pressure (Pa) on the outer surface of a vessel, along x.
-pub fn pressure_around(vessel: &Anastomosis) -> Profile {
+pub fn pressure_around(vessel: &BloodVessel) -> Profile {
     let tissue = vessel.surroundings.as_ref();
     Profile(vessel.along(tissue.and_then(|tissue| tissue.pressure)))
 }

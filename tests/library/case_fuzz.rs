@@ -106,9 +106,9 @@ proptest! {
             ("structure.circumferential", (2 * core).to_string()),
         ]);
         if let Ok(case) = Case::load(&project().join(model), Preset::Demo, &pairs) {
-            let smallest = fluid_mesh(case.anastomosis().unwrap()).cell_volumes().into_iter().fold(f64::INFINITY, f64::min);
+            let smallest = fluid_mesh(case.vessel().unwrap()).cell_volumes().into_iter().fold(f64::INFINITY, f64::min);
             prop_assert!(smallest > 0.0, "a fluid cell has the volume {smallest:e}");
-            let mesh = solid_mesh(case.anastomosis().unwrap());
+            let mesh = solid_mesh(case.vessel().unwrap());
             for element in 0..mesh.hexes.len() {
                 let at = |xi| mesh.shape.position(element, xi);
                 for w in [-0.9, 0.9] {

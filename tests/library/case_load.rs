@@ -2,8 +2,8 @@
 
 use approx::assert_relative_eq;
 use fsi_driver::case::{
-    Anastomosis, Case, Extension, FlowCurve, Inflow, Material, Preset, Problem, Ramp, ResolvedCase,
-    Solver,
+    Anastomosis, BloodVessel, Case, Extension, FlowCurve, Inflow, Material, Preset, Problem, Ramp,
+    ResolvedCase, Shape, Solver,
 };
 use std::path::{Path, PathBuf};
 
@@ -19,8 +19,8 @@ fn load(folder: &Path, preset: Preset, set: &[(&str, &str)]) -> ResolvedCase {
     Case::load(folder, preset, &set).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-fn vessel(case: &Case) -> &Anastomosis {
-    case.anastomosis().unwrap()
+fn vessel(case: &Case) -> &BloodVessel {
+    case.vessel().unwrap()
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn all_twelve_models_load_with_every_preset_and_differ_in_the_model_only() {
             let folder = project().join(format!("{letter}-{d_max}"));
             for preset in Preset::ALL {
                 let case = load(&folder, preset, &[]);
-                let model = &vessel(&case).model;
+                let model = &case.anastomosis().unwrap().model;
                 assert_eq!(model.extension, extension);
                 assert_relative_eq!(
                     model.d_max,
@@ -47,8 +47,11 @@ fn all_twelve_models_load_with_every_preset_and_differ_in_the_model_only() {
             }
             let paper = load(&folder, Preset::Paper, &[]);
             let same_model = Case {
-                problem: Problem::Anastomosis(Anastomosis {
-                    model: vessel(&reference).model.clone(),
+                problem: Problem::Vessel(BloodVessel {
+                    shape: Shape::Anastomosis(Anastomosis {
+                        model: reference.anastomosis().unwrap().model.clone(),
+                        ..paper.anastomosis().unwrap().clone()
+                    }),
                     ..vessel(&paper).clone()
                 }),
                 ..paper.case
@@ -63,20 +66,16 @@ fn presets_differ_in_resolution_and_length_only() {
     let [demo, coarse, paper] = [Preset::Demo, Preset::Coarse, Preset::Paper]
         .map(|preset| load(&project().join("S-0.25"), preset, &[]));
     assert!(
-        (4000..6000).contains(&vessel(&demo).fluid.mesh.cells()),
+        (4000..6000).contains(&demo.fluid_cells()),
         "{}",
-        vessel(&demo).fluid.mesh.cells()
+        demo.fluid_cells()
     );
     assert!(
-        (9000..11_000).contains(&vessel(&coarse).fluid.mesh.cells()),
+        (9000..11_000).contains(&coarse.fluid_cells()),
         "{}",
-        vessel(&coarse).fluid.mesh.cells()
+        coarse.fluid_cells()
     );
-    assert!(
-        vessel(&paper).fluid.mesh.cells() >= 30_000,
-        "{}",
-        vessel(&paper).fluid.mesh.cells()
-    );
+    assert!(paper.fluid_cells() >= 30_000, "{}", paper.fluid_cells());
     assert_eq!(
         [demo.time.end, coarse.time.end, paper.time.end],
         [0.1, 3.0, 3.0]
@@ -86,13 +85,13 @@ fn presets_differ_in_resolution_and_length_only() {
         [50, 1500, 1500]
     );
     for case in [demo, coarse] {
-        let resolved = Anastomosis {
+        let resolved = BloodVessel {
             structure: vessel(&paper).structure.clone(),
             fluid: vessel(&paper).fluid.clone(),
             ..vessel(&case).clone()
         };
         let like_paper = Case {
-            problem: Problem::Anastomosis(resolved),
+            problem: Problem::Vessel(resolved),
             time: paper.time.clone(),
             structure: paper.structure.clone(),
             fluid: paper.fluid.clone(),
@@ -105,20 +104,22 @@ fn presets_differ_in_resolution_and_length_only() {
 
 #[test]
 fn the_degrees_of_freedom_are_those_of_the_trunk_space() {
-    let case = load(&project().join("S-0.25"), Preset::Paper, &[]);
-    let mut structure = vessel(&case).structure.clone();
-    (
-        structure.axial_per_section,
-        structure.circumferential,
-        structure.radial_per_layer,
-    ) = (1, 4, 1);
+    let coarse = [
+        "structure.axial_per_section=1",
+        "structure.circumferential=4",
+        "structure.radial_per_layer=1",
+    ];
+    let coarse = coarse.map(|set| set.split_once('=').unwrap());
     // 2 by 4 by 2 elements: 36 vertices, 84 edges, 64 faces, 16 elements (Euler: 36 - 84 + 64 - 16 = 0).
     for (p, scalar) in [
         (3, 36 + 84 * 2),
         (4, 36 + 84 * 3 + 64),
         (6, 36 + 84 * 5 + 64 * 6 + 16),
     ] {
-        assert_eq!(structure.degrees_of_freedom(p), 3 * scalar);
+        let degree = p.to_string();
+        let set = [&coarse[..], &[("structure.p", degree.as_str())]].concat();
+        let case = load(&project().join("S-0.25"), Preset::Paper, &set);
+        assert_eq!(case.structure_degrees_of_freedom(), 3 * scalar);
     }
 }
 
@@ -126,7 +127,7 @@ fn the_degrees_of_freedom_are_those_of_the_trunk_space() {
 fn values_of_the_paper_arrive() {
     let case = load(&project().join("H-0.5"), Preset::Paper, &[]);
     assert_eq!(
-        vessel(&case).wall.graft,
+        case.anastomosis().unwrap().wall.graft,
         Material::NeoHooke {
             mu: 3.33e5,
             kappa: 1.67e9,
@@ -143,11 +144,12 @@ fn values_of_the_paper_arrive() {
         dispersion: None,
         viscosity: None,
     };
-    assert_eq!(vessel(&case).wall.media, media);
+    assert_eq!(case.anastomosis().unwrap().wall.media, media);
     assert_eq!(case.wall.damping, 0.01);
-    assert_eq!(vessel(&case).geometry.imperfection.len(), 7);
+    assert_eq!(case.anastomosis().unwrap().geometry.imperfection.len(), 7);
     assert!(
-        vessel(&case)
+        case.anastomosis()
+            .unwrap()
             .geometry
             .imperfection
             .iter()
@@ -223,7 +225,7 @@ fn another_material_drops_the_old_ones_parameters() {
     ];
     let case = load(&project().join("S-0.0"), Preset::Demo, &set);
     assert_eq!(
-        vessel(&case).wall.media,
+        case.anastomosis().unwrap().wall.media,
         Material::SaintVenantKirchhoff {
             youngs_modulus: 3e5,
             poisson_ratio: 0.3,
@@ -236,7 +238,7 @@ fn another_material_drops_the_old_ones_parameters() {
         &[("wall.graft.mu_Pa", "400000")],
     );
     assert_eq!(
-        vessel(&stiffer).wall.graft,
+        stiffer.anastomosis().unwrap().wall.graft,
         Material::NeoHooke {
             mu: 4e5,
             kappa: 1.67e9,

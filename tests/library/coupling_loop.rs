@@ -114,8 +114,8 @@ impl Fluid for Cushion {
 fn cushioned_tube() -> Coupling<Cushion, Structure> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/elastic-tube");
     let case = Case::load(&folder, Preset::Demo, &[]).unwrap();
-    let vessel = case.anastomosis().unwrap();
-    let wall = &vessel.wall;
+    let vessel = case.vessel().unwrap();
+    let wall = &vessel.anastomosis().unwrap().wall;
     let materials = [&wall.graft, &wall.media, &wall.adventitia].map(Clone::clone);
     let space = Space::isotropic(SpaceKind::Trunk, 3);
     let options = StructureOptions {

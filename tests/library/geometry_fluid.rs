@@ -2,17 +2,17 @@
 
 use approx::assert_relative_eq;
 use fsi_driver::Vec3;
-use fsi_driver::case::{Anastomosis, Case, FluidMesh, Preset};
+use fsi_driver::case::{BloodVessel, Case, FluidMesh, Preset};
 use fsi_driver::geometry::{PolyMesh, Surfaces, Vessel, fluid_mesh, solid_mesh};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-fn load(model: &str) -> Anastomosis {
+fn load(model: &str) -> BloodVessel {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("openfoam-case")
         .join(model);
     let case = Case::load(&folder, Preset::Demo, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    case.anastomosis().unwrap().clone()
+    case.vessel().unwrap().clone()
 }
 
 fn patch_points(mesh: &PolyMesh, patch: &str) -> Vec<usize> {
@@ -56,7 +56,13 @@ fn cells_are_closed_and_have_positive_volumes() {
     for model in ["S-0.75", "H-0.75", "A-0.75"] {
         let case = load(model);
         let mesh = fluid_mesh(&case);
-        assert_eq!(mesh.cells(), case.fluid.mesh.cells());
+        let (cells, slices) = (
+            &case.fluid.mesh,
+            Vessel::new(&case).slices(&case.fluid.mesh),
+        );
+        assert_eq!(slices, cells.axial_extension + 2 * cells.axial_per_section);
+        let per_slice = cells.core * (cells.core + 4 * cells.radial);
+        assert_eq!(mesh.cells(), per_slice * slices);
         let mut closed = vec![Vec3::zeros(); mesh.cells()];
         for face in 0..mesh.faces.len() {
             let (_, area) = mesh.face_geometry(face);

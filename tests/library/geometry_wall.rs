@@ -1,18 +1,18 @@
 //! The structural mesh: orientation, conformity, volumes.
 
 use fsi_driver::Vec3;
-use fsi_driver::case::{Anastomosis, Case, Preset};
+use fsi_driver::case::{BloodVessel, Case, Preset};
 use fsi_driver::geometry::{
     HexMesh, Imperfection, Surfaces, Vessel, irregular_tube_mesh, solid_mesh, tube_mesh,
 };
 use std::path::Path;
 
-fn load(model: &str) -> Anastomosis {
+fn load(model: &str) -> BloodVessel {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("openfoam-case")
         .join(model);
     let case = Case::load(&folder, Preset::Coarse, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    case.anastomosis().unwrap().clone()
+    case.vessel().unwrap().clone()
 }
 
 /// Volume (m³) of every element by the 4-point Gauss rule in each direction and central differences of the shape.
@@ -155,7 +155,11 @@ fn neighbours_share_their_curved_faces() {
 fn the_papers_irregular_artery_has_no_element_inside_out() {
     let case = load("S-0.0");
     for (axial, circumferential, radial) in [(2, 4, 1), (4, 8, 2)] {
-        let imperfection = Imperfection::new(&case.geometry.imperfection, [0.0, 0.02], 1e-3);
+        let imperfection = Imperfection::new(
+            &case.anastomosis().unwrap().geometry.imperfection,
+            [0.0, 0.02],
+            1e-3,
+        );
         let mesh = irregular_tube_mesh(
             3e-3,
             [0.5e-3, 0.5e-3],

@@ -205,7 +205,10 @@ fn the_json_schema_says_what_check_says() {
         }
         for value in values {
             // Alone, without defaults: what else is missing does not matter here.
-            let text = format!("{} = {value}\n", key.path);
+            let text = match key.path.split_once("[].") {
+                Some((list, name)) => format!("[[{list}]]\n{name} = {value}\n"),
+                None => format!("{} = {value}\n", key.path),
+            };
             std::fs::write(folder.path().join("case.toml"), &text).unwrap();
             let errors = Case::load(folder.path(), Preset::Paper, &[]).err();
             let of_one_key = |error: &CaseError| {

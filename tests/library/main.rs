@@ -33,4 +33,5 @@ mod solid_state;
 mod solid_static;
 mod solid_support;
 mod tissue;
+mod vessel;
 mod windkessel;

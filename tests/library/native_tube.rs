@@ -37,7 +37,7 @@ fn tube(degree: usize) -> VesselMesh {
         axial_extension: 1,
         axial_per_section: 1,
     };
-    VesselMesh::new(&Vessel::new(case.anastomosis().unwrap()), resolution)
+    VesselMesh::new(&Vessel::new(case.vessel().unwrap()), resolution)
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

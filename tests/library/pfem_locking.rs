@@ -22,18 +22,15 @@ fn inflate(
         .join("openfoam-case")
         .join(model);
     let case = Case::load(&folder, Preset::Demo, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let vessel = case.anastomosis().unwrap();
+    let vessel = case.vessel().unwrap();
     let mesh = solid_mesh(vessel);
     let space = Space::isotropic(SpaceKind::Trunk, p);
     let options = Options {
         formulation,
         ..Options::new(space)
     };
-    let materials = [
-        &vessel.wall.graft,
-        &vessel.wall.media,
-        &vessel.wall.adventitia,
-    ];
+    let wall = &vessel.anastomosis().unwrap().wall;
+    let materials = [&wall.graft, &wall.media, &wall.adventitia];
     let supports = ["start", "end"].map(|end| Support::Clamped(end.into()));
     let body =
         Discretization::new(&mesh, &materials.map(Clone::clone), &supports, &options).unwrap();

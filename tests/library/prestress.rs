@@ -107,7 +107,7 @@ fn an_imperfect_vessel_that_is_given_at_80_mmhg_is_what_its_unloaded_shape_becom
     let moved = solid.accepted_displacement(&places);
     assert!(moved.iter().all(|u| u.norm() == 0.0));
     // The volume of the lumen is that of the given sizes.
-    let vessel = fsi_driver::geometry::Vessel::new(case.anastomosis().unwrap());
+    let vessel = fsi_driver::geometry::Vessel::new(case.vessel().unwrap());
     let given = vessel.lumen_volume(0.0, vessel.end());
     let ratio = (model.volume - model.rigid_volume) / given;
     println!("volume over the given one {ratio}");

@@ -42,7 +42,7 @@ impl RigidTube {
     /// After a change of the files in OpenFOAM's case.
     fn start_with(case: &Case, change: fn(&Path)) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let vessel = case.anastomosis().unwrap();
+        let vessel = case.vessel().unwrap();
         let mesh = fluid_mesh(vessel);
         mesh.write(folder.path()).unwrap();
         CaseFiles {

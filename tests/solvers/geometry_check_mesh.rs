@@ -18,7 +18,7 @@ fn check(model: &str, preset: Preset) -> f64 {
         .join(model);
     let case = Case::load(&folder, preset, &[]).unwrap_or_else(|errors| panic!("{errors}"));
     let mesh = match &case.problem {
-        Problem::Anastomosis(vessel) => fluid_mesh(vessel),
+        Problem::Vessel(vessel) => fluid_mesh(vessel),
         Problem::Flag(flag) => flag.fluid_mesh(),
     };
     assert_eq!(mesh.cells(), case.fluid_cells());

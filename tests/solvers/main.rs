@@ -35,4 +35,5 @@ mod run_support;
 mod simulation;
 mod study;
 mod terminal;
+mod vessel;
 mod wall_state;

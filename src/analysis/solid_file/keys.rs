@@ -53,7 +53,7 @@ impl Table for Layer {
             absent: None,
             about: "thickness of this layer",
             choices: Vec::new(),
-            problem: None,
+            problems: &[],
         });
         Material::describe(path, schema);
     }

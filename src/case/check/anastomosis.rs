@@ -1,95 +1,26 @@
-//! Whether the vessel's surfaces, its extension, its inflow and its meshes fit together.
+//! Whether the surfaces of the paper's vessel, its extension and its meshes fit together.
 
-use super::{Report, material};
-use crate::case::{Anastomosis, Case, Extension, FlowCurve, GivenShape, Solver, Start, VesselEnd};
+use super::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG, Report, material};
+use crate::case::{Anastomosis, Case, Extension, LumenMeshes, Solver};
 use crate::interpolation::BicubicSurface;
 use std::f64::consts::TAU;
 
 /// The imperfection must leave at least this share of the artery's inner radius.
 const LEAST_LUMEN: f64 = 0.2;
-/// A cell of the rigid extension may bend by this angle at most.
-const MAX_BEND_DEG: f64 = 30.0;
-/// A curved element of the native solver may bend further.
-const MAX_ELEMENT_BEND_DEG: f64 = 45.0;
 
-pub(super) fn check(case: &Case, vessel: &Anastomosis, report: &mut Report<'_>) {
+pub(super) fn check(
+    case: &Case,
+    vessel: &Anastomosis,
+    fluid: &LumenMeshes,
+    report: &mut Report<'_>,
+) {
     surfaces(vessel, report);
     extension(vessel, report);
-    inflow(case, vessel, report);
-    meshes(case, vessel, report);
-    surroundings(vessel, report);
-    ends(case, vessel, report);
-    report(
-        &["initial.shape", "initial.start"],
-        vessel.given_shape() == GivenShape::Loaded && vessel.start() != Start::Equilibrium,
-        "a shape that is given under pressure needs a start under that pressure: write initial.start = \"equilibrium\", and \
-         the pressure into windkessel.initial_pressure_Pa"
-            .into(),
-    );
+    meshes(case, vessel, fluid, report);
     let wall = &vessel.wall;
     material("wall.graft", &wall.graft, report);
     material("wall.media", &wall.media, report);
     material("wall.adventitia", &wall.adventitia, report);
-}
-
-fn surroundings(vessel: &Anastomosis, report: &mut Report<'_>) {
-    let Some(tissue) = &vessel.surroundings else {
-        return;
-    };
-    let (stations, shares) = (&tissue.stations, &tissue.shares);
-    for (key, other, found) in [
-        (
-            "surroundings.stations_m",
-            "surroundings.shares",
-            shares.len(),
-        ),
-        (
-            "surroundings.shares",
-            "surroundings.stations_m",
-            stations.len(),
-        ),
-    ] {
-        report(
-            &[key],
-            stations.len() != shares.len(),
-            format!("expected as many numbers as {other} has, {found}"),
-        );
-    }
-    report(
-        &["surroundings.stations_m"],
-        stations.windows(2).any(|pair| pair[0] >= pair[1]),
-        "expected ascending places".into(),
-    );
-    report(
-        &["surroundings.shares"],
-        shares.iter().any(|share| *share < 0.0),
-        "expected no negative share: springs that push would be no tissue".into(),
-    );
-}
-
-fn ends(case: &Case, vessel: &Anastomosis, report: &mut Report<'_>) {
-    let (outlet, spring) = vessel.outlet_end();
-    report(
-        &["ends.outlet", "fluid.solver"],
-        outlet != VesselEnd::Clamped && case.fluid.solver == Solver::OpenFoam,
-        "OpenFOAM's mesh keeps its outlet where it is: write \"clamped\", or take fluid.solver = \"native\"".into(),
-    );
-    report(
-        &["ends.outlet"],
-        outlet == VesselEnd::Springs && spring == 0.0,
-        "springs need a stiffness: add ends.spring_Pa_m".into(),
-    );
-    report(
-        &["ends.spring_Pa_m"],
-        outlet != VesselEnd::Springs && spring != 0.0,
-        "only an end that is on springs has any: write ends.outlet = \"springs\", or leave it out"
-            .into(),
-    );
-    report(
-        &["initial.axial_stretch", "ends.outlet"],
-        outlet == VesselEnd::Springs && vessel.axial_stretch() != 1.0,
-        "an end on springs is not moved to a place: write ends.outlet = \"clamped\", \"sliding\" or \"radial\"".into(),
-    );
 }
 
 fn surfaces(vessel: &Anastomosis, report: &mut Report<'_>) {
@@ -204,41 +135,15 @@ fn helix(vessel: &Anastomosis, report: &mut Report<'_>) {
     );
 }
 
-fn inflow(case: &Case, vessel: &Anastomosis, report: &mut Report<'_>) {
-    report(
-        &["inflow.systole_s", "time.period_s"],
-        vessel.inflow.systole > case.time.period && vessel.inflow.file.is_none(),
-        format!(
-            "the pulse must fit into time.period_s = {:?}",
-            case.time.period
-        ),
-    );
-    if vessel.inflow.file.is_some()
-        && let Err(error) = FlowCurve::new(&vessel.inflow, case.time.period)
-    {
-        report(&["inflow.file", "time.period_s"], true, error.to_string());
-    }
-}
-
-fn meshes(case: &Case, vessel: &Anastomosis, report: &mut Report<'_>) {
-    if let Some(degree) = case.structure.p_geometry {
-        let around = vessel.structure.circumferential;
-        let message =
-            format!("straight edges need at least 12 elements around, not {around}: raise either");
-        report(
-            &["structure.p_geometry", "structure.circumferential"],
-            degree == 1 && around < 12,
-            message,
-        );
-    }
+fn meshes(case: &Case, vessel: &Anastomosis, fluid: &LumenMeshes, report: &mut Report<'_>) {
     let g = &vessel.geometry;
     let (key, what, cells, most_deg) = match case.fluid.solver {
         Solver::OpenFoam => {
-            let cells = vessel.fluid.mesh.axial_extension;
+            let cells = fluid.mesh.axial_extension;
             ("fluid.mesh.axial_extension", "cell", cells, MAX_BEND_DEG)
         }
         Solver::Native => {
-            let elements = vessel.fluid.native.axial_extension;
+            let elements = fluid.native.axial_extension;
             (
                 "fluid.native.axial_extension",
                 "element",
@@ -256,7 +161,9 @@ fn meshes(case: &Case, vessel: &Anastomosis, report: &mut Report<'_>) {
             "a rigid extension of the length {length:?} m with {cells} {what}s along it: both or neither must be zero"
         ),
     );
-    let (ranks, slices) = (case.fluid.ranks, vessel.fluid.mesh.slices());
+    let mesh = &fluid.mesh;
+    let slices = mesh.axial_extension + 2 * mesh.axial_per_section;
+    let ranks = case.fluid.ranks;
     report(
         &["fluid.ranks", "fluid.mesh.axial_per_section"],
         ranks > slices,

@@ -31,6 +31,10 @@ pub enum Kind {
     WholeOr(i64, i64, &'static str),
     /// Two or more numbers, at most so many.
     Numbers(usize),
+    /// One or more numbers above zero, at most so many.
+    Sizes(usize),
+    /// One or more names, at most so many.
+    Names(usize),
 }
 
 /// A range of real numbers.
@@ -124,6 +128,8 @@ impl fmt::Display for Kind {
                 write!(f, "a whole number from {low} to {high}, or \"{word}\"")
             }
             Kind::Numbers(most) => write!(f, "2 to {most} numbers in brackets"),
+            Kind::Sizes(most) => write!(f, "1 to {most} numbers above 0 in brackets"),
+            Kind::Names(most) => write!(f, "1 to {most} names in quotes, in brackets"),
             Kind::Rows(most) => write!(
                 f,
                 "rows of equally many numbers from 0 to 1, at least 3 by 3, at most {most} by {most}, the first and the last \

@@ -6,6 +6,7 @@ use crate::coupling::acceleration::Surrogate;
 use crate::coupling::acceleration::surrogate::{
     Axis, End, Sections, SurrogateBlood, TubeSurrogate,
 };
+use crate::curve::SpaceCurve;
 use nalgebra::DVector;
 use std::f64::consts::{PI, TAU};
 
@@ -159,13 +160,12 @@ impl Tube {
     /// A surrogate with `sections` sections and a wall that is stiffer than the right one by the factor `error`. It knows
     /// nothing of convection.
     pub fn surrogate_of(&self, sections: usize, error: f64) -> TubeSurrogate {
-        let (axis, fluid) = (
-            Axis {
-                start: Vec3::zeros(),
-                end: self.setup.cells as f64 * self.setup.fluid.cell * Vec3::x(),
-            },
-            &self.setup.fluid,
-        );
+        let fluid = &self.setup.fluid;
+        let length = self.setup.cells as f64 * fluid.cell;
+        let axis = Axis {
+            line: SpaceCurve::x_axis(0.0, length),
+            length,
+        };
         let sections = Sections::new(&self.points(), axis, sections)
             .expect("every section holds several rings");
         let rest = self.setup.wall();

@@ -71,7 +71,7 @@ impl NativeFluid {
     /// # Errors
     /// If the vessel cannot be meshed so, or the curve of the inflow cannot be read.
     pub fn new(case: &Case) -> Result<Self, FluidError> {
-        let Problem::Anastomosis(vessel) = &case.problem else {
+        let Problem::Vessel(vessel) = &case.problem else {
             let reason = "the driver's own solver is for vessels, and this is a flag in a channel";
             return Err(FluidError::Died(reason.into()));
         };
@@ -95,8 +95,9 @@ impl NativeFluid {
         let outlet = faces(|patch| patch == Patch::End);
         let walls = faces(|patch| matches!(patch, Patch::Mantle(_)));
         let fixed = faces(|patch| patch != Patch::End);
-        let rigid = resolution.axial_extension * 4 * resolution.core;
-        let wall = walls[rigid..].to_vec();
+        let [first, last] = [mesh.elastic().start, mesh.elastic().end];
+        let around = 4 * resolution.core;
+        let wall = walls[first * around..last * around].to_vec();
         let profile = plug(&space, &inlet, &walls, &positions);
         let settings = FlowSettings {
             density: case.blood.density,
@@ -162,16 +163,18 @@ impl NativeFluid {
         self.initial = displacement;
     }
 
-    /// Volume (m³) of the mesh when time begins, and of its part in the rigid extension.
+    /// Volume (m³) of the mesh when time begins, and of its parts with a rigid wall.
     pub fn volumes(&self) -> Result<[f64; 2], FluidError> {
         let positions = self.mesh.positions(&self.initial);
         let metric = super::metric::Metric::new(self.flow.space(), &positions)
             .map_err(|error| FluidError::NotSolved(error.to_string()))?;
-        let resolution = self.mesh.resolution();
-        let per_layer =
-            self.elements() / (resolution.axial_extension + 2 * resolution.axial_per_section);
-        let rigid = resolution.axial_extension * per_layer;
-        Ok([metric.volume, metric.volumes[..rigid].iter().sum()])
+        let per_layer = 4 * self.mesh.resolution().core * self.mesh.resolution().radial
+            + self.mesh.resolution().core.pow(2);
+        let elastic = self.mesh.elastic();
+        let (before, behind) = (elastic.start * per_layer, elastic.end * per_layer);
+        let sum = |volumes: &[f64]| volumes.iter().sum::<f64>();
+        let rigid = sum(&metric.volumes[..before]) + sum(&metric.volumes[behind..]);
+        Ok([metric.volume, rigid])
     }
 
     /// Share of the inflow, and of the outlet pressure if that is ramped too, that acts at a time (s).

@@ -7,9 +7,11 @@
 use super::basis::{Basis, lagrange};
 use super::taylor_hood_space::{Plane, Side, TaylorHoodSpace};
 use crate::Vec3;
+use crate::case::MAX_ELEMENT_BEND_DEG;
 use crate::fluid::FluidInterface;
-use crate::geometry::Vessel;
+use crate::geometry::{AxialNumbers, Span, Vessel, elastic_pieces};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+use std::ops::Range;
 
 /// Distance of the square's corners from the centre, relative to the lumen's radius.
 const CORNER: f64 = 0.7;
@@ -27,7 +29,7 @@ pub struct Resolution {
     pub radial: usize,
     /// Elements along the rigid extension.
     pub axial_extension: usize,
-    /// Elements along the graft, and as many along the artery.
+    /// Elements along the graft, and as many along the artery; along ten radii of other vessels.
     pub axial_per_section: usize,
 }
 
@@ -169,6 +171,8 @@ fn subdivided(elements: usize, nodes: &[f64]) -> Vec<f64> {
 #[derive(Debug, Clone)]
 pub struct VesselMesh {
     resolution: Resolution,
+    /// Layers of elements whose wall yields.
+    elastic: Range<usize>,
     section: Section,
     /// Numbering of the unknowns.
     space: TaylorHoodSpace,
@@ -187,17 +191,20 @@ impl VesselMesh {
         let section = Section::new(&resolution, &basis.nodes.points);
         let pressure_section = Section::new(&resolution, &basis.pressure_nodes.points);
         let line = vessel.centre_line();
-        let lengths = [
-            (-line.extension, 0.0, resolution.axial_extension),
-            (0.0, vessel.joint(), resolution.axial_per_section),
-            (vessel.joint(), vessel.end(), resolution.axial_per_section),
-        ];
+        let spans = vessel.spans(AxialNumbers {
+            extension: resolution.axial_extension,
+            per_section: resolution.axial_per_section,
+            most_bend_deg: MAX_ELEMENT_BEND_DEG,
+        });
+        let elastic = elastic_pieces(&spans);
         let stations = |nodes: &[f64]| -> Vec<f64> {
-            let parts = lengths.iter().filter(|(_, _, elements)| *elements > 0);
             let mut stations = vec![f64::NAN];
-            for (from, to, elements) in parts {
+            for Span {
+                from, to, pieces, ..
+            } in &spans
+            {
                 stations.pop();
-                let places = subdivided(*elements, nodes);
+                let places = subdivided(*pieces, nodes);
                 stations.extend(places.iter().map(|t| from + (to - from) * t));
             }
             stations
@@ -216,7 +223,7 @@ impl VesselMesh {
             .map(|i| 2.0 * i as f64 / degree as f64 - 1.0)
             .collect();
         let all = stations(&uniform);
-        let rings = &all[resolution.axial_extension * degree..];
+        let rings = &all[elastic.start * degree..=elastic.end * degree];
         let angle = |a: f64| -FRAC_PI_4 + FRAC_PI_2 * a / (core * degree) as f64;
         let points: Vec<Vec3> = (rings.iter())
             .flat_map(|&s| (0..around).map(move |a| (s, a)))
@@ -236,7 +243,7 @@ impl VesselMesh {
                 face_centres.push(surface(middle, angle(a as f64 + 0.5)));
             }
         }
-        let layers = lengths.iter().map(|(_, _, elements)| elements).sum();
+        let layers = spans.iter().map(|span| span.pieces).sum();
         Self {
             space: TaylorHoodSpace::swept(
                 &section.plane(&resolution, degree),
@@ -253,9 +260,15 @@ impl VesselMesh {
                 face_centres,
             },
             resolution,
+            elastic,
             section,
             wall,
         }
+    }
+
+    /// The layers of elements, counted downstream, whose wall yields.
+    pub fn elastic(&self) -> Range<usize> {
+        self.elastic.clone()
     }
 
     /// Numbering of the unknowns.
@@ -283,8 +296,8 @@ impl VesselMesh {
     pub fn positions(&self, displacement: &[Vec3]) -> Vec<f64> {
         let (degree, around) = (self.resolution.degree, self.around());
         let mut wall = self.wall.clone();
-        let first = self.resolution.axial_extension * degree * around;
-        let deformable = &mut wall[first..];
+        let [first, last] = [self.elastic.start, self.elastic.end].map(|layer| layer * degree);
+        let deformable = &mut wall[first * around..(last + 1) * around];
         let rings = deformable.len() / around;
         for k in 0..rings {
             let (layer, i) = element_and_node(k, rings - 1, degree);

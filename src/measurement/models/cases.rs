@@ -2,7 +2,7 @@
 
 use super::results::Measured;
 use super::variant::Variant;
-use crate::case::{Anastomosis, ResolvedCase};
+use crate::case::{BloodVessel, ResolvedCase};
 use crate::geometry::Vessel;
 use crate::output::{terminal, write_atomically};
 use crate::run::{A_RUN_IS_SAVED, CaseSelection, Earlier, Failure, Interrupt, RunRequest};
@@ -59,7 +59,7 @@ impl Plan<'_> {
         for path in cases {
             let base = self.selection.load(path)?;
             let mut chosen = self.selection.clone();
-            if let Some(vessel) = base.anastomosis() {
+            if let Some(vessel) = base.vessel() {
                 chosen = chosen.with("output.probes_m", probes(vessel));
             }
             if let Some(steps) = self.steps {
@@ -170,7 +170,7 @@ fn compute(
 }
 
 /// Points of the unloaded lumen's surface all over the deformable part, as a value of `output.probes_m`.
-fn probes(vessel: &Anastomosis) -> String {
+fn probes(vessel: &BloodVessel) -> String {
     let vessel = Vessel::new(vessel);
     let [along, around] = PROBES;
     let mut points = Vec::new();
@@ -179,7 +179,11 @@ fn probes(vessel: &Anastomosis) -> String {
         for j in 0..around {
             let phi = TAU * j as f64 / around as f64;
             let r = vessel.lumen_radius(x, phi);
-            points.push([x, r * phi.cos(), r * phi.sin()]);
+            let point = vessel
+                .centre_line()
+                .frame(x)
+                .point(r * phi.cos(), r * phi.sin());
+            points.push([point.x, point.y, point.z]);
         }
     }
     format!("{points:?}")

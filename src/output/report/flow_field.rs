@@ -2,7 +2,7 @@
 
 use crate::Vec3;
 use crate::fluid::field::SearchableField;
-use crate::geometry::Vessel;
+use crate::geometry::{Vessel, centre_line, elastic_pieces};
 use crate::hemodynamics::{Rings, WetSurface};
 use crate::output::fluid_fields;
 use crate::output::results::Results;
@@ -83,8 +83,7 @@ impl Written {
         Ok(match &self.source {
             Source::Cells(field) => {
                 let velocity = field.read()?;
-                (velocity.len() == run.vessel.fluid.mesh.cells())
-                    .then_some(Velocity::Cells(velocity))
+                (velocity.len() == run.case.fluid_cells()).then_some(Velocity::Cells(velocity))
             }
             Source::Elements(file) => {
                 let elements = SearchableField::new(fluid_fields::read(file)?);
@@ -117,7 +116,7 @@ impl LumenFlow {
             return Ok(None);
         }
         let reader = WallHistoryReader::open(&run.files.wall_history())?;
-        let wall = reader.wall.clone();
+        let wall = reader.wall.clone().around(centre_line(&run.case));
         let mut frames = Vec::new();
         for state in reader {
             let state = state?;
@@ -148,34 +147,45 @@ impl LumenFlow {
         all.copied().fold(0.0, f64::max)
     }
 
-    /// Velocity (m/s) at a point (m) of the deformed lumen; none outside. In OpenFOAM's mesh, the same share of the radius as
-    /// in the unloaded lumen belongs to the same cell.
+    /// Velocity (m/s) along the centre-line and in the cross-section at a point (m) of the deformed lumen; none outside. In
+    /// OpenFOAM's mesh, the same share of the radius as in the unloaded lumen belongs to the same cell.
     pub fn velocity(&self, frame: &Snapshot, x: f64, y: f64, z: f64) -> Option<Vec3> {
+        let section = self.vessel.centre_line().frame(x);
+        let components = |vector: &Vec3| {
+            let [y, z] = section.across(vector);
+            Vec3::new(vector.dot(&section.tangent), y, z)
+        };
         let cells = match &frame.velocity {
             Velocity::Cells(cells) => cells,
-            Velocity::Elements(elements) => return elements.velocity(&Vec3::new(x, y, z)),
+            Velocity::Elements(elements) => {
+                let found = elements.velocity(&section.point(y, z));
+                return found.map(|velocity| components(&velocity));
+            }
         };
         let phi = z.atan2(y);
         let share = y.hypot(z) / self.rings.value(&frame.radii, x, phi.to_degrees());
         let unloaded = share * self.vessel.lumen_radius(x, phi);
         let (sin, cos) = phi.sin_cos();
-        (share <= 1.0).then(|| cells[self.sections.nearest(x, unloaded * cos, unloaded * sin)])
+        (share <= 1.0).then(|| {
+            let cell = self.sections.nearest(x, unloaded * cos, unloaded * sin);
+            components(&cells[cell])
+        })
     }
 }
 
 fn radii(wall: &WetSurface, positions: &[Vec3]) -> Vec<f64> {
-    let radius = |face: &Vec<u32>| {
-        let at = |p: &u32| positions[*p as usize];
-        let radii = face.iter().map(|p| at(p).y.hypot(at(p).z));
+    let radius = |(number, face): (usize, &Vec<u32>)| {
+        let radii = (face.iter()).map(|p| wall.distance(number, &positions[*p as usize]));
         radii.sum::<f64>() / face.len() as f64
     };
-    wall.faces.iter().map(radius).collect()
+    wall.faces.iter().enumerate().map(radius).collect()
 }
 
 impl Sections {
     fn new(run: &Results) -> Self {
         let settings = &run.vessel.fluid.mesh;
-        let mesh = Vessel::new(&run.vessel).fluid_mesh(settings);
+        let vessel = Vessel::new(&run.vessel);
+        let mesh = vessel.fluid_mesh(settings);
         let mut sums = vec![(Vec3::zeros(), 0.0); mesh.cells()];
         let sides = mesh
             .owner
@@ -189,16 +199,21 @@ impl Sections {
             }
         }
         let centres = sums.iter().map(|(sum, count)| sum / *count).enumerate();
-        let per_section = mesh.cells() / settings.slices();
-        // Cells are numbered cross-section by cross-section, those of the rigid extension first.
-        let first = per_section * settings.axial_extension;
+        // Cells are numbered cross-section by cross-section, those of rigid sections upstream first.
+        let spans = vessel.spans(settings);
+        let slices: usize = spans.iter().map(|span| span.pieces).sum();
+        let per_section = mesh.cells() / slices;
+        let elastic = elastic_pieces(&spans);
+        let [first, last] = [elastic.start, elastic.end].map(|slice| slice * per_section);
         let mut sections: Vec<(f64, Vec<(Vec3, usize)>)> = Vec::new();
-        for (cell, centre) in centres.skip(first) {
+        for (cell, centre) in centres.take(last).skip(first) {
+            let beside = vessel.centre_line().beside(&centre);
             if (cell - first).is_multiple_of(per_section) {
-                sections.push((centre.x, Vec::with_capacity(per_section)));
+                sections.push((beside.s, Vec::with_capacity(per_section)));
             }
+            let [y, z] = beside.across;
             let last = sections.len() - 1;
-            sections[last].1.push((centre, cell));
+            sections[last].1.push((Vec3::new(beside.s, y, z), cell));
         }
         Self(sections)
     }

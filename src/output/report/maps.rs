@@ -1,6 +1,7 @@
 //! Maps of the unrolled wall.
 
 use super::page::figure;
+use crate::geometry::Vessel;
 use crate::hemodynamics::{Place, Region, RegionName, Rings};
 use crate::output::figure::colour::Palette;
 use crate::output::figure::map::{Map, Up};
@@ -105,8 +106,7 @@ pub fn range(runs: &[&Results], field: Field, x: [f64; 2], from_zero: bool) -> [
 
 /// The whole deformable part of a case.
 pub fn whole(run: &Results) -> [f64; 2] {
-    let geometry = &run.vessel.geometry;
-    [0.0, geometry.graft_length + geometry.artery_length]
+    [0.0, Vessel::new(&run.vessel).end()]
 }
 
 /// The middle part of the artery, or the whole vessel if there is none.
@@ -134,10 +134,13 @@ pub fn numbers(run: &Results, field: Field) -> String {
 /// All fields of a run, over the whole wall and over the middle of the artery.
 pub fn of_run(run: &Results, name: &str) -> Vec<String> {
     let fields = [(RADIUS, false), (TAWSS, true), (OSI, true), (RRT, true)];
-    let parts = [
-        ("graft and artery", whole(run)),
-        ("middle of the artery", middle(run)),
-    ];
+    let parts = match run.vessel.anastomosis() {
+        Some(_) => vec![
+            ("graft and artery", whole(run)),
+            ("middle of the artery", middle(run)),
+        ],
+        None => vec![("elastic part", whole(run))],
+    };
     let mut figures = Vec::new();
     for (part, x) in parts {
         for (field, from_zero) in fields {

@@ -4,7 +4,8 @@ use super::flow_field::LumenFlow;
 use super::page::{Page, chart, gallery, line, panel, table, warnings};
 use super::surface::Surface;
 use super::{initial_state, maps, quantities, scene};
-use crate::hemodynamics::RegionName;
+use crate::geometry::{Vessel, centre_line};
+use crate::hemodynamics::{Region, RegionName};
 use crate::output::figure::{Curve, Panel, Scale};
 use crate::output::results::Results;
 use crate::output::tables::{HistoryRow, whole_steps};
@@ -17,12 +18,9 @@ pub fn page(run: &Results) -> io::Result<String> {
     let window = run.hemodynamics.window;
     let lead = format!(
         "{} fluid cells, structure of degree {} with {} elements; {} steps to t = {:.3} s. Averages over {} s < t ≤ {} s{}.",
-        run.vessel.fluid.mesh.cells(),
+        run.case.fluid_cells(),
         run.case.structure.p,
-        run.vessel.structure.axial_per_section
-            * 4
-            * run.vessel.structure.circumferential
-            * run.vessel.structure.radial_per_layer,
+        Vessel::new(&run.vessel).wall_elements(&run.vessel.structure),
         run.history.len(),
         run.history.last().map_or(0.0, |row| row.time_s),
         window.start_s,
@@ -152,7 +150,7 @@ pub(crate) fn flow(run: &Results) -> Vec<String> {
         ),
         chart(
             "volume",
-            "Volume of the lumen of graft and artery.",
+            "Volume of the lumen of the deformable part.",
             panel(
                 "lumen volume",
                 "time / s",
@@ -227,20 +225,24 @@ fn wall(run: &Results) -> Vec<String> {
         let rows = run.regions.iter().filter(|row| row.region == name);
         rows.map(|row| (row.time_s, value(row))).collect::<Vec<_>>()
     };
-    let regions = [
-        (RegionName::Bypass, 3),
-        (RegionName::Artery, 2),
-        (RegionName::MidArtery, 1),
-    ];
+    let colour = |(number, region): (usize, &Region)| match region.name {
+        RegionName::Bypass => 3,
+        RegionName::Artery => 2,
+        RegionName::MidArtery => 1,
+        RegionName::Section(_) => 1 + number % 6,
+    };
+    let regions = Region::of(&run.case);
     let by_region = |value: fn(&crate::hemodynamics::RegionStep) -> f64| {
         // Dashed, since the middle is a part of the artery and often has the artery's own value.
-        let some = regions.map(|(name, colour)| Curve {
-            open: name == RegionName::MidArtery,
-            ..line(&name.to_string(), colour, region(name, value))
+        let some = regions.iter().enumerate().map(|(number, found)| Curve {
+            open: found.name == RegionName::MidArtery,
+            ..line(
+                &found.name.to_string(),
+                colour((number, found)),
+                region(found.name, value),
+            )
         });
-        some.into_iter()
-            .filter(|curve| !curve.points.is_empty())
-            .collect()
+        some.filter(|curve| !curve.points.is_empty()).collect()
     };
     vec![
         chart(
@@ -337,7 +339,7 @@ fn radii(run: &Results) -> io::Result<Vec<String>> {
     );
     let wanted = chosen_times(end, period, step);
     let reader = WallHistoryReader::open(&path)?;
-    let wall = reader.wall.clone();
+    let wall = reader.wall.clone().around(centre_line(&run.case));
     let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
     for state in reader {
         let state = state?;

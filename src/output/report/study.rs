@@ -173,7 +173,7 @@ fn differences(runs: &[&Results]) -> String {
 fn values(case: &Case) -> BTreeMap<String, String> {
     let values = case.values().into_iter();
     values
-        .map(|(key, value)| (key.path.clone(), value.to_string()))
+        .map(|(path, _, value)| (path, value.to_string()))
         .collect()
 }
 

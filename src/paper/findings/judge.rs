@@ -8,7 +8,7 @@ use crate::output::report::maps;
 use crate::output::report::page::significant;
 use crate::output::results::Results;
 use crate::output::tables::{HistoryRow, whole_steps};
-use crate::paper::models::{EXTENSIONS, letter};
+use crate::paper::models::{EXTENSIONS, letter, vessel};
 use crate::paper::study::{Study, influence};
 
 /// What the study found; `None` if models are missing.
@@ -24,7 +24,7 @@ pub fn series(
     let models = study.of(extension).into_iter();
     let point = |run: &Results| {
         let region = run.hemodynamics.region(region)?;
-        Some((1e3 * run.vessel.model.d_max, value(region)))
+        Some((1e3 * vessel(run).model.d_max, value(region)))
     };
     models.filter_map(point).collect()
 }
@@ -303,7 +303,7 @@ pub fn stress_at_rest(study: &Study) -> Judged {
             .filter(|r| r.region == MidArtery && is_at_rest(r.time_s, period));
         let stresses: Vec<f64> = rows.map(|row| 1e-3 * row.max_von_mises_Pa).collect();
         let mean = stresses.iter().sum::<f64>() / stresses.len() as f64;
-        (!stresses.is_empty()).then_some((1e3 * run.vessel.model.d_max, mean))
+        (!stresses.is_empty()).then_some((1e3 * vessel(run).model.d_max, mean))
     };
     let points: Vec<_> = study.of(extension).into_iter().filter_map(mean).collect();
     if points.len() < 3 {
@@ -324,7 +324,9 @@ pub fn stress_at_rest(study: &Study) -> Judged {
 
 /// Radius and oscillating shear index.
 pub fn alike(study: &Study) -> Judged {
-    let run = study.example().filter(|run| run.vessel.model.d_max > 0.0)?;
+    let run = study
+        .example()
+        .filter(|run| vessel(run).model.d_max > 0.0)?;
     let [from, to] = maps::middle(run);
     let inside = run.faces.iter().filter(|f| (from..=to).contains(&f.x_m));
     let points: Vec<(f64, f64)> = inside.map(|f| (f.mean_radius_m, f.OSI)).collect();
@@ -416,10 +418,10 @@ const GONE: f64 = 0.05;
 pub fn distance(study: &Study) -> Judged {
     let mut texts = Vec::new();
     let mut farthest: f64 = 0.0;
-    let straight = study.find(Extension::Straight, study.example()?.vessel.model.d_max)?;
-    let diameter = 2.0 * straight.vessel.geometry.graft_inner_radius;
+    let straight = study.find(Extension::Straight, vessel(study.example()?).model.d_max)?;
+    let diameter = 2.0 * vessel(straight).geometry.graft_inner_radius;
     for extension in [Extension::Helix, Extension::Arc] {
-        let Some(run) = study.find(extension, straight.vessel.model.d_max) else {
+        let Some(run) = study.find(extension, vessel(straight).model.d_max) else {
             continue;
         };
         let differences = influence(straight, run, |f| f.TAWSS_Pa);

@@ -13,7 +13,7 @@ use crate::output::report::quantities::place;
 use crate::output::report::study::pictures;
 use crate::output::results::Results;
 use crate::paper::findings::series;
-use crate::paper::models::{EXTENSIONS, letter};
+use crate::paper::models::{EXTENSIONS, letter, vessel};
 use std::io;
 
 /// A curve with points over d_max for each extension.
@@ -211,7 +211,7 @@ pub fn distance(study: &Study) -> Vec<String> {
     let Some(example) = study.example() else {
         return Vec::new();
     };
-    let d_max = example.vessel.model.d_max;
+    let d_max = vessel(example).model.d_max;
     let Some(straight) = study
         .find(Extension::Straight, d_max)
         .filter(|run| !run.faces.is_empty())

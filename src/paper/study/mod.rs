@@ -3,7 +3,7 @@
 mod figures;
 
 use super::findings;
-use super::models::{EXTENSIONS, is_model};
+use super::models::{EXTENSIONS, is_model, vessel};
 use crate::case::Extension;
 use crate::output::report::page::{Page, gallery};
 use crate::output::report::surface::Surface;
@@ -33,12 +33,12 @@ impl Study {
         let rank = |run: &Results| {
             EXTENSIONS
                 .iter()
-                .position(|e| *e == run.vessel.model.extension)
+                .position(|e| *e == vessel(run).model.extension)
         };
         runs.sort_by(|a, b| {
             rank(a)
                 .cmp(&rank(b))
-                .then(a.vessel.model.d_max.total_cmp(&b.vessel.model.d_max))
+                .then(vessel(a).model.d_max.total_cmp(&vessel(b).model.d_max))
         });
         Self { runs, missing }
     }
@@ -52,7 +52,7 @@ impl Study {
     pub fn of(&self, extension: Extension) -> Vec<&Results> {
         self.runs
             .iter()
-            .filter(|run| run.vessel.model.extension == extension)
+            .filter(|run| vessel(run).model.extension == extension)
             .collect()
     }
 
@@ -60,7 +60,7 @@ impl Study {
     pub fn find(&self, extension: Extension, d_max: f64) -> Option<&Results> {
         self.of(extension)
             .into_iter()
-            .find(|run| (run.vessel.model.d_max - d_max).abs() < 1e-9)
+            .find(|run| (vessel(run).model.d_max - d_max).abs() < 1e-9)
     }
 
     /// The model that the paper shows: H-0.5, or else one that is there.
@@ -68,7 +68,7 @@ impl Study {
         self.find(Extension::Helix, 0.5e-3).or_else(|| {
             self.runs
                 .iter()
-                .max_by(|a, b| a.vessel.model.d_max.total_cmp(&b.vessel.model.d_max))
+                .max_by(|a, b| vessel(a).model.d_max.total_cmp(&vessel(b).model.d_max))
         })
     }
 }
@@ -156,7 +156,7 @@ pub fn page(study: &Study) -> io::Result<String> {
             page.section("view", "The wall in three dimensions", &html);
         }
     }
-    let d_max = study.example().map_or(0.0, |run| run.vessel.model.d_max);
+    let d_max = study.example().map_or(0.0, |run| vessel(run).model.d_max);
     let beside = EXTENSIONS.map(|extension| study.find(extension, d_max));
     let beside: Vec<&Results> = beside.into_iter().flatten().collect();
     page.section(

@@ -1,16 +1,17 @@
 //! What a case is about: the bodies, their meshes, and what holds the solid. The one place where it is chosen.
 
-use crate::case::{Anastomosis, Case, Flag, Material, Problem};
-use crate::geometry::{HexMesh, PolyMesh, Vessel};
+use crate::case::{BloodVessel, Case, Flag, Material, Problem};
+use crate::geometry::{HexMesh, PolyMesh, Vessel, elastic_pieces};
 use crate::pfem::supports::{self, Profile, Support};
 use crate::pfem::{Space, SpaceKind};
+use std::ops::Range;
 
 /// A fluid and a solid that fit together.
 pub struct Domain {
     /// Mesh of the fluid; its patch `wallFsi` is the wet surface.
     pub fluid: PolyMesh,
-    /// The first cells of the fluid, whose volume does not count because they are beyond the deformable part.
-    pub rigid_cells: usize,
+    /// The cells of the fluid whose volume counts because they are in the deformable part.
+    pub elastic_cells: Range<usize>,
     /// Mesh of the solid.
     pub solid: HexMesh,
     /// Materials by region of the solid's mesh.
@@ -30,23 +31,23 @@ impl Domain {
     pub fn new(case: &Case) -> Self {
         let p = case.structure.p;
         match &case.problem {
-            Problem::Anastomosis(vessel) => Self::anastomosis(vessel, p),
+            Problem::Vessel(vessel) => Self::vessel(vessel, p),
             Problem::Flag(flag) => Self::flag(flag, p),
         }
     }
 
     /// The wall of a vessel in its tissue, and the blood within.
-    fn anastomosis(keys: &Anastomosis, p: usize) -> Self {
-        let (vessel, mesh, wall) = (Vessel::new(keys), &keys.fluid.mesh, &keys.wall);
+    fn vessel(keys: &BloodVessel, p: usize) -> Self {
+        let (vessel, mesh) = (Vessel::new(keys), &keys.fluid.mesh);
         let fluid = vessel.fluid_mesh(mesh);
+        let per_slice = fluid.cells() / vessel.slices(mesh);
+        let elastic = elastic_pieces(&vessel.spans(mesh));
         Self {
-            // Cells are numbered cross-section by cross-section, those of the extension first.
-            rigid_cells: fluid.cells() / mesh.slices() * mesh.axial_extension,
+            // Cells are numbered cross-section by cross-section.
+            elastic_cells: elastic.start * per_slice..elastic.end * per_slice,
             fluid,
             solid: vessel.solid_mesh(&keys.structure),
-            materials: [&wall.graft, &wall.media, &wall.adventitia]
-                .map(Clone::clone)
-                .to_vec(),
+            materials: vessel.materials().to_vec(),
             space: Space::isotropic(SpaceKind::Trunk, p),
             wet_surface: "inner",
             supports: supports::of_vessel(keys),
@@ -56,9 +57,10 @@ impl Domain {
 
     /// A flag, clamped at the cylinder, in plane strain, and the channel around it.
     fn flag(flag: &Flag, p: usize) -> Self {
+        let fluid = flag.fluid_mesh();
         Self {
-            fluid: flag.fluid_mesh(),
-            rigid_cells: 0,
+            elastic_cells: 0..fluid.cells(),
+            fluid,
             solid: flag.solid_mesh(),
             materials: vec![flag.solid.clone()],
             space: Space {

@@ -45,7 +45,7 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, Solid
         solid,
         unloading: None,
     };
-    let Some(vessel) = case.anastomosis() else {
+    let Some(vessel) = case.vessel() else {
         return Ok(at_rest(solid));
     };
     let (stretch, pressure) = (vessel.axial_stretch(), vessel.equilibrium_pressure());
@@ -114,7 +114,7 @@ pub fn moved_lumen(
     solid: &Structure,
 ) -> Result<(PolyMesh, Vec<(Vec3, Vec3)>), SolidError> {
     let mut moved = unloaded.clone();
-    let Some(vessel) = case.anastomosis() else {
+    let Some(vessel) = case.vessel() else {
         return Ok((moved, Vec::new()));
     };
     let mut numbers: Vec<usize> = unloaded.patch_faces("wallFsi").concat();

@@ -119,7 +119,7 @@ impl CoupledModel {
                 Ok(Self {
                     fluid_cells: volumes.len(),
                     volume: volumes.iter().sum(),
-                    rigid_volume: volumes[..domain.rigid_cells].iter().sum(),
+                    rigid_volume: rigid_volume(&volumes, &domain),
                     unloading,
                     coupling: join(case, fluid, solid)?,
                 })
@@ -179,7 +179,7 @@ fn join<F: Fluid>(
     mut solid: Structure,
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
     let transfer = Transfer::new(fluid.interface(), &solid)?;
-    let vessel = case.anastomosis();
+    let vessel = case.vessel();
     let pressure = vessel.map_or(0.0, |vessel| vessel.equilibrium_pressure());
     let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer, pressure)
         .map_err(AssemblyError::Surrogate)?;
@@ -306,13 +306,20 @@ fn sampling(case: &Case) -> Sampling {
     }
 }
 
+/// Volume (m³) of the cells before and behind the deformable part.
+fn rigid_volume(volumes: &[f64], domain: &Domain) -> f64 {
+    let elastic = &domain.elastic_cells;
+    let sum = |cells: &[f64]| cells.iter().sum::<f64>();
+    sum(&volumes[..elastic.start]) + sum(&volumes[elastic.end..])
+}
+
 /// The OpenFOAM case of a case.
 fn case_files(case: &Case) -> Result<CaseFiles<'_>, FlowCurveError> {
     Ok(CaseFiles {
         templates: &case.fluid.templates,
         blood: &case.blood,
         openings: match &case.problem {
-            Problem::Anastomosis(vessel) => Openings::Vessel {
+            Problem::Vessel(vessel) => Openings::Vessel {
                 start: vessel.start(),
                 inflow: FlowCurve::new(&vessel.inflow, case.time.period)?,
                 windkessel: &vessel.windkessel,

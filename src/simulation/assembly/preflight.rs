@@ -34,7 +34,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             let patches: Vec<&str> = patches.map(|patch| patch.name.as_str()).collect();
             let mut found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
             if case
-                .anastomosis()
+                .vessel()
                 .is_some_and(|v| v.start() == Start::Equilibrium)
             {
                 found.extend(templates::check_equilibrium_start(&case.fluid.templates));
@@ -90,7 +90,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     errors.extend(some(outside).map(|what| case.mistake("output.fluid_probes_m", what)));
     if case.coupling.surrogate != SurrogateModel::None
         && let Some(interface) = &interface
-        && let Problem::Anastomosis(vessel) = &case.problem
+        && let Problem::Vessel(vessel) = &case.problem
         && let Err(error) = sections(vessel, case.fluid.solver, &interface.points)
     {
         let key = match case.fluid.solver {

@@ -1,7 +1,7 @@
 //! The surrogate of a case: a one-dimensional tube whose wall yields as the structure does.
 
 use crate::Vec3;
-use crate::case::{self, Anastomosis, Case, Problem, Solver};
+use crate::case::{self, BloodVessel, Case, Problem, Solver};
 use crate::coupling::acceleration::surrogate::{
     Axis, End, Sections, SparseSection, SurrogateBlood, TubeSurrogate,
 };
@@ -9,6 +9,7 @@ use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
 use crate::coupling::transfer::Transfer;
 use crate::fluid::FluidInterface;
+use crate::geometry::{Vessel, elastic_pieces};
 use crate::pfem::{Solid, SurfaceLoad, SurfacePoint};
 
 /// Pressure (Pa) that probes the wall without load: so small that one tangent serves for all sections.
@@ -33,7 +34,7 @@ pub fn surrogate<S: Solid>(
         _ if case.coupling.surrogate == case::SurrogateModel::None => {
             return Ok(Box::new(Identity));
         }
-        Problem::Anastomosis(vessel) => vessel,
+        Problem::Vessel(vessel) => vessel,
         Problem::Flag(_) => return Err("the surrogate is a tube, and a flag has none".into()),
     };
     let open = |rigid_length| End::Pressure { rigid_length };
@@ -47,7 +48,11 @@ pub fn surrogate<S: Solid>(
             };
             (End::Flow, windkessel)
         }
-        case::SurrogateModel::OpenTube => (open(vessel.geometry.extension_length), open(0.0)),
+        case::SurrogateModel::OpenTube => {
+            let geometry = Vessel::new(vessel);
+            let [first, last] = [0, geometry.sections().len() - 1].map(|i| &geometry.sections()[i]);
+            (open(-first.from), open(last.to - geometry.end()))
+        }
     };
     let sections =
         sections(vessel, case.fluid.solver, &interface.points).map_err(|e| e.to_string())?;
@@ -87,27 +92,28 @@ pub fn surrogate<S: Solid>(
 /// The sections of the surrogate of a case whose wall has these `points` (m): one for each ring of points between the
 /// ends, or for every other one if they are many; fewer if they are uneven.
 pub fn sections(
-    vessel: &Anastomosis,
+    vessel: &BloodVessel,
     solver: Solver,
     points: &[Vec3],
 ) -> Result<Sections, SparseSection> {
-    let (g, fluid) = (&vessel.geometry, &vessel.fluid);
-    // The deformable part is straight in all models.
+    let (geometry, fluid) = (Vessel::new(vessel), &vessel.fluid);
     let axis = Axis {
-        start: Vec3::zeros(),
-        end: (g.graft_length + g.artery_length) * Vec3::x(),
+        line: geometry.centre_line().clone(),
+        length: geometry.end(),
     };
     let along = match solver {
-        Solver::OpenFoam => fluid.mesh.axial_per_section,
-        Solver::Native => fluid.native.axial_per_section * fluid.native.degree,
+        Solver::OpenFoam => elastic_pieces(&geometry.spans(&fluid.mesh)).len(),
+        Solver::Native => {
+            elastic_pieces(&geometry.spans(&fluid.native)).len() * fluid.native.degree
+        }
         // Whose rings are not known: as many as there may be, fewer where those are too many.
-        Solver::External => MOST_RINGS.div_ceil(2),
+        Solver::External => MOST_RINGS + 1,
     };
-    let rings = 2 * along - 1;
+    let rings = along - 1;
     let half = rings.div_ceil(2);
     let mut count = if rings > MOST_RINGS { half } else { rings };
     loop {
-        match Sections::new(points, axis, count) {
+        match Sections::new(points, axis.clone(), count) {
             Err(_) if count > 1 => count = count.div_ceil(2),
             sections => return sections,
         }

@@ -10,7 +10,7 @@ fuzz_target!(|text: &[u8]| {
     match Case::load(folder.path(), Preset::Demo, &[]) {
         Ok(resolved) => {
             let case = &resolved.case;
-            if let Some(vessel) = case.anastomosis()
+            if let Some(vessel) = case.vessel()
                 && let Ok(curve) = FlowCurve::new(&vessel.inflow, case.time.period)
             {
                 assert!(curve.flow(0.1).is_finite());

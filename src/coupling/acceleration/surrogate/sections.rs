@@ -2,15 +2,16 @@
 
 use super::Tridiagonal;
 use crate::Vec3;
+use crate::curve::SpaceCurve;
 use nalgebra::DVector;
 
-/// A straight tube that is held at both ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A tube that is held at both ends.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// Where it begins, m.
-    pub start: Vec3,
-    /// Where it ends, m.
-    pub end: Vec3,
+    /// Its centre-line; it begins at the arc length 0.
+    pub line: SpaceCurve,
+    /// Its length along that, m.
+    pub length: f64,
 }
 
 /// A section that the wall points cannot tell apart from its neighbours.
@@ -36,7 +37,7 @@ struct Point {
     radius: f64,
 }
 
-/// `count` sections of equal length in a straight tube. The radial displacement is linear between their centres, and
+/// `count` sections of equal length in a tube. The radial displacement is linear between their centres, and
 /// from the first and the last of them to the ends, where it is zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sections {
@@ -50,16 +51,15 @@ pub struct Sections {
 impl Sections {
     /// Sections of the tube around `axis` whose wall consists of `points` (reference positions, m).
     pub fn new(points: &[Vec3], axis: Axis, count: usize) -> Result<Self, SparseSection> {
-        let direction = (axis.end - axis.start).normalize();
         let mut sections = Self {
+            length: axis.length / (count + 1) as f64,
             axis,
-            length: (axis.end - axis.start).norm() / (count + 1) as f64,
             points: Vec::new(),
             gram: Tridiagonal::zeros(count),
         };
         let place = |x: &Vec3| {
-            let offset = x - axis.start;
-            let across = offset - offset.dot(&direction) * direction;
+            let beside = sections.axis.line.beside(x);
+            let across = x - beside.frame.origin;
             Point {
                 shares: sections.shares(x),
                 radial: across.normalize(),
@@ -87,8 +87,8 @@ impl Sections {
 
     /// The sections whose centres lie before and behind `x`, with its share in each; shares of the ends are left out.
     fn shares(&self, x: &Vec3) -> [(usize, f64); 2] {
-        let (count, axis) = (self.count(), self.axis);
-        let along = (x - axis.start).dot(&(axis.end - axis.start).normalize());
+        let count = self.count();
+        let along = self.axis.line.beside(x).s;
         let position = (along / self.length).clamp(0.0, (count + 1) as f64);
         let before = (position as usize).min(count);
         let behind = position - before as f64;
@@ -176,15 +176,17 @@ mod tests {
         (0..31).flat_map(ring).collect()
     }
 
-    const AXIS: Axis = Axis {
-        start: Vec3::new(0.01, 0.0, 0.0),
-        end: Vec3::new(0.04, 0.0, 0.0),
-    };
+    fn axis() -> Axis {
+        Axis {
+            line: SpaceCurve::x_axis(0.01, 0.04).counted_from(0.01),
+            length: 0.03,
+        }
+    }
 
     #[test]
     fn averages_give_back_what_was_spread() {
         for count in [1, 2, 10, 29] {
-            let sections = Sections::new(&tube(), AXIS, count).unwrap();
+            let sections = Sections::new(&tube(), axis(), count).unwrap();
             let radial: Vec<f64> = (0..count).map(|i| (i as f64).cos()).collect();
             let back = sections.average(&sections.spread(&radial));
             for (a, b) in radial.iter().zip(back) {
@@ -202,13 +204,13 @@ mod tests {
 
     #[test]
     fn moving_the_tube_sideways_or_along_its_axis_is_no_widening() {
-        let sections = Sections::new(&tube(), AXIS, 7).unwrap();
+        let sections = Sections::new(&tube(), axis(), 7).unwrap();
         let shift = DVector::from_fn(3 * 31 * 6, |i, _| [0.3, -0.2, 0.1][i % 3]);
         assert!(sections.average(&shift).iter().all(|s| s.abs() < 1e-12));
     }
 
     #[test]
     fn more_sections_than_rings_are_refused() {
-        assert!(Sections::new(&tube(), AXIS, 40).is_err());
+        assert!(Sections::new(&tube(), axis(), 40).is_err());
     }
 }

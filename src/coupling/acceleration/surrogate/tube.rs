@@ -220,6 +220,7 @@ mod tests {
     use super::super::Axis;
     use super::*;
     use crate::Vec3;
+    use crate::curve::SpaceCurve;
 
     /// A tube of 50 mm length and 5 mm radius, stiffness 1.2e7 Pa/m.
     fn tube(inlet: End, outlet: End, radial_inertia: bool) -> TubeSurrogate {
@@ -231,8 +232,8 @@ mod tests {
         };
         let points: Vec<Vec3> = (0..101).flat_map(ring).collect();
         let axis = Axis {
-            start: Vec3::zeros(),
-            end: 0.05 * Vec3::x(),
+            line: SpaceCurve::x_axis(0.0, 0.05),
+            length: 0.05,
         };
         let sections = Sections::new(&points, axis, 49).unwrap();
         let blood = SurrogateBlood {

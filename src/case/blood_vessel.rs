@@ -1,0 +1,273 @@
+//! The keys of every case with a vessel: its shape and wall, what flows in and out, its surroundings, its meshes.
+
+use super::schema::{Kind, Schema, Table, above, from, whole};
+use super::table::{table, words};
+use super::{Anastomosis, ProblemKind, VesselDescription};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+table! {
+    /// A vessel with blood that flows through. Its tables stand at the root of a file, and some of them hold keys that every
+    /// case has as well.
+    pub struct BloodVessel {
+        [shape: Shape, "shape and materials"]
+        [inflow: Inflow, "flow at the inlet"]
+        [windkessel: Windkessel, "two-element windkessel at the outlet"]
+        [structure: WallMesh, "mesh of the wall"]
+        [surroundings: Option<Surroundings>, "tissue around the vessel"]
+        [ends: Option<VesselEnds>, "what holds the ends of the wall"]
+        [initial: Option<Initial>, "state of the wall when time begins"]
+        [fluid: LumenMeshes, "meshes of the blood"]
+    }
+}
+
+/// How a vessel is described.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shape {
+    /// The paper's: a graft and an artery, end to end.
+    Anastomosis(Anastomosis),
+    /// Along any path, of any sections: the table `[vessel]`.
+    Vessel(VesselDescription),
+}
+
+impl Table for Shape {
+    fn describe(_: &str, schema: &mut Schema) {
+        schema.of_problems(&[ProblemKind::Anastomosis], |schema| {
+            Anastomosis::describe("", schema);
+        });
+        schema.of_problems(&[ProblemKind::Vessel], |schema| {
+            VesselDescription::describe("vessel", schema);
+        });
+    }
+}
+
+table! {
+    /// Flow at the inlet: `base + amplitude sin²(pi (t/systole)^exponent)` for t < systole within a period, then `base`;
+    /// or a curve from a CSV file with the columns `time_s,flow_m3_s` over one period.
+    pub struct Inflow {
+        base: f64 = "base_m3_s", from(-1.0, 1.0), "flow outside systole";
+        amplitude: f64 = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base";
+        systole: f64 = "systole_s", above(0.0, 100.0), "duration of the pulse";
+        exponent: f64 = "exponent", from(0.1, 10.0), "exponent that makes the rise faster than the fall";
+        file: Option<PathBuf> = "file", Kind::Path, "CSV file with the columns time_s,flow_m3_s over one period",
+            absent "the formula of the other keys";
+    }
+}
+
+table! {
+    /// `C dp/dt + p/R = Q` at the outlet.
+    pub struct Windkessel {
+        resistance: f64 = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R of the windkessel";
+        compliance: f64 = "compliance_m3_Pa", above(0.0, 1.0), "compliance C of the windkessel";
+        /// Before the ramp.
+        initial_pressure: f64 = "initial_pressure_Pa", from(-1e6, 1e6), "pressure of the windkessel at t = 0";
+    }
+}
+
+table! {
+    /// Tissue around the vessel: springs, dampers and a pressure on the outer surface, per reference area. Where values
+    /// vary along the vessel, they are given times a share at stations, linear in between.
+    pub struct Surroundings {
+        spring: Option<f64> = "spring_Pa_m", from(0.0, 1e15),
+            "springs of the outer surface: force per reference area and displacement", absent "0";
+        damping: Option<f64> = "damping_Pa_s_m", from(0.0, 1e12),
+            "dampers of the outer surface: force per reference area and velocity", absent "0";
+        direction: Option<TissueDirection> = "direction", Kind::Word(TissueDirection::WORDS),
+            "which displacement springs and dampers resist", absent "radial";
+        pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "pressure on the deformed outer surface, at all times",
+            absent "0";
+        stations: Vec<f64> = "stations_m", Kind::Numbers(1000), "places along x where shares of these values are given",
+            absent "none: the same everywhere";
+        shares: Vec<f64> = "shares", Kind::Numbers(1000), "shares of these values at surroundings.stations_m",
+            absent "none: the same everywhere";
+    }
+}
+
+words! {
+    /// Which displacement of the outer surface tissue resists.
+    #[derive(Default)]
+    pub enum TissueDirection {
+        /// The distance from the vessel's axis.
+        Radial = "radial" (default),
+        /// All components alike.
+        All = "all",
+    }
+}
+
+table! {
+    /// What holds the ends of the deformable wall. The inlet's is clamped: the blood's inflow enters there, or the rigid
+    /// extension is fixed to it.
+    pub struct VesselEnds {
+        outlet: Option<VesselEnd> = "outlet", Kind::Word(VesselEnd::WORDS), "what holds the wall at the outlet",
+            absent "clamped";
+        spring: Option<f64> = "spring_Pa_m", above(0.0, 1e15),
+            "springs of an outlet on springs: force per area of the wall's end and displacement", absent "none";
+    }
+}
+
+words! {
+    /// What holds an end of the wall.
+    #[derive(Default)]
+    pub enum VesselEnd {
+        /// No displacement.
+        Clamped = "clamped" (default),
+        /// The end slides in the plane of the cross-section, and its centre with it.
+        Sliding = "sliding",
+        /// Each point of the end slides along its radius.
+        Radial = "radial",
+        /// Springs in all directions.
+        Springs = "springs",
+    }
+}
+
+table! {
+    /// State of the wall when time begins.
+    pub struct Initial {
+        start: Option<Start> = "start", Kind::Word(Start::WORDS), "how the wall comes under its pressure", absent "ramp";
+        axial_stretch: Option<f64> = "axial_stretch", from(0.8, 2.0),
+            "length of the deformable part between its ends, relative to the unloaded one; the outlet is moved", absent "1";
+        shape: Option<GivenShape> = "shape", Kind::Word(GivenShape::WORDS),
+            "state of the wall whose sizes the case gives", absent "unloaded";
+    }
+}
+
+words! {
+    /// State of the wall whose sizes are given.
+    #[derive(Default)]
+    pub enum GivenShape {
+        /// Free of stress.
+        Unloaded = "unloaded" (default),
+        /// Stretched and under the pressures with which time begins in equilibrium, as images show it.
+        Loaded = "loaded",
+    }
+}
+
+words! {
+    /// How the wall comes under its pressure.
+    #[derive(Default)]
+    pub enum Start {
+        /// Time begins without pressure inside; inflow and outlet pressure are ramped.
+        Ramp = "ramp" (default),
+        /// Time begins in static equilibrium at `windkessel.initial_pressure_Pa`; only the inflow is ramped.
+        Equilibrium = "equilibrium",
+    }
+}
+
+impl BloodVessel {
+    /// The paper's vessel, if it is one.
+    pub fn anastomosis(&self) -> Option<&Anastomosis> {
+        match &self.shape {
+            Shape::Anastomosis(vessel) => Some(vessel),
+            Shape::Vessel(_) => None,
+        }
+    }
+
+    /// How the wall comes under its pressure.
+    pub fn start(&self) -> Start {
+        let initial = self.initial.as_ref();
+        initial
+            .and_then(|initial| initial.start)
+            .unwrap_or_default()
+    }
+
+    /// Length of the deformable part relative to the unloaded one.
+    pub fn axial_stretch(&self) -> f64 {
+        let initial = self.initial.as_ref();
+        initial
+            .and_then(|initial| initial.axial_stretch)
+            .unwrap_or(1.0)
+    }
+
+    /// What holds the wall at the outlet, and the stiffness of its springs (Pa/m).
+    pub fn outlet_end(&self) -> (VesselEnd, f64) {
+        self.ends.as_ref().map_or_else(Default::default, |ends| {
+            let end = ends.outlet.unwrap_or_default();
+            (end, ends.spring.unwrap_or_default())
+        })
+    }
+
+    /// State of the wall whose sizes are given.
+    pub fn given_shape(&self) -> GivenShape {
+        let initial = self.initial.as_ref();
+        initial
+            .and_then(|initial| initial.shape)
+            .unwrap_or_default()
+    }
+
+    /// Pressure (Pa) with which the wall is in static equilibrium when time begins.
+    pub fn equilibrium_pressure(&self) -> f64 {
+        match self.start() {
+            Start::Ramp => 0.0,
+            Start::Equilibrium => self.windkessel.initial_pressure,
+        }
+    }
+
+    /// Places (m) along x and what of `value` acts there: a single place if it is the same everywhere.
+    pub fn along(&self, value: Option<f64>) -> Vec<(f64, f64)> {
+        let Some((surroundings, value)) = self.surroundings.as_ref().zip(value) else {
+            return Vec::new();
+        };
+        if value == 0.0 {
+            return Vec::new();
+        }
+        if surroundings.stations.is_empty() {
+            return vec![(0.0, value)];
+        }
+        let pairs = surroundings.stations.iter().zip(&surroundings.shares);
+        pairs.map(|(&x, share)| (x, share * value)).collect()
+    }
+}
+
+table! {
+    /// Mesh of the wall.
+    pub struct WallMesh {
+        axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
+        circumferential: usize = "circumferential", whole(3, 1000), "elements around";
+        radial_per_layer: usize = "radial_per_layer", whole(1, 100), "elements through each layer";
+    }
+}
+
+table! {
+    /// Meshes of the blood, for either solver.
+    pub struct LumenMeshes {
+        [mesh: FluidMesh, "the O-grid"]
+        [native: Native, "the driver's own elements"]
+    }
+}
+
+table! {
+    /// The O-grid of the lumen: a square in the middle, rings of cells around it.
+    pub struct FluidMesh {
+        /// Four times as many lie around the circumference.
+        core: usize = "core", whole(2, 200), "cells along a side of the square in the middle";
+        radial: usize = "radial", whole(1, 200), "cells from the square to the wall";
+        wall_grading: f64 = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall";
+        axial_extension: usize = "axial_extension", whole(0, 10_000), "cells along the extension";
+        axial_per_section: usize = "axial_per_section", whole(1, 10_000), "cells along each section";
+    }
+}
+
+table! {
+    /// Spectral elements in the lumen: an O-grid as OpenFOAM's, of a few elements of high degree.
+    pub struct Native {
+        /// That of the pressure is one less.
+        degree: usize = "degree", whole(3, 8), "degree of the velocity and of the elements' shape";
+        /// Four times as many lie around the circumference.
+        core: usize = "core", whole(1, 50), "elements along a side of the square in the middle";
+        radial: usize = "radial", whole(1, 50), "elements from the square to the wall";
+        axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension";
+        axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
+        time_scheme: FluidTimeScheme = "time_scheme", Kind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
+    }
+}
+
+words! {
+    /// How the time derivative of the blood's velocity is taken.
+    pub enum FluidTimeScheme {
+        /// First order, as with OpenFOAM.
+        ImplicitEuler = "implicit_euler",
+        /// Backward differences of second order.
+        Bdf2 = "bdf2",
+    }
+}

@@ -1,0 +1,523 @@
+//! Whether centre-line, sections, materials and features of a vessel fit together.
+
+use super::{Report, material};
+use crate::Vec3;
+use crate::case::{BloodVessel, Feature, VesselDescription};
+use crate::curve::SpaceCurve;
+
+/// Places along the vessel that are looked at.
+const SAMPLES: usize = 600;
+/// Lengths of vessels, m.
+const LENGTHS: [f64; 2] = [1e-4, 5.0];
+/// Radii of vessels, m.
+const RADII: [f64; 2] = [1e-5, 0.05];
+/// The wall may come so close to its centre of curvature, relative to the radius of that.
+const MOST_BEND: f64 = 0.9;
+/// A centre-line turns back where its direction changes by more than this between two points, degrees.
+const MOST_TURN_DEG: f64 = 100.0;
+/// Lengths of sections may miss that of the centre-line by this share.
+const TOLERANCE: f64 = 1e-3;
+
+pub(super) fn check(vessel: &BloodVessel, keys: &VesselDescription, report: &mut Report<'_>) {
+    let mut clean = true;
+    let mut watched = |keys: &[&str], nonsense: bool, message: String| {
+        clean &= !nonsense;
+        report(keys, nonsense, message);
+    };
+    centre_line(keys, &mut watched);
+    materials(keys, &mut watched);
+    for (i, section) in keys.section.iter().enumerate() {
+        layers(
+            keys,
+            i,
+            &format!("vessel.section[{i}]"),
+            section,
+            &mut watched,
+        );
+    }
+    not_yet(vessel, &mut watched);
+    // What follows needs a curve; a file that cannot be read has been reported.
+    let is_there = keys.points.len() > 1 || keys.piece.as_ref().is_some_and(|all| !all.is_empty());
+    if clean && is_there {
+        along(keys, report);
+    }
+}
+
+/// The key that the centre-line comes from.
+fn origin(keys: &VesselDescription) -> &'static str {
+    match keys {
+        _ if keys.centre_line.is_some() => "vessel.centre_line",
+        _ if !keys.points.is_empty() => "vessel.points_m",
+        _ => "vessel.section[0].name",
+    }
+}
+
+fn centre_line(keys: &VesselDescription, report: &mut Report<'_>) {
+    let pieces = keys.piece.as_ref().map_or(0, Vec::len);
+    let key = origin(keys);
+    report(
+        &[key],
+        keys.centre_line.is_none() && keys.points.is_empty() && pieces == 0,
+        "the vessel has no centre-line: give vessel.centre_line (a file), vessel.points_m, or tables [[vessel.piece]]".into(),
+    );
+    report(
+        &[key],
+        !keys.points.is_empty() && pieces > 0,
+        "the case has tables [[vessel.piece]] as well: leave out one of the two".into(),
+    );
+    report(
+        &["vessel.points_m"],
+        keys.points.len() == 1,
+        "a centre-line needs 2 points at least".into(),
+    );
+    report(
+        &["vessel.angle_zero"],
+        !keys.first.is_empty() && (keys.first.len() != 3 || keys.first.iter().all(|x| *x == 0.0)),
+        "expected the three components of a direction, not all zero".into(),
+    );
+    report(
+        &["vessel.unit"],
+        keys.unit.is_some() && keys.centre_line.is_none(),
+        "the unit is that of the file vessel.centre_line, and there is none; all other lengths are in metres".into(),
+    );
+    report(
+        &["vessel.radii_m"],
+        keys.centre_line.is_none()
+            && keys.radius.is_none()
+            && !keys.radii.is_empty()
+            && keys.radii.len() != keys.points.len(),
+        format!(
+            "expected as many radii as vessel.points_m has points, {}",
+            keys.points.len()
+        ),
+    );
+    let has_radius = keys.radius.is_some() || keys.end_radius.is_some() || !keys.radii.is_empty();
+    report(
+        &[key, "vessel.radius_m", "vessel.radii_m"],
+        !has_radius
+            && (!keys.points.is_empty() || pieces > 0)
+            && keys.section.iter().any(|section| section.radius.is_none()),
+        "the vessel has no radius: give vessel.radius_m, a file with a column r, or radius_m to each section".into(),
+    );
+    report(
+        &["vessel.end_radius_m"],
+        keys.end_radius.is_some() && (keys.radius.is_none() || !keys.radii.is_empty()),
+        "a taper needs vessel.radius_m where it begins, and no other radii".into(),
+    );
+    report(
+        &["vessel.radius_m"],
+        keys.radius.is_some() && !keys.radii.is_empty(),
+        "the case has vessel.radii_m as well: leave out one of the two".into(),
+    );
+    let points = keys.curve_points();
+    if let Some(i) = points
+        .windows(2)
+        .position(|pair| (pair[1] - pair[0]).norm() < 1e-9)
+    {
+        let message = format!(
+            "points {} and {} lie on each other: leave out one of them",
+            i + 1,
+            i + 2
+        );
+        report(&[key], true, message);
+        return;
+    }
+    let turn = |three: &[Vec3]| {
+        (three[2] - three[1])
+            .angle(&(three[1] - three[0]))
+            .to_degrees()
+    };
+    if let Some(i) = points
+        .windows(3)
+        .position(|three| turn(three) > MOST_TURN_DEG)
+    {
+        report(
+            &[key],
+            true,
+            format!(
+                "the centre-line turns back at point {} by {:.0}°: are the points of one branch, in the order in which the blood \
+                 passes them?",
+                i + 2,
+                turn(&points[i..i + 3])
+            ),
+        );
+    }
+    let polygon: f64 = points
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).norm())
+        .sum();
+    let [short, long] = LENGTHS;
+    report(
+        &[key],
+        points.len() > 1 && !(short..=long).contains(&polygon),
+        format!(
+            "the centre-line is {polygon:.3e} m long, and vessels are {short} to {long} m long: is the unit of the file the right \
+             one?"
+        ),
+    );
+    let all = keys
+        .radii
+        .iter()
+        .chain(&keys.radius)
+        .chain(&keys.end_radius);
+    let all = all.chain(
+        keys.section
+            .iter()
+            .filter_map(|section| section.radius.as_ref()),
+    );
+    let [thin, wide] = RADII;
+    if let Some(radius) = all.copied().find(|radius| !(thin..=wide).contains(radius)) {
+        let from_file = keys.centre_line.is_some() && keys.radii.contains(&radius);
+        let key = match keys
+            .section
+            .iter()
+            .position(|section| section.radius == Some(radius))
+        {
+            Some(i) => format!("vessel.section[{i}].radius_m"),
+            None if from_file => "vessel.centre_line".into(),
+            None if keys.radii.contains(&radius) => "vessel.radii_m".into(),
+            None if keys.radius == Some(radius) => "vessel.radius_m".into(),
+            None => "vessel.end_radius_m".into(),
+        };
+        report(
+            &[&key],
+            true,
+            format!(
+                "a radius of {radius:.3e} m: vessels have {thin:e} to {wide} m; is it in another unit ({})?",
+                if from_file {
+                    "vessel.unit"
+                } else {
+                    "_m means metres"
+                }
+            ),
+        );
+    }
+}
+
+fn materials(keys: &VesselDescription, report: &mut Report<'_>) {
+    for (i, named) in keys.material.iter().enumerate() {
+        material(&format!("vessel.material[{i}]"), &named.material, report);
+        let twice = keys.material[..i]
+            .iter()
+            .any(|other| other.name == named.name);
+        report(
+            &[&format!("vessel.material[{i}].name")],
+            twice,
+            "another material has this name: give it one of its own".into(),
+        );
+    }
+}
+
+fn layers(
+    keys: &VesselDescription,
+    i: usize,
+    table: &str,
+    section: &crate::case::VesselSection,
+    report: &mut Report<'_>,
+) {
+    let key = |name: &str| format!("{table}.{name}");
+    let twice = keys.section[..i]
+        .iter()
+        .any(|other| other.name == section.name);
+    report(
+        &[&key("name")],
+        twice,
+        "another section has this name: give it one of its own".into(),
+    );
+    let (thicknesses, shares) = (section.thicknesses.len(), section.shares.len());
+    if !section.is_elastic() {
+        let walls = [
+            ("layers", section.layers.len()),
+            ("thicknesses_m", thicknesses),
+            ("thicknesses", shares),
+        ];
+        if let Some((name, _)) = walls.into_iter().find(|(_, count)| *count > 0) {
+            let message = format!(
+                "a rigid section has no layers: leave it out, or wall = \"rigid\" of {}",
+                section.name
+            );
+            report(&[&key(name)], true, message);
+        }
+        return;
+    }
+    report(
+        &[&key("name"), &key("layers")],
+        section.layers.is_empty(),
+        "an elastic section needs its layers, such as layers = [\"media\"] and thicknesses_m = [1e-3]; or wall = \"rigid\"".into(),
+    );
+    let one = if thicknesses > 0 {
+        "thicknesses_m"
+    } else {
+        "thicknesses"
+    };
+    let given = thicknesses.max(shares);
+    report(
+        &[&key("layers"), &key("thicknesses_m"), &key("thicknesses")],
+        !section.layers.is_empty() && given == 0,
+        format!(
+            "the layers have no thickness: give thicknesses_m, or thicknesses as shares of the radius, {} of them",
+            section.layers.len()
+        ),
+    );
+    report(
+        &[&key("thicknesses_m")],
+        thicknesses > 0 && shares > 0,
+        "the section has `thicknesses` as well: leave out one of the two".into(),
+    );
+    report(
+        &[&key(one), &key("layers")],
+        given > 0 && given != section.layers.len(),
+        format!(
+            "expected a thickness for each of the {} layers",
+            section.layers.len()
+        ),
+    );
+    let names: Vec<&str> = keys
+        .material
+        .iter()
+        .map(|known| known.name.as_str())
+        .collect();
+    if let Some(layer) = (section.layers.iter()).find(|layer| !names.contains(&layer.as_str())) {
+        report(
+            &[&key("layers")],
+            true,
+            format!(
+                "no [[vessel.material]] is called {layer:?}; there is \"{}\"",
+                names.join("\", \"")
+            ),
+        );
+    }
+    let thickest = section.thicknesses.iter().copied().fold(0.0, f64::max);
+    report(
+        &[&key("thicknesses_m")],
+        thickest > RADII[1],
+        format!("a layer of {thickest:?} m: is it in another unit (_m means metres)?"),
+    );
+}
+
+/// What is for straight vessels alone.
+fn not_yet(vessel: &BloodVessel, report: &mut Report<'_>) {
+    report(
+        &["initial.axial_stretch"],
+        vessel.axial_stretch() != 1.0,
+        "a vessel with the table [vessel] keeps its length: leave it out".into(),
+    );
+    report(
+        &["ends.outlet"],
+        vessel.outlet_end().0 != crate::case::VesselEnd::Clamped,
+        "the ends of a vessel with the table [vessel] are clamped: leave it out".into(),
+    );
+    report(
+        &["initial.shape"],
+        vessel.given_shape() == crate::case::GivenShape::Loaded,
+        "the sizes of a vessel with the table [vessel] are those without load: leave it out".into(),
+    );
+    if let Some(tissue) = &vessel.surroundings {
+        report(
+            &["surroundings.stations_m"],
+            !tissue.stations.is_empty(),
+            "around a vessel with the table [vessel] the tissue is the same everywhere: leave the stations out".into(),
+        );
+        let radial = tissue.direction.unwrap_or_default() == crate::case::TissueDirection::Radial;
+        let key = match tissue.spring {
+            Some(_) => "surroundings.spring_Pa_m",
+            None => "surroundings.damping_Pa_s_m",
+        };
+        report(
+            &[key],
+            radial && (tissue.spring.is_some() || tissue.damping.is_some()),
+            "around a vessel with the table [vessel] tissue resists all displacements: surroundings.direction = \"all\"".into(),
+        );
+    }
+}
+
+/// Sections, features and the wall on the curve.
+fn along(keys: &VesselDescription, report: &mut Report<'_>) {
+    let key = origin(keys);
+    let curve = keys.curve();
+    let length = curve.ends()[1];
+    let open = keys
+        .section
+        .iter()
+        .filter(|section| section.length.is_none());
+    let open = open.count();
+    // A length that was refused is no length that was left out.
+    let own: Vec<String> = (0..keys.section.len())
+        .map(|i| format!("vessel.section[{i}].length_m"))
+        .collect();
+    let mut lengths = vec!["vessel.section[0].name"];
+    lengths.extend(own.iter().map(String::as_str));
+    let given: f64 = keys
+        .section
+        .iter()
+        .filter_map(|section| section.length)
+        .sum();
+    report(
+        &lengths,
+        open > 1,
+        format!(
+            "{open} sections have no length_m: only one can take what the others leave of the centre-line's {length:.4e} m"
+        ),
+    );
+    report(
+        &lengths,
+        open == 0 && (given / length - 1.0).abs() > TOLERANCE || open == 1 && given >= length,
+        format!(
+            "the sections are {given:.4e} m long together, and the centre-line {length:.4e} m: leave out the length_m of one of \
+             them, or correct them"
+        ),
+    );
+    let elastic: Vec<usize> = (0..keys.section.len())
+        .filter(|i| keys.section[*i].is_elastic())
+        .collect();
+    report(
+        &["vessel.section[0].name"],
+        elastic.is_empty(),
+        "no section is elastic: one must be".into(),
+    );
+    if let Some(gap) = elastic.windows(2).find(|pair| pair[1] != pair[0] + 1) {
+        report(
+            &[&format!("vessel.section[{}].wall", gap[0] + 1)],
+            true,
+            "a rigid section between elastic ones: rigid sections must be upstream or downstream of all elastic ones".into(),
+        );
+        return;
+    }
+    if open > 1 || elastic.is_empty() || open == 1 && given >= length {
+        return;
+    }
+    let places = keys.places(length);
+    let start = places[elastic[0]][0];
+    let law = keys.radius_law(&curve);
+    let blend = keys.blend_length.unwrap_or(0.0);
+    let lengths: Vec<f64> = places.iter().map(|[from, to]| to - from).collect();
+    if let Some(i) = lengths.iter().position(|length| 0.5 * blend > *length)
+        && places.len() > 1
+    {
+        let message = format!(
+            "half of the blend must fit into each section, and {:?} is {:.3e} m long",
+            keys.section[i].name, lengths[i]
+        );
+        report(&["vessel.blend_length_m"], true, message);
+    }
+    let mut thickest: Vec<(f64, f64)> = Vec::new();
+    for i in 0..=SAMPLES {
+        let s = length * i as f64 / SAMPLES as f64;
+        let number = places
+            .iter()
+            .position(|place| s <= place[1])
+            .unwrap_or(places.len() - 1);
+        let section = &keys.section[number];
+        let [from, to] = places[number];
+        let lumen = section.radius.unwrap_or_else(|| law.at(s));
+        let mean = section.radius.unwrap_or_else(|| law.mean(from, to));
+        let wall: f64 =
+            section.thicknesses.iter().sum::<f64>() + mean * section.shares.iter().sum::<f64>();
+        let widened = keys
+            .feature
+            .iter()
+            .flatten()
+            .map(|feature| widening(feature, s - start));
+        thickest.push((s, lumen + wall + widened.sum::<f64>()));
+    }
+    features(keys, [-start, length - start], &law, start, report);
+    if !curvature(key, &curve, &thickest, report) {
+        crossing(key, &curve, &thickest, report);
+    }
+}
+
+/// By how much a feature widens the outside at most.
+fn widening(feature: &Feature, s: f64) -> f64 {
+    match feature {
+        Feature::Aneurysm {
+            at,
+            length,
+            growth,
+            eccentricity,
+            ..
+        } if (s - at).abs() < *length => growth * (1.0 + eccentricity.unwrap_or(0.0)),
+        _ => 0.0,
+    }
+}
+
+fn features(
+    keys: &VesselDescription,
+    [from, to]: [f64; 2],
+    law: &crate::interpolation::MonotoneCubic,
+    start: f64,
+    report: &mut Report<'_>,
+) {
+    for (i, feature) in keys.feature.iter().flatten().enumerate() {
+        let (Feature::Stenosis { at, length, .. } | Feature::Aneurysm { at, length, .. }) = feature;
+        report(
+            &[&format!("vessel.feature[{i}].at_m")],
+            !(from..=to).contains(at),
+            format!(
+                "the vessel reaches from s = {from:.4e} to {to:.4e} m, counted from where its first elastic section begins"
+            ),
+        );
+        let radius = law.at(at + start);
+        report(
+            &[&format!("vessel.feature[{i}].length_m")],
+            *length < 0.5 * radius,
+            format!(
+                "so short a feature is a step: expected at least half the radius there, {:.3e} m",
+                0.5 * radius
+            ),
+        );
+    }
+}
+
+/// Nothing of the wall may reach its centre of curvature. Whether it does.
+fn curvature(
+    key: &str,
+    curve: &SpaceCurve,
+    thickest: &[(f64, f64)],
+    report: &mut Report<'_>,
+) -> bool {
+    let bend = |(s, radius): &&(f64, f64)| curve.curvature(*s).norm() * radius;
+    let Some(worst) = thickest.iter().max_by(|a, b| bend(a).total_cmp(&bend(b))) else {
+        return false;
+    };
+    let (s, radius) = *worst;
+    let reaches = bend(&worst) > MOST_BEND;
+    report(
+        &[key],
+        reaches,
+        format!(
+            "the centre-line bends with the radius {:.3e} m at {s:.4e} m from its beginning, and the outside of the wall lies \
+             {radius:.3e} m from it: the radius of the bend must be at least {:.3} times that; smooth the line, or make \
+             the vessel thinner",
+            1.0 / curve.curvature(s).norm(),
+            1.0 / MOST_BEND
+        ),
+    );
+    reaches
+}
+
+/// Parts that are far from each other along the vessel must not touch.
+fn crossing(key: &str, curve: &SpaceCurve, thickest: &[(f64, f64)], report: &mut Report<'_>) {
+    let points: Vec<Vec3> = thickest
+        .iter()
+        .map(|(s, _)| curve.frame(*s).origin)
+        .collect();
+    for (i, (s, radius)) in thickest.iter().enumerate() {
+        for (j, (t, other)) in thickest.iter().enumerate().skip(i + 1) {
+            // Neighbours on a bend are closer than along it, but no closer than half of that.
+            let touching = (points[i] - points[j]).norm() < radius + other;
+            if touching && t - s > std::f64::consts::PI * (radius + other) {
+                report(
+                    &[key],
+                    true,
+                    format!(
+                        "the vessel crosses itself: {s:.4e} m and {t:.4e} m from its beginning the centre-line is {:.3e} m from \
+                         itself, and the walls reach {:.3e} m",
+                        (points[i] - points[j]).norm(),
+                        radius + other
+                    ),
+                );
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Whether what flows through a vessel, what surrounds it and its meshes fit together, whatever its shape.
+
+use super::{Report, anastomosis, described};
+use crate::case::{BloodVessel, Case, FlowCurve, GivenShape, Shape, Solver, Start, VesselEnd};
+
+pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
+    match &vessel.shape {
+        Shape::Anastomosis(shape) => anastomosis::check(case, shape, &vessel.fluid, report),
+        Shape::Vessel(shape) => described::check(vessel, shape, report),
+    }
+    inflow(case, vessel, report);
+    surroundings(vessel, report);
+    ends(case, vessel, report);
+    report(
+        &["initial.shape", "initial.start"],
+        vessel.given_shape() == GivenShape::Loaded && vessel.start() != Start::Equilibrium,
+        "a shape that is given under pressure needs a start under that pressure: write initial.start = \"equilibrium\", and \
+         the pressure into windkessel.initial_pressure_Pa"
+            .into(),
+    );
+    if let Some(degree) = case.structure.p_geometry {
+        let around = vessel.structure.circumferential;
+        let message =
+            format!("straight edges need at least 12 elements around, not {around}: raise either");
+        report(
+            &["structure.p_geometry", "structure.circumferential"],
+            degree == 1 && around < 12,
+            message,
+        );
+    }
+}
+
+fn surroundings(vessel: &BloodVessel, report: &mut Report<'_>) {
+    let Some(tissue) = &vessel.surroundings else {
+        return;
+    };
+    let (stations, shares) = (&tissue.stations, &tissue.shares);
+    for (key, other, found) in [
+        (
+            "surroundings.stations_m",
+            "surroundings.shares",
+            shares.len(),
+        ),
+        (
+            "surroundings.shares",
+            "surroundings.stations_m",
+            stations.len(),
+        ),
+    ] {
+        report(
+            &[key],
+            stations.len() != shares.len(),
+            format!("expected as many numbers as {other} has, {found}"),
+        );
+    }
+    report(
+        &["surroundings.stations_m"],
+        stations.windows(2).any(|pair| pair[0] >= pair[1]),
+        "expected ascending places".into(),
+    );
+    report(
+        &["surroundings.shares"],
+        shares.iter().any(|share| *share < 0.0),
+        "expected no negative share: springs that push would be no tissue".into(),
+    );
+}
+
+fn inflow(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
+    report(
+        &["inflow.systole_s", "time.period_s"],
+        vessel.inflow.systole > case.time.period && vessel.inflow.file.is_none(),
+        format!(
+            "the pulse must fit into time.period_s = {:?}",
+            case.time.period
+        ),
+    );
+    if vessel.inflow.file.is_some()
+        && let Err(error) = FlowCurve::new(&vessel.inflow, case.time.period)
+    {
+        report(&["inflow.file", "time.period_s"], true, error.to_string());
+    }
+}
+
+fn ends(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
+    let (outlet, spring) = vessel.outlet_end();
+    report(
+        &["ends.outlet", "fluid.solver"],
+        outlet != VesselEnd::Clamped && case.fluid.solver == Solver::OpenFoam,
+        "OpenFOAM's mesh keeps its outlet where it is: write \"clamped\", or take fluid.solver = \"native\"".into(),
+    );
+    report(
+        &["ends.outlet"],
+        outlet == VesselEnd::Springs && spring == 0.0,
+        "springs need a stiffness: add ends.spring_Pa_m".into(),
+    );
+    report(
+        &["ends.spring_Pa_m"],
+        outlet != VesselEnd::Springs && spring != 0.0,
+        "only an end that is on springs has any: write ends.outlet = \"springs\", or leave it out"
+            .into(),
+    );
+    report(
+        &["initial.axial_stretch", "ends.outlet"],
+        outlet == VesselEnd::Springs && vessel.axial_stretch() != 1.0,
+        "an end on springs is not moved to a place: write ends.outlet = \"clamped\", \"sliding\" or \"radial\"".into(),
+    );
+}

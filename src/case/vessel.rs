@@ -1,0 +1,171 @@
+//! The keys of a vessel along any path, of any sections: what stands in the table `[vessel]`.
+
+use super::Material;
+use super::schema::{Key, Kind, Schema, Table, above, from, join};
+use super::table::{choice, table, words};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// Most points of a centre-line.
+pub(super) const MOST_POINTS: usize = 5000;
+
+table! {
+    /// A vessel along any path. Its centre-line comes from a file, from points or from pieces; the arc length `s` is counted
+    /// downstream from where the first elastic section begins.
+    pub struct VesselDescription {
+        /// It counts as if its points and radii stood in the case.
+        centre_line: Option<PathBuf> = "centre_line", Kind::Path, "file with the centre-line: CSV with the columns x,y,z or x,y,z,r",
+            absent "vessel.points_m or vessel.piece";
+        unit: Option<LengthUnit> = "unit", Kind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "none: needed with a file";
+        points: Vec<[f64; 3]> = "points_m", Kind::Points(MOST_POINTS), "points that the centre-line passes as a cubic spline",
+            absent "vessel.centre_line or vessel.piece";
+        radii: Vec<f64> = "radii_m", Kind::Sizes(MOST_POINTS), "radius of the lumen at each of vessel.points_m", absent "vessel.radius_m";
+        radius: Option<f64> = "radius_m", above(0.0, 0.1), "radius of the lumen where the centre-line begins",
+            absent "those of the file, or vessel.radii_m";
+        /// It tapers as a cone.
+        end_radius: Option<f64> = "end_radius_m", above(0.0, 0.1), "radius of the lumen where the centre-line ends", absent "vessel.radius_m";
+        blend_length: Option<f64> = "blend_length_m", above(0.0, 10.0), "length of the cosine blends, centred on the joints of sections",
+            absent "the diameter at the joint";
+        upstream: Option<f64> = "upstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube before the centre-line", absent "0";
+        downstream: Option<f64> = "downstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube behind the centre-line", absent "0";
+        first: Vec<f64> = "angle_zero", Kind::Numbers(3), "direction of the angle 0 at the beginning, three components",
+            absent "the side to which the centre-line bends, or +y if it is straight";
+        [piece: Option<Vec<CurvePiece>>, "pieces of the centre-line, downstream"]
+        [section: Vec<VesselSection>, "sections, downstream"]
+        [feature: Option<Vec<Feature>>, "narrowings and widenings of the lumen"]
+        [material: Vec<NamedMaterial>, "materials of the wall"]
+    }
+}
+
+words! {
+    /// A unit of length.
+    pub enum LengthUnit {
+        /// Metre.
+        Metre = "m",
+        /// Centimetre.
+        Centimetre = "cm",
+        /// Millimetre.
+        Millimetre = "mm",
+        /// Micrometre.
+        Micrometre = "um",
+    }
+}
+
+impl LengthUnit {
+    /// In metres.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Centimetre => 1e-2,
+            Self::Millimetre => 1e-3,
+            Self::Micrometre => 1e-6,
+        }
+    }
+}
+
+choice! {
+    /// A piece of a centre-line that begins in the direction in which the one before it ends; the first one along +x.
+    pub enum CurvePiece by "piece", "what this piece of the centre-line is" {
+        /// A straight line.
+        Line = "line" {
+            length: f64 = "length_m", above(0.0, 10.0), "length along the piece";
+        }
+        /// A part of a circle.
+        Arc = "arc" {
+            length: f64 = "length_m", above(0.0, 10.0), "length along the piece";
+            radius: f64 = "bend_radius_m", above(0.0, 1e9), "radius of the circle or of the helix";
+            side_deg: Option<f64> = "side_deg", from(-360.0, 360.0), "angle in the cross-section of the side to which it bends", absent "0";
+        }
+        /// A part of a helix.
+        Helix = "helix" {
+            length: f64 = "length_m", above(0.0, 10.0), "length along the piece";
+            radius: f64 = "bend_radius_m", above(0.0, 1e9), "radius of the circle or of the helix";
+            pitch: f64 = "pitch_m", from(-10.0, 10.0), "rise of a helix in a turn; left-handed if negative";
+            side_deg: Option<f64> = "side_deg", from(-360.0, 360.0), "angle in the cross-section of the side to which it bends", absent "0";
+        }
+    }
+}
+
+table! {
+    /// A part of the vessel with the same layers throughout.
+    pub struct VesselSection {
+        name: String = "name", Kind::Text(30), "what the section is called";
+        wall: Option<WallKind> = "wall", Kind::Word(WallKind::WORDS), "whether the wall yields", absent "elastic";
+        length: Option<f64> = "length_m", above(0.0, 10.0), "length along the centre-line",
+            absent "what the other sections leave of it";
+        radius: Option<f64> = "radius_m", above(0.0, 0.1), "radius of the lumen", absent "that of the vessel";
+        layers: Vec<String> = "layers", Kind::Names(20), "materials of the layers from the inside out, by name", absent "none: the wall is rigid";
+        thicknesses: Vec<f64> = "thicknesses_m", Kind::Sizes(20), "thickness of each layer", absent "section.thicknesses";
+        shares: Vec<f64> = "thicknesses", Kind::Sizes(20), "thickness of each layer as a share of the mean radius", absent "section.thicknesses_m";
+    }
+}
+
+words! {
+    /// Whether the wall of a section yields.
+    #[derive(Default)]
+    pub enum WallKind {
+        /// It does, with its layers.
+        Elastic = "elastic" (default),
+        /// It does not.
+        Rigid = "rigid",
+    }
+}
+
+choice! {
+    /// A part of the lumen that is narrower or wider than its section.
+    pub enum Feature by "feature", "what is there" {
+        /// A narrowing that thickens the wall inward; its outer surface stays.
+        Stenosis = "stenosis" {
+            at: f64 = "at_m", from(-10.0, 10.0), "arc length s of its middle";
+            length: f64 = "length_m", above(0.0, 10.0), "its length; with a Gaussian profile four standard deviations";
+            area_reduction: f64 = "area_reduction", above(0.0, 0.99), "share of the lumen's area that is lost in the middle";
+            profile: Option<BumpProfile> = "profile", Kind::Word(BumpProfile::WORDS), "how it begins and ends", absent "cosine";
+            eccentricity: Option<f64> = "eccentricity", from(0.0, 1.0), "how far the lumen lies to the side, relative to the change of its radius", absent "0";
+            side_deg: Option<f64> = "side_deg", from(-360.0, 360.0), "angle in the cross-section of the side to which the lumen moves", absent "0";
+        }
+        /// A widening with the whole wall.
+        Aneurysm = "aneurysm" {
+            at: f64 = "at_m", from(-10.0, 10.0), "arc length s of its middle";
+            length: f64 = "length_m", above(0.0, 10.0), "its length; with a Gaussian profile four standard deviations";
+            growth: f64 = "growth_m", above(0.0, 0.1), "growth of the lumen's radius in the middle";
+            profile: Option<BumpProfile> = "profile", Kind::Word(BumpProfile::WORDS), "how it begins and ends", absent "cosine";
+            eccentricity: Option<f64> = "eccentricity", from(0.0, 1.0), "how far the lumen lies to the side, relative to the change of its radius", absent "0";
+            side_deg: Option<f64> = "side_deg", from(-360.0, 360.0), "angle in the cross-section of the side to which the lumen moves", absent "0";
+        }
+    }
+}
+
+words! {
+    /// How a narrowing or widening begins and ends.
+    #[derive(Default)]
+    pub enum BumpProfile {
+        /// A whole cosine: once continuously differentiable, nothing beyond its length.
+        Cosine = "cosine" (default),
+        /// A Gaussian bell.
+        Gaussian = "gaussian",
+    }
+}
+
+/// A material: its name beside its own keys.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NamedMaterial {
+    /// `name`: what sections call it.
+    pub name: String,
+    /// The others.
+    #[serde(flatten)]
+    pub material: Material,
+}
+
+impl Table for NamedMaterial {
+    fn describe(path: &str, schema: &mut Schema) {
+        schema.add(Key {
+            path: join(path, "name"),
+            kind: Kind::Text(30),
+            absent: None,
+            about: "what sections call the material",
+            choices: Vec::new(),
+            problems: &[],
+        });
+        Material::describe(path, schema);
+    }
+}
