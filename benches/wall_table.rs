@@ -84,7 +84,11 @@ fn wall(name: &str, [axial, around, radial]: [usize; 3]) -> Wall {
             width: 1.5e-3,
         },
         "irregular" => {
-            let support = &vessel.geometry.imperfection;
+            let support = &case
+                .anastomosis()
+                .expect("the paper's vessel")
+                .geometry
+                .imperfection;
             let imperfection = Imperfection::new(support, [0.0, 12e-3], 0.5e-3);
             let mesh =
                 irregular_tube_mesh(3e-3, [5e-4; 2], imperfection, axial, around, radial / 2);
