@@ -36,18 +36,33 @@ pub struct RegionStep {
     /// Largest principal Cauchy stress at the quadrature points of these elements.
     #[serde(default)]
     pub max_principal_Pa: f64,
+    /// Largest Cauchy stress around the deformed vessel there.
+    #[serde(default)]
+    pub max_hoop_stress_Pa: f64,
+    /// Largest Cauchy stress along it.
+    #[serde(default)]
+    pub max_axial_stress_Pa: f64,
+    /// Largest stretch of fibres, where there are any.
+    #[serde(default)]
+    pub max_fibre_stretch: Option<f64>,
 }
 
-/// Largest von Mises stress of a part of the wall, an element for example.
+/// Largest stresses and stretches of a part of the wall, an element for example.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WallStress {
     /// Unloaded position of the part along the axis, m.
     pub x: f64,
-    /// The stress, Pa.
+    /// Von Mises stress, Pa.
     pub von_mises: f64,
     /// Largest principal Cauchy stress there, Pa.
     pub max_principal: f64,
-    /// Unloaded position of the point, m.
+    /// Largest stress around the deformed vessel, Pa.
+    pub max_hoop: f64,
+    /// Largest stress along it, Pa.
+    pub max_axial: f64,
+    /// Largest stretch of fibres, if there are any.
+    pub max_fibre_stretch: Option<f64>,
+    /// Unloaded position of the point of the largest von Mises stress, m.
     pub position: Vec3,
 }
 
@@ -113,8 +128,10 @@ impl Monitor {
                 .iter()
                 .filter(|peak| part.region.contains(peak.x))
                 .max_by(|a, b| a.von_mises.total_cmp(&b.von_mises));
-            let within = stresses.iter().filter(|peak| part.region.contains(peak.x));
-            let principal = within.map(|peak| peak.max_principal).max_by(f64::total_cmp);
+            let largest = |value: fn(&WallStress) -> Option<f64>| {
+                let within = stresses.iter().filter(|peak| part.region.contains(peak.x));
+                within.filter_map(value).max_by(f64::total_cmp)
+            };
             let at = stress.map_or(Vec3::zeros(), |peak| peak.position);
             let (place, radius) = self.wall.place(&at);
             RegionStep {
@@ -130,7 +147,10 @@ impl Monitor {
                 max_von_mises_x_m: place.x_m,
                 max_von_mises_phi_deg: place.phi_deg,
                 max_von_mises_r_m: radius,
-                max_principal_Pa: principal.unwrap_or(0.0),
+                max_principal_Pa: largest(|peak| Some(peak.max_principal)).unwrap_or(0.0),
+                max_hoop_stress_Pa: largest(|peak| Some(peak.max_hoop)).unwrap_or(0.0),
+                max_axial_stress_Pa: largest(|peak| Some(peak.max_axial)).unwrap_or(0.0),
+                max_fibre_stretch: largest(|peak| peak.max_fibre_stretch),
             }
         };
         self.regions.iter().map(observe).collect()
@@ -160,6 +180,9 @@ mod tests {
             x,
             von_mises,
             max_principal: 2.0 * von_mises - x,
+            max_hoop: 3.0 * von_mises - x,
+            max_axial: von_mises + x,
+            max_fibre_stretch: Some(x).filter(|x| *x > 3.0),
             position: Vec3::new(x, 0.0, -2.0),
         };
         let found = Monitor::new(wall, &regions).observe(
@@ -187,5 +210,11 @@ mod tests {
         assert_eq!(found[1].max_von_mises_phi_deg, -90.0);
         let principal = found.iter().map(|step| step.max_principal_Pa);
         assert!(principal.eq([13.0, 8.5]));
+        assert_eq!(
+            (found[1].max_hoop_stress_Pa, found[1].max_axial_stress_Pa),
+            (14.5, 9.5)
+        );
+        let fibres = found.iter().map(|step| step.max_fibre_stretch);
+        assert!(fibres.eq([None, Some(3.5)]));
     }
 }

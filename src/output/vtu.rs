@@ -5,6 +5,7 @@
 use super::write_atomically;
 use crate::Vec3;
 use base64::Engine;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -276,13 +277,13 @@ impl Series {
     }
 }
 
-/// Points of a grid with one number each.
+/// Points of a grid with numbers at each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointValues {
     /// Positions, m.
     pub points: Vec<Vec3>,
-    /// The numbers.
-    pub values: Vec<f64>,
+    /// Fields of one number each, by name.
+    pub fields: BTreeMap<String, Vec<f64>>,
 }
 
 /// Reads a grid.
@@ -311,13 +312,29 @@ pub fn point_values(grid: &UnstructuredGridPiece, name: &str) -> Option<Vec<f64>
         })
 }
 
-/// Reads the field `name` at the points of a grid.
+/// Reads the points of a grid and all fields of one number each.
 ///
 /// # Errors
-/// If the file is no grid or has no such field.
-pub fn read_points(path: &Path, name: &str) -> io::Result<PointValues> {
-    let (points, values) = read_field(path, name, 1)?;
-    Ok(PointValues { points, values })
+/// If the file is no grid.
+pub fn read_points(path: &Path) -> io::Result<PointValues> {
+    let piece = read_piece(path)?;
+    let points = piece.points.into_vec::<f64>();
+    let points = points.ok_or_else(|| bad(path, "its points are no numbers"))?;
+    let points: Vec<Vec3> = points
+        .chunks_exact(3)
+        .map(Vec3::from_column_slice)
+        .collect();
+    let field = |attribute| match attribute {
+        Attribute::DataArray(array) => Some((array.name, array.data.into_vec::<f64>()?)),
+        _ => None,
+    };
+    let fields = piece.data.point.into_iter().filter_map(field);
+    Ok(PointValues {
+        fields: fields
+            .filter(|(_, values)| values.len() == points.len())
+            .collect(),
+        points,
+    })
 }
 
 /// Reads the vectors `name` at the points of a grid, each with its position (m).
@@ -325,28 +342,22 @@ pub fn read_points(path: &Path, name: &str) -> io::Result<PointValues> {
 /// # Errors
 /// If the file is no grid or has no such field.
 pub fn read_vectors(path: &Path, name: &str) -> io::Result<Vec<(Vec3, Vec3)>> {
-    let (points, values) = read_field(path, name, 3)?;
-    let vectors = values.chunks_exact(3).map(Vec3::from_column_slice);
-    Ok(points.into_iter().zip(vectors).collect())
-}
-
-/// The points of a grid, and a field with so many `components` at each.
-fn read_field(path: &Path, name: &str, components: usize) -> io::Result<(Vec<Vec3>, Vec<f64>)> {
     let piece = read_piece(path)?;
     let values = point_values(&piece, name);
     let points = piece.points.into_vec::<f64>();
     let (Some(values), Some(points)) = (values, points) else {
         return Err(bad(path, &format!("no field {name} of numbers")));
     };
-    let points: Vec<Vec3> = points
-        .chunks_exact(3)
-        .map(Vec3::from_column_slice)
-        .collect();
-    if components * points.len() != values.len() {
-        let found = format!("{} points, {} values", points.len(), values.len());
-        return Err(bad(path, &found));
+    if points.len() != values.len() {
+        return Err(bad(path, &format!("{name} is no field of vectors")));
     }
-    Ok((points, values))
+    let vectors = |numbers: &[f64]| -> Vec<Vec3> {
+        numbers
+            .chunks_exact(3)
+            .map(Vec3::from_column_slice)
+            .collect()
+    };
+    Ok(vectors(&points).into_iter().zip(vectors(&values)).collect())
 }
 
 fn bad(path: &Path, what: &str) -> io::Error {
@@ -393,11 +404,13 @@ mod tests {
         let series = Series::read(&folder.path().join("structure.pvd")).unwrap();
         assert_eq!(series, [(0.25, PathBuf::from("structure/00000.vtu"))]);
         let file = folder.path().join(&series[0].1);
-        let again = read_points(&file, "height").unwrap();
-        assert_eq!((again.points, again.values), (points, heights.clone()));
+        let again = read_points(&file).unwrap();
+        assert_eq!(again.points, points);
+        let heights_alone = BTreeMap::from([("height".to_string(), heights.clone())]);
+        assert_eq!(again.fields, heights_alone);
         let vectors = read_vectors(&file, "place").unwrap();
         assert!(vectors.len() == 8 && vectors.iter().all(|(x, place)| x == place));
-        let missing = read_points(&file, "depth").unwrap_err().to_string();
+        let missing = read_vectors(&file, "depth").unwrap_err().to_string();
         assert!(missing.contains("no field depth"), "{missing}");
 
         let read = vtkio::Vtk::import(folder.path().join("structure/00000.vtu")).unwrap();

@@ -102,6 +102,9 @@ impl WallRecord {
             x: wall.place(&peak.element).0.x_m,
             von_mises: peak.von_mises,
             max_principal: peak.max_principal,
+            max_hoop: peak.max_hoop,
+            max_axial: peak.max_axial,
+            max_fibre_stretch: peak.max_fibre_stretch,
             position: peak.position,
         };
         let stresses: Vec<_> = stresses.iter().map(stress).collect();

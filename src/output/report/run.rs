@@ -223,7 +223,9 @@ pub(crate) fn periodicity(run: &Results) -> Vec<String> {
 fn wall(run: &Results) -> Vec<String> {
     let region = |name: RegionName, value: fn(&crate::hemodynamics::RegionStep) -> f64| {
         let rows = run.regions.iter().filter(|row| row.region == name);
-        rows.map(|row| (row.time_s, value(row))).collect::<Vec<_>>()
+        rows.map(|row| (row.time_s, value(row)))
+            .filter(|(_, value)| value.is_finite())
+            .collect::<Vec<_>>()
     };
     let colour = |(number, region): (usize, &Region)| match region.name {
         RegionName::Bypass => 3,
@@ -244,7 +246,7 @@ fn wall(run: &Results) -> Vec<String> {
         });
         some.filter(|curve| !curve.points.is_empty()).collect()
     };
-    vec![
+    let mut charts = vec![
         chart(
             "displacement",
             "Largest displacement of the wet surface.",
@@ -263,6 +265,16 @@ fn wall(run: &Results) -> Vec<String> {
                 "time / s",
                 "stress / kPa",
                 by_region(|row| 1e-3 * row.max_von_mises_Pa),
+            ),
+        ),
+        chart(
+            "principal-stress",
+            "Largest principal stress (Cauchy) at the quadrature points.",
+            panel(
+                "largest principal stress",
+                "time / s",
+                "stress / kPa",
+                by_region(|row| 1e-3 * row.max_principal_Pa),
             ),
         ),
         chart(
@@ -285,7 +297,14 @@ fn wall(run: &Results) -> Vec<String> {
                 by_region(|row| row.max_wall_shear_Pa),
             ),
         ),
-    ]
+    ];
+    let stretches: Vec<Curve> = by_region(|row| row.max_fibre_stretch.unwrap_or(f64::NAN));
+    if !stretches.is_empty() {
+        let about = "Largest stretch of fibres at the quadrature points.";
+        let panel = panel("fibre stretch", "time / s", "stretch", stretches);
+        charts.insert(3, chart("fibre-stretch", about, panel));
+    }
+    charts
 }
 
 pub(crate) fn pictures(surface: &Surface) -> Vec<String> {
@@ -299,6 +318,10 @@ pub(crate) fn pictures(surface: &Surface) -> Vec<String> {
         (
             "Von Mises",
             format!("Von Mises stress at the inner side of the wall {at}."),
+        ),
+        (
+            "Largest principal",
+            format!("Largest principal stress at the inner side of the wall {at}."),
         ),
         (
             "Oscillating",

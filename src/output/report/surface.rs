@@ -107,9 +107,7 @@ impl Surface {
             Field::new("Relative residence time", "1/Pa", of_faces(|f| f.RRT_1_Pa)),
             Field::new("Wall shear stress", "Pa", shear),
         ];
-        if let Some(stress) = stresses(run, &series, &wall, &found, step)? {
-            fields.insert(1, Field::new("Von Mises stress in the wall", "kPa", stress));
-        }
+        fields.splice(1..1, in_the_wall(run, &series, &wall, &found, step)?);
         Ok(Some(Self {
             wall,
             times: found,
@@ -202,21 +200,65 @@ impl Averaging {
     }
 }
 
-/// Von Mises stress (kPa) of the wall at the surface's points at each of the times, if the run has kept all of them.
-fn stresses(
+/// A field of the wall's files that the page shows.
+struct InTheWall {
+    name: &'static str,
+    unit: &'static str,
+    /// Fields of the file, of which the largest counts.
+    of: &'static [&'static str],
+    show: fn(f64) -> f64,
+}
+
+/// Smooth stresses, and the stretch of fibres as an elongation, so that its colours begin at zero.
+const IN_THE_WALL: [InTheWall; 5] = [
+    InTheWall {
+        name: "Von Mises stress in the wall",
+        unit: "kPa",
+        of: &["von_mises_Pa"],
+        show: |stress| 1e-3 * stress,
+    },
+    InTheWall {
+        name: "Largest principal stress in the wall",
+        unit: "kPa",
+        of: &["max_principal_stress_Pa"],
+        show: |stress| 1e-3 * stress,
+    },
+    InTheWall {
+        name: "Hoop stress in the wall",
+        unit: "kPa",
+        of: &["hoop_stress_Pa"],
+        show: |stress| 1e-3 * stress,
+    },
+    InTheWall {
+        name: "Axial stress in the wall",
+        unit: "kPa",
+        of: &["axial_stress_Pa"],
+        show: |stress| 1e-3 * stress,
+    },
+    InTheWall {
+        name: "Elongation of the longer fibres",
+        unit: "%",
+        of: &["fibre_stretch_1", "fibre_stretch_2"],
+        show: |stretch| 1e2 * (stretch - 1.0),
+    },
+];
+
+/// The fields [`IN_THE_WALL`] at the surface's points at each of the times, as far as the run has kept them; zero where there
+/// are no fibres.
+fn in_the_wall(
     run: &Results,
     series: &[(f64, std::path::PathBuf)],
     wall: &WetSurface,
     times: &[f64],
     step: f64,
-) -> io::Result<Option<Vec<Vec<f64>>>> {
+) -> io::Result<Vec<Field>> {
     let mut nearest: Option<Vec<usize>> = None;
-    let mut all = Vec::new();
+    let mut all = IN_THE_WALL.map(|_| Vec::new());
     for time in times {
         let Some((_, file)) = series.iter().find(|(t, _)| (t - time).abs() < 0.5 * step) else {
-            return Ok(None);
+            return Ok(Vec::new());
         };
-        let grid = vtu::read_points(&run.files.root().join(file), "von_mises_Pa")?;
+        let grid = vtu::read_points(&run.files.root().join(file))?;
         let nearest = nearest.get_or_insert_with(|| {
             let nearest = |x: &Vec3| {
                 let distances = grid
@@ -230,7 +272,19 @@ fn stresses(
             };
             wall.points.iter().map(nearest).collect()
         });
-        all.push(nearest.iter().map(|i| 1e-3 * grid.values[*i]).collect());
+        for (field, frames) in IN_THE_WALL.iter().zip(&mut all) {
+            let found = field.of.iter().map(|name| grid.fields.get(*name));
+            if let Some(found) = found.collect::<Option<Vec<_>>>() {
+                let largest = |i: &usize| {
+                    let all = found.iter().map(|values| (field.show)(values[*i]));
+                    all.fold(0.0, f64::max)
+                };
+                frames.push(nearest.iter().map(largest).collect::<Vec<f64>>());
+            }
+        }
     }
-    Ok(Some(all))
+    let complete = |(field, frames): (&InTheWall, Vec<Vec<f64>>)| {
+        (frames.len() == times.len()).then(|| Field::new(field.name, field.unit, frames))
+    };
+    Ok((IN_THE_WALL.iter().zip(all)).filter_map(complete).collect())
 }

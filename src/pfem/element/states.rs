@@ -40,6 +40,10 @@ impl Elements {
                         extremes = extremes.with(&Extremes {
                             von_mises: state.von_mises(),
                             max_principal: state.principal_stresses()[0],
+                            max_hoop: state.hoop_stress(),
+                            max_axial: state.axial_stress(),
+                            max_fibre_stretch: (state.fibre_stretches.into_iter())
+                                .fold(f64::NEG_INFINITY, f64::max),
                             element: e,
                             local: self.local[q],
                             min_jacobian: J,

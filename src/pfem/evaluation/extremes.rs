@@ -7,6 +7,12 @@ pub struct Extremes {
     pub von_mises: f64,
     /// Largest principal Cauchy stress, Pa.
     pub max_principal: f64,
+    /// Largest stress around the deformed vessel, Pa.
+    pub max_hoop: f64,
+    /// Largest stress along it, Pa.
+    pub max_axial: f64,
+    /// Largest stretch of fibres; none is infinitely small.
+    pub max_fibre_stretch: f64,
     /// Element where the von Mises stress is largest.
     pub element: usize,
     /// Local coordinates of that.
@@ -22,6 +28,9 @@ impl Default for Extremes {
         Self {
             von_mises: -1.0,
             max_principal: f64::NEG_INFINITY,
+            max_hoop: f64::NEG_INFINITY,
+            max_axial: f64::NEG_INFINITY,
+            max_fibre_stretch: f64::NEG_INFINITY,
             element: 0,
             local: [0.0; 3],
             min_jacobian: f64::INFINITY,
@@ -40,6 +49,9 @@ impl Extremes {
         };
         Self {
             max_principal: self.max_principal.max(other.max_principal),
+            max_hoop: self.max_hoop.max(other.max_hoop),
+            max_axial: self.max_axial.max(other.max_axial),
+            max_fibre_stretch: self.max_fibre_stretch.max(other.max_fibre_stretch),
             min_jacobian: self.min_jacobian.min(other.min_jacobian),
             max_jacobian: self.max_jacobian.max(other.max_jacobian),
             ..larger

@@ -11,16 +11,22 @@ use crate::quadrature::Rule;
 use crate::{Mat3, Vec3};
 use std::collections::HashMap;
 
-/// Largest von Mises stress at the quadrature points of an element.
+/// Largest stresses and stretches at the quadrature points of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StressPeak {
     /// Reference position of the element's middle, m.
     pub element: Vec3,
-    /// The stress, Pa.
+    /// Largest von Mises stress, Pa.
     pub von_mises: f64,
     /// Largest principal Cauchy stress of the element, Pa.
     pub max_principal: f64,
-    /// Reference position of the point, m.
+    /// Largest stress around the deformed vessel, Pa.
+    pub max_hoop: f64,
+    /// Largest stress along it, Pa.
+    pub max_axial: f64,
+    /// Largest stretch of fibres, if there are any.
+    pub max_fibre_stretch: Option<f64>,
+    /// Reference position of the point of the largest von Mises stress, m.
     pub position: Vec3,
 }
 
@@ -35,6 +41,9 @@ pub fn stress_peaks(
         element: at(found.element, [0.0; 3]),
         von_mises: found.von_mises,
         max_principal: found.max_principal,
+        max_hoop: found.max_hoop,
+        max_axial: found.max_axial,
+        max_fibre_stretch: Some(found.max_fibre_stretch).filter(|stretch| stretch.is_finite()),
         position: at(found.element, found.local),
     };
     Ok(all.into_iter().map(peak).collect())
