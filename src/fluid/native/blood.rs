@@ -208,6 +208,21 @@ impl NativeFluid {
         [constant, per_flow]
     }
 
+    /// Load per area of each face of the displaced interface, Pa. The pressure acts along the normal of the face, not along
+    /// that of the curved part in its middle: a pressure would otherwise pull along the face by the sine of the angle between
+    /// them, and uniform pressures, which hold a wall in equilibrium, would move it.
+    fn tractions(&self, displacement: &[Vec3], loads: &[WallLoad]) -> Vec<Vec3> {
+        let FluidInterface { points, faces, .. } = self.mesh.interface();
+        let at = |i: u32| points[i as usize] + displacement[i as usize];
+        let faces = faces.iter().zip(loads);
+        faces
+            .map(|(face, load)| {
+                let [a, b] = [at(face[2]) - at(face[0]), at(face[3]) - at(face[1])];
+                load.pressure * a.cross(&b).normalize() + load.shear
+            })
+            .collect()
+    }
+
     /// The load on the parts of the wall, in the order of the interface's faces.
     fn loads(&self, trial: &FlowSolution) -> Vec<WallLoad> {
         let FlowSolution {
@@ -333,7 +348,7 @@ impl Fluid for NativeFluid {
         let pressure = windkessel[0] + windkessel[1] * trial.outflow;
         self.trial = Some((trial, pressure));
         Ok(FluidTrial {
-            tractions: loads.iter().map(|load| load.traction).collect(),
+            tractions: self.tractions(displacement, &loads),
             cost,
         })
     }

@@ -11,9 +11,9 @@ use rayon::prelude::*;
 /// Pressure, and viscous stress, on a part of the wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WallLoad {
-    /// Load of the fluid on the wall, `p n - mu n·dev(2 sym ∇u)`, Pa; **n** points out of the fluid.
-    pub traction: Vec3,
-    /// Its viscous part, Pa.
+    /// Pressure, Pa.
+    pub pressure: f64,
+    /// Viscous part of the load of the fluid on the wall, `-mu n·dev(2 sym ∇u)`, Pa; **n** points out of the fluid.
     pub shear: Vec3,
 }
 
@@ -99,7 +99,7 @@ pub fn wall_loads(
                         shear += other - normal * other.dot(&normal);
                     }
                     WallLoad {
-                        traction: p[k] * normal + shear,
+                        pressure: p[k],
                         shear,
                     }
                 })
