@@ -7,8 +7,7 @@ use super::conversation::partner::{Beginning, Partner};
 use super::conversation::session::{Session, Terms};
 use super::conversation::transport::{Listener, Patience, TransportError};
 use super::{
-    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
-    FluidUsage,
+    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial, FluidUsage,
 };
 use crate::Vec3;
 use crate::case::TransportKind;
@@ -73,13 +72,10 @@ pub struct ExternalFluid {
     settings: ExternalSettings,
     /// Where it started.
     begun: Resting,
-    from_old_state: bool,
     /// The last accepted step that it was asked to keep.
     kept: Option<Resting>,
     /// Its states that somebody may still need.
     states: Vec<Resting>,
-    /// Whether it was given something to solve since the start.
-    at_work: bool,
     /// What processes before this one have used.
     earlier: FluidUsage,
     partner: Partner,
@@ -156,10 +152,8 @@ impl ExternalFluid {
         Ok(Self {
             settings,
             begun,
-            from_old_state: false,
             kept: None,
             states: Vec::new(),
-            at_work: false,
             earlier: FluidUsage::default(),
             partner,
         })
@@ -202,23 +196,11 @@ impl Fluid for ExternalFluid {
         time_step: f64,
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError> {
-        super::require_finite(displacement)?;
-        let from_old_state = std::mem::take(&mut self.from_old_state);
-        self.at_work = true;
-        let solved = self.partner.talk(|session, patience| {
-            session.solve(displacement, time_step, effort, from_old_state, patience)
-        })?;
-        Ok(FluidTrial {
-            tractions: solved.tractions,
-            cost: FluidCost {
-                sweeps: solved.correctors,
-                residual: solved.pressure_residual,
-            },
-        })
+        self.partner.solve(displacement, time_step, effort)
     }
 
     fn forget_trial(&mut self) {
-        self.from_old_state = true;
+        self.partner.forget_trial();
     }
 
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
@@ -251,7 +233,7 @@ impl Fluid for ExternalFluid {
 
     fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
         let resting = resting(memory)?;
-        if !self.at_work && !self.partner.has_ended() && resting == self.begun {
+        if !self.partner.is_at_work() && !self.partner.has_ended() && resting == self.begun {
             return Ok(());
         }
         let earlier = self.usage();

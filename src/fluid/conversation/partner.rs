@@ -2,7 +2,8 @@
 
 use super::session::{Session, Terms};
 use super::transport::{Listener, Patience, TransportError};
-use crate::fluid::{FluidError, FluidUsage};
+use crate::Vec3;
+use crate::fluid::{FluidCost, FluidEffort, FluidError, FluidTrial, FluidUsage, require_finite};
 use crate::processes::{self, Process};
 use rustix::process::Signal;
 use std::path::{Path, PathBuf};
@@ -41,6 +42,10 @@ pub(crate) struct Partner {
     interrupt: Arc<AtomicBool>,
     /// The longest that an answer has taken.
     longest: Duration,
+    /// Whether the next trial starts from the old state.
+    from_old_state: bool,
+    /// Whether it was given something to solve.
+    is_at_work: bool,
     /// Whether it was told to go.
     is_over: bool,
     // Dropped in this order: the connection is closed before the process is ended for good.
@@ -101,6 +106,8 @@ impl Partner {
                 answer_limit,
                 interrupt: interrupt.clone(),
                 longest: Duration::ZERO,
+                from_old_state: false,
+                is_at_work: false,
                 is_over: false,
                 session,
                 process,
@@ -136,6 +143,41 @@ impl Partner {
             .map_err(|error| explain(&self.name, error, self.process.as_mut()))?;
         self.longest = self.longest.max(asked.elapsed());
         Ok(answer)
+    }
+
+    /// Asks for the answer to a trial displacement: [`Fluid::solve`](crate::fluid::Fluid::solve).
+    ///
+    /// # Errors
+    /// As [`Partner::talk`]; a displacement that is not finite is not sent.
+    pub fn solve(
+        &mut self,
+        displacement: &[Vec3],
+        time_step: f64,
+        effort: FluidEffort,
+    ) -> Result<FluidTrial, FluidError> {
+        require_finite(displacement)?;
+        let from_old_state = std::mem::take(&mut self.from_old_state);
+        self.is_at_work = true;
+        let solved = self.talk(|session, patience| {
+            session.solve(displacement, time_step, effort, from_old_state, patience)
+        })?;
+        Ok(FluidTrial {
+            tractions: solved.tractions,
+            cost: FluidCost {
+                sweeps: solved.correctors,
+                residual: solved.pressure_residual,
+            },
+        })
+    }
+
+    /// Makes the next trial start from the old state.
+    pub fn forget_trial(&mut self) {
+        self.from_old_state = true;
+    }
+
+    /// Whether it was given something to solve.
+    pub fn is_at_work(&self) -> bool {
+        self.is_at_work
     }
 
     /// Number of the process, if it was started from here.

@@ -7,8 +7,8 @@ use super::conversation::partner::{Beginning, Partner};
 use super::conversation::session::Terms;
 use super::conversation::transport::Listener;
 use super::{
-    Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidProbe, FluidStep,
-    FluidTrial, FluidUsage,
+    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidProbe, FluidStep, FluidTrial,
+    FluidUsage,
 };
 use crate::Vec3;
 use crate::case;
@@ -56,13 +56,10 @@ pub struct OpenFoamSettings {
 /// A running `pimpleFoam`.
 pub struct OpenFoam {
     settings: OpenFoamSettings,
-    from_old_state: bool,
     /// End and length of the last accepted step since the start, s.
     accepted: Option<(f64, f64)>,
     /// What it samples.
     probes: ProbeFiles,
-    /// Whether it was given something to solve since the start.
-    at_work: bool,
     /// What processes before this one have used.
     earlier: FluidUsage,
     partner: Partner,
@@ -106,10 +103,8 @@ impl OpenFoam {
         let partner = Partner::start(beginning, command, death_signal, &settings.log)?;
         Ok(Self {
             settings,
-            from_old_state: false,
             accepted: None,
             probes,
-            at_work: false,
             earlier: FluidUsage::default(),
             partner,
         })
@@ -155,23 +150,11 @@ impl Fluid for OpenFoam {
         time_step: f64,
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError> {
-        super::require_finite(displacement)?;
-        let from_old_state = std::mem::take(&mut self.from_old_state);
-        self.at_work = true;
-        let solved = self.partner.talk(|session, patience| {
-            session.solve(displacement, time_step, effort, from_old_state, patience)
-        })?;
-        Ok(FluidTrial {
-            tractions: solved.tractions,
-            cost: FluidCost {
-                sweeps: solved.correctors,
-                residual: solved.pressure_residual,
-            },
-        })
+        self.partner.solve(displacement, time_step, effort)
     }
 
     fn forget_trial(&mut self) {
-        self.from_old_state = true;
+        self.partner.forget_trial();
     }
 
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
@@ -209,7 +192,7 @@ impl Fluid for OpenFoam {
     fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
         let mut settings = self.settings.clone();
         settings.terms.start_time = remembered_time(memory)?;
-        if !self.at_work
+        if !self.partner.is_at_work()
             && !self.partner.has_ended()
             && settings.terms.start_time == self.settings.terms.start_time
         {
