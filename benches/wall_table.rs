@@ -1,7 +1,8 @@
 //! Errors of the wall against degrees of freedom and CPU seconds, a row of a table for each choice of form, mesh and degree:
 //! `cargo bench --bench wall_table -- FILE [ROW ...]`. Rows that `FILE` has already are left alone, so that a table can be
 //! interrupted. A row is `WALL:Pa:FORM:AXIALxAROUNDxRADIAL:p[:POINTS]`, such as `S-0.5:15700:mixed:16x8x2:4`; without any,
-//! the rows of `docs/wall.md` are computed. `WALL` is
+//! the rows of `docs/wall.md` are computed. `FORM` is `mixed` or `pure`, in the trunk space, or with `-tensor` behind it in
+//! that of all products. `WALL` is
 //!
 //! - `tube`: the two-layer artery of table 1, inner radius 3 mm, layers of 0.5 mm, 6 mm long between planes; its radial
 //!   displacement is known (`tests/library/pfem_static_tube.rs`);
@@ -153,14 +154,18 @@ fn row(name: &str) -> String {
         .map(|n| n.parse().expect("numbers of elements"))
         .collect();
     let points = (words.get(5)).map_or(p + 1, |word| word.parse().expect("a number of points"));
+    let (form, kind) = match form.strip_suffix("-tensor") {
+        Some(form) => (form, SpaceKind::TensorProduct),
+        None => (form, SpaceKind::Trunk),
+    };
     let options = Options {
         formulation: match form {
             "mixed" => Formulation::Mixed,
             "pure" => Formulation::Displacement,
-            other => panic!("{other}: mixed or pure"),
+            other => panic!("{other}: mixed or pure, with -tensor or without"),
         },
         quadrature_points: [points; 3],
-        ..Options::new(Space::isotropic(SpaceKind::Trunk, p))
+        ..Options::new(Space::isotropic(kind, p))
     };
     let wall = wall(model, counts.try_into().expect("three numbers of elements"));
 

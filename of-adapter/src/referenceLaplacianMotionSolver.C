@@ -173,6 +173,17 @@ void Foam::referenceLaplacianMotionSolver::findPrescribed()
 }
 
 
+bool Foam::referenceLaplacianMotionSolver::isFree(const label patchi) const
+{
+    return
+       !cellDisplacement_.boundaryField()[patchi].coupled()
+    && !isA<valuePointPatchField<vector>>
+        (
+            pointDisplacement_.boundaryField()[patchi]
+        );
+}
+
+
 void Foam::referenceLaplacianMotionSolver::interpolate() const
 {
     const labelListList& pointCells = fvMesh_.pointCells();
@@ -290,6 +301,13 @@ void Foam::referenceLaplacianMotionSolver::solve()
             continue;
         }
         const SubField<scalar> conductance(conductance_, pp.size(), pp.start());
+        if (isFree(patchi))
+        {
+            // Its points go where the cells behind them go
+            equation.internalCoeffs()[patchi] = Zero;
+            equation.boundaryCoeffs()[patchi] = Zero;
+            continue;
+        }
         if (!values.coupled())
         {
             vectorField prescribed(pp.size());
@@ -305,6 +323,15 @@ void Foam::referenceLaplacianMotionSolver::solve()
             values.coupled() ? -conductance*vector::one : -conductance*values;
     }
     equation.solve();
+    forAll(cellDisplacement_.boundaryField(), patchi)
+    {
+        fvPatchVectorField& values =
+            cellDisplacement_.boundaryFieldRef()[patchi];
+        if (!values.empty() && isFree(patchi))
+        {
+            values == values.patchInternalField();
+        }
+    }
 }
 
 

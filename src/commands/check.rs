@@ -1,12 +1,15 @@
 //! `fsi-driver check DIR`: everything that can be said of a case before it runs.
 
+use super::wall::with_wall;
 use super::{CaseArguments, Failure};
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::TwoElements;
-use crate::case::{BloodVessel, Case, FlowCurve, GivenShape, Problem, Solver};
+use crate::case::{BloodVessel, Case, FlowCurve, Problem, Shape, Solver};
 use crate::fluid::openfoam::install;
+use crate::geometry::{Section, Vessel};
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
+use crate::pfem::SolidError;
 use crate::processes::machine_memory;
 use crate::run::{Interrupt, warn};
 use crate::simulation::assembly::preflight;
@@ -78,14 +81,32 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 "--wall: the case has a flag in a channel and no vessel; leave the option out";
             Failure::Input(reason.into())
         })?;
-        if vessel.given_shape() == GivenShape::Loaded {
-            let reason = "--wall starts from the sizes without load, and initial.shape = \"loaded\" gives those under \
-                          pressure: leave the option out; that this state is stable has been checked";
-            return Err(Failure::Input(reason.into()));
-        }
         terminal::print(in_figures(&case, vessel)?)?;
     }
     Ok(())
+}
+
+/// The wall of a vessel under pressures (Pa, ascending), with and without its imperfection.
+fn figures(
+    case: &Case,
+    vessel: &BloodVessel,
+    pressures: &[f64],
+) -> Result<WallFigures, SolidError> {
+    let mut perfect = case.clone();
+    let is_perfect = match &mut perfect.problem {
+        Problem::Vessel(BloodVessel {
+            shape: Shape::Anastomosis(vessel),
+            ..
+        }) => std::mem::take(&mut vessel.model.d_max) == 0.0,
+        _ => true,
+    };
+    let sections: Vec<Section> = (Vessel::new(vessel).elastic_sections().cloned()).collect();
+    with_wall(case, vessel, |wall| match is_perfect {
+        true => WallFigures::new(wall, None, &sections, pressures),
+        false => with_wall(&perfect, vessel, |perfect| {
+            WallFigures::new(wall, Some(perfect), &sections, pressures)
+        }),
+    })
 }
 
 /// What `--wall` prints.
@@ -101,7 +122,7 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
             expected.mean
         )));
     }
-    let wall = WallFigures::new(vessel, &case.structure, &[expected.mean, expected.highest])
+    let wall = figures(case, vessel, &[expected.mean, expected.highest])
         .map_err(|e| Failure::Run(e.to_string()))?;
     let mut text = format!(
         "the wall alone, in statics; the windkessel makes {} on average and at most {}\n",

@@ -16,6 +16,7 @@ mod run;
 mod shell;
 mod solid;
 mod study;
+mod wall;
 mod windkessel;
 
 use clap::error::ErrorKind;

@@ -1,9 +1,10 @@
 //! `fsi-driver windkessel`: resistance and compliance that make given pressures of a flow.
 
+use super::wall::with_wall;
 use super::{CaseArguments, Failure};
 use crate::analysis::wall;
 use crate::analysis::windkessel::TwoElements;
-use crate::case::{FlowCurve, GivenShape, Inflow};
+use crate::case::{FlowCurve, Inflow};
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
 use std::path::PathBuf;
@@ -63,13 +64,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             })
         })
         .transpose()?;
-    if vessel.is_some_and(|vessel| vessel.given_shape() == GivenShape::Loaded) {
-        return Err(wrong(
-            "--case: its sizes are those under pressure (initial.shape = \"loaded\"), and the wall's compliance is found from \
-             the sizes without load: leave it out"
-                .into(),
-        ));
-    }
     let period = (arguments.period)
         .or(case.as_ref().map(|case| case.time.period))
         .unwrap_or(1.0);
@@ -94,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     // What cannot be had without the wall needs no statics.
     propose(0.0)?;
     let own = match (&case, vessel) {
-        (Some(case), Some(vessel)) => wall::compliance(vessel, &case.structure, lowest, highest)
+        (Some(case), Some(vessel)) => with_wall(case, vessel, |wall| wall::compliance(wall, lowest, highest))
             .map_err(|e| Failure::Run(e.to_string()))?
             .ok_or_else(|| {
                 Failure::Run(format!(

@@ -65,3 +65,44 @@ fn the_walls_figures_are_those_of_long_tubes_until_it_buckles() {
     assert_eq!(said.matches("16.23 kPa (122 mmHg) ").count(), 0, "{said}");
     assert!(said.contains("those of a buckling column"), "{said}");
 }
+
+#[test]
+fn a_wall_that_is_given_loaded_has_its_given_radius_under_the_pressure_of_its_shape() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let figures = |more: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+            .current_dir(root)
+            .args(["check", "openfoam-case/S-0.0", "--preset", "demo", "--wall"])
+            .args(["--fluid", "native", "--set", "initial.start=equilibrium"])
+            // The mean pressure that the windkessel makes.
+            .args(["initial.axial_stretch=1.1", "surroundings.spring_Pa_m=1e7"])
+            .args(["windkessel.initial_pressure_Pa=13297.3"])
+            .args(more)
+            .output()
+            .unwrap();
+        let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        assert!(output.status.success(), "{said}");
+        let mean: f64 = between(&said, "the windkessel makes ", " kPa")
+            .parse()
+            .unwrap();
+        assert!((mean - 13.30).abs() < 0.006, "{said}");
+        ["graft", "artery"].map(|name| {
+            let section = format!("in the middle of the {name}");
+            let section = between(&said, &section, "centre moved by");
+            let of = |before, after| -> f64 { between(section, before, after).parse().unwrap() };
+            [of(": radius ", "mm without"), of("mmHg)", "mm, stretch")]
+        })
+    };
+    let (given, loaded) = (figures(&[]), figures(&["initial.shape=loaded"]));
+    println!("{given:?} {loaded:?}");
+    for ([unloaded, _], [_, under_pressure]) in given.iter().zip(&loaded) {
+        assert!(
+            (under_pressure / unloaded - 1.0).abs() < 2e-3,
+            "{given:?} {loaded:?}"
+        );
+    }
+    // Measured
+    for ([shrunk, _], measured) in loaded.iter().zip([2.8, 1.7]) {
+        assert!((shrunk - measured).abs() < 0.3, "{loaded:?}");
+    }
+}

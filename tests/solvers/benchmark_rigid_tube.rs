@@ -49,6 +49,7 @@ impl RigidTube {
             templates: &case.fluid.templates,
             blood: &case.blood,
             openings: Openings::Vessel {
+                outlet_end: fsi_driver::case::VesselEnd::Clamped,
                 start: fsi_driver::case::Start::Ramp,
                 inflow: FlowCurve::new(&vessel.inflow, case.time.period).unwrap(),
                 windkessel: &vessel.windkessel,

@@ -1,7 +1,7 @@
 //! Whether what flows through a vessel, what surrounds it and its meshes fit together, whatever its shape.
 
 use super::{Report, anastomosis, described};
-use crate::case::{BloodVessel, Case, FlowCurve, GivenShape, Shape, Solver, Start, VesselEnd};
+use crate::case::{BloodVessel, Case, FlowCurve, GivenShape, Shape, Start, VesselEnd};
 
 pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
     match &vessel.shape {
@@ -10,7 +10,7 @@ pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) 
     }
     inflow(case, vessel, report);
     surroundings(vessel, report);
-    ends(case, vessel, report);
+    ends(vessel, report);
     report(
         &["initial.shape", "initial.start"],
         vessel.given_shape() == GivenShape::Loaded && vessel.start() != Start::Equilibrium,
@@ -81,13 +81,8 @@ fn inflow(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
     }
 }
 
-fn ends(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
+fn ends(vessel: &BloodVessel, report: &mut Report<'_>) {
     let (outlet, spring) = vessel.outlet_end();
-    report(
-        &["ends.outlet", "fluid.solver"],
-        outlet != VesselEnd::Clamped && case.fluid.solver == Solver::OpenFoam,
-        "OpenFOAM's mesh keeps its outlet where it is: write \"clamped\", or take fluid.solver = \"native\"".into(),
-    );
     report(
         &["ends.outlet"],
         outlet == VesselEnd::Springs && spring == 0.0,

@@ -71,7 +71,7 @@ pub struct FlowSolution {
     pub pressure: Vec<f64>,
     /// Forces that hold the velocity of the fixed nodes, `∫ v_i·(mu ∂u/∂n - p n)` over the boundary, N.
     pub reactions: Vec<f64>,
-    /// Flow out of the outlet, m³/s.
+    /// Flow out of the outlet relative to its motion, m³/s.
     pub outflow: f64,
     /// Volume of the mesh, m³.
     pub volume: f64,
@@ -226,6 +226,10 @@ impl Flow {
         let mesh_velocity = self.mesh_velocity(state, time_step, &positions);
         let sources = self.swept_sources(state, w, &positions, &mesh_velocity);
         let outflow = self.outflow(&positions);
+        // What an outlet that moves along the vessel sweeps does not leave it.
+        let rates = |&face: &Face| self.swept_rates(state, w, face, &positions);
+        let swept: f64 = self.outlet.iter().flat_map(rates).sum();
+        let outlet_pressure = boundary.outlet_pressure[0] - boundary.outlet_pressure[1] * swept;
         let weights = self.norm_weights(&metric, w.new);
         let Self {
             space,
@@ -258,8 +262,8 @@ impl Flow {
         let [last, before] = &state.velocity;
         for (k, rhs) in rhs.iter_mut().enumerate() {
             let earlier = w.old * last[k] + w.older * before[k];
-            *rhs = -settings.density * metric.mass[k % nodes] * earlier
-                - boundary.outlet_pressure[0] * outflow[k];
+            *rhs =
+                -settings.density * metric.mass[k % nodes] * earlier - outlet_pressure * outflow[k];
         }
         rhs.iter_mut()
             .zip(&boundary.load)
@@ -331,7 +335,7 @@ impl Flow {
         let pressure = x.split_off(3 * nodes);
         Ok(FlowSolution {
             time_step,
-            outflow: outflow.iter().zip(&x).map(|(q, u)| q * u).sum(),
+            outflow: outflow.iter().zip(&x).map(|(q, u)| q * u).sum::<f64>() - swept,
             volume: metric.volume,
             positions,
             velocity: x,
@@ -406,19 +410,10 @@ impl Flow {
         mesh_velocity: &[f64],
     ) -> Vec<f64> {
         let mut sources = vec![0.0; self.space.space.pressures];
-        let [last, before] = &state.positions;
         for &face in &self.moving_walls {
             let end = self.space.face_points(face, positions);
             let velocity = self.space.face_field(&end.nodes, mesh_velocity);
-            let mut rates = self.swept(face, last, positions);
-            rates.iter_mut().for_each(|rate| *rate *= w.new);
-            if w.older != 0.0 {
-                let earlier = self.swept(face, before, last);
-                rates
-                    .iter_mut()
-                    .zip(earlier)
-                    .for_each(|(rate, v)| *rate -= w.older * v);
-            }
+            let rates = self.swept_rates(state, w, face, positions);
             let sources_at =
                 |((rate, u), area): ((&f64, &crate::Vec3), &crate::Vec3)| rate - u.dot(area);
             let at_points: Vec<f64> = rates
@@ -430,6 +425,27 @@ impl Flow {
             self.space.add_face_source(face, &at_points, &mut sources);
         }
         sources
+    }
+
+    /// Rates (m³/s) at which the surroundings of a face's Gauss points sweep volume at the end of the step.
+    fn swept_rates(
+        &self,
+        state: &FlowState,
+        w: Weights,
+        face: Face,
+        positions: &[f64],
+    ) -> Vec<f64> {
+        let [last, before] = &state.positions;
+        let mut rates = self.swept(face, last, positions);
+        rates.iter_mut().for_each(|rate| *rate *= w.new);
+        if w.older != 0.0 {
+            let earlier = self.swept(face, before, last);
+            rates
+                .iter_mut()
+                .zip(earlier)
+                .for_each(|(rate, v)| *rate -= w.older * v);
+        }
+        rates
     }
 
     /// Volumes (m³) that the surroundings of a face's Gauss points sweep on straight ways, by Simpson's rule, which is exact.

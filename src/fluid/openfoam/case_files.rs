@@ -5,7 +5,7 @@
 //! The mesh is written by others.
 
 use super::{probes, templates};
-use crate::case::{Blood, Flag, FlowCurve, Ramp, Start, Time, Windkessel};
+use crate::case::{Blood, Flag, FlowCurve, Ramp, Start, Time, VesselEnd, Windkessel};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -48,6 +48,8 @@ pub enum Openings<'a> {
         windkessel: &'a Windkessel,
         /// How the wall comes under its pressure.
         start: Start,
+        /// What holds the wall at the outlet.
+        outlet_end: VesselEnd,
     },
     /// Those of the channel around a flag.
     Channel(&'a Flag),
@@ -158,6 +160,19 @@ impl CaseFiles<'_> {
                 format!("{value:e}")
             };
             let _ = writeln!(text, "{name:<23} {value}; // {unit}");
+        }
+        if let Openings::Vessel { outlet_end, .. } = self.openings {
+            let motion = match outlet_end {
+                VesselEnd::Clamped => "fixedValue",
+                // The end of the wall stays in its plane, and so do the points of the outlet.
+                VesselEnd::Sliding | VesselEnd::Radial => "slip",
+                VesselEnd::Springs => "zeroGradient",
+            };
+            let _ = writeln!(
+                text,
+                "{:<23} {motion}; // of the mesh's points",
+                "outletMotion"
+            );
         }
         text
     }

@@ -68,15 +68,35 @@ pub fn check(folder: &Path, patches: &[&str], ranks: usize) -> Vec<TemplateError
 
 /// What a start from equilibrium misses in the templates in `folder`: parameters that `0/p` must read.
 pub fn check_equilibrium_start(folder: &Path) -> Option<TemplateError> {
-    let path = folder.join("0/p");
+    let effect = "the blood begins under its pressure (initial.start = \"equilibrium\")";
+    check_reads(
+        folder,
+        "0/p",
+        &["initialPressure", "pressureRampStart"],
+        effect,
+    )
+}
+
+/// What an end of the wall that moves misses in the templates in `folder`: a parameter that `0/pointDisplacement` must read.
+pub fn check_moving_outlet(folder: &Path) -> Option<TemplateError> {
+    let effect = "the outlet goes with the end of the wall (ends.outlet)";
+    check_reads(folder, "0/pointDisplacement", &["outletMotion"], effect)
+}
+
+/// Says which `parameters` a `file` of the templates does not read, and what they would do.
+fn check_reads(
+    folder: &Path,
+    file: &str,
+    parameters: &[&str],
+    effect: &str,
+) -> Option<TemplateError> {
+    let path = folder.join(file);
     // One that cannot be read is told elsewhere, and of a compressed one nothing is known.
     let text = fs::read_to_string(&path).ok()?;
-    let parameters = ["initialPressure", "pressureRampStart"];
     let missing = parameters.iter().filter(|name| !text.contains(**name));
     let missing: Vec<String> = missing.map(|name| format!("$:{name}")).collect();
     let reason = format!(
-        "it does not read {}, by which the blood begins under its pressure (initial.start = \"equilibrium\"); \
-         openfoam-case/base/0/p shows how",
+        "it does not read {}, by which {effect}; openfoam-case/base/{file} shows how",
         missing.join(" and ")
     );
     (!missing.is_empty()).then_some(TemplateError::File(path, reason))

@@ -76,7 +76,7 @@ pub struct Samples {
     pub displacement: Vec<Vec3>,
     /// Stresses and strains as the displacement has them.
     pub raw: Vec<StressState>,
-    /// The same strains with smooth stresses: projected onto polynomials of one degree less than the displacement in each
+    /// The same strains with smooth stresses: projected onto polynomials of the total degree of the displacement in each
     /// element, and the mean of neighbouring elements of the same material.
     pub smooth: Vec<StressState>,
 }
@@ -96,7 +96,7 @@ impl Sampler {
         let rules = [rule.clone(), rule.clone(), rule];
         let elements = Elements::new(&body.numbering, &body.space, &body.mapping, count, &rules)?;
         let axes = [&axis[..]; 3];
-        let lower = volume::polynomials(&body.space, body.space.max_degree() - 1);
+        let lower = volume::polynomials(&body.space, body.space.max_degree());
         let mut sampler = Self {
             elements,
             pressure: (body.formulation() == Formulation::Mixed)

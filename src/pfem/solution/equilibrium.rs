@@ -18,22 +18,7 @@ impl Structure {
         pressure: f64,
         moved: Option<&[f64]>,
     ) -> Result<Vec<f64>, SolidError> {
-        let (body, options) = (self.body(), StaticOptions::default());
-        let unloaded = match moved {
-            None => vec![0.0; body.coefficients()],
-            Some(guess) => statics::stretch(body, guess, &options)?.displacement,
-        };
-        let loads: Vec<Load> = (self.pressures(pressure).into_iter())
-            .map(|(surface, values)| Load::Surface {
-                surface,
-                values,
-                kind: LoadKind::Follower,
-            })
-            .collect();
-        if loads.is_empty() {
-            return Ok(unloaded);
-        }
-        let found = statics::solve_onto(body, unloaded, &loads, &options)?;
+        let found = self.inflate(pressure, moved, &StaticOptions::default())?;
         if let Some(bifurcation) = found.bifurcation {
             return Err(SolidError::NoEquilibrium(format!(
                 "it loses its stability and moves aside at {:.2} kPa of {:.2} kPa",
@@ -42,6 +27,37 @@ impl Structure {
             )));
         }
         Ok(found.displacement)
+    }
+
+    /// The same as far as it is stable.
+    ///
+    /// # Errors
+    /// If none is found.
+    pub fn inflate(
+        &self,
+        pressure: f64,
+        moved: Option<&[f64]>,
+        options: &StaticOptions,
+    ) -> Result<statics::Equilibrated, SolidError> {
+        let body = self.body();
+        let loads: Vec<Load> = (self.pressures(pressure).into_iter())
+            .map(|(surface, values)| Load::Surface {
+                surface,
+                values,
+                kind: LoadKind::Follower,
+            })
+            .collect();
+        let unloaded = match moved {
+            None => vec![0.0; body.coefficients()],
+            Some(guess) => {
+                let stretched = statics::stretch(body, guess, options)?;
+                if loads.is_empty() {
+                    return Ok(stretched);
+                }
+                stretched.displacement
+            }
+        };
+        statics::solve_onto(body, unloaded, &loads, options)
     }
 
     /// The pressure (Pa) on the wet surface and the one outside, if they are not zero.

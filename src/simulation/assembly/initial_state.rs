@@ -2,9 +2,10 @@
 
 use super::{Domain, structure};
 use crate::Vec3;
-use crate::case::{Case, GivenShape};
+use crate::case::{BloodVessel, Case, GivenShape};
 use crate::geometry::PolyMesh;
 use crate::geometry::o_grid::moved_points;
+use crate::pfem::solution::unloaded;
 use crate::pfem::supports::Profile;
 use crate::pfem::{Solid, SolidError, Structure};
 use serde::{Deserialize, Serialize};
@@ -35,30 +36,30 @@ pub struct Unloading {
     pub distance_after_loading_m: f64,
 }
 
-/// The structure of a case in the state in which time begins: unloaded, or in static equilibrium.
+/// The wall of a case in its unloaded shape, to be put under pressure.
+pub struct UnloadedWall {
+    /// The structure, at rest.
+    pub solid: Structure,
+    /// Displacement whose values at held coefficients the ends are moved to, if they are; the others are a guess.
+    pub moved: Option<Vec<f64>>,
+    /// How the shape was found, if it is not the given one.
+    found: Option<unloaded::Found>,
+}
+
+/// The wall of a case in its unloaded shape, and how its ends are moved.
 ///
 /// # Errors
-/// If the structure is not well posed, or there is no stable equilibrium; the text says what helps.
-pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, SolidError> {
-    let mut solid = structure(case, domain)?;
-    let at_rest = |solid| InitialState {
-        solid,
-        unloading: None,
-    };
+/// If the structure is not well posed, or no unloaded shape is found.
+pub fn unloaded_wall(case: &Case, domain: &Domain) -> Result<UnloadedWall, SolidError> {
+    let solid = structure(case, domain)?;
     let Some(vessel) = case.vessel() else {
-        return Ok(at_rest(solid));
+        return Ok(UnloadedWall {
+            solid,
+            moved: None,
+            found: None,
+        });
     };
-    let (stretch, pressure) = (vessel.axial_stretch(), vessel.equilibrium_pressure());
-    let is_pressed = pressure != 0.0 || domain.outer_pressure != Profile::default();
-    if stretch == 1.0 && !is_pressed {
-        return Ok(at_rest(solid));
-    }
-    let refused = |error: SolidError| {
-        SolidError::Model(format!(
-            "there is no state for time to begin in: {error}. What keeps arteries straight is missing or too weak: \
-             prestretch (initial.axial_stretch, here {stretch:?}) or tissue around them (surroundings.spring_Pa_m)"
-        ))
-    };
+    let stretch = vessel.axial_stretch();
     // By how much an even stretch moves the vertices, as a share of the given x.
     let share = match vessel.given_shape() {
         GivenShape::Unloaded => stretch - 1.0,
@@ -69,20 +70,58 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, Solid
     for (vertex, &function) in body.numbering.of_vertex.iter().enumerate() {
         guess[3 * function] = share * domain.solid.vertices[vertex].x;
     }
-    let moved = (stretch != 1.0).then_some(&guess[..]);
-    if vessel.given_shape() == GivenShape::Unloaded {
-        let found = solid.equilibrium(pressure, moved).map_err(refused)?;
-        solid.set_at_rest(found)?;
-        return Ok(at_rest(solid));
+    let moved = (stretch != 1.0).then_some(guess);
+    let (solid, found) = match vessel.given_shape() {
+        GivenShape::Unloaded => (solid, None),
+        GivenShape::Loaded => {
+            let found = solid.unloaded_shape(vessel.equilibrium_pressure(), moved.as_deref())?;
+            (solid.before(found.displacement.clone())?, Some(found))
+        }
+    };
+    Ok(UnloadedWall {
+        solid,
+        moved,
+        found,
+    })
+}
+
+/// The structure of a case in the state in which time begins: unloaded, or in static equilibrium.
+///
+/// # Errors
+/// If the structure is not well posed, or there is no stable equilibrium; the text says what helps.
+pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, SolidError> {
+    let at_rest = |solid| InitialState {
+        solid,
+        unloading: None,
+    };
+    let vessel = case.vessel();
+    let pressure = vessel.map_or(0.0, BloodVessel::equilibrium_pressure);
+    let stretch = vessel.map_or(1.0, BloodVessel::axial_stretch);
+    let is_pressed = pressure != 0.0 || domain.outer_pressure != Profile::default();
+    if stretch == 1.0 && !is_pressed {
+        return Ok(at_rest(structure(case, domain)?));
     }
-    let found = solid.unloaded_shape(pressure, moved)?;
+    let refused = |error: SolidError| {
+        SolidError::Model(format!(
+            "there is no state for time to begin in: {error}. What keeps arteries straight is missing or too weak: \
+             prestretch (initial.axial_stretch, here {stretch:?}) or tissue around them (surroundings.spring_Pa_m)"
+        ))
+    };
+    let UnloadedWall {
+        mut solid,
+        moved,
+        found,
+    } = unloaded_wall(case, domain)?;
+    // The way back decides: only a stable equilibrium is a state for time to begin in.
+    let loaded = (solid.equilibrium(pressure, moved.as_deref())).map_err(refused)?;
+    let Some(found) = found else {
+        solid.set_at_rest(loaded)?;
+        return Ok(at_rest(solid));
+    };
     let wet: Vec<Vec3> = solid.wet_points().iter().map(|p| p.position).collect();
     let places = solid.locate(&wet)?;
     let largest = |moved: Vec<Vec3>| moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
-    let mut solid = solid.before(found.displacement.clone())?;
     let largest_displacement_m = largest(solid.accepted_displacement(&places));
-    // The way back decides: only a stable equilibrium is a state for time to begin in.
-    let loaded = solid.equilibrium(pressure, moved).map_err(refused)?;
     solid.set_at_rest(loaded)?;
     let distance_after_loading_m = largest(solid.accepted_displacement(&places));
     if distance_after_loading_m > LARGEST_DISTANCE {

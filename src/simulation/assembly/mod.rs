@@ -7,7 +7,7 @@ mod surrogate;
 pub(crate) mod surroundings;
 
 pub use domain::Domain;
-pub use initial_state::Unloading;
+pub use initial_state::{UnloadedWall, Unloading, unloaded_wall};
 
 use self::initial_state::{InitialState, initial_state};
 use super::checkpoint::Store;
@@ -323,6 +323,7 @@ fn case_files(case: &Case) -> Result<CaseFiles<'_>, FlowCurveError> {
                 start: vessel.start(),
                 inflow: FlowCurve::new(&vessel.inflow, case.time.period)?,
                 windkessel: &vessel.windkessel,
+                outlet_end: vessel.outlet_end().0,
             },
             Problem::Flag(flag) => Openings::Channel(flag),
         },

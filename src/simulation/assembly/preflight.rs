@@ -4,7 +4,7 @@ use super::initial_state::{InitialState, initial_state};
 use super::surrogate::sections;
 use super::{Domain, case_files, sampling};
 use crate::Vec3;
-use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, Start, SurrogateModel};
+use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, Start, SurrogateModel, VesselEnd};
 use crate::coupling::transfer::Transfer;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
@@ -33,11 +33,14 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             let patches = domain.fluid.patches.iter();
             let patches: Vec<&str> = patches.map(|patch| patch.name.as_str()).collect();
             let mut found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
-            if case
-                .vessel()
-                .is_some_and(|v| v.start() == Start::Equilibrium)
-            {
-                found.extend(templates::check_equilibrium_start(&case.fluid.templates));
+            if let Some(vessel) = case.vessel() {
+                let folder = &case.fluid.templates;
+                if vessel.start() == Start::Equilibrium {
+                    found.extend(templates::check_equilibrium_start(folder));
+                }
+                if vessel.outlet_end().0 != VesselEnd::Clamped {
+                    found.extend(templates::check_moving_outlet(folder));
+                }
             }
             let found = found.into_iter().map(|error| error.to_string());
             errors.extend(found.map(|error| case.mistake("fluid.templates", error)));

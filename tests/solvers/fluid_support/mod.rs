@@ -63,6 +63,7 @@ impl Channel {
                 viscosity: 3.5e-3,
             },
             openings: Openings::Vessel {
+                outlet_end: fsi_driver::case::VesselEnd::Clamped,
                 start: fsi_driver::case::Start::Ramp,
                 inflow: inflow(),
                 windkessel: &windkessel(),

@@ -9,6 +9,7 @@ fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> Case
             viscosity: 3.5e-3,
         },
         openings: Openings::Vessel {
+            outlet_end: VesselEnd::Clamped,
             inflow: inflow.clone(),
             windkessel: &Windkessel {
                 resistance: 2.85e9,

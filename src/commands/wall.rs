@@ -1,0 +1,26 @@
+//! The wall of a case for commands that put it under pressure without blood.
+
+use crate::analysis::wall::InflatableWall;
+use crate::case::{BloodVessel, Case};
+use crate::geometry::Vessel;
+use crate::pfem::SolidError;
+use crate::simulation::assembly::{Domain, unloaded_wall};
+
+/// What `use_it` finds with the wall of a vessel in its unloaded shape.
+///
+/// # Errors
+/// If the wall is not well posed, or `use_it` fails.
+pub fn with_wall<T>(
+    case: &Case,
+    vessel: &BloodVessel,
+    use_it: impl FnOnce(&InflatableWall) -> Result<T, SolidError>,
+) -> Result<T, SolidError> {
+    let domain = Domain::new(case);
+    let wall = unloaded_wall(case, &domain)?;
+    use_it(&InflatableWall {
+        solid: &wall.solid,
+        mesh: &domain.solid,
+        moved: wall.moved.as_deref(),
+        line: Vessel::new(vessel).centre_line(),
+    })
+}
