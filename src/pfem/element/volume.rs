@@ -39,7 +39,7 @@ pub fn modes(space: &Space) -> Vec<Mode> {
         SpaceKind::Trunk => p.saturating_sub(2),
         SpaceKind::TensorProduct => p.saturating_sub(1),
     };
-    let mut modes = polynomials(space, total);
+    let mut modes = polynomials(space.degrees.map(|p| p.saturating_sub(1)), total);
     if space.kind == SpaceKind::Trunk && p >= INTERNAL {
         let power = |d: usize| {
             let mut mode = [0; 3];
@@ -55,9 +55,9 @@ pub fn modes(space: &Space) -> Vec<Mode> {
     modes
 }
 
-/// Products of Legendre polynomials of a total degree, and in each direction less than the degree of the space.
-pub fn polynomials(space: &Space, total: usize) -> Vec<Mode> {
-    let [d0, d1, d2] = space.degrees.map(|p| p.saturating_sub(1).min(total));
+/// Products of Legendre polynomials of a total degree, and in each direction of at most these degrees.
+pub fn polynomials(degrees: [usize; 3], total: usize) -> Vec<Mode> {
+    let [d0, d1, d2] = degrees.map(|p| p.min(total));
     let all = (0..=d2).flat_map(|k| (0..=d1).flat_map(move |j| (0..=d0).map(move |i| [i, j, k])));
     all.filter(|mode| mode.iter().sum::<usize>() <= total)
         .collect()

@@ -96,12 +96,12 @@ impl Sampler {
         let rules = [rule.clone(), rule.clone(), rule];
         let elements = Elements::new(&body.numbering, &body.space, &body.mapping, count, &rules)?;
         let axes = [&axis[..]; 3];
-        let lower = volume::polynomials(&body.space, body.space.max_degree());
+        let smooth = volume::polynomials(body.space.degrees, body.space.max_degree());
         let mut sampler = Self {
             elements,
             pressure: (body.formulation() == Formulation::Mixed)
                 .then(|| Basis::new(&volume::modes(&body.space), axes)),
-            smoothing: (body.elements.projection(&lower), Basis::new(&lower, axes)),
+            smoothing: (body.elements.projection(&smooth), Basis::new(&smooth, axes)),
             places: Vec::new(),
             points: Vec::with_capacity(count * n.pow(3)),
             hexes: Vec::new(),
