@@ -120,11 +120,11 @@ fn degree_four_does_not_lock() {
         ratio(pure)
     );
     let [displacement, stress] = ratio(coarse);
-    // Measured on this mesh of elements of 7.5 mm: -0.02 % and -2.5 %; the pure form -11.0 % and +211 %.
+    // Measured on this mesh of elements of 7.5 mm: -0.02 % and +4.7 %; the pure form -11.0 % and +1061 %.
     assert!((-0.002..0.002).contains(&displacement), "{displacement}");
-    assert!((-0.03..-0.02).contains(&stress), "{stress}");
+    assert!((0.043..0.052).contains(&stress), "{stress}");
     let pure = ratio(pure);
-    assert!((-0.115..-0.105).contains(&pure[0]) && (2.0..2.2).contains(&pure[1]));
+    assert!((-0.115..-0.105).contains(&pure[0]) && (10.3..10.9).contains(&pure[1]));
 }
 
 #[test]
