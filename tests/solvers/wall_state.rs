@@ -297,7 +297,7 @@ fn the_straight_artery_needs_prestretch_or_tissue() {
         let mut run = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
         run.args(native).arg("--case").arg(&case);
         run.arg("--out").arg(&out).args(["--end-time", "0.006"]);
-        run.args(&NATIVE).args(sets);
+        run.args(NATIVE).args(sets);
         complete(run);
         let mut table = csv::Reader::from_path(out.join("probes.csv")).unwrap();
         let at = table.headers().unwrap().iter().position(|h| h == "uy_m");
