@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args_os().nth(1);
     let folder = folder.map_or_else(|| "own-fluid".into(), PathBuf::from);
     let case = elastic_tube("0.002")?;
-    let coupling = assembly::couple(&case, &Domain::new(&case), OneDimensionalFluid::new(&case))?;
+    let coupling = assembly::couple(&case, &Domain::new(&case)?, OneDimensionalFluid::new(&case))?;
     let simulation = run(&case, coupling, &folder)?;
     for row in &simulation.observer.rows {
         println!(

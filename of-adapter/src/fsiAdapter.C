@@ -168,7 +168,7 @@ bool Foam::functionObjects::fsiAdapter::execute()
         fsi::measure
         (
             mesh_,
-            session_.interface().patch(),
+            session_.interface().patches(),
             openings_,
             session_.density()
         )

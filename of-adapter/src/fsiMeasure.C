@@ -110,12 +110,23 @@ Foam::vectorField Foam::fsi::pressureTraction
 Foam::vectorField Foam::fsi::wallTraction
 (
     const fvMesh& mesh,
-    const label patch,
+    const labelList& patches,
     const scalar rho
 )
 {
-    return
-        pressureTraction(mesh, patch, rho) + viscousTraction(mesh, patch, rho);
+    DynamicList<vector> tractions;
+    for (const label patch : patches)
+    {
+        tractions.append
+        (
+            vectorField
+            (
+                pressureTraction(mesh, patch, rho)
+              + viscousTraction(mesh, patch, rho)
+            )
+        );
+    }
+    return vectorField(tractions);
 }
 
 
@@ -171,7 +182,7 @@ const Foam::windkesselPressureFvPatchScalarField* Foam::fsi::modelBehind
 Foam::fsi::stepReport Foam::fsi::measure
 (
     const fvMesh& mesh,
-    const label wall,
+    const labelList& wall,
     const labelList& openings,
     const scalar rho
 )
@@ -198,8 +209,15 @@ Foam::fsi::stepReport Foam::fsi::measure
         step.openings[i].modelPressure = model ? model->pressure() : 0;
     }
     step.volume = gSum(mesh.V());
-    step.wallVelocityMismatch = wallVelocityMismatch(mesh, wall);
-    step.viscousTractions = viscousTraction(mesh, wall, rho);
+    step.wallVelocityMismatch = 0;
+    DynamicList<vector> viscous;
+    for (const label patch : wall)
+    {
+        step.wallVelocityMismatch =
+            max(step.wallVelocityMismatch, wallVelocityMismatch(mesh, patch));
+        viscous.append(viscousTraction(mesh, patch, rho));
+    }
+    step.viscousTractions = vectorField(viscous);
     return step;
 }
 

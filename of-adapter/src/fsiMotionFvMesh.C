@@ -161,10 +161,14 @@ void Foam::fsiMotionFvMesh::moveWall()
 {
     addProfiling(motion, "fsi::moveWall");
     pointVectorField& displacement = motionSolver().pointDisplacement();
-    refCast<fixedValuePointPatchVectorField>
-    (
-        displacement.boundaryFieldRef()[session().interface().patch()]
-    ) == trial_.displacement;
+    const fsi::wallInterface& wall = session().interface();
+    forAll(wall.patches(), i)
+    {
+        refCast<fixedValuePointPatchVectorField>
+        (
+            displacement.boundaryFieldRef()[wall.patches()[i]]
+        ) == wall.part(trial_.displacement, i);
+    }
     // Into the point values, where the motion solver looks for them
     displacement.correctBoundaryConditions();
 
@@ -369,7 +373,7 @@ void Foam::fsiMotionFvMesh::endCorrector()
 
     const fsi::command next = driver.answer
     (
-        fsi::wallTraction(*this, driver.interface().patch(), driver.density()),
+        fsi::wallTraction(*this, driver.interface().patches(), driver.density()),
         trialCorrectors_,
         residual
     );

@@ -45,6 +45,14 @@ uint32_t flags(const uint32_t value, const uint32_t known)
     return value;
 }
 
+//- One patch or a list of them
+Foam::wordList walls(const Foam::dictionary& dict)
+{
+    return
+        dict.found("walls") ? dict.get<Foam::wordList>("walls")
+      : Foam::wordList(1, dict.get<Foam::word>("wall"));
+}
+
 } // End anonymous namespace
 
 
@@ -363,7 +371,7 @@ Foam::fsi::session::session
             IOobject::NO_WRITE
         )
     ),
-    interface_(mesh, dict.get<word>("wall"), referencePoints),
+    interface_(mesh, walls(dict), referencePoints),
     density_(dict.get<scalar>("density")),
     transport_(),
     opening_(),

@@ -6,6 +6,7 @@
 #include "labelIOList.H"
 #include "Map.H"
 #include "Pstream.H"
+#include "SubField.H"
 
 namespace
 {
@@ -36,28 +37,58 @@ labelList addressing(const polyMesh& mesh, const word& name)
 Foam::fsi::wallInterface::wallInterface
 (
     const polyMesh& mesh,
-    const word& patchName,
+    const wordList& patchNames,
     const pointField& referencePoints
 )
 :
-    patch_(mesh.boundaryMesh().findPatchID(patchName)),
+    patches_(patchNames.size()),
     nPoints_(0)
 {
-    if (patch_ < 0)
+    forAll(patchNames, i)
     {
-        FatalErrorInFunction
-            << "The mesh has no patch '" << patchName << "'; it has "
-            << mesh.boundaryMesh().names() << exit(FatalError);
+        patches_[i] = mesh.boundaryMesh().findPatchID(patchNames[i]);
+        if (patches_[i] < 0)
+        {
+            FatalErrorInFunction
+                << "The mesh has no patch '" << patchNames[i] << "'; it has "
+                << mesh.boundaryMesh().names() << exit(FatalError);
+        }
     }
-    const polyPatch& pp = mesh.boundaryMesh()[patch_];
 
-    // Labels of this rank's patch in the undecomposed mesh
-    labelList pointLabels(pp.meshPoints());
-    labelList faceLabels(pp.size());
-    forAll(pp, i)
+    // This rank's faces patch after patch, with labels of its own points, each
+    // of which counts once even where patches meet
+    DynamicList<face> ownFaces;
+    DynamicList<label> ownFaceLabels, ownPointLabels;
+    Map<label> ownPoints;
+    pointPlaces_.setSize(patches_.size());
+    forAll(patches_, i)
     {
-        faceLabels[i] = pp.start() + i;
+        const polyPatch& pp = mesh.boundaryMesh()[patches_[i]];
+        const labelList& labels = pp.meshPoints();
+        pointPlaces_[i].setSize(labels.size());
+        forAll(labels, j)
+        {
+            if (ownPoints.insert(labels[j], ownPointLabels.size()))
+            {
+                ownPointLabels.append(labels[j]);
+            }
+            pointPlaces_[i][j] = ownPoints[labels[j]];
+        }
+        forAll(pp, j)
+        {
+            face f(pp[j]);
+            for (label& vertex : f)
+            {
+                vertex = ownPoints[vertex];
+            }
+            ownFaces.append(f);
+            ownFaceLabels.append(pp.start() + j);
+        }
     }
+
+    // Their labels in the undecomposed mesh
+    labelList pointLabels(ownPointLabels);
+    labelList faceLabels(ownFaceLabels);
     if (Pstream::parRun())
     {
         const labelList ofPoint(addressing(mesh, "pointProcAddressing"));
@@ -75,14 +106,14 @@ Foam::fsi::wallInterface::wallInterface
     const label me = Pstream::myProcNo();
     allPointLabels[me] = pointLabels;
     allFaceLabels[me] = faceLabels;
-    allPoints[me] = pointField(UIndirectList<point>(referencePoints, pp.meshPoints()));
-    allFaces[me] = pp.localFaces();
+    allPoints[me] = pointField(UIndirectList<point>(referencePoints, ownPointLabels));
+    allFaces[me] = faceList(ownFaces);
     Pstream::gatherList(allPointLabels);
     Pstream::gatherList(allFaceLabels);
     Pstream::gatherList(allPoints);
     Pstream::gatherList(allFaces);
 
-    List<labelList> pointPlaces(Pstream::nProcs());
+    List<labelList> places(Pstream::nProcs());
     if (Pstream::master())
     {
         // Faces of all ranks by their label in the undecomposed mesh
@@ -105,7 +136,7 @@ Foam::fsi::wallInterface::wallInterface
             facePlaces_[rank].setSize(allFaces[rank].size());
         }
 
-        Map<label> places(2*labels.size());
+        Map<label> placeOf(2*labels.size());
         DynamicList<point> points;
         faces_.setSize(order.size());
         faceCentres_.setSize(order.size());
@@ -120,11 +151,11 @@ Foam::fsi::wallInterface::wallInterface
             for (label& vertex : f)
             {
                 const label global = allPointLabels[rank][vertex];
-                if (places.insert(global, points.size()))
+                if (placeOf.insert(global, points.size()))
                 {
                     points.append(allPoints[rank][vertex]);
                 }
-                vertex = places[global];
+                vertex = placeOf[global];
             }
             faces_[place] = f;
         }
@@ -133,16 +164,19 @@ Foam::fsi::wallInterface::wallInterface
 
         forAll(allPointLabels, rank)
         {
-            pointPlaces[rank].setSize(allPointLabels[rank].size());
+            places[rank].setSize(allPointLabels[rank].size());
             forAll(allPointLabels[rank], i)
             {
-                pointPlaces[rank][i] = places[allPointLabels[rank][i]];
+                places[rank][i] = placeOf[allPointLabels[rank][i]];
             }
         }
     }
     Pstream::scatter(nPoints_);
-    Pstream::scatter(pointPlaces);
-    pointPlaces_ = pointPlaces[me];
+    Pstream::scatter(places);
+    for (labelList& ofPatch : pointPlaces_)
+    {
+        ofPatch = labelList(UIndirectList<label>(places[me], ofPatch));
+    }
 }
 
 
@@ -150,7 +184,27 @@ Foam::vectorField
 Foam::fsi::wallInterface::scatter(vectorField& onWire) const
 {
     Pstream::scatter(onWire);
-    return vectorField(UIndirectList<vector>(onWire, pointPlaces_));
+    DynamicList<vector> atPoints;
+    for (const labelList& ofPatch : pointPlaces_)
+    {
+        atPoints.append(UIndirectList<vector>(onWire, ofPatch));
+    }
+    return vectorField(atPoints);
+}
+
+
+Foam::vectorField Foam::fsi::wallInterface::part
+(
+    const vectorField& atPoints,
+    const label which
+) const
+{
+    label start = 0;
+    for (label i = 0; i < which; ++i)
+    {
+        start += pointPlaces_[i].size();
+    }
+    return SubField<vector>(atPoints, pointPlaces_[which].size(), start);
 }
 
 

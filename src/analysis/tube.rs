@@ -366,7 +366,14 @@ pub fn fields(
     };
     let rules = [rule.clone(), rule.clone(), rule];
     let count = body.regions().len();
-    let elements = Elements::new(&body.numbering, &body.space, &body.mapping, count, &rules)?;
+    let elements = Elements::new(
+        &body.numbering,
+        &body.space,
+        &body.mapping,
+        &body.directions,
+        count,
+        &rules,
+    )?;
     let pressures = body.elements.pressures(body.body(), displacement)?;
     let basis = Basis::new(&volume::modes(&body.space), [axis; 3]);
     let pressures = pressures.as_ref().map(|found| (&basis, &found[..]));

@@ -3,6 +3,7 @@
 mod anastomosis;
 mod described;
 mod flag;
+mod own;
 mod vessel;
 
 use super::error::CaseError;
@@ -53,6 +54,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
     match &case.problem {
         Problem::Vessel(vessel) => vessel::check(case, vessel, &mut report),
         Problem::Flag(flag) => flag::check(case, flag, &mut report),
+        Problem::Own(own) => own::check(case, own, &mut report),
     }
     times(case, &mut report);
     external(case, &mut report);

@@ -201,15 +201,16 @@ mod tests {
         let mut examples: Vec<_> = lines().into_iter().filter(|line| line.is_example).collect();
         examples.sort_by(|a, b| parent(&a.path).cmp(parent(&b.path)));
         let paragraphs: BTreeSet<_> = examples.iter().map(|line| line.paragraph).collect();
-        let (mut flags, mut vessels, mut probes) = (0, 0, 0);
+        let (mut flags, mut vessels, mut own, mut probes) = (0, 0, 0, 0);
         for paragraph in paragraphs {
             let lines = examples.iter().filter(|line| line.paragraph == paragraph);
             let case = load(lines);
-            flags += usize::from(case.vessel().is_none());
+            own += usize::from(case.own().is_some());
+            flags += usize::from(case.vessel().is_none() && case.own().is_none());
             vessels += usize::from(case.vessel().is_some() && case.anastomosis().is_none());
             probes += case.output.probes.len();
         }
-        assert_eq!((flags, vessels, probes), (1, 3, 1));
+        assert_eq!((flags, vessels, own, probes), (1, 3, 3, 1));
     }
 
     fn load<'a>(lines: impl Iterator<Item = &'a Line>) -> Case {
@@ -231,6 +232,15 @@ mod tests {
         std::fs::write(folder.path().join("flow.csv"), curve).unwrap();
         let line = "x,y,z,r\n0,0,0,3\n20,0,0,3\n40,5,0,2.5\n";
         std::fs::write(folder.path().join("line.csv"), line).unwrap();
+        let system = folder.path().join("my-case/system");
+        std::fs::create_dir_all(&system).unwrap();
+        for file in [
+            system.join("controlDict"),
+            folder.path().join("factors.csv"),
+            folder.path().join("wall.msh"),
+        ] {
+            std::fs::write(file, "").unwrap();
+        }
         let case = Case::load(folder.path(), Preset::Paper, &[]);
         case.unwrap_or_else(|errors| panic!("{errors}\n{text}"))
             .case

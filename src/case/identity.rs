@@ -22,6 +22,9 @@ const MAY_CHANGE: &[&str] = &[
     "fluid.answer_limit_s",
     "fluid.transport",
     "fluid.templates",
+    "fluid.case",
+    "wall.file.mesh",
+    "wall.extrude.factors",
     "inflow.file",
     "coupling.max_iterations",
     "structure.newton_max_iterations",
@@ -108,29 +111,54 @@ fn compare_tables(
 /// The files that a case names.
 fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
     let mut found = Vec::new();
-    let templates = &case.fluid.templates;
-    let mut folders = vec![templates.clone()];
+    let mut single = Vec::new();
+    match &case.problem {
+        Problem::Own(own) => {
+            // What else lies there are results, perhaps those of this run.
+            for part in ["0", "0.orig", "constant", "system"] {
+                let folder = own.fluid.case.join(part);
+                if folder.is_dir() {
+                    add_folder(&folder, &format!("fluid.case/{part}"), &mut found)?;
+                }
+            }
+            let mesh = own.wall.file.as_ref().map(|file| &file.mesh);
+            single.extend(mesh.map(|file| ("wall.file.mesh", file)));
+            let factors = own.wall.extrude.as_ref().and_then(|e| e.factors.as_ref());
+            single.extend(factors.map(|file| ("wall.extrude.factors", file)));
+        }
+        Problem::Vessel(_) | Problem::Flag(_) => {
+            add_folder(&case.fluid.templates, "fluid.templates", &mut found)?;
+        }
+    }
+    if let Problem::Vessel(vessel) = &case.problem {
+        let curve = vessel.inflow.file.as_ref();
+        single.extend(curve.map(|file| ("inflow.file", file)));
+    }
+    for (key, path) in single {
+        let mut file = FileFingerprint::of(Path::new(""), path, None)?;
+        file.path = key.into();
+        found.push(file);
+    }
+    found.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(found)
+}
+
+/// The files in a folder, with what the folder is `called`.
+fn add_folder(root: &Path, called: &str, found: &mut Vec<FileFingerprint>) -> io::Result<()> {
+    let mut folders = vec![root.to_owned()];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder)? {
             let path = entry?.path();
             if path.is_dir() {
                 folders.push(path);
             } else {
-                let mut file = FileFingerprint::of(templates, below(templates, &path), None)?;
-                file.path = format!("fluid.templates/{}", file.path);
+                let mut file = FileFingerprint::of(root, below(root, &path), None)?;
+                file.path = format!("{called}/{}", file.path);
                 found.push(file);
             }
         }
     }
-    if let Problem::Vessel(vessel) = &case.problem
-        && let Some(file) = &vessel.inflow.file
-    {
-        let mut curve = FileFingerprint::of(Path::new(""), file, None)?;
-        curve.path = "inflow.file".into();
-        found.push(curve);
-    }
-    found.sort_by(|a, b| a.path.cmp(&b.path));
-    Ok(found)
+    Ok(())
 }
 
 #[cfg(test)]

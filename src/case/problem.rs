@@ -1,7 +1,7 @@
 //! What a case is about: one of a few kinds, each with keys that no other has.
 //!
 //! In a file the keys of every kind stand at the root beside those that all cases have; which kind it is shows in the
-//! table that only that kind has, and is the paper's vessel where there is none. In the types the keys of a kind are in its
+//! table (or key) that only that kind has, and is the paper's vessel where there is none. In the types the keys of a kind are in its
 //! variant of [`Problem`] and nowhere else. A further kind is a variant here, a word of [`ProblemKind`] with the table that
 //! shows it, and an arm of the few `match`es that the compiler then asks for.
 
@@ -10,7 +10,7 @@ use super::schema::{Schema, Table};
 use super::stack::{Stack, insert};
 use super::table::words;
 use super::value::shorten;
-use super::{Anastomosis, BloodVessel, Case, Flag, Shape, VesselDescription};
+use super::{Anastomosis, BloodVessel, Case, Flag, OwnCase, Shape, VesselDescription};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -23,6 +23,8 @@ pub enum Problem {
     Vessel(BloodVessel),
     /// A flag in a channel.
     Flag(Flag),
+    /// An OpenFOAM case of the user's own with an elastic wall.
+    Own(OwnCase),
 }
 
 words! {
@@ -34,24 +36,36 @@ words! {
         Vessel = "vessel",
         /// A flag in a channel.
         Flag = "flag",
+        /// An OpenFOAM case of your own with an elastic wall.
+        Own = "own",
     }
 }
 
 impl ProblemKind {
-    /// The table by which a file shows that it is of this kind; none for the kind that it is without such a table.
-    pub fn table(self) -> Option<&'static str> {
+    /// The table, or the key, by which a file shows that it is of this kind; none for the kind that it is without.
+    pub fn mark(self) -> Option<&'static str> {
         match self {
             Self::Anastomosis => None,
             Self::Vessel => Some("vessel"),
             Self::Flag => Some("flag"),
+            Self::Own => Some("fluid.case"),
         }
     }
 
-    /// Whose table is mentioned among those at the root of files.
+    /// The same for a sentence.
+    pub(super) fn shown(self) -> String {
+        match self.mark() {
+            None => "no table of its own".into(),
+            Some(key) if key.contains('.') => format!("the key {key}"),
+            Some(table) => format!("the table [{table}]"),
+        }
+    }
+
+    /// Whose mark is mentioned among the tables at the root of files and all keys.
     pub(super) fn of<'a>(tables: impl IntoIterator<Item = &'a String>) -> Self {
         let shown = |table: &String| {
             let mut kinds = Self::ALL.into_iter();
-            kinds.find(|kind| kind.table() == Some(table))
+            kinds.find(|kind| kind.mark() == Some(table))
         };
         tables
             .into_iter()
@@ -67,6 +81,7 @@ impl ProblemKind {
             // The table is called as the variant.
             [Self::Vessel] => format!("problem.vessel.shape.{path}"),
             [Self::Flag] => format!("problem.{path}"),
+            [Self::Own] => format!("problem.own.{path}"),
             _ => format!("problem.vessel.{path}"),
         }
     }
@@ -81,6 +96,9 @@ impl Table for Problem {
         schema.of_problems(&[ProblemKind::Flag], |schema| {
             Flag::describe("flag", schema)
         });
+        schema.of_problems(&[ProblemKind::Own], |schema| {
+            OwnCase::describe("", schema);
+        });
     }
 }
 
@@ -89,7 +107,15 @@ impl Case {
     pub fn vessel(&self) -> Option<&BloodVessel> {
         match &self.problem {
             Problem::Vessel(vessel) => Some(vessel),
-            Problem::Flag(_) => None,
+            Problem::Flag(_) | Problem::Own(_) => None,
+        }
+    }
+
+    /// The user's own OpenFOAM case, if the case is about one.
+    pub fn own(&self) -> Option<&OwnCase> {
+        match &self.problem {
+            Problem::Own(own) => Some(own),
+            Problem::Vessel(_) | Problem::Flag(_) => None,
         }
     }
 
@@ -133,7 +159,9 @@ impl Case {
 
 /// The values of a file, with those of its kind where the types have them; those of other kinds are left out.
 pub(super) fn arranged(file: &toml::Table) -> toml::Table {
-    let kind = ProblemKind::of(file.keys());
+    let mut keys = Vec::new();
+    visit(file, "", &mut |path, _| keys.push(path.to_owned()));
+    let kind = ProblemKind::of(file.keys().chain(&keys));
     let mut root = toml::Table::new();
     visit(file, "", &mut |path, value| {
         // A list of tables is no key itself.

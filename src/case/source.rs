@@ -136,10 +136,13 @@ pub fn read_option(place: Place, key: &str, value: &str) -> Entry {
     }
 }
 
-/// The tables at the root of the file that these entries stand in.
+/// The tables at the root of the file that these entries stand in, and the entries' own keys.
 pub fn tables<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> BTreeSet<String> {
-    let roots = entries.into_iter().map(|entry| entry.key.split('.').next());
-    roots.flatten().map(str::to_owned).collect()
+    let names = entries.into_iter().flat_map(|entry| {
+        let root = entry.key.split('.').next().unwrap_or_default();
+        [root.to_owned(), entry.key.clone()]
+    });
+    names.collect()
 }
 
 /// Splits a table given to `--set` (such as `fluid.mesh={core=4}`) into its entries.

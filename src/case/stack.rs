@@ -17,7 +17,7 @@ const MANY: usize = 10;
 #[derive(Debug)]
 pub(crate) struct Stack {
     schema: &'static Schema,
-    /// The tables at the root that are mentioned anywhere.
+    /// The tables at the root that are mentioned anywhere, and all keys.
     tables: BTreeSet<String>,
     layers: usize,
     /// The kind of case that the tables make it.
@@ -105,7 +105,6 @@ impl Stack {
     /// Drops the keys of other kinds of cases that stand in layers below the one that says which kind it is, such as those
     /// of the vessel in the defaults; above, nobody can want them.
     pub(crate) fn sort_out_kinds(&mut self, errors: &mut Vec<CaseError>) {
-        let table = self.kind.table().unwrap_or_default();
         let top = std::mem::take(&mut self.top).into_iter();
         let (others, top): (BTreeMap<_, _>, _) = top.partition(|(path, _)| {
             let key = self.schema.find(path);
@@ -118,7 +117,8 @@ impl Stack {
                     key,
                     found: shorten(&entry.value),
                     message: format!(
-                        "a case with the table [{table}] has no such key: leave out one of the two"
+                        "a case with {} has no such key: leave out one of the two",
+                        self.kind.shown()
                     ),
                 });
             }
@@ -258,7 +258,7 @@ impl Stack {
                     .is_some_and(|(choice, _)| key.choices.contains(&choice));
                 let needed = key.choices.is_empty() || chosen;
                 if needed && !self.top.contains_key(&path) && !self.wrong.contains(&path) {
-                    let shown_by_table = key.problems == [self.kind] && self.kind.table().is_some();
+                    let shown_by_table = key.problems == [self.kind] && self.kind.mark().is_some();
                     missing.push((path, key, optional.is_some() || shown_by_table));
                 }
             }
@@ -267,7 +267,7 @@ impl Stack {
         let own = |(_, key, _): &(String, &Key, bool)| key.problems == [self.kind];
         let of_kind = missing.iter().filter(|missing| own(missing));
         let (first, count) = (of_kind.clone().next(), of_kind.count());
-        if let (Some(table), Some((first, ..))) = (self.kind.table(), first)
+        if let (Some(_), Some((first, ..))) = (self.kind.mark(), first)
             && count >= MANY
             && let Some(entry) = self.first_of_kind()
         {
@@ -276,8 +276,9 @@ impl Stack {
                 key: entry.key.clone(),
                 found: shorten(&entry.value),
                 message: format!(
-                    "the table [{table}] makes it another kind of case, which needs {count} keys more, `{first}` the first \
-                     of them; give them all, or leave the table out"
+                    "{} makes it another kind of case, which needs {count} keys more, `{first}` the first of them; give \
+                     them all, or leave it out",
+                    self.kind.shown()
                 ),
             });
             missing.retain(|missing| !own(missing));

@@ -12,7 +12,7 @@ use crate::output::terminal;
 use crate::pfem::SolidError;
 use crate::processes::machine_memory;
 use crate::run::{Interrupt, warn};
-use crate::simulation::assembly::preflight;
+use crate::simulation::assembly::{Domain, Fit, preflight};
 use std::path::PathBuf;
 
 /// Options of the check.
@@ -42,19 +42,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         (Solver::OpenFoam, Err(missing)) => format!("was left out: {missing}"),
     };
+    let fit = case.own().map(|_| fit(&case)).transpose()?;
+    let (cells, degrees_of_freedom) = match &fit {
+        Some(fit) => (fit.cells, fit.degrees_of_freedom),
+        None => (case.fluid_cells(), case.structure_degrees_of_freedom()),
+    };
+    let memory: f64 = (case.memory_with(cells, degrees_of_freedom).iter())
+        .map(|(bytes, _)| bytes)
+        .sum();
     let blood = match (&case.problem, case.fluid.solver) {
         (_, Solver::External) if case.fluid.is_awaited => "a solver that is waited for".to_owned(),
         (_, Solver::External) => format!("by {}", case.fluid.command.join(" ")),
-        (Problem::Vessel(vessel), Solver::Native) => format!(
-            "{} elements of degree {}",
-            case.fluid_cells(),
-            vessel.fluid.native.degree
-        ),
-        _ => format!(
-            "{} cells, {} MPI rank(s)",
-            case.fluid_cells(),
-            case.fluid.ranks
-        ),
+        (Problem::Vessel(vessel), Solver::Native) => {
+            format!("{cells} elements of degree {}", vessel.fluid.native.degree)
+        }
+        _ => format!("{cells} cells, {} MPI rank(s)", case.fluid.ranks),
     };
     let there = machine_memory().map_or(String::new(), |bytes| {
         format!(" of this machine's {:.1} GB", bytes / 1e9)
@@ -62,23 +64,30 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     terminal::print(format_args!(
         "{} with --preset {} can be run:\n\
          blood   {blood}\n\
-         wall    {} degrees of freedom, p = {}\n\
+         wall    {degrees_of_freedom} degrees of freedom, p = {}\n\
          time    {} steps of {} s\n\
          OpenFOAM {openfoam}\n\
          memory  about {:.2} GB{there}\n",
         arguments.folder.display(),
         arguments.case.preset,
-        case.structure_degrees_of_freedom(),
         case.structure.p,
         case.steps(),
         case.time.step,
-        case.memory() / 1e9,
+        memory / 1e9,
     ))?;
+    if let Some(fit) = &fit {
+        terminal::print(format_args!(
+            "fit     the {} faces of the fluid lie within {:.1e} m of the wall; {:.1} % of the wall's wet surface has none beside it\n",
+            fit.faces,
+            fit.distance,
+            1e2 * fit.uncovered
+        ))?;
+    }
     warn(&case);
     if arguments.wall {
         let vessel = case.vessel().ok_or_else(|| {
             let reason =
-                "--wall: the case has a flag in a channel and no vessel; leave the option out";
+                "--wall: the case has no vessel of the driver's making; leave the option out";
             Failure::Input(reason.into())
         })?;
         terminal::print(in_figures(&case, vessel)?)?;
@@ -107,6 +116,12 @@ fn figures(
             WallFigures::new(wall, Some(perfect), &sections, pressures)
         }),
     })
+}
+
+/// How the user's meshes fit together.
+fn fit(case: &Case) -> Result<Fit, Failure> {
+    let domain = Domain::new(case).map_err(|e| Failure::Input(e.to_string()))?;
+    Fit::of(case, &domain).map_err(|e| Failure::Input(e.to_string()))
 }
 
 /// What `--wall` prints.

@@ -66,6 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             tell: None,
         },
     );
+    let settings = settings.map_err(|e| Failure::Input(format!("{}: {e}", e.key)))?;
     // Whoever does not want to read them still gets the exit code.
     let mut tell = |finding: &Finding| drop(terminal::print(format_args!("{}\n", line(finding))));
     let findings = conformance::examine(&settings, &mut tell);

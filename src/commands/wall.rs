@@ -15,7 +15,7 @@ pub fn with_wall<T>(
     vessel: &BloodVessel,
     use_it: impl FnOnce(&InflatableWall) -> Result<T, SolidError>,
 ) -> Result<T, SolidError> {
-    let domain = Domain::new(case);
+    let domain = Domain::new(case).map_err(|e| SolidError::Model(e.reason))?;
     let wall = unloaded_wall(case, &domain)?;
     use_it(&InflatableWall {
         solid: &wall.solid,

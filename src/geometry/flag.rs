@@ -61,6 +61,7 @@ impl Flag {
             regions: vec![0; n],
             hexes,
             surfaces,
+            directions: super::WallDirections::Local,
             shape: Arc::new(shape),
         }
     }

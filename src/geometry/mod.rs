@@ -4,29 +4,38 @@
 //! and so fit together. The arc length `s` runs downstream, the elastic part begins at s = 0; in the paper's vessels it is
 //! x, and φ turns from +y to +z.
 //!
-//! A case may have a [`Flag`](crate::case::Flag) in a channel instead, whose two meshes are made in [`flag`].
+//! A case may have a [`Flag`](crate::case::Flag) in a channel instead, whose two meshes are made in [`flag`]; or an OpenFOAM
+//! case of the user's own, whose mesh is read ([`foam_files`]) and whose wall is [`extruded`] from it or read from a file
+//! ([`wall_file`]).
 
 mod anastomosis;
 pub(crate) mod blocks;
 pub(crate) mod centre_shift;
 mod described;
+pub(crate) mod extruded;
 mod feature;
 pub(crate) mod flag;
+mod foam_files;
 pub(crate) mod hex_mesh;
 pub(crate) mod imperfection;
+mod mesh_file;
 pub(crate) mod o_grid;
 pub(crate) mod poly_mesh;
 mod section;
 mod size;
 pub(crate) mod vessel;
 pub(crate) mod wall;
+mod wall_file;
 
 pub use centre_shift::CentreShift;
-pub use hex_mesh::{HexFace, HexMesh, HexShape};
+pub use extruded::{Growth, GrowthError, SurfaceError, WetQuads};
+pub use hex_mesh::{HexFace, HexMesh, HexShape, WallDirections};
 pub use imperfection::{Imperfection, irregular_tube_mesh};
+pub use mesh_file::MeshFileError;
 pub use o_grid::{elastic_pieces, fluid_mesh};
 pub use poly_mesh::{Patch, PolyMesh};
 pub use section::Section;
 pub use size::centre_line;
 pub use vessel::{AxialNumbers, Span, Vessel, solid_mesh};
 pub use wall::{Surfaces, WallGrid, tube_mesh};
+pub use wall_file::{WET, WallFile};

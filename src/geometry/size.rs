@@ -72,17 +72,18 @@ impl Vessel {
 pub fn centre_line(case: &Case) -> SpaceCurve {
     match &case.problem {
         Problem::Vessel(vessel) => Vessel::new(vessel).centre_line().clone(),
-        Problem::Flag(_) => SpaceCurve::x_axis(0.0, 1.0),
+        Problem::Flag(_) | Problem::Own(_) => SpaceCurve::x_axis(0.0, 1.0),
     }
 }
 
 impl Case {
-    /// Number of cells of the fluid's mesh, or of its elements; none of a fluid of the user's own.
+    /// Number of cells of the fluid's mesh, or of its elements; none of a fluid or a mesh of the user's own.
     pub fn fluid_cells(&self) -> usize {
         let keys = match &self.problem {
             _ if self.fluid.solver == Solver::External => return 0,
             Problem::Vessel(keys) => keys,
             Problem::Flag(flag) => return flag.cells(),
+            Problem::Own(_) => return 0,
         };
         let (vessel, meshes) = (Vessel::new(keys), &keys.fluid);
         match self.fluid.solver {
@@ -94,12 +95,13 @@ impl Case {
         }
     }
 
-    /// Degrees of freedom of the structure, the held ones included.
+    /// Degrees of freedom of the structure, the held ones included; none of a wall of the user's own.
     pub fn structure_degrees_of_freedom(&self) -> usize {
         let p = self.structure.p;
         match &self.problem {
             Problem::Vessel(keys) => Vessel::new(keys).degrees_of_freedom(&keys.structure, p),
             Problem::Flag(flag) => flag.degrees_of_freedom(p),
+            Problem::Own(_) => 0,
         }
     }
 
@@ -113,15 +115,19 @@ impl Case {
 
     /// The parts of [`Case::memory`], bytes, each with what makes it less.
     pub fn memory_of(&self) -> Vec<(f64, &'static str)> {
-        let wall = (self.structure_degrees_of_freedom() as f64).powf(4.0 / 3.0);
+        self.memory_with(self.fluid_cells(), self.structure_degrees_of_freedom())
+    }
+
+    /// The same for so many cells and degrees of freedom, where the meshes are the user's own.
+    pub fn memory_with(&self, cells: usize, degrees_of_freedom: usize) -> Vec<(f64, &'static str)> {
+        let wall = (degrees_of_freedom as f64).powf(4.0 / 3.0);
         let mut parts = vec![(
             10e6 + 600.0 * wall,
             "fewer elements (structure.*, or flag.mesh.elements) or a lower structure.p",
         )];
         match (&self.problem, self.fluid.solver) {
             (Problem::Vessel(vessel), Solver::Native) => parts.push((
-                self.fluid_cells() as f64
-                    * (150e3 + 130.0 * vessel.fluid.native.node_pairs() as f64),
+                cells as f64 * (150e3 + 130.0 * vessel.fluid.native.node_pairs() as f64),
                 "fewer elements or a lower degree (fluid.native.*)",
             )),
             _ => parts.extend([
@@ -130,7 +136,7 @@ impl Case {
                     "fewer MPI ranks (--ranks, fluid.ranks)",
                 ),
                 (
-                    2.1e3 * self.fluid_cells() as f64,
+                    2.1e3 * cells as f64,
                     "fewer cells (fluid.mesh.*, or flag.mesh.*)",
                 ),
             ]),

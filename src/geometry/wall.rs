@@ -99,6 +99,7 @@ impl WallGrid {
             hexes,
             regions,
             surfaces: surface_lists,
+            directions: super::WallDirections::Local,
             shape: Arc::new(shape),
         }
     }

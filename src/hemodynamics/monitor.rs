@@ -21,7 +21,7 @@ pub struct RegionStep {
     pub max_wall_shear_x_m: f64,
     /// Where that is around the axis.
     pub max_wall_shear_phi_deg: f64,
-    /// Volume of the lumen within.
+    /// Volume of the lumen within; not a number in a box.
     pub lumen_volume_m3: f64,
     /// Largest displacement of the wet surface.
     pub max_displacement_m: f64,
@@ -90,7 +90,7 @@ impl Monitor {
                 region: *region,
                 shares: wall.shares(region),
                 points: points
-                    .filter(|(_, x)| region.contains(wall.place(x).0.x_m))
+                    .filter(|(_, x)| region.holds(wall.place(x).0.x_m, x))
                     .map(|(i, _)| i)
                     .collect(),
             }
@@ -126,10 +126,11 @@ impl Monitor {
             let lengths = part.points.iter().map(|&p| widened(&state.displacement[p]));
             let stress = stresses
                 .iter()
-                .filter(|peak| part.region.contains(peak.x))
+                .filter(|peak| part.region.holds(peak.x, &peak.position))
                 .max_by(|a, b| a.von_mises.total_cmp(&b.von_mises));
             let largest = |value: fn(&WallStress) -> Option<f64>| {
-                let within = stresses.iter().filter(|peak| part.region.contains(peak.x));
+                let within = stresses.iter();
+                let within = within.filter(|peak| part.region.holds(peak.x, &peak.position));
                 within.filter_map(value).max_by(f64::total_cmp)
             };
             let at = stress.map_or(Vec3::zeros(), |peak| peak.position);
@@ -141,7 +142,11 @@ impl Monitor {
                 max_wall_shear_Pa: most.0,
                 max_wall_shear_x_m: most.1.x_m,
                 max_wall_shear_phi_deg: most.1.phi_deg,
-                lumen_volume_m3: volume,
+                // Only between two cross-sections of a tube does the wall alone enclose a volume.
+                lumen_volume_m3: match part.region.box_m {
+                    None => volume,
+                    Some(_) => f64::NAN,
+                },
                 max_displacement_m: lengths.map(|u| u.norm()).fold(0.0, f64::max),
                 max_von_mises_Pa: stress.map_or(0.0, |peak| peak.von_mises),
                 max_von_mises_x_m: place.x_m,
@@ -175,7 +180,12 @@ mod tests {
             (RegionName::Bypass, 0.0, 2.0),
             (RegionName::Artery, 2.0, 4.0),
         ];
-        let regions = regions.map(|(name, from_m, to_m)| Region { name, from_m, to_m });
+        let regions = regions.map(|(name, from_m, to_m)| Region {
+            name,
+            from_m,
+            to_m,
+            box_m: None,
+        });
         let stress = |x: f64, von_mises: f64| WallStress {
             x,
             von_mises,

@@ -1,5 +1,6 @@
 //! The parts of the vessel that are evaluated one by one.
 
+use crate::Vec3;
 use crate::case::{Case, Problem, Shape};
 use crate::geometry::Vessel;
 use arrayvec::ArrayString;
@@ -69,14 +70,37 @@ pub struct Region {
     pub from_m: f64,
     /// Its end, m.
     pub to_m: f64,
+    /// Two opposite corners of the box that it lies in, m, where it is no part along a centre-line.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub box_m: Option<[[f64; 3]; 2]>,
 }
+
+/// The whole wall of a case without regions: no wall is larger.
+const EVERYWHERE: [[f64; 3]; 2] = [[-1e6; 3], [1e6; 3]];
 
 impl Region {
     /// The regions of a case: the elastic sections of a vessel, or bypass, artery and its middle. The last of these begins where the blend of the cross-sections ends, and ends as far from the
-    /// outlet; there is none if the artery is too short for it. A flag is no vessel and has no regions.
+    /// outlet; there is none if the artery is too short for it. Those of an OpenFOAM case of the user's own are boxes, or its whole wall. A flag
+    /// is no vessel and has no regions.
     pub fn of(case: &Case) -> Vec<Self> {
-        let Problem::Vessel(vessel) = &case.problem else {
-            return Vec::new();
+        let vessel = match &case.problem {
+            Problem::Vessel(vessel) => vessel,
+            Problem::Flag(_) => return Vec::new(),
+            Problem::Own(own) => {
+                let boxes = own.fluid.region.iter().flatten();
+                let boxes: Vec<Self> = boxes
+                    .filter_map(|region| {
+                        Some(Self::in_box(
+                            &region.name,
+                            [*region.corners.first()?, *region.corners.get(1)?],
+                        ))
+                    })
+                    .collect();
+                return match boxes.is_empty() {
+                    true => vec![Self::in_box("wall", EVERYWHERE)],
+                    false => boxes,
+                };
+            }
         };
         let geometry = match &vessel.shape {
             Shape::Anastomosis(vessel) => &vessel.geometry,
@@ -86,6 +110,7 @@ impl Region {
                     name: RegionName::from(section.name.clone()),
                     from_m: section.from,
                     to_m: section.to,
+                    box_m: None,
                 };
                 return vessel.elastic_sections().map(region).collect();
             }
@@ -99,8 +124,32 @@ impl Region {
             (RegionName::MidArtery, joint + margin, end - margin),
         ];
         let some = regions.into_iter().filter(|(_, from, to)| from < to);
-        some.map(|(name, from_m, to_m)| Self { name, from_m, to_m })
-            .collect()
+        some.map(|(name, from_m, to_m)| Self {
+            name,
+            from_m,
+            to_m,
+            box_m: None,
+        })
+        .collect()
+    }
+
+    /// What lies between two opposite corners (m).
+    fn in_box(name: &str, corners: [[f64; 3]; 2]) -> Self {
+        let [a, b] = corners;
+        Self {
+            name: RegionName::from(name.to_owned()),
+            from_m: a[0].min(b[0]),
+            to_m: a[0].max(b[0]),
+            box_m: Some(corners),
+        }
+    }
+
+    /// Whether a `point` (m) that is at `x` (m) along the centre-line lies in it.
+    pub fn holds(&self, x: f64, point: &Vec3) -> bool {
+        match self.box_m {
+            None => self.contains(x),
+            Some([a, b]) => (0..3).all(|i| (a[i].min(b[i])..=a[i].max(b[i])).contains(&point[i])),
+        }
     }
 
     /// Whether the position `x` (m) lies in it.

@@ -127,6 +127,11 @@ impl WetSurface {
     /// Share of each face in a region; faces outside are left out.
     pub fn shares(&self, region: &Region) -> Vec<(usize, f64)> {
         let share = |face: &Vec<u32>| {
+            if region.box_m.is_some() {
+                let middle: Vec3 = face.iter().map(|&p| self.points[p as usize]).sum();
+                let middle = middle / face.len() as f64;
+                return f64::from(region.holds(middle.x, &middle));
+            }
             let at = |p: &u32| self.line.beside(&self.points[*p as usize]).s;
             let xs = face.iter().map(at);
             let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
@@ -225,6 +230,7 @@ pub(crate) mod tests {
             name: RegionName::Artery,
             from_m: 0.9,
             to_m: 3.1,
+            box_m: None,
         };
         let still = vec![[0.0; 3]; wall.points.len()];
         let extents = wall.extents(&wall.displaced(&still));

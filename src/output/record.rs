@@ -4,14 +4,14 @@ use super::field_series::FieldSeries;
 use super::fluid_fields;
 use super::probes::{Probes, fluid_rows};
 use super::run_files::RunFiles;
-use super::tables::{HistoryRow, IterationRow, Table};
+use super::tables::{HistoryRow, IterationRow, OpeningRow, Table};
 use super::vtu::Series;
 use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::Vec3;
-use crate::case::{Case, Window};
+use crate::case::{Case, Solver, Window};
 use crate::coupling::Iteration;
-use crate::fluid::Fluid;
+use crate::fluid::{Fluid, FluidStep, Opening};
 use crate::geometry::centre_line;
 use crate::hemodynamics::{Monitor, Region, WallState, WetSurface};
 use crate::pfem::{SolidError, Structure};
@@ -37,6 +37,8 @@ pub struct RecordMemory {
     pub probes: u64,
     /// Bytes of `fluid-probes.csv`.
     pub fluid_probes: u64,
+    /// Bytes of `openings.csv`.
+    pub openings: u64,
     /// Times (s) and files of the wall's grids.
     pub grids: Vec<(f64, String)>,
     /// The same of the blood's.
@@ -85,6 +87,7 @@ pub struct Record {
     iterations: Table,
     probes: Option<(Probes<Structure>, Table)>,
     fluid_probes: Option<Table>,
+    openings: Option<Table>,
     fields: FieldSeries,
     fluid_fields: Option<Series>,
     wall: WallRecord,
@@ -109,6 +112,8 @@ pub struct RecordSettings {
     pub fluid_probes: PathBuf,
     /// Points in the blood that are watched, m.
     pub fluid_probe_points: Vec<[f64; 3]>,
+    /// `openings.csv`, of fluids whose openings are the user's.
+    pub openings: Option<PathBuf>,
     /// `structure.pvd`.
     pub structure: PathBuf,
     /// Interval in which the wall's fields are written, s.
@@ -137,6 +142,8 @@ impl RecordSettings {
             face_centres: interface.face_centres.clone(),
             fluid_probes: files.fluid_probes(),
             fluid_probe_points: case.output.fluid_probes.clone(),
+            openings: (case.own().is_some() || case.fluid.solver == Solver::External)
+                .then(|| files.openings()),
             structure: files.structure(),
             structure_interval: case.output.structure_interval,
             fluid_fields: (fields_to_open(case.fluid.solver, &files.fluid()).is_none())
@@ -186,6 +193,9 @@ impl Record {
             fluid_probes: (settings.has_fluid_probes())
                 .then(|| Table::create(&settings.fluid_probes))
                 .transpose()?,
+            openings: (settings.openings.as_deref())
+                .map(Table::create)
+                .transpose()?,
             fields,
             fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::create(settings.wall.clone())?,
@@ -219,6 +229,9 @@ impl Record {
             probes,
             fluid_probes: (settings.has_fluid_probes())
                 .then(|| Table::resume(&settings.fluid_probes, memory.fluid_probes))
+                .transpose()?,
+            openings: (settings.openings.as_deref())
+                .map(|path| Table::resume(path, memory.openings))
                 .transpose()?,
             fields: FieldSeries::new(series, settings.structure_interval, solid)?,
             fluid_fields: fluid_fields.transpose()?,
@@ -279,6 +292,9 @@ impl Observer<Structure> for Record {
             let points = &self.settings.fluid_probe_points;
             table.append(&fluid_rows(time, points, accepted.fluid_probes))?;
         }
+        if let Some(table) = &mut self.openings {
+            table.append(&opening_rows(&step.fluid))?;
+        }
         let state = WallState::new(time, &step.fluid.wall_shear, &step.displacement);
         self.wall.step(&state, accepted.stresses)?;
         let rows = iteration_rows(time, accepted.attempt, &step.iterations);
@@ -297,17 +313,20 @@ impl Observer<Structure> for Record {
         self.history.sync()?;
         self.iterations.sync()?;
         (self.probes.iter()).try_for_each(|(_, table)| table.sync())?;
-        self.fluid_probes.iter().try_for_each(Table::sync)?;
+        let others = self.fluid_probes.iter().chain(&self.openings);
+        others.into_iter().try_for_each(Table::sync)?;
         let length = |path: &Path| std::fs::metadata(path).map(|file| file.len());
         let probes = self.probes.as_ref().map(|_| length(&self.settings.probes));
         let fluid_probes =
             (self.fluid_probes.as_ref()).map(|_| length(&self.settings.fluid_probes));
+        let openings = self.settings.openings.as_deref().map(length);
         Ok(RecordMemory {
             volume: self.volume,
             history: length(&self.settings.history)?,
             iterations: length(&self.settings.iterations)?,
             probes: probes.transpose()?.unwrap_or(0),
             fluid_probes: fluid_probes.transpose()?.unwrap_or(0),
+            openings: openings.transpose()?.unwrap_or(0),
             grids: self.fields.entries().to_vec(),
             fluid_grids: (self.fluid_fields.iter())
                 .flat_map(|series| series.entries().to_vec())
@@ -325,6 +344,8 @@ impl Observer<Structure> for Record {
             (settings.fluid_probes.clone(), memory.fluid_probes),
             (settings.wall.regions.clone(), memory.wall.regions),
         ];
+        let openings = settings.openings.clone();
+        files.extend(openings.map(|path| (path, memory.openings)));
         let wall = settings.wall.history.clone();
         files.extend(wall.map(|path| (path, memory.wall.history)));
         files
@@ -339,6 +360,9 @@ impl Observer<Structure> for Record {
         }
         if let Some(table) = &mut self.fluid_probes {
             *table = Table::resume(&settings.fluid_probes, memory.fluid_probes)?;
+        }
+        if let (Some(table), Some(path)) = (&mut self.openings, &settings.openings) {
+            *table = Table::resume(path, memory.openings)?;
         }
         self.fields
             .rewind(settings.structure.clone(), memory.grids)?;
@@ -408,6 +432,17 @@ impl RunSummary {
         let text = serde_json::to_string_pretty(self).map_err(io::Error::other)?;
         write_atomically(path, text.as_bytes())
     }
+}
+
+fn opening_rows(step: &FluidStep) -> Vec<OpeningRow> {
+    let row = |opening: &Opening| OpeningRow {
+        time_s: step.time,
+        opening: opening.name.clone(),
+        flow_m3_s: opening.flow,
+        p_Pa: opening.mean_pressure,
+        p_model_Pa: opening.model_pressure,
+    };
+    step.openings.iter().map(row).collect()
 }
 
 fn iteration_rows(time: f64, attempt: usize, iterations: &[Iteration]) -> Vec<IterationRow> {

@@ -140,8 +140,12 @@ impl Results {
         let files = RunFiles::new(root);
         let case = read_case(&files)?;
         let Problem::Vessel(vessel) = &case.problem else {
+            let what = match &case.problem {
+                Problem::Own(_) => "an OpenFOAM case of your own",
+                _ => "a [flag]",
+            };
             return Err(ResultsError(format!(
-                "{} is the run of a [flag], but reports and comparisons are about vessels; look at its probes.csv and history.csv, \
+                "{} is the run of {what}, but reports and comparisons are about vessels; look at its probes.csv and history.csv, \
                  and open structure.pvd and openfoam/fluid.foam in ParaView",
                 root.display()
             )));

@@ -59,6 +59,11 @@ impl RunFiles {
         self.root.join("fluid-probes.csv")
     }
 
+    /// A row a time step and opening, of fluids whose openings are the user's.
+    pub fn openings(&self) -> PathBuf {
+        self.root.join("openings.csv")
+    }
+
     /// A row a phase of the period.
     pub fn phases(&self) -> PathBuf {
         self.root.join("phases.csv")

@@ -1,5 +1,5 @@
 //! `history.csv` (a row a time step), `iterations.csv` (a row a coupling iteration)
-//! and `probes.csv`, `fluid-probes.csv` (a row a time step and probe).
+//! `probes.csv` and `fluid-probes.csv` (a row a time step and probe), `openings.csv` (a row a time step and opening).
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -79,6 +79,22 @@ pub struct IterationRow {
     pub structure_s: f64,
     /// Wall-clock time in transfer and acceleration.
     pub coupling_s: f64,
+}
+
+/// A row of `openings.csv`: what flows through an opening whose name is the user's.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
+pub struct OpeningRow {
+    /// Time at the end of the step.
+    pub time_s: f64,
+    /// Its name: that of the patch.
+    pub opening: String,
+    /// Flow into the domain; negative where the fluid leaves it.
+    pub flow_m3_s: f64,
+    /// Mean pressure.
+    pub p_Pa: f64,
+    /// Pressure of the model behind it, such as a windkessel's before its ramp; empty without one.
+    pub p_model_Pa: Option<f64>,
 }
 
 /// A row of `fluid-probes.csv`: the blood at a point, NaN where that is not in the blood.

@@ -17,7 +17,7 @@ use super::space::shapes::Shapes;
 use super::supports::{self, Support, Supports};
 use crate::Vec3;
 use crate::case::Material;
-use crate::geometry::HexMesh;
+use crate::geometry::{HexMesh, WallDirections};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -57,6 +57,8 @@ pub struct Discretization {
     pub numbering: Numbering,
     /// Shape of the elements.
     pub mapping: Mapping,
+    /// Directions along and around, for fibres.
+    pub directions: WallDirections,
     /// Quadrature over the elements.
     pub elements: Elements,
     /// Held degrees of freedom.
@@ -95,6 +97,7 @@ impl Discretization {
             &numbering,
             &options.space,
             &mapping,
+            &mesh.directions,
             count,
             points,
             formulation,
@@ -124,6 +127,7 @@ impl Discretization {
             space: options.space,
             numbering,
             mapping,
+            directions: mesh.directions.clone(),
             elements,
             supports,
             pattern: Arc::new(pattern),
@@ -152,6 +156,7 @@ impl Discretization {
                 numbering,
                 space,
                 &mapping,
+                &self.directions,
                 self.regions.len(),
                 self.quadrature_points,
                 self.formulation,
@@ -160,6 +165,7 @@ impl Discretization {
                 .map(|foundation| foundation.reshaped(numbering, space, &mapping))
                 .collect::<Result<_, _>>()?,
             mapping,
+            directions: self.directions.clone(),
             numbering: numbering.clone(),
             supports: self.supports.clone(),
             pattern: self.pattern.clone(),
@@ -229,6 +235,7 @@ impl Discretization {
             &self.numbering,
             &self.space,
             &self.mapping,
+            &self.directions,
             self.regions.len(),
             points,
             self.formulation,

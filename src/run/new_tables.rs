@@ -19,6 +19,7 @@ pub fn set_aside(
         (folder.iterations(), &mut record.iterations),
         (folder.probes(), &mut record.probes),
         (folder.fluid_probes(), &mut record.fluid_probes),
+        (folder.openings(), &mut record.openings),
         (folder.regions(), &mut record.wall.regions),
         (folder.wall_history(), &mut record.wall.history),
     ] {
@@ -51,6 +52,7 @@ pub fn names(folder: &RunFolder) -> Vec<String> {
         folder.iterations(),
         folder.probes(),
         folder.fluid_probes(),
+        folder.openings(),
         folder.regions(),
         folder.wall_history(),
     ];

@@ -51,6 +51,7 @@ fn beam(stations: Vec<f64>) -> HexMesh {
         regions: vec![0; n],
         hexes,
         surfaces,
+        directions: fsi_driver::geometry::WallDirections::Local,
         shape: Arc::new(shape),
     }
 }

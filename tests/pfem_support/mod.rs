@@ -141,6 +141,7 @@ pub fn distorted_box(counts: [usize; 3], distortion: f64, turned: bool) -> HexMe
     }
     let surfaces = BTreeMap::from([("boundary".to_string(), boundary(&hexes))]);
     HexMesh {
+        directions: fsi_driver::geometry::WallDirections::Local,
         shape: Arc::new(Trilinear {
             vertices: vertices.clone(),
             hexes: hexes.clone(),

@@ -20,6 +20,7 @@ fn check(model: &str, preset: Preset) -> f64 {
     let mesh = match &case.problem {
         Problem::Vessel(vessel) => fluid_mesh(vessel),
         Problem::Flag(flag) => flag.fluid_mesh(),
+        Problem::Own(_) => panic!("it has a mesh of its own"),
     };
     assert_eq!(mesh.cells(), case.fluid_cells());
     let scratch = tempfile::tempdir().unwrap();

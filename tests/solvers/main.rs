@@ -24,6 +24,7 @@ mod hemodynamics;
 mod installed;
 mod native_fields;
 mod native_run;
+mod own_case;
 mod own_fluid;
 #[path = "../pfem_support/mod.rs"]
 mod pfem_support;

@@ -83,7 +83,7 @@ fn run(case: &Case, folder: &Path, accident: Accident) -> Simulation<Unlucky, St
         recalls: 0,
         forgotten: 0,
     };
-    let coupling = couple(case, &Domain::new(case), fluid).unwrap();
+    let coupling = couple(case, &Domain::new(case).unwrap(), fluid).unwrap();
     example::run(case, coupling, folder).unwrap()
 }
 

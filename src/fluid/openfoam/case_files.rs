@@ -4,7 +4,7 @@
 //! `system/fsiParameters` (the physics) and `system/fsiConnection` (the way to the driver, new at every start).
 //! The mesh is written by others.
 
-use super::{probes, templates};
+use super::{own_case, probes, templates};
 use crate::case::{Blood, Flag, FlowCurve, Ramp, Start, Time, VesselEnd, Windkessel};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,10 @@ pub enum CaseFilesError {
     },
 }
 
-fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> CaseFilesError {
+pub(super) fn io_error(
+    action: &'static str,
+    path: &Path,
+) -> impl FnOnce(io::Error) -> CaseFilesError {
     let path = path.to_owned();
     move |source| CaseFilesError::Io {
         action,
@@ -203,18 +206,19 @@ pub struct Connection<'a> {
 impl Connection<'_> {
     /// Writes `system/fsiConnection`.
     pub fn write(&self, folder: &Path) -> Result<(), CaseFilesError> {
-        let library = self
-            .library
-            .map_or(String::new(), |path| format!("\"{}\"", path.display()));
+        let library = self.library.map(|path| path.display().to_string());
+        let libraries = own_case::libraries(folder).into_iter().chain(library);
+        let libraries: Vec<String> = libraries.map(|path| format!("\"{path}\"")).collect();
         let text = format!(
             "// The way to the driver; written by fsi-driver at each start\n\
-             libs            ({library});\n\
+             libs            ({});\n\
              fsiTransport    {};\n\
              fsiAddress      \"{}\";\n\
              fsiDriver       {};\n\
              fsiStartTime    {};\n\
              // Pressure and velocity at output.fluid_probes_m; before the adapter, which reports the finished step\n\
              functions {{ #include \"$FOAM_CASE/system/fsiProbes\" }}\n",
+            libraries.join(" "),
             self.transport,
             self.address.display(),
             std::process::id(),
@@ -224,7 +228,7 @@ impl Connection<'_> {
     }
 }
 
-fn write_file(path: &Path, text: &str) -> Result<(), CaseFilesError> {
+pub(super) fn write_file(path: &Path, text: &str) -> Result<(), CaseFilesError> {
     fs::write(path, text).map_err(io_error("write", path))
 }
 

@@ -82,6 +82,19 @@ impl Dictionary {
         }
     }
 
+    /// All words of a keyword; none if there are none.
+    pub fn words(&self, keyword: &str) -> &[String] {
+        match self.get(keyword) {
+            Some(Entry::Words(words)) => words,
+            _ => &[],
+        }
+    }
+
+    /// The keywords in their order.
+    pub fn keywords(&self) -> impl Iterator<Item = &str> {
+        self.entries.iter().map(|(name, _)| name.as_str())
+    }
+
     /// The dictionaries among the entries.
     pub fn dictionaries(&self) -> impl Iterator<Item = &Dictionary> {
         self.entries.iter().filter_map(|(_, entry)| match entry {

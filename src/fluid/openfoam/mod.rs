@@ -26,6 +26,8 @@ pub mod case_files;
 mod dictionary;
 pub(crate) mod fields;
 pub mod install;
+pub mod own_case;
+pub mod prepared;
 pub(crate) mod probes;
 mod profile;
 pub(crate) mod templates;

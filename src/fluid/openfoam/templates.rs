@@ -202,27 +202,43 @@ fn check_copy(folder: &Path, depth: usize, errors: &mut Vec<TemplateError>) {
 /// # Errors
 /// What could not be done, with the path.
 pub fn copy(from: &Path, to: &Path) -> Result<(), (&'static str, PathBuf, std::io::Error)> {
+    copy_but(from, to, &|_| false)
+}
+
+/// The same without what is `left_out` by its name at the top of the folder.
+///
+/// # Errors
+/// What could not be done, with the path.
+pub fn copy_but(
+    from: &Path,
+    to: &Path,
+    left_out: &dyn Fn(&str) -> bool,
+) -> Result<(), (&'static str, PathBuf, std::io::Error)> {
     fs::create_dir_all(to).map_err(|e| ("make", to.to_owned(), e))?;
     let target = to.canonicalize().map_err(|e| ("make", to.to_owned(), e))?;
-    copy_folder(from, to, &target)
+    copy_folder(from, to, &target, left_out)
 }
 
 fn copy_folder(
     from: &Path,
     to: &Path,
     target: &Path,
+    left_out: &dyn Fn(&str) -> bool,
 ) -> Result<(), (&'static str, PathBuf, std::io::Error)> {
     fs::create_dir_all(to).map_err(|e| ("make", to.to_owned(), e))?;
     let read = |e| ("read", from.to_owned(), e);
     for entry in fs::read_dir(from).map_err(read)? {
         let entry = entry.map_err(read)?;
         let (source, copy) = (entry.path(), to.join(entry.file_name()));
+        if left_out(&entry.file_name().to_string_lossy()) {
+            continue;
+        }
         if source.is_dir() {
             let inside = source
                 .canonicalize()
                 .is_ok_and(|source| target.starts_with(source));
             if !inside && !holds_a_run(&source) {
-                copy_folder(&source, &copy, target)?;
+                copy_folder(&source, &copy, target, &|_| false)?;
             }
         } else {
             fs::copy(&source, &copy).map_err(|e| ("copy", source, e))?;

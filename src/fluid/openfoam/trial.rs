@@ -1,13 +1,12 @@
 //! OpenFOAM started for trial, to know whether it takes the templates.
 
-use super::case_files::CaseFiles;
+use super::prepared::Prepared;
 use super::probes::Sampling;
 use super::{OpenFoam, OpenFoamSettings};
 use crate::Vec3;
 use crate::case::TransportKind;
 use crate::fluid::conversation::session::Terms;
 use crate::fluid::{Fluid, FluidEffort, FluidError};
-use crate::geometry::PolyMesh;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -26,8 +25,7 @@ const MOST_LETTERS: usize = 600;
 /// [`FluidError::Interrupted`], or why OpenFOAM could not be started, or what it refused to read, with the file of the
 /// templates and the line.
 pub fn start(
-    files: &CaseFiles<'_>,
-    mesh: &PolyMesh,
+    prepared: &Prepared<'_>,
     sampling: Sampling,
     interrupt: Arc<AtomicBool>,
 ) -> Result<(), FluidError> {
@@ -37,13 +35,9 @@ pub fn start(
     // As OpenFOAM will name it.
     let root = folder.path().canonicalize().map_err(failed)?;
     let (case, log) = (root.join("openfoam"), root.join("openfoam.log"));
-    mesh.write(&case).map_err(failed)?;
-    let files = CaseFiles {
-        ranks: 1,
-        ..files.clone()
-    };
-    (files.write(&case)).map_err(|e| FluidError::Died(e.to_string()))?;
-    let time_step = files.time.step;
+    let prepared = prepared.clone().on_one_rank();
+    (prepared.write(&case)).map_err(|e| FluidError::Died(e.to_string()))?;
+    let time_step = prepared.time_step();
     let watched = !sampling.points.is_empty();
     let started = OpenFoam::start(OpenFoamSettings {
         case: case.clone(),
@@ -59,7 +53,7 @@ pub fn start(
         sampling,
         interrupt,
     });
-    let complaint = || complaint(&log, &case, files.templates).map(FluidError::Died);
+    let complaint = || complaint(&log, &case, prepared.folder()).map(FluidError::Died);
     let mut fluid = started.map_err(|error| match error {
         FluidError::Interrupted => error,
         _ => complaint().unwrap_or(error),

@@ -29,6 +29,7 @@ use super::material::{HyperelasticMaterial, KelvinVoigt, WallAxes};
 use super::space::numbering::Numbering;
 use super::space::shapes::Shapes;
 use super::space::{Mode, Space};
+use crate::geometry::WallDirections;
 use crate::quadrature::Rule;
 use crate::{Mat3, Vec3};
 use forces::Groups;
@@ -101,12 +102,13 @@ impl Elements {
         numbering: &Numbering,
         space: &Space,
         mapping: &Mapping,
+        directions: &WallDirections,
         elements: usize,
         points: [usize; 3],
         formulation: Formulation,
     ) -> Result<Self, SolidError> {
         let rules = points.map(Rule::gauss_legendre);
-        let mut prepared = Self::new(numbering, space, mapping, elements, &rules)?;
+        let mut prepared = Self::new(numbering, space, mapping, directions, elements, &rules)?;
         if formulation == Formulation::Mixed {
             prepared.projection = Some(prepared.projection(&volume::modes(space)));
         }
@@ -118,6 +120,7 @@ impl Elements {
         numbering: &Numbering,
         space: &Space,
         mapping: &Mapping,
+        directions: &WallDirections,
         elements: usize,
         rules: &[Rule; 3],
     ) -> Result<Self, SolidError> {
@@ -133,7 +136,8 @@ impl Elements {
             .into_par_iter()
             .map(|e| {
                 let mapped = mapping.at_lattice(e, axes);
-                let point = |(m, w): (&mapping::MappedPoint, &f64)| {
+                let place = lattice(axes);
+                let point = |((m, w), xi): ((&mapping::MappedPoint, &f64), [f64; 3])| {
                     let determinant = m.jacobian.determinant();
                     let inverse = m.jacobian.try_inverse().filter(|_| determinant > 0.0);
                     let inverse_jacobian = inverse.ok_or_else(|| SolidError::Inverted {
@@ -142,13 +146,14 @@ impl Elements {
                         position: m.position.into(),
                     })?;
                     let [g0, g1] = [0, 1].map(|d| Vec3::from(m.jacobian.column(d)));
+                    let [along, around] = directions.tangents(e, xi, g0, g1);
                     Ok(ElementPoint {
                         inverse_jacobian,
                         weight: w * determinant,
-                        frame: WallAxes::from_tangents(&g0, &g1),
+                        frame: WallAxes::from_tangents(&along, &around),
                     })
                 };
-                mapped.iter().zip(&weights).map(point).collect()
+                mapped.iter().zip(&weights).zip(place).map(point).collect()
             })
             .collect::<Result<Vec<_>, SolidError>>()?;
         let shapes = Shapes::new(&numbering.modes, space, axes);

@@ -94,7 +94,14 @@ impl Sampler {
         };
         let count = body.regions().len();
         let rules = [rule.clone(), rule.clone(), rule];
-        let elements = Elements::new(&body.numbering, &body.space, &body.mapping, count, &rules)?;
+        let elements = Elements::new(
+            &body.numbering,
+            &body.space,
+            &body.mapping,
+            &body.directions,
+            count,
+            &rules,
+        )?;
         let axes = [&axis[..]; 3];
         let smooth = volume::polynomials(body.space.degrees, body.space.max_degree());
         let mut sampler = Self {

@@ -1,5 +1,6 @@
 //! What a case is about: the bodies, their meshes, and what holds the solid. The one place where it is chosen.
 
+use super::own;
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};
 use crate::geometry::{HexMesh, PolyMesh, Vessel, elastic_pieces};
 use crate::pfem::supports::{self, Profile, Support};
@@ -8,8 +9,10 @@ use std::ops::Range;
 
 /// A fluid and a solid that fit together.
 pub struct Domain {
-    /// Mesh of the fluid; its patch `wallFsi` is the wet surface.
+    /// Mesh of the fluid.
     pub fluid: PolyMesh,
+    /// Patches of it that make up the wet surface.
+    pub wet_patches: Vec<String>,
     /// The cells of the fluid whose volume counts because they are in the deformable part.
     pub elastic_cells: Range<usize>,
     /// Mesh of the solid.
@@ -26,13 +29,39 @@ pub struct Domain {
     pub outer_pressure: Profile,
 }
 
+/// Why there is no domain: a file that a case names cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{reason}")]
+pub struct DomainError {
+    /// The key to blame.
+    pub key: &'static str,
+    /// What is wrong, and what to do.
+    pub reason: String,
+}
+
+impl DomainError {
+    pub(super) fn new(key: &'static str, reason: impl std::fmt::Display) -> Self {
+        Self {
+            key,
+            reason: reason.to_string(),
+        }
+    }
+}
+
+/// The wet patch of meshes that are made here.
+const WALL: &str = "wallFsi";
+
 impl Domain {
     /// The domain of a checked case.
-    pub fn new(case: &Case) -> Self {
+    ///
+    /// # Errors
+    /// If a mesh that the case names cannot be used; those that are made here always can.
+    pub fn new(case: &Case) -> Result<Self, DomainError> {
         let p = case.structure.p;
         match &case.problem {
-            Problem::Vessel(vessel) => Self::vessel(vessel, p),
-            Problem::Flag(flag) => Self::flag(flag, p),
+            Problem::Vessel(vessel) => Ok(Self::vessel(vessel, p)),
+            Problem::Flag(flag) => Ok(Self::flag(flag, p)),
+            Problem::Own(own) => own::domain(case, own),
         }
     }
 
@@ -46,6 +75,7 @@ impl Domain {
             // Cells are numbered cross-section by cross-section.
             elastic_cells: elastic.start * per_slice..elastic.end * per_slice,
             fluid,
+            wet_patches: vec![WALL.into()],
             solid: vessel.solid_mesh(&keys.structure),
             materials: vessel.materials().to_vec(),
             space: Space::isotropic(SpaceKind::Trunk, p),
@@ -61,6 +91,7 @@ impl Domain {
         Self {
             elastic_cells: 0..fluid.cells(),
             fluid,
+            wet_patches: vec![WALL.into()],
             solid: flag.solid_mesh(),
             materials: vec![flag.solid.clone()],
             space: Space {

@@ -1,12 +1,15 @@
 //! From a case to the two solvers and their coupling. The only place that knows which fluids there are.
 
 mod domain;
+mod fit;
 mod initial_state;
+mod own;
 pub mod preflight;
 mod surrogate;
 pub(crate) mod surroundings;
 
-pub use domain::Domain;
+pub use domain::{Domain, DomainError};
+pub use fit::Fit;
 pub use initial_state::{UnloadedWall, Unloading, unloaded_wall};
 
 use self::initial_state::{InitialState, initial_state};
@@ -25,9 +28,11 @@ use crate::fluid::external::{ExternalFluid, ExternalSettings, Starter};
 use crate::fluid::loaded_shape::LoadedShape;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings};
+use crate::fluid::openfoam::prepared::{Prepared, Source};
 use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::{Fluid, FluidEffort, FluidError, FluidMemory};
+use crate::geometry::PolyMesh;
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::{Solid, SolidError, Structure, StructureOptions, discretization};
@@ -70,6 +75,9 @@ pub struct CoupledModel {
 /// Why a case could not be made ready.
 #[derive(Debug, thiserror::Error)]
 pub enum AssemblyError {
+    /// A mesh that the case names cannot be used.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
     /// The inflow curve cannot be read.
     #[error(transparent)]
     Inflow(#[from] FlowCurveError),
@@ -100,7 +108,7 @@ impl CoupledModel {
         workplace: Workplace,
         memory: Option<&FluidMemory>,
     ) -> Result<Self, AssemblyError> {
-        let mut domain = Domain::new(case);
+        let mut domain = Domain::new(case)?;
         let InitialState { solid, unloading } = initial_state(case, &domain)?;
         // Away from the shape that is given, in which the fluid's mesh was made.
         let is_displaced = solid.is_displaced();
@@ -245,8 +253,7 @@ fn openfoam(
     workplace: Workplace,
     memory: Option<&FluidMemory>,
 ) -> Result<Box<dyn Fluid>, AssemblyError> {
-    domain.fluid.write(&workplace.folder)?;
-    case_files(case)?.write(&workplace.folder)?;
+    prepared(case, &domain.fluid)?.write(&workplace.folder)?;
     let settings = OpenFoamSettings {
         case: workplace.folder,
         log: workplace.log,
@@ -274,15 +281,23 @@ fn external(
     case: &Case,
     workplace: Workplace,
     memory: Option<&FluidMemory>,
-) -> Result<ExternalFluid, FluidError> {
-    let mut fluid = ExternalFluid::start(external_settings(case, workplace), memory)?;
+) -> Result<ExternalFluid, AssemblyError> {
+    let settings = external_settings(case, workplace)?;
+    let mut fluid = ExternalFluid::start(settings, memory)?;
     fluid.outlast_interrupts();
     Ok(fluid)
 }
 
 /// How the solver of the user's own is started. What it leaves lies beside the folder that OpenFOAM would have.
-pub(crate) fn external_settings(case: &Case, workplace: Workplace) -> ExternalSettings {
-    ExternalSettings {
+///
+/// # Errors
+/// If a mesh that the case names cannot be used.
+pub(crate) fn external_settings(
+    case: &Case,
+    workplace: Workplace,
+) -> Result<ExternalSettings, DomainError> {
+    let domain = Domain::new(case)?;
+    Ok(ExternalSettings {
         starter: match case.fluid.is_awaited {
             true => Starter::Somebody(workplace.tell),
             false => Starter::Command(case.fluid.command.clone()),
@@ -290,12 +305,12 @@ pub(crate) fn external_settings(case: &Case, workplace: Workplace) -> ExternalSe
         folder: workplace.folder.with_file_name(surroundings::OWN_FLUID),
         log: workplace.log.with_file_name(surroundings::EXTERNAL_LOG),
         case_file: workplace.case_file,
-        wall: preflight::interface(&Domain::new(case).fluid),
+        wall: preflight::interface(&domain),
         transport: case.fluid.transport,
         answer_limit: Duration::from_secs_f64(case.fluid.answer_limit),
         time_step: case.time.step,
         interrupt: workplace.interrupt,
-    }
+    })
 }
 
 /// The points in the blood that a case watches.
@@ -314,6 +329,15 @@ fn rigid_volume(volumes: &[f64], domain: &Domain) -> f64 {
 }
 
 /// The OpenFOAM case of a case.
+fn prepared<'a>(case: &'a Case, mesh: &'a PolyMesh) -> Result<Prepared<'a>, FlowCurveError> {
+    let files = match &case.problem {
+        Problem::Own(own) => Source::Own(own::files(case, own)),
+        _ => Source::Templates(case_files(case)?),
+    };
+    Ok(Prepared { files, mesh })
+}
+
+/// The templates of a case with the numbers for them.
 fn case_files(case: &Case) -> Result<CaseFiles<'_>, FlowCurveError> {
     Ok(CaseFiles {
         templates: &case.fluid.templates,
@@ -326,6 +350,7 @@ fn case_files(case: &Case) -> Result<CaseFiles<'_>, FlowCurveError> {
                 outlet_end: vessel.outlet_end().0,
             },
             Problem::Flag(flag) => Openings::Channel(flag),
+            Problem::Own(_) => unreachable!("a case of the user's own has no templates"),
         },
         ramp: &case.ramp,
         time: &case.time,

@@ -2,14 +2,13 @@
 
 use super::initial_state::{InitialState, initial_state};
 use super::surrogate::sections;
-use super::{Domain, case_files, sampling};
+use super::{Domain, own, prepared, sampling};
 use crate::Vec3;
 use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, Start, SurrogateModel, VesselEnd};
 use crate::coupling::transfer::Transfer;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
 use crate::fluid::{Fluid, FluidError, FluidInterface};
-use crate::geometry::PolyMesh;
 use crate::pfem::Solid;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -24,11 +23,17 @@ const MOST_COMPLAINTS: usize = 5;
 /// # Errors
 /// All mistakes that were found, with the keys to blame.
 pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
-    let domain = Domain::new(case);
+    let domain = Domain::new(case)
+        .map_err(|error| CaseErrors(vec![case.mistake(error.key, error.reason)]))?;
     let mut errors = Vec::new();
     let points = case.output.fluid_probes.iter().copied();
     let points: Vec<Vec3> = points.map(Vec3::from).collect();
     let (interface, inside) = match case.fluid.solver {
+        Solver::OpenFoam if let Some(own) = case.own() => {
+            let found = own::files(case, own).check(&domain.fluid).into_iter();
+            errors.extend(found.map(|error| case.mistake("fluid.case", error.to_string())));
+            (Some(interface(&domain)), domain.fluid.contains(&points))
+        }
         Solver::OpenFoam => {
             let patches = domain.fluid.patches.iter();
             let patches: Vec<&str> = patches.map(|patch| patch.name.as_str()).collect();
@@ -44,10 +49,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             }
             let found = found.into_iter().map(|error| error.to_string());
             errors.extend(found.map(|error| case.mistake("fluid.templates", error)));
-            (
-                Some(interface(&domain.fluid)),
-                domain.fluid.contains(&points),
-            )
+            (Some(interface(&domain)), domain.fluid.contains(&points))
         }
         Solver::Native => match NativeFluid::new(case) {
             Ok(mut fluid) => {
@@ -133,17 +135,27 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
     let refused = |key: &str, reason: String| {
         TrialError::Refused(CaseErrors(vec![case.mistake(key, reason)]))
     };
-    let files = case_files(case).map_err(|e| refused("inflow.file", e.to_string()))?;
-    let mesh = Domain::new(case).fluid;
-    trial::start(&files, &mesh, sampling(case), interrupt).map_err(|error| match error {
+    let domain = Domain::new(case).map_err(|e| refused(e.key, e.reason))?;
+    let prepared = prepared(case, &domain.fluid);
+    let prepared = prepared.map_err(|e| refused("inflow.file", e.to_string()))?;
+    let key = match case.own() {
+        Some(_) => "fluid.case",
+        None => "fluid.templates",
+    };
+    trial::start(&prepared, sampling(case), interrupt).map_err(|error| match error {
         FluidError::Interrupted => TrialError::Interrupted,
-        reason => refused("fluid.templates", format!("OpenFOAM refuses it: {reason}")),
+        reason => refused(key, format!("OpenFOAM refuses it: {reason}")),
     })
 }
 
 /// The wall as OpenFOAM will see it.
-pub(super) fn interface(mesh: &PolyMesh) -> FluidInterface {
-    let wall = mesh.patches.iter().filter(|patch| patch.name == "wallFsi");
+pub(super) fn interface(domain: &Domain) -> FluidInterface {
+    let mesh = &domain.fluid;
+    let wet = &domain.wet_patches;
+    let wall = mesh
+        .patches
+        .iter()
+        .filter(|patch| wet.contains(&patch.name));
     let faces: Vec<&Vec<usize>> = wall
         .flat_map(|patch| &mesh.faces[patch.start..patch.start + patch.size])
         .collect();

@@ -35,7 +35,9 @@ pub fn surrogate<S: Solid>(
             return Ok(Box::new(Identity));
         }
         Problem::Vessel(vessel) => vessel,
-        Problem::Flag(_) => return Err("the surrogate is a tube, and a flag has none".into()),
+        Problem::Flag(_) | Problem::Own(_) => {
+            return Err("the surrogate is a tube, and the case has none".into());
+        }
     };
     let open = |rigid_length| End::Pressure { rigid_length };
     let (inlet, outlet) = match case.coupling.surrogate {

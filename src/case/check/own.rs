@@ -1,0 +1,175 @@
+//! Whether the wall of an OpenFOAM case of the user's own is described once and completely.
+
+use super::{Report, material};
+use crate::case::{
+    Case, Extrusion, OwnCase, OwnWall, Solver, SurrogateModel, WallFile, WallSupport,
+};
+use std::path::Path;
+
+/// Kinds of files with hexahedra, by the ends of their names.
+pub const MESH_FILES: [&str; 3] = ["msh", "inp", "vtu"];
+
+pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
+    let (fluid, wall) = (&own.fluid, &own.wall);
+    report(
+        &["fluid.case"],
+        !fluid.case.join("system/controlDict").is_file(),
+        format!(
+            "{} is no OpenFOAM case: expected a folder with system/controlDict, 0 and constant",
+            fluid.case.display()
+        ),
+    );
+    report(
+        &["fluid.solver"],
+        case.fluid.solver != Solver::OpenFoam,
+        "a case of OpenFOAM is for OpenFOAM: expected \"openfoam\", or leave fluid.case out".into(),
+    );
+    report(
+        &["coupling.surrogate"],
+        case.coupling.surrogate != SurrogateModel::None,
+        "the surrogate is a tube, and nothing is known of one in a case of your own: write \"none\""
+            .into(),
+    );
+    let both = wall.extrude.is_some() && wall.file.is_some();
+    report(
+        &["wall.file.mesh", "wall.extrude.layers"],
+        both,
+        "the wall is either extruded from the patches or read from a file: leave out one of the tables [wall.extrude] and \
+         [wall.file]"
+            .into(),
+    );
+    report(
+        &["fluid.case"],
+        wall.extrude.is_none() && wall.file.is_none(),
+        "it has no wall yet: add a table [wall.extrude] with layers and thicknesses_m, or [wall.file] with a mesh".into(),
+    );
+    for (key, names) in [
+        ("fluid.patches", &fluid.patches),
+        ("fluid.openings", &fluid.openings),
+    ] {
+        let twice = (names.iter().enumerate()).find(|(i, name)| names[..*i].contains(name));
+        report(
+            &[key],
+            twice.is_some(),
+            format!(
+                "{:?} stands there twice",
+                twice.map_or("", |(_, name)| name)
+            ),
+        );
+    }
+    let common = (fluid.openings.iter()).find(|name| fluid.patches.contains(name));
+    report(
+        &["fluid.openings", "fluid.patches"],
+        common.is_some(),
+        format!(
+            "{:?} cannot be an opening and a wall: leave it out of one of the two",
+            common.map_or("", String::as_str)
+        ),
+    );
+    for (i, region) in fluid.region.iter().flatten().enumerate() {
+        report(
+            &[&format!("fluid.region[{i}].box_m")],
+            region.corners.len() != 2,
+            "expected two opposite corners, such as [[0.0, -1.0, -1.0], [0.1, 1.0, 1.0]]".into(),
+        );
+    }
+    materials(wall, report);
+    if let Some(extrusion) = &wall.extrude {
+        extruded(wall, extrusion, report);
+    }
+    if let Some(file) = &wall.file {
+        from_file(wall, file, report);
+    }
+    supports(wall, report);
+}
+
+fn materials(wall: &OwnWall, report: &mut Report<'_>) {
+    for (i, named) in wall.material.iter().enumerate() {
+        material(&format!("wall.material[{i}]"), &named.material, report);
+        let twice = wall.material[..i].iter().any(|m| m.name == named.name);
+        report(
+            &[&format!("wall.material[{i}].name")],
+            twice,
+            "another material has this name: give it one of its own".into(),
+        );
+    }
+}
+
+fn extruded(wall: &OwnWall, extrusion: &Extrusion, report: &mut Report<'_>) {
+    let known: Vec<&str> = wall.material.iter().map(|m| m.name.as_str()).collect();
+    let unknown = (extrusion.layers.iter()).find(|layer| wall.region(layer).is_none());
+    report(
+        &["wall.extrude.layers"],
+        unknown.is_some(),
+        format!(
+            "no [[wall.material]] is called {:?}; there is \"{}\"",
+            unknown.map_or("", String::as_str),
+            known.join("\", \"")
+        ),
+    );
+    let (sizes, shares) = (&extrusion.thicknesses, &extrusion.shares);
+    let layers = extrusion.layers.len();
+    report(
+        &["wall.extrude.thicknesses_m", "wall.extrude.thicknesses"],
+        !sizes.is_empty() && !shares.is_empty(),
+        "thicknesses are given either in metres or as shares of the radius: leave out one of the two".into(),
+    );
+    report(
+        &["wall.extrude.layers"],
+        sizes.is_empty() && shares.is_empty(),
+        "how thick are they? Write wall.extrude.thicknesses_m, a number for each".into(),
+    );
+    for (key, found) in [
+        ("wall.extrude.thicknesses_m", sizes),
+        ("wall.extrude.thicknesses", shares),
+    ] {
+        report(
+            &[key, "wall.extrude.layers"],
+            !found.is_empty() && found.len() != layers,
+            format!(
+                "expected a number for each of the {layers} wall.extrude.layers, found {}",
+                found.len()
+            ),
+        );
+    }
+    if let Some(path) = &extrusion.factors {
+        is_file("wall.extrude.factors", path, report);
+    }
+}
+
+fn from_file(wall: &OwnWall, file: &WallFile, report: &mut Report<'_>) {
+    is_file("wall.file.mesh", &file.mesh, report);
+    let end = file.mesh.extension().and_then(|end| end.to_str());
+    report(
+        &["wall.file.mesh"],
+        !end.is_some_and(|end| MESH_FILES.contains(&end.to_ascii_lowercase().as_str())),
+        "expected a file of Gmsh (.msh), Abaqus (.inp) or VTK (.vtu)".into(),
+    );
+    report(
+        &["wall.file.mesh"],
+        wall.support.is_none(),
+        "nothing holds this wall: add a table [[wall.support]] with support = \"clamped\" and its surfaces".into(),
+    );
+}
+
+fn supports(wall: &OwnWall, report: &mut Report<'_>) {
+    for (i, support) in wall.support.iter().flatten().enumerate() {
+        let WallSupport::Sliding { held, .. } = support else {
+            continue;
+        };
+        report(
+            &[&format!("wall.support[{i}].held")],
+            held.iter()
+                .any(|axis| !["x", "y", "z"].contains(&axis.as_str())),
+            "expected \"x\", \"y\", \"z\", or two of them".into(),
+        );
+    }
+}
+
+fn is_file(key: &str, path: &Path, report: &mut Report<'_>) {
+    report(
+        &[key],
+        !path.is_file(),
+        format!("there is no file {}", path.display()),
+    );
+}

@@ -1,0 +1,126 @@
+//! An OpenFOAM case of the user's own with an elastic wall: what stands in `[fluid]` and `[wall]` of such a case.
+
+use super::NamedMaterial;
+use super::schema::{Kind, above, from, whole};
+use super::table::{choice, table, words};
+use std::path::PathBuf;
+
+table! {
+    /// An OpenFOAM case of the user's own: its mesh, boundary conditions and models, with an elastic wall on some of its
+    /// patches.
+    pub struct OwnCase {
+        [fluid: OwnFluid, "the OpenFOAM case"]
+        [wall: OwnWall, "the elastic wall"]
+    }
+}
+
+table! {
+    /// The OpenFOAM case.
+    pub struct OwnFluid {
+        /// It is copied; nothing in it is changed.
+        case: PathBuf = "case", Kind::Path, "folder of an OpenFOAM case of your own for pimpleFoam, with its mesh or its blockMeshDict";
+        patches: Vec<String> = "patches", Kind::Names(100), "patches of that case that the elastic wall touches";
+        openings: Vec<String> = "openings", Kind::Names(100), "patches of that case where it flows in or out, the inlet first",
+            absent "its patches of the type patch, those called inlet… first";
+        [region: Option<Vec<RegionBox>>, "parts of the wet surface that are evaluated one by one"]
+    }
+}
+
+table! {
+    /// The faces of the wet surface whose middle lies in a box, and what of the wall lies there.
+    pub struct RegionBox {
+        name: String = "name", Kind::Text(30), "what the region is called";
+        corners: Vec<[f64; 3]> = "box_m", Kind::Points(2), "two opposite corners of the box";
+    }
+}
+
+table! {
+    /// The elastic wall: extruded from the wet patches, or from a file.
+    pub struct OwnWall {
+        [extrude: Option<Extrusion>, "a wall that grows outward from the quadrilaterals of the wet patches"]
+        [file: Option<WallFile>, "a wall whose hexahedra stand in a file"]
+        [material: Vec<NamedMaterial>, "materials of the wall"]
+        [support: Option<Vec<WallSupport>>, "what holds the wall"]
+    }
+}
+
+table! {
+    /// Layers on the outer side of the wet patches.
+    pub struct Extrusion {
+        layers: Vec<String> = "layers", Kind::Names(20), "materials of the layers from the inside out, by name";
+        thicknesses: Vec<f64> = "thicknesses_m", Kind::Sizes(20), "thickness of each layer", absent "wall.extrude.thicknesses";
+        /// The radius is that of the largest ball that touches the wet surface there from within.
+        shares: Vec<f64> = "thicknesses", Kind::Sizes(20), "thickness of each layer as a share of the lumen's radius there",
+            absent "wall.extrude.thicknesses_m";
+        /// Columns `x,y,z,factor`; each point of the surface takes that of the nearest row.
+        factors: Option<PathBuf> = "factors", Kind::Path, "CSV file with the columns x,y,z,factor: the thickness times a factor, that of the nearest point",
+            absent "1 everywhere";
+        faces: Option<usize> = "faces_per_element", whole(1, 8), "faces of the patches along each side of an element",
+            absent "the most that fit, up to 4";
+        elements: Option<usize> = "elements_per_layer", whole(1, 20), "elements through each layer", absent "1";
+        axis: Option<FibreAxis> = "axis", Kind::Word(FibreAxis::WORDS), "which direction of the wall is the axial one, from which fibres count",
+            absent "flow where the wall ends at two openings or more, otherwise mesh";
+        smoothing: Option<usize> = "smoothing", whole(0, 1000), "averages of the normals with those of the neighbouring points", absent "0";
+    }
+}
+
+words! {
+    /// Which direction of a wall is the axial one.
+    pub enum FibreAxis {
+        /// From the first opening to the others, by Laplace's equation on the wet surface.
+        Flow = "flow",
+        /// Along the rows of faces in which the surface bends less.
+        Mesh = "mesh",
+    }
+}
+
+table! {
+    /// Hexahedra from a file: Gmsh's `.msh` (4.1), Abaqus' `.inp` or VTK's `.vtu`.
+    pub struct WallFile {
+        mesh: PathBuf = "mesh", Kind::Path, "file with the hexahedra of the wall: .msh, .inp or .vtu";
+        unit: Option<f64> = "unit_m", above(0.0, 1e3), "length in metres of the unit of that file", absent "1";
+        wet: Vec<String> = "wet", Kind::Names(100), "surfaces of that file that the fluid touches";
+    }
+}
+
+choice! {
+    /// Something that holds surfaces of the wall. An extruded wall has the surfaces `inner` and `outer`, and its rims are called
+    /// as the patches that the wet ones end at; those of a file have its names.
+    pub enum WallSupport by "support", "what holds these surfaces of the wall" {
+        /// No displacement.
+        Clamped = "clamped" {
+            surfaces: Vec<String> = "surfaces", Kind::Names(100), "surfaces of the wall that are held";
+        }
+        /// No displacement along some of the axes.
+        Sliding = "sliding" {
+            surfaces: Vec<String> = "surfaces", Kind::Names(100), "surfaces of the wall that are held";
+            held: Vec<String> = "held", Kind::Names(3), "axes along which they do not move: x, y, z";
+        }
+        /// Springs and dampers in all directions.
+        Springs = "springs" {
+            surfaces: Vec<String> = "surfaces", Kind::Names(100), "surfaces of the wall that are held";
+            spring: f64 = "spring_Pa_m", from(0.0, 1e15), "force per reference area and displacement";
+            damping: Option<f64> = "damping_Pa_s_m", from(0.0, 1e12), "force per reference area and velocity", absent "0";
+        }
+    }
+}
+
+impl WallSupport {
+    /// The surfaces that it holds.
+    pub fn surfaces(&self) -> &[String] {
+        match self {
+            Self::Clamped { surfaces }
+            | Self::Sliding { surfaces, .. }
+            | Self::Springs { surfaces, .. } => surfaces,
+        }
+    }
+}
+
+impl OwnWall {
+    /// The region that a material's name stands for: its place among the materials.
+    pub fn region(&self, name: &str) -> Option<usize> {
+        self.material
+            .iter()
+            .position(|material| material.name == name)
+    }
+}

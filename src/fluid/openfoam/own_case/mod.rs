@@ -1,0 +1,172 @@
+//! An OpenFOAM case of the user's own: a copy of it, and in the copy what coupling needs.
+//!
+//! Nothing of the user's is edited. A file that needs more than it says is copied to `user/`, and one that includes it and
+//! adds the rest takes its place: OpenFOAM merges entries of the same name, the last one counts.
+
+mod check;
+mod write;
+
+use super::Programs;
+use super::dictionary::Dictionary;
+use crate::case::OwnFluid;
+use crate::geometry::{MeshFileError, PolyMesh};
+use crate::processes::Process;
+use rustix::process::Signal;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Where the copy keeps what the user has written of files that were extended.
+const ORIGINALS: &str = "user";
+/// Types of patches that every field must have as well.
+const CONSTRAINTS: [&str; 9] = [
+    "cyclic",
+    "cyclicAMI",
+    "cyclicACMI",
+    "empty",
+    "nonuniformTransformCyclic",
+    "processor",
+    "symmetry",
+    "symmetryPlane",
+    "wedge",
+];
+
+/// What is wrong with the user's case, and which lines would be right.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {reason}", .path.display())]
+pub struct OwnCaseError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What is wrong, and what to write.
+    pub reason: String,
+}
+
+impl OwnCaseError {
+    fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
+        Self {
+            path: path.to_owned(),
+            reason: reason.to_string(),
+        }
+    }
+}
+
+impl From<MeshFileError> for OwnCaseError {
+    fn from(error: MeshFileError) -> Self {
+        Self {
+            path: error.path,
+            reason: error.reason,
+        }
+    }
+}
+
+/// A case of the user's own with what the driver must tell OpenFOAM beside it.
+#[derive(Debug, Clone)]
+pub struct OwnCaseFiles<'a> {
+    /// The case, its wet patches and openings.
+    pub keys: &'a OwnFluid,
+    /// Density, kg/m³: OpenFOAM's pressure is divided by it.
+    pub density: f64,
+    /// Time step, s.
+    pub time_step: f64,
+    /// MPI ranks.
+    pub ranks: usize,
+}
+
+impl OwnCaseFiles<'_> {
+    fn folder(&self) -> &Path {
+        &self.keys.case
+    }
+
+    /// The folder with the fields at the start: `0`, or `0.orig`.
+    fn start_fields(&self) -> &'static str {
+        match self.folder().join("0").is_dir() {
+            true => "0",
+            false => "0.orig",
+        }
+    }
+
+    /// Whether the mesh is still to be made by `blockMesh`.
+    fn needs_blocks(&self) -> bool {
+        let constant = self.folder().join("constant/polyMesh");
+        let has_mesh = ["faces", "faces.gz"]
+            .iter()
+            .any(|name| constant.join(name).exists());
+        !has_mesh && self.folder().join("system/blockMeshDict").is_file()
+    }
+
+    /// The mesh of the case. Where there is none but a `blockMeshDict`, `blockMesh` makes it in a folder that is gone
+    /// afterwards.
+    ///
+    /// # Errors
+    /// If there is neither, or it cannot be read or made.
+    pub fn mesh(&self) -> Result<PolyMesh, OwnCaseError> {
+        if !self.needs_blocks() {
+            let folder = self.folder().join("constant/polyMesh");
+            if !folder.is_dir() {
+                let reason = "there is no mesh, and no system/blockMeshDict to make it from";
+                return Err(OwnCaseError::new(&folder, reason));
+            }
+            return Ok(PolyMesh::read(self.folder())?);
+        }
+        let dictionary = self.folder().join("system/blockMeshDict");
+        let wrong = |reason: String| OwnCaseError::new(&dictionary, reason);
+        let folder = tempfile::Builder::new().prefix("fsi-mesh-").tempdir();
+        let folder = folder.map_err(|e| wrong(format!("no folder to make the mesh in: {e}")))?;
+        let root = folder.path().join("case");
+        for part in ["system", "constant"] {
+            let from = self.folder().join(part);
+            if from.is_dir() {
+                super::templates::copy(&from, &root.join(part)).map_err(|(action, path, e)| {
+                    wrong(format!("cannot {action} {}: {e}", path.display()))
+                })?;
+            }
+        }
+        make_blocks(&root).map_err(|reason| {
+            let root = root.canonicalize().unwrap_or(root.clone());
+            wrong(reason.replace(&*root.to_string_lossy(), &self.folder().to_string_lossy()))
+        })?;
+        Ok(PolyMesh::read(&root)?)
+    }
+
+    /// Where it flows in or out: the patches that the user names, or all of the type `patch`, one that is called `inlet…`
+    /// first.
+    pub fn openings(&self, mesh: &PolyMesh) -> Vec<String> {
+        if !self.keys.openings.is_empty() {
+            return self.keys.openings.clone();
+        }
+        let open = mesh.patches.iter().filter(|patch| {
+            patch.kind == "patch" && patch.size > 0 && !self.keys.patches.contains(&patch.name)
+        });
+        let mut names: Vec<String> = open.map(|patch| patch.name.clone()).collect();
+        names.sort_by_key(|name| !name.to_lowercase().starts_with("inlet"));
+        names
+    }
+}
+
+/// Runs `blockMesh` in a case.
+fn make_blocks(case: &Path) -> Result<(), String> {
+    let log = case.join("log.blockMesh");
+    let command = Programs::new(case, &[]).command("blockMesh");
+    let mut process = Process::start(command, &log, Signal::KILL).map_err(|e| e.to_string())?;
+    while !process.wait(Duration::from_millis(20)) {}
+    if process.succeeded() {
+        return Ok(());
+    }
+    let said = fs::read_to_string(&log).unwrap_or_default();
+    let said = match said.split_once("FATAL") {
+        Some((_, reason)) => reason
+            .split_whitespace()
+            .take(60)
+            .collect::<Vec<_>>()
+            .join(" "),
+        None => process.obituary(),
+    };
+    Err(format!("blockMesh refuses it: {said}"))
+}
+
+/// Libraries that the user's own `controlDict` loads, of a case that was written here.
+pub(super) fn libraries(case: &Path) -> Vec<String> {
+    let file = Path::new(ORIGINALS).join("system/controlDict");
+    let dictionary = Dictionary::read(case, &file).unwrap_or_default();
+    dictionary.words("libs").to_vec()
+}

@@ -1,0 +1,171 @@
+//! The wet patches of a fluid's mesh as one surface: its points, faces, rims, normals, radii.
+
+use super::grouping::Quads;
+use crate::Vec3;
+use crate::geometry::PolyMesh;
+use std::collections::{BTreeMap, HashMap};
+
+/// Why a wall cannot grow from the patches.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SurfaceError {
+    /// There is no such patch.
+    #[error("the mesh has no patch {name:?}; it has \"{}\"", .known.join("\", \""))]
+    NoPatch {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// It has no faces.
+    #[error("the patch {0:?} has no faces")]
+    Empty(String),
+    /// A face has more or fewer than four corners.
+    #[error(
+        "a face of the patch {patch:?} near ({:.4e}, {:.4e}, {:.4e}) m has {corners} corners; a wall can grow from quadrilaterals \
+         only: give the wall in a file (wall.file)", .near.x, .near.y, .near.z
+    )]
+    NoQuadrilateral {
+        /// The patch.
+        patch: String,
+        /// The number of corners.
+        corners: usize,
+        /// Where.
+        near: Vec3,
+    },
+}
+
+/// The wet surface with what lies around it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WetQuads {
+    /// Points and faces; normals point out of the fluid, into the wall.
+    pub quads: Quads,
+    /// Each edge of the rim, in the sense in which its face runs through it, with the patch beyond.
+    pub rim: BTreeMap<(usize, usize), String>,
+}
+
+impl WetQuads {
+    /// The patches of these names.
+    ///
+    /// # Errors
+    /// If one is missing or empty, or a face has not four corners.
+    pub fn new(mesh: &PolyMesh, names: &[String]) -> Result<Self, SurfaceError> {
+        let mut numbers = HashMap::new();
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for name in names {
+            let patch = mesh.patch(name).ok_or_else(|| SurfaceError::NoPatch {
+                name: name.clone(),
+                known: mesh.patches.iter().map(|p| p.name.clone()).collect(),
+            })?;
+            if patch.size == 0 {
+                return Err(SurfaceError::Empty(name.clone()));
+            }
+            for face in mesh.patch_faces(name) {
+                let corners = face.iter().map(|&point| {
+                    *numbers.entry(point).or_insert_with(|| {
+                        points.push(mesh.points[point]);
+                        points.len() - 1
+                    })
+                });
+                let corners: Vec<usize> = corners.collect();
+                let corners = corners.try_into().map_err(|corners: Vec<usize>| {
+                    SurfaceError::NoQuadrilateral {
+                        patch: name.clone(),
+                        corners: corners.len(),
+                        near: points[corners[0]],
+                    }
+                })?;
+                faces.push(corners);
+            }
+        }
+        let quads = Quads { points, faces };
+        let mut beyond = HashMap::new();
+        for patch in mesh.patches.iter().filter(|p| !names.contains(&p.name)) {
+            for face in mesh.patch_faces(&patch.name) {
+                for (i, a) in face.iter().enumerate() {
+                    let b = &face[(i + 1) % face.len()];
+                    if let (Some(a), Some(b)) = (numbers.get(a), numbers.get(b)) {
+                        beyond.insert((*a.min(b), *a.max(b)), patch.name.clone());
+                    }
+                }
+            }
+        }
+        let mut open: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        for face in &quads.faces {
+            for k in 0..4 {
+                let (a, b) = (face[k], face[(k + 1) % 4]);
+                if open.remove(&(b, a)).is_none() {
+                    open.insert((a, b), 0);
+                }
+            }
+        }
+        let rim = open.into_keys().filter_map(|(a, b)| {
+            let patch = beyond.get(&(a.min(b), a.max(b)))?;
+            Some(((a, b), patch.clone()))
+        });
+        Ok(Self {
+            rim: rim.collect(),
+            quads,
+        })
+    }
+
+    /// Outward unit normals at the points, with weights that are exact for points on a sphere: Max, *Weights for computing
+    /// vertex normals from facet normals*, J. Graphics Tools 4 (1999); then `passes` times averaged with those of the points
+    /// at the other ends of edges, which count half.
+    pub fn normals(&self, passes: usize) -> Vec<Vec3> {
+        let (points, faces) = (&self.quads.points, &self.quads.faces);
+        let mut sums = vec![Vec3::zeros(); points.len()];
+        for face in faces {
+            for k in 0..4 {
+                let at = points[face[k]];
+                let next = points[face[(k + 1) % 4]] - at;
+                let before = points[face[(k + 3) % 4]] - at;
+                let weight = next.norm_squared() * before.norm_squared();
+                sums[face[k]] += next.cross(&before) / weight.max(f64::MIN_POSITIVE);
+            }
+        }
+        let mut normals: Vec<Vec3> = sums.iter().map(Vec3::normalize).collect();
+        let around = self.points_around();
+        for _ in 0..passes {
+            let average = |(own, around): (&Vec3, &Vec<usize>)| {
+                let others: Vec3 = around.iter().map(|&p| normals[p]).sum();
+                (own + others / around.len().max(1) as f64).normalize()
+            };
+            normals = normals.iter().zip(&around).map(average).collect();
+        }
+        normals
+    }
+
+    /// The points at the other ends of the edges of each point.
+    pub fn points_around(&self) -> Vec<Vec<usize>> {
+        let mut around = vec![Vec::new(); self.quads.points.len()];
+        for face in &self.quads.faces {
+            for k in 0..4 {
+                let (a, b) = (face[k], face[(k + 1) % 4]);
+                around[a].push(b);
+                around[b].push(a);
+            }
+        }
+        for of_point in &mut around {
+            of_point.sort_unstable();
+            of_point.dedup();
+        }
+        around
+    }
+
+    /// Radius (m) of the largest ball that touches the surface at each point from within and holds no other point of it: the
+    /// radius of a tube, and about that of the lumen where there is none.
+    pub fn radii(&self, normals: &[Vec3]) -> Vec<f64> {
+        let points = &self.quads.points;
+        let radius = |(x, n): (&Vec3, &Vec3)| {
+            let touching = |y: &Vec3| {
+                let d = y - x;
+                let depth = -d.dot(n);
+                // Of two points on a ball with the normal n at x: |d|² = 2 r depth.
+                (depth > 1e-9 * d.norm()).then(|| d.norm_squared() / (2.0 * depth))
+            };
+            let radii = points.iter().filter_map(touching);
+            radii.fold(f64::INFINITY, f64::min)
+        };
+        points.iter().zip(normals).map(radius).collect()
+    }
+}

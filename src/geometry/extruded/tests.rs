@@ -1,0 +1,155 @@
+use super::*;
+use std::f64::consts::{PI, TAU};
+
+/// A tube of radius 3 m and length 8 m along z, normals outward.
+fn tube(around: usize, along: usize) -> WetQuads {
+    let at = |i: usize, j: usize| i % around + around * j;
+    let points = (0..around * (along + 1)).map(|p| {
+        let phi = TAU * (p % around) as f64 / around as f64;
+        let z = 8.0 * (p / around) as f64 / along as f64;
+        Vec3::new(3.0 * phi.cos(), 3.0 * phi.sin(), z)
+    });
+    let faces = (0..around * along).map(|f| {
+        let (i, j) = (f % around, f / around);
+        [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]
+    });
+    let rim = (0..around).flat_map(|i| {
+        [
+            ((at(i, 0), at(i + 1, 0)), "left".to_owned()),
+            ((at(i + 1, along), at(i, along)), "right".to_owned()),
+        ]
+    });
+    WetQuads {
+        quads: Quads {
+            points: points.collect(),
+            faces: faces.collect(),
+        },
+        rim: rim.collect(),
+    }
+}
+
+fn growth(surface: &WetQuads, faces: Option<usize>) -> Growth {
+    let points = surface.quads.points.len();
+    Growth {
+        faces,
+        elements_per_layer: 2,
+        thicknesses: vec![vec![0.5; points], vec![0.25; points]],
+        regions: vec![1, 0],
+        normals: surface.normals(0),
+        axes: None,
+    }
+}
+
+/// Volume by the divergence theorem would need surfaces: Gauss points on differences of the shape are enough here.
+fn volume(mesh: &HexMesh) -> f64 {
+    let rule = crate::quadrature::Rule::gauss_legendre(6);
+    let mut sum = 0.0;
+    for element in 0..mesh.hexes.len() {
+        for (x, wx) in rule.points.iter().zip(&rule.weights) {
+            for (y, wy) in rule.points.iter().zip(&rule.weights) {
+                for (z, wz) in rule.points.iter().zip(&rule.weights) {
+                    let tangent = |d: usize| {
+                        let at = |sign: f64| {
+                            let mut xi = [*x, *y, *z];
+                            xi[d] += sign * 1e-5;
+                            mesh.shape.position(element, xi)
+                        };
+                        (at(1.0) - at(-1.0)) / 2e-5
+                    };
+                    let jacobian = tangent(0).cross(&tangent(1)).dot(&tangent(2));
+                    assert!(jacobian > 0.0, "element {element} is inside out");
+                    sum += wx * wy * wz * jacobian;
+                }
+            }
+        }
+    }
+    sum
+}
+
+/// The wall of a tube has the volume of a hollow cylinder, whatever its elements are grouped from.
+#[test]
+fn a_tube_gets_the_wall_of_a_hollow_cylinder() {
+    let surface = tube(24, 12);
+    let exact = PI * (3.75f64.powi(2) - 9.0) * 8.0;
+    // The errors of the interpolation around, computed by themselves.
+    for (n, expected) in [(4, 6.588e-6), (3, 1.1251e-4), (2, 1.5531e-4), (1, 4.480e-5)] {
+        let mesh = surface.wall(&growth(&surface, Some(n))).unwrap();
+        assert_eq!(mesh.hexes.len(), 4 * 24 * 12 / (n * n));
+        let error = (volume(&mesh) / exact - 1.0).abs();
+        assert!((error / expected - 1.0).abs() < 2e-2, "{n}: {error:.4e}");
+        assert_eq!(mesh.surfaces["left"].len(), 4 * 24 / n);
+        assert_eq!(mesh.surfaces["inner"].len(), 24 * 12 / (n * n));
+        // Around it bends, along it does not.
+        let along =
+            mesh.shape.position(0, [1.0, 0.0, 0.0]) - mesh.shape.position(0, [-1.0, 0.0, 0.0]);
+        assert!(along.normalize().z.abs() > 0.999);
+    }
+    let found = surface.wall(&growth(&surface, None)).unwrap();
+    assert_eq!(found.hexes.len(), 4 * 18);
+    let error = surface
+        .wall(&growth(&surface, Some(5)))
+        .err()
+        .unwrap()
+        .to_string();
+    assert!(error.ends_with("possible are 1, 2, 3, 4"), "{error}");
+}
+
+#[test]
+fn normals_and_radii_of_a_tube_are_those_of_a_cylinder() {
+    let surface = tube(24, 12);
+    let normals = surface.normals(3);
+    for (x, n) in surface.quads.points.iter().zip(&normals) {
+        let exact = Vec3::new(x.x, x.y, 0.0) / 3.0;
+        assert!((n - exact).norm() < 1e-12, "{n:?}");
+    }
+    for radius in surface.radii(&normals) {
+        assert!((radius - 3.0).abs() < 1e-12, "{radius}");
+    }
+}
+
+/// All inner points of the groups lie on the wall that is made of them.
+#[test]
+fn the_inner_side_passes_through_all_points() {
+    let surface = tube(24, 12);
+    let mesh = surface.wall(&growth(&surface, Some(4))).unwrap();
+    let mut seen = 0;
+    for &(element, _) in &mesh.surfaces["inner"] {
+        for i in 0..=4 {
+            for j in 0..=4 {
+                let xi = [i, j].map(|k| 0.5 * f64::from(k) - 1.0);
+                let x = mesh.shape.position(element, [xi[0], xi[1], -1.0]);
+                let near = |y: &&Vec3| (*y - x).norm() < 1e-12;
+                seen += usize::from(surface.quads.points.iter().any(|y| near(&y)));
+            }
+        }
+    }
+    assert_eq!(seen, 18 * 25);
+}
+
+/// On a tube the potential is linear along it.
+#[test]
+fn the_axes_of_a_tube_run_along_it() {
+    let surface = tube(24, 12);
+    let normals = surface.normals(0);
+    let [left, right] = ["left", "right"].map(|name| vec![name.to_owned()]);
+    for axis in surface.axes(&left, &right, &normals).unwrap() {
+        assert!((axis - Vec3::z()).norm() < 1e-8, "{axis:?}");
+    }
+    assert_eq!(surface.axes(&left, &["top".to_owned()], &normals), None);
+    let grown = Growth {
+        axes: surface.axes(&left, &right, &normals),
+        ..growth(&surface, Some(3))
+    };
+    let mesh = surface.wall(&grown).unwrap();
+    // Whatever the tangents of an element are.
+    let tangents = mesh.directions.tangents(
+        5,
+        [0.3, -0.2, 0.9],
+        Vec3::new(0.0, 1.0, 1.0),
+        Vec3::new(0.0, -1.0, 1.0),
+    );
+    assert!(
+        (tangents[0] - Vec3::z()).norm() < 1e-8
+            && (tangents[1] - Vec3::x().cross(&Vec3::z())).norm() < 1e-8
+    );
+}

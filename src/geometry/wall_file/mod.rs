@@ -1,0 +1,201 @@
+//! Walls from files: hexahedra of any order with named regions and surfaces.
+//!
+//! Each format has a file with a function that makes a [`WallFile`] of a text; from there on all are alike.
+
+mod abaqus;
+mod gmsh;
+mod lattice;
+mod vtu;
+
+use super::mesh_file::MeshFileError;
+use super::{HexFace, HexMesh, HexShape, WallDirections};
+use crate::Vec3;
+use lattice::Lattice;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::Path;
+use std::sync::Arc;
+
+/// What a file says of a wall, with lengths in its own unit.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct WallFile {
+    /// Positions of the nodes.
+    nodes: Vec<Vec3>,
+    /// Hexahedra.
+    hexes: Vec<FileHex>,
+    /// Names of the regions.
+    pub regions: Vec<String>,
+    /// Faces by the names of their surfaces, each by its corners in any order.
+    surfaces: BTreeMap<String, BTreeSet<[usize; 4]>>,
+    /// Directions along the wall and around it in each hexahedron, where the file has both.
+    directions: Option<Vec<[Vec3; 2]>>,
+}
+
+/// A hexahedron of a file.
+#[derive(Debug, Clone, PartialEq)]
+struct FileHex {
+    nodes: Lattice,
+    /// Index of its region.
+    region: usize,
+}
+
+impl WallFile {
+    /// Reads a file by the end of its name: `.msh`, `.inp` or `.vtu`.
+    ///
+    /// # Errors
+    /// What of it is not understood, with the line.
+    pub fn read(path: &Path) -> Result<Self, MeshFileError> {
+        let wrong = |reason: String| MeshFileError::new(path, reason);
+        let end = path
+            .extension()
+            .and_then(|end| end.to_str())
+            .unwrap_or_default();
+        let text = || {
+            std::fs::read_to_string(path)
+                .map_err(|e| wrong(format!("it cannot be read as text: {e}")))
+        };
+        let file = match end.to_ascii_lowercase().as_str() {
+            "msh" => gmsh::read(&text()?),
+            "inp" => abaqus::read(&text()?),
+            _ => vtu::read(path),
+        };
+        let mut file = file.map_err(wrong)?;
+        if file.hexes.is_empty() {
+            return Err(wrong("it has no hexahedra".into()));
+        }
+        file.turn_right_handed();
+        Ok(file)
+    }
+
+    /// Index of the region of this name, which is added if it is new.
+    fn region(&mut self, name: &str) -> usize {
+        let known = self.regions.iter().position(|region| region == name);
+        known.unwrap_or_else(|| {
+            self.regions.push(name.to_owned());
+            self.regions.len() - 1
+        })
+    }
+
+    fn add_face(&mut self, surface: &str, corners: [usize; 4]) {
+        let faces = self.surfaces.entry(surface.to_owned()).or_default();
+        faces.insert(sorted(corners));
+    }
+
+    /// Hexahedra of meshes that were mirrored or swept backwards.
+    fn turn_right_handed(&mut self) {
+        for hex in &mut self.hexes {
+            let at = |corner: usize| self.nodes[hex.nodes.corner(corner)];
+            let edge = |bit: usize| at(1 << bit) - at(0);
+            if edge(0).cross(&edge(1)).dot(&edge(2)) < 0.0 {
+                hex.nodes = hex.nodes.mirrored();
+            }
+        }
+    }
+
+    /// The wall with lengths in units of `unit` (m); `material` tells the region of the structure for a name. The surfaces
+    /// `wet` become one, called so.
+    ///
+    /// # Errors
+    /// What does not fit together.
+    pub fn mesh(
+        &self,
+        unit: f64,
+        wet: &[String],
+        material: impl Fn(&str) -> Result<usize, String>,
+    ) -> Result<HexMesh, String> {
+        let regions = self.regions.iter().map(|name| material(name));
+        let regions = regions.collect::<Result<Vec<usize>, String>>()?;
+        let mut numbers: HashMap<usize, usize> = HashMap::new();
+        let mut vertices = Vec::new();
+        let mut hexes = Vec::new();
+        let mut sides: HashMap<[usize; 4], (usize, HexFace)> = HashMap::new();
+        for (element, hex) in self.hexes.iter().enumerate() {
+            hexes.push(std::array::from_fn(|corner| {
+                let node = hex.nodes.corner(corner);
+                *numbers.entry(node).or_insert_with(|| {
+                    vertices.push(self.nodes[node] * unit);
+                    vertices.len() - 1
+                })
+            }));
+            for axis in 0..3u8 {
+                for upper in [false, true] {
+                    let face = HexFace { axis, upper };
+                    sides.insert(sorted(hex.nodes.face(face)), (element, face));
+                }
+            }
+        }
+        let mut surfaces = BTreeMap::new();
+        for (name, faces) in &self.surfaces {
+            let found: Option<Vec<_>> = faces.iter().map(|face| sides.get(face).copied()).collect();
+            let found = found.ok_or_else(|| {
+                format!("a face of the surface {name:?} is not the face of any hexahedron: mesh surfaces and volumes together")
+            })?;
+            surfaces.insert(name.clone(), found);
+        }
+        let known = || surfaces.keys().cloned().collect::<Vec<_>>().join("\", \"");
+        let mut all_wet = Vec::new();
+        for name in wet {
+            let faces = surfaces
+                .get(name)
+                .ok_or_else(|| format!("it has no surface {name:?}; it has \"{}\"", known()))?;
+            all_wet.extend_from_slice(faces);
+        }
+        all_wet.sort_unstable();
+        all_wet.dedup();
+        surfaces.insert(WET.into(), all_wet);
+        let nodes = self.hexes.iter().map(|hex| {
+            let nodes = hex.nodes.nodes.iter();
+            (
+                hex.nodes.order,
+                nodes.map(|&node| self.nodes[node] * unit).collect(),
+            )
+        });
+        Ok(HexMesh {
+            vertices,
+            hexes,
+            regions: self.hexes.iter().map(|hex| regions[hex.region]).collect(),
+            surfaces,
+            directions: (self.directions.clone())
+                .map_or(WallDirections::Local, WallDirections::Given),
+            shape: Arc::new(FileShape {
+                nodes: nodes.collect(),
+            }),
+        })
+    }
+}
+
+/// Name of the surface that the fluid touches.
+pub const WET: &str = "wet surface";
+
+fn sorted(mut corners: [usize; 4]) -> [usize; 4] {
+    corners.sort_unstable();
+    corners
+}
+
+/// Lagrange's interpolation of the nodes of each element.
+struct FileShape {
+    nodes: Vec<(usize, Vec<Vec3>)>,
+}
+
+impl HexShape for FileShape {
+    fn position(&self, element: usize, xi: [f64; 3]) -> Vec3 {
+        let (order, nodes) = &self.nodes[element];
+        let places = super::extruded::equidistant(*order);
+        let values = xi.map(|x| super::extruded::lagrange(&places, x));
+        let n = order + 1;
+        let weighted = nodes
+            .iter()
+            .enumerate()
+            .map(|(p, x)| x * (values[0][p % n] * values[1][p / n % n] * values[2][p / (n * n)]));
+        weighted.sum()
+    }
+}
+
+/// A number of a line, for all formats.
+fn number<T: std::str::FromStr>(word: Option<&str>, line: usize) -> Result<T, String> {
+    let word = word.ok_or_else(|| format!("line {line} ends too early"))?;
+    let number = word.trim().parse();
+    number.map_err(|_| format!("line {line}: expected a number, found {word:?}"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,22 @@
+// A curved block of two regions, for the readers of meshes: an eighth of a hollow cylinder, 2 by 2 by 2 elements.
+Point(1) = {0, 0, 0};
+Point(2) = {2, 0, 0};
+Point(3) = {3, 0, 0};
+Point(4) = {0, 2, 0};
+Point(5) = {0, 3, 0};
+Line(1) = {2, 3};
+Circle(2) = {3, 1, 5};
+Line(3) = {5, 4};
+Circle(4) = {4, 1, 2};
+Curve Loop(1) = {1, 2, 3, 4};
+Plane Surface(1) = {1};
+Transfinite Curve {1, 3} = 3;
+Transfinite Curve {2, 4} = 4;
+Transfinite Surface {1};
+Recombine Surface {1};
+a[] = Extrude {0, 0, 1} { Surface{1}; Layers{1}; Recombine; };
+b[] = Extrude {0, 0, 1} { Surface{a[0]}; Layers{1}; Recombine; };
+Physical Volume("lower") = {a[1]};
+Physical Volume("upper") = {b[1]};
+Physical Surface("inner") = {a[5], b[5]};
+Physical Surface("bottom") = {1};
