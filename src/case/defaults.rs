@@ -210,7 +210,7 @@ mod tests {
             vessels += usize::from(case.vessel().is_some() && case.anastomosis().is_none());
             probes += case.output.probes.len();
         }
-        assert_eq!((flags, vessels, own, probes), (1, 3, 3, 1));
+        assert_eq!((flags, vessels, own, probes), (1, 6, 3, 1));
     }
 
     fn load<'a>(lines: impl Iterator<Item = &'a Line>) -> Case {
@@ -241,6 +241,13 @@ mod tests {
         ] {
             std::fs::write(file, "").unwrap();
         }
+        let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/vessels");
+        let put = |from: &str, to: &str| {
+            std::fs::copy(examples.join(from), folder.path().join(to)).unwrap()
+        };
+        put("carotid/lines.vtp", "lines.vtp");
+        put("surface/lumen.stl", "lumen.stl");
+        put("surface/centre-line.csv", "middle.csv");
         let case = Case::load(folder.path(), Preset::Paper, &[]);
         case.unwrap_or_else(|errors| panic!("{errors}\n{text}"))
             .case

@@ -178,6 +178,15 @@ fn property(schema: &Schema, key: &Key) -> Value {
             });
             json!({ "type": "array", "minItems": 3, "maxItems": most, "items": row })
         }
+        Kind::Radii(rows, columns) => {
+            let row = json!({
+                "type": "array",
+                "minItems": 4,
+                "maxItems": columns,
+                "items": { "type": "number", "exclusiveMinimum": 0 },
+            });
+            json!({ "type": "array", "minItems": 2, "maxItems": rows, "items": row })
+        }
         Kind::Points(most) => {
             let point = json!({
                 "type": "array",

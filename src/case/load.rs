@@ -149,6 +149,9 @@ impl Case {
             }
             case.read_files(&stack, &mut errors);
             check::check(&case, &stack, &mut errors);
+            if errors.is_empty() && case.read_lumen(&stack, &mut errors) {
+                check::check(&case, &stack, &mut errors);
+            }
             if errors.is_empty() {
                 case.forget_files();
                 let origins = stack.places();

@@ -36,6 +36,7 @@ pub mod identity;
 mod json_schema;
 mod keys;
 mod load;
+mod lumen;
 mod own;
 mod problem;
 pub mod schema;
@@ -54,6 +55,7 @@ mod write;
 
 pub use anastomosis::*;
 pub use blood_vessel::*;
+pub use centre_line::LineSurvey;
 pub use check::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG};
 pub use error::{CaseError, CaseErrors, Place};
 pub use flag::{Flag, FlagMesh};

@@ -136,25 +136,43 @@ impl Case {
         }
     }
 
-    /// Reads the files that describe the vessel; their content then stands in the case.
+    /// Reads the file of the vessel's centre-line; its content then stands in the case.
     pub(super) fn read_files(&mut self, stack: &Stack, errors: &mut Vec<CaseError>) {
-        let Some(Err((key, message))) = self.description().map(VesselDescription::read_file) else {
-            return;
-        };
-        errors.extend(stack.entry(key).map(|entry| CaseError::Nonsense {
-            place: entry.place.clone(),
-            key: key.to_owned(),
-            found: shorten(&entry.value),
-            message,
-        }));
-    }
-
-    /// Forgets the files whose content stands in the case.
-    pub(super) fn forget_files(&mut self) {
-        if let Some(vessel) = self.description() {
-            (vessel.centre_line, vessel.unit) = (None, None);
+        if let Some(Err(mistake)) = self.description().map(VesselDescription::read_file) {
+            errors.extend(refused(stack, mistake));
         }
     }
+
+    /// Reads the file of the lumen's surface once the centre-line is known to be one. Whether there was one.
+    pub(super) fn read_lumen(&mut self, stack: &Stack, errors: &mut Vec<CaseError>) -> bool {
+        match self.description().map(VesselDescription::read_lumen) {
+            Some(Err(mistake)) => {
+                errors.extend(refused(stack, mistake));
+                false
+            }
+            Some(Ok(has_surface)) => has_surface,
+            None => false,
+        }
+    }
+
+    /// Forgets the files whose content stands in the case, and how it was read from them.
+    pub(super) fn forget_files(&mut self) {
+        if let Some(vessel) = self.description() {
+            (vessel.centre_line, vessel.unit, vessel.branch) = (None, None, None);
+            (vessel.is_reversed, vessel.smoothing) = (None, None);
+            (vessel.lumen, vessel.lumen_unit, vessel.lumen_smoothing) = (None, None, None);
+        }
+    }
+}
+
+/// A mistake that a file shows, at the key that names it.
+fn refused(stack: &Stack, (key, message): (&str, String)) -> Option<CaseError> {
+    stack.entry(key).map(|entry| CaseError::Nonsense {
+        place: entry.place.clone(),
+        key: key.to_owned(),
+        found: shorten(&entry.value),
+        message,
+    })
 }
 
 /// The values of a file, with those of its kind where the types have them; those of other kinds are left out.

@@ -59,6 +59,9 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
             read_command(words, &entry)
         }
         (Kind::Rows(most), Value::Array(rows)) => read_rows(rows, most),
+        (Kind::Radii(most, columns), Value::Array(rows)) if (2..=most).contains(&rows.len()) => {
+            read_radii(rows, columns)
+        }
         (Kind::Points(most), Value::Array(points)) if points.len() <= most => read_points(points),
         (Kind::Degrees(low, high), degrees) => read_degrees(degrees, low..=high),
         (Kind::WholeOr(low, high, _), Value::Integer(i)) if (low..=high).contains(i) => {
@@ -190,6 +193,16 @@ fn read_rows(rows: &[Value], most: usize) -> Option<Value> {
             .all(|row| row.len() == columns && row.iter().all(|x| (0.0..=1.0).contains(x)))
         && zero(rows.first())
         && zero(rows.last());
+    fine.then(|| Value::from(rows))
+}
+
+/// Rows as [`Kind::Radii`] asks for them.
+fn read_radii(rows: &[Value], most: usize) -> Option<Value> {
+    let rows = read_lists(rows)?;
+    let columns = rows.first()?.len();
+    let positive = |r: &f64| r.is_finite() && *r > 0.0;
+    let fine = (4..=most).contains(&columns)
+        && (rows.iter()).all(|row| row.len() == columns && row.iter().all(positive));
     fine.then(|| Value::from(rows))
 }
 

@@ -8,15 +8,33 @@ use std::path::PathBuf;
 
 /// Most points of a centre-line.
 pub(super) const MOST_POINTS: usize = 5000;
+/// Most cross-sections of a table of radii, and most angles.
+const MOST_ROWS: usize = 1000;
+const MOST_ANGLES: usize = 200;
 
 table! {
     /// A vessel along any path. Its centre-line comes from a file, from points or from pieces; the arc length `s` is counted
     /// downstream from where the first elastic section begins.
     pub struct VesselDescription {
         /// It counts as if its points and radii stood in the case.
-        centre_line: Option<PathBuf> = "centre_line", Kind::Path, "file with the centre-line: CSV with the columns x,y,z or x,y,z,r",
+        centre_line: Option<PathBuf> = "centre_line", Kind::Path, "file with the centre-line: CSV with the columns x,y,z or x,y,z,r, VTK's polydata (.vtp), or SWC",
             absent "vessel.points_m or vessel.piece";
         unit: Option<LengthUnit> = "unit", Kind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "none: needed with a file";
+        branch: Option<String> = "branch", Kind::Text(100), "which of several lines: CenterlineIds=0, GroupIds=2, Line=1; of SWC the number of its end",
+            absent "the only one";
+        is_reversed: Option<bool> = "reverse", Kind::Flag, "whether the blood flows from the end of the file's line to its beginning", absent "false";
+        /// A smoothing spline: waves of three times this length keep 99 %, of a third of it 1 %.
+        smoothing: Option<f64> = "smoothing_m", above(0.0, 1.0), "length of the waves of the centre-line's points (and radii) that are halved",
+            absent "none: the line passes all points";
+        lumen: Option<PathBuf> = "lumen", Kind::Path, "file with the lumen's surface: STL, or VTK's polydata (.vtp)",
+            absent "circles of the radius";
+        lumen_unit: Option<LengthUnit> = "lumen_unit", Kind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "vessel.unit";
+        /// Along and around, as `smoothing_m`.
+        lumen_smoothing: Option<f64> = "lumen_smoothing_m", from(0.0, 1.0), "length of the waves of the lumen's surface that are halved",
+            absent "three times the median length of a triangle in a cross-section";
+        /// Rows in equal distances from the beginning of the centre-line to its end, columns in equal angles from 0.
+        lumen_radii: Vec<Vec<f64>> = "lumen_radii_m", Kind::Radii(MOST_ROWS, MOST_ANGLES), "radii of the lumen along and around, in place of a surface",
+            absent "vessel.lumen, or circles of the radius";
         points: Vec<[f64; 3]> = "points_m", Kind::Points(MOST_POINTS), "points that the centre-line passes as a cubic spline",
             absent "vessel.centre_line or vessel.piece";
         radii: Vec<f64> = "radii_m", Kind::Sizes(MOST_POINTS), "radius of the lumen at each of vessel.points_m", absent "vessel.radius_m";
@@ -33,6 +51,7 @@ table! {
         [piece: Option<Vec<CurvePiece>>, "pieces of the centre-line, downstream"]
         [section: Vec<VesselSection>, "sections, downstream"]
         [feature: Option<Vec<Feature>>, "narrowings and widenings of the lumen"]
+        [region: Option<Vec<VesselRegion>>, "parts that are evaluated by themselves, beside the elastic sections"]
         [material: Vec<NamedMaterial>, "materials of the wall"]
     }
 }
@@ -97,6 +116,15 @@ table! {
         layers: Vec<String> = "layers", Kind::Names(20), "materials of the layers from the inside out, by name", absent "none: the wall is rigid";
         thicknesses: Vec<f64> = "thicknesses_m", Kind::Sizes(20), "thickness of each layer", absent "section.thicknesses";
         shares: Vec<f64> = "thicknesses", Kind::Sizes(20), "thickness of each layer as a share of the mean radius", absent "section.thicknesses_m";
+    }
+}
+
+table! {
+    /// A part of the elastic vessel between two cross-sections.
+    pub struct VesselRegion {
+        name: String = "name", Kind::Text(30), "what tables and pages call the region";
+        from: f64 = "from_m", from(0.0, 10.0), "arc length s of its beginning";
+        to: f64 = "to_m", above(0.0, 10.0), "arc length s of its end";
     }
 }
 

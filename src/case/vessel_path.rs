@@ -59,8 +59,12 @@ impl VesselDescription {
         SpaceCurve::of_pieces(Frame::along_x(), &pieces.collect::<Vec<_>>())
     }
 
-    /// The radius of the lumen along a centre-line, from s = 0 on; that of a section without one of its own.
+    /// The radius of the lumen along a centre-line, from s = 0 on; that of a section without one of its own. Where it depends
+    /// on the angle, its mean.
     pub fn radius_law(&self, curve: &SpaceCurve) -> MonotoneCubic {
+        if let Some([mean, _]) = self.table_laws(curve.ends()[1]) {
+            return mean;
+        }
         if !self.radii.is_empty() {
             return MonotoneCubic::new(curve.knots(), self.radii.clone());
         }

@@ -10,6 +10,8 @@ mod couple_test;
 mod cross_check;
 mod hemodynamics;
 mod keys;
+mod new;
+mod preview;
 mod report;
 mod results_folder;
 mod run;
@@ -49,6 +51,10 @@ struct CommandLine {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Writes a commented case for a vessel of your own, from a centre-line and a surface if you have them.
+    New(new::Arguments),
+    /// Draws a vessel before anything is computed: lumen, wall, sections, layers, fibres and meshes.
+    Preview(preview::Arguments),
     /// Checks a case and all that it reads, and says how large it is; writes nothing.
     Check(check::Arguments),
     /// Whether a fluid solver of your own keeps to the protocol, by playing the driver to it.
@@ -101,6 +107,8 @@ pub fn main() -> ExitCode {
 
 fn execute(line: CommandLine) -> Result<(), Failure> {
     match (line.command, line.run) {
+        (Some(Command::New(arguments)), _) => new::run(&arguments),
+        (Some(Command::Preview(arguments)), _) => preview::run(&arguments),
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
         (Some(Command::CheckFluid(arguments)), _) => check_fluid::run(&arguments),
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),

@@ -54,6 +54,7 @@ impl Vessel {
             materials: [&wall.graft, &wall.media, &wall.adventitia]
                 .map(Clone::clone)
                 .to_vec(),
+            names: ["graft", "media", "adventitia"].map(String::from).to_vec(),
             counts_radii: false,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::Vessel;
 use super::feature::{Bump, Feature};
+use super::lumen::LumenTable;
 use super::section::{Base, Section};
 use crate::case::{VesselDescription, VesselSection};
 use crate::interpolation::MonotoneCubic;
@@ -69,15 +70,21 @@ impl Vessel {
             let downstream = tube("downstream", [last.to, last.to + long], last.to, last);
             sections.push(downstream);
         }
-        let features = keys.feature.iter().flatten();
+        let bumps = keys.feature.iter().flatten();
+        let bumps = bumps.map(|feature| Feature::Bump(Bump::new(feature)));
+        let lumen = !keys.lumen_radii.is_empty();
+        let lumen = lumen.then(|| LumenTable::new(&keys.lumen_radii, [-start, length - start]));
         Self {
             line: curve.counted_from(start),
             sections,
-            features: features
-                .map(|feature| Feature::Bump(Bump::new(feature)))
-                .collect(),
+            features: lumen.map(Feature::Lumen).into_iter().chain(bumps).collect(),
             materials: (keys.material.iter())
                 .map(|named| named.material.clone())
+                .collect(),
+            names: keys
+                .material
+                .iter()
+                .map(|named| named.name.clone())
                 .collect(),
             counts_radii: true,
         }

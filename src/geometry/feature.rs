@@ -1,6 +1,7 @@
 //! What deviates from a vessel's sections: an imperfection, narrowings and widenings.
 
 use super::Imperfection;
+use super::lumen::LumenTable;
 use crate::case::{self, BumpProfile};
 use std::f64::consts::PI;
 
@@ -11,6 +12,8 @@ pub enum Feature {
     Imperfection(Imperfection),
     /// A stenosis or an aneurysm.
     Bump(Bump),
+    /// A lumen that is no circle: the whole wall goes with it.
+    Lumen(LumenTable),
 }
 
 /// A part of a vessel where the cross-sections of the lumen are circles of another radius, which may lie off the centre.
@@ -110,6 +113,7 @@ impl Feature {
             Self::Imperfection(imperfection) => {
                 Imperfection::SHARE[index] * imperfection.depth(s, phi)
             }
+            Self::Lumen(table) => r - table.radius(s, phi),
             Self::Bump(bump) => {
                 let share = match bump.change {
                     // What narrows the lumen thickens the wall: its outer surface stays.

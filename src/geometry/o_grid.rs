@@ -255,6 +255,14 @@ impl Vessel {
     }
 }
 
+/// Corners (y and z, m) of the cells of a cross-section whose lumen has the radius `radius(φ)` (m).
+pub fn section_quads(mesh: &FluidMesh, radius: impl Fn(f64) -> f64) -> Vec<[[f64; 2]; 4]> {
+    let section = CrossSection::new(mesh);
+    let at = section.positions(radius);
+    let quads = section.quads().into_iter();
+    quads.map(|quad| quad.map(|point| at[point])).collect()
+}
+
 /// Those of the pieces of `spans`, counted downstream, whose wall yields.
 pub fn elastic_pieces(spans: &[Span]) -> Range<usize> {
     let pieces = |of: &[Span]| of.iter().map(|span| span.pieces).sum::<usize>();

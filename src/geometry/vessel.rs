@@ -28,6 +28,8 @@ pub struct Vessel {
     pub(super) sections: Vec<Section>,
     pub(super) features: Vec<Feature>,
     pub(super) materials: Vec<Material>,
+    /// What they are called.
+    pub(super) names: Vec<String>,
     /// Whether numbers of elements are for a length in radii, not for a section.
     pub(super) counts_radii: bool,
 }
@@ -125,12 +127,23 @@ impl Vessel {
     pub fn imperfection(&self) -> Option<&Imperfection> {
         self.features.iter().find_map(|feature| match feature {
             Feature::Imperfection(imperfection) => Some(imperfection),
-            Feature::Bump(_) => None,
+            Feature::Bump(_) | Feature::Lumen(_) => None,
         })
     }
 
+    /// What the materials are called.
+    pub fn material_names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Material (an index) and thickness (m) of each layer of a section, from the inside out.
+    pub fn layers_of(&self, section: &Section) -> Vec<(usize, f64)> {
+        let thicknesses = section.surfaces.windows(2).map(|pair| pair[1] - pair[0]);
+        section.materials.iter().copied().zip(thicknesses).collect()
+    }
+
     /// Layers of the wall.
-    pub(super) fn layers(&self) -> usize {
+    pub fn layers(&self) -> usize {
         let mut sections = self.elastic_sections();
         sections.next().map_or(0, |section| section.materials.len())
     }

@@ -16,7 +16,7 @@ pub enum RegionName {
     Artery,
     /// The artery without the influence of joint and outlet; the paper's 0.03375 m to 0.05625 m.
     MidArtery,
-    /// A section of a vessel that is not the paper's, as its case calls it.
+    /// A section or another part of a vessel that is not the paper's, as its case calls it.
     Section(ArrayString<MOST_BYTES>),
 }
 
@@ -79,7 +79,7 @@ pub struct Region {
 const EVERYWHERE: [[f64; 3]; 2] = [[-1e6; 3], [1e6; 3]];
 
 impl Region {
-    /// The regions of a case: the elastic sections of a vessel, or bypass, artery and its middle. The last of these begins where the blend of the cross-sections ends, and ends as far from the
+    /// The regions of a case: the elastic sections of a vessel and what it names besides, or bypass, artery and its middle. The last of these begins where the blend of the cross-sections ends, and ends as far from the
     /// outlet; there is none if the artery is too short for it. Those of an OpenFOAM case of the user's own are boxes, or its whole wall. A flag
     /// is no vessel and has no regions.
     pub fn of(case: &Case) -> Vec<Self> {
@@ -104,7 +104,7 @@ impl Region {
         };
         let geometry = match &vessel.shape {
             Shape::Anastomosis(vessel) => &vessel.geometry,
-            Shape::Vessel(_) => {
+            Shape::Vessel(keys) => {
                 let vessel = Vessel::new(vessel);
                 let region = |section: &crate::geometry::Section| Self {
                     name: RegionName::from(section.name.clone()),
@@ -112,7 +112,13 @@ impl Region {
                     to_m: section.to,
                     box_m: None,
                 };
-                return vessel.elastic_sections().map(region).collect();
+                let own = keys.region.iter().flatten().map(|own| Self {
+                    name: RegionName::from(own.name.clone()),
+                    from_m: own.from,
+                    to_m: own.to,
+                    box_m: None,
+                });
+                return vessel.elastic_sections().map(region).chain(own).collect();
             }
         };
         let joint = geometry.graft_length;

@@ -13,9 +13,13 @@ const MAX_NON_ORTHOGONALITY: f64 = 65.0;
 
 /// Runs `checkMesh` on the model's mesh and returns the largest non-orthogonality in degrees.
 fn check(model: &str, preset: Preset) -> f64 {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("openfoam-case")
-        .join(model);
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case");
+    check_in(&models, model, preset)
+}
+
+/// The same of a case in the folder `models`.
+fn check_in(models: &Path, model: &str, preset: Preset) -> f64 {
+    let folder = models.join(model);
     let case = Case::load(&folder, preset, &[]).unwrap_or_else(|errors| panic!("{errors}"));
     let mesh = match &case.problem {
         Problem::Vessel(vessel) => fluid_mesh(vessel),
@@ -102,4 +106,41 @@ fn the_hardest_models_are_good_meshes_at_the_other_presets() {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_flag_in_its_channel_passes() {
     check("turek-hron", Preset::Paper);
+}
+
+/// A vessel of one section of 3 mm, of these lines.
+fn described(folder: &Path, name: &str, lines: &str) {
+    std::fs::create_dir(folder.join(name)).unwrap();
+    let text = format!(
+        "extends = \"defaults\"\n[vessel]\nradius_m = 3e-3\nupstream_extension_m = 0.006\n{lines}\n[[vessel.section]]\nname = \
+         \"artery\"\nlayers = [\"wall\"]\nthicknesses_m = [0.9e-3]\n[[vessel.material]]\nname = \"wall\"\nmaterial = \
+         \"neo_hooke\"\nmu_Pa = 1e5\nkappa_Pa = 1e8\n"
+    );
+    std::fs::write(folder.join(name).join("case.toml"), text).unwrap();
+}
+
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn narrow_and_bent_vessels_have_good_meshes() {
+    let folder = tempfile::tempdir().unwrap();
+    let bend = "[[vessel.piece]]\npiece = \"arc\"\nlength_m = 0.028\nbend_radius_m = 9e-3";
+    let narrow = "[[vessel.feature]]\nfeature = \"stenosis\"\nat_m = 0.014\nlength_m = 0.012\narea_reduction = 0.75\neccentricity = 0.5";
+    let line = "[[vessel.piece]]\npiece = \"line\"\nlength_m = 0.028";
+    let cone = "end_radius_m = 1.5e-3\n[[vessel.piece]]\npiece = \"line\"\nlength_m = 0.028";
+    for (name, lines) in [
+        ("stenosis", format!("{line}\n{narrow}")),
+        ("bend", bend.to_owned()),
+        ("both", format!("{bend}\n{narrow}")),
+        ("cone", cone.to_owned()),
+    ] {
+        described(folder.path(), name, &lines);
+        for preset in [Preset::Demo, Preset::Coarse, Preset::Paper] {
+            check_in(folder.path(), name, preset);
+        }
+    }
+    // From surfaces and centre-lines of segmentations.
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/vessels");
+    for name in ["surface", "carotid"] {
+        check_in(&examples, name, Preset::Demo);
+    }
 }

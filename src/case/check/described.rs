@@ -2,7 +2,9 @@
 
 use super::{Report, material};
 use crate::Vec3;
-use crate::case::{BloodVessel, Feature, VesselDescription};
+use crate::case::{
+    BloodVessel, CurvePiece, Feature, TissueDirection, VesselDescription, VesselEnd,
+};
 use crate::curve::SpaceCurve;
 
 /// Places along the vessel that are looked at.
@@ -35,7 +37,7 @@ pub(super) fn check(vessel: &BloodVessel, keys: &VesselDescription, report: &mut
             &mut watched,
         );
     }
-    not_yet(vessel, &mut watched);
+    of_straight_ones(vessel, keys, &mut watched);
     // What follows needs a curve; a file that cannot be read has been reported.
     let is_there = keys.points.len() > 1 || keys.piece.as_ref().is_some_and(|all| !all.is_empty());
     if clean && is_there {
@@ -77,23 +79,31 @@ fn centre_line(keys: &VesselDescription, report: &mut Report<'_>) {
     );
     report(
         &["vessel.unit"],
-        keys.unit.is_some() && keys.centre_line.is_none(),
+        keys.unit.is_some() && keys.centre_line.is_none() && keys.lumen.is_none(),
         "the unit is that of the file vessel.centre_line, and there is none; all other lengths are in metres".into(),
     );
     report(
         &["vessel.radii_m"],
         keys.centre_line.is_none()
-            && keys.radius.is_none()
             && !keys.radii.is_empty()
+            && keys.radius.is_none()
             && keys.radii.len() != keys.points.len(),
         format!(
             "expected as many radii as vessel.points_m has points, {}",
             keys.points.len()
         ),
     );
-    let has_radius = keys.radius.is_some() || keys.end_radius.is_some() || !keys.radii.is_empty();
+    let has_table = keys.lumen.is_some() || !keys.lumen_radii.is_empty();
+    table(keys, report);
+    let has_radius =
+        has_table || keys.radius.is_some() || keys.end_radius.is_some() || !keys.radii.is_empty();
     report(
-        &[key, "vessel.radius_m", "vessel.radii_m"],
+        &[
+            key,
+            "vessel.radius_m",
+            "vessel.radii_m",
+            "vessel.lumen_radii_m",
+        ],
         !has_radius
             && (!keys.points.is_empty() || pieces > 0)
             && keys.section.iter().any(|section| section.radius.is_none()),
@@ -136,7 +146,7 @@ fn centre_line(keys: &VesselDescription, report: &mut Report<'_>) {
             true,
             format!(
                 "the centre-line turns back at point {} by {:.0}°: are the points of one branch, in the order in which the blood \
-                 passes them?",
+                 passes them? What scatters is smoothed by vessel.smoothing_m",
                 i + 2,
                 turn(&points[i..i + 3])
             ),
@@ -147,9 +157,10 @@ fn centre_line(keys: &VesselDescription, report: &mut Report<'_>) {
         .map(|pair| (pair[1] - pair[0]).norm())
         .sum();
     let [short, long] = LENGTHS;
+    let is_long = points.len() > 1 && !(short..=long).contains(&polygon);
     report(
         &[key],
-        points.len() > 1 && !(short..=long).contains(&polygon),
+        is_long,
         format!(
             "the centre-line is {polygon:.3e} m long, and vessels are {short} to {long} m long: is the unit of the file the right \
              one?"
@@ -165,8 +176,12 @@ fn centre_line(keys: &VesselDescription, report: &mut Report<'_>) {
             .iter()
             .filter_map(|section| section.radius.as_ref()),
     );
+    let all = all.chain(keys.lumen_radii.iter().flatten());
     let [thin, wide] = RADII;
-    if let Some(radius) = all.copied().find(|radius| !(thin..=wide).contains(radius)) {
+    let odd = all.copied().find(|radius| !(thin..=wide).contains(radius));
+    // What is wrong with the unit of a file is said once.
+    if let Some(radius) = odd.filter(|_| !is_long) {
+        let from_table = keys.lumen_radii.iter().flatten().any(|r| *r == radius);
         let from_file = keys.centre_line.is_some() && keys.radii.contains(&radius);
         let key = match keys
             .section
@@ -174,6 +189,8 @@ fn centre_line(keys: &VesselDescription, report: &mut Report<'_>) {
             .position(|section| section.radius == Some(radius))
         {
             Some(i) => format!("vessel.section[{i}].radius_m"),
+            None if keys.lumen.is_some() && from_table => "vessel.lumen".into(),
+            None if from_table => "vessel.lumen_radii_m".into(),
             None if from_file => "vessel.centre_line".into(),
             None if keys.radii.contains(&radius) => "vessel.radii_m".into(),
             None if keys.radius == Some(radius) => "vessel.radius_m".into(),
@@ -184,12 +201,72 @@ fn centre_line(keys: &VesselDescription, report: &mut Report<'_>) {
             true,
             format!(
                 "a radius of {radius:.3e} m: vessels have {thin:e} to {wide} m; is it in another unit ({})?",
-                if from_file {
+                if from_file || from_table && keys.lumen.is_some() {
                     "vessel.unit"
                 } else {
                     "_m means metres"
                 }
             ),
+        );
+    }
+}
+
+/// What is of files alone, and a lumen that is no circle.
+fn table(keys: &VesselDescription, report: &mut Report<'_>) {
+    let of_files = [
+        ("vessel.branch", keys.branch.is_some()),
+        ("vessel.reverse", keys.is_reversed.is_some()),
+    ];
+    for (key, is_given) in of_files {
+        let message =
+            "is for lines from a file, vessel.centre_line, and there is none: leave it out";
+        report(
+            &[key],
+            is_given && keys.centre_line.is_none(),
+            message.into(),
+        );
+    }
+    report(
+        &["vessel.smoothing_m"],
+        keys.smoothing.is_some() && keys.centre_line.is_none() && keys.points.is_empty(),
+        "smooths points of the centre-line, and there are none: leave it out".into(),
+    );
+    for (key, is_given) in [
+        ("vessel.lumen_unit", keys.lumen_unit.is_some()),
+        ("vessel.lumen_smoothing_m", keys.lumen_smoothing.is_some()),
+    ] {
+        let message = "is for a surface from a file, vessel.lumen, and there is none: leave it out";
+        report(&[key], is_given && keys.lumen.is_none(), message.into());
+    }
+    report(
+        &["vessel.lumen"],
+        keys.lumen.is_some() && keys.lumen_unit.or(keys.unit).is_none(),
+        "expected its unit of length beside it: vessel.lumen_unit = \"mm\", \"m\", \"cm\" or \"um\"".into(),
+    );
+    let (name, has_table) = match keys.lumen {
+        Some(_) => ("vessel.lumen", true),
+        None => ("vessel.lumen_radii_m", !keys.lumen_radii.is_empty()),
+    };
+    for (other, is_given) in [
+        ("vessel.radius_m", keys.radius.is_some()),
+        (
+            "vessel.radii_m",
+            !keys.radii.is_empty() && keys.centre_line.is_none(),
+        ),
+    ] {
+        let message = format!("the radius comes from {name} already: leave out one of the two");
+        report(&[other], has_table && is_given, message);
+    }
+    if let Some(i) = keys
+        .section
+        .iter()
+        .position(|section| section.radius.is_some())
+    {
+        let message = format!("the radius of all sections comes from {name}: leave this one out");
+        report(
+            &[&format!("vessel.section[{i}].radius_m")],
+            has_table,
+            message,
         );
     }
 }
@@ -295,30 +372,39 @@ fn layers(
     );
 }
 
-/// What is for straight vessels alone.
-fn not_yet(vessel: &BloodVessel, report: &mut Report<'_>) {
+/// What is for vessels along the x-axis alone, where the arc length is x: a line from the origin on, with the first elastic
+/// section at its beginning.
+fn of_straight_ones(vessel: &BloodVessel, keys: &VesselDescription, report: &mut Report<'_>) {
+    let is_line = |piece: &CurvePiece| matches!(piece, CurvePiece::Line { .. });
+    let pieces = keys.piece.as_deref().unwrap_or_default();
+    let begins_elastic = (keys.section.first()).is_some_and(|section| section.is_elastic());
+    if !pieces.is_empty() && pieces.iter().all(is_line) && begins_elastic {
+        return;
+    }
+    const STRAIGHT: &str =
+        "is for vessels of straight [[vessel.piece]] that begin with an elastic section";
     report(
         &["initial.axial_stretch"],
         vessel.axial_stretch() != 1.0,
-        "a vessel with the table [vessel] keeps its length: leave it out".into(),
+        format!("{STRAIGHT}; this one keeps its length: leave it out"),
     );
     report(
         &["ends.outlet"],
-        vessel.outlet_end().0 != crate::case::VesselEnd::Clamped,
-        "the ends of a vessel with the table [vessel] are clamped: leave it out".into(),
-    );
-    report(
-        &["initial.shape"],
-        vessel.given_shape() == crate::case::GivenShape::Loaded,
-        "the sizes of a vessel with the table [vessel] are those without load: leave it out".into(),
+        matches!(
+            vessel.outlet_end().0,
+            VesselEnd::Sliding | VesselEnd::Radial
+        ),
+        format!("{STRAIGHT}; the ends of this one are \"clamped\", or the outlet on \"springs\""),
     );
     if let Some(tissue) = &vessel.surroundings {
         report(
             &["surroundings.stations_m"],
             !tissue.stations.is_empty(),
-            "around a vessel with the table [vessel] the tissue is the same everywhere: leave the stations out".into(),
+            format!(
+                "{STRAIGHT}; around this one the tissue is the same everywhere: leave the stations out"
+            ),
         );
-        let radial = tissue.direction.unwrap_or_default() == crate::case::TissueDirection::Radial;
+        let radial = tissue.direction.unwrap_or_default() == TissueDirection::Radial;
         let key = match tissue.spring {
             Some(_) => "surroundings.spring_Pa_m",
             None => "surroundings.damping_Pa_s_m",
@@ -326,7 +412,9 @@ fn not_yet(vessel: &BloodVessel, report: &mut Report<'_>) {
         report(
             &[key],
             radial && (tissue.spring.is_some() || tissue.damping.is_some()),
-            "around a vessel with the table [vessel] tissue resists all displacements: surroundings.direction = \"all\"".into(),
+            format!(
+                "radial tissue {STRAIGHT}; around this one it resists all displacements: surroundings.direction = \"all\""
+            ),
         );
     }
 }
@@ -388,7 +476,10 @@ fn along(keys: &VesselDescription, report: &mut Report<'_>) {
     }
     let places = keys.places(length);
     let start = places[elastic[0]][0];
+    let last = elastic[elastic.len() - 1];
+    regions(keys, places[last][1] - start, report);
     let law = keys.radius_law(&curve);
+    let widest = keys.table_laws(length).map(|[_, largest]| largest);
     let blend = keys.blend_length.unwrap_or(0.0);
     let lengths: Vec<f64> = places.iter().map(|[from, to]| to - from).collect();
     if let Some(i) = lengths.iter().position(|length| 0.5 * blend > *length)
@@ -409,7 +500,9 @@ fn along(keys: &VesselDescription, report: &mut Report<'_>) {
             .unwrap_or(places.len() - 1);
         let section = &keys.section[number];
         let [from, to] = places[number];
-        let lumen = section.radius.unwrap_or_else(|| law.at(s));
+        let lumen = section
+            .radius
+            .unwrap_or_else(|| widest.as_ref().unwrap_or(&law).at(s));
         let mean = section.radius.unwrap_or_else(|| law.mean(from, to));
         let wall: f64 =
             section.thicknesses.iter().sum::<f64>() + mean * section.shares.iter().sum::<f64>();
@@ -423,6 +516,29 @@ fn along(keys: &VesselDescription, report: &mut Report<'_>) {
     features(keys, [-start, length - start], &law, start, report);
     if !curvature(key, &curve, &thickest, report) {
         crossing(key, &curve, &thickest, report);
+    }
+}
+
+/// Parts that are evaluated lie on the elastic part, which ends at this arc length (m), and have names of their own.
+fn regions(keys: &VesselDescription, end: f64, report: &mut Report<'_>) {
+    let regions = keys.region.as_deref().unwrap_or_default();
+    for (i, region) in regions.iter().enumerate() {
+        let key = |name: &str| format!("vessel.region[{i}].{name}");
+        report(
+            &[&key("to_m"), &key("from_m")],
+            region.to <= region.from || region.to > end * (1.0 + 1e-9),
+            format!(
+                "expected more than from_m = {:?}, and at most {end:.4e}, where the elastic part ends",
+                region.from
+            ),
+        );
+        let sections = keys.section.iter().map(|section| &section.name);
+        let mut others = sections.chain(regions[..i].iter().map(|other| &other.name));
+        report(
+            &[&key("name")],
+            others.any(|other| *other == region.name),
+            "a section or another region has this name: give it one of its own".into(),
+        );
     }
 }
 
@@ -486,8 +602,8 @@ fn curvature(
         reaches,
         format!(
             "the centre-line bends with the radius {:.3e} m at {s:.4e} m from its beginning, and the outside of the wall lies \
-             {radius:.3e} m from it: the radius of the bend must be at least {:.3} times that; smooth the line, or make \
-             the vessel thinner",
+             {radius:.3e} m from it: the radius of the bend must be at least {:.3} times that; smooth the line \
+             (vessel.smoothing_m), or make the vessel thinner",
             1.0 / curve.curvature(s).norm(),
             1.0 / MOST_BEND
         ),

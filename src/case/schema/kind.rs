@@ -23,6 +23,8 @@ pub enum Kind {
     PathOr(&'static [(&'static str, &'static str)]),
     /// Rows of numbers of equal length from 0 to 1; first and last row zero. At most so many rows and columns.
     Rows(usize),
+    /// Rows of equally many numbers above zero; at most so many rows, and so many columns.
+    Radii(usize, usize),
     /// At most so many points of space.
     Points(usize),
     /// A whole number within the limits, or one for each of the three local directions.
@@ -134,6 +136,10 @@ impl fmt::Display for Kind {
                 f,
                 "rows of equally many numbers from 0 to 1, at least 3 by 3, at most {most} by {most}, the first and the last \
                  row zero"
+            ),
+            Kind::Radii(rows, columns) => write!(
+                f,
+                "rows of equally many numbers above 0, 2 to {rows} rows of 4 to {columns} numbers"
             ),
             Kind::Points(most) => write!(
                 f,

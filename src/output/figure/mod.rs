@@ -7,6 +7,7 @@ mod curve;
 pub mod map;
 mod raster;
 pub mod section;
+pub mod solid;
 mod text;
 
 use super::write_atomically;

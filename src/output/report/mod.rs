@@ -8,6 +8,7 @@ mod flow_sections;
 mod initial_state;
 pub(crate) mod maps;
 pub(crate) mod page;
+mod preview;
 pub(crate) mod quantities;
 pub(crate) mod run;
 pub(crate) mod scene;
@@ -17,6 +18,7 @@ pub(crate) mod surface;
 use super::comparison::Comparison;
 use super::refinement::Refined;
 use super::results::Results;
+pub use preview::Preview;
 use std::io;
 pub use study::Study;
 

@@ -141,7 +141,7 @@ impl Surface {
 }
 
 impl Field {
-    fn new(name: &'static str, unit: &'static str, values: Vec<Vec<f64>>) -> Self {
+    pub fn new(name: &'static str, unit: &'static str, values: Vec<Vec<f64>>) -> Self {
         // A few extreme values would leave no colours for the others.
         let mut all: Vec<f64> = values
             .iter()

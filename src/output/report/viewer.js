@@ -69,14 +69,14 @@
       at.needsUpdate = colour.needsUpdate = true;
       geometry.computeVertexNormals();
       const seconds = (1 - share) * data.times[before] + share * data.times[after];
-      label.textContent = `t = ${seconds.toFixed(3)} s`;
+      label.textContent = data.still ? '' : `t = ${seconds.toFixed(3)} s`;
       low.textContent = chosen.low;
       high.textContent = `${chosen.high} ${chosen.unit}`;
       draw();
     }
 
     const camera = new PerspectiveCamera(28, 1, 0.001, 10);
-    const middle = new Vector3(...data.middle);
+    const middle = new Vector3(0, 0, 0); // of the box around the vessel, which lies along x
     const controls = new OrbitControls(camera, canvas);
     controls.target.copy(middle);
     controls.enablePan = false;

@@ -17,6 +17,8 @@ pub struct BatchRun {
     pub out: PathBuf,
     /// The case.
     pub case: ResolvedCase,
+    /// What replaces values of its files.
+    pub selection: CaseSelection,
     /// How far its run has come.
     pub status: RunStatus,
 }
@@ -35,6 +37,7 @@ impl BatchRun {
         let case = chosen.load(&folder)?;
         Ok(Self {
             status: RunStatus::of(&out, &case),
+            selection: chosen.clone(),
             name,
             folder,
             out,
@@ -56,13 +59,21 @@ impl BatchRun {
     }
 }
 
-/// The models in the folder `cases` whose names fit one of the patterns, by name; all cases must be right.
+/// The models in the folder `cases` whose names fit one of the patterns, by name, or the one case that the folder is; each in
+/// all variants, which add something to its name. All cases must be right.
 pub fn find(
     cases: &Path,
     patterns: &str,
-    chosen: &CaseSelection,
+    variants: &[(String, CaseSelection)],
     out: &Path,
 ) -> Result<Vec<BatchRun>, Failure> {
+    if cases.join("case.toml").is_file() {
+        let folder = cases.canonicalize().unwrap_or_else(|_| cases.to_owned());
+        let name = folder
+            .file_name()
+            .map(|name| name.to_string_lossy().into_owned());
+        return every(vec![(name.unwrap_or_default(), folder)], variants, out);
+    }
     let entries = std::fs::read_dir(cases)
         .map_err(|e| Failure::Input(format!("cannot read the folder {}: {e}", cases.display())))?;
     let folders = entries.flatten().map(|entry| entry.path());
@@ -85,13 +96,25 @@ pub fn find(
             }
         )));
     }
+    every(models, variants, out)
+}
+
+/// Each model in all variants.
+fn every(
+    models: Vec<(String, PathBuf)>,
+    variants: &[(String, CaseSelection)],
+    out: &Path,
+) -> Result<Vec<BatchRun>, Failure> {
     let mut wrong = Vec::new();
     let mut found = Vec::new();
     for (name, folder) in models {
-        let out = out.join(&name);
-        match BatchRun::of(name, folder.clone(), out, chosen) {
-            Ok(model) => found.push(model),
-            Err(failure) => wrong.push(format!("{}: {failure}", folder.display())),
+        for (more, chosen) in variants {
+            let name = format!("{name}{more}");
+            let out = out.join(&name);
+            match BatchRun::of(name, folder.clone(), out, chosen) {
+                Ok(model) => found.push(model),
+                Err(failure) => wrong.push(format!("{}: {failure}", folder.display())),
+            }
         }
     }
     if wrong.is_empty() {

@@ -1,24 +1,34 @@
 //! Interpolation by cubics: pure mathematics, no units.
 
+mod smoothing;
+
 use nalgebra::DMatrix;
+pub use smoothing::{SmoothingSpline, smooth_periodic};
 
 /// How a spline continues at the ends of its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ends {
     /// The slope is zero at both ends; the support points include both ends.
     Flat,
+    /// The second derivative is zero at both ends; the support points include both ends.
+    Natural,
     /// The spline repeats itself; the end, which equals the beginning, is no support point of its own.
     Periodic,
 }
 
 /// Matrix that turns values at `n` support points of unit distance into the second derivatives of their cubic spline.
 fn second_derivatives(n: usize, ends: Ends) -> DMatrix<f64> {
-    // M_{i-1} + 4 M_i + M_{i+1} = 6 (v_{i-1} - 2 v_i + v_{i+1}); with a flat end 2 M_0 + M_1 = 6 (v_1 - v_0).
+    // M_{i-1} + 4 M_i + M_{i+1} = 6 (v_{i-1} - 2 v_i + v_{i+1}); with a flat end 2 M_0 + M_1 = 6 (v_1 - v_0), with a natural
+    // one M_0 = 0.
     let (mut left, mut right) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     for i in 0..n {
+        if ends == Ends::Natural && (i == 0 || i == n - 1) {
+            left[(i, i)] = 1.0;
+            continue;
+        }
         let (before, after) = match ends {
             Ends::Periodic => (Some((i + n - 1) % n), Some((i + 1) % n)),
-            Ends::Flat => (i.checked_sub(1), (i + 1 < n).then_some(i + 1)),
+            Ends::Flat | Ends::Natural => (i.checked_sub(1), (i + 1 < n).then_some(i + 1)),
         };
         for neighbour in [before, after].into_iter().flatten() {
             left[(i, i)] += 2.0;
@@ -43,7 +53,7 @@ struct Interval {
 impl Interval {
     fn find(t: f64, n: usize, ends: Ends) -> Self {
         let (first, b, second) = match ends {
-            Ends::Flat => {
+            Ends::Flat | Ends::Natural => {
                 let t = t.clamp(0.0, (n - 1) as f64);
                 let first = (t as usize).min(n - 2);
                 (first, t - first as f64, first + 1)
@@ -133,7 +143,7 @@ impl MonotoneCubic {
     }
 }
 
-/// Bicubic spline surface on `[0, 1] × [0, 1)`: flat ends in the first direction, periodic in the second.
+/// Bicubic spline surface on `[0, 1] × [0, 1)`: flat or natural ends in the first direction, periodic in the second.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BicubicSurface {
     /// Values, their second derivatives in the first direction, in the second, and in both.
@@ -141,11 +151,19 @@ pub struct BicubicSurface {
 }
 
 impl BicubicSurface {
-    /// Interpolates `values`: rows at `i/(rows-1)`, columns at `j/columns`.
+    /// Interpolates `values`: rows at `i/(rows-1)`, columns at `j/columns`; flat ends.
     ///
     /// # Panics
     /// If there are fewer than two rows or three columns, or the rows differ in length.
     pub fn new(values: &[Vec<f64>]) -> Self {
+        Self::with_ends(values, Ends::Flat)
+    }
+
+    /// As [`BicubicSurface::new`], with flat or natural ends.
+    ///
+    /// # Panics
+    /// As there.
+    pub fn with_ends(values: &[Vec<f64>], ends: Ends) -> Self {
         let (rows, columns) = (values.len(), values.first().map_or(0, Vec::len));
         assert!(
             rows >= 2 && columns >= 3,
@@ -156,7 +174,7 @@ impl BicubicSurface {
             "rows of support values differ in length"
         );
         let v = DMatrix::from_fn(rows, columns, |i, j| values[i][j]);
-        let along = second_derivatives(rows, Ends::Flat);
+        let along = second_derivatives(rows, ends);
         let around = second_derivatives(columns, Ends::Periodic).transpose();
         let (v_along, v_around) = (&along * &v, &v * &around);
         let v_both = &v_along * &around;

@@ -1,0 +1,119 @@
+//! `fsi-driver new DIR`: a commented case for a vessel of one's own.
+
+use super::Failure;
+use crate::case::LengthUnit;
+use crate::output::terminal;
+use crate::proposal::{Like, NoProposal, Proposal, Wishes};
+use std::path::{Path, PathBuf};
+
+/// What the case is made from.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder to write, which must not exist or be empty.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Centre-line: .csv (x,y,z or x,y,z,r), .vtp of VMTK, or .swc [default: a straight one].
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
+    /// Surface of the lumen: .stl or .vtp [default: circles of the centre-line's radii].
+    #[arg(long, value_name = "FILE")]
+    lumen: Option<PathBuf>,
+    /// Unit of the lengths in these files.
+    #[arg(long, value_name = "m|cm|mm|um", value_parser = unit)]
+    unit: Option<LengthUnit>,
+    /// Which of several lines, such as CenterlineIds=0; an error lists them.
+    #[arg(long, value_name = "NAME", requires = "from")]
+    branch: Option<String>,
+    /// The blood flows from the end of the line to its beginning.
+    #[arg(long, requires = "from")]
+    reverse: bool,
+    /// Radius of the lumen in metres, if no file knows it.
+    #[arg(long, value_name = "M")]
+    radius: Option<f64>,
+    /// What the vessel is like.
+    #[arg(long, value_enum, default_value_t)]
+    like: Like,
+    /// Flow at the inlet: CSV with the columns time_s,flow_m3_s over a period.
+    #[arg(long, value_name = "FILE")]
+    flow: Option<PathBuf>,
+    /// Duration of a beat, s.
+    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    period: f64,
+}
+
+fn unit(word: &str) -> Result<LengthUnit, String> {
+    let found = LengthUnit::ALL.into_iter().find(|unit| unit.name() == word);
+    found.ok_or_else(|| "expected m, cm, mm or um".to_owned())
+}
+
+/// Writes the folder and says what comes next.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let folder = &arguments.folder;
+    let shown = folder.display();
+    let is_taken = match std::fs::read_dir(folder) {
+        Ok(mut entries) => entries.next().is_some(),
+        Err(_) => folder.exists(),
+    };
+    if is_taken {
+        return Err(Failure::Input(format!(
+            "{shown} is there already and not an empty folder: choose another name"
+        )));
+    }
+    if let Some(radius) = arguments.radius
+        && !(1e-5..=0.05).contains(&radius)
+    {
+        return Err(Failure::Input(format!(
+            "--radius {radius}: expected metres, from 1e-5 to 0.05"
+        )));
+    }
+    if !(1e-3..=1e3).contains(&arguments.period) {
+        return Err(Failure::Input(format!(
+            "--period {}: expected a duration from 0.001 to 1000 s",
+            arguments.period
+        )));
+    }
+    let wishes = Wishes {
+        line: arguments.from.clone(),
+        lumen: arguments.lumen.clone(),
+        unit: arguments.unit,
+        branch: arguments.branch.clone(),
+        is_reversed: arguments.reverse,
+        radius: arguments.radius,
+        like: arguments.like,
+        flow: arguments.flow.clone(),
+        period: arguments.period,
+    };
+    let proposal = Proposal::new(&wishes).map_err(|reason| match reason {
+        NoProposal::Io(error) => Failure::Run(error.to_string()),
+        other => Failure::Input(other.to_string()),
+    })?;
+    write(folder, &proposal).map_err(|e| Failure::Run(format!("cannot write {shown}: {e}")))?;
+    let remarks = proposal.remarks.join("\n");
+    Ok(terminal::print(format_args!(
+        "{}\n{remarks}\n\n\
+         next:     fsi-driver preview {shown}\n          \
+         fsi-driver --case {shown} --preset demo      (--fluid native without OpenFOAM)\n          \
+         fsi-driver report {shown}/run-demo --open\n",
+        folder.join("case.toml").display()
+    ))?)
+}
+
+/// The folder under another name until it is whole.
+fn write(folder: &Path, proposal: &Proposal) -> std::io::Result<()> {
+    let parent = folder
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    std::fs::create_dir_all(parent)?;
+    let whole = tempfile::Builder::new()
+        .prefix(".new-")
+        .tempdir_in(parent)?;
+    for (name, path) in &proposal.files {
+        std::fs::copy(path, whole.path().join(name))?;
+    }
+    std::fs::write(whole.path().join("case.toml"), &proposal.text)?;
+    let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    std::fs::set_permissions(whole.path(), permissions)?;
+    let _ = std::fs::remove_dir(folder);
+    std::fs::rename(whole.keep(), folder)
+}

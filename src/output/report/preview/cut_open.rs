@@ -1,0 +1,236 @@
+//! The vessel with its wall cut open towards the reader.
+
+use super::{Shown, colour};
+use crate::Vec3;
+use crate::case::Material;
+use crate::geometry::Surfaces;
+use crate::output::figure::solid::{Solid, View};
+use std::f64::consts::{PI, TAU};
+
+/// Colours of what is no material.
+const LUMEN: [u8; 3] = [236, 178, 178];
+const RIGID: [u8; 3] = [200, 200, 200];
+const EDGE: [u8; 3] = [70, 70, 70];
+const CELL: [u8; 3] = [196, 128, 128];
+const FIBRE: [u8; 3] = [120, 20, 20];
+/// Half of the angle of the part that is cut out.
+const OPEN: f64 = 0.36 * PI;
+/// Quadrilaterals along and around of what is drawn, and pieces of a line.
+const ALONG: usize = 500;
+const AROUND: usize = 72;
+const PIECES: usize = 10;
+/// Fibres along the vessel in ten radii, and around it.
+const FIBRES: [usize; 2] = [14, 14];
+
+/// Triangles with colours, and lines.
+#[derive(Default)]
+struct Drawing {
+    points: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    colours: Vec<[u8; 3]>,
+    lines: Vec<([Vec3; 2], [u8; 3])>,
+}
+
+impl Drawing {
+    /// A surface over a lattice of `at(i, j)`, coloured by its quadrilaterals.
+    fn lattice(
+        &mut self,
+        [n, m]: [usize; 2],
+        at: impl Fn(usize, usize) -> Vec3,
+        colour: impl Fn(usize, usize) -> [u8; 3],
+    ) {
+        let first = self.points.len() as u32;
+        for i in 0..=n {
+            self.points.extend((0..=m).map(|j| at(i, j)));
+        }
+        let number = |i: usize, j: usize| first + (i * (m + 1) + j) as u32;
+        for i in 0..n {
+            for j in 0..m {
+                let [a, b, c, d] = [
+                    number(i, j),
+                    number(i, j + 1),
+                    number(i + 1, j + 1),
+                    number(i + 1, j),
+                ];
+                self.triangles.extend([[a, b, c], [a, c, d]]);
+                self.colours.extend([colour(i, j); 2]);
+            }
+        }
+    }
+
+    fn line(&mut self, at: impl Fn(f64) -> Vec3, colour: [u8; 3]) {
+        let points: Vec<Vec3> = (0..=PIECES).map(|i| at(i as f64 / PIECES as f64)).collect();
+        self.lines
+            .extend(points.windows(2).map(|pair| ([pair[0], pair[1]], colour)));
+    }
+}
+
+pub fn picture(shown: &Shown<'_>, pixels: [usize; 2]) -> Vec<[u8; 3]> {
+    let [from, to] = shown.ends;
+    let [start, end] = shown.elastic;
+    let mut drawing = Drawing::default();
+    let outline: Vec<Vec3> = (0..=ALONG)
+        .map(|i| from + (to - from) * i as f64 / ALONG as f64)
+        .flat_map(|s| (0..8).map(move |j| (s, TAU * f64::from(j) / 8.0)))
+        .map(|(s, phi)| shown.point(0, s, phi))
+        .collect();
+    let view = View::of(&outline);
+    // Where the eye is, in the cross-section in the middle.
+    let frame = shown.vessel.centre_line().frame(0.5 * (start + end));
+    let [y, z] = frame.across(&view.eye());
+    let open = z.atan2(y) + OPEN;
+    let closed = TAU - 2.0 * OPEN;
+    let outside = shown.surfaces - 1;
+
+    let along = |i: usize| from + (to - from) * i as f64 / ALONG as f64;
+    drawing.lattice(
+        [ALONG, AROUND],
+        |i, j| shown.point(0, along(i), TAU * j as f64 / AROUND as f64),
+        |i, _| match along(i) >= start && along(i) < end {
+            true => LUMEN,
+            false => RIGID,
+        },
+    );
+    for section in shown.vessel.elastic_sections() {
+        let layers = shown.vessel.layers_of(section);
+        let n = ((section.to - section.from) / (to - from) * ALONG as f64)
+            .ceil()
+            .max(2.0) as usize;
+        let s = |i: usize| section.from + (section.to - section.from) * i as f64 / n as f64;
+        let last = layers.last().map_or(0, |(material, _)| *material);
+        drawing.lattice(
+            [n, AROUND],
+            |i, j| shown.point(outside, s(i), open + closed * j as f64 / AROUND as f64),
+            |_, _| colour(last),
+        );
+        for (layer, (material, _)) in layers.iter().enumerate() {
+            for phi in [open, open + closed] {
+                drawing.lattice(
+                    [n, 1],
+                    |i, j| shown.point(layer + j, s(i), phi),
+                    |_, _| colour(*material),
+                );
+            }
+        }
+        // The ends of the elastic part are faces too.
+        for place in [start, end] {
+            if place == section.from || place == section.to {
+                for (layer, (material, _)) in layers.iter().enumerate() {
+                    let at = |i: usize, j: usize| {
+                        shown.point(layer + i, place, open + closed * j as f64 / AROUND as f64)
+                    };
+                    drawing.lattice([1, AROUND], at, |_, _| colour(*material));
+                }
+            }
+        }
+        fibres(shown, section, [open, closed], &mut drawing);
+    }
+    edges(shown, [open, closed], &mut drawing);
+    let solid = Solid {
+        points: &drawing.points,
+        triangles: &drawing.triangles,
+        colour: &|triangle, _, _| drawing.colours[triangle],
+        lines: &drawing.lines,
+    };
+    solid.pixels(&view, pixels)
+}
+
+/// Edges of the elements on the outside, and of the cells on the lumen.
+fn edges(shown: &Shown<'_>, [open, closed]: [f64; 2], drawing: &mut Drawing) {
+    let Some(keys) = shown.case.vessel() else {
+        return;
+    };
+    let outside = shown.surfaces - 1;
+    let stations = |spans: Vec<crate::geometry::Span>| -> Vec<f64> {
+        let of_span = |span: crate::geometry::Span| {
+            (0..=span.pieces)
+                .map(move |i| span.from + (span.to - span.from) * i as f64 / span.pieces as f64)
+        };
+        spans.into_iter().flat_map(of_span).collect()
+    };
+    let is_shown = |phi: f64| (phi - open).rem_euclid(TAU) <= closed;
+    let elements = shown
+        .vessel
+        .spans(&keys.structure)
+        .into_iter()
+        .filter(|span| span.is_elastic);
+    let around = keys.structure.circumferential;
+    for s in stations(elements.clone().collect()) {
+        for piece in 0..24 {
+            let from = open + closed * f64::from(piece) / 24.0;
+            drawing.line(|t| shown.point(outside, s, from + t * closed / 24.0), EDGE);
+        }
+    }
+    for j in 0..around {
+        let phi = -TAU * j as f64 / around as f64;
+        if !is_shown(phi) {
+            continue;
+        }
+        for pair in stations(elements.clone().collect()).windows(2) {
+            drawing.line(
+                |t| shown.point(outside, pair[0] + t * (pair[1] - pair[0]), phi),
+                EDGE,
+            );
+        }
+    }
+    let mesh = &keys.fluid.mesh;
+    let cells = stations(shown.vessel.spans(mesh));
+    for s in &cells {
+        for piece in 0..24 {
+            let turn = |t: f64| TAU * (f64::from(piece) + t) / 24.0;
+            drawing.line(|t| shown.point(0, *s, turn(t)), CELL);
+        }
+    }
+    for j in 0..4 * mesh.core {
+        let phi = TAU * (j as f64 / (4 * mesh.core) as f64 - 0.125);
+        for pair in cells.windows(2) {
+            drawing.line(
+                |t| shown.point(0, pair[0] + t * (pair[1] - pair[0]), phi),
+                CELL,
+            );
+        }
+    }
+}
+
+/// Both families of fibres: of the innermost layer on the lumen where it is open, of the outermost one on the outside.
+fn fibres(
+    shown: &Shown<'_>,
+    section: &crate::geometry::Section,
+    [open, closed]: [f64; 2],
+    drawing: &mut Drawing,
+) {
+    let layers = shown.vessel.layers_of(section);
+    let outside = shown.surfaces - 1;
+    let sides = [
+        (0, layers.first(), [open + closed, TAU - closed]),
+        (outside, layers.last(), [open, closed]),
+    ];
+    let middle = 0.5 * (section.from + section.to);
+    let [radius, ..] = shown.radii(0, middle);
+    for (surface, layer, [first, width]) in sides {
+        let Some(Material::HolzapfelGasserOgden {
+            fibre_angle_deg, ..
+        }) = layer.map(|(m, _)| &shown.vessel.materials()[*m])
+        else {
+            continue;
+        };
+        let rows = ((section.to - section.from) / (10.0 * radius) * FIBRES[0] as f64)
+            .ceil()
+            .max(1.0) as usize;
+        let columns = (FIBRES[1] as f64 * width / TAU).ceil() as usize;
+        for (i, j) in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
+            let s = section.from + (section.to - section.from) * (i as f64 + 0.5) / rows as f64;
+            let phi = first + width * (j as f64 + 0.5) / columns as f64;
+            for family in [1.0, -1.0] {
+                let (sin, cos) = fibre_angle_deg.to_radians().sin_cos();
+                let r = shown.vessel.radius(surface, s, phi);
+                let half = 0.22 * radius;
+                let at = |t: f64| {
+                    let along = half * (2.0 * t - 1.0);
+                    shown.point(surface, s + family * sin * along, phi + cos * along / r)
+                };
+                drawing.line(at, FIBRE);
+            }
+        }
+    }
+}

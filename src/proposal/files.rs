@@ -1,0 +1,81 @@
+//! What is known of the files before a case is made from them.
+
+use super::{RADII, RADIUS, Wishes};
+use crate::case::LineSurvey;
+use crate::polydata::{PolyData, Surface};
+use std::f64::consts::TAU;
+
+/// Lengths and radii of vessels, m, as a case allows them.
+const LENGTHS: [f64; 2] = [1e-4, 5.0];
+const RADII_OF_VESSELS: [f64; 2] = [1e-5, 0.05];
+
+/// Sizes of the vessel, m.
+pub struct Survey {
+    /// Mean radius of the lumen.
+    pub radius: f64,
+    /// Length of the centre-line as it stands in the file.
+    pub length: f64,
+    /// Whether there is such a file.
+    pub is_from_file: bool,
+    /// Whether files give the radius.
+    pub has_radius: bool,
+}
+
+/// # Errors
+/// What is missing or wrong, in a sentence.
+pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
+    let Some(path) = &wishes.line else {
+        if wishes.lumen.is_some() {
+            return Err("--lumen needs its centre-line, --from: VMTK makes one (vmtkcenterlines), as do 3D Slicer and SimVascular".into());
+        }
+        let radius = wishes.radius.unwrap_or(RADIUS);
+        return Ok(Survey {
+            radius,
+            length: RADII * radius,
+            is_from_file: false,
+            has_radius: false,
+        });
+    };
+    let Some(unit) = wishes.unit else {
+        return Err("--from needs the unit of its lengths: --unit mm, m, cm or um".into());
+    };
+    let line = LineSurvey::read(path, wishes.branch.as_deref(), unit)
+        .map_err(|e| format!("--from {}: {e}", path.display()))?;
+    let surface = match &wishes.lumen {
+        None => None,
+        Some(path) => {
+            let wrong = |e: String| format!("--lumen {}: {e}", path.display());
+            let surface = Surface::new(&PolyData::read(path).map_err(wrong)?, unit.metres())
+                .map_err(wrong)?;
+            Some(surface.area() / (TAU * line.length))
+        }
+    };
+    if wishes.radius.is_some() && surface.is_some() {
+        return Err(
+            "--radius: the radius comes from --lumen already; leave out one of the two".into(),
+        );
+    }
+    let has_radius = wishes.radius.is_none() && (surface.is_some() || line.radius.is_some());
+    let Some(radius) = wishes.radius.or(line.radius).or(surface) else {
+        return Err(format!(
+            "--from {}: the file has no radii: give --lumen, the surface, or --radius, in metres",
+            path.display()
+        ));
+    };
+    let [short, long] = LENGTHS;
+    let [thin, wide] = RADII_OF_VESSELS;
+    if !(short..=long).contains(&line.length) || !(thin..=wide).contains(&radius) {
+        return Err(format!(
+            "--unit {}: with it the centre-line is {:.3e} m long and the lumen {radius:.3e} m in radius; vessels are {short} to {long} m \
+             long and {thin:e} to {wide} m in radius",
+            unit.name(),
+            line.length
+        ));
+    }
+    Ok(Survey {
+        radius,
+        length: line.length,
+        is_from_file: true,
+        has_radius,
+    })
+}

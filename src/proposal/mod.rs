@@ -1,0 +1,315 @@
+//! A case for a vessel of the user's own, written from a centre-line, a surface, or from nothing but a name: meshes, time step
+//! and windkessel follow from the lumen's radius and the flow.
+
+mod files;
+mod text;
+
+use crate::analysis::windkessel::TwoElements;
+use crate::case::{Case, FlowCurve, FluidMesh, LengthUnit, Preset, ResolvedCase};
+use crate::geometry::Vessel;
+use files::Survey;
+use std::f64::consts::{PI, TAU};
+use std::path::{Path, PathBuf};
+use text::Numbers;
+
+/// Pressures that the windkessel is proposed for, mmHg, and their unit, Pa.
+const PRESSURES: [f64; 2] = [80.0, 120.0];
+const MMHG: f64 = 133.322;
+/// Waves of a centre-line from a file that are halved, in radii of the lumen; doubled where the line still scatters, at most
+/// so often.
+const SMOOTHING: f64 = 4.0;
+const DOUBLINGS: usize = 3;
+/// A vessel without files has this radius (m), and is so many radii long.
+const RADIUS: f64 = 3e-3;
+const RADII: f64 = 16.0;
+/// Cells at the wall are thinner than this share of the Stokes layer.
+const LAYER: f64 = 0.25;
+/// The fastest blood passes at most so many cells in a step.
+const COURANT: f64 = 5.0;
+/// Steps of a beat, and time constants, in which a windkessel is brought into its periodic state.
+const STEPS: f64 = 2000.0;
+const BEATS: f64 = 20.0;
+/// From this Reynolds number on flow in tubes may be turbulent.
+const TURBULENT: f64 = 2000.0;
+
+crate::case::table::words! {
+    /// What the vessel is like.
+    #[derive(Default, clap::ValueEnum)]
+    pub enum Like {
+        /// One section of an artery of two layers.
+        Uniform = "uniform" (default),
+        /// An artery with a narrowing in its middle.
+        Stenosis = "stenosis",
+        /// An artery with a widening in its middle.
+        Aneurysm = "aneurysm",
+        /// A graft between two parts of an artery.
+        Graft = "graft",
+    }
+}
+
+/// What the user has.
+#[derive(Debug, Clone, Default)]
+pub struct Wishes {
+    /// File of the centre-line.
+    pub line: Option<PathBuf>,
+    /// File of the lumen's surface.
+    pub lumen: Option<PathBuf>,
+    /// Unit of both.
+    pub unit: Option<LengthUnit>,
+    /// Which of several lines.
+    pub branch: Option<String>,
+    /// Whether the blood flows against the order of the line's points.
+    pub is_reversed: bool,
+    /// Radius of the lumen (m), if no file knows it.
+    pub radius: Option<f64>,
+    /// What the vessel is like.
+    pub like: Like,
+    /// File of the flow.
+    pub flow: Option<PathBuf>,
+    /// Duration of a beat, s.
+    pub period: f64,
+}
+
+/// A case that is complete, and what it was made from.
+#[derive(Debug)]
+pub struct Proposal {
+    /// The text of `case.toml`.
+    pub text: String,
+    /// Files that stand beside it, by their names there.
+    pub files: Vec<(String, PathBuf)>,
+    /// What a user wants to know of it, a line each.
+    pub remarks: Vec<String>,
+}
+
+/// Why there is no proposal.
+#[derive(Debug, thiserror::Error)]
+pub enum NoProposal {
+    /// Something is missing or does not fit.
+    #[error("{0}")]
+    Input(String),
+    /// The vessel makes no case.
+    #[error("the vessel cannot be used as it is:\n{0}")]
+    Case(String),
+    /// Nothing can be written.
+    #[error("cannot write a case for a trial: {0}")]
+    Io(#[from] std::io::Error),
+}
+
+impl Proposal {
+    /// Makes a case that has been loaded and checked.
+    ///
+    /// # Errors
+    /// What is missing, or all mistakes of the case.
+    pub fn new(wishes: &Wishes) -> Result<Self, NoProposal> {
+        let survey = files::survey(wishes).map_err(NoProposal::Input)?;
+        let mut files = Vec::new();
+        for path in [&wishes.line, &wishes.lumen, &wishes.flow]
+            .into_iter()
+            .flatten()
+        {
+            let name = path
+                .file_name()
+                .map(|name| name.to_string_lossy().into_owned());
+            files.push((name.unwrap_or_default(), path.clone()));
+        }
+        let mut numbers = Numbers::new(wishes, &survey);
+        let trial = tempfile::tempdir()?;
+        for (name, path) in &files {
+            std::fs::copy(path, trial.path().join(name))?;
+        }
+        let case = loaded(trial.path(), wishes, &survey, &mut numbers)?;
+        let (figures, remarks) = Figures::of(&case, wishes)?;
+        numbers.choose(&case, &figures);
+        let text = text::case(wishes, &numbers);
+        load(trial.path(), &text)?;
+        Ok(Self {
+            text,
+            files,
+            remarks,
+        })
+    }
+}
+
+/// The case with as much smoothing as its line needs.
+fn loaded(
+    folder: &Path,
+    wishes: &Wishes,
+    survey: &Survey,
+    numbers: &mut Numbers,
+) -> Result<ResolvedCase, NoProposal> {
+    let mut first = None;
+    for _ in 0..=DOUBLINGS {
+        match load(folder, &text::case(wishes, numbers)) {
+            Err(NoProposal::Case(errors)) if survey.is_from_file => {
+                first.get_or_insert(errors);
+                numbers.smoothing = numbers.smoothing.map(|length| 2.0 * length);
+            }
+            other => return other,
+        }
+    }
+    Err(first.map_or_else(|| NoProposal::Input("no case".into()), NoProposal::Case))
+}
+
+fn load(folder: &Path, text: &str) -> Result<ResolvedCase, NoProposal> {
+    std::fs::write(folder.join("case.toml"), text)?;
+    Case::load(folder, Preset::Paper, &[]).map_err(|errors| {
+        // Of the folder for trials nobody has heard.
+        let trial = format!("{}/", folder.display());
+        NoProposal::Case(errors.to_string().replace(&trial, ""))
+    })
+}
+
+/// What meshes and times follow from.
+struct Figures {
+    /// Smallest and mean radius of the lumen, m.
+    radii: [f64; 2],
+    curve: FlowCurve,
+    /// Mean flow and the largest one, m³/s.
+    flows: [f64; 2],
+    /// Thickness √(2ν/ω) of the Stokes layer of the beat, m.
+    layer: f64,
+}
+
+impl Figures {
+    fn of(case: &ResolvedCase, wishes: &Wishes) -> Result<(Self, Vec<String>), NoProposal> {
+        let input = |message: &str| NoProposal::Input(message.into());
+        let keys = case
+            .vessel()
+            .ok_or_else(|| input("the case has no vessel"))?;
+        let vessel = Vessel::new(keys);
+        let end = vessel.end();
+        const PLACES: usize = 200;
+        let mean_at = |s: f64| {
+            let angles = (0..16).map(|i| vessel.lumen_radius(s, TAU * f64::from(i) / 16.0));
+            angles.sum::<f64>() / 16.0
+        };
+        let radii: Vec<f64> = (0..=PLACES)
+            .map(|i| mean_at(end * i as f64 / PLACES as f64))
+            .collect();
+        let range = radii
+            .iter()
+            .fold([f64::INFINITY, 0.0f64], |[low, high], r| {
+                [low.min(*r), high.max(*r)]
+            });
+        let mean = radii.iter().sum::<f64>() / radii.len() as f64;
+        let curve = FlowCurve::new(&keys.inflow, case.time.period)
+            .map_err(|e| NoProposal::Input(e.to_string()))?;
+        let period = case.time.period;
+        let flows: Vec<f64> = (0..1000)
+            .map(|i| curve.flow(period * f64::from(i) / 1000.0))
+            .collect();
+        let of_flow = [
+            flows.iter().sum::<f64>() / 1000.0,
+            flows.iter().fold(0.0f64, |most, q| most.max(q.abs())),
+        ];
+        let nu = case.blood.viscosity / case.blood.density;
+        let omega = TAU / period;
+        let womersley = mean * (omega / nu).sqrt();
+        let reynolds = 2.0 * of_flow[1] / (PI * range[0] * nu);
+        let mut remarks = vec![
+            format!(
+                "lumen     radius {:.2} to {:.2} mm, {:.2} mm on average; elastic over {:.1} mm of the centre-line",
+                1e3 * range[0],
+                1e3 * range[1],
+                1e3 * mean,
+                1e3 * end
+            ),
+            format!(
+                "flow      {:.0} ml/min on average{}, at most {:.1} ml/s; Womersley number {womersley:.2}, Reynolds number at most {reynolds:.0}",
+                6e7 * of_flow[0],
+                if wishes.flow.is_some() {
+                    ""
+                } else {
+                    ", chosen for the radius (--flow gives your own)"
+                },
+                1e6 * of_flow[1]
+            ),
+        ];
+        if reynolds > TURBULENT {
+            remarks.push(format!(
+                "take care: above a Reynolds number of about {TURBULENT:.0} flow may be turbulent, and the blood is computed as laminar"
+            ));
+        }
+        let figures = Self {
+            radii: [range[0], mean],
+            curve,
+            flows: of_flow,
+            layer: (2.0 * nu / omega).sqrt(),
+        };
+        Ok((figures, remarks))
+    }
+
+    /// Resistance (Pa s/m³) and compliance (m³/Pa) for 80 to 120 mmHg, and the pressure (Pa) at t = 0 from which a ramp of this duration (s) leads into its
+    /// periodic state, the blood left out that fills the vessel meanwhile.
+    ///
+    /// A flow that is too steady for these pressures gets their mean; without a mean flow there is none.
+    fn windkessel(&self, ramp: f64) -> Option<[f64; 3]> {
+        let [low, high] = PRESSURES.map(|p| p * MMHG);
+        let found = match TwoElements::between(low, high, &self.curve, 0.0) {
+            Ok(found) => found,
+            Err(_) if self.flows[0] > 0.0 => {
+                let resistance = 0.5 * (low + high) / self.flows[0];
+                TwoElements {
+                    resistance,
+                    compliance: 0.5 * self.curve.period() / resistance,
+                }
+            }
+            Err(_) => return None,
+        };
+        let tau = found.resistance * found.compliance;
+        let step = self.curve.period() / STEPS;
+        let march = |from: f64, to: f64, start: f64, share: &dyn Fn(f64) -> f64| {
+            let steps = ((to - from) / step).ceil().max(1.0);
+            let h = (to - from) / steps;
+            (0..steps as usize).fold(start, |p, i| {
+                let t = from + (i as f64 + 0.5) * h;
+                let flow = share(t) * self.curve.flow(t);
+                // Exact for a constant flow.
+                p * (-h / tau).exp() - flow * found.resistance * (-h / tau).exp_m1()
+            })
+        };
+        let periods = (BEATS * tau / self.curve.period()).ceil();
+        let before = -periods * self.curve.period();
+        let periodic = march(before, ramp, found.pressures(&self.curve).mean, &|_| 1.0);
+        let rise = |t: f64| 0.5 * (1.0 - (PI * t / ramp).cos());
+        let brought = march(0.0, ramp, 0.0, &rise);
+        let start = (periodic - brought) * (ramp / tau).exp();
+        Some([found.resistance, found.compliance, start])
+    }
+
+    /// Rings of cells between core and wall, and their grading, so that the cell at the wall resolves the Stokes layer.
+    fn rings(&self, mesh: &FluidMesh) -> (usize, f64) {
+        let thin = |rings: usize, grading: f64| {
+            let ratio = match rings {
+                1 => 1.0,
+                _ => grading.powf(-1.0 / (rings - 1) as f64),
+            };
+            let all: f64 = (0..rings).map(|k| ratio.powi(k as i32)).sum();
+            // From the core, at about half of the radius, to the wall.
+            0.45 * self.radii[1] * ratio.powi(rings as i32 - 1) / all <= LAYER * self.layer
+        };
+        let gradings = [mesh.wall_grading, 4.0, 6.0];
+        let choices = (mesh.radial..=16).flat_map(|rings| gradings.map(|grading| (rings, grading)));
+        choices
+            .into_iter()
+            .find(|(rings, grading)| thin(*rings, *grading))
+            .unwrap_or((16, 6.0))
+    }
+
+    /// A time step of 1, 2 or 5 times a power of ten, at most `most`.
+    fn step(&self, mesh: &FluidMesh, most: f64) -> f64 {
+        let radius = self.radii[0];
+        let speed = 2.0 * self.flows[1] / (PI * radius * radius);
+        let cell = 10.0 * radius / mesh.axial_per_section as f64;
+        let wanted = (COURANT * cell / speed).min(most);
+        let power = 10f64.powf(wanted.log10().floor());
+        let steps = [5.0, 2.0, 1.0].map(|digit| digit * power);
+        steps
+            .into_iter()
+            .find(|step| *step <= wanted * (1.0 + 1e-9))
+            .unwrap_or(most)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,46 @@
+use super::*;
+
+#[test]
+fn what_a_vessel_is_like_makes_a_case() {
+    for (like, sections, features) in [
+        (Like::Uniform, 1, 0),
+        (Like::Stenosis, 1, 1),
+        (Like::Aneurysm, 1, 1),
+        (Like::Graft, 3, 0),
+    ] {
+        let wishes = Wishes {
+            like,
+            period: 0.8,
+            ..Wishes::default()
+        };
+        let made = Proposal::new(&wishes).unwrap_or_else(|e| panic!("{like:?}: {e}"));
+        assert_eq!(made.text.matches("[[vessel.section]]").count(), sections);
+        assert_eq!(made.text.matches("[[vessel.feature]]").count(), features);
+        assert!(made.text.contains("period_s = 0.8"));
+        // 3 mm, 1.25 Hz, 3.33e-6 m²/s: 3e-3 √(7.854/3.333e-6) = 4.605.
+        if like == Like::Uniform {
+            assert!(
+                made.remarks[1].contains("Womersley number 4.6"),
+                "{:?}",
+                made.remarks
+            );
+        }
+    }
+    let mistake = |wishes: &Wishes| Proposal::new(wishes).unwrap_err().to_string();
+    let lumen = Some("x.stl".into());
+    assert!(
+        mistake(&Wishes {
+            lumen,
+            ..Wishes::default()
+        })
+        .contains("--lumen needs its centre-line")
+    );
+    let line = Some("x.csv".into());
+    assert!(
+        mistake(&Wishes {
+            line,
+            ..Wishes::default()
+        })
+        .contains("--unit mm, m, cm or um")
+    );
+}

@@ -1,0 +1,255 @@
+//! The text of a proposed case.
+
+use super::files::Survey;
+use super::{Figures, Like, Wishes};
+use crate::case::{LengthUnit, ResolvedCase};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Flow of a vessel of this radius (m) in the defaults, m³/s: base and amplitude. In arteries from the coronary ones to the
+/// aorta velocities differ little, so that flow goes with the radius squared.
+const FLOW: (f64, [f64; 2]) = (2.7e-3, [3.5e-6, 4.5e-6]);
+
+/// What is chosen for a case.
+#[derive(Debug, Clone)]
+pub struct Numbers {
+    pub radius: f64,
+    pub length: f64,
+    pub has_radius: bool,
+    pub smoothing: Option<f64>,
+    pub flow: [f64; 2],
+    pub windkessel: Option<[f64; 3]>,
+    pub rings: Option<(usize, f64)>,
+    pub step: Option<f64>,
+}
+
+impl Numbers {
+    pub fn new(wishes: &Wishes, survey: &Survey) -> Self {
+        let radius = survey.radius;
+        let scale = (radius / FLOW.0).powi(2);
+        Self {
+            radius,
+            length: survey.length,
+            has_radius: survey.has_radius,
+            smoothing: wishes
+                .line
+                .is_some()
+                .then_some(rounded(super::SMOOTHING * radius)),
+            flow: FLOW.1.map(|flow| rounded(flow * scale)),
+            windkessel: None,
+            rings: None,
+            step: None,
+        }
+    }
+
+    pub fn choose(&mut self, case: &ResolvedCase, figures: &Figures) {
+        self.windkessel = figures
+            .windkessel(case.ramp.duration)
+            .map(|chosen| chosen.map(rounded));
+        if let Some(vessel) = case.vessel() {
+            let mesh = &vessel.fluid.mesh;
+            let rings = figures.rings(mesh);
+            self.rings = (rings != (mesh.radial, mesh.wall_grading)).then_some(rings);
+            let step = figures.step(mesh, case.time.step);
+            self.step = (step != case.time.step).then_some(step);
+        }
+    }
+}
+
+/// To three digits.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.2e}").parse().unwrap_or(x)
+}
+
+fn name(path: &Path) -> String {
+    let name = path
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    toml::Value::from(name.unwrap_or_default()).to_string()
+}
+
+/// The whole file.
+pub fn case(wishes: &Wishes, numbers: &Numbers) -> String {
+    let mut text = String::from(
+        "# A vessel of your own, as `fsi-driver new` proposes it. What is not here has the value of the defaults:\n\
+         # `fsi-driver keys` lists all keys, docs/vessels.md explains those of [vessel].\n\
+         extends = \"defaults\"\n\n[vessel]\n",
+    );
+    lumen(wishes, numbers, &mut text);
+    sections(wishes, numbers, &mut text);
+    text += MATERIALS;
+    flow(wishes, numbers, &mut text);
+    meshes(numbers, &mut text);
+    text
+}
+
+fn lumen(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
+    let (r, extension) = (numbers.radius, rounded(6.0 * numbers.radius));
+    if let Some(path) = &wishes.line {
+        let _ = writeln!(text, "centre_line = {}", name(path));
+        let _ = writeln!(
+            text,
+            "unit = \"{}\" # of the files",
+            wishes.unit.map_or("mm", LengthUnit::name)
+        );
+        if let Some(branch) = &wishes.branch {
+            let _ = writeln!(text, "branch = {}", toml::Value::from(branch.as_str()));
+        }
+        if wishes.is_reversed {
+            *text += "reverse = true # the blood flows from the end of the line to its beginning\n";
+        }
+        if let Some(length) = numbers.smoothing {
+            let _ = writeln!(
+                text,
+                "smoothing_m = {length:e} # waves of this length are halved, of three times it keep 99 %; leave it out if the line \
+                 does not scatter"
+            );
+        }
+    }
+    if let Some(path) = &wishes.lumen {
+        let _ = writeln!(text, "lumen = {}", name(path));
+        *text += "# lumen_smoothing_m = 1e-3 # the same on the surface; if absent, three times the length of a triangle\n";
+    } else if !numbers.has_radius {
+        let _ = writeln!(text, "radius_m = {r:e}");
+    }
+    let _ = writeln!(
+        text,
+        "upstream_extension_m = {extension:e} # straight rigid tubes, in which the flow develops and leaves"
+    );
+    let _ = writeln!(text, "downstream_extension_m = {extension:e}");
+    if wishes.line.is_none() {
+        let _ = writeln!(
+            text,
+            "\n[[vessel.piece]] # or centre_line = \"line.vtp\" (.csv, .swc) with unit = \"mm\""
+        );
+        let _ = writeln!(
+            text,
+            "piece = \"line\"\nlength_m = {:e}",
+            rounded(numbers.length)
+        );
+    }
+}
+
+fn sections(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
+    let (r, length) = (numbers.radius, numbers.length);
+    let artery = |name: &str, part: Option<f64>| {
+        let part = part.map_or(String::new(), |part| format!("length_m = {part:e}\n"));
+        format!(
+            "\n[[vessel.section]]\nname = \"{name}\"\n{part}layers = [\"media\", \"adventitia\"] # from the inside out\nthicknesses \
+             = [0.15, 0.15]         # of the mean radius; or thicknesses_m, in metres\n"
+        )
+    };
+    let third = rounded(length / 3.0);
+    match wishes.like {
+        Like::Graft => {
+            *text += &artery("proximal", Some(third));
+            let _ = write!(
+                text,
+                "\n[[vessel.section]]\nname = \"graft\"\nlength_m = {third:e}\nlayers = [\"ePTFE\"]\nthicknesses_m = [0.5e-3]\n"
+            );
+            *text += &artery("distal", None);
+        }
+        _ => *text += &artery("artery", None),
+    }
+    // A bump that fits into the vessel.
+    let long = |radii: f64| rounded((radii * r).min(0.6 * length));
+    let middle = rounded(0.5 * length);
+    match wishes.like {
+        Like::Stenosis => {
+            let _ = write!(
+                text,
+                "\n[[vessel.feature]]\nfeature = \"stenosis\"\nat_m = {middle:e} # arc length of its middle\nlength_m = {:e}\n\
+                 area_reduction = 0.5\neccentricity = 0.5\n",
+                long(5.0)
+            );
+        }
+        Like::Aneurysm => {
+            let _ = write!(
+                text,
+                "\n[[vessel.feature]]\nfeature = \"aneurysm\"\nat_m = {middle:e} # arc length of its middle\nlength_m = {:e}\n\
+                 growth_m = {:e} # of the radius\neccentricity = 0.3\n",
+                long(8.0),
+                rounded(0.7 * r)
+            );
+        }
+        Like::Graft | Like::Uniform => {}
+    }
+    if wishes.like == Like::Graft {
+        *text += "\n[[vessel.material]]\nname = \"ePTFE\"\nmaterial = \"neo_hooke\"\nmu_Pa = 3.33e5\nkappa_Pa = 1.67e9\n";
+    }
+}
+
+/// The paper's artery.
+const MATERIALS: &str = r#"
+# Those of an artery (Radtke et al. 2017, table 1): put your own here.
+[[vessel.material]]
+name = "media"
+material = "holzapfel_gasser_ogden"
+mu_Pa = 5.4e4
+kappa_Pa = 1.0e9
+k1_Pa = 0.64e3
+k2 = 3.54
+fibre_angle_deg = 10.0 # from the circumferential direction
+
+[[vessel.material]]
+name = "adventitia"
+material = "holzapfel_gasser_ogden"
+mu_Pa = 5.4e3
+kappa_Pa = 1.0e8
+k1_Pa = 5.1e3
+k2 = 15.4
+fibre_angle_deg = 40.0
+"#;
+
+fn flow(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
+    *text += "\n[inflow]\n";
+    match &wishes.flow {
+        Some(path) => {
+            let _ = writeln!(text, "file = {}", name(path));
+        }
+        None => {
+            let [base, amplitude] = numbers.flow;
+            let _ = writeln!(
+                text,
+                "base_m3_s = {base:e} # a pulse with the velocity of the defaults; or file = \"flow.csv\"\namplitude_m3_s = \
+                 {amplitude:e}"
+            );
+        }
+    }
+    if let Some([resistance, compliance, initial]) = numbers.windkessel {
+        let _ = write!(
+            text,
+            "\n[windkessel] # for 80 to 120 mmHg of this flow, the vessel's own compliance left out\nresistance_Pa_s_m3 = \
+             {resistance:e}\ncompliance_m3_Pa = {compliance:e}\ninitial_pressure_Pa = {initial:e}\n"
+        );
+    }
+    if wishes.period != 1.0 {
+        let _ = write!(
+            text,
+            "\n[time]\nperiod_s = {:?}\nend_s = {:?} # three beats\n",
+            wishes.period,
+            3.0 * wishes.period
+        );
+        if let Some(step) = numbers.step {
+            let _ = writeln!(
+                text,
+                "step_s = {step:e} # the fastest blood passes five cells at most"
+            );
+        }
+    } else if let Some(step) = numbers.step {
+        let _ = write!(
+            text,
+            "\n[time]\nstep_s = {step:e} # the fastest blood passes five cells at most\n"
+        );
+    }
+}
+
+fn meshes(numbers: &Numbers, text: &mut String) {
+    if let Some((rings, grading)) = numbers.rings {
+        let _ = write!(
+            text,
+            "\n[fluid.mesh] # the cell at the wall is a quarter of the Stokes layer thick, sqrt(2 nu/omega)\nradial = {rings}\nwall_grading = \
+             {grading:?}\n"
+        );
+    }
+}

@@ -1,0 +1,266 @@
+//! `fsi-driver new` and `preview`: from files that are not in the project to a case that can be run, and pictures of it.
+
+use crate::vessel_files::shapes::Tube;
+use fsi_driver::Vec3;
+use fsi_driver::case::{Case, Preset};
+use fsi_driver::geometry::{Vessel, fluid_mesh};
+use nalgebra::Rotation3;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn driver(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn succeeds(folder: &Path, arguments: &[&str]) -> String {
+    let output = driver(folder, arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Centre-line and surface of a tube, turned in space, in a unit of which so many are a metre; the line scatters.
+fn write(tube: Tube, folder: &Path, [slices, sides]: [usize; 2], scale: f64, scatter: f64) {
+    let rotation = Rotation3::from_euler_angles(1.1, -0.4, 2.0);
+    let turned = tube
+        .placed(rotation, Vec3::new(0.12, -0.3, 1.4))
+        .scattering(scatter);
+    turned.write_line(&folder.join("line.csv"), 150, scale);
+    turned.write_surface(&folder.join("lumen.stl"), slices, sides, true, scale);
+}
+
+#[test]
+fn two_files_of_any_vessel_become_a_case() {
+    let wavy = |s: f64, phi: f64| 4e-3 - 0.02 * s + 0.4e-3 * (2.0 * phi + 60.0 * s).cos();
+    let wide = |s: f64, _: f64| 11e-3 + 5e-3 * (-((s - 0.06) / 0.02).powi(2)).exp();
+    let thin = |_: f64, phi: f64| 1.2e-3 + 0.1e-3 * phi.sin();
+    let plaque = |s: f64, phi: f64| {
+        3e-3 - 0.9e-3 * (-((s - 0.03) / 0.005).powi(2)).exp() * (1.0 + phi.cos())
+    };
+    type Shape = (&'static str, Tube, [usize; 2], &'static str, f64, f64);
+    let shapes: [Shape; 5] = [
+        (
+            "tapering and wavy",
+            Tube::bent(0.08, 0.03, wavy),
+            [120, 40],
+            "mm",
+            1e3,
+            0.1e-3,
+        ),
+        (
+            "an aorta with a sac",
+            Tube::straight(0.12, wide),
+            [60, 24],
+            "cm",
+            1e2,
+            0.5e-3,
+        ),
+        (
+            "thin, of coarse triangles",
+            Tube::bent(0.03, 0.015, thin),
+            [40, 12],
+            "mm",
+            1e3,
+            0.05e-3,
+        ),
+        (
+            "a plaque",
+            Tube::bent(0.06, 0.05, plaque),
+            [150, 60],
+            "m",
+            1.0,
+            0.0,
+        ),
+        (
+            "a bend of four radii",
+            Tube::bent(0.03, 0.012, |_, _| 3e-3),
+            [60, 30],
+            "mm",
+            1e3,
+            0.02e-3,
+        ),
+    ];
+    for (name, tube, triangles, unit, scale, scatter) in shapes {
+        let folder = tempfile::tempdir().unwrap();
+        let here = folder.path();
+        write(tube, here, triangles, scale, scatter);
+        let said = succeeds(
+            here,
+            &[
+                "new",
+                "my-vessel",
+                "--from",
+                "line.csv",
+                "--lumen",
+                "lumen.stl",
+                "--unit",
+                unit,
+            ],
+        );
+        assert!(
+            said.contains("Womersley number") && said.contains("fsi-driver preview my-vessel"),
+            "{name}: {said}"
+        );
+        let case = Case::load(&here.join("my-vessel"), Preset::Demo, &[])
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        let keys = case.vessel().unwrap();
+        let volumes = fluid_mesh(keys).cell_volumes();
+        assert!(volumes.iter().all(|v| *v > 0.0), "{name}");
+        assert!(Vessel::new(keys).end() > 0.02, "{name}");
+        let pages = succeeds(here, &["preview", "my-vessel", "--preset", "demo"]);
+        assert_eq!(
+            pages,
+            "my-vessel/preview.html\nmy-vessel/preview.png\nmy-vessel/preview.svg\n"
+        );
+    }
+}
+
+#[test]
+fn a_case_for_the_examples_files_says_what_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/vessels");
+    let lines = examples.join("carotid/lines.vtp");
+    let from = [
+        "new",
+        "carotid",
+        "--from",
+        lines.to_str().unwrap(),
+        "--unit",
+        "mm",
+    ];
+    let output = driver(folder.path(), &from);
+    assert_eq!(output.status.code(), Some(2));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        error.contains("\"CenterlineIds=0\"") && error.contains("\"GroupIds=3\""),
+        "{error}"
+    );
+    let said = succeeds(
+        folder.path(),
+        &[
+            &from[..],
+            &["--branch", "CenterlineIds=0", "--like", "stenosis"],
+        ]
+        .concat(),
+    );
+    assert!(said.contains("radius 2.30 to 3.20 mm"), "{said}"); // half the area of the bulb
+    let text = std::fs::read_to_string(folder.path().join("carotid/case.toml")).unwrap();
+    assert!(
+        text.contains("centre_line = \"lines.vtp\"") && text.contains("feature = \"stenosis\""),
+        "{text}"
+    );
+    assert!(folder.path().join("carotid/lines.vtp").is_file());
+    // The page shows materials by name, and stands on nothing else.
+    succeeds(folder.path(), &["preview", "carotid", "--out", "pictures"]);
+    let page = std::fs::read_to_string(folder.path().join("pictures/preview.html")).unwrap();
+    assert!(
+        page.contains("media") && page.contains("adventitia") && page.contains("class=\"viewer\"")
+    );
+    let png = std::fs::read(folder.path().join("pictures/preview.png")).unwrap();
+    assert!(
+        png.starts_with(b"\x89PNG") && png.len() > 20_000,
+        "{}",
+        png.len()
+    );
+}
+
+#[test]
+fn what_is_refused_leaves_no_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    Tube::straight(0.04, |_, _| 3e-3).write_line(&here.join("line.csv"), 20, 1e3);
+    Tube::straight(0.04, |_, _| 3e-3).write_surface(&here.join("lumen.stl"), 20, 20, false, 1e3);
+    std::fs::create_dir(here.join("full")).unwrap();
+    std::fs::write(here.join("full/notes"), "mine").unwrap();
+    std::fs::write(here.join("flow.csv"), "time_s,flow_m3_s\n0,1e-6\n").unwrap();
+    for (arguments, message) in [
+        (&["full"][..], "not an empty folder"),
+        (&["a", "--from", "line.csv"], "--unit mm, m, cm or um"),
+        (
+            &["a", "--from", "line.csv", "--unit", "inch"],
+            "expected m, cm, mm or um",
+        ),
+        (
+            &["a", "--from", "line.csv", "--unit", "mm"],
+            "give --lumen, the surface, or --radius",
+        ),
+        (
+            &["a", "--from", "line.csv", "--unit", "m", "--radius", "3e-3"],
+            "--unit m: with it the centre-line is 4.000e1 m long",
+        ),
+        (
+            &["a", "--from", "line.csv", "--unit", "mm", "--radius", "3"],
+            "--radius 3: expected metres",
+        ),
+        (
+            &[
+                "a",
+                "--from",
+                "line.csv",
+                "--unit",
+                "mm",
+                "--lumen",
+                "lumen.stl",
+                "--radius",
+                "3e-3",
+            ],
+            "comes from --lumen already",
+        ),
+        (
+            &[
+                "a",
+                "--from",
+                "line.csv",
+                "--unit",
+                "mm",
+                "--lumen",
+                "nowhere.stl",
+            ],
+            "--lumen nowhere.stl: No such file",
+        ),
+        (
+            &["a", "--from", "nowhere.vtp", "--unit", "mm"],
+            "--from nowhere.vtp: No such file",
+        ),
+        (
+            &["a", "--lumen", "lumen.stl", "--unit", "mm"],
+            "--lumen needs its centre-line",
+        ),
+        (&["a", "--branch", "1"], "--from <FILE>"),
+        (&["a", "--like", "leg"], "invalid value 'leg'"),
+        (&["a", "--period", "0"], "--period 0"),
+        (&["a", "--flow", "flow.csv"], "flow.csv"),
+        (&["a", "--flow", "nowhere.csv"], "nowhere.csv"),
+    ] {
+        let output = driver(here, &[&["new"], arguments].concat());
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+        assert!(
+            error.contains(message),
+            "{arguments:?}: {error}\nexpected {message}"
+        );
+        assert!(!here.join("a").exists(), "{arguments:?}");
+    }
+    let names = || std::fs::read_dir(here).unwrap().count();
+    assert_eq!(names(), 4);
+    let flag = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/turek-hron");
+    let output = driver(here, &["preview", flag.to_str().unwrap(), "--out", "a"]);
+    assert_eq!((output.status.code(), names()), (Some(2), 4));
+    let study = ["study", "--cases", "full", "--sweep"];
+    for (sweep, message) in [
+        ("wall.media.k1_Pa", "expected KEY=VALUE,VALUE"),
+        ("wall.media.k1_Pa=500,,2000", "a value is missing"),
+        ("wall.media.k1_Pa=500,500", "stands there twice"),
+    ] {
+        let output = driver(here, &[&study[..], &[sweep]].concat());
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            output.status.code() == Some(2) && error.contains(message),
+            "{error}"
+        );
+    }
+}
