@@ -157,8 +157,7 @@ impl OwnCaseFiles<'_> {
 /// Why the mesh cannot move as this dictionary says.
 fn motion_reason(motion: &Dictionary) -> Option<String> {
     let lines = "write dynamicFvMesh dynamicMotionSolverFvMesh; motionSolverLibs (fvMotionSolvers); motionSolver displacementLaplacian; with \
-                 its coefficients, or \
-                 remove the file for the driver's own";
+                 its coefficients, or remove the file for the driver's own";
     match motion.word("dynamicFvMesh")? {
         "staticFvMesh" => None,
         "dynamicMotionSolverFvMesh" | "fsiMotionFvMesh" => {
