@@ -136,7 +136,8 @@ check_run() {
     cat >"$check/system/fsiParameters" <<-END
 	density 1050; kinematicViscosity 3.3e-6; timeStep 0.002; rampDuration 0.01; ranks 1;
 	windkesselResistance 2.85e9; windkesselCompliance 1.2e-10; windkesselPressure 11000;
-	pressureRampStart 0; initialPressure 0; outletMotion fixedValue;
+	pressureRampStart 0; initialPressure 0; outletMotion fixedValue; proximalResistance 0;
+	transportModel Newtonian; inletCondition plug; outletCondition windkessel;
 	END
     cat >"$check/system/fsiConnection" <<-END
 	libs ("$build/libfsiAdapter.so"); fsiStartTime 0; fsiTransport none; fsiAddress none; fsiDriver 0;

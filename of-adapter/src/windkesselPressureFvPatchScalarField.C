@@ -19,8 +19,11 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     fixedValueFvPatchScalarField(p, iF),
     resistance_(1),
     compliance_(0),
+    proximalResistance_(0),
+    rampedFrom_(0),
     density_(1),
     phiName_("phi"),
+    distalPressure_(),
     ramp_(),
     oldPressure_(0),
     timeIndex_(-1),
@@ -38,19 +41,35 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     fixedValueFvPatchScalarField(p, iF, dict, false),
     resistance_(dict.get<scalar>("resistance")),
     compliance_(dict.get<scalar>("compliance")),
+    proximalResistance_
+    (
+        dict.lookupOrDefault<scalar>("proximalResistance", 0)
+    ),
+    rampedFrom_(dict.lookupOrDefault<scalar>("rampedFrom", 0)),
     density_(dict.get<scalar>("density")),
     phiName_(dict.lookupOrDefault<word>("phi", "phi")),
+    distalPressure_
+    (
+        dict.found("distalPressure")
+      ? Function1<scalar>::New("distalPressure", dict)
+      : nullptr
+    ),
     ramp_(dict.found("ramp") ? Function1<scalar>::New("ramp", dict) : nullptr),
     oldPressure_(dict.get<scalar>("pressure")),
     timeIndex_(-1),
     timeStep_(0)
 {
-    if (resistance_ <= 0 || compliance_ < 0 || density_ <= 0)
+    if
+    (
+        resistance_ < 0 || (resistance_ == 0 && compliance_ > 0)
+     || compliance_ < 0 || proximalResistance_ < 0 || density_ <= 0
+    )
     {
         FatalIOErrorInFunction(dict)
-            << "A windkessel needs resistance > 0, compliance >= 0 and"
-            << " density > 0; found " << resistance_ << ", " << compliance_
-            << ", " << density_ << exit(FatalIOError);
+            << "A windkessel needs resistance > 0 (or 0 without compliance),"
+            << " compliance >= 0, proximalResistance >= 0 and density > 0;"
+            << " found " << resistance_ << ", " << compliance_ << ", "
+            << proximalResistance_ << ", " << density_ << exit(FatalIOError);
     }
     if (dict.found("value"))
     {
@@ -60,7 +79,10 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     {
         const scalar factor =
             ramp_.valid() ? ramp_->value(db().time().timeOutputValue()) : 1;
-        fvPatchField<scalar>::operator=(factor*oldPressure_/density_);
+        fvPatchField<scalar>::operator=
+        (
+            (rampedFrom_ + factor*(oldPressure_ - rampedFrom_))/density_
+        );
     }
 }
 
@@ -76,8 +98,11 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     fixedValueFvPatchScalarField(other, p, iF, mapper),
     resistance_(other.resistance_),
     compliance_(other.compliance_),
+    proximalResistance_(other.proximalResistance_),
+    rampedFrom_(other.rampedFrom_),
     density_(other.density_),
     phiName_(other.phiName_),
+    distalPressure_(other.distalPressure_.clone()),
     ramp_(other.ramp_.clone()),
     oldPressure_(other.oldPressure_),
     timeIndex_(other.timeIndex_),
@@ -93,8 +118,11 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     fixedValueFvPatchScalarField(other),
     resistance_(other.resistance_),
     compliance_(other.compliance_),
+    proximalResistance_(other.proximalResistance_),
+    rampedFrom_(other.rampedFrom_),
     density_(other.density_),
     phiName_(other.phiName_),
+    distalPressure_(other.distalPressure_.clone()),
     ramp_(other.ramp_.clone()),
     oldPressure_(other.oldPressure_),
     timeIndex_(other.timeIndex_),
@@ -111,8 +139,11 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     fixedValueFvPatchScalarField(other, iF),
     resistance_(other.resistance_),
     compliance_(other.compliance_),
+    proximalResistance_(other.proximalResistance_),
+    rampedFrom_(other.rampedFrom_),
     density_(other.density_),
     phiName_(other.phiName_),
+    distalPressure_(other.distalPressure_.clone()),
     ramp_(other.ramp_.clone()),
     oldPressure_(other.oldPressure_),
     timeIndex_(other.timeIndex_),
@@ -121,6 +152,31 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
 
 
 // * * * * * * * * * * * * * * * Member Functions  * * * * * * * * * * * * * //
+
+Foam::scalar Foam::windkesselPressureFvPatchScalarField::next
+(
+    const scalar dt,
+    const scalar t,
+    const scalar Q
+) const
+{
+    const scalar distal = distalPressure_.valid() ? distalPressure_->value(t) : 0;
+    if (resistance_ <= 0)
+    {
+        return distal;
+    }
+    return
+        (oldPressure_*compliance_/dt + Q + distal/resistance_)
+       /(compliance_/dt + 1/resistance_);
+}
+
+
+Foam::scalar Foam::windkesselPressureFvPatchScalarField::lastTime() const
+{
+    const Time& time = db().time();
+    return time.timeOutputValue() - time.deltaTValue();
+}
+
 
 void Foam::windkesselPressureFvPatchScalarField::advance()
 {
@@ -133,12 +189,9 @@ void Foam::windkesselPressureFvPatchScalarField::advance()
     {
         // The flux is still that of the step before: nothing has been solved
         // since. Time::deltaT0 is how long that step was when it began.
-        const scalar dt = timeStep_;
         const scalar Q =
             gSum(patch().lookupPatchField<surfaceScalarField, scalar>(phiName_));
-        oldPressure_ =
-            (oldPressure_*compliance_/dt + Q)
-           /(compliance_/dt + 1/resistance_);
+        oldPressure_ = next(timeStep_, lastTime(), Q);
     }
     timeIndex_ = now;
 }
@@ -146,16 +199,29 @@ void Foam::windkesselPressureFvPatchScalarField::advance()
 
 Foam::scalar Foam::windkesselPressureFvPatchScalarField::pressure() const
 {
-    if (timeIndex_ != db().time().timeIndex())
+    const Time& time = db().time();
+    if (timeIndex_ != time.timeIndex())
     {
         return oldPressure_;
     }
-    const scalar dt = db().time().deltaTValue();
     const scalar Q =
         gSum(patch().lookupPatchField<surfaceScalarField, scalar>(phiName_));
 
-    return
-        (oldPressure_*compliance_/dt + Q)/(compliance_/dt + 1/resistance_);
+    return next(time.deltaTValue(), time.timeOutputValue(), Q);
+}
+
+
+Foam::scalar
+Foam::windkesselPressureFvPatchScalarField::patchPressure() const
+{
+    const scalar p = pressure();
+    if (proximalResistance_ <= 0)
+    {
+        return p;
+    }
+    const scalar Q =
+        gSum(patch().lookupPatchField<surfaceScalarField, scalar>(phiName_));
+    return p + proximalResistance_*Q;
 }
 
 
@@ -169,7 +235,10 @@ void Foam::windkesselPressureFvPatchScalarField::updateCoeffs()
     timeStep_ = db().time().deltaTValue();
     const scalar factor =
         ramp_.valid() ? ramp_->value(db().time().timeOutputValue()) : 1;
-    operator==(factor*pressure()/density_);
+    operator==
+    (
+        (rampedFrom_ + factor*(patchPressure() - rampedFrom_))/density_
+    );
 
     fixedValueFvPatchScalarField::updateCoeffs();
 }
@@ -180,7 +249,16 @@ void Foam::windkesselPressureFvPatchScalarField::write(Ostream& os) const
     fvPatchScalarField::write(os);
     os.writeEntry("resistance", resistance_);
     os.writeEntry("compliance", compliance_);
+    os.writeEntryIfDifferent<scalar>
+    (
+        "proximalResistance", 0, proximalResistance_
+    );
+    os.writeEntryIfDifferent<scalar>("rampedFrom", 0, rampedFrom_);
     os.writeEntry("density", density_);
+    if (distalPressure_.valid())
+    {
+        distalPressure_->writeData(os);
+    }
     os.writeEntryIfDifferent<word>("phi", "phi", phiName_);
     if (ramp_.valid())
     {

@@ -5,6 +5,7 @@
 
 pub(crate) mod motion;
 pub mod solid_file;
+pub(crate) mod three_elements;
 pub(crate) mod tube;
 pub(crate) mod wall;
 pub(crate) mod windkessel;

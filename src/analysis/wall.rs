@@ -170,6 +170,15 @@ impl WallFigures {
     }
 }
 
+/// How a vessel stores blood.
+#[derive(Debug, Clone, Copy)]
+pub struct Storage {
+    /// Volume by pressure, m³/Pa.
+    pub compliance: f64,
+    /// Volume of the lumen of the deformable part, m³: half way.
+    pub volume: f64,
+}
+
 /// Volume that the lumen of a vessel gains by pressure between `lowest` and `highest` (Pa), per pressure, m³/Pa. `None` if
 /// its wall buckles on the way.
 ///
@@ -179,7 +188,7 @@ pub fn compliance(
     wall: &InflatableWall,
     lowest: f64,
     highest: f64,
-) -> Result<Option<f64>, SolidError> {
+) -> Result<Option<Storage>, SolidError> {
     let mut volumes = [0.0; 2];
     for (volume, pressure) in volumes.iter_mut().zip([lowest, highest]) {
         let found = wall.inflate(pressure)?;
@@ -188,5 +197,8 @@ pub fn compliance(
         }
         *volume = wall.lumen_volume(&found.displacement)?;
     }
-    Ok(Some((volumes[1] - volumes[0]) / (highest - lowest)))
+    Ok(Some(Storage {
+        compliance: (volumes[1] - volumes[0]) / (highest - lowest),
+        volume: 0.5 * (volumes[0] + volumes[1]),
+    }))
 }

@@ -1,6 +1,7 @@
 //! A two-element windkessel in the periodic state, and the one that makes given pressures of a given flow.
 
-use crate::case::{FlowCurve, Windkessel};
+use super::three_elements::ThreeElements;
+use crate::case::{BloodVessel, FlowCurve, OutletElements, TableError, Windkessel};
 
 /// Steps in which a period is integrated.
 const STEPS: usize = 2000;
@@ -38,6 +39,48 @@ pub struct Pressures {
     pub highest: f64,
 }
 
+impl Pressures {
+    /// Those of a curve of samples over a period.
+    pub fn of(pressures: &[f64]) -> Self {
+        Self {
+            mean: pressures.iter().sum::<f64>() / pressures.len() as f64,
+            lowest: pressures.iter().copied().fold(f64::INFINITY, f64::min),
+            highest: pressures.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// Those to expect in a vessel, in the periodic state of beats of `period` (s) and without the vessel's own compliance: of what
+    /// is prescribed at the outlet for the flow, or of the pressure at the inlet.
+    ///
+    /// # Errors
+    /// If a curve cannot be read.
+    pub fn expected(vessel: &BloodVessel, period: f64) -> Result<Self, TableError> {
+        let times = (0..STEPS).map(|i| period * i as f64 / STEPS as f64);
+        if let Some(curve) = vessel.inlet_pressure(period)? {
+            return Ok(Self::of(
+                &times.map(|t| curve.pressure(t)).collect::<Vec<_>>(),
+            ));
+        }
+        let curve = FlowCurve::new(&vessel.inflow, period)?;
+        let OutletElements { proximal, distal } = vessel.outlet_elements();
+        let Some((resistance, compliance)) = distal else {
+            let behind = vessel.outlet_pressure(period)?;
+            let at = |t: f64| behind.pressure(t) + proximal * curve.flow(t);
+            return Ok(Self::of(&times.map(at).collect::<Vec<_>>()));
+        };
+        if proximal == 0.0 {
+            return Ok(TwoElements::from(&vessel.windkessel).pressures(&curve));
+        }
+        let all = ThreeElements {
+            proximal,
+            resistance,
+            compliance,
+            vessel: 0.0,
+        };
+        Ok(all.pressures(&curve))
+    }
+}
+
 /// Why no windkessel makes the pressures that are wanted.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoWindkessel {
@@ -50,6 +93,12 @@ pub enum NoWindkessel {
         100.0 * (1.0 - .0)
     )]
     FlowTooSteady(f64),
+    /// The resistance before it alone makes too much of them.
+    #[error(
+        "with {0:.3e} Pa s/m³ before it no windkessel makes these pressures: its own pressure would vary too little, or the \
+         highest be above the one that is wanted; a tenth of the whole resistance is usual"
+    )]
+    ProximalTooLarge(f64),
     /// The vessel itself stores more than the windkessel may.
     #[error(
         "the vessel's own compliance is {vessel:.3e} m³/Pa, but only {all:.3e} m³/Pa may there be in all: pressures \
@@ -88,11 +137,7 @@ impl TwoElements {
         // The end is the start times the decay over a period, and what the flow brings.
         let brought = march(0.0)[STEPS - 1];
         let pressures = march(brought / -(-rate * STEPS as f64).exp_m1());
-        Pressures {
-            mean: pressures.iter().sum::<f64>() / STEPS as f64,
-            lowest: pressures.iter().copied().fold(f64::INFINITY, f64::min),
-            highest: pressures.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        }
+        Pressures::of(&pressures)
     }
 
     /// The windkessel behind a vessel of the compliance `vessel` (m³/Pa) that makes pressures between `lowest` and
@@ -158,6 +203,8 @@ mod tests {
             systole: 0.5,
             exponent: 0.8,
             file: None,
+            unit: None,
+            file_period: None,
         };
         FlowCurve::Pulse {
             inflow,

@@ -2,9 +2,8 @@
 
 use super::schema::{Kind, Schema, Table, above, from, whole};
 use super::table::{table, words};
-use super::{Anastomosis, ProblemKind, VesselDescription};
+use super::{Anastomosis, Inflow, Inlet, Outlet, ProblemKind, VesselDescription, Windkessel};
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
 table! {
     /// A vessel with blood that flows through. Its tables stand at the root of a file, and some of them hold keys that every
@@ -12,7 +11,9 @@ table! {
     pub struct BloodVessel {
         [shape: Shape, "shape and materials"]
         [inflow: Inflow, "flow at the inlet"]
-        [windkessel: Windkessel, "two-element windkessel at the outlet"]
+        [inlet: Option<Inlet>, "what drives the blood at the inlet"]
+        [windkessel: Windkessel, "windkessel at the outlet"]
+        [outlet: Option<Outlet>, "what the blood finds at the outlet"]
         [structure: WallMesh, "mesh of the wall"]
         [surroundings: Option<Surroundings>, "tissue around the vessel"]
         [ends: Option<VesselEnds>, "what holds the ends of the wall"]
@@ -39,29 +40,6 @@ impl Table for Shape {
         schema.of_problems(&[ProblemKind::Vessel], |schema| {
             VesselDescription::describe("vessel", schema);
         });
-    }
-}
-
-table! {
-    /// Flow at the inlet: `base + amplitude sin²(pi (t/systole)^exponent)` for t < systole within a period, then `base`;
-    /// or a curve from a CSV file with the columns `time_s,flow_m3_s` over one period.
-    pub struct Inflow {
-        base: f64 = "base_m3_s", from(-1.0, 1.0), "flow outside systole";
-        amplitude: f64 = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base";
-        systole: f64 = "systole_s", above(0.0, 100.0), "duration of the pulse";
-        exponent: f64 = "exponent", from(0.1, 10.0), "exponent that makes the rise faster than the fall";
-        file: Option<PathBuf> = "file", Kind::Path, "CSV file with the columns time_s,flow_m3_s over one period",
-            absent "the formula of the other keys";
-    }
-}
-
-table! {
-    /// `C dp/dt + p/R = Q` at the outlet.
-    pub struct Windkessel {
-        resistance: f64 = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R of the windkessel";
-        compliance: f64 = "compliance_m3_Pa", above(0.0, 1.0), "compliance C of the windkessel";
-        /// Before the ramp.
-        initial_pressure: f64 = "initial_pressure_Pa", from(-1e6, 1e6), "pressure of the windkessel at t = 0";
     }
 }
 
@@ -149,7 +127,7 @@ words! {
     pub enum Start {
         /// Time begins without pressure inside; inflow and outlet pressure are ramped.
         Ramp = "ramp" (default),
-        /// Time begins in static equilibrium at `windkessel.initial_pressure_Pa`; only the inflow is ramped.
+        /// Time begins in static equilibrium at `windkessel.initial_pressure_Pa`, or `outlet.pressure_Pa`; only the inlet is ramped.
         Equilibrium = "equilibrium",
     }
 }
@@ -193,14 +171,6 @@ impl BloodVessel {
         initial
             .and_then(|initial| initial.shape)
             .unwrap_or_default()
-    }
-
-    /// Pressure (Pa) with which the wall is in static equilibrium when time begins.
-    pub fn equilibrium_pressure(&self) -> f64 {
-        match self.start() {
-            Start::Ramp => 0.0,
-            Start::Equilibrium => self.windkessel.initial_pressure,
-        }
     }
 
     /// Places (m) along x and what of `value` acts there: a single place if it is the same everywhere.

@@ -3,13 +3,14 @@
 mod anastomosis;
 mod described;
 mod flag;
+mod openings;
 mod own;
 mod vessel;
 
 use super::error::CaseError;
 use super::stack::Stack;
 use super::value::shorten;
-use super::{Case, Material, Problem, Solver, Window};
+use super::{Blood, BloodModel, Case, Material, Problem, Solver, Window};
 use std::fmt::Write as _;
 
 /// A cell may bend with the vessel by this angle at most.
@@ -56,10 +57,64 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
         Problem::Flag(flag) => flag::check(case, flag, &mut report),
         Problem::Own(own) => own::check(case, own, &mut report),
     }
+    blood(&case.blood, &mut report);
     times(case, &mut report);
     external(case, &mut report);
     discretization(case, &mut report);
     files(case, &mut report);
+}
+
+/// Whether the blood has what its model needs, and nothing else.
+fn blood(blood: &Blood, report: &mut Report<'_>) {
+    use BloodModel::{CarreauYasuda, Casson, Newtonian, PowerLaw};
+    let model = blood.model.unwrap_or_default();
+    let keys = [
+        (
+            "zero_shear_viscosity_Pa_s",
+            blood.at_rest,
+            &[CarreauYasuda][..],
+            &[Casson, PowerLaw][..],
+        ),
+        (
+            "relaxation_time_s",
+            blood.relaxation_time,
+            &[CarreauYasuda],
+            &[],
+        ),
+        ("exponent", blood.exponent, &[CarreauYasuda, PowerLaw], &[]),
+        ("yasuda_exponent", blood.yasuda, &[], &[CarreauYasuda]),
+        ("yield_stress_Pa", blood.yield_stress, &[Casson], &[]),
+        ("consistency_Pa_sn", blood.consistency, &[PowerLaw], &[]),
+    ];
+    for (name, value, needed, allowed) in keys {
+        let key = format!("blood.{name}");
+        report(
+            &["blood.model"],
+            value.is_none() && needed.contains(&model),
+            format!("{:?} needs {key}", model.name()),
+        );
+        report(
+            &[&key, "blood.model"],
+            value.is_some() && !needed.contains(&model) && !allowed.contains(&model),
+            format!(
+                "{} has no such parameter: leave it out, or choose another blood.model",
+                match model {
+                    Newtonian => "blood of one viscosity",
+                    model => model.name(),
+                }
+            ),
+        );
+    }
+    report(
+        &["blood.zero_shear_viscosity_Pa_s", "blood.viscosity_Pa_s"],
+        blood
+            .at_rest
+            .is_some_and(|at_rest| at_rest < blood.viscosity),
+        format!(
+            "expected at least blood.viscosity_Pa_s = {:?}, that at high rates of shear",
+            blood.viscosity
+        ),
+    );
 }
 
 /// What only a fluid solver of the user's own may and must have.

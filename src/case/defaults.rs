@@ -228,8 +228,10 @@ mod tests {
             let _ = writeln!(text, "{}", line.text);
         }
         std::fs::write(folder.path().join("case.toml"), &text).unwrap();
-        let curve = "time_s,flow_m3_s\n0,1e-6\n0.3,5e-6\n0.6,1e-6\n1,1e-6\n";
-        std::fs::write(folder.path().join("flow.csv"), curve).unwrap();
+        let curve = "t,value\n0,60\n0.3,300\n0.6,60\n0.8,60\n";
+        for name in ["flow.csv", "pressure.csv"] {
+            std::fs::write(folder.path().join(name), curve).unwrap();
+        }
         let line = "x,y,z,r\n0,0,0,3\n20,0,0,3\n40,5,0,2.5\n";
         std::fs::write(folder.path().join("line.csv"), line).unwrap();
         let system = folder.path().join("my-case/system");

@@ -26,6 +26,8 @@ const MAY_CHANGE: &[&str] = &[
     "wall.file.mesh",
     "wall.extrude.factors",
     "inflow.file",
+    "inlet.file",
+    "outlet.file",
     "coupling.max_iterations",
     "structure.newton_max_iterations",
 ];
@@ -35,7 +37,7 @@ const MAY_CHANGE: &[&str] = &[
 pub struct CaseIdentity {
     /// Every value, as TOML.
     pub values: String,
-    /// The files that it names: templates of OpenFOAM's dictionaries, the inflow curve.
+    /// The files that it names: templates of OpenFOAM's dictionaries, the curves of flow and pressure.
     pub files: Vec<FileFingerprint>,
 }
 
@@ -133,6 +135,11 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
     if let Problem::Vessel(vessel) = &case.problem {
         let curve = vessel.inflow.file.as_ref();
         single.extend(curve.map(|file| ("inflow.file", file)));
+        let inlet = vessel.inlet.as_ref().and_then(|inlet| inlet.file.as_ref());
+        single.extend(inlet.map(|file| ("inlet.file", file)));
+        let outlet = vessel.outlet.as_ref();
+        let outlet = outlet.and_then(|outlet| outlet.file.as_ref());
+        single.extend(outlet.map(|file| ("outlet.file", file)));
     }
     for (key, path) in single {
         let mut file = FileFingerprint::of(Path::new(""), path, None)?;

@@ -2,7 +2,7 @@
 
 use super::schema::{Kind, above, from, whole};
 use super::table::{choice, table, words};
-use super::{Problem, templates};
+use super::{Blood, Problem, templates};
 use std::path::PathBuf;
 
 table! {
@@ -65,14 +65,6 @@ choice! {
             viscosity: Option<f64> = "viscosity_Pa_s", VISCOSITY,
                 "viscous stress by rate of strain (Kelvin-Voigt)", absent "0";
         }
-    }
-}
-
-table! {
-    /// The blood, a Newtonian fluid.
-    pub struct Blood {
-        density: f64 = "density_kg_m3", above(0.0, 1e5), "density of the blood";
-        viscosity: f64 = "viscosity_Pa_s", above(0.0, 1e3), "dynamic viscosity of the blood";
     }
 }
 

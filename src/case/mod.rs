@@ -24,6 +24,7 @@
 //! ```
 
 mod anastomosis;
+mod blood;
 mod blood_vessel;
 mod centre_line;
 mod check;
@@ -37,7 +38,9 @@ mod json_schema;
 mod keys;
 mod load;
 mod lumen;
+mod openings;
 mod own;
+mod periodic_table;
 mod problem;
 pub mod schema;
 pub(crate) mod source;
@@ -54,16 +57,19 @@ mod window;
 mod write;
 
 pub use anastomosis::*;
+pub use blood::{Blood, BloodModel, Rheology};
 pub use blood_vessel::*;
 pub use centre_line::LineSurvey;
 pub use check::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG};
 pub use error::{CaseError, CaseErrors, Place};
 pub use flag::{Flag, FlagMesh};
-pub use flow_curve::{FlowCurve, FlowCurveError};
+pub use flow_curve::FlowCurve;
 pub use identity::CaseIdentity;
 pub use keys::*;
 pub use load::{Override, Preset, ResolvedCase};
+pub use openings::*;
 pub use own::*;
+pub use periodic_table::{PeriodicTable, TableError};
 pub use problem::{Problem, ProblemKind};
 pub use vessel::*;
 pub use window::Window;

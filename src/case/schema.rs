@@ -56,7 +56,8 @@ impl Key {
 
     /// The unit that the name ends with, if it has one.
     pub fn unit(&self) -> Option<&'static str> {
-        const UNITS: [(&str, &str); 14] = [
+        const UNITS: [(&str, &str); 15] = [
+            ("_Pa_sn", "Pa sⁿ"),
             ("_Pa_s_m3", "Pa s/m³"),
             ("_Pa_s_m", "Pa s/m"),
             ("_Pa_m", "Pa/m"),

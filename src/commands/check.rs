@@ -3,8 +3,8 @@
 use super::wall::with_wall;
 use super::{CaseArguments, Failure};
 use crate::analysis::wall::WallFigures;
-use crate::analysis::windkessel::TwoElements;
-use crate::case::{BloodVessel, Case, FlowCurve, Problem, Shape, Solver};
+use crate::analysis::windkessel::Pressures;
+use crate::case::{BloodVessel, Case, InletCondition, OutletCondition, Problem, Shape, Solver};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Section, Vessel};
 use crate::output::report::quantities::MMHG;
@@ -127,20 +127,26 @@ fn fit(case: &Case) -> Result<Fit, Failure> {
 /// What `--wall` prints.
 fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
     let mmhg = |pressure: f64| format!("{:.2} kPa ({:.0} mmHg)", 1e-3 * pressure, pressure / MMHG);
-    let curve = FlowCurve::new(&vessel.inflow, case.time.period)
-        .map_err(|e| Failure::Input(e.to_string()))?;
     // The wall's own compliance, which is left out, brings them closer together.
-    let expected = TwoElements::from(&vessel.windkessel).pressures(&curve);
+    let is_driven =
+        vessel.inlet.as_ref().and_then(|inlet| inlet.condition) == Some(InletCondition::Pressure);
+    let maker = match vessel.outlet_condition() {
+        _ if is_driven => "the inlet makes",
+        OutletCondition::Windkessel => "the windkessel makes",
+        OutletCondition::Resistance | OutletCondition::Pressure => "the outlet makes",
+    };
+    let expected =
+        Pressures::expected(vessel, case.time.period).map_err(|e| Failure::Input(e.to_string()))?;
     if expected.mean.min(expected.highest) <= 0.0 {
         return Err(Failure::Input(format!(
-            "--wall: the windkessel makes a mean pressure of {:.0} Pa; only walls under inner pressure are looked at",
+            "--wall: {maker} a mean pressure of {:.0} Pa; only walls under inner pressure are looked at",
             expected.mean
         )));
     }
     let wall = figures(case, vessel, &[expected.mean, expected.highest])
         .map_err(|e| Failure::Run(e.to_string()))?;
     let mut text = format!(
-        "the wall alone, in statics; the windkessel makes {} on average and at most {}\n",
+        "the wall alone, in statics; {maker} {} on average and at most {}\n",
         mmhg(expected.mean),
         mmhg(expected.highest)
     );

@@ -2,9 +2,11 @@
 
 use super::wall::with_wall;
 use super::{CaseArguments, Failure};
+use crate::analysis::three_elements::ThreeElements;
 use crate::analysis::wall;
 use crate::analysis::windkessel::TwoElements;
-use crate::case::{FlowCurve, Inflow};
+use crate::case::{FlowCurve, FlowUnit, Inflow};
+use crate::geometry::Vessel;
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
 use std::path::PathBuf;
@@ -15,9 +17,12 @@ const ALLOWED: std::ops::RangeInclusive<f64> = 1.0..=500.0;
 /// Options of the proposal.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// CSV file of the flow over one period, with the columns time_s,flow_m3_s [default: the inflow of the case].
+    /// File of the flow over one period, as inflow.file [default: the inflow of the case].
     #[arg(long, value_name = "FILE", required_unless_present = "case")]
     flow: Option<PathBuf>,
+    /// Unit of the flows in that file [default: that in its header; of a .flow of SimVascular cm3/s].
+    #[arg(long, value_name = "UNIT", requires = "flow", value_parser = unit)]
+    unit: Option<FlowUnit>,
     /// Duration of a period of that file, s [default: time.period_s of the case, or 1].
     #[arg(long, value_name = "S", requires = "flow")]
     period: Option<f64>,
@@ -27,11 +32,25 @@ pub struct Arguments {
     /// Lowest pressure, mmHg.
     #[arg(long, value_name = "MMHG", default_value_t = 80.0)]
     diastolic: f64,
+    /// Elements of the windkessel: 3 has a resistance before it, at which waves of the vessel do not come back.
+    #[arg(long, value_name = "2|3", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
+    elements: u8,
+    /// The resistance before a windkessel of three elements, Pa s/m³ [default: the characteristic impedance of the case's vessel].
+    #[arg(long, value_name = "PA_S_M3")]
+    proximal: Option<f64>,
     /// Folder of a case, whose wall takes a share of the compliance: its statics, up to a minute.
     #[arg(long, value_name = "DIR")]
     case: Option<PathBuf>,
     #[command(flatten)]
     chosen: CaseArguments,
+}
+
+fn unit(word: &str) -> Result<FlowUnit, String> {
+    let known = FlowUnit::ALL.into_iter().find(|unit| unit.name() == word);
+    known.ok_or_else(|| {
+        let words: Vec<&str> = FlowUnit::ALL.iter().map(|unit| unit.name()).collect();
+        format!("expected one of {}", words.join(", "))
+    })
 }
 
 /// Prints the keys to put into `case.toml`, and the pressures to expect.
@@ -80,51 +99,103 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             systole: period,
             exponent: 1.0,
             file: file.clone(),
+            unit: arguments.unit,
+            file_period: None,
         },
     };
     let curve = FlowCurve::new(&inflow, period).map_err(|e| wrong(e.to_string()))?;
+    let is_allowed = arguments.proximal.is_none_or(|r| r > 0.0 && r < 1e15);
+    if !is_allowed {
+        return Err(wrong(
+            "--proximal: expected a resistance above 0 Pa s/m³".into(),
+        ));
+    }
+    if arguments.proximal.is_some() && arguments.elements == 2 {
+        return Err(wrong(
+            "--proximal is the third element: add --elements 3".into(),
+        ));
+    }
+    if arguments.elements == 3 && arguments.proximal.is_none() && case.is_none() {
+        return Err(wrong(
+            "--elements 3 needs the resistance before the windkessel, --proximal PA_S_M3 (a tenth of the whole is usual), or \
+             --case, whose vessel's characteristic impedance it is"
+                .into(),
+        ));
+    }
     let propose =
         |own| TwoElements::between(lowest, highest, &curve, own).map_err(|e| wrong(e.to_string()));
     // What cannot be had without the wall needs no statics.
     propose(0.0)?;
-    let own = match (&case, vessel) {
-        (Some(case), Some(vessel)) => with_wall(case, vessel, |wall| wall::compliance(wall, lowest, highest))
-            .map_err(|e| Failure::Run(e.to_string()))?
-            .ok_or_else(|| {
-                Failure::Run(format!(
-                    "the wall of the case buckles below {} mmHg, so that it has no compliance: see `fsi-driver check --wall`",
-                    arguments.systolic
-                ))
-            })?,
-        _ => 0.0,
+    let storage = match (&case, vessel) {
+        (Some(case), Some(vessel)) => Some(
+            with_wall(case, vessel, |wall| wall::compliance(wall, lowest, highest))
+                .map_err(|e| Failure::Run(e.to_string()))?
+                .ok_or_else(|| {
+                    Failure::Run(format!(
+                        "the wall of the case buckles below {} mmHg, so that it has no compliance: see `fsi-driver check --wall`",
+                        arguments.systolic
+                    ))
+                })?,
+        ),
+        _ => None,
     };
-    let found = propose(own)?;
-    let all = TwoElements {
-        compliance: found.compliance + own,
-        ..found
+    let own = storage.map_or(0.0, |storage| storage.compliance);
+    let (keys, expected, tau, all) = if arguments.elements == 2 {
+        let found = propose(own)?;
+        let all = TwoElements {
+            compliance: found.compliance + own,
+            ..found
+        };
+        let keys = (found.resistance, found.compliance, None);
+        (
+            keys,
+            all.pressures(&curve),
+            all.resistance * all.compliance,
+            all.compliance,
+        )
+    } else {
+        let density = case.as_ref().map_or(0.0, |case| case.blood.density);
+        let impedance = vessel.zip(storage).map(|(vessel, storage)| {
+            // Bramwell and Hill's speed of waves (1922), times density by area
+            let speed = (storage.volume / (density * storage.compliance)).sqrt();
+            density * speed * Vessel::new(vessel).end() / storage.volume
+        });
+        let proximal = arguments.proximal.or(impedance).unwrap_or_default();
+        let found = ThreeElements::between(lowest, highest, &curve, proximal, own)
+            .map_err(|e| wrong(e.to_string()))?;
+        let keys = (found.resistance, found.compliance, Some(proximal));
+        (
+            keys,
+            found.pressures(&curve),
+            found.resistance * found.compliance,
+            found.compliance + own,
+        )
     };
-    let expected = all.pressures(&curve);
+    let (resistance, compliance, proximal) = keys;
+    let whole = resistance + proximal.unwrap_or(0.0);
     let vessel = match own {
         0.0 => "a vessel's own compliance was left out (--case takes that of a case)".to_owned(),
         own => format!(
             "the vessel itself has {own:.3e} m³/Pa, {:.0} % of all",
-            100.0 * own / all.compliance
+            100.0 * own / all
         ),
     };
+    let third = proximal.map_or(String::new(), |proximal| {
+        format!("proximal_resistance_Pa_s_m3 = {proximal:.4e}\n")
+    });
+    // Without the drop over the proximal resistance
+    let initial = expected.mean * resistance / whole;
     Ok(terminal::print(format_args!(
         "[windkessel]\n\
-         resistance_Pa_s_m3 = {:.4e}\n\
-         compliance_m3_Pa = {:.4e}\n\
-         initial_pressure_Pa = {:.4e}\n\n\
+         resistance_Pa_s_m3 = {resistance:.4e}\n\
+         compliance_m3_Pa = {compliance:.4e}\n\
+         {third}\
+         initial_pressure_Pa = {initial:.4e}\n\n\
          pressures from {:.1} to {:.1} mmHg, {:.1} on average, in the periodic state;\n\
-         time constant R C {:.3} s; mean flow {:.1} ml/min; {vessel}\n",
-        found.resistance,
-        found.compliance,
-        expected.mean,
+         time constant R C {tau:.3} s; mean flow {:.1} ml/min; {vessel}\n",
         expected.lowest / MMHG,
         expected.highest / MMHG,
         expected.mean / MMHG,
-        all.resistance * all.compliance,
-        6e7 * expected.mean / all.resistance,
+        6e7 * expected.mean / whole,
     ))?)
 }

@@ -14,6 +14,7 @@ use std::path::PathBuf;
 pub mod conversation;
 pub mod external;
 pub(crate) mod field;
+pub(crate) mod inlet_velocity;
 pub(crate) mod lagrange_cell;
 pub mod loaded_shape;
 pub mod native;

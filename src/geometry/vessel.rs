@@ -153,6 +153,15 @@ impl Vessel {
         self.radius(LUMEN, s, phi)
     }
 
+    /// How far a point of the cross-section where the vessel begins is from the centre-line, relative to the radius of the
+    /// lumen in this direction.
+    pub fn inlet_share(&self, point: &Vec3) -> f64 {
+        let s = self.sections[0].from;
+        let frame = self.line.frame(s);
+        let [y, z] = frame.across(&(point - frame.origin));
+        y.hypot(z) / self.lumen_radius(s, z.atan2(y))
+    }
+
     /// Volume (m³) of the unloaded lumen between two cross-sections.
     pub fn lumen_volume(&self, from: f64, to: f64) -> f64 {
         // V = ∫∫ (r²/2 - κ·e r³/3) dφ ds; the periodic trapezoidal rule around, Gauss' two points in many short pieces along.

@@ -376,7 +376,9 @@ fn same_model(first: &Results, second: &Results) -> Result<(), ComparisonError> 
         ("vessel", description(v) == description(w)),
         ("blood", a.blood == b.blood),
         ("inflow", v.inflow == w.inflow),
+        ("inlet", v.inlet == w.inlet),
         ("windkessel", v.windkessel == w.windkessel),
+        ("outlet", v.outlet == w.outlet),
         ("ramp", a.ramp == b.ramp),
         ("time.period_s", a.time.period == b.time.period),
     ];

@@ -30,6 +30,16 @@ fn refuse_within(limit: Duration, file: &Path, set: &[(&str, &str)]) -> CaseErro
 #[rustfmt::skip]
 const SINGLE: &[(&str, &str, &str, &str)] = &[
     // model, key, value, message
+    ("S-0.0", "inlet.condition", "pressure", "add inlet.pressure_Pa, or inlet.file"),
+    ("S-0.0", "inlet.condition", "presure", "\"pressure\""),
+    ("S-0.0", "inlet.pressure_Pa", "100.0", "write inlet.condition = \"pressure\""),
+    ("S-0.0", "inlet.unit", "mmHg", "there is none: leave it out"),
+    ("S-0.0", "inflow.unit", "ml/min", "there is none: leave it out"),
+    ("S-0.0", "outlet.condition", "resistance", "add outlet.resistance_Pa_s_m3"),
+    ("S-0.0", "outlet.condition", "pressure", "add outlet.pressure_Pa, or outlet.file"),
+    ("S-0.0", "outlet.resistance_Pa_s_m3", "1e8", "does not belong to the outlet's condition \"windkessel\""),
+    ("S-0.0", "outlet.pressure_Pa", "1e3", "does not belong to the outlet's condition \"windkessel\""),
+    ("S-0.0", "windkessel.proximal_resistance_Pa_s_m3", "-1.0", "expected a number from 0.0"),
     ("turek-hron", "flag.cylinder_x_m", "0.05", "behind the inlet"),
     ("turek-hron", "flag.cylinder_y_m", "0.37", "less than 0.36"),
     ("turek-hron", "flag.channel_height_m", "0.05", "flag.cylinder_y_m"),
@@ -339,6 +349,70 @@ fn flow_curves_are_refused_with_the_line() {
             errors.contains("inflow.file") && errors.contains(message),
             "{message:?} is not in {errors}"
         );
+    }
+}
+
+#[test]
+fn what_is_prescribed_at_the_ends_must_fit_together() {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("curve.csv");
+    let path = file.to_str().unwrap();
+    let curve = "t,p\n0,80\n0.4,120\n1,80\n";
+    let inlet = ("inlet.condition", "pressure");
+    for (text, set, message) in [
+        (
+            curve,
+            vec![inlet, ("inlet.file", path)],
+            ":1: expected the header time_s,pressure_Pa, or the unit of the column",
+        ),
+        (
+            curve,
+            vec![
+                inlet,
+                ("inlet.file", path),
+                ("inlet.unit", "mmHg"),
+                ("inlet.pressure_Pa", "1e4"),
+            ],
+            "leave out one of the two",
+        ),
+        (
+            curve,
+            vec![
+                inlet,
+                ("inlet.pressure_Pa", "1e4"),
+                ("inlet.profile", "parabolic"),
+            ],
+            "the profile follows from the pressure",
+        ),
+        (
+            "t,p (kPa)\n0,80\n0.4,120\n1,80\n",
+            vec![inlet, ("inlet.file", path), ("inlet.unit", "mmHg")],
+            "says another unit than",
+        ),
+        (
+            "t,Q [ml/min]\n0,80\n400,120\n1000,80\n",
+            vec![("inflow.file", path)],
+            ":3: the time 400.0 s is outside the period",
+        ),
+        (
+            "t (ms),Q [ml/min]\n0,80\n400,120\n850,80\n",
+            vec![("inflow.file", path), ("inflow.file_period_s", "0.8")],
+            ":4: the time 0.85 s is outside the period from 0 to 0.8 s",
+        ),
+        (
+            curve,
+            vec![
+                ("outlet.condition", "pressure"),
+                ("outlet.file", path),
+                ("outlet.unit", "mmHg"),
+                ("initial.start", "equilibrium"),
+            ],
+            "no equilibrium to begin with",
+        ),
+    ] {
+        std::fs::write(&file, text).unwrap();
+        let errors = refuse(&project().join("S-0.0"), &set).to_string();
+        assert!(errors.contains(message), "{message:?} is not in {errors}");
     }
 }
 

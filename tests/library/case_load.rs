@@ -2,8 +2,8 @@
 
 use approx::assert_relative_eq;
 use fsi_driver::case::{
-    Anastomosis, BloodVessel, Case, Extension, FlowCurve, Inflow, Material, Preset, Problem, Ramp,
-    ResolvedCase, Shape, Solver,
+    Anastomosis, BloodVessel, Case, Extension, FlowCurve, FlowUnit, Inflow, Material, Preset,
+    Problem, Ramp, ResolvedCase, Shape, Solver,
 };
 use std::path::{Path, PathBuf};
 
@@ -318,8 +318,75 @@ fn table(text: &str, period: f64) -> FlowCurve {
         systole: 1.0,
         exponent: 1.0,
         file: Some(file),
+        unit: None,
+        file_period: None,
     };
     FlowCurve::new(&inflow, period).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// As hospitals, spreadsheets and SimVascular write them.
+#[test]
+fn flow_curves_come_in_any_unit_and_with_any_separator() {
+    let scratch = tempfile::tempdir().unwrap();
+    let of = |name: &str, text: &str, unit: Option<FlowUnit>, file_period: Option<f64>| {
+        let file = scratch.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        let inflow = Inflow {
+            base: 0.0,
+            amplitude: 0.0,
+            systole: 1.0,
+            exponent: 1.0,
+            file: Some(file),
+            unit,
+            file_period,
+        };
+        FlowCurve::new(&inflow, 0.8).unwrap_or_else(|error| panic!("{name}: {error}"))
+    };
+    let minute = Some(FlowUnit::MillilitreMinute);
+    for curve in [
+        of(
+            "a.csv",
+            "time_s,flow_m3_s\n0,1e-6\n0.2,5e-6\n0.4,1e-6\n0.8,1e-6\n",
+            None,
+            None,
+        ),
+        of(
+            "b.csv",
+            "% a comment\nt [ms];Q [ml/s]\n0;1\n200;5\n400;1\n800;1\n",
+            None,
+            None,
+        ),
+        of(
+            "c.txt",
+            "time\tflow_ml_min\n0\t60\n0.2\t300\n0.4\t60\n",
+            None,
+            None,
+        ),
+        of(
+            "d.csv",
+            "0 60\n0.25 300\n0.5 60\n1.0 60\n",
+            minute,
+            Some(1.0),
+        ),
+        // What enters is negative there
+        of("e.flow", "0 -1\n0.2 -5\n0.4 -1\n0.8 -1\n", None, None),
+        of(
+            "f.flow",
+            "0 -1000\n0.2 -5000\n0.4 -1000\n0.8 -1000\n",
+            Some(FlowUnit::CubicMillimetreSecond),
+            None,
+        ),
+    ] {
+        for (t, flow) in [
+            (0.0, 1e-6),
+            (0.1, 3e-6),
+            (0.2, 5e-6),
+            (1.0, 5e-6),
+            (0.5, 1e-6),
+        ] {
+            assert_relative_eq!(curve.flow(t), flow, max_relative = 1e-12);
+        }
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! Womersley.
 
 use fsi_driver::Vec3;
+use fsi_driver::case::Rheology;
 use fsi_driver::fluid::native::spectral_elements::SpectralElements;
 use fsi_driver::fluid::native::taylor_hood_space::{Face, Patch, Plane, TaylorHoodSpace};
 use fsi_driver::fluid::native::{BoundaryConditions, Flow, FlowSettings, FlowState, TimeScheme};
@@ -102,7 +103,7 @@ impl Box3 {
             let points = space.face_points(face, &positions);
             let forces: Vec<Vec3> = (points.positions.iter().zip(&points.areas))
                 .map(|(&x, area)| {
-                    self.settings.viscosity * exact.gradient(x, t) * area
+                    self.settings.rheology.viscosity(0.0) * exact.gradient(x, t) * area
                         - exact.pressure(x, t) * area
                 })
                 .collect();
@@ -114,7 +115,7 @@ impl Box3 {
                     .iter()
                     .map(|&x| exact.velocity((self.shape)(x, t), t)),
             ),
-            outlet_pressure: [0.0; 2],
+            pressures: Vec::new(),
             load,
         };
         let trial = self
@@ -154,7 +155,7 @@ impl Box3 {
 fn settings(density: f64, viscosity: f64, scheme: TimeScheme) -> FlowSettings {
     FlowSettings {
         density,
-        viscosity,
+        rheology: Rheology::Newtonian { viscosity },
         scheme,
         tolerance: 1e-9,
         max_iterations: 400,

@@ -1,14 +1,14 @@
 //! The spectral elements for the blood in a rigid tube: Poiseuille's and Womersley's flow, and their wall shear stress.
 
 use fsi_driver::Vec3;
-use fsi_driver::case::{Case, Preset};
+use fsi_driver::case::{Case, Preset, Rheology};
 use fsi_driver::fluid::native::metric::Metric;
 use fsi_driver::fluid::native::spectral_elements::SpectralElements;
 use fsi_driver::fluid::native::taylor_hood_space::Patch;
 use fsi_driver::fluid::native::vessel_mesh::{Resolution, VesselMesh};
 use fsi_driver::fluid::native::wall_traction::wall_loads;
 use fsi_driver::fluid::native::{
-    BoundaryConditions, Flow, FlowError, FlowSettings, FlowState, TimeScheme,
+    BoundaryConditions, Entering, Flow, FlowError, FlowSettings, FlowState, OpenEnd, TimeScheme,
 };
 use fsi_driver::geometry::Vessel;
 use nalgebra::Complex;
@@ -17,6 +17,9 @@ use std::f64::consts::{PI, TAU};
 const RADIUS: f64 = 3e-3;
 const DENSITY: f64 = 1050.0;
 const VISCOSITY: f64 = 3.5e-3;
+const BLOOD: Rheology = Rheology::Newtonian {
+    viscosity: VISCOSITY,
+};
 
 /// A straight circular tube of 15 mm: a rigid part and two deformable ones of 5 mm each, an element long.
 fn tube(degree: usize) -> VesselMesh {
@@ -53,15 +56,17 @@ struct Tube {
     positions: Vec<f64>,
     /// `mu ∂u/∂n` on the wall in the last step, from the forces there.
     reactions: Vec<f64>,
+    blood: Rheology,
 }
 
 impl Tube {
     fn new(degree: usize, scheme: TimeScheme, velocity: impl Fn(f64) -> f64) -> Self {
-        Self::with_iterations(300, degree, scheme, velocity)
+        Self::with_iterations(300, BLOOD, degree, scheme, velocity)
     }
 
     fn with_iterations(
         max_iterations: usize,
+        blood: Rheology,
         degree: usize,
         scheme: TimeScheme,
         velocity: impl Fn(f64) -> f64,
@@ -73,13 +78,17 @@ impl Tube {
         let outlet = space.space.faces_of(|patch| patch == Patch::End);
         let settings = FlowSettings {
             density: DENSITY,
-            viscosity: VISCOSITY,
+            rheology: blood,
             scheme,
             tolerance: 1e-9,
             max_iterations,
         };
         let pressure = vec![0.0; space.space.pressures];
-        let flow = Flow::new(space, settings, &fixed, Vec::new(), outlet, &positions).unwrap();
+        let open = vec![OpenEnd {
+            faces: outlet.clone(),
+            entering: Entering::NoEnergy,
+        }];
+        let flow = Flow::new(space, settings, &fixed, Vec::new(), open, &positions).unwrap();
         let u = axial(&positions, velocity);
         let state = FlowState {
             time: 0.0,
@@ -94,6 +103,7 @@ impl Tube {
             state,
             positions,
             reactions: Vec::new(),
+            blood,
         }
     }
 
@@ -123,7 +133,7 @@ impl Tube {
         let loads = wall_loads(
             self.flow.space(),
             &faces[8..],
-            VISCOSITY,
+            &self.blood,
             &self.positions,
             u,
             p,
@@ -271,7 +281,7 @@ fn a_solution_that_does_not_converge_is_told_from_one_that_is_lost_and_both_name
         (tube.flow).solve(&tube.state, 2e-3, positions, &boundary, None)
     };
     let tube = |iterations: usize| {
-        Tube::with_iterations(iterations, 4, TimeScheme::ImplicitEuler, velocity)
+        Tube::with_iterations(iterations, BLOOD, 4, TimeScheme::ImplicitEuler, velocity)
     };
     let Err(FlowError::NotSolved {
         iterations: 2,
@@ -293,4 +303,126 @@ fn a_solution_that_does_not_converge_is_told_from_one_that_is_lost_and_both_name
     let (node, position) = (node.unwrap(), at(node.unwrap()));
     tube.state.velocity[0][2 * nodes + node] = f64::NAN;
     assert_eq!(solve(&mut tube), Err(FlowError::NotFinite { position }));
+}
+
+/// Largest errors in developed flow of the velocity, relative to that on the axis, and of the wall shear stress from forces, relative
+/// to itself.
+fn developed(
+    blood: Rheology,
+    degree: usize,
+    shear: f64,
+    velocity: impl Fn(f64) -> f64,
+) -> [f64; 2] {
+    let mut tube = Tube::with_iterations(300, blood, degree, TimeScheme::ImplicitEuler, &velocity);
+    (0..20).for_each(|_| tube.step(2e-3, &velocity));
+    let exact = axial(&tube.positions, &velocity);
+    let found = &tube.state.velocity[0];
+    let worst = found.iter().zip(&exact).map(|(u, v)| (u - v).abs());
+    let loads = tube.wall_shear(Method::Reactions);
+    [
+        worst.fold(0.0, f64::max) / velocity(0.0),
+        loads
+            .map(|found| (found / shear - 1.0).abs())
+            .into_iter()
+            .fold(0.0, f64::max),
+    ]
+}
+
+/// Stress rises linearly from the axis to the wall; the rate of shear at a stress, and from it the velocity, follow from the model.
+#[test]
+fn developed_flow_of_shear_thinning_blood_is_that_of_its_model() {
+    let shear = 1.5;
+    let (k, n) = (0.017, 0.708);
+    let power_law = Rheology::PowerLaw {
+        high: 1e-5,
+        at_rest: 10.0,
+        k,
+        n,
+    };
+    // In closed form (Bird, Stewart and Lightfoot 2002)
+    let of_power_law = |r: f64| {
+        let m = (n + 1.0) / n;
+        (shear / (k * RADIUS)).powf(1.0 / n) / m * (RADIUS.powf(m) - r.powf(m))
+    };
+    let (high, yield_stress) = (3.5e-3, 0.05);
+    let casson = Rheology::Casson {
+        high,
+        at_rest: 0.35,
+        yield_stress,
+    };
+    // In closed form (Fung 1993): within the core the stress does not reach the yield stress.
+    let of_casson = |r: f64| {
+        let r = r.max(yield_stress / shear * RADIUS);
+        let stress = shear / RADIUS;
+        (0.5 * stress * (RADIUS * RADIUS - r * r)
+            - 4.0 / 3.0 * (yield_stress * stress).sqrt() * (RADIUS.powf(1.5) - r.powf(1.5))
+            + yield_stress * (RADIUS - r))
+            / high
+    };
+    let carreau = Rheology::CarreauYasuda {
+        high: 3.45e-3,
+        at_rest: 0.056,
+        time: 3.313,
+        n: 0.3568,
+        a: 2.0,
+    };
+    // By bisection and the middle rule
+    let rate = |r: f64| {
+        let (mut low, mut high) = (0.0, 1e5);
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            let less = carreau.viscosity(middle) * middle < shear * r / RADIUS;
+            *(if less { &mut low } else { &mut high }) = middle;
+        }
+        low
+    };
+    let of_carreau = |r: f64| {
+        let pieces = 400;
+        let h = (RADIUS - r) / f64::from(pieces);
+        let middles = (0..pieces).map(|i| r + (f64::from(i) + 0.5) * h);
+        h * middles.map(rate).sum::<f64>()
+    };
+    for (name, degree, found, expected) in [
+        (
+            "power law",
+            4,
+            developed(power_law, 4, shear, of_power_law),
+            [1e-3, 1e-3],
+        ),
+        (
+            "power law",
+            5,
+            developed(power_law, 5, shear, of_power_law),
+            [1e-3, 1e-3],
+        ),
+        (
+            "Casson",
+            4,
+            developed(casson, 4, shear, of_casson),
+            [1e-2, 1e-2],
+        ),
+        (
+            "Casson",
+            5,
+            developed(casson, 5, shear, of_casson),
+            [1e-2, 1e-2],
+        ),
+        (
+            "Carreau",
+            4,
+            developed(carreau, 4, shear, of_carreau),
+            [1e-3, 1e-3],
+        ),
+        (
+            "Carreau",
+            5,
+            developed(carreau, 5, shear, of_carreau),
+            [1e-3, 1e-3],
+        ),
+    ] {
+        println!("{name}, degree {degree}: {found:?}");
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!(found < 1.5 * expected, "{name}, degree {degree}: {found:e}");
+        }
+    }
 }

@@ -33,6 +33,27 @@ fn the_pulse_widens_the_middle_of_the_tube_as_published() {
     check(&["--preset", "demo"], 1.1719e-4, 6.7e-3, 4.64);
 }
 
+/// The driver's own fluid, with pressures at both ends: what OpenFOAM leads to as its cells become smaller (README.md).
+#[test]
+fn the_native_fluid_widens_it_as_much() {
+    let arguments = [
+        "--preset",
+        "demo",
+        "--fluid",
+        "native",
+        "--end-time",
+        "0.0072",
+    ];
+    let few = ["--set", "fluid.native.radial=3"];
+    check(&[&arguments[..], &few].concat(), 1.1778e-4, 6.8e-3, 4.64);
+}
+
+#[test]
+#[ignore = "the full form: minutes"]
+fn full_mesh_with_the_native_fluid() {
+    check(&["--fluid", "native"], 1.2044e-4, 6.9e-3, 4.6);
+}
+
 #[test]
 #[ignore = "the full form: minutes"]
 fn full_mesh() {

@@ -4,7 +4,7 @@ use crate::fluid_support::{BIRD_CARREAU, correctors, read_internal_field, use_bi
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, FlowCurve, Preset, ResolvedCase};
 use fsi_driver::fluid::conversation::session::Terms;
-use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings};
+use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings, VesselOpenings};
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use fsi_driver::fluid::{Fluid, FluidStep};
 use fsi_driver::geometry::{PolyMesh, fluid_mesh};
@@ -48,12 +48,11 @@ impl RigidTube {
         CaseFiles {
             templates: &case.fluid.templates,
             blood: &case.blood,
-            openings: Openings::Vessel {
-                outlet_end: fsi_driver::case::VesselEnd::Clamped,
-                start: fsi_driver::case::Start::Ramp,
-                inflow: FlowCurve::new(&vessel.inflow, case.time.period).unwrap(),
-                windkessel: &vessel.windkessel,
-            },
+            openings: Openings::Vessel(VesselOpenings::flow_and_windkessel(
+                FlowCurve::new(&vessel.inflow, case.time.period).unwrap(),
+                &vessel.windkessel,
+                fsi_driver::case::Start::Ramp,
+            )),
             ramp: &case.ramp,
             time: &case.time,
             ranks: 1,

@@ -7,6 +7,7 @@ mod benchmark_rigid_tube;
 mod benchmark_support;
 mod benchmark_turek_hron;
 mod benchmark_womersley_elastic;
+mod boundary_conditions;
 mod buckling;
 mod check;
 mod coupled_run;

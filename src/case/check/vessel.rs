@@ -1,14 +1,14 @@
 //! Whether what flows through a vessel, what surrounds it and its meshes fit together, whatever its shape.
 
-use super::{Report, anastomosis, described};
-use crate::case::{BloodVessel, Case, FlowCurve, GivenShape, Shape, Start, VesselEnd};
+use super::{Report, anastomosis, described, openings};
+use crate::case::{BloodVessel, Case, GivenShape, Shape, Start, VesselEnd};
 
 pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
     match &vessel.shape {
         Shape::Anastomosis(shape) => anastomosis::check(case, shape, &vessel.fluid, report),
         Shape::Vessel(shape) => described::check(vessel, shape, report),
     }
-    inflow(case, vessel, report);
+    openings::check(case, vessel, report);
     surroundings(vessel, report);
     ends(vessel, report);
     report(
@@ -63,22 +63,6 @@ fn surroundings(vessel: &BloodVessel, report: &mut Report<'_>) {
         shares.iter().any(|share| *share < 0.0),
         "expected no negative share: springs that push would be no tissue".into(),
     );
-}
-
-fn inflow(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
-    report(
-        &["inflow.systole_s", "time.period_s"],
-        vessel.inflow.systole > case.time.period && vessel.inflow.file.is_none(),
-        format!(
-            "the pulse must fit into time.period_s = {:?}",
-            case.time.period
-        ),
-    );
-    if vessel.inflow.file.is_some()
-        && let Err(error) = FlowCurve::new(&vessel.inflow, case.time.period)
-    {
-        report(&["inflow.file", "time.period_s"], true, error.to_string());
-    }
 }
 
 fn ends(vessel: &BloodVessel, report: &mut Report<'_>) {

@@ -192,6 +192,7 @@ impl Tube {
                 resistance,
                 compliance,
             } => End::Windkessel {
+                proximal: 0.0,
                 resistance,
                 compliance,
                 rigid_length: 0.0,

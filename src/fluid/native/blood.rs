@@ -1,22 +1,24 @@
 //! Blood in a vessel: the flow with its inlet, its windkessel and its moving wall.
 
 use super::FlowError;
+use super::ends::{Ends, NativeInlet};
 use super::field::field;
-use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
+use super::flow::{
+    BoundaryConditions, Entering, Flow, FlowSettings, FlowSolution, FlowState, OpenEnd,
+};
 use super::probes::probe;
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::{Face, Patch};
 use super::vessel_mesh::{Resolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
-use crate::case::{Case, FlowCurve, Problem, Start};
+use crate::case::{Case, Problem, Rheology};
 use crate::fluid::{
     Fluid, FluidCost, FluidEffort, FluidError, FluidField, FluidInterface, FluidMemory, FluidProbe,
     FluidStep, FluidTrial, Opening,
 };
 use crate::geometry::Vessel;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
 
 /// Size of the estimated error at which a solution ends, relative to that of the flow and to the change of the displacement
 /// at which the coupling ends: smaller than what the coupling takes for converged.
@@ -26,18 +28,16 @@ const MOST_ACCURATE: f64 = 1e-11;
 /// Most iterations of a solution.
 const MOST_ITERATIONS: usize = 400;
 
-/// The windkessel `C dp/dt + p/R = Q`, whose pressure acts on the flow as much as the ramp says.
-#[derive(Debug, Clone, Copy)]
-struct Windkessel {
-    resistance: f64,
-    compliance: f64,
-}
+/// The outlet among the open ends.
+const OUTLET: usize = 0;
+/// The inlet among them, if it is open.
+const INLET: usize = 1;
 
 /// What continues from one step to the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Memory {
     flow: FlowState,
-    /// Pressure of the windkessel at the end of the last step and of the one before, Pa.
+    /// Pressure of the windkessel (without one, that behind the outlet) at the end of the last step and of the one before, Pa.
     windkessel: [f64; 2],
 }
 
@@ -46,21 +46,16 @@ pub struct NativeFluid {
     mesh: VesselMesh,
     flow: Flow,
     memory: Memory,
-    /// The last trial, and the pressure of its windkessel (Pa).
+    /// The last trial, and the pressure behind its outlet (Pa).
     trial: Option<(FlowSolution, f64)>,
-    curve: FlowCurve,
-    ramp_duration: f64,
-    /// Whether the outlet pressure is ramped as the inflow is.
-    ramps_pressure: bool,
+    ends: Ends,
     /// Displacement of the wall when time begins, m.
     initial: Vec<Vec3>,
-    windkessel: Windkessel,
+    /// Faces of the inlet.
     inlet: Vec<Face>,
     /// Faces of the deformable wall in the interface's order.
     wall: Vec<Face>,
-    /// Velocity on the inlet for a flow of 1 m³/s, zero elsewhere; the same on all of it but its rim, where it is zero.
-    profile: Vec<f64>,
-    viscosity: f64,
+    rheology: Rheology,
     /// Points whose pressure and velocity are asked for, m.
     watched: Vec<Vec3>,
 }
@@ -84,8 +79,6 @@ impl NativeFluid {
             axial_per_section: numbers.axial_per_section,
         };
         let failed = |e: &dyn std::fmt::Display| FluidError::Died(e.to_string());
-        let curve =
-            FlowCurve::new(&vessel.inflow, case.time.period).map_err(|error| failed(&error))?;
         let mesh = VesselMesh::new(&Vessel::new(vessel), resolution);
         let space = SpectralElements::new(mesh.space().clone()).map_err(|error| failed(&error))?;
         let still = vec![Vec3::zeros(); mesh.interface().points.len()];
@@ -94,20 +87,34 @@ impl NativeFluid {
         let inlet = faces(|patch| patch == Patch::Start);
         let outlet = faces(|patch| patch == Patch::End);
         let walls = faces(|patch| matches!(patch, Patch::Mantle(_)));
-        let fixed = faces(|patch| patch != Patch::End);
         let [first, last] = [mesh.elastic().start, mesh.elastic().end];
         let around = 4 * resolution.core;
         let wall = walls[first * around..last * around].to_vec();
-        let profile = plug(&space, &inlet, &walls, &positions);
+        let ends = Ends::new(case, vessel, &space, &inlet, &walls, &positions)
+            .map_err(|error| failed(&error))?;
+        let mut open = vec![OpenEnd {
+            faces: outlet,
+            entering: Entering::NoEnergy,
+        }];
+        let fixed = match ends.inlet {
+            NativeInlet::Flow(_) => faces(|patch| patch != Patch::End),
+            NativeInlet::Pressure(_) => {
+                open.push(OpenEnd {
+                    faces: inlet.clone(),
+                    entering: Entering::AlongNormal,
+                });
+                walls.clone()
+            }
+        };
         let settings = FlowSettings {
             density: case.blood.density,
-            viscosity: case.blood.viscosity,
+            rheology: case.blood.rheology(),
             scheme: numbers.time_scheme,
             tolerance: (TOLERANCE * case.coupling.e_rel).max(MOST_ACCURATE),
             max_iterations: MOST_ITERATIONS,
         };
         let (velocities, pressures) = (3 * space.space.nodes, space.space.pressures);
-        let flow = Flow::new(space, settings, &fixed, wall.clone(), outlet, &positions)
+        let flow = Flow::new(space, settings, &fixed, wall.clone(), open, &positions)
             .map_err(|error| failed(&error))?;
         let zeros = |n: usize| [vec![0.0; n], vec![0.0; n]];
         Ok(Self {
@@ -125,18 +132,11 @@ impl NativeFluid {
             mesh,
             flow,
             trial: None,
-            curve,
-            ramp_duration: case.ramp.duration,
-            ramps_pressure: vessel.start() == Start::Ramp,
+            ends,
             initial: still,
-            windkessel: Windkessel {
-                resistance: vessel.windkessel.resistance,
-                compliance: vessel.windkessel.compliance,
-            },
             inlet,
             wall,
-            profile,
-            viscosity: case.blood.viscosity,
+            rheology: case.blood.rheology(),
             watched: case
                 .output
                 .fluid_probes
@@ -177,37 +177,6 @@ impl NativeFluid {
         Ok([metric.volume, rigid])
     }
 
-    /// Share of the inflow, and of the outlet pressure if that is ramped too, that acts at a time (s).
-    fn ramp(&self, t: f64) -> f64 {
-        if t < self.ramp_duration {
-            0.5 * (1.0 - (PI * t / self.ramp_duration).cos())
-        } else {
-            1.0
-        }
-    }
-
-    /// Share of the outlet pressure alone.
-    fn pressure_ramp(&self, t: f64) -> f64 {
-        if self.ramps_pressure {
-            self.ramp(t)
-        } else {
-            1.0
-        }
-    }
-
-    /// Pressure of the windkessel at the end of a step: a constant (Pa), and a part for each unit of outflow (Pa s/m³).
-    fn windkessel_pressure(&self, time_step: f64) -> [f64; 2] {
-        let w = self.flow.weights(&self.memory.flow, time_step);
-        let Windkessel {
-            resistance,
-            compliance,
-        } = self.windkessel;
-        let [last, before] = self.memory.windkessel;
-        let per_flow = 1.0 / (compliance * w.new + 1.0 / resistance);
-        let constant = -compliance * (w.old * last + w.older * before) * per_flow;
-        [constant, per_flow]
-    }
-
     /// Load per area of each face of the displaced interface, Pa. The pressure acts along the normal of the face, not along
     /// that of the curved part in its middle: a pressure would otherwise pull along the face by the sine of the angle between
     /// them, and uniform pressures, which hold a wall in equilibrium, would move it.
@@ -235,7 +204,7 @@ impl NativeFluid {
         let by_element = wall_loads(
             space,
             &self.wall,
-            self.viscosity,
+            &self.rheology,
             positions,
             velocity,
             pressure,
@@ -275,31 +244,6 @@ impl NativeFluid {
     }
 }
 
-/// The velocity on the inlet that is uniform at its inner nodes, for a flow of 1 m³/s into the vessel.
-fn plug(space: &SpectralElements, inlet: &[Face], walls: &[Face], positions: &[f64]) -> Vec<f64> {
-    let nodes = space.space.nodes;
-    let mut flux = vec![0.0; 3 * nodes];
-    let mut area = Vec3::zeros();
-    for &face in inlet {
-        let points = space.face_points(face, positions);
-        area += points.areas.iter().sum::<Vec3>();
-        space.add_face_load(&points.nodes, &points.areas, &mut flux);
-    }
-    let inward = -area.normalize();
-    let mut profile = vec![0.0; 3 * nodes];
-    let rim = space.space.nodes_of(walls);
-    for node in space.space.nodes_of(inlet) {
-        if rim.binary_search(&node).is_err() {
-            for c in 0..3 {
-                profile[c * nodes + node] = inward[c];
-            }
-        }
-    }
-    let flow: f64 = -profile.iter().zip(&flux).map(|(u, q)| u * q).sum::<f64>();
-    profile.iter_mut().for_each(|u| *u /= flow);
-    profile
-}
-
 impl Fluid for NativeFluid {
     fn interface(&self) -> &FluidInterface {
         self.mesh.interface()
@@ -322,17 +266,26 @@ impl Fluid for NativeFluid {
         }
         let state = &self.memory.flow;
         let t = state.time + time_step;
-        let (ramp, flow) = (self.ramp(t), self.curve.flow(t));
         let positions = self.mesh.positions(displacement);
         // The wall's velocity, everywhere: what is not on a wall has none or is not prescribed.
         let mut velocity = self.flow.mesh_velocity(state, time_step, &positions);
-        for (u, profile) in velocity.iter_mut().zip(&self.profile) {
-            *u += ramp * flow * profile;
+        let Ends { inlet, outlet, .. } = &self.ends;
+        let weights = self.flow.weights(state, time_step);
+        let behind = outlet.behind(t, weights, self.memory.windkessel);
+        let share = self.ends.outlet_share(t);
+        let at_outlet = [behind[0], behind[1] + outlet.proximal()].map(|p| share * p);
+        let mut pressures = vec![at_outlet];
+        match inlet {
+            NativeInlet::Flow(inlet) => {
+                inlet.add_velocity(t, self.ends.inflow_share(t), &mut velocity);
+            }
+            NativeInlet::Pressure(curve) => {
+                pressures.push([self.ends.inlet_pressure(t, curve.pressure(t)), 0.0]);
+            }
         }
-        let windkessel = self.windkessel_pressure(time_step);
         let boundary = BoundaryConditions {
             velocity,
-            outlet_pressure: windkessel.map(|p| self.pressure_ramp(t) * p),
+            pressures,
             load: Vec::new(),
         };
         let start = (self.trial.as_ref()).filter(|(trial, _)| trial.time_step == time_step);
@@ -345,7 +298,7 @@ impl Fluid for NativeFluid {
             sweeps: 1,
             residual: trial.residual,
         };
-        let pressure = windkessel[0] + windkessel[1] * trial.outflow;
+        let pressure = behind[0] + behind[1] * trial.outflows[OUTLET];
         self.trial = Some((trial, pressure));
         Ok(FluidTrial {
             tractions: self.tractions(displacement, &loads),
@@ -358,25 +311,30 @@ impl Fluid for NativeFluid {
     }
 
     fn accept(&mut self, _write: bool) -> Result<FluidStep, FluidError> {
-        let Some((trial, windkessel)) = self.trial.take() else {
+        let Some((trial, behind)) = self.trial.take() else {
             return Err(FluidError::NotSolved("there is no trial to accept".into()));
         };
         let time = self.memory.flow.time + trial.time_step;
-        let ramp = self.ramp(time);
+        let outlet = &self.ends.outlet;
+        let out = trial.outflows[OUTLET];
         let step = FluidStep {
             time,
             openings: vec![
                 Opening {
                     name: "inlet".into(),
-                    flow: ramp * self.curve.flow(time),
+                    flow: match &self.ends.inlet {
+                        NativeInlet::Flow(inlet) => self.ends.inflow_share(time) * inlet.flow(time),
+                        NativeInlet::Pressure(_) => -trial.outflows[INLET],
+                    },
                     mean_pressure: self.inlet_pressure(&trial),
                     model_pressure: None,
                 },
                 Opening {
                     name: "outlet".into(),
-                    flow: -trial.outflow,
-                    mean_pressure: self.pressure_ramp(time) * windkessel,
-                    model_pressure: Some(windkessel),
+                    flow: -out,
+                    mean_pressure: self.ends.outlet_share(time)
+                        * (behind + outlet.proximal() * out),
+                    model_pressure: Some(behind),
                 },
             ],
             volume: trial.volume,
@@ -384,7 +342,7 @@ impl Fluid for NativeFluid {
             wall_velocity_mismatch: 0.0, // prescribed at every node
         };
         self.flow.accept(&mut self.memory.flow, trial);
-        self.memory.windkessel = [windkessel, self.memory.windkessel[0]];
+        self.memory.windkessel = [behind, self.memory.windkessel[0]];
         Ok(step)
     }
 

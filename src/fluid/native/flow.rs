@@ -6,13 +6,15 @@
 use super::FlowError;
 use super::gmres::{self, System, Workspace};
 use super::metric::Metric;
-use super::oseen::{Local, Oseen};
+use super::oseen::{Local, Oseen, OseenViscosity};
 use super::pressure::SchurComplement;
+use super::shear_thinning::VariableViscosity;
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
 use super::taylor_hood_space::{Face, Patch};
 use super::time_scheme::{self, TimeScheme, Weights, extrapolation};
 use crate::Vec3;
+use crate::case::Rheology;
 use serde::{Deserialize, Serialize};
 
 /// The fluid, and how its equations are solved.
@@ -20,8 +22,8 @@ use serde::{Deserialize, Serialize};
 pub struct FlowSettings {
     /// Density, kg/m³.
     pub density: f64,
-    /// Dynamic viscosity, Pa s.
-    pub viscosity: f64,
+    /// Viscosity by rate of shear.
+    pub rheology: Rheology,
     /// Time integration.
     pub scheme: TimeScheme,
     /// Size of the estimated error at which the iteration ends, relative to that of the solution.
@@ -47,13 +49,33 @@ pub struct FlowState {
     pub preconditioner: Option<(Vec<f64>, f64)>,
 }
 
+/// A part of the boundary through which fluid comes and goes under a pressure.
+#[derive(Debug, Clone)]
+pub struct OpenEnd {
+    /// Its faces.
+    pub faces: Vec<Face>,
+    /// What fluid brings that enters here.
+    pub entering: Entering,
+}
+
+/// What the fluid brings that enters at an open end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Entering {
+    /// No energy: it comes from a place at rest, whose pressure the prescribed one is then (directional do-nothing condition:
+    /// Braack and Mucha 2014).
+    NoEnergy,
+    /// The velocity along the normal that it has there, nothing across: the prescribed pressure is the static one of an
+    /// inlet, and what swirls does not grow.
+    AlongNormal,
+}
+
 /// Conditions on the boundary during a step.
 #[derive(Debug, Clone, Default)]
 pub struct BoundaryConditions {
     /// Velocities of which those at fixed nodes count, m/s.
     pub velocity: Vec<f64>,
-    /// Pressure at the outlet: a constant (Pa) and a part for each unit of outflow (Pa s/m³).
-    pub outlet_pressure: [f64; 2],
+    /// Pressure at each open end: a constant (Pa) and a part for each unit of flow out of it (Pa s/m³). Zero where there is none.
+    pub pressures: Vec<[f64; 2]>,
     /// Forces on the nodes, N; empty if there are none.
     pub load: Vec<f64>,
 }
@@ -71,8 +93,8 @@ pub struct FlowSolution {
     pub pressure: Vec<f64>,
     /// Forces that hold the velocity of the fixed nodes, `∫ v_i·(mu ∂u/∂n - p n)` over the boundary, N.
     pub reactions: Vec<f64>,
-    /// Flow out of the outlet relative to its motion, m³/s.
-    pub outflow: f64,
+    /// Flow out of each open end relative to its motion, m³/s.
+    pub outflows: Vec<f64>,
     /// Volume of the mesh, m³.
     pub volume: f64,
     /// Iterations that were spent.
@@ -83,6 +105,8 @@ pub struct FlowSolution {
 
 /// The preconditioner is renewed once the mesh has moved by this share of the flow's width.
 const FAR: f64 = 0.05;
+/// It takes the viscosity for that at this rate of shear everywhere, 1/s.
+const USUAL_RATE: f64 = 100.0;
 /// Or once the time steps differ by this factor.
 const OTHER_STEP: f64 = 5.0;
 
@@ -101,7 +125,7 @@ pub struct Flow {
     fixed: Vec<bool>,
     fixed_faces: Vec<Face>,
     moving_walls: Vec<Face>,
-    outlet: Vec<Face>,
+    open: Vec<OpenEnd>,
     /// Twice the volume over the area of the boundary with prescribed velocity: the radius of a tube, m.
     width: f64,
     frozen: Option<Frozen>,
@@ -110,13 +134,14 @@ pub struct Flow {
 
 impl Flow {
     /// With prescribed velocity on the faces of `fixed`; where these are among `moving_walls` as well the velocity is the
-    /// wall's, and the fluid makes room for what it sweeps to the last digit. The rest of the boundary is open.
+    /// wall's, and the fluid makes room for what it sweeps to the last digit. The rest of the boundary is open: under
+    /// the pressures of the `open` ends, and without any where it belongs to none.
     pub fn new(
         space: SpectralElements,
         settings: FlowSettings,
         fixed: &[Face],
         moving_walls: Vec<Face>,
-        outlet: Vec<Face>,
+        open: Vec<OpenEnd>,
         positions: &[f64],
     ) -> Result<Self, FlowError> {
         let mut is_fixed = vec![false; space.space.nodes];
@@ -134,7 +159,7 @@ impl Flow {
             fixed: is_fixed,
             fixed_faces: fixed.to_vec(),
             moving_walls,
-            outlet,
+            open,
             width,
             frozen: None,
             workspace: Workspace::default(),
@@ -159,11 +184,6 @@ impl Flow {
             // Differences, so that a mesh at rest has no velocity at all
             .map(|((new, last), before)| w.new * (new - last) - w.older * (last - before))
             .collect()
-    }
-
-    /// `∫ v_i · n` over the outlet (m²), one component after the other.
-    pub fn outflow(&self, positions: &[f64]) -> Vec<f64> {
-        self.flux(&self.outlet, positions)
     }
 
     /// `∫ v_i · n` over some faces (m²), one component after the other.
@@ -225,16 +245,26 @@ impl Flow {
         let metric = Metric::new(&self.space, &positions)?;
         let mesh_velocity = self.mesh_velocity(state, time_step, &positions);
         let sources = self.swept_sources(state, w, &positions, &mesh_velocity);
-        let outflow = self.outflow(&positions);
-        // What an outlet that moves along the vessel sweeps does not leave it.
+        let fluxes: Vec<Vec<f64>> = (self.open.iter())
+            .map(|end| self.flux(&end.faces, &positions))
+            .collect();
+        // What an end that moves along the vessel sweeps does not leave it.
         let rates = |&face: &Face| self.swept_rates(state, w, face, &positions);
-        let swept: f64 = self.outlet.iter().flat_map(rates).sum();
-        let outlet_pressure = boundary.outlet_pressure[0] - boundary.outlet_pressure[1] * swept;
+        let swept: Vec<f64> = (self.open.iter())
+            .map(|end| end.faces.iter().flat_map(rates).sum())
+            .collect();
+        let pressures: Vec<[f64; 2]> = (swept.iter().enumerate())
+            .map(|(end, swept)| {
+                let [constant, per_flow] = boundary.pressures.get(end).copied().unwrap_or_default();
+                [constant - per_flow * swept, per_flow]
+            })
+            .collect();
         let weights = self.norm_weights(&metric, w.new);
         let Self {
             space,
             settings,
             fixed,
+            open,
             frozen,
             workspace,
             ..
@@ -262,21 +292,41 @@ impl Flow {
         let [last, before] = &state.velocity;
         for (k, rhs) in rhs.iter_mut().enumerate() {
             let earlier = w.old * last[k] + w.older * before[k];
-            *rhs =
-                -settings.density * metric.mass[k % nodes] * earlier - outlet_pressure * outflow[k];
+            *rhs = -settings.density * metric.mass[k % nodes] * earlier;
+            for (flux, [constant, _]) in fluxes.iter().zip(&pressures) {
+                *rhs -= constant * flux[k];
+            }
         }
         rhs.iter_mut()
             .zip(&boundary.load)
             .for_each(|(r, load)| *r += load);
         rhs.extend(sources);
-        // Fluid that enters through the outlet brings no energy (directional do-nothing condition: Braack and Mucha 2014).
-        for i in 0..nodes {
-            let through: f64 = (0..3)
-                .map(|c| relative[c * nodes + i] * outflow[c * nodes + i])
-                .sum();
-            mass[i] += 0.5 * settings.density * (-through).max(0.0);
+        for (end, flux) in open.iter().zip(&fluxes) {
+            for i in 0..nodes {
+                let through: f64 = (0..3)
+                    .map(|c| relative[c * nodes + i] * flux[c * nodes + i])
+                    .sum();
+                let entering = 0.5 * settings.density * (-through).max(0.0);
+                mass[i] += entering;
+                if entering > 0.0 && end.entering == Entering::AlongNormal {
+                    let normal = space.vector(flux, i).normalize();
+                    let along = entering * normal.dot(&space.vector(&guess, i));
+                    for c in 0..3 {
+                        rhs[c * nodes + i] += along * normal[c];
+                    }
+                }
+            }
         }
 
+        let viscosity = match settings.rheology.constant() {
+            Some(viscosity) => OseenViscosity::Constant(viscosity),
+            None => {
+                let VariableViscosity { at_gauss, force } =
+                    VariableViscosity::new(space, &metric, &settings.rheology, &guess);
+                rhs.iter_mut().zip(&force).for_each(|(rhs, f)| *rhs += f);
+                OseenViscosity::AtGauss(at_gauss)
+            }
+        };
         let mut x = start.map_or(guess, |trial| trial.velocity.clone());
         for (k, x) in x.iter_mut().enumerate().filter(|(k, _)| fixed[k % nodes]) {
             *x = boundary.velocity[k];
@@ -287,12 +337,12 @@ impl Flow {
         ));
         let mut system = Oseen {
             convection: metric.convection(space, settings.density, &relative),
-            viscosity: settings.viscosity,
+            viscosity,
             inverse_diagonal: inverse_diagonal(settings, fixed, &mass, &frozen.laplacian_diagonal),
             mass,
             fixed,
-            outflow: &outflow,
-            resistance: boundary.outlet_pressure[1],
+            fluxes: &fluxes,
+            resistances: pressures.iter().map(|[_, per_flow]| *per_flow).collect(),
             rhs,
             schur: &frozen.schur,
             scale: w.new / frozen.weight,
@@ -335,7 +385,9 @@ impl Flow {
         let pressure = x.split_off(3 * nodes);
         Ok(FlowSolution {
             time_step,
-            outflow: outflow.iter().zip(&x).map(|(q, u)| q * u).sum::<f64>() - swept,
+            outflows: (fluxes.iter().zip(&swept))
+                .map(|(flux, swept)| flux.iter().zip(&x).map(|(q, u)| q * u).sum::<f64>() - swept)
+                .collect(),
             volume: metric.volume,
             positions,
             velocity: x,
@@ -478,12 +530,13 @@ fn inverse_diagonal(
     mass: &[f64],
     laplacian_diagonal: &[f64],
 ) -> Vec<f64> {
+    let viscosity = settings.rheology.viscosity(USUAL_RATE);
     (fixed.iter().zip(mass).zip(laplacian_diagonal))
         .map(|((&fixed, mass), laplacian)| {
             if fixed {
                 0.0
             } else {
-                1.0 / (mass + settings.viscosity * laplacian)
+                1.0 / (mass + viscosity * laplacian)
             }
         })
         .collect()

@@ -25,6 +25,17 @@ pub struct AtGauss<'a> {
     pub stiffness: &'a [f64],
     /// `rho G a`, three components.
     pub convection: &'a [f64],
+    /// Dynamic viscosity, Pa s.
+    pub viscosity: Viscosity<'a>,
+}
+
+/// Dynamic viscosity, Pa s.
+#[derive(Debug, Clone, Copy)]
+pub enum Viscosity<'a> {
+    /// The same everywhere.
+    Constant(f64),
+    /// At the Gauss points.
+    AtGauss(&'a [f64]),
 }
 
 /// Working memory of one thread.
@@ -78,7 +89,6 @@ pub trait Kernel: Send + Sync {
     fn oseen(
         &self,
         at: AtGauss,
-        viscosity: f64,
         input: (&[f64], &[f64]),
         output: (&mut [f64], &mut [f64]),
         scratch: &mut Scratch,
@@ -224,7 +234,6 @@ impl<const N: usize, const M: usize, const P: usize> WithSimd
 
 struct Oseen<'a> {
     at: AtGauss<'a>,
-    viscosity: f64,
     u: &'a [f64],
     p: &'a [f64],
     momentum: &'a mut [f64],
@@ -241,7 +250,6 @@ impl<const N: usize, const M: usize, const P: usize> WithSimd for Work<'_, N, M,
         let (n3, m3) = (N * N * N * r, M * M * M * r);
         let Oseen {
             at,
-            viscosity,
             u,
             p,
             momentum,
@@ -265,7 +273,11 @@ impl<const N: usize, const M: usize, const P: usize> WithSimd for Work<'_, N, M,
         let k: [&[S::f64s]; 6] = std::array::from_fn(|i| &k[i * m3..(i + 1) * m3]);
         let a: [&[S::f64s]; 3] = std::array::from_fn(|i| &a[i * m3..(i + 1) * m3]);
         let (u, momentum) = (view::<S>(u), view_mut::<S>(momentum));
-        let viscosity = simd.splat_f64s(viscosity);
+        let (constant, field) = match at.viscosity {
+            Viscosity::Constant(viscosity) => (viscosity, None),
+            Viscosity::AtGauss(field) => (0.0, Some(view::<S>(field))),
+        };
+        let constant = simd.splat_f64s(constant);
         for c in 0..3 {
             let input = &u[c * n3..(c + 1) * n3];
             interpolate::<S, N, M>(simd, &kernel.to_gauss, input, values, [first, second]);
@@ -274,6 +286,7 @@ impl<const N: usize, const M: usize, const P: usize> WithSimd for Work<'_, N, M,
             for q in 0..m3 {
                 let d = [x[q], y[q], z[q]];
                 let g = [g[0][q], g[1][q], g[2][q]];
+                let viscosity = field.map_or(constant, |field| field[q]);
                 values[q] = dot(simd, [a[0][q], a[1][q], a[2][q]], d);
                 divergence[q] = simd.sub_f64s(divergence[q], dot(simd, g, d));
                 let rows = [
@@ -445,14 +458,12 @@ impl<const N: usize, const M: usize, const P: usize> Kernel for Sized<N, M, P> {
     fn oseen(
         &self,
         at: AtGauss,
-        viscosity: f64,
         (u, p): (&[f64], &[f64]),
         (momentum, continuity): (&mut [f64], &mut [f64]),
         scratch: &mut Scratch,
     ) {
         let job = Oseen {
             at,
-            viscosity,
             u,
             p,
             momentum,

@@ -5,14 +5,15 @@
 //! numbering of the unknowns and [`spectral_elements`] all of these together; [`vessel_mesh`] is the lumen of a vessel and how
 //! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
 //! equations of a step are [`oseen`], solved by [`gmres`] with the preconditioner of [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
-//! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, [`probes`] what it is at chosen points, and [`field`] everywhere. [`blood`] puts it all into a
-//! [`Fluid`](super::Fluid).
+//! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, [`probes`] what it is at chosen points, and [`field`] everywhere. [`ends`] is what is prescribed
+//! at inlet and outlet, and [`blood`] puts it all into a [`Fluid`](super::Fluid).
 //!
 //! The method, where it comes from, and what was measured: `docs/native-fluid.md`.
 
 pub(crate) mod basis;
 pub(crate) mod blood;
 pub(crate) mod contraction;
+pub(crate) mod ends;
 pub(crate) mod field;
 pub(crate) mod flow;
 pub(crate) mod gmres;
@@ -22,6 +23,7 @@ pub(crate) mod oseen;
 pub(crate) mod plane_cholesky;
 pub(crate) mod pressure;
 pub(crate) mod probes;
+pub(crate) mod shear_thinning;
 pub mod spectral_elements;
 pub(crate) mod surface;
 pub mod taylor_hood_space;
@@ -30,7 +32,9 @@ pub mod vessel_mesh;
 pub mod wall_traction;
 
 pub use blood::NativeFluid;
-pub use flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
+pub use flow::{
+    BoundaryConditions, Entering, Flow, FlowSettings, FlowSolution, FlowState, OpenEnd,
+};
 pub use time_scheme::TimeScheme;
 
 /// Why the flow could not be computed.

@@ -2,7 +2,7 @@
 
 use super::contraction::LANES;
 use super::gmres::System;
-use super::kernel::AtGauss;
+use super::kernel::{AtGauss, Viscosity};
 use super::metric::Metric;
 use super::pressure::SchurComplement;
 use super::spectral_elements::SpectralElements;
@@ -17,15 +17,15 @@ pub struct Oseen<'a> {
     /// `rho G a` at the Gauss points.
     pub convection: Vec<f64>,
     /// Dynamic viscosity, Pa s.
-    pub viscosity: f64,
+    pub viscosity: OseenViscosity,
     /// What stands on the diagonal of `A` beside convection and viscosity, for each node.
     pub mass: Vec<f64>,
     /// Nodes with prescribed velocity: their rows are left out.
     pub fixed: &'a [bool],
-    /// Flow out of the outlet as a function of the velocity: `∫ v_i · n`, one component after the other, m².
-    pub outflow: &'a [f64],
-    /// Pressure at the outlet for each unit of outflow, Pa s/m³.
-    pub resistance: f64,
+    /// Flow out of each open end as a function of the velocity: `∫ v_i · n`, one component after the other, m².
+    pub fluxes: &'a [Vec<f64>],
+    /// Pressure at each open end for each unit of flow out of it, Pa s/m³.
+    pub resistances: Vec<f64>,
     /// Right-hand sides.
     pub rhs: Vec<f64>,
     /// Inverse of the diagonal `D` of the preconditioner, zero at fixed nodes.
@@ -38,6 +38,14 @@ pub struct Oseen<'a> {
     pub weights: Vec<f64>,
     /// Results of the elements.
     pub local: Local,
+}
+
+/// Dynamic viscosity, Pa s.
+pub enum OseenViscosity {
+    /// The same everywhere.
+    Constant(f64),
+    /// At the Gauss points.
+    AtGauss(Vec<f64>),
 }
 
 /// Results of the elements before they are summed.
@@ -102,7 +110,7 @@ impl Oseen<'_> {
         .map(|count| count * LANES);
         let velocities = 3 * space.space.nodes;
         let (u, p) = x.split_at(velocities);
-        let (metric, convection, viscosity) = (self.metric, &self.convection, self.viscosity);
+        let (metric, convection, viscosity) = (self.metric, &self.convection, &self.viscosity);
         let Local {
             momentum,
             continuity,
@@ -121,23 +129,35 @@ impl Oseen<'_> {
                         cofactors: &metric.cofactors[9 * m3 * e..9 * m3 * (e + 1)],
                         stiffness: &metric.stiffness[6 * m3 * e..6 * m3 * (e + 1)],
                         convection: &convection[3 * m3 * e..3 * m3 * (e + 1)],
+                        viscosity: match viscosity {
+                            OseenViscosity::Constant(viscosity) => Viscosity::Constant(*viscosity),
+                            OseenViscosity::AtGauss(field) => {
+                                Viscosity::AtGauss(&field[m3 * e..m3 * (e + 1)])
+                            }
+                        },
                     };
                     let output = (momentum, continuity);
-                    space
-                        .kernel
-                        .oseen(at, viscosity, (u_local, p_local), output, scratch);
+                    space.kernel.oseen(at, (u_local, p_local), output, scratch);
                 },
             );
         let (out_u, out_p) = out.split_at_mut(velocities);
         space.sum_vectors(momentum, out_u);
         space.sum_pressures(continuity, out_p);
-        let through: f64 = self.outflow.iter().zip(u).map(|(q, u)| q * u).sum();
-        let pressure = self.resistance * through;
-        for (c, out) in out_u.chunks_exact_mut(self.fixed.len()).enumerate() {
-            let first = c * self.fixed.len();
-            for i in 0..self.fixed.len() {
-                out[i] += self.mass[i] * u[first + i] + pressure * self.outflow[first + i];
+        let open = self.fluxes.iter().zip(&self.resistances);
+        let open = open.filter(|(_, resistance)| **resistance != 0.0);
+        let open: Vec<(&[f64], f64)> = open
+            .map(|(flux, resistance)| {
+                let through: f64 = flux.iter().zip(u).map(|(q, u)| q * u).sum();
+                (&flux[..], resistance * through)
+            })
+            .collect();
+        let nodes = self.fixed.len();
+        for (k, (out, u)) in out_u.iter_mut().zip(u).enumerate() {
+            let mut force = self.mass[k % nodes] * u;
+            for (flux, pressure) in &open {
+                force += pressure * flux[k];
             }
+            *out += force;
         }
     }
 

@@ -1,10 +1,12 @@
 //! What the fluid does to the wall.
 
 use super::basis::{lagrange, lagrange_derivatives};
+use super::shear_thinning::rate_of_shear;
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
 use super::taylor_hood_space::{Face, Side};
 use crate::Vec3;
+use crate::case::Rheology;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -31,7 +33,7 @@ pub fn middles(degree: usize) -> Vec<f64> {
 pub fn wall_loads(
     space: &SpectralElements,
     faces: &[Face],
-    viscosity: f64,
+    rheology: &Rheology,
     positions: &[f64],
     velocity: &[f64],
     pressure: &[f64],
@@ -91,6 +93,7 @@ pub fn wall_loads(
                     let gradient = columns(&u) * inverse; // ∂u_i/∂x_j
                     let normal = x[1][k].cross(&x[2][k]).normalize();
                     let strain = gradient + gradient.transpose();
+                    let viscosity = rheology.viscosity(rate_of_shear(&gradient));
                     let deviator = strain - Matrix3::identity() * (strain.trace() / 3.0);
                     let mut shear = -viscosity * (deviator * normal);
                     if let Some(reactions) = &reactions {

@@ -4,8 +4,10 @@
 //! `system/fsiParameters` (the physics) and `system/fsiConnection` (the way to the driver, new at every start).
 //! The mesh is written by others.
 
+pub use self::vessel_openings::VesselOpenings;
+
 use super::{own_case, probes, templates};
-use crate::case::{Blood, Flag, FlowCurve, Ramp, Start, Time, VesselEnd, Windkessel};
+use crate::case::{Blood, Flag, Ramp, Rheology, Time};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -44,16 +46,7 @@ pub(super) fn io_error(
 #[derive(Debug, Clone)]
 pub enum Openings<'a> {
     /// Those of a vessel.
-    Vessel {
-        /// Flow at the inlet.
-        inflow: FlowCurve,
-        /// The outlet.
-        windkessel: &'a Windkessel,
-        /// How the wall comes under its pressure.
-        start: Start,
-        /// What holds the wall at the outlet.
-        outlet_end: VesselEnd,
-    },
+    Vessel(VesselOpenings),
     /// Those of the channel around a flag.
     Channel(&'a Flag),
 }
@@ -88,8 +81,10 @@ impl CaseFiles<'_> {
         // ParaView opens the case by this name.
         write_file(&folder.join("fluid.foam"), "")?;
         write_file(&folder.join("system/fsiParameters"), &self.parameters())?;
-        if let Openings::Vessel { inflow, .. } = &self.openings {
-            write_file(&folder.join("constant/inflow.csv"), &self.curve(inflow))?;
+        if let Openings::Vessel(openings) = &self.openings {
+            for (name, text) in openings.files(self.time.step) {
+                write_file(&folder.join("constant").join(name), &text)?;
+            }
         }
         write_file(&folder.join("system/fsiProbes"), &probes::dictionary(&[]))?;
         // Until the solver is started: enough for checkMesh and other utilities to read the case.
@@ -100,6 +95,49 @@ impl CaseFiles<'_> {
             start_time: 0.0,
         }
         .write(folder)
+    }
+
+    /// OpenFOAM's word for the blood's model, and the parameters of that, all by density.
+    fn transport_model(&self) -> (&'static str, Vec<(&'static str, f64, &'static str)>) {
+        let kinematic = |name, viscosity: f64| (name, viscosity / self.blood.density, "m2/s");
+        let rest = |viscosity| kinematic("zeroShearViscosity", viscosity);
+        match self.blood.rheology() {
+            Rheology::Newtonian { .. } => ("Newtonian", Vec::new()),
+            Rheology::CarreauYasuda {
+                at_rest,
+                time,
+                n,
+                a,
+                ..
+            } => (
+                "BirdCarreau",
+                vec![
+                    rest(at_rest),
+                    ("relaxationTime", time, "s"),
+                    ("shearExponent", n, "1"),
+                    ("yasudaExponent", a, "1"),
+                ],
+            ),
+            Rheology::Casson {
+                at_rest,
+                yield_stress,
+                ..
+            } => {
+                let stress = yield_stress / self.blood.density;
+                (
+                    "Casson",
+                    vec![rest(at_rest), ("kinematicYieldStress", stress, "m2/s2")],
+                )
+            }
+            Rheology::PowerLaw { at_rest, k, n, .. } => (
+                "powerLaw",
+                vec![
+                    rest(at_rest),
+                    kinematic("kinematicConsistency", k),
+                    ("shearExponent", n, "1"),
+                ],
+            ),
+        }
     }
 
     fn parameters(&self) -> String {
@@ -120,42 +158,18 @@ impl CaseFiles<'_> {
             ("ranks", self.ranks as f64, "MPI ranks"),
         ];
         let openings = match &self.openings {
-            Openings::Vessel {
-                windkessel, start, ..
-            } => vec![
-                ("windkesselResistance", windkessel.resistance, "Pa s/m3"),
-                ("windkesselCompliance", windkessel.compliance, "m3/Pa"),
-                (
-                    "windkesselPressure",
-                    windkessel.initial_pressure,
-                    "Pa, at t = 0, before the ramp",
-                ),
-                (
-                    "pressureRampStart",
-                    match start {
-                        Start::Ramp => 0.0,
-                        // It is over when time begins.
-                        Start::Equilibrium => -2.0 * self.ramp.duration.max(NO_RAMP),
-                    },
-                    "s",
-                ),
-                (
-                    "initialPressure",
-                    match start {
-                        Start::Ramp => 0.0,
-                        Start::Equilibrium => windkessel.initial_pressure / self.blood.density,
-                    },
-                    "m2/s2, p/rho at t = 0",
-                ),
-            ],
+            Openings::Vessel(openings) => {
+                openings.parameters(self.ramp.duration.max(NO_RAMP), self.blood.density)
+            }
             Openings::Channel(flag) => vec![
                 ("channelHeight", flag.channel_height, "m"),
                 ("meanVelocity", flag.mean_velocity, "m/s, at the inlet"),
                 ("depth", flag.depth, "m, along z"),
             ],
         };
+        let (model, of_blood) = self.transport_model();
         let mut text = String::from("// Numbers of the case; written by fsi-driver, do not edit\n");
-        for (name, value, unit) in entries.into_iter().chain(openings) {
+        for (name, value, unit) in entries.into_iter().chain(openings).chain(of_blood) {
             // `{:e}` is the shortest form that reads back as the same number
             let value = if name == "ranks" {
                 format!("{value}")
@@ -164,27 +178,11 @@ impl CaseFiles<'_> {
             };
             let _ = writeln!(text, "{name:<23} {value}; // {unit}");
         }
-        if let Openings::Vessel { outlet_end, .. } = self.openings {
-            let motion = match outlet_end {
-                VesselEnd::Clamped => "fixedValue",
-                // The end of the wall stays in its plane, and so do the points of the outlet.
-                VesselEnd::Sliding | VesselEnd::Radial => "slip",
-                VesselEnd::Springs => "zeroGradient",
-            };
-            let _ = writeln!(
-                text,
-                "{:<23} {motion}; // of the mesh's points",
-                "outletMotion"
-            );
-        }
-        text
-    }
-
-    /// One period of the inflow as `time_s,flow_m3_s`; OpenFOAM interpolates linearly and repeats it.
-    fn curve(&self, inflow: &FlowCurve) -> String {
-        let mut text = String::from("time_s,flow_m3_s\n");
-        for [time, flow] in inflow.samples(self.time.step) {
-            let _ = writeln!(text, "{time:e},{flow:e}");
+        let _ = writeln!(text, "{:<23} {model};", "transportModel");
+        if let Openings::Vessel(openings) = &self.openings {
+            for (name, word) in openings.words() {
+                let _ = writeln!(text, "{name:<23} {word};");
+            }
         }
         text
     }
@@ -231,6 +229,8 @@ impl Connection<'_> {
 pub(super) fn write_file(path: &Path, text: &str) -> Result<(), CaseFilesError> {
     fs::write(path, text).map_err(io_error("write", path))
 }
+
+mod vessel_openings;
 
 #[cfg(test)]
 mod tests;

@@ -16,7 +16,7 @@ use self::initial_state::{InitialState, initial_state};
 use super::checkpoint::Store;
 use super::clock::Clock;
 use super::{Checkpoints, Simulation, SimulationSettings};
-use crate::case::{self, Case, CaseIdentity, FlowCurve, FlowCurveError, Problem};
+use crate::case::{self, Case, CaseIdentity, Problem, TableError};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::convergence::Criterion;
 use crate::coupling::fixed_point::FixedPoint;
@@ -27,7 +27,7 @@ use crate::fluid::conversation::session::Terms;
 use crate::fluid::external::{ExternalFluid, ExternalSettings, Starter};
 use crate::fluid::loaded_shape::LoadedShape;
 use crate::fluid::native::NativeFluid;
-use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings};
+use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings, VesselOpenings};
 use crate::fluid::openfoam::prepared::{Prepared, Source};
 use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
@@ -78,9 +78,9 @@ pub enum AssemblyError {
     /// A mesh that the case names cannot be used.
     #[error(transparent)]
     Domain(#[from] DomainError),
-    /// The inflow curve cannot be read.
+    /// A curve of flow or pressure cannot be read.
     #[error(transparent)]
-    Inflow(#[from] FlowCurveError),
+    Curve(#[from] TableError),
     /// The mesh of the fluid could not be written.
     #[error("cannot write the results: {0}")]
     Mesh(#[from] io::Error),
@@ -329,26 +329,21 @@ fn rigid_volume(volumes: &[f64], domain: &Domain) -> f64 {
 }
 
 /// The OpenFOAM case of a case.
-fn prepared<'a>(case: &'a Case, mesh: &'a PolyMesh) -> Result<Prepared<'a>, FlowCurveError> {
+fn prepared<'a>(case: &'a Case, mesh: &'a PolyMesh) -> Result<Prepared<'a>, TableError> {
     let files = match &case.problem {
         Problem::Own(own) => Source::Own(own::files(case, own)),
-        _ => Source::Templates(case_files(case)?),
+        _ => Source::Templates(case_files(case, mesh)?),
     };
     Ok(Prepared { files, mesh })
 }
 
-/// The templates of a case with the numbers for them.
-fn case_files(case: &Case) -> Result<CaseFiles<'_>, FlowCurveError> {
+/// The templates of a case with this mesh, and the numbers for them.
+fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, TableError> {
     Ok(CaseFiles {
         templates: &case.fluid.templates,
         blood: &case.blood,
         openings: match &case.problem {
-            Problem::Vessel(vessel) => Openings::Vessel {
-                start: vessel.start(),
-                inflow: FlowCurve::new(&vessel.inflow, case.time.period)?,
-                windkessel: &vessel.windkessel,
-                outlet_end: vessel.outlet_end().0,
-            },
+            Problem::Vessel(vessel) => Openings::Vessel(VesselOpenings::new(case, vessel, mesh)?),
             Problem::Flag(flag) => Openings::Channel(flag),
             Problem::Own(_) => unreachable!("a case of the user's own has no templates"),
         },

@@ -1,7 +1,9 @@
 //! The surrogate of a case: a one-dimensional tube whose wall yields as the structure does.
 
 use crate::Vec3;
-use crate::case::{self, BloodVessel, Case, Problem, Solver};
+use crate::case::{
+    self, BloodVessel, Case, InletCondition, OutletCondition, OutletElements, Problem, Solver,
+};
 use crate::coupling::acceleration::surrogate::{
     Axis, End, Sections, SparseSection, SurrogateBlood, TubeSurrogate,
 };
@@ -39,22 +41,14 @@ pub fn surrogate<S: Solid>(
             return Err("the surrogate is a tube, and the case has none".into());
         }
     };
+    let geometry = Vessel::new(vessel);
+    let [first, last] = [0, geometry.sections().len() - 1].map(|i| &geometry.sections()[i]);
+    let [before, behind] = [-first.from, last.to - geometry.end()];
     let open = |rigid_length| End::Pressure { rigid_length };
     let (inlet, outlet) = match case.coupling.surrogate {
         case::SurrogateModel::None => return Ok(Box::new(Identity)),
-        case::SurrogateModel::Tube => {
-            let windkessel = End::Windkessel {
-                resistance: vessel.windkessel.resistance,
-                compliance: vessel.windkessel.compliance,
-                rigid_length: 0.0,
-            };
-            (End::Flow, windkessel)
-        }
-        case::SurrogateModel::OpenTube => {
-            let geometry = Vessel::new(vessel);
-            let [first, last] = [0, geometry.sections().len() - 1].map(|i| &geometry.sections()[i]);
-            (open(-first.from), open(last.to - geometry.end()))
-        }
+        case::SurrogateModel::Tube => ends(vessel, before, behind),
+        case::SurrogateModel::OpenTube => (open(before), open(behind)),
     };
     let sections =
         sections(vessel, case.fluid.solver, &interface.points).map_err(|e| e.to_string())?;
@@ -89,6 +83,34 @@ pub fn surrogate<S: Solid>(
     Ok(Box::new(TubeSurrogate::new(
         sections, &answers, blood, inlet, outlet,
     )))
+}
+
+/// What happens at the ends of the tube, behind rigid pieces of these lengths (m).
+fn ends(vessel: &BloodVessel, before: f64, behind: f64) -> (End, End) {
+    let inlet = vessel.inlet.as_ref().and_then(|inlet| inlet.condition);
+    let inlet = match inlet.unwrap_or_default() {
+        InletCondition::Flow => End::Flow,
+        InletCondition::Pressure => End::Pressure {
+            rigid_length: before,
+        },
+    };
+    let OutletElements { proximal, distal } = vessel.outlet_elements();
+    let outlet = match (vessel.outlet_condition(), distal) {
+        (OutletCondition::Pressure, _) => End::Pressure {
+            rigid_length: behind,
+        },
+        (_, None) => End::Resistance {
+            resistance: proximal,
+            rigid_length: behind,
+        },
+        (_, Some((resistance, compliance))) => End::Windkessel {
+            proximal,
+            resistance,
+            compliance,
+            rigid_length: 0.0,
+        },
+    };
+    (inlet, outlet)
 }
 
 /// The sections of the surrogate of a case whose wall has these `points` (m): one for each ring of points between the

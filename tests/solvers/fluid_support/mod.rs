@@ -4,7 +4,7 @@
 use fsi_driver::Vec3;
 use fsi_driver::case::{Blood, FlowCurve, Inflow, Ramp, Time, TransportKind, Windkessel};
 use fsi_driver::fluid::conversation::session::Terms;
-use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings};
+use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings, VesselOpenings};
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings, Programs, install};
 use fsi_driver::fluid::{FluidEffort, FluidInterface};
 use std::f64::consts::PI;
@@ -24,6 +24,8 @@ pub fn inflow() -> FlowCurve {
             systole: 0.5,
             exponent: 0.8,
             file: None,
+            unit: None,
+            file_period: None,
         },
         period: 1.0,
     }
@@ -34,6 +36,7 @@ pub fn windkessel() -> Windkessel {
         resistance: 2.85e9,
         compliance: 1.2e-10,
         initial_pressure: 1.1e4,
+        proximal: None,
     }
 }
 
@@ -58,16 +61,12 @@ impl Channel {
         let templates = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/base");
         CaseFiles {
             templates: &templates,
-            blood: &Blood {
-                density: DENSITY,
-                viscosity: 3.5e-3,
-            },
-            openings: Openings::Vessel {
-                outlet_end: fsi_driver::case::VesselEnd::Clamped,
-                start: fsi_driver::case::Start::Ramp,
-                inflow: inflow(),
-                windkessel: &windkessel(),
-            },
+            blood: &Blood::newtonian(DENSITY, 3.5e-3),
+            openings: Openings::Vessel(VesselOpenings::flow_and_windkessel(
+                inflow(),
+                &windkessel(),
+                fsi_driver::case::Start::Ramp,
+            )),
             ramp: &RAMP,
             time: &Time {
                 step: STEP,

@@ -39,8 +39,17 @@ pub enum End {
         /// Length of the rigid piece, m; it has the radius of the adjacent section.
         rigid_length: f64,
     },
-    /// A windkessel `C dp/dt + p/R = Q` behind a rigid piece.
+    /// A pressure that is proportional to the flow, behind a rigid piece.
+    Resistance {
+        /// Pa s/m³.
+        resistance: f64,
+        /// Length of the rigid piece, m; it has the radius of the adjacent section.
+        rigid_length: f64,
+    },
+    /// A windkessel `C dp/dt + p/R = Q` behind a rigid piece and a resistance.
     Windkessel {
+        /// Resistance before the windkessel, Pa s/m³.
+        proximal: f64,
         /// R, Pa s/m³.
         resistance: f64,
         /// C, m³/Pa.
@@ -122,13 +131,18 @@ impl TubeSurrogate {
         let (rigid_length, impedance) = match end {
             End::Flow => return 0.0,
             End::Pressure { rigid_length } => (rigid_length, 0.0),
+            End::Resistance {
+                resistance,
+                rigid_length,
+            } => (rigid_length, resistance),
             End::Windkessel {
+                proximal,
                 resistance,
                 compliance,
                 rigid_length,
             } => {
                 let admittance = compliance / self.blood.time_step + 1.0 / resistance;
-                (rigid_length, 1.0 / admittance)
+                (rigid_length, proximal + 1.0 / admittance)
             }
         };
         let length = self.sections.length() + rigid_length;

@@ -1,0 +1,172 @@
+//! Whether what is prescribed where the blood enters and leaves fits together, and the files with curves can be read.
+
+use super::Report;
+use crate::case::{
+    BloodVessel, Case, FlowCurve, Inlet, InletCondition, Outlet, OutletCondition, Start,
+};
+
+pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
+    let inlet_keys = vessel.inlet.as_ref();
+    if inlet_keys.and_then(|inlet| inlet.condition) != Some(InletCondition::Pressure) {
+        inflow(case, vessel, report);
+    }
+    if let Some(keys) = &vessel.inlet {
+        inlet(case, vessel, keys, report);
+    }
+    if let Some(keys) = &vessel.outlet {
+        outlet(case, vessel, keys, report);
+    }
+}
+
+fn inflow(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
+    let inflow = &vessel.inflow;
+    report(
+        &["inflow.systole_s", "time.period_s"],
+        inflow.systole > case.time.period && inflow.file.is_none(),
+        format!(
+            "the pulse must fit into time.period_s = {:?}",
+            case.time.period
+        ),
+    );
+    of_file(
+        "inflow",
+        inflow.file.is_some(),
+        [inflow.unit.is_some(), inflow.file_period.is_some()],
+        report,
+    );
+    if inflow.file.is_some()
+        && let Err(error) = FlowCurve::new(inflow, case.time.period)
+    {
+        report(&["inflow.file", "time.period_s"], true, error.to_string());
+    }
+}
+
+/// What is of a file needs one.
+fn of_file(table: &str, has_file: bool, [unit, period]: [bool; 2], report: &mut Report<'_>) {
+    for (name, is_there) in [("unit", unit), ("file_period_s", period)] {
+        report(
+            &[&format!("{table}.{name}")],
+            is_there && !has_file,
+            format!("this is of the file {table}.file, and there is none: leave it out"),
+        );
+    }
+}
+
+fn inlet(case: &Case, vessel: &BloodVessel, keys: &Inlet, report: &mut Report<'_>) {
+    let Inlet {
+        profile,
+        pressure,
+        file,
+        unit,
+        file_period,
+        ..
+    } = keys;
+    of_file(
+        "inlet",
+        file.is_some(),
+        [unit.is_some(), file_period.is_some()],
+        report,
+    );
+    match keys.condition.unwrap_or_default() {
+        InletCondition::Flow => {
+            for (key, is_there) in [
+                ("inlet.pressure_Pa", pressure.is_some()),
+                ("inlet.file", file.is_some()),
+            ] {
+                report(
+                    &[key],
+                    is_there,
+                    "the flow of [inflow] is prescribed at the inlet: write inlet.condition = \"pressure\", or leave this out"
+                        .into(),
+                );
+            }
+        }
+        InletCondition::Pressure => {
+            report(
+                &["inlet.condition"],
+                pressure.is_none() && file.is_none(),
+                "needs the pressure: add inlet.pressure_Pa, or inlet.file with a curve".into(),
+            );
+            report(
+                &["inlet.pressure_Pa", "inlet.file"],
+                pressure.is_some() && file.is_some(),
+                "there is inlet.file as well: leave out one of the two".into(),
+            );
+            report(
+                &["inlet.profile"],
+                profile.is_some(),
+                "the profile follows from the pressure: leave it out, or write inlet.condition = \"flow\"".into(),
+            );
+            if let Err(error) = vessel.inlet_pressure(case.time.period) {
+                report(&["inlet.file", "time.period_s"], true, error.to_string());
+            }
+        }
+    }
+}
+
+fn outlet(case: &Case, vessel: &BloodVessel, keys: &Outlet, report: &mut Report<'_>) {
+    let Outlet {
+        resistance,
+        pressure,
+        file,
+        unit,
+        file_period,
+        ..
+    } = keys;
+    let condition = keys.condition.unwrap_or_default();
+    of_file(
+        "outlet",
+        file.is_some(),
+        [unit.is_some(), file_period.is_some()],
+        report,
+    );
+    let is = |wanted: OutletCondition| condition == wanted;
+    for (key, is_there, belongs) in [
+        (
+            "outlet.resistance_Pa_s_m3",
+            resistance.is_some(),
+            is(OutletCondition::Resistance),
+        ),
+        (
+            "outlet.pressure_Pa",
+            pressure.is_some(),
+            !is(OutletCondition::Windkessel),
+        ),
+        ("outlet.file", file.is_some(), is(OutletCondition::Pressure)),
+    ] {
+        report(
+            &[key, "outlet.condition"],
+            is_there && !belongs,
+            format!(
+                "this does not belong to the outlet's condition {:?}: leave it out, or choose another outlet.condition",
+                condition.name()
+            ),
+        );
+    }
+    report(
+        &["outlet.condition"],
+        is(OutletCondition::Resistance) && resistance.is_none(),
+        "needs the resistance: add outlet.resistance_Pa_s_m3".into(),
+    );
+    if !is(OutletCondition::Pressure) {
+        return;
+    }
+    report(
+        &["outlet.condition"],
+        pressure.is_none() && file.is_none(),
+        "needs the pressure: add outlet.pressure_Pa, or outlet.file with a curve".into(),
+    );
+    report(
+        &["outlet.pressure_Pa", "outlet.file"],
+        pressure.is_some() && file.is_some(),
+        "there is outlet.file as well: leave out one of the two".into(),
+    );
+    report(
+        &["initial.start", "outlet.file"],
+        file.is_some() && vessel.start() == Start::Equilibrium,
+        "a pressure that changes in time is no equilibrium to begin with: write \"ramp\", or outlet.pressure_Pa".into(),
+    );
+    if let Err(error) = vessel.outlet_pressure(case.time.period) {
+        report(&["outlet.file", "time.period_s"], true, error.to_string());
+    }
+}

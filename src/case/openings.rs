@@ -1,0 +1,309 @@
+//! The keys of where the blood enters and leaves a vessel: what is prescribed there, curves in files, and their units.
+
+use super::schema::{Kind, above, from};
+use super::table::{table, words};
+use super::{BloodVessel, PeriodicTable, Start, TableError};
+use std::path::PathBuf;
+
+table! {
+    /// Flow at the inlet: `base + amplitude sin²(pi (t/systole)^exponent)` for t < systole within a period, then `base`;
+    /// or a curve from a file with a column of times and one of flows over one period.
+    pub struct Inflow {
+        base: f64 = "base_m3_s", from(-1.0, 1.0), "flow outside systole";
+        amplitude: f64 = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base";
+        systole: f64 = "systole_s", above(0.0, 100.0), "duration of the pulse";
+        exponent: f64 = "exponent", from(0.1, 10.0), "exponent that makes the rise faster than the fall";
+        file: Option<PathBuf> = "file", Kind::Path, "CSV file of the flow over one period, or a .flow of SimVascular",
+            absent "the formula of the other keys";
+        unit: Option<FlowUnit> = "unit", Kind::Word(FlowUnit::WORDS), "unit of the flows in that file",
+            absent "that in its header, such as flow_m3_s; of a .flow cm3/s";
+        file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
+            "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";
+    }
+}
+
+table! {
+    /// What drives the blood at the inlet.
+    pub struct Inlet {
+        condition: Option<InletCondition> = "condition", Kind::Word(InletCondition::WORDS),
+            "what is prescribed at the inlet", absent "flow";
+        profile: Option<InletProfile> = "profile", Kind::Word(InletProfile::WORDS),
+            "how a prescribed flow is spread over the inlet", absent "plug";
+        pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "prescribed pressure, constant", absent "inlet.file";
+        file: Option<PathBuf> = "file", Kind::Path, "CSV file of the prescribed pressure over one period",
+            absent "inlet.pressure_Pa";
+        unit: Option<PressureUnit> = "unit", Kind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
+            absent "that in its header, such as pressure_Pa";
+        file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
+            "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";
+    }
+}
+
+words! {
+    /// What is prescribed at the inlet.
+    #[derive(Default)]
+    pub enum InletCondition {
+        /// The flow of `[inflow]`.
+        Flow = "flow" (default),
+        /// The static pressure, `inlet.pressure_Pa` or `inlet.file`; the flow follows.
+        Pressure = "pressure",
+    }
+}
+
+words! {
+    /// How a prescribed flow is spread over the inlet.
+    #[derive(Default)]
+    pub enum InletProfile {
+        /// The same velocity everywhere.
+        Plug = "plug" (default),
+        /// Poiseuille's parabola at all times.
+        Parabolic = "parabolic",
+        /// Womersley's profile for each harmonic of the curve: that of a long rigid tube.
+        Womersley = "womersley",
+    }
+}
+
+table! {
+    /// What the blood finds at the outlet.
+    pub struct Outlet {
+        condition: Option<OutletCondition> = "condition", Kind::Word(OutletCondition::WORDS),
+            "what is prescribed at the outlet", absent "windkessel";
+        resistance: Option<f64> = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R of a pure resistance", absent "none";
+        pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6),
+            "prescribed pressure, constant; behind a resistance the venous one", absent "0 behind a resistance; else outlet.file";
+        file: Option<PathBuf> = "file", Kind::Path, "CSV file of the prescribed pressure over one period",
+            absent "outlet.pressure_Pa";
+        unit: Option<PressureUnit> = "unit", Kind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
+            absent "that in its header, such as pressure_Pa";
+        file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
+            "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";
+    }
+}
+
+words! {
+    /// What is prescribed at the outlet.
+    #[derive(Default)]
+    pub enum OutletCondition {
+        /// The windkessel of `[windkessel]`, of two elements or three.
+        Windkessel = "windkessel" (default),
+        /// A pressure that is proportional to the flow, `p = outlet.pressure_Pa + R Q`.
+        Resistance = "resistance",
+        /// A pressure, `outlet.pressure_Pa` or `outlet.file`.
+        Pressure = "pressure",
+    }
+}
+
+table! {
+    /// `C dp/dt + p/R = Q` at the outlet, where the pressure is `p + R_p Q`.
+    pub struct Windkessel {
+        resistance: f64 = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R of the windkessel";
+        compliance: f64 = "compliance_m3_Pa", above(0.0, 1.0), "compliance C of the windkessel";
+        /// Before the ramp.
+        initial_pressure: f64 = "initial_pressure_Pa", from(-1e6, 1e6), "pressure of the windkessel at t = 0";
+        /// Three elements: RCR.
+        proximal: Option<f64> = "proximal_resistance_Pa_s_m3", from(0.0, 1e15),
+            "resistance before the windkessel, its third element", absent "0";
+    }
+}
+
+words! {
+    /// A unit of flow.
+    pub enum FlowUnit {
+        /// Cubic metres a second.
+        CubicMetreSecond = "m3/s",
+        /// Cubic centimetres a second.
+        CubicCentimetreSecond = "cm3/s",
+        /// Cubic millimetres a second.
+        CubicMillimetreSecond = "mm3/s",
+        /// Millilitres a second.
+        MillilitreSecond = "ml/s",
+        /// Millilitres a minute.
+        MillilitreMinute = "ml/min",
+        /// Litres a minute.
+        LitreMinute = "l/min",
+    }
+}
+
+impl FlowUnit {
+    /// In m³/s.
+    pub fn si(self) -> f64 {
+        match self {
+            Self::CubicMetreSecond => 1.0,
+            Self::CubicCentimetreSecond | Self::MillilitreSecond => 1e-6,
+            Self::CubicMillimetreSecond => 1e-9,
+            Self::MillilitreMinute => 1e-6 / 60.0,
+            Self::LitreMinute => 1e-3 / 60.0,
+        }
+    }
+}
+
+words! {
+    /// A unit of pressure.
+    pub enum PressureUnit {
+        /// Pascal.
+        Pascal = "Pa",
+        /// Kilopascal.
+        Kilopascal = "kPa",
+        /// Millimetres of mercury.
+        MillimetreMercury = "mmHg",
+        /// Dynes by square centimetre.
+        DyneSquareCentimetre = "dyn/cm2",
+    }
+}
+
+impl PressureUnit {
+    /// In Pa.
+    pub fn si(self) -> f64 {
+        match self {
+            Self::Pascal => 1.0,
+            Self::Kilopascal => 1e3,
+            Self::MillimetreMercury => 133.322,
+            Self::DyneSquareCentimetre => 0.1,
+        }
+    }
+}
+
+/// A prescribed pressure over time, before any ramp.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PressureCurve {
+    /// The same at all times, Pa.
+    Constant(f64),
+    /// A periodic curve, Pa.
+    Table(PeriodicTable),
+}
+
+impl PressureCurve {
+    fn new(
+        file: Option<&PathBuf>,
+        unit: Option<PressureUnit>,
+        file_period: Option<f64>,
+        constant: Option<f64>,
+        period: f64,
+    ) -> Result<Self, TableError> {
+        match file {
+            None => Ok(Self::Constant(constant.unwrap_or(0.0))),
+            Some(path) => {
+                PeriodicTable::of_pressure(path, unit, file_period, period).map(Self::Table)
+            }
+        }
+    }
+
+    /// Pressure (Pa) at the time `t` (s).
+    pub fn pressure(&self, t: f64) -> f64 {
+        match self {
+            Self::Constant(pressure) => *pressure,
+            Self::Table(table) => table.value(t),
+        }
+    }
+
+    /// One period as pairs of time (s) and pressure (Pa) to interpolate linearly; see [`PeriodicTable::samples`].
+    pub fn samples(&self, step: f64, period: f64) -> Vec<[f64; 2]> {
+        match self {
+            Self::Constant(pressure) => vec![[0.0, *pressure], [period, *pressure]],
+            Self::Table(table) => table.samples(step).collect(),
+        }
+    }
+}
+
+impl BloodVessel {
+    /// How a prescribed flow is spread over the inlet.
+    pub fn inlet_profile(&self) -> InletProfile {
+        let inlet = self.inlet.as_ref();
+        inlet.and_then(|inlet| inlet.profile).unwrap_or_default()
+    }
+
+    /// The pressure that is prescribed at the inlet, if it is one, for beats of `period` (s).
+    ///
+    /// # Errors
+    /// If its file cannot be read.
+    pub fn inlet_pressure(&self, period: f64) -> Result<Option<PressureCurve>, TableError> {
+        let inlet = self.inlet.as_ref();
+        let Some(inlet) = inlet.filter(|inlet| inlet.condition == Some(InletCondition::Pressure))
+        else {
+            return Ok(None);
+        };
+        let Inlet {
+            file,
+            unit,
+            file_period,
+            pressure,
+            ..
+        } = inlet;
+        PressureCurve::new(file.as_ref(), *unit, *file_period, *pressure, period).map(Some)
+    }
+
+    /// What is prescribed at the outlet.
+    pub fn outlet_condition(&self) -> OutletCondition {
+        let outlet = self.outlet.as_ref();
+        outlet
+            .and_then(|outlet| outlet.condition)
+            .unwrap_or_default()
+    }
+
+    /// The pressure that is prescribed at the outlet or behind its resistance, for beats of `period` (s); zero with a windkessel.
+    ///
+    /// # Errors
+    /// If its file cannot be read.
+    pub fn outlet_pressure(&self, period: f64) -> Result<PressureCurve, TableError> {
+        let Some(outlet) = &self.outlet else {
+            return Ok(PressureCurve::Constant(0.0));
+        };
+        let Outlet {
+            file,
+            unit,
+            file_period,
+            pressure,
+            ..
+        } = outlet;
+        PressureCurve::new(file.as_ref(), *unit, *file_period, *pressure, period)
+    }
+
+    /// Pressure (Pa) with which the wall is in static equilibrium when time begins: that of the outlet, without flow.
+    pub fn equilibrium_pressure(&self) -> f64 {
+        match (self.start(), self.outlet_condition()) {
+            (Start::Ramp, _) => 0.0,
+            (Start::Equilibrium, OutletCondition::Windkessel) => self.windkessel.initial_pressure,
+            // A curve in a file does not begin in equilibrium: that is refused.
+            (Start::Equilibrium, _) => {
+                let outlet = self.outlet.as_ref();
+                outlet.and_then(|outlet| outlet.pressure).unwrap_or(0.0)
+            }
+        }
+    }
+
+    /// What stands between the outlet and the pressure behind it.
+    pub fn outlet_elements(&self) -> OutletElements {
+        match self.outlet_condition() {
+            OutletCondition::Windkessel => (&self.windkessel).into(),
+            OutletCondition::Resistance => {
+                let outlet = self.outlet.as_ref();
+                OutletElements {
+                    proximal: outlet.and_then(|outlet| outlet.resistance).unwrap_or(0.0),
+                    distal: None,
+                }
+            }
+            OutletCondition::Pressure => OutletElements {
+                proximal: 0.0,
+                distal: None,
+            },
+        }
+    }
+}
+
+/// What stands between the outlet and the pressure behind it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutletElements {
+    /// Resistance at the outlet, Pa s/m³.
+    pub proximal: f64,
+    /// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel behind it.
+    pub distal: Option<(f64, f64)>,
+}
+
+impl From<&Windkessel> for OutletElements {
+    fn from(windkessel: &Windkessel) -> Self {
+        Self {
+            proximal: windkessel.proximal.unwrap_or(0.0),
+            distal: Some((windkessel.resistance, windkessel.compliance)),
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! What a case prescribes at the ends of a vessel, with both fluids: docs/boundary-conditions.md.
+
+use crate::native_run::FEW;
+use crate::run_support::*;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Time, inflow, outflow, pressures at both ends and of the windkessel, of each step.
+fn courses(run: &Path) -> Vec<[f64; 6]> {
+    let names = [
+        "time_s",
+        "Q_in_m3_s",
+        "Q_out_m3_s",
+        "p_in_Pa",
+        "p_out_Pa",
+        "p_windkessel_Pa",
+    ];
+    let mut reader = csv::Reader::from_path(run.join("history.csv")).unwrap();
+    let rows = reader.deserialize::<HashMap<String, f64>>();
+    rows.map(|row| {
+        let row = row.unwrap();
+        names.map(|name| row[name])
+    })
+    .collect()
+}
+
+const STEP: f64 = 0.002;
+/// No ramp: what is prescribed acts from the beginning.
+const NO_RAMP: &str = "ramp.duration_s=0.0";
+/// OpenFOAM's pressure follows the flux from corrector to corrector: enough of them, and nothing lags.
+const ACCURATE: [&str; 2] = ["fluid.pressure_residual=1e-7", "fluid.max_correctors=60"];
+
+/// A short coupled run.
+fn run(out: &Path, steps: usize, native: bool, set: &[&str]) -> Vec<[f64; 6]> {
+    let fluid: &[&str] = match native {
+        true => &FEW,
+        false => &["--set", ACCURATE[0], ACCURATE[1]],
+    };
+    complete(driver(out, steps, &[fluid, set].concat()));
+    courses(out)
+}
+
+/// `C dp/dt + p/R = Q` by implicit Euler, and `p + R_p Q` at the outlet.
+fn three_elements(native: bool, within: f64) {
+    let folder = tempfile::tempdir().unwrap();
+    let [straight, resumed] = ["straight", "resumed"].map(|name| folder.path().join(name));
+    let set = [
+        NO_RAMP,
+        "initial.start=equilibrium",
+        "windkessel.initial_pressure_Pa=1.0e3",
+        "windkessel.proximal_resistance_Pa_s_m3=2.0e8",
+    ];
+    let rows = run(&straight, 5, native, &set);
+    let (resistance, compliance, proximal) = (2.85e9, 1.2e-10, 2.0e8);
+    let mut last = 1.0e3;
+    for [t, _, outflow, _, at_outlet, behind] in &rows {
+        let next = (last * compliance / STEP + outflow) / (compliance / STEP + 1.0 / resistance);
+        assert!(
+            (behind / next - 1.0).abs() < within,
+            "t = {t}: {behind} {next}"
+        );
+        let expected = behind + proximal * outflow;
+        assert!(
+            (at_outlet / expected - 1.0).abs() < within,
+            "t = {t}: {at_outlet} {expected}"
+        );
+        last = *behind;
+    }
+    // Measured with the native fluid: 314 Pa of 1.3 kPa
+    let [.., outflow, _, _, _] = rows[rows.len() - 1];
+    assert!(proximal * outflow > 250.0, "{outflow:e}");
+    // And the state of it goes on to the last digit.
+    run(&resumed, 2, native, &set);
+    let again: Vec<&str> = set.iter().copied().chain(["--resume"]).collect();
+    run(&resumed, 5, native, &again);
+    assert_same_run(&resumed, &straight);
+}
+
+#[test]
+fn a_windkessel_of_three_elements_is_its_equation() {
+    three_elements(true, 1e-9);
+}
+
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_windkessel_of_three_elements_is_its_equation_with_openfoam() {
+    three_elements(false, 1e-6);
+}
+
+fn resistance(native: bool, within: f64) {
+    let folder = tempfile::tempdir().unwrap();
+    let set = [
+        NO_RAMP,
+        "outlet.condition=resistance",
+        "outlet.resistance_Pa_s_m3=3.0e8",
+        "outlet.pressure_Pa=200.0",
+        "inlet.profile=parabolic",
+    ];
+    let rows = run(folder.path(), 3, native, &set);
+    for [t, inflow, outflow, _, at_outlet, _] in rows {
+        let expected = 200.0 + 3.0e8 * outflow;
+        assert!(
+            (at_outlet / expected - 1.0).abs() < within,
+            "t = {t}: {at_outlet} {expected}"
+        );
+        // The formula of the inflow
+        let flow = 3.5e-6 + 4.5e-6 * (std::f64::consts::PI * (t / 0.5).powf(0.8)).sin().powi(2);
+        assert!(
+            (inflow / flow - 1.0).abs() < 1e-5,
+            "t = {t}: {inflow:e} {flow:e}"
+        );
+    }
+}
+
+#[test]
+fn a_resistance_is_proportional_to_the_flow() {
+    resistance(true, 1e-9);
+}
+
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_resistance_is_proportional_to_the_flow_with_openfoam() {
+    resistance(false, 1e-6);
+}
+
+/// Pressures at both ends from files, in their own units and stretched to the beat.
+fn pressures(native: bool, within: f64) {
+    let folder = tempfile::tempdir().unwrap();
+    let [inlet, outlet, out] = ["in.csv", "out.csv", "run"].map(|name| folder.path().join(name));
+    std::fs::write(
+        &inlet,
+        "# catheter\nt (ms); p (mmHg)\n0;1\n200;2\n400;1\n800;1\n",
+    )
+    .unwrap();
+    std::fs::write(&outlet, "0 100\n0.25 200\n0.4 150\n0.5 100\n").unwrap();
+    let [inlet, outlet] = [("inlet", inlet), ("outlet", outlet)]
+        .map(|(end, file)| format!("{end}.file={}", file.display()));
+    let set = [
+        NO_RAMP,
+        "inlet.condition=pressure",
+        &inlet,
+        "inlet.file_period_s=0.8",
+        "outlet.condition=pressure",
+        &outlet,
+        "outlet.unit=Pa",
+        "outlet.file_period_s=0.5",
+    ];
+    let rows = run(&out, 3, native, &set);
+    for [t, inflow, _, at_inlet, at_outlet, _] in rows {
+        // Between the first two points of the files, which are a quarter and a half of the beat apart: zero slopes at both.
+        let cubic = |s: f64| s * s * (3.0 - 2.0 * s);
+        let expected = [
+            133.322 * (1.0 + cubic(t / 0.25)),
+            100.0 + 100.0 * cubic(t / 0.5),
+        ];
+        for (found, expected) in [at_inlet, at_outlet].into_iter().zip(expected) {
+            assert!(
+                (found / expected - 1.0).abs() < within,
+                "t = {t}: {found} {expected}"
+            );
+        }
+        assert!(inflow > 1e-7, "t = {t}: {inflow:e}");
+    }
+}
+
+#[test]
+fn pressures_of_files_act_at_both_ends() {
+    // Weakly at the inlet
+    pressures(true, 2e-2);
+}
+
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn pressures_of_files_act_at_both_ends_with_openfoam() {
+    pressures(false, 1e-6);
+}
