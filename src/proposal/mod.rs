@@ -115,7 +115,8 @@ impl Proposal {
         let mut numbers = Numbers::new(wishes, &survey);
         let trial = tempfile::tempdir()?;
         for (name, path) in &files {
-            std::fs::copy(path, trial.path().join(name))?;
+            std::fs::copy(path, trial.path().join(name))
+                .map_err(|error| NoProposal::Input(format!("{}: {error}", path.display())))?;
         }
         let case = loaded(trial.path(), wishes, &survey, &mut numbers)?;
         let (figures, remarks) = Figures::of(&case, wishes)?;
