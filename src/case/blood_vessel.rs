@@ -141,6 +141,14 @@ impl BloodVessel {
         }
     }
 
+    /// Whether no part of its wall yields: what is computed is the flow alone.
+    pub fn is_rigid(&self) -> bool {
+        match &self.shape {
+            Shape::Anastomosis(_) => false,
+            Shape::Vessel(vessel) => vessel.is_rigid(),
+        }
+    }
+
     /// How the wall comes under its pressure.
     pub fn start(&self) -> Start {
         let initial = self.initial.as_ref();

@@ -72,6 +72,7 @@ pub use own::*;
 pub use periodic_table::{PeriodicTable, TableError};
 pub use problem::{Problem, ProblemKind};
 pub use vessel::*;
+pub use vessel_path::RIGID_SHARE;
 pub use window::Window;
 
 impl CouplingSettings {

@@ -52,7 +52,7 @@ table! {
         [section: Vec<VesselSection>, "sections, downstream"]
         [feature: Option<Vec<Feature>>, "narrowings and widenings of the lumen"]
         [region: Option<Vec<VesselRegion>>, "parts that are evaluated by themselves, beside the elastic sections"]
-        [material: Vec<NamedMaterial>, "materials of the wall"]
+        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it yields"]
     }
 }
 

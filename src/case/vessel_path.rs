@@ -1,12 +1,16 @@
 //! What follows from the table `[vessel]` alone: the curve of the centre-line and where the sections lie on it.
 
-use super::{CurvePiece, VesselDescription, VesselSection, WallKind};
+use super::{CurvePiece, NamedMaterial, VesselDescription, VesselSection, WallKind};
 use crate::Vec3;
 use crate::curve::{Bend, Frame, SpaceCurve};
 use crate::interpolation::MonotoneCubic;
 
 /// A curve that leaves its chord by less than this share of its length counts as straight.
 const STRAIGHT: f64 = 1e-3;
+
+/// Thickness of the wall of a vessel that is rigid throughout, as a share of the mean radius of its sections: it has a mesh that
+/// does not move.
+pub const RIGID_SHARE: f64 = 0.1;
 
 impl VesselSection {
     /// Whether its wall yields.
@@ -16,6 +20,22 @@ impl VesselSection {
 }
 
 impl VesselDescription {
+    /// Whether no section yields: what is computed is the flow alone.
+    pub fn is_rigid(&self) -> bool {
+        !self.section.is_empty() && self.section.iter().all(|section| !section.is_elastic())
+    }
+
+    /// Whether a section is of the part that is evaluated, between whose ends the wall has a mesh: an elastic one, and any of a
+    /// vessel that is rigid throughout.
+    pub fn is_evaluated(&self, section: &VesselSection) -> bool {
+        section.is_elastic() || self.is_rigid()
+    }
+
+    /// Materials of the wall, by name.
+    pub fn materials(&self) -> &[NamedMaterial] {
+        self.material.as_deref().unwrap_or_default()
+    }
+
     /// The points that the centre-line passes.
     pub fn curve_points(&self) -> Vec<Vec3> {
         self.points.iter().map(|point| Vec3::from(*point)).collect()

@@ -90,6 +90,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 "--wall: the case has no vessel of the driver's making; leave the option out";
             Failure::Input(reason.into())
         })?;
+        if vessel.is_rigid() {
+            let reason = "--wall: no section of the vessel yields; leave the option out";
+            return Err(Failure::Input(reason.into()));
+        }
         terminal::print(in_figures(&case, vessel)?)?;
     }
     Ok(())

@@ -115,10 +115,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "--proximal is the third element: add --elements 3".into(),
         ));
     }
-    if arguments.elements == 3 && arguments.proximal.is_none() && case.is_none() {
+    let yields = vessel.is_some_and(|vessel| !vessel.is_rigid());
+    if arguments.elements == 3 && arguments.proximal.is_none() && !yields {
         return Err(wrong(
             "--elements 3 needs the resistance before the windkessel, --proximal PA_S_M3 (a tenth of the whole is usual), or \
-             --case, whose vessel's characteristic impedance it is"
+             --case, whose vessel's characteristic impedance it is if its wall yields"
                 .into(),
         ));
     }
@@ -127,7 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     // What cannot be had without the wall needs no statics.
     propose(0.0)?;
     let storage = match (&case, vessel) {
-        (Some(case), Some(vessel)) => Some(
+        (Some(case), Some(vessel)) if !vessel.is_rigid() => Some(
             with_wall(case, vessel, |wall| wall::compliance(wall, lowest, highest))
                 .map_err(|e| Failure::Run(e.to_string()))?
                 .ok_or_else(|| {

@@ -4,8 +4,15 @@ use super::Vessel;
 use super::feature::{Bump, Feature};
 use super::lumen::LumenTable;
 use super::section::{Base, Section};
-use crate::case::{VesselDescription, VesselSection};
+use crate::case::{Material, RIGID_SHARE, VesselDescription, VesselSection};
 use crate::interpolation::MonotoneCubic;
+
+/// Material of the wall of a vessel that is rigid throughout: nothing strains it.
+const ANY: Material = Material::SaintVenantKirchhoff {
+    youngs_modulus: 1e6,
+    poisson_ratio: 0.0,
+    viscosity: None,
+};
 
 impl Vessel {
     /// Along any path, of any sections.
@@ -14,8 +21,10 @@ impl Vessel {
         let length = curve.ends()[1];
         let places = keys.places(length);
         let of_section = keys.section.iter().zip(&places);
-        let elastic = of_section.clone().find(|(section, _)| section.is_elastic());
-        let start = elastic.map_or(0.0, |(_, place)| place[0]);
+        let evaluated = of_section
+            .clone()
+            .find(|(section, _)| keys.is_evaluated(section));
+        let start = evaluated.map_or(0.0, |(_, place)| place[0]);
         let vessel_law = keys.radius_law(&curve).shifted(-start);
         let layers = keys.section.iter().map(|section| section.layers.len());
         let layers = layers.max().unwrap_or(0);
@@ -30,7 +39,7 @@ impl Vessel {
                 name: keys_of.name.clone(),
                 from,
                 to,
-                is_elastic: keys_of.is_elastic(),
+                is_elastic: keys.is_evaluated(keys_of),
                 blend: keys.blend_length.unwrap_or(2.0 * law.at(from)),
                 base: Base::Lumen(law),
                 surfaces,
@@ -72,20 +81,20 @@ impl Vessel {
         }
         let bumps = keys.feature.iter().flatten();
         let bumps = bumps.map(|feature| Feature::Bump(Bump::new(feature)));
+        let (materials, names) = match keys.is_rigid() {
+            true => (vec![ANY], vec!["rigid".into()]),
+            false => (keys.materials().iter())
+                .map(|named| (named.material.clone(), named.name.clone()))
+                .unzip(),
+        };
         let lumen = !keys.lumen_radii.is_empty();
         let lumen = lumen.then(|| LumenTable::new(&keys.lumen_radii, [-start, length - start]));
         Self {
             line: curve.counted_from(start),
             sections,
             features: lumen.map(Feature::Lumen).into_iter().chain(bumps).collect(),
-            materials: (keys.material.iter())
-                .map(|named| named.material.clone())
-                .collect(),
-            names: keys
-                .material
-                .iter()
-                .map(|named| named.name.clone())
-                .collect(),
+            materials,
+            names,
             counts_radii: true,
         }
     }
@@ -99,6 +108,9 @@ fn wall(
     mean_radius: f64,
     layers: usize,
 ) -> (Vec<f64>, Vec<usize>) {
+    if keys.is_rigid() {
+        return (vec![0.0, RIGID_SHARE * mean_radius], vec![0]);
+    }
     if section.layers.is_empty() {
         return (vec![0.0], Vec::new());
     }
@@ -119,7 +131,10 @@ fn wall(
     }
     let (mut surfaces, mut materials, mut from) = (vec![0.0], Vec::new(), 0.0);
     for ((thickness, parts), name) in thicknesses.iter().zip(parts).zip(&section.layers) {
-        let named = keys.material.iter().position(|known| known.name == *name);
+        let named = keys
+            .materials()
+            .iter()
+            .position(|known| known.name == *name);
         for part in 1..=parts {
             surfaces.push(from + thickness * part as f64 / parts as f64);
             materials.push(named.unwrap_or(0));

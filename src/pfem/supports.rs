@@ -109,6 +109,11 @@ pub fn on_springs(name: &str, spring: f64) -> Support {
 /// What holds the wall of a vessel: its ends, and the tissue around it.
 pub fn of_vessel(vessel: &BloodVessel) -> Vec<Support> {
     let mut supports = vec![Support::Clamped("start".into())];
+    if vessel.is_rigid() {
+        // The lumen holds, and what is around it stays with it.
+        supports.extend(["inner", "end"].map(|name| Support::Clamped(name.into())));
+        return supports;
+    }
     let (outlet, spring) = vessel.outlet_end();
     match outlet {
         VesselEnd::Clamped => supports.push(Support::Clamped("end".into())),

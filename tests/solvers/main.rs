@@ -33,6 +33,7 @@ mod probes;
 mod python_reader;
 mod report;
 mod resume;
+mod rigid_vessel;
 mod run_support;
 mod simulation;
 mod study;

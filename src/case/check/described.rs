@@ -3,7 +3,8 @@
 use super::{Report, material};
 use crate::Vec3;
 use crate::case::{
-    BloodVessel, CurvePiece, Feature, TissueDirection, VesselDescription, VesselEnd,
+    BloodVessel, CurvePiece, Feature, GivenShape, RIGID_SHARE, TissueDirection, VesselDescription,
+    VesselEnd,
 };
 use crate::curve::SpaceCurve;
 
@@ -37,7 +38,10 @@ pub(super) fn check(vessel: &BloodVessel, keys: &VesselDescription, report: &mut
             &mut watched,
         );
     }
-    of_straight_ones(vessel, keys, &mut watched);
+    match keys.is_rigid() {
+        true => of_yielding_ones(vessel, &mut watched),
+        false => of_straight_ones(vessel, keys, &mut watched),
+    }
     // What follows needs a curve; a file that cannot be read has been reported.
     let is_there = keys.points.len() > 1 || keys.piece.as_ref().is_some_and(|all| !all.is_empty());
     if clean && is_there {
@@ -272,9 +276,9 @@ fn table(keys: &VesselDescription, report: &mut Report<'_>) {
 }
 
 fn materials(keys: &VesselDescription, report: &mut Report<'_>) {
-    for (i, named) in keys.material.iter().enumerate() {
+    for (i, named) in keys.materials().iter().enumerate() {
         material(&format!("vessel.material[{i}]"), &named.material, report);
-        let twice = keys.material[..i]
+        let twice = keys.materials()[..i]
             .iter()
             .any(|other| other.name == named.name);
         report(
@@ -350,7 +354,7 @@ fn layers(
         ),
     );
     let names: Vec<&str> = keys
-        .material
+        .materials()
         .iter()
         .map(|known| known.name.as_str())
         .collect();
@@ -359,8 +363,11 @@ fn layers(
             &[&key("layers")],
             true,
             format!(
-                "no [[vessel.material]] is called {layer:?}; there is \"{}\"",
-                names.join("\", \"")
+                "no [[vessel.material]] is called {layer:?}; there is {}",
+                match names.is_empty() {
+                    true => "none".into(),
+                    false => format!("\"{}\"", names.join("\", \"")),
+                }
             ),
         );
     }
@@ -370,6 +377,31 @@ fn layers(
         thickest > RADII[1],
         format!("a layer of {thickest:?} m: is it in another unit (_m means metres)?"),
     );
+}
+
+/// What is for walls that yield.
+fn of_yielding_ones(vessel: &BloodVessel, report: &mut Report<'_>) {
+    let tissue = vessel.surroundings.as_ref();
+    for (key, is_given) in [
+        ("ends.outlet", vessel.ends.is_some()),
+        ("initial.axial_stretch", vessel.axial_stretch() != 1.0),
+        ("initial.shape", vessel.given_shape() == GivenShape::Loaded),
+        (
+            "surroundings.spring_Pa_m",
+            tissue.is_some_and(|tissue| tissue.spring.is_some()),
+        ),
+        (
+            "surroundings.damping_Pa_s_m",
+            tissue.is_some_and(|tissue| tissue.damping.is_some()),
+        ),
+        (
+            "surroundings.pressure_Pa",
+            tissue.is_some_and(|tissue| tissue.pressure.is_some()),
+        ),
+    ] {
+        let message = "is for a wall that yields, and all sections of this vessel have wall = \"rigid\": leave it out";
+        report(&[key], is_given, message.into());
+    }
 }
 
 /// What is for vessels along the x-axis alone, where the arc length is x: a line from the origin on, with the first elastic
@@ -456,13 +488,8 @@ fn along(keys: &VesselDescription, report: &mut Report<'_>) {
         ),
     );
     let elastic: Vec<usize> = (0..keys.section.len())
-        .filter(|i| keys.section[*i].is_elastic())
+        .filter(|i| keys.is_evaluated(&keys.section[*i]))
         .collect();
-    report(
-        &["vessel.section[0].name"],
-        elastic.is_empty(),
-        "no section is elastic: one must be".into(),
-    );
     if let Some(gap) = elastic.windows(2).find(|pair| pair[1] != pair[0] + 1) {
         report(
             &[&format!("vessel.section[{}].wall", gap[0] + 1)],
@@ -504,8 +531,11 @@ fn along(keys: &VesselDescription, report: &mut Report<'_>) {
             .radius
             .unwrap_or_else(|| widest.as_ref().unwrap_or(&law).at(s));
         let mean = section.radius.unwrap_or_else(|| law.mean(from, to));
-        let wall: f64 =
-            section.thicknesses.iter().sum::<f64>() + mean * section.shares.iter().sum::<f64>();
+        let shares = match keys.is_rigid() {
+            true => RIGID_SHARE,
+            false => section.shares.iter().sum(),
+        };
+        let wall: f64 = section.thicknesses.iter().sum::<f64>() + mean * shares;
         let widened = keys
             .feature
             .iter()

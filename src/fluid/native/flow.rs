@@ -7,7 +7,7 @@ use super::FlowError;
 use super::gmres::{self, System, Workspace};
 use super::metric::Metric;
 use super::oseen::{Local, Oseen, OseenViscosity};
-use super::pressure::SchurComplement;
+use super::preconditioner::{MadeFor, Preconditioner};
 use super::shear_thinning::VariableViscosity;
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
@@ -45,8 +45,8 @@ pub struct FlowState {
     pub velocity: [Vec<f64>; 2],
     /// Pressures, Pa.
     pub pressure: [Vec<f64>; 2],
-    /// The geometry (m) and the weight of the new velocity (1/s) for which the preconditioner was made.
-    pub preconditioner: Option<(Vec<f64>, f64)>,
+    /// What the preconditioner was made for.
+    pub preconditioner: Option<MadeFor>,
 }
 
 /// A part of the boundary through which fluid comes and goes under a pressure.
@@ -103,21 +103,6 @@ pub struct FlowSolution {
     pub residual: f64,
 }
 
-/// The preconditioner is renewed once the mesh has moved by this share of the flow's width.
-const FAR: f64 = 0.05;
-/// It takes the viscosity for that at this rate of shear everywhere, 1/s.
-const USUAL_RATE: f64 = 100.0;
-/// Or once the time steps differ by this factor.
-const OTHER_STEP: f64 = 5.0;
-
-/// What was made for [`FlowState::preconditioner`].
-struct Frozen {
-    positions: Vec<f64>,
-    weight: f64,
-    laplacian_diagonal: Vec<f64>,
-    schur: SchurComplement,
-}
-
 /// Solves the steps.
 pub struct Flow {
     space: SpectralElements,
@@ -128,7 +113,7 @@ pub struct Flow {
     open: Vec<OpenEnd>,
     /// Twice the volume over the area of the boundary with prescribed velocity: the radius of a tube, m.
     width: f64,
-    frozen: Option<Frozen>,
+    preconditioner: Option<Preconditioner>,
     workspace: Workspace,
 }
 
@@ -161,7 +146,7 @@ impl Flow {
             moving_walls,
             open,
             width,
-            frozen: None,
+            preconditioner: None,
             workspace: Workspace::default(),
         })
     }
@@ -241,7 +226,9 @@ impl Flow {
         start: Option<&FlowSolution>,
     ) -> Result<FlowSolution, FlowError> {
         let w = self.weights(state, time_step);
-        self.freeze(state, w.new)?;
+        if start.is_none() || self.preconditioner.is_none() {
+            self.prepare(state, w.new)?;
+        }
         let metric = Metric::new(&self.space, &positions)?;
         let mesh_velocity = self.mesh_velocity(state, time_step, &positions);
         let sources = self.swept_sources(state, w, &positions, &mesh_velocity);
@@ -265,12 +252,12 @@ impl Flow {
             settings,
             fixed,
             open,
-            frozen,
+            preconditioner,
             workspace,
             ..
         } = self;
         let (space, fixed) = (&*space, &*fixed);
-        let frozen = frozen.as_ref().expect("it has just been made");
+        let preconditioner = preconditioner.as_ref().expect("it has been made");
         let nodes = space.space.nodes;
 
         let [a, b] = extrapolation(time_step, state.before);
@@ -338,14 +325,14 @@ impl Flow {
         let mut system = Oseen {
             convection: metric.convection(space, settings.density, &relative),
             viscosity,
-            inverse_diagonal: inverse_diagonal(settings, fixed, &mass, &frozen.laplacian_diagonal),
+            inverse_diagonal: preconditioner.made_for.inverse_diagonal(fixed, &mass),
             mass,
             fixed,
             fluxes: &fluxes,
             resistances: pressures.iter().map(|[_, per_flow]| *per_flow).collect(),
             rhs,
-            schur: &frozen.schur,
-            scale: w.new / frozen.weight,
+            schur: &preconditioner.schur,
+            scale: w.new / preconditioner.made_for.weight,
             weights,
             local: Local::new(space),
             metric: &metric,
@@ -414,41 +401,20 @@ impl Flow {
             fields.swap(0, 1);
             fields[0] = new;
         }
-        if let Some(frozen) = &self.frozen {
-            state.preconditioner = Some((frozen.positions.clone(), frozen.weight));
+        if let Some(preconditioner) = &self.preconditioner {
+            state.preconditioner = Some(preconditioner.made_for.clone());
         }
     }
 
     /// Sees to a preconditioner that depends on `state` alone: that of the state if it is near enough, or a new one.
-    fn freeze(&mut self, state: &FlowState, weight: f64) -> Result<(), FlowError> {
-        let now = &state.positions[0];
-        let near = |positions: &[f64], other: f64| {
-            let distances = positions.iter().zip(now).map(|(a, b)| (a - b).abs());
-            let ratio = weight / other;
-            distances.fold(0.0, f64::max) <= FAR * self.width
-                && (1.0 / OTHER_STEP..=OTHER_STEP).contains(&ratio)
-        };
-        let (positions, weight) = match &state.preconditioner {
-            Some((positions, weight)) if near(positions, *weight) => (positions, *weight),
-            _ => (now, weight),
-        };
-        if let Some(frozen) = &self.frozen
-            && frozen.weight == weight
-            && frozen.positions == *positions
-        {
-            return Ok(());
+    fn prepare(&mut self, state: &FlowState, weight: f64) -> Result<(), FlowError> {
+        let made_for = MadeFor::choose(&self.space, &self.settings, self.width, state, weight)?;
+        let there = self.preconditioner.as_ref();
+        if there.is_none_or(|there| there.made_for != made_for) {
+            let density = self.settings.density;
+            let preconditioner = Preconditioner::new(&self.space, density, &self.fixed, made_for)?;
+            self.preconditioner = Some(preconditioner);
         }
-        let metric = Metric::new(&self.space, positions)?;
-        let laplacian_diagonal = metric.laplacian_diagonal(&self.space);
-        let density = self.settings.density;
-        let mass: Vec<f64> = metric.mass.iter().map(|m| density * weight * m).collect();
-        let inverse = inverse_diagonal(&self.settings, &self.fixed, &mass, &laplacian_diagonal);
-        self.frozen = Some(Frozen {
-            schur: SchurComplement::new(&self.space, &metric, &inverse)?,
-            positions: positions.clone(),
-            weight,
-            laplacian_diagonal,
-        });
         Ok(())
     }
 
@@ -522,22 +488,4 @@ impl Flow {
         let pressure = std::iter::repeat_n(share * scale * scale, pressures);
         velocity.into_iter().chain(pressure).collect()
     }
-}
-
-fn inverse_diagonal(
-    settings: &FlowSettings,
-    fixed: &[bool],
-    mass: &[f64],
-    laplacian_diagonal: &[f64],
-) -> Vec<f64> {
-    let viscosity = settings.rheology.viscosity(USUAL_RATE);
-    (fixed.iter().zip(mass).zip(laplacian_diagonal))
-        .map(|((&fixed, mass), laplacian)| {
-            if fixed {
-                0.0
-            } else {
-                1.0 / (mass + viscosity * laplacian)
-            }
-        })
-        .collect()
 }

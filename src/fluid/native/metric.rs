@@ -2,6 +2,7 @@
 
 use super::FlowError;
 use super::contraction::LANES;
+use super::oseen::OseenViscosity;
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 
@@ -157,8 +158,35 @@ impl Metric {
         convection
     }
 
-    /// Diagonal of the Laplacian, `∫ |∇v_i|²`, for each node, m.
-    pub fn laplacian_diagonal(&self, space: &SpectralElements) -> Vec<f64> {
+    /// Diagonal of the viscous stresses, `∫ mu |∇v_i|²`, for each node, Pa s m.
+    pub fn viscous_diagonal(
+        &self,
+        space: &SpectralElements,
+        viscosity: &OseenViscosity,
+    ) -> Vec<f64> {
+        match viscosity {
+            OseenViscosity::Constant(viscosity) => {
+                let mut diagonal = self.laplacian_diagonal(space, &self.stiffness);
+                diagonal.iter_mut().for_each(|d| *d *= viscosity);
+                diagonal
+            }
+            OseenViscosity::AtGauss(viscosity) => {
+                let m3 = space.gauss_count() * LANES;
+                let mut stiffness = self.stiffness.clone();
+                for (stiffness, viscosity) in
+                    (stiffness.chunks_exact_mut(6 * m3)).zip(viscosity.chunks_exact(m3))
+                {
+                    for (k, s) in stiffness.iter_mut().enumerate() {
+                        *s *= viscosity[k % m3];
+                    }
+                }
+                self.laplacian_diagonal(space, &stiffness)
+            }
+        }
+    }
+
+    /// `∫ |∇v_i|²` for each node, m, of this `stiffness`.
+    fn laplacian_diagonal(&self, space: &SpectralElements, stiffness: &[f64]) -> Vec<f64> {
         let (n3, m3) = (space.node_count(), space.gauss_count());
         let (n, m) = (space.basis.nodes.len(), space.basis.gauss.len());
         // Squares and products of the one-dimensional functions and their slopes at the Gauss points
@@ -174,7 +202,7 @@ impl Metric {
         let mut local = vec![0.0; space.groups() * n3 * LANES];
         local
             .par_chunks_mut(n3 * LANES)
-            .zip(self.stiffness.par_chunks(6 * m3 * LANES))
+            .zip(stiffness.par_chunks(6 * m3 * LANES))
             .for_each(|(diagonal, stiffness)| {
                 for d in 0..3 {
                     for d2 in 0..3 {

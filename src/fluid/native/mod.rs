@@ -4,7 +4,7 @@
 //! From one dimension to a time step: [`basis`] has the polynomials of an element, [`contraction`] their products, [`kernel`] its operations, [`taylor_hood_space`] the
 //! numbering of the unknowns and [`spectral_elements`] all of these together; [`vessel_mesh`] is the lumen of a vessel and how
 //! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
-//! equations of a step are [`oseen`], solved by [`gmres`] with the preconditioner of [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
+//! equations of a step are [`oseen`], solved by [`gmres`] with the [`preconditioner`] and its Schur complement of the [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
 //! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, [`probes`] what it is at chosen points, and [`field`] everywhere. [`ends`] is what is prescribed
 //! at inlet and outlet, and [`blood`] puts it all into a [`Fluid`](super::Fluid).
 //!
@@ -21,6 +21,7 @@ pub(crate) mod kernel;
 pub mod metric;
 pub(crate) mod oseen;
 pub(crate) mod plane_cholesky;
+pub mod preconditioner;
 pub(crate) mod pressure;
 pub(crate) mod probes;
 pub(crate) mod shear_thinning;

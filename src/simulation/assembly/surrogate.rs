@@ -36,6 +36,8 @@ pub fn surrogate<S: Solid>(
         _ if case.coupling.surrogate == case::SurrogateModel::None => {
             return Ok(Box::new(Identity));
         }
+        // Nothing moves.
+        Problem::Vessel(vessel) if vessel.is_rigid() => return Ok(Box::new(Identity)),
         Problem::Vessel(vessel) => vessel,
         Problem::Flag(_) | Problem::Own(_) => {
             return Err("the surrogate is a tube, and the case has none".into());
