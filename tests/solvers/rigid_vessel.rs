@@ -265,12 +265,12 @@ fn a_rigid_vessel_runs_is_resumed_and_reported() {
     // A torus' part has the volume of a cylinder.
     let volume = PI * RADIUS * RADIUS * (LENGTH + 4e-3);
     for [inflow, outflow, found, displacement, iterations] in steps {
-        // To the accuracy of the linear solver, for which the pressure of the equilibrium counts too: measured 5e-6
-        assert!(
-            (inflow - outflow).abs() < 1e-5 * FLOW,
-            "{inflow:e} {outflow:e}"
-        );
-        assert!((found / volume - 1.0).abs() < 1e-4, "{found:e}");
+        // To the accuracy of the linear solver, for which the pressure of the equilibrium counts too: measured 8e-6
+        let error = (inflow - outflow).abs() / FLOW;
+        assert!(error < 2e-5, "{error:e}");
+        // What four elements of degree 3 lack of the circle
+        let share = found / volume;
+        assert!((share - 0.999_812).abs() < 2e-6, "{share}");
         assert_eq!([displacement, iterations], [0.0, 1.0]);
     }
     let mut report = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
