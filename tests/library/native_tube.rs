@@ -414,16 +414,16 @@ fn developed_flows_in_closed_form_are_those_of_the_table() {
             + yield_stress * (RADIUS - r))
             / high
     };
-    let closed: [(Rheology, &dyn Fn(f64) -> f64, f64); 2] =
-        [(POWER_LAW, &of_power_law, 1e-6), (CASSON, &of_casson, 1e-4)];
-    for (blood, exact, within) in closed {
+    let compare = |blood: Rheology, exact: &dyn Fn(f64) -> f64, within: f64| {
         let developed = Developed::of(blood);
         for i in 0..30 {
             let r = RADIUS * f64::from(i) / 30.0;
             let error = (developed.velocity(r) - exact(r)).abs() / exact(0.0);
             assert!(error < within, "{blood:?}, r = {r}: {error:e}");
         }
-    }
+    };
+    compare(POWER_LAW, &of_power_law, 1e-6);
+    compare(CASSON, &of_casson, 1e-4);
 }
 
 #[test]
