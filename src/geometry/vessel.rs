@@ -15,6 +15,9 @@ use std::sync::Arc;
 const LUMEN: usize = 0;
 /// A described vessel has as many elements or cells as its keys say along this many radii.
 const RADII: f64 = 10.0;
+/// Share of an element by which a vessel may be longer than a whole number of them: radii of a file are never exact, and what
+/// is one ten-thousandth thinner is to have the same mesh.
+const SPARE: f64 = 0.01;
 
 /// A vessel: rigid sections upstream, elastic ones from s = 0 on, rigid ones downstream of those.
 ///
@@ -215,7 +218,7 @@ impl Vessel {
         let radii = length * mean(&|s| 1.0 / self.surface(LUMEN, s));
         let turn_deg = (length * mean(&|s| self.line.curvature(s).norm())).to_degrees();
         let by_length = numbers.per_section as f64 * radii / RADII;
-        let pieces = by_length.max(turn_deg / numbers.most_bend_deg) - 1e-6;
+        let pieces = by_length.max(turn_deg / numbers.most_bend_deg) - SPARE;
         (pieces.ceil() as usize).max(1)
     }
 
