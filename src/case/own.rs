@@ -22,15 +22,17 @@ table! {
         patches: Vec<String> = "patches", Kind::Names(100), "patches of that case that the elastic wall touches";
         openings: Vec<String> = "openings", Kind::Names(100), "patches of that case where it flows in or out, the inlet first",
             absent "its patches of the type patch, those called inlet… first";
-        [region: Option<Vec<RegionBox>>, "parts of the wet surface that are evaluated one by one"]
+        [region: Option<Vec<OwnRegion>>, "parts of the wet surface that are evaluated one by one"]
     }
 }
 
 table! {
-    /// The faces of the wet surface whose middle lies in a box, and what of the wall lies there.
-    pub struct RegionBox {
+    /// The faces of the wet surface in a patch, or whose middle lies in a box, and what of the wall lies there.
+    pub struct OwnRegion {
         name: String = "name", Kind::Text(30), "what the region is called";
-        corners: Vec<[f64; 3]> = "box_m", Kind::Points(2), "two opposite corners of the box";
+        corners: Vec<[f64; 3]> = "box_m", Kind::Points(2), "two opposite corners of the box",
+            absent "fluid.region.patch";
+        patch: Option<String> = "patch", Kind::Text(100), "one of fluid.patches, in place of a box", absent "fluid.region.box_m";
     }
 }
 

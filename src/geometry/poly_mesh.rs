@@ -204,6 +204,12 @@ impl PolyMesh {
 
     /// Volume (m³) of each cell, by pyramids over its faces, as OpenFOAM has them.
     pub fn cell_volumes(&self) -> Vec<f64> {
+        let cells = self.cell_geometry().into_iter();
+        cells.map(|(volume, _)| volume).collect()
+    }
+
+    /// Volume (m³) and centre (m) of each cell, by pyramids over its faces, as OpenFOAM has them.
+    pub fn cell_geometry(&self) -> Vec<(f64, Vec3)> {
         let geometry: Vec<_> = (0..self.faces.len())
             .map(|face| self.face_geometry(face))
             .collect();
@@ -216,12 +222,17 @@ impl PolyMesh {
         for (middle, count) in middles.iter_mut().zip(counts) {
             *middle /= count;
         }
-        let mut volumes = vec![0.0; cells];
+        let mut found = vec![(0.0, Vec3::zeros()); cells];
         for (cell, face, sign) in self.sides() {
             let (centre, area) = geometry[face];
-            volumes[cell] += sign * area.dot(&(centre - middles[cell])) / 3.0;
+            let pyramid = sign * area.dot(&(centre - middles[cell])) / 3.0;
+            found[cell].0 += pyramid;
+            found[cell].1 += (0.75 * centre + 0.25 * middles[cell]) * pyramid;
         }
-        volumes
+        found
+            .iter_mut()
+            .for_each(|(volume, centre)| *centre /= *volume);
+        found
     }
 
     /// Volume (m³) of the whole mesh.

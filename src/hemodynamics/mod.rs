@@ -14,7 +14,7 @@ pub(crate) mod summary;
 pub(crate) mod wall;
 
 pub use monitor::{Monitor, RegionStep, WallStress};
-pub use region::{Region, RegionName};
+pub use region::{Region, RegionExtent, RegionName};
 pub use rings::Rings;
 pub use shear::ShearStatistics;
 pub use statistics::WindowStatistics;

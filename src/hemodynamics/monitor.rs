@@ -1,8 +1,9 @@
 //! The regions of a vessel at the end of a step, in figures.
 
-use super::region::{Region, RegionName};
+use super::region::{Region, RegionExtent, RegionName, is_in_box};
 use super::wall::{Place, WallState, WetSurface, widened};
 use crate::Vec3;
+use crate::geometry::PolyMesh;
 use serde::{Deserialize, Serialize};
 
 /// A region at the end of a step; a row of `regions.csv`. Field names are the headers: they carry the unit.
@@ -21,7 +22,7 @@ pub struct RegionStep {
     pub max_wall_shear_x_m: f64,
     /// Where that is around the axis.
     pub max_wall_shear_phi_deg: f64,
-    /// Volume of the lumen within; not a number in a box.
+    /// Volume of the lumen within; not a number where the region encloses none.
     pub lumen_volume_m3: f64,
     /// Largest displacement of the wet surface.
     pub max_displacement_m: f64,
@@ -50,8 +51,8 @@ pub struct RegionStep {
 /// Largest stresses and stretches of a part of the wall, an element for example.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WallStress {
-    /// Unloaded position of the part along the axis, m.
-    pub x: f64,
+    /// Unloaded position of the middle of the part, m.
+    pub middle: Vec3,
     /// Von Mises stress, Pa.
     pub von_mises: f64,
     /// Largest principal Cauchy stress there, Pa.
@@ -71,6 +72,8 @@ pub struct WallStress {
 pub struct Monitor {
     wall: WetSurface,
     places: Vec<Place>,
+    /// Centres of the unloaded faces, m.
+    middles: Vec<Vec3>,
     regions: Vec<Part>,
 }
 
@@ -79,26 +82,24 @@ struct Part {
     region: Region,
     shares: Vec<(usize, f64)>,
     points: Vec<usize>,
+    /// Volume of the fluid within at rest, m³, where the wall alone does not say it.
+    volume_at_rest: Option<f64>,
 }
 
 impl Monitor {
-    /// Prepares the regions of a wall.
-    pub fn new(wall: WetSurface, regions: &[Region]) -> Self {
-        let part = |region: &Region| {
-            let points = wall.points.iter().enumerate();
-            Part {
-                region: *region,
-                shares: wall.shares(region),
-                points: points
-                    .filter(|(_, x)| region.holds(wall.place(x).0.x_m, x))
-                    .map(|(i, _)| i)
-                    .collect(),
-            }
+    /// Prepares the regions of a wall; those that are no part of a tube enclose cells of the `fluid` at rest.
+    pub fn new(wall: WetSurface, regions: &[Region], fluid: Option<&PolyMesh>) -> Self {
+        let part = |region: &Region| Part {
+            region: region.clone(),
+            shares: wall.shares(region),
+            points: wall.points_in(region),
+            volume_at_rest: fluid.and_then(|mesh| region.volume_at_rest(mesh)),
         };
         let parts = regions.iter().map(part);
         Self {
             regions: parts.collect(),
             places: wall.places(),
+            middles: wall.middles().collect(),
             wall,
         }
     }
@@ -112,6 +113,15 @@ impl Monitor {
     pub fn observe(&self, state: &WallState, stresses: &[WallStress]) -> Vec<RegionStep> {
         let extents = self.wall.extents(&self.wall.displaced(&state.displacement));
         let shear: Vec<f64> = state.shear.iter().map(|v| widened(v).norm()).collect();
+        let swept = match self
+            .regions
+            .iter()
+            .any(|part| part.volume_at_rest.is_some())
+        {
+            true => self.wall.swept(&state.displacement),
+            false => Vec::new(),
+        };
+        let beside = self.faces_beside(stresses);
         let observe = |part: &Part| {
             let (mut area, mut volume, mut mean) = (0.0, 0.0, 0.0);
             let mut most = (0.0, Place::default());
@@ -124,14 +134,14 @@ impl Monitor {
                 }
             }
             let lengths = part.points.iter().map(|&p| widened(&state.displacement[p]));
-            let stress = stresses
-                .iter()
-                .filter(|peak| part.region.holds(peak.x, &peak.position))
-                .max_by(|a, b| a.von_mises.total_cmp(&b.von_mises));
+            let within: Vec<&WallStress> = (stresses.iter().enumerate())
+                .filter(|(i, peak)| self.holds(&part.region, &peak.middle, beside.get(*i)))
+                .map(|(_, peak)| peak)
+                .collect();
+            let stress = (within.iter()).max_by(|a, b| a.von_mises.total_cmp(&b.von_mises));
             let largest = |value: fn(&WallStress) -> Option<f64>| {
-                let within = stresses.iter();
-                let within = within.filter(|peak| part.region.holds(peak.x, &peak.position));
-                within.filter_map(value).max_by(f64::total_cmp)
+                let values = within.iter().filter_map(|peak| value(peak));
+                values.max_by(f64::total_cmp)
             };
             let at = stress.map_or(Vec3::zeros(), |peak| peak.position);
             let (place, radius) = self.wall.place(&at);
@@ -142,10 +152,17 @@ impl Monitor {
                 max_wall_shear_Pa: most.0,
                 max_wall_shear_x_m: most.1.x_m,
                 max_wall_shear_phi_deg: most.1.phi_deg,
-                // Only between two cross-sections of a tube does the wall alone enclose a volume.
-                lumen_volume_m3: match part.region.box_m {
-                    None => volume,
-                    Some(_) => f64::NAN,
+                lumen_volume_m3: match (&part.region.extent, part.volume_at_rest) {
+                    (RegionExtent::Along { .. }, _) => volume,
+                    (_, None) => f64::NAN,
+                    (_, Some(at_rest)) => {
+                        at_rest
+                            + part
+                                .shares
+                                .iter()
+                                .map(|(face, _)| swept[*face])
+                                .sum::<f64>()
+                    }
                 },
                 max_displacement_m: lengths.map(|u| u.norm()).fold(0.0, f64::max),
                 max_von_mises_Pa: stress.map_or(0.0, |peak| peak.von_mises),
@@ -159,6 +176,37 @@ impl Monitor {
             }
         };
         self.regions.iter().map(observe).collect()
+    }
+
+    /// The face nearest to each part of the wall, if a region asks for it.
+    fn faces_beside(&self, stresses: &[WallStress]) -> Vec<usize> {
+        let mut regions = self.regions.iter().map(|part| &part.region.extent);
+        if !regions.any(|extent| matches!(extent, RegionExtent::Patch { .. })) {
+            return Vec::new();
+        }
+        let nearest = |peak: &WallStress| {
+            let distances = self
+                .middles
+                .iter()
+                .map(|x| (x - peak.middle).norm_squared());
+            let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+            nearest.map_or(0, |(face, _)| face)
+        };
+        stresses.iter().map(nearest).collect()
+    }
+
+    /// Whether a region holds the part of the wall with this `middle` (m), whose nearest face is `beside` it.
+    fn holds(&self, region: &Region, middle: &Vec3, beside: Option<&usize>) -> bool {
+        match &region.extent {
+            RegionExtent::Whole {} => true,
+            RegionExtent::Box { box_m } => is_in_box(box_m, middle),
+            RegionExtent::Along { from_m, to_m } => {
+                (*from_m..=*to_m).contains(&self.wall.place(middle).0.x_m)
+            }
+            RegionExtent::Patch { patch } => {
+                beside.is_some_and(|face| self.wall.is_of_patch(*face, patch))
+            }
+        }
     }
 }
 
@@ -180,14 +228,9 @@ mod tests {
             (RegionName::Bypass, 0.0, 2.0),
             (RegionName::Artery, 2.0, 4.0),
         ];
-        let regions = regions.map(|(name, from_m, to_m)| Region {
-            name,
-            from_m,
-            to_m,
-            box_m: None,
-        });
+        let regions = regions.map(|(name, from, to)| Region::along(name, from, to));
         let stress = |x: f64, von_mises: f64| WallStress {
-            x,
+            middle: Vec3::new(x, 2.0, 0.0),
             von_mises,
             max_principal: 2.0 * von_mises - x,
             max_hoop: 3.0 * von_mises - x,
@@ -195,7 +238,7 @@ mod tests {
             max_fibre_stretch: Some(x).filter(|x| *x > 3.0),
             position: Vec3::new(x, 0.0, -2.0),
         };
-        let found = Monitor::new(wall, &regions).observe(
+        let found = Monitor::new(wall, &regions, None).observe(
             &WallState::new(0.5, &shear, &displacement),
             &[stress(1.0, 7.0), stress(3.0, 5.0), stress(3.5, 6.0)],
         );

@@ -1,8 +1,8 @@
-//! The parts of the vessel that are evaluated one by one.
+//! The parts of the vessel, or of another wet surface, that are evaluated one by one.
 
 use crate::Vec3;
-use crate::case::{Case, Problem, Shape};
-use crate::geometry::Vessel;
+use crate::case::{Case, OwnCase, OwnRegion, Problem, Shape};
+use crate::geometry::{PolyMesh, Vessel};
 use arrayvec::ArrayString;
 use serde::{Deserialize, Serialize};
 
@@ -61,63 +61,68 @@ impl std::fmt::Display for RegionName {
     }
 }
 
-/// A part of the vessel between two cross-sections.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A part of the vessel or of the wet surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Region {
     /// Which part.
     pub name: RegionName,
-    /// Its beginning along the centre-line of the unloaded vessel, m.
-    pub from_m: f64,
-    /// Its end, m.
-    pub to_m: f64,
-    /// Two opposite corners of the box that it lies in, m, where it is no part along a centre-line.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub box_m: Option<[[f64; 3]; 2]>,
+    /// Where it is.
+    #[serde(flatten)]
+    pub extent: RegionExtent,
 }
 
-/// The whole wall of a case without regions: no wall is larger.
-const EVERYWHERE: [[f64; 3]; 2] = [[-1e6; 3], [1e6; 3]];
+/// Where a region is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum RegionExtent {
+    /// In a box.
+    Box {
+        /// Two opposite corners, m.
+        box_m: [[f64; 3]; 2],
+    },
+    /// In a patch of the fluid's mesh.
+    Patch {
+        /// Its name.
+        patch: String,
+    },
+    /// Between two cross-sections along the centre-line of the unloaded vessel.
+    Along {
+        /// Its beginning, m.
+        from_m: f64,
+        /// Its end, m.
+        to_m: f64,
+    },
+    /// The whole wet surface.
+    Whole {},
+}
 
 impl Region {
+    /// Between two cross-sections (m along the centre-line).
+    pub fn along(name: RegionName, from_m: f64, to_m: f64) -> Self {
+        Self {
+            name,
+            extent: RegionExtent::Along { from_m, to_m },
+        }
+    }
+
     /// The regions of a case: the elastic sections of a vessel and what it names besides, or bypass, artery and its middle. The last of these begins where the blend of the cross-sections ends, and ends as far from the
-    /// outlet; there is none if the artery is too short for it. Those of an OpenFOAM case of the user's own are boxes, or its whole wall. A flag
-    /// is no vessel and has no regions.
+    /// outlet; there is none if the artery is too short for it. Those of an OpenFOAM case of the user's own are boxes and patches, or its whole
+    /// wall. A flag is no vessel and has no regions.
     pub fn of(case: &Case) -> Vec<Self> {
         let vessel = match &case.problem {
             Problem::Vessel(vessel) => vessel,
             Problem::Flag(_) => return Vec::new(),
-            Problem::Own(own) => {
-                let boxes = own.fluid.region.iter().flatten();
-                let boxes: Vec<Self> = boxes
-                    .filter_map(|region| {
-                        Some(Self::in_box(
-                            &region.name,
-                            [*region.corners.first()?, *region.corners.get(1)?],
-                        ))
-                    })
-                    .collect();
-                return match boxes.is_empty() {
-                    true => vec![Self::in_box("wall", EVERYWHERE)],
-                    false => boxes,
-                };
-            }
+            Problem::Own(own) => return Self::of_own(own),
         };
         let geometry = match &vessel.shape {
             Shape::Anastomosis(vessel) => &vessel.geometry,
             Shape::Vessel(keys) => {
                 let vessel = Vessel::new(vessel);
-                let region = |section: &crate::geometry::Section| Self {
-                    name: RegionName::from(section.name.clone()),
-                    from_m: section.from,
-                    to_m: section.to,
-                    box_m: None,
+                let region = |section: &crate::geometry::Section| {
+                    Self::along(section.name.clone().into(), section.from, section.to)
                 };
-                let own = keys.region.iter().flatten().map(|own| Self {
-                    name: RegionName::from(own.name.clone()),
-                    from_m: own.from,
-                    to_m: own.to,
-                    box_m: None,
-                });
+                let own = keys.region.iter().flatten();
+                let own = own.map(|own| Self::along(own.name.clone().into(), own.from, own.to));
                 return vessel.elastic_sections().map(region).chain(own).collect();
             }
         };
@@ -130,48 +135,56 @@ impl Region {
             (RegionName::MidArtery, joint + margin, end - margin),
         ];
         let some = regions.into_iter().filter(|(_, from, to)| from < to);
-        some.map(|(name, from_m, to_m)| Self {
-            name,
-            from_m,
-            to_m,
-            box_m: None,
-        })
-        .collect()
+        some.map(|(name, from, to)| Self::along(name, from, to))
+            .collect()
     }
 
-    /// What lies between two opposite corners (m).
-    fn in_box(name: &str, corners: [[f64; 3]; 2]) -> Self {
-        let [a, b] = corners;
-        Self {
-            name: RegionName::from(name.to_owned()),
-            from_m: a[0].min(b[0]),
-            to_m: a[0].max(b[0]),
-            box_m: Some(corners),
+    fn of_own(own: &OwnCase) -> Vec<Self> {
+        let region = |keys: &OwnRegion| Self {
+            name: keys.name.clone().into(),
+            extent: match (&keys.patch, &keys.corners[..]) {
+                (None, [a, b]) => RegionExtent::Box { box_m: [*a, *b] },
+                (patch, _) => RegionExtent::Patch {
+                    patch: patch.clone().unwrap_or_default(),
+                },
+            },
+        };
+        match &own.fluid.region {
+            Some(regions) if !regions.is_empty() => regions.iter().map(region).collect(),
+            _ => vec![Self {
+                name: "wall".to_owned().into(),
+                extent: RegionExtent::Whole {},
+            }],
         }
     }
 
-    /// Whether a `point` (m) that is at `x` (m) along the centre-line lies in it.
-    pub fn holds(&self, x: f64, point: &Vec3) -> bool {
-        match self.box_m {
-            None => self.contains(x),
-            Some([a, b]) => (0..3).all(|i| (a[i].min(b[i])..=a[i].max(b[i])).contains(&point[i])),
+    /// Volume (m³) of the fluid within at rest: of the cells whose centres lie in the box, or of all. There is none in a patch, and
+    /// in a box without cells; between two cross-sections it follows from the wall.
+    pub fn volume_at_rest(&self, fluid: &PolyMesh) -> Option<f64> {
+        match &self.extent {
+            RegionExtent::Along { .. } | RegionExtent::Patch { .. } => None,
+            RegionExtent::Whole {} => Some(fluid.volume()),
+            RegionExtent::Box { box_m } => {
+                let cells = fluid.cell_geometry().into_iter();
+                let within = cells.filter(|(_, centre)| is_in_box(box_m, centre));
+                Some(within.map(|(volume, _)| volume).sum()).filter(|volume| *volume > 0.0)
+            }
         }
     }
+}
 
-    /// Whether the position `x` (m) lies in it.
-    pub fn contains(&self, x: f64) -> bool {
-        (self.from_m..=self.to_m).contains(&x)
-    }
+/// Whether a point (m) lies between two opposite corners (m).
+pub fn is_in_box([a, b]: &[[f64; 3]; 2], point: &Vec3) -> bool {
+    (0..3).all(|i| (a[i].min(b[i])..=a[i].max(b[i])).contains(&point[i]))
+}
 
-    /// Share of the interval from `low` to `high` (m) that lies in it.
-    pub fn share(&self, low: f64, high: f64) -> f64 {
-        let common = high.min(self.to_m) - low.max(self.from_m);
-        // Cross-sections of the mesh lie on the borders up to rounding.
-        let share = (common / (high - low)).clamp(0.0, 1.0);
-        match share {
-            s if s < 1e-6 => 0.0,
-            s if s > 1.0 - 1e-6 => 1.0,
-            s => s,
-        }
+/// Share of the interval from `low` to `high` (m) that lies between `from` and `to` (m).
+pub fn share([from, to]: [f64; 2], low: f64, high: f64) -> f64 {
+    let common = high.min(to) - low.max(from);
+    // Cross-sections of the mesh lie on the borders up to rounding.
+    match (common / (high - low)).clamp(0.0, 1.0) {
+        s if s < 1e-6 => 0.0,
+        s if s > 1.0 - 1e-6 => 1.0,
+        s => s,
     }
 }

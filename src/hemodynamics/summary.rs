@@ -126,10 +126,18 @@ pub struct RegionSummary {
     pub max_wall_shear_Pa: Peak,
     /// Largest von Mises stress.
     pub max_von_mises_Pa: Peak,
-    /// Volume of the lumen.
-    pub lumen_volume_m3: Course,
+    /// Volume of the lumen; absent where the region encloses none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lumen_volume_m3: Option<Course>,
     /// Largest displacement of the wet surface.
     pub max_displacement_m: Course,
+}
+
+impl RegionSummary {
+    /// Mean volume of the lumen, m³; not a number where the region encloses none.
+    pub fn mean_volume(&self) -> f64 {
+        self.lumen_volume_m3.map_or(f64::NAN, |volume| volume.mean)
+    }
 }
 
 /// What the summary needs of the history of a run, one value a step.
@@ -295,7 +303,7 @@ fn region_summary(
         })
     };
     Some(RegionSummary {
-        region: *region,
+        region: region.clone(),
         area_m2: area,
         TAWSS_Pa: field(&fields.time_averaged),
         OSI: field(&fields.oscillating),
@@ -315,7 +323,7 @@ fn region_summary(
                 phi_deg: row.max_von_mises_phi_deg,
             },
         )?,
-        lumen_volume_m3: course(|row| row.lumen_volume_m3)?,
+        lumen_volume_m3: course(|row| row.lumen_volume_m3).filter(|volume| !volume.mean.is_nan()),
         max_displacement_m: course(|row| row.max_displacement_m)?,
     })
 }

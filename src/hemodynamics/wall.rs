@@ -1,11 +1,13 @@
 //! The wet surface as a list of faces, in the vessel's coordinates: x along the centre-line, φ around it from its frame's
 //! first direction (+y on the x-axis) towards the second (+z).
 
-use super::region::Region;
+use super::region::{Region, RegionExtent, is_in_box, share};
 use super::rings::Rings;
 use crate::Vec3;
 use crate::curve::SpaceCurve;
+use crate::geometry::PolyMesh;
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeSet, HashMap};
 
 /// Where a face lies on the unloaded wall.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -56,6 +58,8 @@ pub struct WetSurface {
     line: SpaceCurve,
     /// Arc length of the centre of each face, m.
     along: Vec<f64>,
+    /// The patch that each face belongs to; none where that is not known.
+    patches: Vec<String>,
 }
 
 /// Area (m²) of a face, and its part of the surface integral of `F·n` (m³), which gives the volume between two
@@ -77,6 +81,7 @@ impl WetSurface {
             faces,
             line: SpaceCurve::x_axis(0.0, 1.0),
             along: Vec::new(),
+            patches: Vec::new(),
         };
         let line = surface.line.clone();
         surface.around(line)
@@ -93,7 +98,45 @@ impl WetSurface {
         }
     }
 
-    fn middles(&self) -> impl Iterator<Item = Vec3> + use<> {
+    /// The same surface, which consists of these patches of a fluid's `mesh` at rest: each face is of the patch that has a face
+    /// with its points, or the nearest one.
+    #[must_use]
+    pub fn on_patches(self, mesh: &PolyMesh, names: &[String]) -> Self {
+        let corners = |points: &mut dyn Iterator<Item = &Vec3>| {
+            let mut corners: Vec<[u64; 3]> =
+                points.map(|x| [x.x, x.y, x.z].map(f64::to_bits)).collect();
+            corners.sort_unstable();
+            corners
+        };
+        let faces = names.iter().flat_map(|name| {
+            let faces = mesh.patch_faces(name).iter();
+            faces.map(move |face| (name, face))
+        });
+        let at =
+            |face: &'_ Vec<usize>| -> Vec<Vec3> { face.iter().map(|&p| mesh.points[p]).collect() };
+        let known: HashMap<_, &String> = faces
+            .clone()
+            .map(|(name, face)| (corners(&mut at(face).iter()), name))
+            .collect();
+        let patch = |(face, middle): (&Vec<u32>, Vec3)| {
+            let mut points = face.iter().map(|&p| &self.points[p as usize]);
+            let found = known.get(&corners(&mut points)).copied();
+            let nearest = || {
+                let distance = |face: &Vec<usize>| {
+                    (at(face).iter().sum::<Vec3>() / face.len() as f64 - middle).norm_squared()
+                };
+                let all = faces.clone().map(|(name, face)| (name, distance(face)));
+                let nearest = all.min_by(|a, b| a.1.total_cmp(&b.1));
+                nearest.map(|(name, _)| name)
+            };
+            found.or_else(nearest).cloned().unwrap_or_default()
+        };
+        let patches = self.faces.iter().zip(self.middles()).map(patch).collect();
+        Self { patches, ..self }
+    }
+
+    /// Centres (m) of the unloaded faces.
+    pub fn middles(&self) -> impl Iterator<Item = Vec3> + use<> {
         let middle = |face: &Vec<u32>| {
             let sum: Vec3 = face.iter().map(|&p| self.points[p as usize]).sum();
             sum / face.len() as f64
@@ -126,21 +169,77 @@ impl WetSurface {
 
     /// Share of each face in a region; faces outside are left out.
     pub fn shares(&self, region: &Region) -> Vec<(usize, f64)> {
-        let share = |face: &Vec<u32>| {
-            if region.box_m.is_some() {
+        let share = |(number, face): (usize, &Vec<u32>)| match &region.extent {
+            RegionExtent::Whole {} => 1.0,
+            RegionExtent::Patch { patch } => f64::from(self.is_of_patch(number, patch)),
+            RegionExtent::Box { box_m } => {
                 let middle: Vec3 = face.iter().map(|&p| self.points[p as usize]).sum();
-                let middle = middle / face.len() as f64;
-                return f64::from(region.holds(middle.x, &middle));
+                f64::from(is_in_box(box_m, &(middle / face.len() as f64)))
             }
-            let at = |p: &u32| self.line.beside(&self.points[*p as usize]).s;
-            let xs = face.iter().map(at);
-            let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                (low.min(x), high.max(x))
-            });
-            region.share(low, high)
+            RegionExtent::Along { from_m, to_m } => {
+                let at = |p: &u32| self.line.beside(&self.points[*p as usize]).s;
+                let xs = face.iter().map(at);
+                let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                    (low.min(x), high.max(x))
+                });
+                share([*from_m, *to_m], low, high)
+            }
         };
-        let shares = self.faces.iter().map(share).enumerate();
+        let shares = self.faces.iter().enumerate().map(share).enumerate();
         shares.filter(|(_, share)| *share > 0.0).collect()
+    }
+
+    /// Whether a face belongs to a patch.
+    pub fn is_of_patch(&self, face: usize, patch: &str) -> bool {
+        self.patches.get(face).is_some_and(|own| own == patch)
+    }
+
+    /// The points in a region, in ascending order.
+    pub fn points_in(&self, region: &Region) -> Vec<usize> {
+        let all = self.points.iter().enumerate();
+        let within: Vec<usize> = match &region.extent {
+            RegionExtent::Whole {} => all.map(|(i, _)| i).collect(),
+            RegionExtent::Box { box_m } => all
+                .filter(|(_, x)| is_in_box(box_m, x))
+                .map(|(i, _)| i)
+                .collect(),
+            RegionExtent::Along { from_m, to_m } => all
+                .filter(|(_, x)| (*from_m..=*to_m).contains(&self.place(x).0.x_m))
+                .map(|(i, _)| i)
+                .collect(),
+            RegionExtent::Patch { .. } => {
+                let faces = self.shares(region).into_iter();
+                let points: BTreeSet<u32> = faces
+                    .flat_map(|(face, _)| self.faces[face].clone())
+                    .collect();
+                points.into_iter().map(|p| p as usize).collect()
+            }
+        };
+        within
+    }
+
+    /// Volume (m³) that each face has swept outward on the straight ways of its points from rest, in triangles between each side
+    /// and the middle. Exact: while its corners move at constant speeds, the area vector of a triangle is quadratic in time.
+    pub fn swept(&self, displacement: &[[f32; 3]]) -> Vec<f64> {
+        let swept = |face: &Vec<u32>| {
+            let corner = |i: usize| {
+                let point = face[i % face.len()] as usize;
+                (self.points[point], widened(&displacement[point]))
+            };
+            let all = (0..face.len()).map(corner);
+            let middle = all.fold((Vec3::zeros(), Vec3::zeros()), |sum, (x, u)| {
+                (sum.0 + x / face.len() as f64, sum.1 + u / face.len() as f64)
+            });
+            let of_side = |i: usize| {
+                let ((a, u), (b, v)) = (corner(i), corner(i + 1));
+                let (a, b) = (a - middle.0, b - middle.0);
+                let (da, db) = (u - middle.1, v - middle.1);
+                let area = a.cross(&b) + 0.5 * (a.cross(&db) + da.cross(&b)) + da.cross(&db) / 3.0;
+                0.5 * area.dot(&(u + v + middle.1)) / 3.0
+            };
+            (0..face.len()).map(of_side).sum()
+        };
+        self.faces.iter().map(swept).collect()
     }
 
     /// Positions (m) of the points that are displaced by `displacement` (m).
@@ -226,12 +325,7 @@ pub(crate) mod tests {
     #[test]
     fn a_part_of_a_tube_has_its_area_and_volume_also_between_the_cross_sections_of_the_mesh() {
         let wall = tube(7, 400);
-        let region = Region {
-            name: RegionName::Artery,
-            from_m: 0.9,
-            to_m: 3.1,
-            box_m: None,
-        };
+        let region = Region::along(RegionName::Artery, 0.9, 3.1);
         let still = vec![[0.0; 3]; wall.points.len()];
         let extents = wall.extents(&wall.displaced(&still));
         let sum = |part: fn(&Extent) -> f64| -> f64 {
@@ -242,6 +336,18 @@ pub(crate) mod tests {
         };
         assert_relative_eq!(sum(|e| e.area), TAU * 2.0 * 2.2, max_relative = 1e-4);
         assert_relative_eq!(sum(|e| e.volume), PI * 4.0 * 2.2, max_relative = 1e-4);
+    }
+
+    #[test]
+    fn what_a_tube_sweeps_is_what_it_grows_by() {
+        let wall = tube(7, 40);
+        let wider: Vec<[f32; 3]> = (wall.points.iter())
+            .map(|x| [0.0, 0.25 * x.y as f32, 0.25 * x.z as f32])
+            .collect();
+        let swept: f64 = wall.swept(&wider).iter().sum();
+        let polygon = 40.0 * 0.5 * (TAU / 40.0).sin();
+        let grown = polygon * 4.0 * (2.5f64.powi(2) - 2f64.powi(2));
+        assert_relative_eq!(swept, grown, max_relative = 1e-6);
     }
 
     #[test]

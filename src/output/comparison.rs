@@ -7,9 +7,10 @@ use super::results::Results;
 use super::tables::HistoryRow;
 use super::wall_fields::FaceRow;
 use super::write_atomically;
-use crate::case::{Anastomosis, BloodVessel, Shape, VesselDescription};
+use crate::Vec3;
+use crate::case::{Anastomosis, BloodVessel, Problem, Shape, VesselDescription};
 use crate::geometry::Vessel;
-use crate::hemodynamics::{Place, Region, Rings};
+use crate::hemodynamics::{Place, Region, RegionExtent, Rings, WetSurface};
 use serde::Serialize;
 use std::path::Path;
 
@@ -95,9 +96,10 @@ const HISTORIES: [Column; 6] = [
     ("largest von Mises stress / Pa", |row| row.max_von_mises_Pa),
 ];
 const OSI: &str = "OSI";
+const RADIUS: &str = "mean radius / m";
 const FIELDS: [Field; 4] = [
     ("TAWSS / Pa", |row| row.TAWSS_Pa),
-    ("mean radius / m", |row| row.mean_radius_m),
+    (RADIUS, |row| row.mean_radius_m),
     (OSI, |row| row.OSI),
     ("RRT / 1/Pa", |row| row.RRT_1_Pa),
 ];
@@ -177,26 +179,40 @@ impl Comparison {
                     first.start_s, first.end_s, second.start_s, second.end_s
                 )));
             }
-            let both = [WallOf::new(a)?, WallOf::new(b)?];
+            let beside = anywhere(a, b)?;
+            if a.vessel.is_some() {
+                walls = Some([WallOf::new(a)?, WallOf::new(b)?]);
+            }
+            let pairs = |region: &Region, value| match (&walls, &beside) {
+                (Some(both), _) => common_field(both, region, value),
+                (None, Some(beside)) => beside.pairs([a, b], region, value),
+                (None, None) => Vec::new(),
+            };
             for region in Region::of(&a.case) {
                 for (quantity, value) in FIELDS {
                     let limit = match quantity {
                         OSI => Some(osi),
                         "RRT / 1/Pa" => None,
+                        // There is no radius without a centre-line.
+                        RADIUS if a.vessel.is_none() => continue,
                         _ => Some(wall),
                     };
-                    let pairs = common_field(&both, &region, value);
+                    let pairs = pairs(&region, value);
                     let name = region.name.to_string();
-                    differences.push(Difference::of(quantity, name, limit, &pairs));
+                    if !pairs.is_empty() {
+                        differences.push(Difference::of(quantity, name, limit, &pairs));
+                    }
                 }
             }
-            walls = Some(both);
         }
         Ok(Self {
             differences,
             histories,
             walls,
-            length: Vessel::new(&a.vessel).end(),
+            length: a
+                .vessel
+                .as_ref()
+                .map_or(0.0, |vessel| Vessel::new(vessel).end()),
             names: ["A", "B"],
         })
     }
@@ -336,12 +352,57 @@ fn common_field(
     value: fn(&FaceRow) -> f64,
 ) -> Vec<[f64; 3]> {
     let other = b.values(value);
-    let inside = a.faces.iter().filter(|face| region.contains(face.x_m));
+    let RegionExtent::Along { from_m, to_m } = region.extent else {
+        return Vec::new();
+    };
+    let inside = (a.faces.iter()).filter(|face| (from_m..=to_m).contains(&face.x_m));
     let pair = |face: &FaceRow| {
         let there = b.rings.value(&other, face.x_m, face.phi_deg);
         [value(face), there, face.area_m2]
     };
     inside.map(pair).collect()
+}
+
+/// The wall of a run, and the face of another one that is nearest to each of its faces.
+struct Beside {
+    wall: WetSurface,
+    face: Vec<usize>,
+}
+
+impl Beside {
+    /// Values of both runs at the first one's faces in a region, with the area as weight.
+    fn pairs(
+        &self,
+        [a, b]: [&Results; 2],
+        region: &Region,
+        value: fn(&FaceRow) -> f64,
+    ) -> Vec<[f64; 3]> {
+        let faces = self.wall.shares(region).into_iter();
+        let pair = |(face, share): (usize, f64)| {
+            let (here, there) = (&a.faces[face], &b.faces[self.face[face]]);
+            [value(here), value(there), share * here.area_m2]
+        };
+        faces.map(pair).collect()
+    }
+}
+
+/// What lies beside each other on two walls of any shape; none if the runs have not kept them.
+fn anywhere(a: &Results, b: &Results) -> Result<Option<Beside>, ComparisonError> {
+    if a.vessel.is_some() {
+        return Ok(None);
+    }
+    let unread = |e: std::io::Error| ComparisonError(format!("cannot read {e}"));
+    let (Some(wall), Some(other)) = (a.wall().map_err(unread)?, b.wall().map_err(unread)?) else {
+        return Ok(None);
+    };
+    let there: Vec<Vec3> = other.middles().collect();
+    let nearest = |x: Vec3| {
+        let distances = there.iter().map(|y| (y - x).norm_squared()).enumerate();
+        let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1));
+        nearest.map_or(0, |(face, _)| face)
+    };
+    let face = wall.middles().map(nearest).collect();
+    Ok(Some(Beside { wall, face }))
 }
 
 /// A part of the paper's vessel, if it is one.
@@ -359,30 +420,41 @@ fn description(vessel: &BloodVessel) -> Option<&VesselDescription> {
 
 /// Refuses runs of different vessels or under different loads.
 fn same_model(first: &Results, second: &Results) -> Result<(), ComparisonError> {
-    let ([a, b], [v, w]) = ([&first.case, &second.case], [&first.vessel, &second.vessel]);
-    let parts = [
-        (
-            "model",
-            part_of(v, |v| &v.model) == part_of(w, |w| &w.model),
-        ),
-        (
-            "geometry",
-            part_of(v, |v| &v.geometry) == part_of(w, |w| &w.geometry),
-        ),
-        (
-            "wall",
-            a.wall == b.wall && part_of(v, |v| &v.wall) == part_of(w, |w| &w.wall),
-        ),
-        ("vessel", description(v) == description(w)),
+    let (a, b) = (&first.case, &second.case);
+    let mut parts = vec![
+        ("wall", a.wall == b.wall),
         ("blood", a.blood == b.blood),
-        ("inflow", v.inflow == w.inflow),
-        ("inlet", v.inlet == w.inlet),
-        ("windkessel", v.windkessel == w.windkessel),
-        ("outlet", v.outlet == w.outlet),
         ("ramp", a.ramp == b.ramp),
         ("time.period_s", a.time.period == b.time.period),
     ];
-    let different: Vec<&str> = parts.iter().filter(|p| !p.1).map(|p| p.0).collect();
+    match (&a.problem, &b.problem) {
+        (Problem::Vessel(v), Problem::Vessel(w)) => parts.extend([
+            (
+                "model",
+                part_of(v, |v| &v.model) == part_of(w, |w| &w.model),
+            ),
+            (
+                "geometry",
+                part_of(v, |v| &v.geometry) == part_of(w, |w| &w.geometry),
+            ),
+            ("wall", part_of(v, |v| &v.wall) == part_of(w, |w| &w.wall)),
+            ("vessel", description(v) == description(w)),
+            ("inflow", v.inflow == w.inflow),
+            ("inlet", v.inlet == w.inlet),
+            ("windkessel", v.windkessel == w.windkessel),
+            ("outlet", v.outlet == w.outlet),
+        ]),
+        // What the OpenFOAM case says is the user's.
+        (Problem::Own(v), Problem::Own(w)) => parts.extend([
+            ("fluid.patches", v.fluid.patches == w.fluid.patches),
+            ("fluid.openings", v.fluid.openings == w.fluid.openings),
+            ("wall.material", v.wall.material == w.wall.material),
+            ("wall.support", v.wall.support == w.wall.support),
+        ]),
+        _ => parts.push(("what they are about", false)),
+    }
+    let mut different: Vec<&str> = parts.iter().filter(|p| !p.1).map(|p| p.0).collect();
+    different.dedup();
     if different.is_empty() {
         return Ok(());
     }

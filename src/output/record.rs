@@ -134,6 +134,11 @@ impl RecordSettings {
         let interface = model.coupling.fluid.interface();
         let wall = WetSurface::new(interface.points.clone(), interface.faces.clone())
             .around(centre_line(case));
+        let mesh = model.own_mesh.as_ref();
+        let wall = match (mesh, case.own()) {
+            (Some(mesh), Some(own)) => wall.on_patches(mesh, &own.fluid.patches),
+            _ => wall,
+        };
         Self {
             history: files.history(),
             iterations: files.iterations(),
@@ -151,7 +156,7 @@ impl RecordSettings {
             wall: WallRecordSettings {
                 regions: files.regions(),
                 history: case.output.wall_history.then(|| files.wall_history()),
-                monitor: Monitor::new(wall, &Region::of(case)),
+                monitor: Monitor::new(wall, &Region::of(case), mesh),
                 window: Window::of(case),
                 time_step: case.time.step,
             },

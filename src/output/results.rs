@@ -3,11 +3,14 @@
 use super::run_files::{MARK, RunFiles};
 use super::tables::{self, HistoryRow};
 use super::wall_fields::{self, FaceRow};
+use super::wall_history::WallHistoryReader;
 use super::{phases, record, wall_record, write_atomically};
 use crate::case::{BloodVessel, Case, Problem, Window};
-use crate::geometry::centre_line;
+use crate::geometry::{PolyMesh, centre_line};
 use crate::hemodynamics::summary::{Series, WallFields};
-use crate::hemodynamics::{HemodynamicsSummary, Region, RegionStep, WetSurface, WindowStatistics};
+use crate::hemodynamics::{
+    HemodynamicsSummary, Region, RegionExtent, RegionStep, WetSurface, WindowStatistics,
+};
 use std::io;
 use std::path::Path;
 
@@ -94,8 +97,8 @@ pub struct Results {
     pub files: RunFiles,
     /// Every value that was used.
     pub case: Case,
-    /// What it is about.
-    pub vessel: BloodVessel,
+    /// The vessel that it is about; none of an OpenFOAM case of the user's own.
+    pub vessel: Option<BloodVessel>,
     /// The run in figures, if it has ended.
     pub summary: Option<record::RunSummary>,
     /// A row a time step.
@@ -126,8 +129,25 @@ impl Results {
         }
     }
 
-    /// Why its averages may not be those of a beat, a sentence each.
+    /// The unloaded wet surface, where it lies; none if the run has not kept it.
+    ///
+    /// # Errors
+    /// If a file cannot be read.
+    pub fn wall(&self) -> io::Result<Option<WetSurface>> {
+        let path = self.files.wall_history();
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let wall = WallHistoryReader::open(&path)?.wall;
+        placed(wall, &self.case, &self.files).map(Some)
+    }
+
+    /// Why its averages may not be those of a beat, a sentence each; what an OpenFOAM case of the user's own prescribes need not
+    /// have any.
     pub fn warnings(&self) -> Vec<String> {
+        if self.vessel.is_none() {
+            return Vec::new();
+        }
         let window = self.hemodynamics.window;
         window.warnings(&self.case.ramp, self.case.time.period)
     }
@@ -135,22 +155,18 @@ impl Results {
     /// Reads the run in the folder `root`.
     ///
     /// # Errors
-    /// If there is none, or it has not ended yet, or a file of it is damaged, or it is not one of a vessel.
+    /// If there is none, or it has not ended yet, or a file of it is damaged, or it is one of a flag.
     pub fn load(root: &Path) -> Result<Self, ResultsError> {
         let files = RunFiles::new(root);
         let case = read_case(&files)?;
-        let Problem::Vessel(vessel) = &case.problem else {
-            let what = match &case.problem {
-                Problem::Own(_) => "an OpenFOAM case of your own",
-                _ => "a [flag]",
-            };
+        if let Problem::Flag(_) = &case.problem {
             return Err(ResultsError(format!(
-                "{} is the run of {what}, but reports and comparisons are about vessels; look at its probes.csv and history.csv, \
-                 and open structure.pvd and openfoam/fluid.foam in ParaView",
+                "{} is the run of a [flag], but reports and comparisons are about vessels and OpenFOAM cases of your own; look at its \
+                 probes.csv and history.csv, and open structure.pvd and openfoam/fluid.foam in ParaView",
                 root.display()
             )));
-        };
-        let vessel = vessel.clone();
+        }
+        let vessel = case.vessel().cloned();
         let failed = |path: &Path, error: &dyn std::fmt::Display| {
             ResultsError(format!("cannot read {}: {error}", path.display()))
         };
@@ -216,6 +232,20 @@ pub fn read_case(files: &RunFiles) -> Result<Case, ResultsError> {
     })
 }
 
+/// A stored wall around the centre-line of its case, and on its patches where regions are made of them.
+fn placed(wall: WetSurface, case: &Case, files: &RunFiles) -> io::Result<WetSurface> {
+    let wall = wall.around(centre_line(case));
+    let regions = Region::of(case).into_iter();
+    let mut extents = regions.map(|region| region.extent);
+    match case.own() {
+        Some(own) if extents.any(|extent| matches!(extent, RegionExtent::Patch { .. })) => {
+            let mesh = PolyMesh::read(&files.fluid()).map_err(io::Error::other)?;
+            Ok(wall.on_patches(&mesh, &own.fluid.patches))
+        }
+        _ => Ok(wall),
+    }
+}
+
 /// Evaluates a run again from its stored wall, over another window if one is given, and averages it over its beats at
 /// `count` phases of the period.
 ///
@@ -249,8 +279,8 @@ pub fn reevaluate(
     let history: Vec<HistoryRow> = tables::read(&files.history()).map_err(|e| failed(&e))?;
     let times: Vec<f64> = history.iter().map(|row| row.time_s).collect();
     let gathered = wall_record::gather(&path, window, case.time.step, &times);
-    let gathered = gathered.map(|(wall, statistics)| (wall.around(centre_line(&case)), statistics));
     let (wall, statistics) = gathered.map_err(|e| failed(&e))?;
+    let wall = placed(wall, &case, files).map_err(|e| failed(&e))?;
     if statistics.steps == 0 {
         let Window { start_s, end_s } = window;
         let reached = times.last().copied().unwrap_or(0.0);

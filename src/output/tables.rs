@@ -82,7 +82,7 @@ pub struct IterationRow {
 }
 
 /// A row of `openings.csv`: what flows through an opening whose name is the user's.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
 pub struct OpeningRow {
     /// Time at the end of the step.

@@ -97,9 +97,8 @@ impl WallRecord {
         if let Some(history) = &mut self.history {
             history.append(state)?;
         }
-        let wall = self.settings.monitor.wall();
         let stress = |peak: &StressPeak| WallStress {
-            x: wall.place(&peak.element).0.x_m,
+            middle: peak.element,
             von_mises: peak.von_mises,
             max_principal: peak.max_principal,
             max_hoop: peak.max_hoop,

@@ -30,7 +30,7 @@ pub fn name(extension: Extension, d_max: f64) -> String {
 /// # Panics
 /// If it is not one of the models: a study holds no others.
 pub fn vessel(run: &Results) -> &Anastomosis {
-    (run.vessel.anastomosis()).expect("a study holds runs of the models only")
+    (run.case.anastomosis()).expect("a study holds runs of the models only")
 }
 
 /// Whether a run is one of the models: called as the paper calls it, with that extension and imperfection, a graft and an
@@ -40,7 +40,7 @@ pub fn is_model(run: &Results) -> bool {
         model,
         geometry,
         wall,
-    }) = run.vessel.anastomosis()
+    }) = run.case.anastomosis()
     else {
         return false;
     };

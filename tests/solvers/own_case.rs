@@ -410,3 +410,161 @@ fn a_flap_from_gmsh_bends_in_the_flow() {
     let across = column(&out, "probes.csv", "uz_m");
     assert!(across.iter().all(|u| u.abs() < 1e-9), "{across:?}");
 }
+
+/// Parts of the wall by box and by patch, and the whole: their volumes, what the tables say of them, pages and comparisons.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn regions_are_boxes_patches_or_the_whole_and_pages_show_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = copy("tube", folder.path());
+    let blocks = case.join("fluid/system/blockMeshDict");
+    edit(&blocks, "along   36;", "along   12;");
+    let [whole, parts] = ["whole", "parts"].map(|name| folder.path().join(name));
+    let few = ["--end-time", "0.0005"];
+    complete(run(&case, &whole, &few));
+    let settings = case.join("case.toml");
+    let text_of = fs::read_to_string(&settings).unwrap();
+    let regions = "\n[[fluid.region]]\nname = \"near\"\nbox_m = [[-1.0, 1.0, 0.025], [1.0, -1.0, 0.0]]\n\
+                   [[fluid.region]]\nname = \"outside\"\nbox_m = [[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]\n\
+                   [[fluid.region]]\nname = \"far\"\nbox_m = [[-1.0, -1.0, 0.025], [1.0, 1.0, 1.0]]\n\
+                   [[fluid.region]]\nname = \"patch\"\npatch = \"wall\"\n";
+    fs::write(&settings, text_of + regions).unwrap();
+    complete(run(&case, &parts, &few));
+
+    let table = |run: &Path, region: &str, name: &str| -> Vec<f64> {
+        let names = rows(&run.join("regions.csv"));
+        let values = column(run, "regions.csv", name);
+        let own = names
+            .iter()
+            .zip(values)
+            .filter(|(row, _)| row[1] == format!("region={region}"));
+        own.map(|(_, value)| value).collect()
+    };
+    let volume = column(&whole, "history.csv", "lumen_volume_m3");
+    assert_eq!(volume.len(), 5);
+    // What the wall has swept is what the mesh of the fluid has grown by.
+    let grown = volume[4] - volume[0];
+    let of_wall = table(&whole, "wall", "lumen_volume_m3");
+    let halves: Vec<f64> = (table(&parts, "near", "lumen_volume_m3").iter())
+        .zip(table(&parts, "far", "lumen_volume_m3"))
+        .map(|(near, far)| near + far)
+        .collect();
+    assert!(grown > 3e-9 && grown < 3.4e-9, "{grown:e}");
+    for found in [&of_wall, &halves] {
+        let apart = difference(found, &volume) * volume[0] / grown;
+        println!("volumes {apart:.1e} of what it has grown by");
+        assert!(apart < 1e-6, "{apart:e}");
+    }
+    for region in ["patch", "outside"] {
+        assert!(
+            table(&parts, region, "lumen_volume_m3")
+                .iter()
+                .all(|v| v.is_nan())
+        );
+    }
+    for name in [
+        "max_von_mises_Pa",
+        "mean_wall_shear_Pa",
+        "max_displacement_m",
+    ] {
+        assert_eq!(
+            table(&parts, "patch", name),
+            table(&whole, "wall", name),
+            "{name}"
+        );
+    }
+    // The near half moves first, and its middle has the stress.
+    let [near, far] = ["near", "far"].map(|region| table(&parts, region, "max_von_mises_Pa")[4]);
+    assert!(near > 10.0 * far && far > 0.0, "{near} {far}");
+
+    let json = |run: &Path| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(run.join("hemodynamics.json")).unwrap()).unwrap()
+    };
+    let region = &json(&whole)["regions"][0];
+    assert_eq!(region["name"], "wall");
+    for key in ["box_m", "from_m", "to_m", "patch"] {
+        assert!(region.get(key).is_none(), "{key}");
+    }
+    assert!(region["lumen_volume_m3"]["mean"].as_f64().unwrap() > 3.8e-6);
+    let found = json(&parts);
+    let patch = found["regions"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|region| region["name"] == "patch");
+    let patch = patch.unwrap();
+    assert_eq!(patch["patch"], "wall");
+    assert!(patch.get("lumen_volume_m3").is_none());
+    assert_eq!(patch["area_m2"], region["area_m2"]);
+
+    let fsi = |words: &[&str], paths: &[&Path]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+        command.args(words).args(paths).output().unwrap()
+    };
+    // Again from what was stored: the same, and another window.
+    let before = found.clone();
+    let again = fsi(&["hemodynamics"], &[&parts]);
+    assert!(again.status.success(), "{}", text(&again));
+    assert_eq!(json(&parts), before);
+    for out in [&whole, &parts] {
+        let written = fsi(&["report"], &[out]);
+        assert!(written.status.success(), "{}", text(&written));
+    }
+    let page = fs::read_to_string(parts.join("report.html")).unwrap();
+    for shown in [
+        "near<br>",
+        "patch<br>patch wall",
+        "1.941 to 1.945",
+        "The wall in three dimensions",
+    ] {
+        assert!(page.contains(shown), "{shown}");
+    }
+    for missing in [
+        "On the unrolled wall",
+        "ramp_duration",
+        "contains the smooth start",
+    ] {
+        assert!(!page.contains(missing), "{missing}");
+    }
+    let compared = fsi(&["compare"], &[&parts, &whole]);
+    assert!(compared.status.success(), "{}", text(&compared));
+    for quantity in ["TAWSS / Pa (near)", "OSI (patch)", "lumen volume"] {
+        assert!(
+            text(&compared).contains(quantity),
+            "{quantity}: {}",
+            text(&compared)
+        );
+    }
+    assert!(!text(&compared).contains("mean radius"));
+}
+
+/// A region is one thing, and one of its own.
+#[test]
+fn regions_that_are_nowhere_or_twice_are_refused() {
+    for (lines, message) in [
+        ("name = \"a\"", "where is it? Write box_m"),
+        (
+            "name = \"a\"\npatch = \"wall\"\nbox_m = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]",
+            "either a box or a patch",
+        ),
+        (
+            "name = \"a\"\npatch = \"inlet\"",
+            "expected one of fluid.patches, \"wall\"",
+        ),
+        (
+            "name = \"a\"\npatch = \"wall\"\n[[fluid.region]]\nname = \"a\"\npatch = \"wall\"",
+            "another region has this name",
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let case = copy("tube", folder.path());
+        let settings = case.join("case.toml");
+        let before = fs::read_to_string(&settings).unwrap();
+        fs::write(&settings, format!("{before}\n[[fluid.region]]\n{lines}\n")).unwrap();
+        let out = folder.path().join("run");
+        let output = run(&case, &out, &[]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output).contains(message), "{}", text(&output));
+        assert!(!out.exists());
+    }
+}

@@ -2,7 +2,8 @@
 
 use super::{Report, material};
 use crate::case::{
-    Case, Extrusion, OwnCase, OwnWall, Solver, SurrogateModel, WallFile, WallSupport,
+    Case, Extrusion, OwnCase, OwnFluid, OwnRegion, OwnWall, Solver, SurrogateModel, WallFile,
+    WallSupport,
 };
 use std::path::Path;
 
@@ -66,13 +67,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
             common.map_or("", String::as_str)
         ),
     );
-    for (i, region) in fluid.region.iter().flatten().enumerate() {
-        report(
-            &[&format!("fluid.region[{i}].box_m")],
-            region.corners.len() != 2,
-            "expected two opposite corners, such as [[0.0, -1.0, -1.0], [0.1, 1.0, 1.0]]".into(),
-        );
-    }
+    regions(fluid, report);
     materials(wall, report);
     if let Some(extrusion) = &wall.extrude {
         extruded(wall, extrusion, report);
@@ -81,6 +76,43 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         from_file(wall, file, report);
     }
     supports(wall, report);
+}
+
+fn regions(fluid: &OwnFluid, report: &mut Report<'_>) {
+    let regions: Vec<&OwnRegion> = fluid.region.iter().flatten().collect();
+    for (i, region) in regions.iter().enumerate() {
+        let key = |name: &str| format!("fluid.region[{i}].{name}");
+        report(
+            &[&key("name")],
+            regions[..i].iter().any(|other| other.name == region.name),
+            "another region has this name: give it one of its own".into(),
+        );
+        report(
+            &[&key("box_m"), &key("patch")],
+            !region.corners.is_empty() && region.patch.is_some(),
+            "a region is either a box or a patch: leave out one of the two".into(),
+        );
+        report(
+            &[&key("name")],
+            region.corners.is_empty() && region.patch.is_none(),
+            "where is it? Write box_m = [[0.0, -1.0, -1.0], [0.1, 1.0, 1.0]], two opposite corners, or patch, one of fluid.patches"
+                .into(),
+        );
+        report(
+            &[&key("box_m")],
+            !matches!(region.corners.len(), 0 | 2),
+            "expected two opposite corners, such as [[0.0, -1.0, -1.0], [0.1, 1.0, 1.0]]".into(),
+        );
+        let unknown = region.patch.as_ref();
+        report(
+            &[&key("patch"), "fluid.patches"],
+            unknown.is_some_and(|patch| !fluid.patches.contains(patch)),
+            format!(
+                "expected one of fluid.patches, \"{}\"",
+                fluid.patches.join("\", \"")
+            ),
+        );
+    }
 }
 
 fn materials(wall: &OwnWall, report: &mut Report<'_>) {

@@ -1,6 +1,7 @@
 //! The velocity of the blood at times that were written, and where the lumen was then.
 
 use crate::Vec3;
+use crate::case::BloodVessel;
 use crate::fluid::field::SearchableField;
 use crate::geometry::{Vessel, centre_line, elastic_pieces};
 use crate::hemodynamics::{Rings, WetSurface};
@@ -103,9 +104,12 @@ pub struct LumenFlow {
 }
 
 impl LumenFlow {
-    /// Times spread over the window; none if the fields are not there (they lie in one folder a rank in a run with
+    /// Times spread over the window; none if there is no centre-line, or the fields are not there (they lie in one folder a rank in a run with
     /// several).
     pub fn of(run: &Results) -> io::Result<Option<Self>> {
+        let Some(keys) = &run.vessel else {
+            return Ok(None);
+        };
         let window = run.hemodynamics.window;
         let mut times = Written::of(run)?;
         times.retain(|field| window.contains(field.time, run.case.time.step));
@@ -135,8 +139,8 @@ impl LumenFlow {
             .filter(|_| !frames.is_empty())
             .map(|rings| Self {
                 frames,
-                vessel: Vessel::new(&run.vessel),
-                sections: Sections::new(run),
+                vessel: Vessel::new(keys),
+                sections: Sections::new(keys),
                 rings,
             }))
     }
@@ -182,9 +186,9 @@ fn radii(wall: &WetSurface, positions: &[Vec3]) -> Vec<f64> {
 }
 
 impl Sections {
-    fn new(run: &Results) -> Self {
-        let settings = &run.vessel.fluid.mesh;
-        let vessel = Vessel::new(&run.vessel);
+    fn new(keys: &BloodVessel) -> Self {
+        let settings = &keys.fluid.mesh;
+        let vessel = Vessel::new(keys);
         let mesh = vessel.fluid_mesh(settings);
         let mut sums = vec![(Vec3::zeros(), 0.0); mesh.cells()];
         let sides = mesh

@@ -14,8 +14,10 @@ const ARROWS: usize = 13;
 /// Places along the vessel: at the beginning of the graft, at the joint, in the middle of the artery and at the end of its
 /// evaluated part; in other vessels the middle of each section, or what lies a fifth from either end of a single one.
 fn places(run: &Results) -> Vec<(f64, String)> {
-    let vessel = Vessel::new(&run.vessel);
-    if let Some(keys) = run.vessel.anastomosis() {
+    let Some(vessel) = run.vessel.as_ref().map(Vessel::new) else {
+        return Vec::new();
+    };
+    if let Some(keys) = run.case.anastomosis() {
         let (g, end) = (&keys.geometry, vessel.end());
         let joint = g.graft_length;
         return vec![

@@ -2,6 +2,7 @@
 
 use super::page::{chart, gallery, line, panel, table};
 use crate::Vec3;
+use crate::case::BloodVessel;
 use crate::output::results::Results;
 use crate::output::vtu::{self, Series};
 use crate::simulation::assembly::Unloading;
@@ -16,6 +17,9 @@ type Edges = [Vec<(f64, f64)>; 4];
 
 /// The section's HTML; `None` if time begins with an unloaded wall.
 pub fn section(run: &Results) -> io::Result<Option<String>> {
+    let Some(vessel) = &run.vessel else {
+        return Ok(None);
+    };
     let files = &run.files;
     let series = Series::read(&files.structure())?;
     let Some((_, file)) = series.first().filter(|(time, _)| *time == 0.0) else {
@@ -40,12 +44,11 @@ pub fn section(run: &Results) -> io::Result<Option<String>> {
             panel(title, "x / mm", "y / mm", curves.collect()),
         )
     });
-    Ok(Some(state(run) + &gallery(&figures)))
+    Ok(Some(state(run, vessel) + &gallery(&figures)))
 }
 
 /// What the wall begins under.
-fn state(run: &Results) -> String {
-    let vessel = &run.vessel;
+fn state(run: &Results, vessel: &BloodVessel) -> String {
     let mut rows = vec![
         vec![
             "pressure inside".to_owned(),

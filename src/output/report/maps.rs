@@ -2,7 +2,7 @@
 
 use super::page::figure;
 use crate::geometry::Vessel;
-use crate::hemodynamics::{Place, Region, RegionName, Rings};
+use crate::hemodynamics::{Place, Region, RegionExtent, RegionName, Rings};
 use crate::output::figure::colour::Palette;
 use crate::output::figure::map::{Map, Up};
 use crate::output::results::Results;
@@ -104,16 +104,20 @@ pub fn range(runs: &[&Results], field: Field, x: [f64; 2], from_zero: bool) -> [
     [if from_zero { 0.0 } else { low }, high]
 }
 
-/// The whole deformable part of a case.
+/// The whole deformable part of a vessel; nothing of what is none.
 pub fn whole(run: &Results) -> [f64; 2] {
-    [0.0, Vessel::new(&run.vessel).end()]
+    let end = run.vessel.as_ref().map(|vessel| Vessel::new(vessel).end());
+    [0.0, end.unwrap_or(0.0)]
 }
 
 /// The middle part of the artery, or the whole vessel if there is none.
 pub fn middle(run: &Results) -> [f64; 2] {
     let regions = Region::of(&run.case);
     let found = regions.iter().find(|r| r.name == RegionName::MidArtery);
-    found.map_or(whole(run), |r| [r.from_m, r.to_m])
+    match found.map(|region| &region.extent) {
+        Some(RegionExtent::Along { from_m, to_m }) => [*from_m, *to_m],
+        _ => whole(run),
+    }
 }
 
 /// The values of a field on the faces as a table.
@@ -134,7 +138,7 @@ pub fn numbers(run: &Results, field: Field) -> String {
 /// All fields of a run, over the whole wall and over the middle of the artery.
 pub fn of_run(run: &Results, name: &str) -> Vec<String> {
     let fields = [(RADIUS, false), (TAWSS, true), (OSI, true), (RRT, true)];
-    let parts = match run.vessel.anastomosis() {
+    let parts = match run.case.anastomosis() {
         Some(_) => vec![
             ("graft and artery", whole(run)),
             ("middle of the artery", middle(run)),

@@ -2,7 +2,7 @@
 
 use super::page::significant;
 use crate::hemodynamics::Place;
-use crate::hemodynamics::summary::RegionSummary;
+use crate::hemodynamics::summary::{Course, RegionSummary};
 
 /// A millimetre of mercury, Pa.
 pub const MMHG: f64 = 133.322;
@@ -63,8 +63,10 @@ pub fn all() -> Vec<Quantity> {
             four(1e3 * r.max_displacement_m.max)
         }),
         quantity("lumen volume, smallest to largest / ml", |r| {
-            let volume = r.lumen_volume_m3;
-            format!("{} to {}", four(1e6 * volume.min), four(1e6 * volume.max))
+            let shown = |volume: Course| {
+                format!("{} to {}", four(1e6 * volume.min), four(1e6 * volume.max))
+            };
+            r.lumen_volume_m3.map_or("–".into(), shown)
         }),
     ]
 }

@@ -1,14 +1,14 @@
 //! The page of a run.
 
 use super::flow_field::LumenFlow;
-use super::page::{Page, chart, gallery, line, panel, table, warnings};
+use super::page::{Page, chart, escape, gallery, line, panel, table, warnings};
 use super::surface::Surface;
 use super::{initial_state, maps, quantities, scene};
 use crate::geometry::{Vessel, centre_line};
-use crate::hemodynamics::{Region, RegionName};
+use crate::hemodynamics::{Region, RegionExtent, RegionName};
 use crate::output::figure::{Curve, Panel, Scale};
 use crate::output::results::Results;
-use crate::output::tables::{HistoryRow, whole_steps};
+use crate::output::tables::{self, HistoryRow, OpeningRow, whole_steps};
 use crate::output::wall_history::WallHistoryReader;
 use std::io;
 
@@ -16,11 +16,21 @@ use std::io;
 pub fn page(run: &Results) -> io::Result<String> {
     let name = run.name();
     let window = run.hemodynamics.window;
+    let sizes = match (&run.vessel, &run.summary) {
+        (Some(vessel), _) => format!(
+            "{} fluid cells, structure of degree {} with {} elements",
+            run.case.fluid_cells(),
+            run.case.structure.p,
+            Vessel::new(vessel).wall_elements(&vessel.structure)
+        ),
+        (None, Some(summary)) => format!(
+            "{} fluid cells, structure of degree {} with {} degrees of freedom",
+            summary.fluid_cells, run.case.structure.p, summary.structure_dofs
+        ),
+        (None, None) => format!("structure of degree {}", run.case.structure.p),
+    };
     let lead = format!(
-        "{} fluid cells, structure of degree {} with {} elements; {} steps to t = {:.3} s. Averages over {} s < t ≤ {} s{}.",
-        run.case.fluid_cells(),
-        run.case.structure.p,
-        Vessel::new(&run.vessel).wall_elements(&run.vessel.structure),
+        "{sizes}; {} steps to t = {} s. Averages over {} s < t ≤ {} s{}.",
         run.history.len(),
         run.history.last().map_or(0.0, |row| row.time_s),
         window.start_s,
@@ -38,6 +48,10 @@ pub fn page(run: &Results) -> io::Result<String> {
         page.section("state", "The wall when time begins", &html);
     }
     page.section("flow", "Flow, volume and pressure", &gallery(&flow(run)));
+    let openings = openings(run)?;
+    if !openings.is_empty() {
+        page.section("openings", "Openings", &gallery(&openings));
+    }
     page.section("periodicity", "Periodicity", &gallery(&periodicity(run)));
     page.section("wall", "Wall", &gallery(&wall(run)));
     let surface = Surface::of(run)?;
@@ -49,7 +63,7 @@ pub fn page(run: &Results) -> io::Result<String> {
         page.section("view", "The wall in three dimensions", &html);
         page.section("pictures", "Deformed wall", &gallery(&pictures(surface)));
     }
-    if !run.faces.is_empty() {
+    if run.vessel.is_some() && !run.faces.is_empty() {
         page.section(
             "maps",
             "On the unrolled wall",
@@ -84,8 +98,19 @@ fn measures(run: &Results) -> String {
     }
     let mut heads = vec!["measure".to_owned()];
     heads.extend(regions.iter().map(|r| {
-        let (from, to) = (1e3 * r.region.from_m, 1e3 * r.region.to_m);
-        format!("{}<br>{from:.2} mm to {to:.2} mm", r.region.name)
+        let name = escape(&r.region.name.to_string());
+        match &r.region.extent {
+            RegionExtent::Along { from_m, to_m } => {
+                format!("{name}<br>{:.2} mm to {:.2} mm", 1e3 * from_m, 1e3 * to_m)
+            }
+            RegionExtent::Box { box_m: [a, b] } => {
+                let side = |i: usize| format!("{:.4} to {:.4}", a[i].min(b[i]), a[i].max(b[i]));
+                let [x, y, z] = [0, 1, 2].map(side);
+                format!("{name}<br>x {x}, y {y}, z {z} m").replace('-', "\u{2212}")
+            }
+            RegionExtent::Patch { patch } => format!("{name}<br>patch {}", escape(patch)),
+            RegionExtent::Whole {} => name,
+        }
     }));
     let rows: Vec<Vec<String>> = quantities::all()
         .iter()
@@ -129,7 +154,7 @@ pub(crate) fn flow(run: &Results) -> Vec<String> {
         .map(|row| (row.time_s, share(row.time_s)))
         .collect();
     let pressure = |value| column(run, value, quantities::MMHG);
-    vec![
+    let mut charts = vec![
         chart(
             "flow",
             "Flow in and out, and their difference beside the rate of change of the lumen volume (central differences).",
@@ -171,12 +196,67 @@ pub(crate) fn flow(run: &Results) -> Vec<String> {
                 ],
             ),
         ),
-        chart(
+    ];
+    // What an OpenFOAM case of the user's own prescribes knows of no ramp.
+    if run.vessel.is_some() {
+        charts.push(chart(
             "ramp",
             "Factor of inflow and outlet pressure at the start.",
             panel("ramp", "time / s", "factor / 1", vec![line("", 2, ramps)]),
+        ));
+    }
+    charts
+}
+
+/// Flow and pressure of openings by name, where there are more than two.
+fn openings(run: &Results) -> io::Result<Vec<String>> {
+    let path = run.files.openings();
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let rows: Vec<OpeningRow> = tables::read(&path)?;
+    let mut names: Vec<&String> = Vec::new();
+    for row in &rows {
+        if !names.contains(&&row.opening) {
+            names.push(&row.opening);
+        }
+    }
+    if names.len() < 3 {
+        return Ok(Vec::new());
+    }
+    let curves = |value: fn(&OpeningRow) -> f64| -> Vec<Curve> {
+        let curve = |(number, name): (usize, &&String)| {
+            let rows = rows.iter().filter(|row| row.opening == **name);
+            line(
+                name,
+                1 + number % 6,
+                rows.map(|row| (row.time_s, value(row))).collect(),
+            )
+        };
+        names.iter().enumerate().map(curve).collect()
+    };
+    Ok(vec![
+        chart(
+            "opening-flow",
+            "Flow into the domain through each opening.",
+            panel(
+                "flow into the domain",
+                "time / s",
+                "flow / (ml/s)",
+                curves(|row| 1e6 * row.flow_m3_s),
+            ),
         ),
-    ]
+        chart(
+            "opening-pressure",
+            "Mean pressure at each opening.",
+            panel(
+                "pressure",
+                "time / s",
+                "pressure / mmHg",
+                curves(|row| row.p_Pa / quantities::MMHG),
+            ),
+        ),
+    ])
 }
 
 pub(crate) fn periodicity(run: &Results) -> Vec<String> {
@@ -309,7 +389,7 @@ fn wall(run: &Results) -> Vec<String> {
 
 pub(crate) fn pictures(surface: &Surface) -> Vec<String> {
     let frame = surface.widest_frame();
-    let at = format!("at t = {:.3} s", surface.times[frame]);
+    let at = format!("at t = {} s", surface.times[frame]);
     [
         (
             "Displacement",

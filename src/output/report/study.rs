@@ -102,7 +102,7 @@ pub(crate) fn cases(runs: &[&Results], missing: &[String]) -> String {
             })),
             last(&found.periodicity.outflow),
             last(&found.periodicity.max_displacement),
-            of(Artery, |r| 1e6 * r.lumen_volume_m3.mean),
+            of(Artery, |r| 1e6 * r.mean_volume()),
             of(Artery, |r| r.mean_wall_shear_Pa.mean),
             of(MidArtery, |r| r.max_wall_shear_Pa.max),
             of(Bypass, |r| r.OSI.max),
@@ -262,9 +262,10 @@ pub(crate) fn pictures(runs: &[&Results], field: &str, caption: &str) -> io::Res
     Ok(found.into_iter().map(picture).collect())
 }
 
-/// Maps of all runs with the same colours.
+/// Maps of all runs of vessels with the same colours.
 pub(crate) fn all_maps(runs: &[&Results]) -> Vec<String> {
-    let with_faces = runs.iter().copied().filter(|run| !run.faces.is_empty());
+    let mapped = |run: &&Results| run.vessel.is_some() && !run.faces.is_empty();
+    let with_faces = runs.iter().copied().filter(mapped);
     let runs: Vec<&Results> = with_faces.collect();
     let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
     let mut figures = Vec::new();

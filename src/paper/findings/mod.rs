@@ -101,7 +101,7 @@ pub fn all(study: &Study) -> Vec<Finding> {
         (
             "The lumen volume of the artery falls linearly with d_max (fig. 14).",
             "influence",
-            judge::linear(study, |r| r.lumen_volume_m3.mean, -1.0, "volume"),
+            judge::linear(study, |r| r.mean_volume(), -1.0, "volume"),
         ),
         (
             "The mean wall shear stress of the artery grows linearly with d_max (fig. 14).",

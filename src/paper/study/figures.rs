@@ -56,7 +56,7 @@ pub fn influence_of_d_max(study: &Study) -> Vec<String> {
             "lumen volume, artery",
             "volume / ml",
             "Mean over the window of the lumen volume of the artery.",
-            over_d_max(study, Artery, |r| 1e6 * r.lumen_volume_m3.mean),
+            over_d_max(study, Artery, |r| 1e6 * r.mean_volume()),
         ),
         d_max_chart(
             "artery-displacement",

@@ -70,6 +70,8 @@ pub struct CoupledModel {
     pub rigid_volume: f64,
     /// Where the unloaded shape of the wall comes from, if it is not the given one.
     pub unloading: Option<Unloading>,
+    /// Mesh of the fluid at rest, of an OpenFOAM case of the user's own: its patches and cells are what regions are made of.
+    pub own_mesh: Option<PolyMesh>,
 }
 
 /// Why a case could not be made ready.
@@ -130,6 +132,7 @@ impl CoupledModel {
                     rigid_volume: rigid_volume(&volumes, &domain),
                     unloading,
                     coupling: join(case, fluid, solid)?,
+                    own_mesh: case.own().map(|_| domain.fluid),
                 })
             }
             case::Solver::External => {
@@ -143,6 +146,7 @@ impl CoupledModel {
                     rigid_volume,
                     unloading,
                     coupling: join(case, fluid, solid)?,
+                    own_mesh: None,
                 })
             }
             case::Solver::Native => {
@@ -162,6 +166,7 @@ impl CoupledModel {
                     rigid_volume,
                     unloading,
                     coupling: join(case, fluid, solid)?,
+                    own_mesh: None,
                 })
             }
         }
