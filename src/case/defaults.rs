@@ -210,7 +210,7 @@ mod tests {
             vessels += usize::from(case.vessel().is_some() && case.anastomosis().is_none());
             probes += case.output.probes.len();
         }
-        assert_eq!((flags, vessels, own, probes), (1, 6, 3, 1));
+        assert_eq!((flags, vessels, own, probes), (1, 6, 4, 1));
     }
 
     fn load<'a>(lines: impl Iterator<Item = &'a Line>) -> Case {
@@ -239,6 +239,8 @@ mod tests {
         for file in [
             system.join("controlDict"),
             folder.path().join("factors.csv"),
+            folder.path().join("motion.csv"),
+            folder.path().join("factor.csv"),
             folder.path().join("wall.msh"),
         ] {
             std::fs::write(file, "").unwrap();

@@ -1,6 +1,6 @@
 //! By what a case is recognized: all its values, and the content of the files that it names.
 
-use super::{Case, Problem};
+use super::{Case, Problem, WallMode};
 use crate::files::{FileFingerprint, below};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -25,6 +25,8 @@ const MAY_CHANGE: &[&str] = &[
     "fluid.case",
     "wall.file.mesh",
     "wall.extrude.factors",
+    "wall.motion.displacements",
+    "wall.motion.factors",
     "inflow.file",
     "inlet.file",
     "outlet.file",
@@ -127,6 +129,15 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
             single.extend(mesh.map(|file| ("wall.file.mesh", file)));
             let factors = own.wall.extrude.as_ref().and_then(|e| e.factors.as_ref());
             single.extend(factors.map(|file| ("wall.extrude.factors", file)));
+            for motion in own
+                .wall
+                .motion
+                .iter()
+                .filter(|_| own.wall.mode() == WallMode::Prescribed)
+            {
+                single.push(("wall.motion.displacements", &motion.displacements));
+                single.push(("wall.motion.factors", &motion.factors));
+            }
         }
         Problem::Vessel(_) | Problem::Flag(_) => {
             add_folder(&case.fluid.templates, "fluid.templates", &mut found)?;

@@ -37,12 +37,36 @@ table! {
 }
 
 table! {
-    /// The elastic wall: extruded from the wet patches, or from a file.
+    /// The wall: extruded from the wet patches, or from a file; or one that does not yield.
     pub struct OwnWall {
+        /// What only other walls need may stay in the file.
+        mode: Option<WallMode> = "mode", Kind::Word(WallMode::WORDS), "whether the wall yields", absent "elastic";
+        [motion: Option<WallMotion>, "how a wall moves whose motion is prescribed"]
         [extrude: Option<Extrusion>, "a wall that grows outward from the quadrilaterals of the wet patches"]
         [file: Option<WallFile>, "a wall whose hexahedra stand in a file"]
-        [material: Vec<NamedMaterial>, "materials of the wall"]
+        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it yields"]
         [support: Option<Vec<WallSupport>>, "what holds the wall"]
+    }
+}
+
+words! {
+    /// Whether a wall yields.
+    #[derive(Default)]
+    pub enum WallMode {
+        /// To the blood: the coupled problem.
+        Elastic = "elastic" (default),
+        /// Not at all: the flow alone.
+        Rigid = "rigid",
+        /// Not at all, and it moves as wall.motion says: the flow alone, in a mesh that moves.
+        Prescribed = "prescribed",
+    }
+}
+
+table! {
+    /// The displacement of each point of a wall: that of the nearest row of one file, times a factor over time from another.
+    pub struct WallMotion {
+        displacements: PathBuf = "displacements", Kind::Path, "CSV file with the columns x,y,z,ux,uy,uz (m); each point of the wet patches takes the nearest row";
+        factors: PathBuf = "factors", Kind::Path, "CSV file with the columns time_s,factor, from 0,0 on; linear in between, then constant";
     }
 }
 
@@ -119,10 +143,23 @@ impl WallSupport {
 }
 
 impl OwnWall {
+    /// Whether it yields, or what else it does.
+    pub fn mode(&self) -> WallMode {
+        self.mode.unwrap_or_default()
+    }
+
+    /// Whether it grows from the wet patches.
+    pub fn is_extruded(&self) -> bool {
+        self.mode() == WallMode::Elastic && self.extrude.is_some()
+    }
+
+    /// Its materials.
+    pub fn materials(&self) -> &[NamedMaterial] {
+        self.material.as_deref().unwrap_or_default()
+    }
+
     /// The region that a material's name stands for: its place among the materials.
     pub fn region(&self, name: &str) -> Option<usize> {
-        self.material
-            .iter()
-            .position(|material| material.name == name)
+        (self.materials().iter()).position(|material| material.name == name)
     }
 }

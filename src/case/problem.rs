@@ -10,7 +10,7 @@ use super::schema::{Schema, Table};
 use super::stack::{Stack, insert};
 use super::table::words;
 use super::value::shorten;
-use super::{Anastomosis, BloodVessel, Case, Flag, OwnCase, Shape, VesselDescription};
+use super::{Anastomosis, BloodVessel, Case, Flag, OwnCase, Shape, VesselDescription, WallMode};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -116,6 +116,15 @@ impl Case {
         match &self.problem {
             Problem::Own(own) => Some(own),
             Problem::Vessel(_) | Problem::Flag(_) => None,
+        }
+    }
+
+    /// Whether its wall yields to the blood.
+    pub fn has_elastic_wall(&self) -> bool {
+        match &self.problem {
+            Problem::Vessel(vessel) => !vessel.is_rigid(),
+            Problem::Flag(_) => true,
+            Problem::Own(own) => own.wall.mode() == WallMode::Elastic,
         }
     }
 

@@ -67,7 +67,16 @@ impl FixedPoint {
         &mut self,
         problem: &mut P,
     ) -> Result<Option<DVector<f64>>, P::Error> {
-        let mut d = self.predictor.first_guess();
+        self.solve_from(self.predictor.first_guess(), problem)
+    }
+
+    /// The same from the displacement `start`.
+    pub fn solve_from<P: CoupledProblem>(
+        &mut self,
+        start: DVector<f64>,
+        problem: &mut P,
+    ) -> Result<Option<DVector<f64>>, P::Error> {
+        let mut d = start;
         let mut residual = FIRST_RESIDUAL;
         for _ in 0..self.criterion.max_iterations {
             let d_tilde = problem.image(&d, residual)?; // S∘F

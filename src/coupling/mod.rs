@@ -142,6 +142,11 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
 
     /// Solves one time step; both solvers still have the state at its beginning.
     pub fn solve(&mut self) -> Result<Solved<S::Trial>, FailedStep> {
+        let dt = self.settings.time_step;
+        let start = match self.transfer.foreseen(&self.solid, dt) {
+            Some(known) => flatten(&known),
+            None => self.fixed_point.predictor().first_guess(),
+        };
         let mut step = CoupledStep {
             fluid: &mut self.fluid,
             solid: &mut self.solid,
@@ -152,7 +157,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             trial: unflatten(self.fixed_point.predictor().last()),
             last: None,
         };
-        let done = self.fixed_point.solve(&mut step);
+        let done = self.fixed_point.solve_from(start, &mut step);
         let CoupledStep {
             iterations,
             last,

@@ -61,6 +61,11 @@ impl<L> Transfer<L> {
         solid.accepted_displacement(&self.points)
     }
 
+    /// Displacement (m) of the fluid's wall points after a step of length `dt` (s), where it does not depend on the load.
+    pub fn foreseen<S: Solid<Location = L>>(&self, solid: &S, dt: f64) -> Option<Vec<Vec3>> {
+        solid.foreseen(dt, &self.points)
+    }
+
     /// Displacement (m) of the fluid's wall points that follows from a trial of the structure.
     pub fn displacement<S: Solid<Location = L>>(&self, solid: &S, trial: &S::Trial) -> Vec<Vec3> {
         solid.displacement(trial, &self.points)

@@ -7,8 +7,8 @@ use super::section::{Base, Section};
 use crate::case::{Material, RIGID_SHARE, VesselDescription, VesselSection};
 use crate::interpolation::MonotoneCubic;
 
-/// Material of the wall of a vessel that is rigid throughout: nothing strains it.
-const ANY: Material = Material::SaintVenantKirchhoff {
+/// Material of a wall that is rigid throughout: nothing strains it.
+pub const ANY: Material = Material::SaintVenantKirchhoff {
     youngs_modulus: 1e6,
     poisson_ratio: 0.0,
     viscosity: None,

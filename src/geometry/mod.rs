@@ -6,7 +6,7 @@
 //!
 //! A case may have a [`Flag`](crate::case::Flag) in a channel instead, whose two meshes are made in [`flag`]; or an OpenFOAM
 //! case of the user's own, whose mesh is read ([`foam_files`]) and whose wall is [`extruded`] from it or read from a file
-//! ([`wall_file`]).
+//! ([`wall_file`]); one that does not yield is a [`lining`].
 
 mod anastomosis;
 pub(crate) mod blocks;
@@ -18,6 +18,7 @@ pub(crate) mod flag;
 mod foam_files;
 pub(crate) mod hex_mesh;
 pub(crate) mod imperfection;
+mod lining;
 mod lumen;
 mod mesh_file;
 pub(crate) mod o_grid;
@@ -29,6 +30,7 @@ pub(crate) mod wall;
 mod wall_file;
 
 pub use centre_shift::CentreShift;
+pub use described::ANY as RIGID_MATERIAL;
 pub use extruded::{Growth, GrowthError, SurfaceError, WetQuads};
 pub use hex_mesh::{HexFace, HexMesh, HexShape, WallDirections};
 pub use imperfection::{Imperfection, irregular_tube_mesh};

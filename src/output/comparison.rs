@@ -448,6 +448,7 @@ fn same_model(first: &Results, second: &Results) -> Result<(), ComparisonError> 
         (Problem::Own(v), Problem::Own(w)) => parts.extend([
             ("fluid.patches", v.fluid.patches == w.fluid.patches),
             ("fluid.openings", v.fluid.openings == w.fluid.openings),
+            ("wall.mode", v.wall.mode() == w.wall.mode()),
             ("wall.material", v.wall.material == w.wall.material),
             ("wall.support", v.wall.support == w.wall.support),
         ]),

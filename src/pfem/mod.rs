@@ -24,5 +24,5 @@ pub use element::volume::Formulation;
 pub use evaluation::samples::{Sampler, Samples};
 pub use evaluation::stress::StressState;
 pub use solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
-pub use solution::structure::{Structure, StructureOptions};
+pub use solution::structure::{PrescribedMotion, Structure, StructureOptions};
 pub use space::{Space, SpaceKind};

@@ -60,6 +60,11 @@ pub trait Solid {
         start: Option<&Self::Trial>,
     ) -> Result<Self::Trial, SolidError>;
 
+    /// Displacement (m) at located points at the end of a step of length `dt` (s), where it does not depend on the load.
+    fn foreseen(&self, _dt: f64, _at: &[Self::Location]) -> Option<Vec<Vec3>> {
+        None
+    }
+
     /// Displacement (m) of a trial at located points.
     fn displacement(&self, trial: &Self::Trial, at: &[Self::Location]) -> Vec<Vec3>;
 

@@ -2,6 +2,10 @@
 
 use crate::benchmark_support::probes;
 use crate::run_support::*;
+use fsi_driver::Vec3;
+use fsi_driver::fluid::openfoam::Programs;
+use fsi_driver::geometry::PolyMesh;
+use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -566,5 +570,520 @@ fn regions_that_are_nowhere_or_twice_are_refused() {
         assert_eq!(output.status.code(), Some(2));
         assert!(text(&output).contains(message), "{}", text(&output));
         assert!(!out.exists());
+    }
+}
+
+/// Adds lines to the file of a case.
+fn append(case: &Path, lines: &str) {
+    let settings = case.join("case.toml");
+    let before = fs::read_to_string(&settings).unwrap();
+    fs::write(settings, format!("{before}\n{lines}\n")).unwrap();
+}
+
+/// Runs a program of OpenFOAM in a case.
+fn openfoam(case: &Path, program: &str) {
+    let output = Programs::new(case, &[]).command(program).output().unwrap();
+    assert!(output.status.success(), "{program}: {}", text(&output));
+}
+
+/// What the function object of the tube has written: time and flow through the outlet.
+fn flow_out(fluid: &Path) -> Vec<[f64; 2]> {
+    let file = fluid.join("postProcessing/flow/0/surfaceFieldValue.dat");
+    let text = fs::read_to_string(file).unwrap();
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    let numbers = |line: &str| -> Vec<f64> {
+        line.split_whitespace()
+            .map(|word| word.parse().unwrap())
+            .collect()
+    };
+    lines
+        .map(|line| numbers(line).try_into().unwrap())
+        .collect()
+}
+
+/// A wall that does not yield needs no material, and its flow is that of OpenFOAM without a driver.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_rigid_wall_is_the_flow_of_openfoam_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = exact_tube(folder.path());
+    let control = case.join("fluid/system/controlDict");
+    edit(
+        &control,
+        "deltaT              1e-4;",
+        "deltaT 1e-4; writePrecision 14;",
+    );
+    edit(&control, "endTime             0.01;", "endTime 0.0005;");
+    edit(
+        &control,
+        "log             no;",
+        "log no; writePrecision 14;",
+    );
+    let settings = case.join("case.toml");
+    let text_of = fs::read_to_string(&settings).unwrap();
+    let (start, rest) = text_of.split_once("[wall.extrude]").unwrap();
+    let rest = &rest[rest.find("[blood]").unwrap()..];
+    fs::write(&settings, format!("{start}mode = \"rigid\"\n\n{rest}")).unwrap();
+    // Faces stay flat: these points of the circle lie beside them.
+    edit(&settings, "probes_m", "# probes_m");
+
+    let alone = folder.path().join("alone");
+    complete({
+        let mut copy = Command::new("cp");
+        copy.arg("-r").arg(case.join("fluid")).arg(&alone);
+        copy
+    });
+    edit(
+        &alone.join("system/fvSolution"),
+        "nCorrectors     2;",
+        "nOuterCorrectors 40; nCorrectors 2;",
+    );
+    openfoam(&alone, "blockMesh");
+    openfoam(&alone, "pimpleFoam");
+    let out = folder.path().join("run");
+    complete(run(&case, &out, &["--end-time", "0.0005"]));
+
+    let (alone, driven) = (flow_out(&alone), flow_out(&out.join("openfoam")));
+    let flow = |rows: &[[f64; 2]]| -> Vec<f64> { rows.iter().map(|row| row[1]).collect() };
+    let found = difference(&flow(&driven), &flow(&alone));
+    println!("flow {found:.2e} of {:.3e} m³/s", alone[4][1]);
+    assert!((alone[4][1] / 1.0e-6).abs() > 0.1 && alone.len() == 5);
+    assert!(found < 1e-7, "{found:e}");
+    let zero = column(&out, "history.csv", "max_displacement_m");
+    assert!(zero.iter().all(|u| *u == 0.0));
+    assert!(
+        column(&out, "history.csv", "coupling_iterations")
+            .iter()
+            .all(|n| *n == 1.0)
+    );
+    let regions = column(&out, "regions.csv", "mean_wall_shear_Pa");
+    assert!(regions[4] > 0.0);
+    let mut report = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    report.arg("report").arg(&out);
+    complete(report);
+}
+
+/// Files of a motion that widens and shifts the tube by shares of its radius, at all points of its wall.
+fn motion(case: &Path, widening: f64, factors: &str) -> f64 {
+    let mesh = case.join("mesh");
+    complete({
+        let mut copy = Command::new("cp");
+        copy.arg("-r").arg(case.join("fluid")).arg(&mesh);
+        copy
+    });
+    let control = mesh.join("system/controlDict");
+    edit(&control, "deltaT ", "writePrecision 17; deltaT ");
+    edit(
+        &case.join("fluid/system/controlDict"),
+        "deltaT ",
+        "writePrecision 17; deltaT ",
+    );
+    openfoam(&mesh, "blockMesh");
+    let mesh = PolyMesh::read(&mesh).unwrap();
+    let mut rows = String::from("x,y,z,ux,uy,uz\n");
+    for x in mesh
+        .patch_faces("wall")
+        .iter()
+        .flatten()
+        .map(|&point| mesh.points[point])
+    {
+        let u = widening * Vec3::new(x.x, x.y, 0.0);
+        let _ = writeln!(
+            rows,
+            "{:?},{:?},{:?},{:?},{:?},{:?}",
+            x.x, x.y, x.z, u.x, u.y, u.z
+        );
+    }
+    fs::write(case.join("motion.csv"), rows).unwrap();
+    fs::write(case.join("factor.csv"), factors).unwrap();
+    append(
+        case,
+        "[wall.motion]\ndisplacements = \"motion.csv\"\nfactors = \"factor.csv\"",
+    );
+    edit(
+        &case.join("case.toml"),
+        "[wall]\n",
+        "[wall]\nmode = \"prescribed\"\n",
+    );
+    edit(&case.join("case.toml"), "probes_m", "# probes_m");
+    mesh.volume()
+}
+
+/// The whole tube widens, its ends with it: volume, flow and displacement are known, and the run goes on from where it was stopped.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_prescribed_motion_moves_the_mesh_exactly_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = exact_tube(folder.path());
+    let at_rest = motion(&case, 0.2, "time_s,factor\n0,0\n0.0002,0.5\n0.0005,0.2\n");
+    let [whole, parts] = ["whole", "parts"].map(|name| folder.path().join(name));
+    complete(run(&case, &whole, &["--end-time", "0.0006"]));
+    complete(run(&case, &parts, &["--end-time", "0.0003"]));
+    complete(run(&case, &parts, &["--end-time", "0.0006", "--resume"]));
+    let history = |name: &str| column(&whole, "history.csv", name);
+    let factors = [0.25, 0.5, 0.4, 0.3, 0.2, 0.2];
+    let volume = factors.map(|factor: f64| at_rest * (1.0 + 0.2 * factor).powi(2));
+    let swept = column(&whole, "regions.csv", "lumen_volume_m3");
+    for found in [&history("lumen_volume_m3"), &swept] {
+        let apart = difference(found, &volume);
+        println!("volume {apart:.1e}");
+        assert!(apart < 1e-7, "{apart:e}");
+    }
+    let displacement = factors.map(|factor| 5e-3 * 0.2 * factor);
+    assert!(difference(&history("max_displacement_m"), &displacement) < 1e-7);
+    assert!(history("coupling_iterations").iter().all(|n| *n == 1.0));
+    assert!(
+        history("max_von_mises_Pa")
+            .iter()
+            .all(|stress| *stress == 0.0)
+    );
+    // What the tube gains flows in, through both ends.
+    let gained = history("dVdt_m3_s");
+    let flows = [history("Q_in_m3_s"), history("Q_out_m3_s")];
+    let [inflow, outflow] = &flows;
+    let net: Vec<f64> = inflow.iter().zip(outflow).map(|(a, b)| a - b).collect();
+    let lost = difference(&net, &gained);
+    println!("mass {lost:.1e}");
+    assert!(lost < 1e-6, "{lost:e}");
+    for name in ["lumen_volume_m3", "Q_in_m3_s", "residual"] {
+        assert_eq!(column(&parts, "history.csv", name), history(name), "{name}");
+    }
+    let written = fs::read_to_string(whole.join("openfoam/0/pointDisplacement")).unwrap();
+    assert!(written.contains("inlet { type slip; }") && written.contains("outlet { type slip; }"));
+}
+
+/// Cells that a motion would turn inside out end the run with the place.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_motion_that_turns_cells_inside_out_ends_with_the_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = exact_tube(folder.path());
+    motion(&case, -1.2, "time_s,factor\n0,0\n0.0001,0.1\n0.0002,1\n");
+    let out = folder.path().join("run");
+    let output = run(
+        &case,
+        &out,
+        &["--end-time", "0.0004", "--set", "time.max_halvings=0"],
+    )
+    .output()
+    .unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    let said = text(&output);
+    println!("{said}");
+    assert!(said.contains("inside out, the worst near ("), "{said}");
+    assert_eq!(column(&out, "history.csv", "time_s"), [1e-4]);
+}
+
+/// What is wrong with the files of a motion is said before anything is written.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn files_of_a_motion_are_looked_at_first() {
+    for (file, content, message) in [
+        (
+            "motion.csv",
+            "x,y,z\n0,0,0\n",
+            "the columns are \"x,y,z\": expected \"x,y,z,ux,uy,uz\"",
+        ),
+        ("motion.csv", "x,y,z,ux,uy,uz\n", "it has no row"),
+        (
+            "motion.csv",
+            "x,y,z,ux,uy,uz\n0,0,0,nan,0,0\n",
+            "row 1 has NaN",
+        ),
+        (
+            "factor.csv",
+            "time_s,factor\n0,1\n1,2\n",
+            "expected 0,0, since the wall is at rest",
+        ),
+        (
+            "factor.csv",
+            "time_s,factor\n0,0\n1,1\n1,2\n",
+            "times must ascend",
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let case = exact_tube(folder.path());
+        motion(&case, 0.1, "time_s,factor\n0,0\n1,1\n");
+        fs::write(case.join(file), content).unwrap();
+        let out = folder.path().join("run");
+        let output = run(&case, &out, &[]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let said = text(&output);
+        assert!(said.contains(message) && said.contains(file), "{said}");
+        assert!(!out.exists());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let case = copy("tube", folder.path());
+    edit(
+        &case.join("case.toml"),
+        "[wall]\n",
+        "[wall]\nmode = \"prescribed\"\n",
+    );
+    let output = run(&case, &folder.path().join("run"), &[])
+        .output()
+        .unwrap();
+    assert!(
+        text(&output).contains("Add a table [wall.motion]"),
+        "{}",
+        text(&output)
+    );
+}
+
+/// A tube under pressure throughout, whose outlet slides in its plane, or is free in springs.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_rim_that_moves_takes_the_points_of_its_patch_along() {
+    let folder = tempfile::tempdir().unwrap();
+    let sliding = "[[wall.support]]\nsupport = \"clamped\"\nsurfaces = [\"inlet\"]\n\
+                   [[wall.support]]\nsupport = \"sliding\"\nsurfaces = [\"outlet\"]\nheld = [\"z\"]";
+    let springs = "[[wall.support]]\nsupport = \"clamped\"\nsurfaces = [\"inlet\"]\n\
+                   [[wall.support]]\nsupport = \"springs\"\nsurfaces = [\"outlet\"]\nspring_Pa_m = 1.0e5";
+    for (name, supports, condition) in [
+        ("sliding", sliding, "slip"),
+        ("springs", springs, "zeroGradient"),
+    ] {
+        let case = exact_tube(&folder.path().join(name));
+        let pressure = case.join("fluid/0/p");
+        let text_of = fs::read_to_string(&pressure).unwrap();
+        let (start, end) = text_of.split_once("    outlet\n").unwrap();
+        let (_, end) = end.split_once('}').unwrap();
+        let outlet = "    outlet\n    {\n        type fixedValue; value uniform 1.3332;\n    }";
+        fs::write(&pressure, format!("{start}{outlet}{end}")).unwrap();
+        append(&case, supports);
+        let settings = case.join("case.toml");
+        edit(
+            &settings,
+            "fluid_interval_s = 1.0e-3",
+            "fluid_interval_s = 5.0e-4",
+        );
+        let out = folder.path().join(name).join("run");
+        complete(run(
+            &case,
+            &out,
+            &[
+                "--end-time",
+                "0.0005",
+                "--set",
+                "output.probes_m=[[5.0e-3, 0.0, 0.05]]",
+            ],
+        ));
+        let fluid = out.join("openfoam");
+        let written = fs::read_to_string(fluid.join("0/pointDisplacement")).unwrap();
+        assert!(
+            written.contains(&format!("outlet {{ type {condition}; }}")),
+            "{written}"
+        );
+        assert!(written.contains("inlet { type fixedValue;"), "{written}");
+        let rest = PolyMesh::read(&fluid).unwrap();
+        // The moved points stand beside the fields.
+        let moved = folder.path().join(name).join("moved/constant/polyMesh");
+        fs::create_dir_all(&moved).unwrap();
+        for file in ["faces", "owner", "neighbour", "boundary"] {
+            fs::copy(fluid.join("constant/polyMesh").join(file), moved.join(file)).unwrap();
+        }
+        fs::copy(fluid.join("0.0005/polyMesh/points"), moved.join("points")).unwrap();
+        let now = PolyMesh::read(&folder.path().join(name).join("moved")).unwrap();
+        let outlet: Vec<usize> = rest.patch_faces("outlet").concat();
+        let u = |p: usize| now.points[p] - rest.points[p];
+        let radial =
+            |p: usize| u(p).dot(&Vec3::new(rest.points[p].x, rest.points[p].y, 0.0).normalize());
+        let at_rim = |p: usize| rest.points[p].xy().norm() > 4.99e-3;
+        let rim: Vec<f64> = outlet
+            .iter()
+            .filter(|p| at_rim(**p))
+            .map(|p| radial(*p))
+            .collect();
+        let probe = *column(&out, "probes.csv", "ux_m").last().unwrap();
+        let (least, most) = rim
+            .iter()
+            .fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(*r), b.max(*r)));
+        println!("{name}: rim {least:.3e} to {most:.3e}, probe {probe:.3e} m");
+        // Measured: 1.007 to 1.049 of the probe's where it slides, 1.012 to 1.094 on springs
+        assert!((2.5e-5..4e-5).contains(&probe) && most < 1.1 * probe && least > probe);
+        // Those within follow, and stay in the plane where it slides.
+        let within: Vec<usize> = outlet
+            .into_iter()
+            .filter(|p| !at_rim(*p) && rest.points[*p].xy().norm() > 2.5e-3)
+            .collect();
+        assert!(
+            !within.is_empty()
+                && within
+                    .iter()
+                    .all(|p| radial(*p) > 0.05 * probe && radial(*p) < probe)
+        );
+        let along = within.iter().map(|p| u(*p).z.abs()).fold(0.0, f64::max);
+        println!("{name}: along {along:.1e}");
+        assert!(name != "sliding" || along < 1e-12);
+        let history = |name: &str| column(&out, "history.csv", name);
+        let net: Vec<f64> = history("Q_in_m3_s")
+            .iter()
+            .zip(history("Q_out_m3_s"))
+            .map(|(a, b)| a - b)
+            .collect();
+        let lost = difference(&net, &history("dVdt_m3_s"));
+        println!("{name}: mass {lost:.1e}");
+        assert!(lost < 1e-5, "{lost:e}");
+    }
+    // A file of the user's own that holds the rim is refused, one that does not say anything of the patch is completed.
+    let field = |outlet: &str| {
+        format!(
+            "FoamFile {{ version 2.0; format ascii; class pointVectorField; location \"0\"; object pointDisplacement; }}\n\
+             dimensions [0 1 0 0 0 0 0]; internalField uniform (0 0 0);\n\
+             boundaryField {{ inlet {{ type fixedValue; value uniform (0 0 0); }} wall {{ type fixedValue; value uniform (0 0 0); }} {outlet} }}\n"
+        )
+    };
+    let case = exact_tube(&folder.path().join("own"));
+    append(&case, sliding);
+    let file = case.join("fluid/0/pointDisplacement");
+    let out = folder.path().join("own/run");
+    fs::write(
+        &file,
+        field("outlet { type fixedValue; value uniform (0 0 0); }"),
+    )
+    .unwrap();
+    let output = run(&case, &out, &["--end-time", "0.0001"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output).contains("write outlet { type slip; }"),
+        "{}",
+        text(&output)
+    );
+    fs::write(&file, field("")).unwrap();
+    complete(run(&case, &out, &["--end-time", "0.0001"]));
+    let written = fs::read_to_string(out.join("openfoam/0/pointDisplacement")).unwrap();
+    assert!(
+        written.contains("#include")
+            && written.contains("outlet { type slip; }")
+            && !written.contains("inlet")
+    );
+}
+
+/// A short tube with few cells.
+fn short_tube(to: &Path) -> PathBuf {
+    let case = copy("tube", to);
+    let blocks = case.join("fluid/system/blockMeshDict");
+    edit(&blocks, "along   36;", "along   12;");
+    case
+}
+
+/// Makes the mesh of a case once, changed in a way, in place of its blocks.
+fn mesh_once(case: &Path, change: impl Fn(&mut PolyMesh)) {
+    let fluid = case.join("fluid");
+    edit(
+        &fluid.join("system/controlDict"),
+        "deltaT ",
+        "writePrecision 17; deltaT ",
+    );
+    openfoam(&fluid, "blockMesh");
+    fs::remove_file(fluid.join("system/blockMeshDict")).unwrap();
+    let mut mesh = PolyMesh::read(&fluid).unwrap();
+    change(&mut mesh);
+    mesh.write(&fluid).unwrap();
+}
+
+/// Three steps of a case with other thicknesses: the largest displacement of each.
+fn thick(case: &Path, name: &str, thicknesses: &str) -> Vec<f64> {
+    let settings = case.join("case.toml");
+    let before = fs::read_to_string(&settings).unwrap();
+    edit(&settings, "thicknesses_m = [1.0e-3]", thicknesses);
+    let out = case.join(name);
+    complete(run(case, &out, &["--end-time", "0.0003"]));
+    fs::write(&settings, before).unwrap();
+    column(&out, "history.csv", "max_displacement_m")
+}
+
+/// Thicknesses in metres, as shares of the radius, and times factors, on a straight and on a bent tube.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn thicknesses_by_radius_and_by_factors_are_those_in_metres() {
+    let folder = tempfile::tempdir().unwrap();
+    let [straight, bent] = ["straight", "bent"].map(|name| short_tube(&folder.path().join(name)));
+    mesh_once(&bent, |mesh| {
+        // Around the axis x = -50 mm along y, by one radian
+        let bend = 0.05;
+        for point in &mut mesh.points {
+            let (sin, cos) = (point.z / bend).sin_cos();
+            let radius = bend + point.x;
+            *point = Vec3::new(radius * cos - bend, point.y, radius * sin);
+        }
+    });
+    edit(&bent.join("case.toml"), "probes_m", "# probes_m");
+    let mut in_metres = Vec::new();
+    for case in [&straight, &bent] {
+        fs::write(case.join("even.csv"), "x,y,z,factor\n0,0,0,2\n").unwrap();
+        fs::write(
+            case.join("half.csv"),
+            "x,y,z,factor\n0,0,0.005,2\n0,0,0.04,1\n",
+        )
+        .unwrap();
+        let metres = thick(case, "metres", "thicknesses_m = [1.0e-3]");
+        let shares = thick(case, "shares", "thicknesses = [0.2]");
+        let even = thick(
+            case,
+            "even",
+            "thicknesses_m = [0.5e-3]\nfactors = \"even.csv\"",
+        );
+        let half = thick(
+            case,
+            "half",
+            "thicknesses_m = [1.0e-3]\nfactors = \"half.csv\"",
+        );
+        let of_shares = difference(&shares, &metres);
+        let ratio = half[2] / metres[2];
+        println!(
+            "shares {of_shares:.2e}, factors {:.2e}, twice as thick {ratio:.4}",
+            difference(&even, &metres)
+        );
+        assert_eq!(even, metres);
+        let limit = if case == &straight { 1e-9 } else { 2e-4 };
+        assert!(of_shares < limit, "{of_shares:e}");
+        // Twice the mass and the stiffness where the pulse is
+        assert!((0.7..0.8).contains(&ratio), "{ratio}");
+        in_metres.push(metres);
+    }
+    let bend = difference(&in_metres[1], &in_metres[0]);
+    println!("bent {bend:.3e}");
+    assert!((0.02..0.035).contains(&bend), "{bend:e}");
+    let history = |name: &str| column(&bent.join("shares"), "history.csv", name);
+    let outflow = history("Q_out_m3_s");
+    let net: Vec<f64> = (history("Q_in_m3_s").iter().zip(outflow))
+        .map(|(a, b)| a - b)
+        .collect();
+    let lost = difference(&net, &history("dVdt_m3_s"));
+    println!("mass {lost:.1e}");
+    assert!(lost < 1e-7, "{lost:e}");
+}
+
+/// A mesh in OpenFOAM's binary format is the same mesh.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_binary_mesh_is_that_in_ascii() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = ["ascii", "binary"].map(|format| {
+        let case = short_tube(&folder.path().join(format));
+        let fluid = case.join("fluid");
+        let control = fluid.join("system/controlDict");
+        edit(
+            &control,
+            "deltaT ",
+            &format!("writePrecision 17; writeFormat {format}; deltaT "),
+        );
+        openfoam(&fluid, "blockMesh");
+        fs::remove_file(fluid.join("system/blockMeshDict")).unwrap();
+        let points = fs::read(fluid.join("constant/polyMesh/points")).unwrap();
+        let head = String::from_utf8_lossy(&points[..1200]).into_owned();
+        let format_of = head.split("format").nth(1).unwrap().trim_start();
+        assert!(format_of.starts_with(format), "{head}");
+        let out = folder.path().join(format).join("run");
+        complete(run(&case, &out, &["--end-time", "0.0003"]));
+        out
+    });
+    for name in ["max_displacement_m", "Q_in_m3_s", "lumen_volume_m3"] {
+        let [ascii, binary] = runs.each_ref().map(|run| column(run, "history.csv", name));
+        let found = difference(&binary, &ascii);
+        println!("{name}: {found:.1e}");
+        assert!(found < 1e-12, "{name}: {found:e}");
     }
 }

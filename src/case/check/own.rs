@@ -3,7 +3,7 @@
 use super::{Report, material};
 use crate::case::{
     Case, Extrusion, OwnCase, OwnFluid, OwnRegion, OwnWall, Solver, SurrogateModel, WallFile,
-    WallSupport,
+    WallMode, WallSupport,
 };
 use std::path::Path;
 
@@ -31,18 +31,20 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         "the surrogate is a tube, and nothing is known of one in a case of your own: write \"none\""
             .into(),
     );
+    let is_elastic = wall.mode() == WallMode::Elastic;
     let both = wall.extrude.is_some() && wall.file.is_some();
     report(
         &["wall.file.mesh", "wall.extrude.layers"],
-        both,
+        is_elastic && both,
         "the wall is either extruded from the patches or read from a file: leave out one of the tables [wall.extrude] and \
          [wall.file]"
             .into(),
     );
     report(
         &["fluid.case"],
-        wall.extrude.is_none() && wall.file.is_none(),
-        "it has no wall yet: add a table [wall.extrude] with layers and thicknesses_m, or [wall.file] with a mesh".into(),
+        is_elastic && wall.extrude.is_none() && wall.file.is_none(),
+        "it has no wall yet: add a table [wall.extrude] with layers and thicknesses_m, or [wall.file] with a mesh; or wall.mode = \"rigid\""
+            .into(),
     );
     for (key, names) in [
         ("fluid.patches", &fluid.patches),
@@ -68,6 +70,10 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         ),
     );
     regions(fluid, report);
+    motion(wall, report);
+    if !is_elastic {
+        return;
+    }
     materials(wall, report);
     if let Some(extrusion) = &wall.extrude {
         extruded(wall, extrusion, report);
@@ -115,10 +121,24 @@ fn regions(fluid: &OwnFluid, report: &mut Report<'_>) {
     }
 }
 
+fn motion(wall: &OwnWall, report: &mut Report<'_>) {
+    let is_prescribed = wall.mode() == WallMode::Prescribed;
+    report(
+        &["wall.mode"],
+        is_prescribed && wall.motion.is_none(),
+        "how does it move? Add a table [wall.motion] with displacements and factors, two CSV files"
+            .into(),
+    );
+    if let Some(motion) = wall.motion.as_ref().filter(|_| is_prescribed) {
+        is_file("wall.motion.displacements", &motion.displacements, report);
+        is_file("wall.motion.factors", &motion.factors, report);
+    }
+}
+
 fn materials(wall: &OwnWall, report: &mut Report<'_>) {
-    for (i, named) in wall.material.iter().enumerate() {
+    for (i, named) in wall.materials().iter().enumerate() {
         material(&format!("wall.material[{i}]"), &named.material, report);
-        let twice = wall.material[..i].iter().any(|m| m.name == named.name);
+        let twice = wall.materials()[..i].iter().any(|m| m.name == named.name);
         report(
             &[&format!("wall.material[{i}].name")],
             twice,
@@ -128,15 +148,18 @@ fn materials(wall: &OwnWall, report: &mut Report<'_>) {
 }
 
 fn extruded(wall: &OwnWall, extrusion: &Extrusion, report: &mut Report<'_>) {
-    let known: Vec<&str> = wall.material.iter().map(|m| m.name.as_str()).collect();
+    let known: Vec<&str> = wall.materials().iter().map(|m| m.name.as_str()).collect();
     let unknown = (extrusion.layers.iter()).find(|layer| wall.region(layer).is_none());
     report(
         &["wall.extrude.layers"],
         unknown.is_some(),
         format!(
-            "no [[wall.material]] is called {:?}; there is \"{}\"",
+            "no [[wall.material]] is called {:?}; there is {}",
             unknown.map_or("", String::as_str),
-            known.join("\", \"")
+            match known.is_empty() {
+                true => "none".into(),
+                false => format!("\"{}\"", known.join("\", \"")),
+            }
         ),
     );
     let (sizes, shares) = (&extrusion.thicknesses, &extrusion.shares);
@@ -176,6 +199,11 @@ fn from_file(wall: &OwnWall, file: &WallFile, report: &mut Report<'_>) {
         &["wall.file.mesh"],
         !end.is_some_and(|end| MESH_FILES.contains(&end.to_ascii_lowercase().as_str())),
         "expected a file of Gmsh (.msh), Abaqus (.inp) or VTK (.vtu)".into(),
+    );
+    report(
+        &["wall.file.mesh"],
+        wall.materials().is_empty(),
+        "it has no material: add a table [[wall.material]]".into(),
     );
     report(
         &["wall.file.mesh"],

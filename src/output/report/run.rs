@@ -23,6 +23,12 @@ pub fn page(run: &Results) -> io::Result<String> {
             run.case.structure.p,
             Vessel::new(vessel).wall_elements(&vessel.structure)
         ),
+        (None, Some(summary)) if !run.case.has_elastic_wall() => {
+            format!(
+                "{} fluid cells, a wall that does not yield",
+                summary.fluid_cells
+            )
+        }
         (None, Some(summary)) => format!(
             "{} fluid cells, structure of degree {} with {} degrees of freedom",
             summary.fluid_cells, run.case.structure.p, summary.structure_dofs

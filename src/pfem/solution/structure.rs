@@ -28,6 +28,7 @@ use super::time_scheme::TimeScheme;
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
+use crate::numbers::twelve_digits;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -64,6 +65,8 @@ pub struct StructureOptions {
 /// All that a structure keeps from one time step to the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StructureMemory {
+    /// Its time, s.
+    pub time: f64,
     /// The accepted state.
     pub state: State,
     /// Whence the kept tangent comes, and the experience with it. They decide how Newton's method goes on, and so the
@@ -136,6 +139,31 @@ pub struct Structure {
     watch: StabilityWatch,
     total: Stats,
     given: Given,
+    /// Time of the accepted state, s.
+    time: f64,
+    prescribed: Option<Prescribed>,
+}
+
+/// A motion in place of what follows from loads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PrescribedMotion {
+    /// Displacement (m) of each vertex of the mesh where the factor is 1.
+    pub displacement: Vec<Vec3>,
+    /// The factor over time (s).
+    pub factor: Profile,
+}
+
+/// The same as coefficients.
+struct Prescribed {
+    displacement: Vec<f64>,
+    factor: Profile,
+}
+
+impl Prescribed {
+    fn at(&self, time: f64) -> Vec<f64> {
+        let factor = self.factor.at(time);
+        self.displacement.iter().map(|d| factor * d).collect()
+    }
 }
 
 /// The shape as it is given, from which displacements of the wet surface count.
@@ -255,11 +283,52 @@ impl Structure {
                 a: zero,
             },
             given,
+            time: 0.0,
+            prescribed: None,
             kept: None,
             renewal: None,
             forces: RefCell::default(),
             watch: StabilityWatch::default(),
             total: Stats::default(),
+        }
+    }
+
+    /// The same structure, but moved as prescribed whatever loads it, from time 0 on; in a space of degree 1, whose functions are
+    /// those of the vertices. It has no stresses.
+    #[must_use]
+    pub fn moving_as(self, motion: &PrescribedMotion) -> Self {
+        let body = &self.equation.body;
+        let mut displacement = vec![0.0; body.coefficients()];
+        for (vertex, &function) in body.numbering.of_vertex.iter().enumerate() {
+            let own = &mut displacement[3 * function..3 * function + 3];
+            own.copy_from_slice(motion.displacement[vertex].as_slice());
+        }
+        let factor = motion.factor.clone();
+        Self {
+            prescribed: Some(Prescribed {
+                displacement,
+                factor,
+            }),
+            ..self
+        }
+    }
+
+    /// A trial that ends at the displacement `d` (m).
+    fn trial(
+        &self,
+        d: Vec<f64>,
+        residuals: Vec<f64>,
+        stats: Stats,
+        load: &SurfaceLoad,
+        dt: f64,
+    ) -> Trial {
+        let (v, a) = (self.equation.time_scheme).rates(&self.state, &d, dt);
+        Trial {
+            state: State { d, v, a },
+            residuals,
+            stats,
+            load: load.clone(),
+            dt,
         }
     }
 
@@ -505,6 +574,10 @@ impl Solid for Structure {
         start: Option<&Trial>,
     ) -> Result<Trial, SolidError> {
         self.check(load)?;
+        if let Some(motion) = &self.prescribed {
+            let d = motion.at(self.time + dt);
+            return Ok(self.trial(d, vec![0.0], Stats::default(), load, dt));
+        }
         let start = match start {
             Some(trial) => trial.state.d.clone(),
             // The acceleration would bring in the undamped noise of volumetric modes.
@@ -515,18 +588,12 @@ impl Solid for Structure {
         };
         let solution = self.robust_solve(load, dt, tolerance, start)?;
         self.total += solution.stats;
-        let (v, a) = (self.equation.time_scheme).rates(&self.state, &solution.d, dt);
-        Ok(Trial {
-            state: State {
-                d: solution.d,
-                v,
-                a,
-            },
-            residuals: solution.residuals,
-            stats: solution.stats,
-            load: load.clone(),
-            dt,
-        })
+        Ok(self.trial(solution.d, solution.residuals, solution.stats, load, dt))
+    }
+
+    fn foreseen(&self, dt: f64, at: &[Location]) -> Option<Vec<Vec3>> {
+        let motion = self.prescribed.as_ref()?;
+        Some(self.given.displacement(&motion.at(self.time + dt), at))
     }
 
     fn displacement(&self, trial: &Trial, at: &[Location]) -> Vec<Vec3> {
@@ -549,6 +616,10 @@ impl Solid for Structure {
 
     fn accept(&mut self, trial: Trial) {
         self.state = trial.state;
+        self.time = twelve_digits(self.time + trial.dt);
+        if self.prescribed.is_some() {
+            return;
+        }
         let (pressure, state) = (self.mean_pressure(&trial.load), &self.state);
         self.watch
             .accepted(&self.equation, pressure, || Linearization {
@@ -572,11 +643,15 @@ impl Solid for Structure {
     }
 
     fn stress_peaks(&self) -> Result<Vec<StressPeak>, SolidError> {
-        samples::stress_peaks(self.body(), &self.state.d)
+        match self.prescribed {
+            Some(_) => Ok(Vec::new()),
+            None => samples::stress_peaks(self.body(), &self.state.d),
+        }
     }
 
     fn memory(&self) -> StructureMemory {
         StructureMemory {
+            time: self.time,
             state: self.state.clone(),
             tangent: (self.kept.as_ref())
                 .map(|kept| (kept.from.clone(), kept.tangent.experience.clone())),
@@ -586,6 +661,7 @@ impl Solid for Structure {
 
     fn recall(&mut self, memory: StructureMemory) -> Result<(), SolidError> {
         self.set_state(memory.state)?;
+        self.time = memory.time;
         for from in (memory.tangent.iter().map(|(from, _)| from)).chain(&memory.renewal) {
             self.check(&from.load)?;
             let lengths = [Some(&from.d), from.linearized_at.as_ref(), from.v.as_ref()];

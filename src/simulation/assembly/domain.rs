@@ -4,7 +4,7 @@ use super::own;
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};
 use crate::geometry::{HexMesh, PolyMesh, Vessel, elastic_pieces};
 use crate::pfem::supports::{self, Profile, Support};
-use crate::pfem::{Space, SpaceKind};
+use crate::pfem::{PrescribedMotion, Space, SpaceKind};
 use std::ops::Range;
 
 /// A fluid and a solid that fit together.
@@ -27,6 +27,8 @@ pub struct Domain {
     pub supports: Vec<Support>,
     /// Pressure (Pa) around the solid, along x.
     pub outer_pressure: Profile,
+    /// The motion of the solid, where it is prescribed.
+    pub motion: Option<PrescribedMotion>,
 }
 
 /// Why there is no domain: a file that a case names cannot be used.
@@ -82,6 +84,7 @@ impl Domain {
             wet_surface: "inner",
             supports: supports::of_vessel(keys),
             outer_pressure: supports::pressure_around(keys),
+            motion: None,
         }
     }
 
@@ -104,6 +107,7 @@ impl Domain {
                 Support::Surface("sides".into(), [false, false, true]),
             ],
             outer_pressure: Profile::default(),
+            motion: None,
         }
     }
 }

@@ -35,7 +35,7 @@ use crate::fluid::{Fluid, FluidEffort, FluidError, FluidMemory};
 use crate::geometry::PolyMesh;
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::solution::newton::NewtonOptions;
-use crate::pfem::{Solid, SolidError, Structure, StructureOptions, discretization};
+use crate::pfem::{Formulation, Solid, SolidError, Structure, StructureOptions, discretization};
 use crate::simulation::observer::Observer;
 use std::io;
 use std::path::PathBuf;
@@ -258,7 +258,7 @@ fn openfoam(
     workplace: Workplace,
     memory: Option<&FluidMemory>,
 ) -> Result<Box<dyn Fluid>, AssemblyError> {
-    prepared(case, &domain.fluid)?.write(&workplace.folder)?;
+    prepared(case, domain)?.write(&workplace.folder)?;
     let settings = OpenFoamSettings {
         case: workplace.folder,
         log: workplace.log,
@@ -334,12 +334,15 @@ fn rigid_volume(volumes: &[f64], domain: &Domain) -> f64 {
 }
 
 /// The OpenFOAM case of a case.
-fn prepared<'a>(case: &'a Case, mesh: &'a PolyMesh) -> Result<Prepared<'a>, TableError> {
+fn prepared<'a>(case: &'a Case, domain: &'a Domain) -> Result<Prepared<'a>, TableError> {
     let files = match &case.problem {
-        Problem::Own(own) => Source::Own(own::files(case, own)),
-        _ => Source::Templates(case_files(case, mesh)?),
+        Problem::Own(own) => Source::Own(own::files_beside(case, own, domain)),
+        _ => Source::Templates(case_files(case, &domain.fluid)?),
     };
-    Ok(Prepared { files, mesh })
+    Ok(Prepared {
+        files,
+        mesh: &domain.fluid,
+    })
 }
 
 /// The templates of a case with this mesh, and the numbers for them.
@@ -365,7 +368,11 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
     if let Some(degree) = settings.p_geometry {
         discretization.mapping = MappingKind::Blended(degree);
     }
-    discretization.formulation = settings.formulation;
+    // In a space of degree 1 nothing is solved for that could lock.
+    discretization.formulation = match domain.space.max_degree() {
+        1 => Formulation::Displacement,
+        _ => settings.formulation,
+    };
     if let Some(points) = settings.quadrature_points {
         discretization.quadrature_points = [points; 3];
     }
@@ -382,7 +389,11 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
         supports: domain.supports.clone(),
         outer_pressure: domain.outer_pressure.clone(),
     };
-    Structure::new(&domain.solid, &domain.materials, &options)
+    let solid = Structure::new(&domain.solid, &domain.materials, &options)?;
+    Ok(match &domain.motion {
+        Some(motion) => solid.moving_as(motion),
+        None => solid,
+    })
 }
 
 fn acceleration(

@@ -2,11 +2,15 @@
 
 use super::domain::{Domain, DomainError};
 use crate::Vec3;
-use crate::case::{Case, Extrusion, FibreAxis, OwnCase, OwnWall, WallFile, WallSupport};
-use crate::fluid::openfoam::own_case::OwnCaseFiles;
-use crate::geometry::{self, Growth, HexMesh, PolyMesh, WET, WetQuads};
+use crate::case::{
+    Case, Extrusion, FibreAxis, OwnCase, OwnWall, WallFile, WallMode, WallMotion, WallSupport,
+};
+use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
+use crate::geometry::{self, Growth, HexMesh, Patch, PolyMesh, RIGID_MATERIAL, WET, WetQuads};
 use crate::pfem::supports::{Direction, Foundation, Profile, Support};
-use crate::pfem::{Space, SpaceKind};
+use crate::pfem::{PrescribedMotion, Space, SpaceKind};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 /// What the driver adds to the case.
 pub(super) fn files<'a>(case: &Case, own: &'a OwnCase) -> OwnCaseFiles<'a> {
@@ -15,7 +19,80 @@ pub(super) fn files<'a>(case: &Case, own: &'a OwnCase) -> OwnCaseFiles<'a> {
         density: case.blood.density,
         time_step: case.time.step,
         ranks: case.fluid.ranks,
+        moving: BTreeMap::new(),
     }
+}
+
+/// The same where the wall is known.
+pub(super) fn files_beside<'a>(case: &Case, own: &'a OwnCase, domain: &Domain) -> OwnCaseFiles<'a> {
+    OwnCaseFiles {
+        moving: moving_patches(own, domain),
+        ..files(case, own)
+    }
+}
+
+/// The patches at which a wall ends whose rim moves there: that of an extruded wall unless it is held, that of a prescribed motion
+/// where it moves. Those of a wall from a file are not known.
+fn moving_patches(own: &OwnCase, domain: &Domain) -> BTreeMap<String, PatchMotion> {
+    let mesh = &domain.fluid;
+    let others = mesh
+        .patches
+        .iter()
+        .filter(|patch| !own.fluid.patches.contains(&patch.name));
+    let motion = |patch: &Patch| match &domain.motion {
+        Some(motion) => {
+            let (inner, _) = domain
+                .solid
+                .vertices
+                .split_at(domain.solid.vertices.len() / 2);
+            let bits = |x: &Vec3| [x.x, x.y, x.z].map(f64::to_bits);
+            let on_patch: BTreeSet<_> = (mesh.patch_faces(&patch.name).iter().flatten())
+                .map(|&point| bits(&mesh.points[point]))
+                .collect();
+            let rim = inner.iter().zip(&motion.displacement);
+            let rim = rim
+                .filter(|(x, _)| on_patch.contains(&bits(x)))
+                .map(|(_, u)| u);
+            let moved: Vec<&Vec3> = rim.filter(|u| **u != Vec3::zeros()).collect();
+            let within = |n: Vec3| moved.iter().all(|u| u.dot(&n).abs() <= 1e-9 * u.norm());
+            (!moved.is_empty()).then(|| plane_normal(mesh, patch).is_some_and(within))
+        }
+        None => {
+            domain
+                .solid
+                .surfaces
+                .get(&patch.name)
+                .filter(|_| own.wall.is_extruded())?;
+            let mut held = [false; 3];
+            for support in &domain.supports {
+                match support {
+                    Support::Clamped(name) if *name == patch.name => held = [true; 3],
+                    Support::Surface(name, more) if *name == patch.name => {
+                        held = std::array::from_fn(|i| held[i] || more[i]);
+                    }
+                    _ => {}
+                }
+            }
+            let across = |n: Vec3| (0..3).all(|i| held[i] || n[i].abs() < 1e-6);
+            (held != [true; 3]).then(|| plane_normal(mesh, patch).is_some_and(across))
+        }
+    };
+    let motion = |patch: &Patch| {
+        let kind = match motion(patch)? {
+            true => PatchMotion::InPlane,
+            false => PatchMotion::Free,
+        };
+        Some((patch.name.clone(), kind))
+    };
+    others.filter_map(motion).collect()
+}
+
+/// The unit normal of a patch that is plane.
+fn plane_normal(mesh: &PolyMesh, patch: &Patch) -> Option<Vec3> {
+    let faces = patch.start..patch.start + patch.size;
+    let mut normals = faces.map(|face| mesh.face_geometry(face).1.normalize());
+    let first = normals.next()?;
+    normals.all(|n| n.dot(&first) > 1.0 - 1e-9).then_some(first)
 }
 
 /// Reads the mesh and puts the wall on it.
@@ -27,6 +104,9 @@ pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> 
     let fluid = files(case, own).mesh();
     let fluid = fluid.map_err(|e| wrong("fluid.case")(e.to_string()))?;
     let wall = &own.wall;
+    if wall.mode() != WallMode::Elastic {
+        return unyielding(own, fluid);
+    }
     let (solid, wet_surface) = match (&wall.extrude, &wall.file) {
         (Some(extrusion), _) => (extruded(case, own, extrusion, &fluid)?, "inner"),
         (None, Some(file)) => (from_file(wall, file)?, WET),
@@ -38,16 +118,78 @@ pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> 
         fluid,
         solid,
         wet_patches: own.fluid.patches.clone(),
-        materials: wall
-            .material
-            .iter()
+        materials: (wall.materials().iter())
             .map(|named| named.material.clone())
             .collect(),
         space: Space::isotropic(SpaceKind::Trunk, case.structure.p),
         wet_surface,
         supports,
         outer_pressure: Profile::default(),
+        motion: None,
     })
+}
+
+/// A wall that does not yield: a thin layer whose wet side holds, or moves as prescribed.
+fn unyielding(own: &OwnCase, fluid: PolyMesh) -> Result<Domain, DomainError> {
+    let solid = fluid.lining(&own.fluid.patches);
+    let solid = solid.map_err(|e| DomainError::new("fluid.patches", e))?;
+    let motion = match (own.wall.mode(), &own.wall.motion) {
+        (WallMode::Prescribed, Some(keys)) => Some(motion(keys, &solid)?),
+        _ => None,
+    };
+    Ok(Domain {
+        elastic_cells: 0..fluid.cells(),
+        fluid,
+        wet_patches: own.fluid.patches.clone(),
+        materials: vec![RIGID_MATERIAL],
+        // Points of the fluid's patches are vertices of it: they move exactly as it does.
+        space: Space::isotropic(SpaceKind::Trunk, 1),
+        wet_surface: "inner",
+        supports: vec![Support::Clamped("inner".into())],
+        outer_pressure: Profile::default(),
+        motion,
+        solid,
+    })
+}
+
+/// The motion that two files prescribe to the vertices of a lining.
+fn motion(keys: &WallMotion, solid: &HexMesh) -> Result<PrescribedMotion, DomainError> {
+    let found: Vec<[f64; 6]> = rows(&keys.displacements, &["x", "y", "z", "ux", "uy", "uz"])
+        .map_err(|reason| DomainError::new("wall.motion.displacements", reason))?;
+    let (places, displacements): (Vec<Vec3>, Vec<Vec3>) = (found.iter())
+        .map(|[x, y, z, ux, uy, uz]| (Vec3::new(*x, *y, *z), Vec3::new(*ux, *uy, *uz)))
+        .unzip();
+    let (inner, _) = solid.vertices.split_at(solid.vertices.len() / 2);
+    let inner: Vec<Vec3> = (inner.iter().map(|x| displacements[nearest(&places, x)])).collect();
+    let factor = factor_over_time(&keys.factors)
+        .map_err(|reason| DomainError::new("wall.motion.factors", reason))?;
+    Ok(PrescribedMotion {
+        // What is above a point goes with it.
+        displacement: [&inner[..], &inner].concat(),
+        factor,
+    })
+}
+
+/// A factor over time, of a file with the columns `time_s,factor`, 0 when time begins.
+fn factor_over_time(path: &Path) -> Result<Profile, String> {
+    let found: Vec<[f64; 2]> = rows(path, &["time_s", "factor"])?;
+    let wrong = |what: String| Err(format!("{}: {what}", path.display()));
+    if found[0] != [0.0, 0.0] {
+        let [t, factor] = found[0];
+        return wrong(format!(
+            "the first row is {t:?},{factor:?}: expected 0,0, since the wall is at rest in the mesh of the case when time begins"
+        ));
+    }
+    let mut pairs = found.iter().zip(&found[1..]);
+    if let Some((a, b)) = pairs.find(|(a, b)| b[0] <= a[0]) {
+        return wrong(format!(
+            "times must ascend, and {:?} s stands behind {:?} s",
+            b[0], a[0]
+        ));
+    }
+    Ok(Profile(
+        found.into_iter().map(|[t, factor]| (t, factor)).collect(),
+    ))
 }
 
 fn extruded(
@@ -146,7 +288,7 @@ fn from_file(wall: &OwnWall, keys: &WallFile) -> Result<HexMesh, DomainError> {
     let file = geometry::WallFile::read(&keys.mesh).map_err(|e| wrong(e.to_string()))?;
     let material = |name: &str| match wall.region(name) {
         Some(region) => Ok(region),
-        None if wall.material.len() == 1 => Ok(0),
+        None if wall.materials().len() == 1 => Ok(0),
         None => Err(format!(
             "no [[wall.material]] is called as the region {name:?} of the file; its regions are \"{}\"",
             file.regions.join("\", \"")
@@ -157,29 +299,65 @@ fn from_file(wall: &OwnWall, keys: &WallFile) -> Result<HexMesh, DomainError> {
 }
 
 /// The factor of the row nearest to each point, of a file with the columns `x,y,z,factor` (m).
-fn factors(path: &std::path::Path, points: &[Vec3]) -> Result<Vec<f64>, String> {
-    let failed = |e: csv::Error| format!("{}: {e}", path.display());
+fn factors(path: &Path, points: &[Vec3]) -> Result<Vec<f64>, String> {
+    let rows: Vec<[f64; 4]> = rows(path, &["x", "y", "z", "factor"])?;
+    if rows.iter().any(|row| !(row[3] > 0.0 && row[3] < 1e3)) {
+        return Err(format!("{}: expected factors above 0", path.display()));
+    }
+    let places: Vec<Vec3> = (rows.iter())
+        .map(|row| Vec3::new(row[0], row[1], row[2]))
+        .collect();
+    Ok(points
+        .iter()
+        .map(|x| rows[nearest(&places, x)][3])
+        .collect())
+}
+
+/// The rows of a file with these columns, one at least; all numbers are finite.
+fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]>, String> {
+    let wrong = |what: String| format!("{}: {what}", path.display());
+    let failed = |e: csv::Error| wrong(e.to_string());
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .from_path(path)
         .map_err(failed)?;
-    let rows: Result<Vec<[f64; 4]>, csv::Error> = reader.deserialize().collect();
-    let rows = rows.map_err(failed)?;
-    if rows.is_empty() || rows.iter().any(|row| !(row[3] > 0.0 && row[3] < 1e3)) {
-        return Err(format!(
-            "{}: expected rows x,y,z,factor, with factors above 0",
-            path.display()
-        ));
+    let found: Vec<String> = (reader.headers().map_err(failed)?.iter())
+        .map(str::to_owned)
+        .collect();
+    if found != columns {
+        return Err(wrong(format!(
+            "the columns are {:?}: expected {:?} in the first line",
+            found.join(","),
+            columns.join(",")
+        )));
     }
-    let factor = |x: &Vec3| {
-        let distance = |row: &&[f64; 4]| (Vec3::new(row[0], row[1], row[2]) - x).norm_squared();
-        let nearest = rows
-            .iter()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        nearest.map_or(1.0, |row| row[3])
-    };
-    Ok(points.iter().map(factor).collect())
+    let mut rows = Vec::new();
+    for (number, row) in reader.deserialize().enumerate() {
+        let row: Vec<f64> = row.map_err(failed)?;
+        if let Some(odd) = row.iter().find(|value| !value.is_finite()) {
+            return Err(wrong(format!(
+                "row {} has {odd}: expected numbers",
+                number + 1
+            )));
+        }
+        let row = row.try_into();
+        rows.push(row.map_err(|_| wrong(format!("row {} has not {N} numbers", number + 1)))?);
+    }
+    match rows.is_empty() {
+        true => Err(wrong(format!("it has no row of {}", columns.join(",")))),
+        false => Ok(rows),
+    }
+}
+
+/// Which of some places is nearest to a point.
+fn nearest(places: &[Vec3], x: &Vec3) -> usize {
+    let distances = places
+        .iter()
+        .map(|place| (place - x).norm_squared())
+        .enumerate();
+    let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1));
+    nearest.map_or(0, |(place, _)| place)
 }
 
 /// What holds the wall; the rims of one that is extruded are clamped where nothing else is said.

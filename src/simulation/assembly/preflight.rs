@@ -30,7 +30,9 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     let points: Vec<Vec3> = points.map(Vec3::from).collect();
     let (interface, inside) = match case.fluid.solver {
         Solver::OpenFoam if let Some(own) = case.own() => {
-            let found = own::files(case, own).check(&domain.fluid).into_iter();
+            let found = own::files_beside(case, own, &domain)
+                .check(&domain.fluid)
+                .into_iter();
             errors.extend(found.map(|error| case.mistake("fluid.case", error.to_string())));
             (Some(interface(&domain)), domain.fluid.contains(&points))
         }
@@ -136,7 +138,7 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
         TrialError::Refused(CaseErrors(vec![case.mistake(key, reason)]))
     };
     let domain = Domain::new(case).map_err(|e| refused(e.key, e.reason))?;
-    let prepared = prepared(case, &domain.fluid);
+    let prepared = prepared(case, &domain);
     let prepared = prepared.map_err(|e| refused("inflow.file", e.to_string()))?;
     let key = match case.own() {
         Some(_) => "fluid.case",

@@ -32,6 +32,7 @@ pub fn example(step: usize) -> Example {
             files: vec!["openfoam/0.02/U".into()],
         },
         structure: structure::StructureMemory {
+            time: 0.25,
             state: State {
                 d: d.clone(),
                 v: d.clone(),

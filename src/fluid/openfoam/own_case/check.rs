@@ -107,6 +107,18 @@ impl OwnCaseFiles<'_> {
                 }
             }
         }
+        if let Some(field) = read(&displacement) {
+            for (patch, motion) in &self.moving {
+                if condition(&field, patch) == Some("fixedValue") {
+                    let reason = format!(
+                        "the wall moves where it ends at the patch {patch}, and this holds it: write {patch} {{ type {}; }}, or \
+                         leave the patch out for the driver to say it",
+                        motion.condition()
+                    );
+                    wrong(&displacement, reason);
+                }
+            }
+        }
         if let Some(motion) = read("constant/dynamicMeshDict")
             && let Some(reason) = motion_reason(&motion)
         {

@@ -12,6 +12,7 @@ use crate::case::OwnFluid;
 use crate::geometry::{MeshFileError, PolyMesh};
 use crate::processes::Process;
 use rustix::process::Signal;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -59,6 +60,25 @@ impl From<MeshFileError> for OwnCaseError {
     }
 }
 
+/// How the points of a patch move at which a wall ends whose rim moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PatchMotion {
+    /// Within the plane of the patch.
+    InPlane,
+    /// As the mesh beside them.
+    Free,
+}
+
+impl PatchMotion {
+    /// The type of its condition in `pointDisplacement`.
+    fn condition(self) -> &'static str {
+        match self {
+            Self::InPlane => "slip",
+            Self::Free => "zeroGradient",
+        }
+    }
+}
+
 /// A case of the user's own with what the driver must tell OpenFOAM beside it.
 #[derive(Debug, Clone)]
 pub struct OwnCaseFiles<'a> {
@@ -70,6 +90,8 @@ pub struct OwnCaseFiles<'a> {
     pub time_step: f64,
     /// MPI ranks.
     pub ranks: usize,
+    /// Patches that move with the rims of the wall.
+    pub moving: BTreeMap<String, PatchMotion>,
 }
 
 impl OwnCaseFiles<'_> {

@@ -5,7 +5,7 @@ use super::super::dictionary::Dictionary;
 use super::super::{probes, templates};
 use super::{CONSTRAINTS, ORIGINALS, OwnCaseFiles, make_blocks};
 use crate::Vec3;
-use crate::geometry::PolyMesh;
+use crate::geometry::{Patch, PolyMesh};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -62,10 +62,7 @@ impl OwnCaseFiles<'_> {
         )?;
         self.motion(folder)?;
         self.extend(folder, "0/U", "volVectorField", &self.velocity())?;
-        if !folder.join("0/pointDisplacement").is_file() {
-            let text = header("0/pointDisplacement", "pointVectorField") + &self.displacement(mesh);
-            write_file(&folder.join("0/pointDisplacement"), &text)?;
-        }
+        self.displacement(folder, mesh)?;
         if self.ranks > 1 && !folder.join("system/decomposeParDict").is_file() {
             let text = header("system/decomposeParDict", "dictionary") + &self.parts(mesh);
             write_file(&folder.join("system/decomposeParDict"), &text)?;
@@ -129,11 +126,14 @@ impl OwnCaseFiles<'_> {
         let file = Path::new(ORIGINALS).join("system/fvSolution");
         let read = Dictionary::read(folder, &file).unwrap_or_default();
         let solvers = read.dictionary("solvers");
-        let has_own = solvers.is_some_and(|solvers| {
-            let mut names = solvers.keywords();
-            names.any(|name| name.starts_with("cellDisplacement"))
-        });
+        let mut own = (solvers.iter()).flat_map(|solvers| solvers.keywords());
+        let has_own = own.any(|name| name.starts_with("cellDisplacement"));
+        let has = |name: &str| solvers.is_some_and(|solvers| solvers.get(name).is_some());
         let mut text = String::new();
+        // A trial of a single corrector is a final one at once.
+        if has("cellDisplacement") && !has("cellDisplacementFinal") {
+            text += "solvers\n{\n    cellDisplacementFinal\n    {\n        $:solvers.cellDisplacement;\n    }\n}\n\n";
+        }
         if !has_own {
             text += "solvers\n{\n    \"cellDisplacement.*\"\n    {\n        solver          PCG;\n        preconditioner  DIC;\n        \
                      tolerance       1e-10;\n        relTol          0.01;\n    }\n}\n\n";
@@ -174,18 +174,40 @@ impl OwnCaseFiles<'_> {
         text + "}\n"
     }
 
-    fn displacement(&self, mesh: &PolyMesh) -> String {
-        let mut text = String::from(
-            "dimensions      [0 1 0 0 0 0 0];\n\ninternalField   uniform (0 0 0);\n\nboundaryField\n{\n",
-        );
-        for patch in &mesh.patches {
-            let condition = match CONSTRAINTS.contains(&patch.kind.as_str()) {
-                true => format!("type {};", patch.kind),
-                false => "type fixedValue; value uniform (0 0 0);".into(),
+    /// The displacement of points, of patches of which the user's does not say it: they rest, or go with the rim of the wall.
+    fn displacement(&self, folder: &Path, mesh: &PolyMesh) -> Result<(), CaseFilesError> {
+        let file = "0/pointDisplacement";
+        let is_there = folder.join(file).is_file();
+        let own = match Dictionary::read(folder, Path::new(file)) {
+            Ok(own) => own,
+            // Binary, for example: OpenFOAM will read it.
+            Err(_) if is_there => return Ok(()),
+            Err(_) => Dictionary::default(),
+        };
+        let known = own.dictionary("boundaryField");
+        let is_missing = |patch: &&Patch| match known {
+            Some(known) => !known.may_have(&patch.name),
+            None => !own.may_have("boundaryField"),
+        };
+        let mut text = String::from("boundaryField\n{\n");
+        for patch in mesh.patches.iter().filter(is_missing) {
+            let condition = match self.moving.get(&patch.name) {
+                _ if CONSTRAINTS.contains(&patch.kind.as_str()) => format!("type {};", patch.kind),
+                Some(motion) => format!("type {};", motion.condition()),
+                None => "type fixedValue; value uniform (0 0 0);".into(),
             };
             let _ = writeln!(text, "    {} {{ {condition} }}", patch.name);
         }
-        text + "}\n"
+        text += "}\n";
+        if !is_there {
+            let fields = "dimensions      [0 1 0 0 0 0 0];\n\ninternalField   uniform (0 0 0);\n\n";
+            let text = header(file, "pointVectorField") + fields + &text;
+            return write_file(&folder.join(file), &text);
+        }
+        match mesh.patches.iter().any(|patch| is_missing(&patch)) {
+            true => self.extend(folder, file, "pointVectorField", &text),
+            false => Ok(()),
+        }
     }
 
     /// Equal parts along the longest direction.
