@@ -1,14 +1,10 @@
 //! A windkessel of three elements behind a vessel that stores blood as well, in the periodic state, and the one that makes given
 //! pressures of a given flow.
 
-use super::windkessel::{NoWindkessel, Pressures};
+use super::windkessel::{NoWindkessel, Pressures, STEPS, TIME_CONSTANTS};
 use crate::case::FlowCurve;
 use nalgebra::{Matrix2, Vector2};
 
-/// Steps in which a period is integrated.
-const STEPS: usize = 2000;
-/// Time constants that are looked at, in periods.
-const TIME_CONSTANTS: [f64; 2] = [1e-2, 1e4];
 /// Relative accuracy of resistance and time constant.
 const ACCURACY: f64 = 1e-9;
 

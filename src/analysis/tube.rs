@@ -5,7 +5,6 @@ use crate::case::Material;
 use crate::case::table::words;
 use crate::geometry::{HexMesh, tube_mesh};
 use crate::pfem::discretization::{Discretization, Options};
-use crate::pfem::element::Elements;
 use crate::pfem::element::mapping::{EXACT_DEGREE, MappingKind, lattice};
 use crate::pfem::element::surface::{LoadKind, Surface};
 use crate::pfem::element::volume::{self, Basis};
@@ -360,20 +359,7 @@ pub fn fields(
     axis: &[f64],
     displacement: &[f64],
 ) -> Result<Vec<(Vec3, StressState)>, SolidError> {
-    let rule = Rule {
-        points: axis.to_vec(),
-        weights: vec![0.0; axis.len()],
-    };
-    let rules = [rule.clone(), rule.clone(), rule];
-    let count = body.regions().len();
-    let elements = Elements::new(
-        &body.numbering,
-        &body.space,
-        &body.mapping,
-        &body.directions,
-        count,
-        &rules,
-    )?;
+    let elements = body.elements_at(axis)?;
     let pressures = body.elements.pressures(body.body(), displacement)?;
     let basis = Basis::new(&volume::modes(&body.space), [axis; 3]);
     let pressures = pressures.as_ref().map(|found| (&basis, &found[..]));

@@ -4,9 +4,9 @@ use super::three_elements::ThreeElements;
 use crate::case::{BloodVessel, FlowCurve, OutletElements, TableError, Windkessel};
 
 /// Steps in which a period is integrated.
-const STEPS: usize = 2000;
+pub(super) const STEPS: usize = 2000;
 /// Time constants that are looked at, in periods.
-const TIME_CONSTANTS: [f64; 2] = [1e-2, 1e4];
+pub(super) const TIME_CONSTANTS: [f64; 2] = [1e-2, 1e4];
 /// Relative accuracy of the time constant.
 const ACCURACY: f64 = 1e-10;
 

@@ -21,6 +21,7 @@ pub(crate) mod imperfection;
 mod lining;
 mod lumen;
 mod mesh_file;
+mod mesh_quality;
 pub(crate) mod o_grid;
 pub(crate) mod poly_mesh;
 mod section;

@@ -59,6 +59,9 @@ pub struct AxialNumbers {
     pub per_section: usize,
     /// Angle (degrees) by which one of them may bend at most.
     pub most_bend_deg: f64,
+    /// Whether the elements next to the rims of the elastic part are halved: where a wall is held its displacement, and with
+    /// it the flow's shear, bends within a wall's thickness, and polynomials of high degree see that first.
+    pub halved_at_rims: bool,
 }
 
 impl From<&FluidMesh> for AxialNumbers {
@@ -67,6 +70,7 @@ impl From<&FluidMesh> for AxialNumbers {
             extension: mesh.axial_extension,
             per_section: mesh.axial_per_section,
             most_bend_deg: MAX_BEND_DEG,
+            halved_at_rims: false,
         }
     }
 }
@@ -77,6 +81,7 @@ impl From<&Native> for AxialNumbers {
             extension: mesh.axial_extension,
             per_section: mesh.axial_per_section,
             most_bend_deg: MAX_ELEMENT_BEND_DEG,
+            halved_at_rims: true,
         }
     }
 }
@@ -87,6 +92,7 @@ impl From<&WallMesh> for AxialNumbers {
             extension: 0,
             per_section: mesh.axial_per_section,
             most_bend_deg: MAX_BEND_DEG,
+            halved_at_rims: false,
         }
     }
 }
@@ -199,7 +205,11 @@ impl Vessel {
             is_elastic: section.is_elastic,
         };
         let spans = self.sections.iter().map(span);
-        spans.filter(|span| span.pieces > 0).collect()
+        let spans: Vec<Span> = spans.filter(|span| span.pieces > 0).collect();
+        match numbers.halved_at_rims {
+            true => halved_at_rims(spans),
+            false => spans,
+        }
     }
 
     fn pieces(&self, section: &Section, numbers: AxialNumbers) -> usize {
@@ -270,6 +280,44 @@ impl Surfaces for Vessel {
     fn point(&self, s: f64, y: f64, z: f64) -> Vec3 {
         self.line.frame(s).point(y, z)
     }
+}
+
+/// The same spans with the first and the last element of the elastic part halved.
+fn halved_at_rims(spans: Vec<Span>) -> Vec<Span> {
+    let first = spans.iter().position(|span| span.is_elastic);
+    let last = spans.iter().rposition(|span| span.is_elastic);
+    let mut halved = Vec::new();
+    for (index, mut span) in spans.into_iter().enumerate() {
+        let element = (span.to - span.from) / span.pieces as f64;
+        let end = span.to;
+        if first == Some(index) {
+            let to = span.from + element;
+            halved.push(Span {
+                to,
+                pieces: 2,
+                ..span
+            });
+            span.from = to;
+            span.pieces -= 1;
+        }
+        let ends_here = last == Some(index) && span.pieces > 0;
+        if ends_here {
+            span.to = end - element;
+            span.pieces -= 1;
+        }
+        if span.pieces > 0 {
+            halved.push(span);
+        }
+        if ends_here {
+            halved.push(Span {
+                from: span.to,
+                to: end,
+                pieces: 2,
+                ..span
+            });
+        }
+    }
+    halved
 }
 
 /// Hexahedra of the deformable wall of a case; see [`Vessel::solid_mesh`].

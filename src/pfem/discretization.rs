@@ -18,6 +18,7 @@ use super::supports::{self, Support, Supports};
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::{HexMesh, WallDirections};
+use crate::quadrature::Rule;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -139,6 +140,22 @@ impl Discretization {
             viscous: materials.iter().map(material::viscous_from_case).collect(),
             regions: mesh.regions.clone(),
         })
+    }
+
+    /// The elements with the lattice `axis`³ of local coordinates in place of their quadrature, for values that are looked at.
+    pub fn elements_at(&self, axis: &[f64]) -> Result<Elements, SolidError> {
+        let rule = Rule {
+            points: axis.to_vec(),
+            weights: vec![0.0; axis.len()],
+        };
+        Elements::new(
+            &self.numbering,
+            &self.space,
+            &self.mapping,
+            &self.directions,
+            self.regions.len(),
+            &[rule.clone(), rule.clone(), rule],
+        )
     }
 
     /// The body before `displacement` (m, all coefficients) led it to the shape that is given: the same numbers of functions

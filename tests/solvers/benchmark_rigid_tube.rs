@@ -56,6 +56,7 @@ impl RigidTube {
             ramp: &case.ramp,
             time: &case.time,
             ranks: 1,
+            non_orthogonality_deg: mesh.non_orthogonality_deg(),
         }
         .write(folder.path())
         .unwrap();

@@ -80,6 +80,11 @@ fn check_in(models: &Path, model: &str, preset: Preset) -> f64 {
     );
     // checkMesh prints six digits.
     approx::assert_relative_eq!(mesh.volume(), volume, max_relative = 1e-5);
+    approx::assert_relative_eq!(
+        mesh.non_orthogonality_deg(),
+        non_orthogonality,
+        max_relative = 1e-5
+    );
     non_orthogonality
 }
 

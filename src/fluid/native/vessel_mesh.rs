@@ -195,6 +195,7 @@ impl VesselMesh {
             extension: resolution.axial_extension,
             per_section: resolution.axial_per_section,
             most_bend_deg: MAX_ELEMENT_BEND_DEG,
+            halved_at_rims: true,
         });
         let elastic = elastic_pieces(&spans);
         let stations = |nodes: &[f64]| -> Vec<f64> {

@@ -7,7 +7,6 @@ use super::super::element::volume::{self, Basis, Formulation, Projection};
 use super::super::element::{Elements, PAIRS};
 use super::extremes::Extremes;
 use super::stress::StressState;
-use crate::quadrature::Rule;
 use crate::{Mat3, Vec3};
 use std::collections::HashMap;
 
@@ -88,20 +87,8 @@ impl Sampler {
         let axis: Vec<f64> = (0..n)
             .map(|i| 2.0 * i as f64 / (n - 1) as f64 - 1.0)
             .collect();
-        let rule = Rule {
-            weights: vec![0.0; n],
-            points: axis.clone(),
-        };
         let count = body.regions().len();
-        let rules = [rule.clone(), rule.clone(), rule];
-        let elements = Elements::new(
-            &body.numbering,
-            &body.space,
-            &body.mapping,
-            &body.directions,
-            count,
-            &rules,
-        )?;
+        let elements = body.elements_at(&axis)?;
         let axes = [&axis[..]; 3];
         let smooth = volume::polynomials(body.space.degrees, body.space.max_degree());
         let mut sampler = Self {

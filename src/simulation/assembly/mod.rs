@@ -358,6 +358,7 @@ fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, Tabl
         ramp: &case.ramp,
         time: &case.time,
         ranks: case.fluid.ranks,
+        non_orthogonality_deg: mesh.non_orthogonality_deg(),
     })
 }
 

@@ -75,6 +75,7 @@ impl Channel {
                 max_halvings: 0,
             },
             ranks: 2,
+            non_orthogonality_deg: 0.0,
         }
         .write(&case)
         .unwrap();

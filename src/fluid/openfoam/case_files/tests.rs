@@ -9,6 +9,7 @@ fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> Case
         ramp: &Ramp { duration: 0.0 },
         time,
         ranks: 2,
+        non_orthogonality_deg: 20.0,
     }
 }
 

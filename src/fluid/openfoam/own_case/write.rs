@@ -67,14 +67,7 @@ impl OwnCaseFiles<'_> {
             let text = header("system/decomposeParDict", "dictionary") + &self.parts(mesh);
             write_file(&folder.join("system/decomposeParDict"), &text)?;
         }
-        // Until the solver is started: enough for checkMesh and other utilities to read the case.
-        Connection {
-            library: None,
-            transport: "none",
-            address: Path::new("none"),
-            start_time: 0.0,
-        }
-        .write(folder)
+        Connection::none().write(folder)
     }
 
     /// Writes a file that includes the user's and goes on with `more`.
