@@ -1,7 +1,7 @@
 //! `fsi-driver new DIR`: a commented case for a vessel of one's own.
 
 use super::Failure;
-use crate::case::LengthUnit;
+use crate::case::{FlowUnit, LengthUnit};
 use crate::output::terminal;
 use crate::proposal::{Like, NoProposal, Proposal, Wishes};
 use std::path::{Path, PathBuf};
@@ -33,9 +33,15 @@ pub struct Arguments {
     /// What the vessel is like.
     #[arg(long, value_enum, default_value_t)]
     like: Like,
-    /// Flow at the inlet: CSV with the columns time_s,flow_m3_s over a period.
+    /// Flow at the inlet over a period: two columns, or SimVascular's .flow (cm³/s, negative inward).
     #[arg(long, value_name = "FILE")]
     flow: Option<PathBuf>,
+    /// Unit of the flows in that file [default: that in its header; of a .flow of SimVascular cm3/s].
+    #[arg(long, value_name = "UNIT", requires = "flow", value_parser = super::windkessel::unit)]
+    flow_unit: Option<FlowUnit>,
+    /// Duration of a period of that file, s: the curve is stretched to the beat [default: --period].
+    #[arg(long, value_name = "S", requires = "flow")]
+    flow_period: Option<f64>,
     /// Duration of a beat, s.
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     period: f64,
@@ -72,6 +78,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             arguments.period
         )));
     }
+    if let Some(period) = arguments.flow_period
+        && !(1e-3..=1e3).contains(&period)
+    {
+        return Err(Failure::Input(format!(
+            "--flow-period {period}: expected a duration from 0.001 to 1000 s"
+        )));
+    }
     let wishes = Wishes {
         line: arguments.from.clone(),
         lumen: arguments.lumen.clone(),
@@ -81,6 +94,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         radius: arguments.radius,
         like: arguments.like,
         flow: arguments.flow.clone(),
+        flow_unit: arguments.flow_unit,
+        flow_period: arguments.flow_period,
         period: arguments.period,
     };
     let proposal = Proposal::new(&wishes).map_err(|reason| match reason {

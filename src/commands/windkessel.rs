@@ -45,7 +45,7 @@ pub struct Arguments {
     chosen: CaseArguments,
 }
 
-fn unit(word: &str) -> Result<FlowUnit, String> {
+pub(super) fn unit(word: &str) -> Result<FlowUnit, String> {
     let known = FlowUnit::ALL.into_iter().find(|unit| unit.name() == word);
     known.ok_or_else(|| {
         let words: Vec<&str> = FlowUnit::ALL.iter().map(|unit| unit.name()).collect();

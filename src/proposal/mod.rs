@@ -5,7 +5,7 @@ mod files;
 mod text;
 
 use crate::analysis::windkessel::TwoElements;
-use crate::case::{Case, FlowCurve, FluidMesh, LengthUnit, Preset, ResolvedCase};
+use crate::case::{Case, FlowCurve, FlowUnit, FluidMesh, LengthUnit, Preset, ResolvedCase};
 use crate::geometry::Vessel;
 use files::Survey;
 use std::f64::consts::{PI, TAU};
@@ -66,6 +66,10 @@ pub struct Wishes {
     pub like: Like,
     /// File of the flow.
     pub flow: Option<PathBuf>,
+    /// Unit of the flows in that file, if it does not say it itself.
+    pub flow_unit: Option<FlowUnit>,
+    /// Duration of a period of that file (s), if it is not that of a beat.
+    pub flow_period: Option<f64>,
     /// Duration of a beat, s.
     pub period: f64,
 }

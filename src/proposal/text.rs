@@ -206,6 +206,12 @@ fn flow(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
     match &wishes.flow {
         Some(path) => {
             let _ = writeln!(text, "file = {}", name(path));
+            if let Some(unit) = wishes.flow_unit {
+                let _ = writeln!(text, "unit = \"{}\"", unit.name());
+            }
+            if let Some(period) = wishes.flow_period {
+                let _ = writeln!(text, "file_period_s = {period:?} # stretched to the beat");
+            }
         }
         None => {
             let [base, amplitude] = numbers.flow;

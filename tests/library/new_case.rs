@@ -2,7 +2,7 @@
 
 use crate::vessel_files::shapes::Tube;
 use fsi_driver::Vec3;
-use fsi_driver::case::{Case, Preset};
+use fsi_driver::case::{Case, FlowCurve, Preset};
 use fsi_driver::geometry::{Vessel, fluid_mesh};
 use nalgebra::Rotation3;
 use std::path::Path;
@@ -168,6 +168,57 @@ fn a_case_for_the_examples_files_says_what_it_is() {
     );
 }
 
+/// SimVascular's flows and those in other units and periods: the same case, the same windkessel.
+#[test]
+fn a_flow_comes_as_the_user_has_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let curve = |row: &dyn Fn(f64, f64) -> String| -> String {
+        (0..=50)
+            .map(|i| {
+                let t = f64::from(i) / 50.0;
+                row(t, 3.0 + 2.0 * (std::f64::consts::TAU * t).sin())
+            })
+            .collect()
+    };
+    let write = |name: &str, text: String| std::fs::write(here.join(name), text).unwrap();
+    write(
+        "si.csv",
+        "time_s,flow_m3_s\n".to_owned() + &curve(&|t, q| format!("{t},{:e}\n", 1e-6 * q)),
+    );
+    write("sv.flow", curve(&|t, q| format!("{t} {}\n", -q)));
+    write(
+        "slow.csv",
+        "t (s),Q\n".to_owned() + &curve(&|t, q| format!("{},{}\n", 2.0 * t, 60.0 * q)),
+    );
+    let slow = ["--flow-unit", "ml/min", "--flow-period", "2"];
+    let cases = [("si.csv", &[][..]), ("sv.flow", &[]), ("slow.csv", &slow)].map(|(file, more)| {
+        let name = file.replace('.', "-");
+        succeeds(here, &[&["new", &name, "--flow", file], more].concat());
+        assert!(here.join(&name).join(file).is_file());
+        Case::load(&here.join(name), Preset::Demo, &[]).unwrap()
+    });
+    let [si, others @ ..] = &cases;
+    let found = |case: &Case| {
+        let keys = case.vessel().unwrap();
+        let windkessel = &keys.windkessel;
+        let flow = FlowCurve::new(&keys.inflow, case.time.period).unwrap();
+        [
+            windkessel.resistance,
+            windkessel.compliance,
+            1e15 * flow.flow(0.2),
+        ]
+    };
+    for other in others {
+        for (a, b) in found(other).iter().zip(found(si)) {
+            approx::assert_relative_eq!(*a, b, max_relative = 1e-6);
+        }
+    }
+    let [resistance, ..] = found(si);
+    // 100 mmHg by 3 ml/s
+    approx::assert_relative_eq!(resistance, 13332.2 / 3e-6, max_relative = 0.02);
+}
+
 #[test]
 fn what_is_refused_leaves_no_folder() {
     let folder = tempfile::tempdir().unwrap();
@@ -235,6 +286,15 @@ fn what_is_refused_leaves_no_folder() {
         (&["a", "--period", "0"], "--period 0"),
         (&["a", "--flow", "flow.csv"], "flow.csv"),
         (&["a", "--flow", "nowhere.csv"], "nowhere.csv"),
+        (&["a", "--flow-unit", "ml/s"], "--flow <FILE>"),
+        (
+            &["a", "--flow", "flow.csv", "--flow-unit", "pints"],
+            "expected one of m3/s, cm3/s",
+        ),
+        (
+            &["a", "--flow", "flow.csv", "--flow-period", "0"],
+            "--flow-period 0",
+        ),
     ] {
         let output = driver(here, &[&["new"], arguments].concat());
         let error = String::from_utf8(output.stderr).unwrap();
