@@ -234,7 +234,7 @@ table! {
         /// Four times as many lie around the circumference.
         core: usize = "core", whole(1, 50), "elements along a side of the square in the middle";
         radial: usize = "radial", whole(1, 50), "elements from the square to the wall";
-        axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension";
+        axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension, more where it turns by more than 45° in one";
         axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
         time_scheme: FluidTimeScheme = "time_scheme", Kind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
     }

@@ -23,7 +23,7 @@ pub struct CentreShift {
 
 impl CentreShift {
     /// Looks at a surface with these `points` (m) that have moved by `displacement` (m), in slices about one radius long
-    /// across its long axis. `None` if its slices do not go round, as those of a tube do.
+    /// across its long axis. `None` if most of its slices do not go round, as those of a tube do.
     pub fn of(points: &[Vec3], displacement: &[Vec3]) -> Option<Self> {
         let count = points.len() as f64;
         let middle = points.iter().sum::<Vec3>() / count;
@@ -67,7 +67,10 @@ impl CentreShift {
                 largest_displacement: largest,
             })
         };
-        let all = members.iter().filter_map(slice);
+        let round: Vec<Self> = members.iter().filter_map(slice).collect();
+        // The end of a flag goes round, too.
+        let is_tube = 2 * round.len() > members.len();
+        let all = round.into_iter().filter(|_| is_tube);
         all.max_by(|a, b| a.shift.total_cmp(&b.shift))
     }
 
@@ -159,5 +162,13 @@ mod tests {
             .collect();
         let aside = vec![Vec3::new(0.0, 0.08, 0.0); points.len()];
         assert_eq!(CentreShift::of(&points, &aside), None);
+        // Nor is one whose end is closed, although points lie all around the middle there.
+        let end = [[0.01, 0.0], [-0.01, 0.0], [0.0, 0.005], [0.0, -0.005]];
+        let closed: Vec<Vec3> = points
+            .into_iter()
+            .chain(end.map(|[y, z]| Vec3::new(0.35, y, z)))
+            .collect();
+        let aside = vec![Vec3::new(0.0, 0.08, 0.0); closed.len()];
+        assert_eq!(CentreShift::of(&closed, &aside), None);
     }
 }

@@ -39,8 +39,8 @@ mod tests {
         faces.push([0, 3, 2, 1]);
         faces.push([8, 9, 10, 11]);
         let patch = crate::geometry::poly_mesh::PatchFaces {
-            name: "wall".into(),
-            kind: "wall".into(),
+            name: "wall",
+            kind: "wall",
             faces,
         };
         PolyMesh::from_hexes(points, &cells, &[patch])

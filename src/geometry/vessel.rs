@@ -213,23 +213,25 @@ impl Vessel {
     }
 
     fn pieces(&self, section: &Section, numbers: AxialNumbers) -> usize {
-        if !self.counts_radii {
-            return match section.is_elastic {
-                true => numbers.per_section,
-                false => numbers.extension,
-            };
-        }
         const SAMPLES: usize = 200;
         let length = section.to - section.from;
         let at = |i: usize| section.from + length * (i as f64 + 0.5) / SAMPLES as f64;
         let mean = |value: &dyn Fn(f64) -> f64| {
             (0..SAMPLES).map(|i| value(at(i))).sum::<f64>() / SAMPLES as f64
         };
-        let radii = length * mean(&|s| 1.0 / self.surface(LUMEN, s));
         let turn_deg = (length * mean(&|s| self.line.curvature(s).norm())).to_degrees();
-        let by_length = numbers.per_section as f64 * radii / RADII;
-        let pieces = by_length.max(turn_deg / numbers.most_bend_deg) - SPARE;
-        (pieces.ceil() as usize).max(1)
+        let by_turn = (turn_deg / numbers.most_bend_deg - SPARE).ceil() as usize;
+        if !self.counts_radii {
+            return match (section.is_elastic, numbers.extension) {
+                (true, _) => numbers.per_section,
+                // None is asked for.
+                (false, 0) => 0,
+                (false, extension) => extension.max(by_turn),
+            };
+        }
+        let radii = length * mean(&|s| 1.0 / self.surface(LUMEN, s));
+        let by_length = (numbers.per_section as f64 * radii / RADII - SPARE).ceil() as usize;
+        by_length.max(by_turn).max(1)
     }
 
     /// Hexahedra of the elastic wall; their regions are indices into the [materials](Self::materials).

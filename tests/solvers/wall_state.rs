@@ -73,7 +73,7 @@ fn a_wall_in_equilibrium_with_still_blood_stays_where_it_is_with_both_fluids() {
     // Sixteen facets enclose 2.55 % less than the round lumen, and less yet where it bulges between them along the vessel.
     let ratio = volumes[0] / volumes[1];
     println!("native over openfoam: {ratio}");
-    assert!((ratio - 1.0316).abs() < 1e-3, "{ratio}");
+    assert!((ratio - 1.0359).abs() < 1e-3, "{ratio}");
 }
 
 #[test]

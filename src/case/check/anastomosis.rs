@@ -1,6 +1,6 @@
 //! Whether the surfaces of the paper's vessel, its extension and its meshes fit together.
 
-use super::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG, Report, material};
+use super::{MAX_BEND_DEG, Report, material};
 use crate::case::{Anastomosis, Case, Extension, LumenMeshes, Solver};
 use crate::interpolation::BicubicSurface;
 use std::f64::consts::TAU;
@@ -137,19 +137,14 @@ fn helix(vessel: &Anastomosis, report: &mut Report<'_>) {
 
 fn meshes(case: &Case, vessel: &Anastomosis, fluid: &LumenMeshes, report: &mut Report<'_>) {
     let g = &vessel.geometry;
-    let (key, what, cells, most_deg) = match case.fluid.solver {
+    let (key, what, cells) = match case.fluid.solver {
         Solver::OpenFoam => {
             let cells = fluid.mesh.axial_extension;
-            ("fluid.mesh.axial_extension", "cell", cells, MAX_BEND_DEG)
+            ("fluid.mesh.axial_extension", "cell", cells)
         }
         Solver::Native => {
             let elements = fluid.native.axial_extension;
-            (
-                "fluid.native.axial_extension",
-                "element",
-                elements,
-                MAX_ELEMENT_BEND_DEG,
-            )
+            ("fluid.native.axial_extension", "element", elements)
         }
         Solver::External => return,
     };
@@ -177,12 +172,12 @@ fn meshes(case: &Case, vessel: &Anastomosis, fluid: &LumenMeshes, report: &mut R
         // κ L with κ = a/(a² + b²) and L = 2π √(a² + b²).
         Extension::Helix => 360.0 * (TAU * g.helix_radius / g.extension_length).min(1.0),
     };
-    let least = (turn / most_deg).ceil() as usize;
+    let least = (turn / MAX_BEND_DEG).ceil() as usize;
     report(
         &[key, "model.extension", "geometry.arc_angle_deg"],
-        cells < least,
+        case.fluid.solver == Solver::OpenFoam && cells < least,
         format!(
-            "the extension turns by {turn:.0}°, and the {what}s may turn by {most_deg}° each at most: at least {least} {what}s"
+            "the extension turns by {turn:.0}°, and the cells may turn by {MAX_BEND_DEG}° each at most: at least {least} cells"
         ),
     );
 }
