@@ -33,14 +33,7 @@ impl PolyMesh {
     pub fn lining(&self, names: &[String]) -> Result<HexMesh, SurfaceError> {
         let mut faces: Vec<&Vec<usize>> = Vec::new();
         for name in names {
-            let patch = self.patch(name).ok_or_else(|| SurfaceError::NoPatch {
-                name: name.clone(),
-                known: self.patches.iter().map(|p| p.name.clone()).collect(),
-            })?;
-            if patch.size == 0 {
-                return Err(SurfaceError::Empty(name.clone()));
-            }
-            faces.extend(self.patch_faces(name));
+            faces.extend(self.wet_faces(name)?);
         }
         let quads = match faces.iter().all(|face| face.len() == 4) {
             true => Quads::of(self, &faces),

@@ -77,9 +77,16 @@ impl From<&FluidMesh> for AxialNumbers {
 
 impl From<&Native> for AxialNumbers {
     fn from(mesh: &Native) -> Self {
+        Self::of_spectral_elements(mesh.axial_extension, mesh.axial_per_section)
+    }
+}
+
+impl AxialNumbers {
+    /// Those of the native fluid's elements.
+    pub fn of_spectral_elements(extension: usize, per_section: usize) -> Self {
         Self {
-            extension: mesh.axial_extension,
-            per_section: mesh.axial_per_section,
+            extension,
+            per_section,
             most_bend_deg: MAX_ELEMENT_BEND_DEG,
             halved_at_rims: true,
         }

@@ -7,7 +7,6 @@
 use super::basis::{Basis, lagrange};
 use super::taylor_hood_space::{Plane, Side, TaylorHoodSpace};
 use crate::Vec3;
-use crate::case::MAX_ELEMENT_BEND_DEG;
 use crate::fluid::FluidInterface;
 use crate::geometry::{AxialNumbers, Span, Vessel, elastic_pieces};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
@@ -191,12 +190,10 @@ impl VesselMesh {
         let section = Section::new(&resolution, &basis.nodes.points);
         let pressure_section = Section::new(&resolution, &basis.pressure_nodes.points);
         let line = vessel.centre_line();
-        let spans = vessel.spans(AxialNumbers {
-            extension: resolution.axial_extension,
-            per_section: resolution.axial_per_section,
-            most_bend_deg: MAX_ELEMENT_BEND_DEG,
-            halved_at_rims: true,
-        });
+        let spans = vessel.spans(AxialNumbers::of_spectral_elements(
+            resolution.axial_extension,
+            resolution.axial_per_section,
+        ));
         let elastic = elastic_pieces(&spans);
         let stations = |nodes: &[f64]| -> Vec<f64> {
             let mut stations = vec![f64::NAN];

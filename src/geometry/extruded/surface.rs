@@ -43,6 +43,25 @@ pub struct WetQuads {
     pub rim: BTreeMap<(usize, usize), String>,
 }
 
+impl PolyMesh {
+    /// Faces of the patch of that name.
+    ///
+    /// # Errors
+    /// If it is missing or empty.
+    pub fn wet_faces(&self, name: &str) -> Result<&[Vec<usize>], SurfaceError> {
+        if self.patch(name).is_none() {
+            return Err(SurfaceError::NoPatch {
+                name: name.into(),
+                known: self.patches.iter().map(|p| p.name.clone()).collect(),
+            });
+        }
+        match self.patch_faces(name) {
+            [] => Err(SurfaceError::Empty(name.into())),
+            faces => Ok(faces),
+        }
+    }
+}
+
 impl WetQuads {
     /// The patches of these names.
     ///
@@ -52,14 +71,7 @@ impl WetQuads {
         let mut numbers = HashMap::new();
         let (mut points, mut faces) = (Vec::new(), Vec::new());
         for name in names {
-            let patch = mesh.patch(name).ok_or_else(|| SurfaceError::NoPatch {
-                name: name.clone(),
-                known: mesh.patches.iter().map(|p| p.name.clone()).collect(),
-            })?;
-            if patch.size == 0 {
-                return Err(SurfaceError::Empty(name.clone()));
-            }
-            for face in mesh.patch_faces(name) {
+            for face in mesh.wet_faces(name)? {
                 let corners = face.iter().map(|&point| {
                     *numbers.entry(point).or_insert_with(|| {
                         points.push(mesh.points[point]);
