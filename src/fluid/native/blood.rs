@@ -1,6 +1,7 @@
 //! Blood in a vessel: the flow with its inlet, its windkessel and its moving wall.
 
 use super::FlowError;
+use super::clock::Part;
 use super::ends::{Ends, NativeInlet};
 use super::field::field;
 use super::flow::{
@@ -19,6 +20,7 @@ use crate::fluid::{
 };
 use crate::geometry::Vessel;
 use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
 /// Size of the estimated error at which a solution ends, relative to that of the flow and to the change of the displacement
 /// at which the coupling ends: smaller than what the coupling takes for converged.
@@ -41,13 +43,21 @@ struct Memory {
     windkessel: [f64; 2],
 }
 
+/// The last trial.
+struct Trial {
+    solution: FlowSolution,
+    /// Loads on the faces of the interface.
+    loads: Vec<WallLoad>,
+    /// Pressure behind the outlet, Pa.
+    behind_outlet: f64,
+}
+
 /// Blood by spectral elements.
 pub struct NativeFluid {
     mesh: VesselMesh,
     flow: Flow,
     memory: Memory,
-    /// The last trial, and the pressure behind its outlet (Pa).
-    trial: Option<(FlowSolution, f64)>,
+    trial: Option<Trial>,
     ends: Ends,
     /// Displacement of the wall when time begins, m.
     initial: Vec<Vec3>,
@@ -153,7 +163,7 @@ impl NativeFluid {
 
     /// Iterations of the linear solver in the last trial.
     pub fn iterations(&self) -> usize {
-        self.trial.as_ref().map_or(0, |(trial, _)| trial.iterations)
+        (self.trial.as_ref()).map_or(0, |trial| trial.solution.iterations)
     }
 
     /// Begins with the wall displaced (m), and at rest there. For a fluid that has taken no step.
@@ -264,6 +274,7 @@ impl Fluid for NativeFluid {
                 <[f64; 3]>::from(place)
             )));
         }
+        let begin = Instant::now();
         let state = &self.memory.flow;
         let t = state.time + time_step;
         let positions = self.mesh.positions(displacement);
@@ -288,22 +299,26 @@ impl Fluid for NativeFluid {
             pressures,
             load: Vec::new(),
         };
-        let start = (self.trial.as_ref()).filter(|(trial, _)| trial.time_step == time_step);
-        let start = start.map(|(trial, _)| trial);
+        let start = self.trial.as_ref().map(|trial| &trial.solution);
+        let start = start.filter(|trial| trial.time_step == time_step);
+        self.flow.clock_mut().add(Part::Geometry, begin);
         let trial = (self.flow)
             .solve(&self.memory.flow, time_step, positions, &boundary, start)
             .map_err(|error: FlowError| FluidError::NotSolved(error.to_string()))?;
+        let begin = Instant::now();
         let loads = self.loads(&trial);
+        let tractions = self.tractions(displacement, &loads);
+        self.flow.clock_mut().add(Part::Loads, begin);
         let cost = FluidCost {
             sweeps: 1,
             residual: trial.residual,
         };
-        let pressure = behind[0] + behind[1] * trial.outflows[OUTLET];
-        self.trial = Some((trial, pressure));
-        Ok(FluidTrial {
-            tractions: self.tractions(displacement, &loads),
-            cost,
-        })
+        self.trial = Some(Trial {
+            behind_outlet: behind[0] + behind[1] * trial.outflows[OUTLET],
+            solution: trial,
+            loads,
+        });
+        Ok(FluidTrial { tractions, cost })
     }
 
     fn forget_trial(&mut self) {
@@ -311,9 +326,14 @@ impl Fluid for NativeFluid {
     }
 
     fn accept(&mut self, _write: bool) -> Result<FluidStep, FluidError> {
-        let Some((trial, behind)) = self.trial.take() else {
+        let Some(trial) = self.trial.take() else {
             return Err(FluidError::NotSolved("there is no trial to accept".into()));
         };
+        let Trial {
+            solution: trial,
+            loads,
+            behind_outlet: behind,
+        } = trial;
         let time = self.memory.flow.time + trial.time_step;
         let outlet = &self.ends.outlet;
         let out = trial.outflows[OUTLET];
@@ -338,7 +358,7 @@ impl Fluid for NativeFluid {
                 },
             ],
             volume: trial.volume,
-            wall_shear: self.loads(&trial).iter().map(|load| load.shear).collect(),
+            wall_shear: loads.iter().map(|load| load.shear).collect(),
             wall_velocity_mismatch: 0.0, // prescribed at every node
         };
         self.flow.accept(&mut self.memory.flow, trial);
@@ -394,6 +414,10 @@ impl Fluid for NativeFluid {
             &pressure[0],
             &self.watched,
         ))
+    }
+
+    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
+        Ok(self.flow.clock().by_part())
     }
 
     fn field(&mut self) -> Result<Option<FluidField>, FluidError> {

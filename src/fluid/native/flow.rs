@@ -4,6 +4,7 @@
 //! pressure of a step are found together, without splitting; convection is linearized by extrapolation in time.
 
 use super::FlowError;
+use super::clock::{Clock, Part};
 use super::gmres::{self, System, Workspace};
 use super::metric::Metric;
 use super::oseen::{Local, Oseen, OseenViscosity};
@@ -15,7 +16,9 @@ use super::taylor_hood_space::{Face, Patch};
 use super::time_scheme::{self, TimeScheme, Weights, extrapolation};
 use crate::Vec3;
 use crate::case::Rheology;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
 /// The fluid, and how its equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,6 +118,8 @@ pub struct Flow {
     width: f64,
     preconditioner: Option<Preconditioner>,
     workspace: Workspace,
+    local: Local,
+    clock: Clock,
 }
 
 impl Flow {
@@ -139,6 +144,7 @@ impl Flow {
             .sum();
         let width = 2.0 * Metric::new(&space, positions)?.volume / area;
         Ok(Self {
+            local: Local::new(&space),
             space,
             settings,
             fixed: is_fixed,
@@ -148,7 +154,18 @@ impl Flow {
             width,
             preconditioner: None,
             workspace: Workspace::default(),
+            clock: Clock::default(),
         })
+    }
+
+    /// Seconds of wall-clock time by part of the work.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// For those who have more to add.
+    pub fn clock_mut(&mut self) -> &mut Clock {
+        &mut self.clock
     }
 
     /// The elements.
@@ -189,24 +206,27 @@ impl Flow {
         let (space, positions) = (&self.space, &solution.positions);
         let mut forces = solution.reactions.clone();
         let values = &space.basis.pressure_to_gauss;
-        for &face in &self.fixed_faces {
-            let points = space.face_points(face, positions);
-            let nodal = space.face_pressures(face).into_iter();
-            let nodal: Vec<f64> = nodal.map(|i| solution.pressure[i]).collect();
-            let pressures = face_values(values, values, &nodal).into_iter();
-            let loads = points.areas.iter().zip(pressures);
-            let loads: Vec<Vec3> = loads.map(|(area, p)| area * p).collect();
-            space.add_face_load(&points.nodes, &loads, &mut forces);
-        }
+        let of_faces: Vec<(Vec<usize>, Vec<Vec3>, Vec<f64>)> = (self.fixed_faces.par_iter())
+            .map(|&face| {
+                let points = space.face_points(face, positions);
+                let nodal = space.face_pressures(face).into_iter();
+                let nodal: Vec<f64> = nodal.map(|i| solution.pressure[i]).collect();
+                let pressures = face_values(values, values, &nodal).into_iter();
+                let loads = points.areas.iter().zip(pressures);
+                let loads = loads.map(|(area, p)| area * p).collect();
+                let areas = match face.patch {
+                    Patch::Mantle(_) => space.face_node_areas(face, positions),
+                    _ => Vec::new(),
+                };
+                (points.nodes, loads, areas)
+            })
+            .collect();
         let nodes = space.space.nodes;
         let mut areas = vec![0.0; nodes];
-        for &face in &self.fixed_faces {
-            if matches!(face.patch, Patch::Mantle(_)) {
-                let of_nodes = space.face_node_areas(face, positions);
-                for (node, area) in space.face_nodes(face).into_iter().zip(of_nodes) {
-                    areas[node] += area;
-                }
-            }
+        for (of_face, loads, node_areas) in &of_faces {
+            space.add_face_load(of_face, loads, &mut forces);
+            let node_areas = of_face.iter().zip(node_areas);
+            node_areas.for_each(|(&node, area)| areas[node] += area);
         }
         for (k, force) in forces.iter_mut().enumerate() {
             let area = areas[k % nodes];
@@ -227,8 +247,11 @@ impl Flow {
     ) -> Result<FlowSolution, FlowError> {
         let w = self.weights(state, time_step);
         if start.is_none() || self.preconditioner.is_none() {
+            let begin = Instant::now();
             self.prepare(state, w.new)?;
+            self.clock.add(Part::Factorization, begin);
         }
+        let begin = Instant::now();
         let metric = Metric::new(&self.space, &positions)?;
         let mesh_velocity = self.mesh_velocity(state, time_step, &positions);
         let sources = self.swept_sources(state, w, &positions, &mesh_velocity);
@@ -254,6 +277,8 @@ impl Flow {
             open,
             preconditioner,
             workspace,
+            local,
+            clock,
             ..
         } = self;
         let (space, fixed) = (&*space, &*fixed);
@@ -334,10 +359,13 @@ impl Flow {
             schur: &preconditioner.schur,
             scale: w.new / preconditioner.made_for.weight,
             weights,
-            local: Local::new(space),
+            local,
             metric: &metric,
             space,
+            clock,
         };
+        system.clock.add(Part::Geometry, begin);
+        let (begin, then) = (Instant::now(), *system.clock);
         let mut first = vec![0.0; x.len()];
         system.preconditioned_residual(&x, &mut first);
         let size = gmres::norm(&system.weights, &x) + gmres::norm(&system.weights, &first);
@@ -358,6 +386,7 @@ impl Flow {
             settings.max_iterations,
             workspace,
         );
+        system.clock.add_rest(Part::Orthogonalization, begin, &then);
         if outcome.residual.is_nan() || outcome.residual > tolerance {
             system.preconditioned_residual(&x, &mut first);
             let share = |i: &usize| system.weights[*i] * first[*i] * first[*i];
@@ -427,20 +456,18 @@ impl Flow {
         positions: &[f64],
         mesh_velocity: &[f64],
     ) -> Vec<f64> {
+        let of_faces: Vec<Vec<f64>> = (self.moving_walls.par_iter())
+            .map(|&face| {
+                let end = self.space.face_points(face, positions);
+                let velocity = self.space.face_field(&end.nodes, mesh_velocity);
+                let rates = self.swept_rates(state, w, face, positions).into_iter();
+                let points = rates.zip(velocity.iter().zip(&end.areas));
+                points.map(|(rate, (u, area))| rate - u.dot(area)).collect()
+            })
+            .collect();
         let mut sources = vec![0.0; self.space.space.pressures];
-        for &face in &self.moving_walls {
-            let end = self.space.face_points(face, positions);
-            let velocity = self.space.face_field(&end.nodes, mesh_velocity);
-            let rates = self.swept_rates(state, w, face, positions);
-            let sources_at =
-                |((rate, u), area): ((&f64, &crate::Vec3), &crate::Vec3)| rate - u.dot(area);
-            let at_points: Vec<f64> = rates
-                .iter()
-                .zip(&velocity)
-                .zip(&end.areas)
-                .map(sources_at)
-                .collect();
-            self.space.add_face_source(face, &at_points, &mut sources);
+        for (&face, at_points) in self.moving_walls.iter().zip(&of_faces) {
+            self.space.add_face_source(face, at_points, &mut sources);
         }
         sources
     }

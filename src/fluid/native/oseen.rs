@@ -1,5 +1,6 @@
 //! The equations of a time step, linear in velocity and pressure, with their preconditioner.
 
+use super::clock::{Clock, Part};
 use super::contraction::LANES;
 use super::gmres::System;
 use super::kernel::{AtGauss, Viscosity};
@@ -7,6 +8,7 @@ use super::metric::Metric;
 use super::pressure::SchurComplement;
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
+use std::time::Instant;
 
 /// `A u + Bᵀ p = f`, `B u = g` at one moment. Vectors hold the velocity, one component after the other, then the pressure.
 pub struct Oseen<'a> {
@@ -37,7 +39,9 @@ pub struct Oseen<'a> {
     /// Weights of the norm.
     pub weights: Vec<f64>,
     /// Results of the elements.
-    pub local: Local,
+    pub local: &'a mut Local,
+    /// Seconds by part.
+    pub clock: &'a mut Clock,
 }
 
 /// Dynamic viscosity, Pa s.
@@ -73,6 +77,7 @@ impl Local {
 impl Oseen<'_> {
     /// The left-hand sides; rows of fixed nodes are zero.
     pub fn product(&mut self, x: &[f64], out: &mut [f64]) {
+        let begin = Instant::now();
         self.full_product(x, out);
         let nodes = self.fixed.len();
         for out in out[..3 * nodes].chunks_exact_mut(nodes) {
@@ -81,6 +86,7 @@ impl Oseen<'_> {
                 .filter(|(_, fixed)| **fixed)
                 .for_each(|(out, _)| *out = 0.0);
         }
+        self.clock.add(Part::Products, begin);
     }
 
     /// Forces (N) that hold the velocity of the fixed nodes, one component after the other: what the equations of momentum lack
@@ -115,7 +121,7 @@ impl Oseen<'_> {
             momentum,
             continuity,
             ..
-        } = &mut self.local;
+        } = &mut *self.local;
         momentum
             .par_chunks_mut(3 * n3)
             .zip(continuity.par_chunks_mut(p3))
@@ -164,6 +170,7 @@ impl Oseen<'_> {
     /// Solves with the factors of the preconditioner, in place: `u* = D⁻¹ r_u`, `p = S⁻¹ (B u* - r_p)`,
     /// `u = u* - D⁻¹ Bᵀ p`.
     fn precondition(&mut self, r: &mut [f64]) {
+        let (begin, then) = (Instant::now(), *self.clock);
         let space = self.space;
         let [n3, m3, p3] = [
             space.node_count(),
@@ -182,7 +189,7 @@ impl Oseen<'_> {
             continuity,
             vector,
             pressure,
-        } = &mut self.local;
+        } = &mut *self.local;
         let g = &self.metric.cofactors;
         continuity.par_chunks_mut(p3).enumerate().for_each_init(
             || (space.kernel.scratch(), vec![0.0; 3 * n3]),
@@ -198,7 +205,9 @@ impl Oseen<'_> {
         for (p, d) in p.iter_mut().zip(pressure) {
             *p = (*d - *p) * self.scale;
         }
+        let substitution = Instant::now();
         self.schur.solve(p);
+        self.clock.add(Part::Substitution, substitution);
         momentum.par_chunks_mut(3 * n3).enumerate().for_each_init(
             || (space.kernel.scratch(), vec![0.0; p3]),
             |(scratch, p_local), (e, momentum)| {
@@ -214,6 +223,7 @@ impl Oseen<'_> {
                 *u -= d * v;
             }
         }
+        self.clock.add_rest(Part::Preconditioner, begin, &then);
     }
 }
 

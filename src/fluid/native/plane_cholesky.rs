@@ -5,8 +5,9 @@
 //! meets another is kept as a dense matrix: a solution reads every number of the factor twice, one after the other. The
 //! factor is computed in double precision and scaled so that the matrix had ones on its diagonal.
 
+use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, Side};
+use faer::{Accum, Mat, Par, Side};
 use pulp::{Arch, Simd, WithSimd};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,6 +19,15 @@ pub struct NotPositive;
 const WIDTH: usize = 16;
 /// Rows of a block that are worked on together.
 const TOGETHER: usize = 8;
+
+/// A row of the lower triangle of a matrix.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Column of the first value.
+    pub first: usize,
+    /// Values up to the diagonal.
+    pub values: Vec<f64>,
+}
 
 /// A dense matrix by rows.
 struct Block {
@@ -77,36 +87,38 @@ pub struct PlaneCholesky {
 }
 
 impl PlaneCholesky {
-    /// Of the symmetric matrix with these `rows` of its lower triangle (column and value, no column twice), for planes of
-    /// `size` unknowns in the order of their numbers.
+    /// Of the symmetric matrix with these rows of its lower triangle, for planes of `size` unknowns in the order of their
+    /// numbers.
     ///
     /// # Errors
     /// If the matrix is not positive definite.
-    pub fn new(size: usize, rows: &[Vec<(u32, f64)>]) -> Result<Self, NotPositive> {
-        let n = rows.len();
-        let mut scale = vec![0.0; n];
-        for (i, row) in rows.iter().enumerate() {
-            let diagonal = row.iter().find(|(j, _)| *j as usize == i);
-            let value = diagonal.map_or(0.0, |(_, value)| *value);
-            if value.is_nan() || value <= 0.0 {
-                return Err(NotPositive);
-            }
-            scale[i] = 1.0 / value.sqrt();
+    pub fn new(size: usize, rows: &[Row]) -> Result<Self, NotPositive> {
+        let diagonal = rows
+            .iter()
+            .enumerate()
+            .map(|(i, row)| row.values[i - row.first]);
+        let scale: Vec<f64> = diagonal.map(|value| 1.0 / value.sqrt()).collect();
+        if !scale.iter().all(|s| s.is_finite()) {
+            return Err(NotPositive);
         }
-        let planes = n / size;
-        let mut meets = BTreeSet::new();
-        for (i, row) in rows.iter().enumerate() {
-            meets.extend(row.iter().map(|(j, _)| [i / size, *j as usize / size]));
-        }
-        let (order, ends) = from_both_ends(planes, &meets);
+        let planes = rows.len() / size;
+        // The first plane that meets each one
+        let reach: Vec<usize> = (0..planes)
+            .map(|plane| {
+                let rows = &rows[plane * size..(plane + 1) * size];
+                let first = rows.iter().map(|row| row.first / size).min();
+                first.expect("planes are not empty")
+            })
+            .collect();
+        let (order, ends) = from_both_ends(&reach);
         let mut place = vec![0; planes];
         for (k, &plane) in order.iter().enumerate() {
             place[plane] = k;
         }
         let mut below = vec![BTreeSet::new(); planes];
-        for [a, b] in meets {
-            let (a, b) = (place[a].max(place[b]), place[a].min(place[b]));
-            if a > b {
+        for a in 0..planes {
+            for b in reach[a]..a {
+                let (a, b) = (place[a].max(place[b]), place[a].min(place[b]));
                 below[b].insert(a);
             }
         }
@@ -116,56 +128,60 @@ impl PlaneCholesky {
                 below[next].extend(rest);
             }
         }
-        let mut blocks: BTreeMap<(usize, usize), Mat<f64>> = BTreeMap::new();
-        for k in 0..planes {
-            for &other in below[k].iter().chain([&k]) {
-                blocks.insert((other, k), Mat::zeros(size, size));
-            }
-        }
+        let [one, two] = ends;
+        let parts = [0..one, one..one + two, one + two..planes];
+        let mut blocks = parts.clone().map(|part| {
+            let pairs = part.flat_map(|k| below[k].iter().map(move |&i| (i, k)).chain([(k, k)]));
+            pairs
+                .map(|pair| (pair, Mat::zeros(size, size)))
+                .collect::<Blocks>()
+        });
         for (i, row) in rows.iter().enumerate() {
-            for &(j, value) in row {
-                let j = j as usize;
+            for (j, value) in (row.first..).zip(&row.values) {
+                if *value == 0.0 {
+                    continue;
+                }
                 let value = value * scale[i] * scale[j];
                 let (a, b) = (place[i / size], place[j / size]);
                 let (i, j) = (i % size, j % size);
+                let part = usize::from(a.min(b) >= one) + usize::from(a.min(b) >= one + two);
                 if a >= b {
-                    blocks.get_mut(&(a, b)).expect("they meet")[(i, j)] = value;
+                    blocks[part].get_mut(&(a, b)).expect("they meet")[(i, j)] = value;
                 }
                 if b >= a {
-                    blocks.get_mut(&(b, a)).expect("they meet")[(j, i)] = value;
+                    blocks[part].get_mut(&(b, a)).expect("they meet")[(j, i)] = value;
                 }
             }
         }
-        let mut columns = Vec::new();
-        for k in 0..planes {
-            let diagonal = blocks.remove(&(k, k)).expect("it is there");
-            let factor = diagonal.llt(Side::Lower).map_err(|_| NotPositive)?;
-            let mut inverse = Mat::identity(size, size);
-            solve_lower_triangular_in_place(factor.L(), inverse.as_mut(), Par::Seq);
-            let done: Vec<(usize, Mat<f64>)> = (below[k].iter())
-                .map(|&i| {
-                    let block = blocks.remove(&(i, k)).expect("it is there");
-                    (i, &block * inverse.transpose())
-                })
-                .collect();
-            for (a, (i, left)) in done.iter().enumerate() {
-                for (j, right) in &done[..=a] {
-                    let block = blocks.get_mut(&(*i, *j)).expect("filled");
-                    *block -= left * right.transpose();
-                }
-            }
-            columns.push(Column {
-                inverse: Block::new(&inverse),
-                below: (done.iter())
-                    .map(|(i, block)| (*i, Block::new(block)))
-                    .collect(),
-            });
+        let [first, second, middle] = &mut blocks;
+        let eliminate = |k: usize, blocks: &mut Blocks, later: &mut Blocks| {
+            eliminate(size, k, &below[k], blocks, later)
+        };
+        // What the second end takes from the middle is added afterwards: the same for any number of threads
+        let mut other = Blocks::new();
+        let (ends, others) = rayon::join(
+            || -> Result<Vec<Column>, NotPositive> {
+                (0..one).map(|k| eliminate(k, first, middle)).collect()
+            },
+            || -> Result<Vec<Column>, NotPositive> {
+                let columns = (one..one + two).map(|k| eliminate(k, second, &mut other));
+                columns.collect()
+            },
+        );
+        for (pair, minus) in other {
+            *middle.get_mut(&pair).expect("filled") += minus;
+        }
+        let mut columns = ends?;
+        columns.extend(others?);
+        let mut none = Blocks::new();
+        for k in one + two..planes {
+            columns.push(eliminate(k, middle, &mut none)?);
         }
         Ok(Self {
             processor: Arch::new(),
             size,
             order,
-            ends,
+            ends: [one, two],
             scale,
             columns,
         })
@@ -219,14 +235,52 @@ impl PlaneCholesky {
     }
 }
 
-/// Planes from both ends towards the middle, and how many there are of either; those of one end do not meet the other's.
-fn from_both_ends(planes: usize, meets: &BTreeSet<[usize; 2]>) -> (Vec<usize>, [usize; 2]) {
-    let mut reach: Vec<usize> = (0..planes).collect();
-    for &[a, b] in meets {
-        reach[a.min(b)] = reach[a.min(b)].max(a.max(b));
+/// Blocks by the places of their planes in the order of elimination, the later one first.
+type Blocks = BTreeMap<(usize, usize), Mat<f64>>;
+
+/// Eliminates plane `k`, which meets those `below`. Blocks between planes that come `later` are not among its own.
+fn eliminate(
+    size: usize,
+    k: usize,
+    below: &BTreeSet<usize>,
+    blocks: &mut Blocks,
+    later: &mut Blocks,
+) -> Result<Column, NotPositive> {
+    let diagonal = blocks.remove(&(k, k)).expect("it is there");
+    let factor = diagonal.llt(Side::Lower).map_err(|_| NotPositive)?;
+    let mut inverse = Mat::identity(size, size);
+    solve_lower_triangular_in_place(factor.L(), inverse.as_mut(), Par::Seq);
+    let below: Vec<(usize, Mat<f64>)> = (below.iter())
+        .map(|&i| {
+            let block = blocks.remove(&(i, k)).expect("it is there");
+            (i, &block * inverse.transpose())
+        })
+        .collect();
+    for (a, (i, left)) in below.iter().enumerate() {
+        for (j, right) in &below[..=a] {
+            let block = match blocks.get_mut(&(*i, *j)) {
+                Some(block) => block,
+                None => (later.entry((*i, *j))).or_insert_with(|| Mat::zeros(size, size)),
+            };
+            matmul(block, Accum::Add, left, right.transpose(), -1.0, Par::Seq);
+        }
     }
-    for k in 1..planes {
-        reach[k] = reach[k].max(reach[k - 1]);
+    Ok(Column {
+        inverse: Block::new(&inverse),
+        below: (below.iter())
+            .map(|(i, block)| (*i, Block::new(block)))
+            .collect(),
+    })
+}
+
+/// Planes from both ends towards the middle, and how many there are of either; those of one end do not meet the other's.
+/// `first` is the first plane that meets each one.
+fn from_both_ends(first: &[usize]) -> (Vec<usize>, [usize; 2]) {
+    let planes = first.len();
+    // The last one that it or any before it meets
+    let mut reach: Vec<usize> = (0..planes).collect();
+    for (plane, &first) in first.iter().enumerate() {
+        reach[first..plane].iter_mut().for_each(|r| *r = plane);
     }
     // The first plane of the middle, near half of the way, that leaves the fewest in it
     let near = planes / 2 - planes / 8..=planes / 2;
@@ -357,14 +411,12 @@ mod tests {
                 d if d <= reach => ((i * 7 + j * 3) % 11) as f64 / 11.0 - 0.4,
                 _ => 0.0,
             };
-            let rows: Vec<Vec<(u32, f64)>> = (0..n)
-                .map(|i| {
-                    (0..=i)
-                        .map(|j| (j as u32, entry(i, j)))
-                        .filter(|(_, value)| *value != 0.0)
-                        .collect()
-                })
-                .collect();
+            let row = |i: usize| {
+                let first = (0..=i).find(|&j| entry(i, j) != 0.0).expect("the diagonal");
+                let values = (first..=i).map(|j| entry(i, j)).collect();
+                Row { first, values }
+            };
+            let rows: Vec<Row> = (0..n).map(row).collect();
             let solution: Vec<f64> = (0..n).map(|i| (i as f64 * 0.7).cos()).collect();
             let mut x: Vec<f64> = (0..n)
                 .map(|i| {
@@ -382,7 +434,11 @@ mod tests {
 
     #[test]
     fn a_matrix_that_is_not_positive_is_refused() {
-        let rows = [vec![(0, 1.0)], vec![(0, 2.0), (1, 1.0)]];
+        let row = |values: &[f64]| Row {
+            first: 0,
+            values: values.to_vec(),
+        };
+        let rows = [row(&[1.0]), row(&[2.0, 1.0])];
         assert_eq!(PlaneCholesky::new(1, &rows).err(), Some(NotPositive));
     }
 }

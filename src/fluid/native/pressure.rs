@@ -7,7 +7,7 @@
 use super::FlowError;
 use super::contraction::LANES;
 use super::metric::Metric;
-use super::plane_cholesky::PlaneCholesky;
+use super::plane_cholesky::{PlaneCholesky, Row};
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 
@@ -45,33 +45,27 @@ impl SchurComplement {
                 }
             }
         }
-        let n = space.space.pressures;
-        let rows: Vec<Vec<(u32, f64)>> = (rows.par_iter().enumerate())
-            .map_init(
-                || (vec![0.0; n], Vec::new()),
-                |(sums, touched): &mut (Vec<f64>, Vec<u32>), (i, row)| {
-                    for entry in row {
-                        let d = inverse_diagonal[entry.index as usize];
-                        let [a, b, c] = entry.values.map(|v| v * d);
-                        for other in &columns[entry.index as usize] {
-                            let j = other.index as usize;
-                            if j > i {
-                                continue; // only the lower triangle
-                            }
-                            if sums[j] == 0.0 {
-                                touched.push(other.index);
-                            }
-                            let [x, y, z] = other.values;
-                            sums[j] += a * x + b * y + c * z;
-                        }
+        let rows: Vec<Row> = (rows.par_iter().enumerate())
+            .map(|(i, row)| {
+                let entries = || {
+                    let free = |entry: &&Entry| inverse_diagonal[entry.index as usize] > 0.0;
+                    row.iter().filter(free)
+                };
+                let first_of = |entry: &Entry| columns[entry.index as usize][0].index as usize;
+                let first = entries().map(first_of).min().unwrap_or(i);
+                let mut values = vec![0.0; i + 1 - first];
+                for entry in entries() {
+                    let d = inverse_diagonal[entry.index as usize];
+                    let [a, b, c] = entry.values.map(|v| v * d);
+                    // Rows of a column ascend, and only the lower triangle is wanted
+                    let column = columns[entry.index as usize].iter();
+                    for other in column.take_while(|other| other.index as usize <= i) {
+                        let [x, y, z] = other.values;
+                        values[other.index as usize - first] += a * x + b * y + c * z;
                     }
-                    touched.sort_unstable();
-                    touched.dedup();
-                    (touched.drain(..))
-                        .map(|j| (j, std::mem::take(&mut sums[j as usize])))
-                        .collect()
-                },
-            )
+                }
+                Row { first, values }
+            })
             .collect();
         let factor = PlaneCholesky::new(space.space.plane_pressures, &rows).map_err(|_| {
             FlowError::Model(

@@ -9,6 +9,7 @@ use super::taylor_hood_space::{Plane, Side, TaylorHoodSpace};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
 use crate::geometry::{AxialNumbers, Span, Vessel, elastic_pieces};
+use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::ops::Range;
 
@@ -297,31 +298,26 @@ impl VesselMesh {
         let [first, last] = [self.elastic.start, self.elastic.end].map(|layer| layer * degree);
         let deformable = &mut wall[first * around..(last + 1) * around];
         let rings = deformable.len() / around;
-        for k in 0..rings {
+        let rows = deformable.par_chunks_mut(around).enumerate();
+        rows.for_each(|(k, row)| {
             let (layer, i) = element_and_node(k, rings - 1, degree);
-            for a in 0..around {
+            for (a, x) in row.iter_mut().enumerate() {
                 let (part, j) = (a / degree, a % degree);
                 for (l, along) in self.from_lattice[i].iter().enumerate() {
                     let ring = (layer * degree + l) * around;
                     for (m, across) in self.from_lattice[j].iter().enumerate() {
                         let point = ring + (part * degree + m) % around;
-                        deformable[k * around + a] += displacement[point] * (along * across);
+                        *x += displacement[point] * (along * across);
                     }
                 }
             }
-        }
-        let (nodes, plane) = (self.space.nodes, self.section.nodes());
-        let mut positions = vec![0.0; 3 * nodes];
-        let mut section = vec![Vec3::zeros(); plane];
-        for (layer, wall) in wall.chunks_exact(around).enumerate() {
-            self.section.place(wall, &mut section);
-            for (i, x) in section.iter().enumerate() {
-                for c in 0..3 {
-                    positions[c * nodes + layer * plane + i] = x[c];
-                }
-            }
-        }
-        positions
+        });
+        let plane = self.section.nodes();
+        let mut nodes = vec![Vec3::zeros(); self.space.nodes];
+        (nodes.par_chunks_mut(plane).zip(wall.par_chunks(around)))
+            .for_each(|(section, wall)| self.section.place(wall, section));
+        let component = |c: usize| nodes.iter().map(move |x| x[c]);
+        (0..3).flat_map(component).collect()
     }
 }
 
