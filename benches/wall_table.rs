@@ -6,8 +6,10 @@
 //!
 //! - `tube`: the two-layer artery of table 1, inner radius 3 mm, layers of 0.5 mm, 6 mm long between planes; its radial
 //!   displacement is known (`tests/library/pfem_static_tube.rs`);
-//! - `irregular`: 12 mm of the same artery with the paper's imperfection of 0.5 mm over its whole length, between planes;
-//! - a model of `openfoam-case`, clamped, elements along graft and artery together.
+//! - `irregular`: 12 mm of the same artery with the imperfection of `tests/library/near_buckling.rs`, 0.5 mm deep, over its whole length,
+//!   between planes;
+//! - a model of `openfoam-case`, clamped, elements along graft and artery together;
+//! - such a model with `narrow-` before its name: with the sizes of `tests/library/near_buckling.rs`, which buckle at 15.3 kPa.
 //!
 //! Columns: seconds are CPU time of the whole program (`RAYON_NUM_THREADS=1` for one thread), for the preparation and for the
 //! statics. Displacement, von Mises and largest principal stress (smooth and raw) are the largest on a lattice of 7³ points
@@ -26,6 +28,10 @@ use fsi_driver::pfem::{Formulation, Sampler, Space, SpaceKind, SurfaceLoad};
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
+
+#[path = "../tests/library/near_buckling.rs"]
+mod near_buckling;
+use near_buckling::NEAR_BUCKLING;
 
 /// Points of the lattice along an edge of an element.
 const LATTICE: usize = 7;
@@ -56,17 +62,23 @@ struct Wall {
 fn wall(name: &str, [axial, around, radial]: [usize; 3]) -> Wall {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case");
     let model = if ["tube", "irregular"].contains(&name) {
-        "S-0.5"
+        "narrow-S-0.5"
     } else {
         name
     };
-    let sets = [
+    let mut sets = [
         ("axial_per_section", axial / 2),
         ("circumferential", around),
         ("radial_per_layer", radial / 2),
     ]
-    .map(|(key, value)| (format!("structure.{key}"), value.to_string()));
-    let case = Case::load(&folder.join(model), Preset::Paper, &sets);
+    .map(|(key, value)| (format!("structure.{key}"), value.to_string()))
+    .to_vec();
+    let narrow = model.strip_prefix("narrow-");
+    if narrow.is_some() {
+        sets.extend(NEAR_BUCKLING.map(|(key, value)| (key.to_owned(), value.to_owned())));
+    }
+    let folder = folder.join(narrow.unwrap_or(model));
+    let case = Case::load(&folder, Preset::Paper, &sets);
     let case = case.unwrap_or_else(|e| panic!("{e}"));
     let vessel = case.vessel().expect("an artery");
     let parts = &case.anastomosis().expect("the paper's vessel").wall;
@@ -275,11 +287,14 @@ fn plan() -> Vec<String> {
             ("tube:16000", "2x4x2"),
             ("irregular:16000", "4x8x2"),
             ("S-0.5:15700", "16x8x2"),
+            ("narrow-S-0.5:15700", "16x8x2"),
         ] {
             rows.push(format!("{wall}:mixed:{elements}:{p}"));
             rows.push(format!("{wall}:pure:{elements}:{p}"));
         }
-        rows.push(format!("S-0.5:15700:mixed:16x6x2:{p}"));
+        for wall in ["S-0.5:15700", "narrow-S-0.5:15700"] {
+            rows.push(format!("{wall}:mixed:16x6x2:{p}"));
+        }
     }
     rows
 }

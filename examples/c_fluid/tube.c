@@ -2,7 +2,7 @@
 
        cc -O2 -o tube examples/c_fluid/tube.c -lm
        fsi-driver --case openfoam-case/S-0.0 --preset demo \
-           --set 'fluid.command=["./tube", "1050", "3.5e-3", "3.5e-6", "0.5", "2.85e9", "1.2e-10", "4e4"]'
+           --set 'fluid.command=["./tube", "1050", "3.5e-3", "5.0e-6", "0.5", "1.785e9", "1.83e-10", "4.6e4"]'
 
    Arguments: density kg/m3, viscosity Pa s, flow at the inlet m3/s after a smooth start of so many s; resistance Pa s/m3,
    compliance m3/Pa and initial pressure Pa of the windkessel at the outlet.

@@ -55,7 +55,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "model.extension", "3", "one of"),
     ("S-0.25", "model.d_max_m", "-1e-4", "a number from 0.0"),
     ("S-0.25", "model.d_max_m", "0.25", "a number from 0.0"),
-    ("S-0.25", "model.d_max_m", "2.3e-3", "closes the lumen"),
+    ("S-0.25", "model.d_max_m", "3.1e-3", "closes the lumen"),
     ("S-0.25", "model.d_max_m", "nan", "a number from"),
     ("S-0.25", "model.d_max_m", "\"0.25 mm\"", "a number from"),
     ("S-0.25", "model.dmax_m", "1e-4", "did you mean `model.d_max_m`?"),

@@ -299,10 +299,10 @@ fn the_pulse_has_the_mean_and_peak_of_its_description() {
         .collect();
     let mean = samples.iter().sum::<f64>() / 10_000.0;
     let peak = samples.iter().fold(0.0f64, |most, flow| most.max(*flow));
-    assert_relative_eq!(mean, 4.67e-6, max_relative = 5e-3);
-    assert_relative_eq!(peak, 8.0e-6, max_relative = 1e-6);
-    assert_eq!(curve.flow(0.0), 3.5e-6);
-    assert_eq!(curve.flow(0.7), 3.5e-6);
+    assert_relative_eq!(mean, 7.33e-6, max_relative = 5e-3);
+    assert_relative_eq!(peak, 14.0e-6, max_relative = 1e-6);
+    assert_eq!(curve.flow(0.0), 5.0e-6);
+    assert_eq!(curve.flow(0.7), 5.0e-6);
     assert_relative_eq!(curve.flow(0.13), curve.flow(2.13), max_relative = 1e-9);
     // Continuous where the pulse ends, with a slope that stays finite at the beginning.
     assert!((curve.flow(0.5 - 1e-6) - curve.flow(0.5)).abs() < 1e-14);

@@ -80,7 +80,7 @@ fn cells_are_closed_and_have_positive_volumes() {
 fn the_volume_tends_to_the_lumens() {
     let case = load("S-0.75");
     let vessel = Vessel::new(&case);
-    let exact = vessel.lumen_volume(0.0, 0.06) + PI * 9e-6 * 0.045;
+    let exact = vessel.lumen_volume(0.0, 0.06) + PI * 16e-6 * 0.045;
     let error = |factor: usize| {
         let mesh = FluidMesh {
             core: 4 * factor,

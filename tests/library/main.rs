@@ -18,6 +18,7 @@ mod keys;
 mod native_failures;
 mod native_flow;
 mod native_tube;
+mod near_buckling;
 mod new_case;
 mod pfem_benchmarks;
 mod pfem_dynamics;

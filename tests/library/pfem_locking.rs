@@ -1,5 +1,7 @@
 //! The wall of the study's models in the mixed form: no locking where the pure displacement form locks, and one buckling load
 //! whatever the degree. `docs/wall.md` has the finer meshes.
+//!
+//! The sizes are [`NEAR_BUCKLING`]: bending, which a wall amplifies that stands near its buckling pressure, is what locking shows in.
 
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::geometry::solid_mesh;
@@ -11,6 +13,8 @@ use fsi_driver::pfem::{Formulation, Sampler, Space, SpaceKind, SurfaceLoad};
 use std::collections::HashMap;
 use std::path::Path;
 
+use crate::near_buckling::NEAR_BUCKLING;
+
 /// The wall of a model on 8 × 4 × 2 elements under a pressure (Pa), or up to where it buckles.
 fn inflate(
     model: &str,
@@ -21,7 +25,8 @@ fn inflate(
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("openfoam-case")
         .join(model);
-    let case = Case::load(&folder, Preset::Demo, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let set = NEAR_BUCKLING.map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let case = Case::load(&folder, Preset::Demo, &set).unwrap_or_else(|errors| panic!("{errors}"));
     let vessel = case.vessel().unwrap();
     let mesh = solid_mesh(vessel);
     let space = Space::isotropic(SpaceKind::Trunk, p);

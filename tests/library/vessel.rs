@@ -217,7 +217,7 @@ fn the_papers_vessel_can_be_described_as_any_other() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"
 [vessel]
-radius_m = 3.0e-3
+radius_m = 4.0e-3
 blend_length_m = 7.5e-3
 upstream_extension_m = 0.045
 [[vessel.piece]]
@@ -230,9 +230,9 @@ layers = ["stiff"]
 thicknesses_m = [0.5e-3]
 [[vessel.section]]
 name = "artery"
-radius_m = 2.35e-3
+radius_m = 3.2e-3
 layers = ["media", "adventitia"]
-thicknesses_m = [0.45e-3, 0.45e-3]
+thicknesses_m = [0.55e-3, 0.55e-3]
 "#;
     let materials = &SECTIONS[SECTIONS.find("[[vessel.material]]").unwrap()..];
     let described = load(folder.path(), &(text.to_owned() + materials));

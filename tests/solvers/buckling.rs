@@ -15,6 +15,15 @@ geometry.artery_inner_radius_m = 2e-3
 geometry.media_thickness_m = 0.3e-3
 geometry.adventitia_thickness_m = 0.3e-3
 geometry.extension_length_m = 0.02
+geometry.imperfection = [
+    [0, 0, 0, 0, 0],
+    [0.25, 0.95, 0.3, 0.85, 0.75],
+    [0.75, 0.6, 0.1, 0.45, 0.9],
+    [0.25, 0.5, 0.8, 1, 0.85],
+    [0.6, 0.85, 0.85, 0.45, 0.25],
+    [0.25, 0.45, 0.65, 0.15, 0.1],
+    [0, 0, 0, 0, 0],
+]
 inflow.base_m3_s = 1e-6
 inflow.amplitude_m3_s = 0.0
 windkessel.initial_pressure_Pa = 1.6e4

@@ -86,7 +86,7 @@ fn prescribed_flow(t: f64) -> f64 {
     } else {
         0.0
     };
-    ramp * (3.5e-6 + 4.5e-6 * pulse)
+    ramp * (5.0e-6 + 9.0e-6 * pulse)
 }
 
 /// What is lost of the flow, as a share of the larger of inflow and outflow.
@@ -140,7 +140,7 @@ fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
     assert!(history["max_von_mises_Pa"][19] > 1.0);
 
     // C dp/dt + p/R = Q, implicit Euler, with the pressure before the ramp.
-    let (r, c) = (2.85e9, 1.2e-10);
+    let (r, c) = (1.785e9, 1.83e-10);
     let p = &history["p_windkessel_Pa"];
     for i in 1..time.len() {
         let left = c * (p[i] - p[i - 1]) / STEP + p[i] / r;
@@ -189,7 +189,7 @@ fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
     );
 }
 
-/// The smooth artery at 110 mmHg, where its fibres carry the load: filled from the windkessel within a ramp of 0.1 s, then
+/// The smooth artery at 107 mmHg, where its fibres carry the load: filled from the windkessel within a ramp of 0.1 s, then
 /// compared with the boundary value problem of the radius in plane strain.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
@@ -205,7 +205,7 @@ fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
         "time.step_s=0.005",
         "ramp.duration_s=0.1",
         "windkessel.initial_pressure_Pa=2.2e4",
-        "output.probes_m=[[0.045,2.35e-3,0],[0.045,0,-2.35e-3]]",
+        "output.probes_m=[[0.045,3.2e-3,0],[0.045,0,-3.2e-3]]",
     ];
     let output = driver(&out, 0.15, &coarse).output().unwrap();
     assert!(output.status.success(), "{}", text(&output));
@@ -226,20 +226,20 @@ fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
     let pressure = 0.5 * (p_in[29] + p_out[29]);
     let mmhg = pressure / 133.322;
     assert!((105.0..118.0).contains(&mmhg), "{mmhg}");
-    let layers: Vec<_> = artery().into_iter().map(|m| (0.45e-3, m)).collect();
-    let exact = radial::inflate(2.35e-3, &layers, pressure, true).displacement[0];
+    let layers: Vec<_> = artery().into_iter().map(|m| (0.55e-3, m)).collect();
+    let exact = radial::inflate(3.2e-3, &layers, pressure, true).displacement[0];
     let probes = columns(&out.join("probes.csv"));
     let [y, z] = [probes["uy_m"][58], -probes["uz_m"][59]];
     println!("{mmhg} mmHg: widened by {y} and {z} m, in plane strain by {exact} m");
-    // The fibres carry it: what is isotropic in the layers bears at most Σ mu ln(r_o/r_i) = 10.3 kPa = 77 mmHg.
-    // Measured 0.947 times the exact widening: too stiff on elements of 15 mm.
+    // The fibres carry it: what is isotropic in the layers bears at most Σ mu ln(r_o/r_i) = 9.3 kPa = 70 mmHg.
+    // Measured 0.964 times the exact widening: too stiff on elements of 15 mm.
     for found in [y, z] {
-        assert!((0.93..1.0).contains(&(found / exact)), "{found} {exact}");
+        assert!((0.95..0.98).contains(&(found / exact)), "{found} {exact}");
     }
     let iterations = history["coupling_iterations"].iter().sum::<f64>() / 30.0;
     println!("{iterations} coupling iterations a step");
-    // Measured 6.23.
-    assert!((5.0..7.5).contains(&iterations), "{iterations}");
+    // Measured 4.9.
+    assert!((4.0..6.0).contains(&iterations), "{iterations}");
 }
 
 /// With tolerances so tight that the order of the sums in the linear solvers no longer matters (measured: 2e-8), and not tighter:
@@ -475,7 +475,7 @@ fn what_a_run_reads_is_checked_before_anything_is_written() {
         (
             &[
                 "--set",
-                "output.probes_m=[[0.045,2.35e-3,0.0],[15.0,0.0,0.0]]",
+                "output.probes_m=[[0.045,3.2e-3,0.0],[15.0,0.0,0.0]]",
             ],
             &[
                 "--set: `output.probes_m`",

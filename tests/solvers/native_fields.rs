@@ -160,8 +160,8 @@ fn files_for_paraview_hold_the_flow_of_the_history_and_the_page_shows_it() {
     let value = |row: usize, name: &str| -> f64 { rows[row][column(name)].parse().unwrap() };
     for ((_, file), row) in series.iter().zip([1, 3, 4]) {
         let [flow, area, pressure] = through_the_outlet(&cells(&straight.join(file)));
-        // A clamped end: a circle of 2.35 mm, by cubic polynomials on quarters of it.
-        let circle = std::f64::consts::PI * 2.35e-3_f64.powi(2);
+        // A clamped end: a circle of 3.2 mm, by cubic polynomials on quarters of it.
+        let circle = std::f64::consts::PI * 3.2e-3_f64.powi(2);
         let errors = [
             area / circle - 1.0,
             flow / value(row, "Q_out_m3_s") - 1.0,

@@ -47,7 +47,7 @@ fn tube_c(folder: &Path) -> String {
     assert!(compiled.status.success(), "{}", text(&compiled));
     let program = program.to_str().unwrap();
     let values = [
-        "1050", "3.5e-3", "3.5e-6", "0.5", "2.85e9", "1.2e-10", "4e4",
+        "1050", "3.5e-3", "5.0e-6", "0.5", "1.785e9", "1.83e-10", "4.6e4",
     ];
     command(&[&[program], &values[..]].concat())
 }

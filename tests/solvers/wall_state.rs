@@ -13,7 +13,7 @@ const STATE: [&str; 8] = [
     "surroundings.damping_Pa_s_m=1e3",
     "surroundings.pressure_Pa=500.0",
     "windkessel.initial_pressure_Pa=1e4",
-    "output.probes_m=[[0.045, 2.35e-3, 0.0]]",
+    "output.probes_m=[[0.045, 3.2e-3, 0.0]]",
 ];
 /// Blood that stands still under this pressure.
 const STILL: [&str; 3] = [
@@ -108,7 +108,7 @@ fn a_wall_that_is_given_loaded_begins_in_its_given_shape_with_both_fluids() {
 
 /// Displacement of a point of the outlet's rim along the vessel and across after four steps, with what moves freely there.
 fn outlet_rim(out: &Path, end: &str, fluid: &[&str]) -> [f64; 2] {
-    let probe = "output.probes_m=[[0.06, 2.35e-3, 0.0]]";
+    let probe = "output.probes_m=[[0.06, 3.2e-3, 0.0]]";
     let outlet = format!("ends.outlet={end}");
     let mut sets = vec!["--set", &outlet, &probe, "ramp.duration_s=0.008"];
     if end == "springs" {
