@@ -168,8 +168,8 @@ fn files_for_paraview_hold_the_flow_of_the_history_and_the_page_shows_it() {
             pressure / value(row, "p_out_Pa") - 1.0,
         ];
         assert!((errors[0] + 1.876e-4).abs() < 1e-6, "area: {errors:?}");
-        // What the end sweeps does not count as outflow: 6e-11, for its rim is clamped to the accuracy of the points' places.
-        assert!(errors[1].abs() < 1e-9, "flow: {errors:?}");
+        // What the end sweeps does not count as outflow: 1.5e-9, for its rim is clamped to the accuracy of the points' places.
+        assert!(errors[1].abs() < 4e-9, "flow: {errors:?}");
         // That of the outlet is what the model behind it prescribes, on the mean: 1.6e-3, 3e-5 and 5e-4 off, measured.
         assert!(errors[2].abs() < 2e-3, "pressure: {errors:?}");
     }

@@ -71,9 +71,9 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
     );
     let probes = [
         "--set",
-        "output.probes_m=[[0.0125, 2.4e-3, 1.8e-3]]",
+        "output.probes_m=[[0.0125, 3.2e-3, 2.4e-3]]",
         // The last one is in the cell before the probe on the wall.
-        "output.fluid_probes_m=[[-0.02, 0.0, 0.0], [0.0599, 0.0, 0.0], [0.0125, 2.28e-3, 1.71e-3]]",
+        "output.fluid_probes_m=[[-0.02, 0.0, 0.0], [0.0599, 0.0, 0.0], [0.0125, 3.04e-3, 2.28e-3]]",
     ];
     complete(driver(&straight, 6, &probes));
     complete(driver(&resumed, 3, &probes));
@@ -125,7 +125,7 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
         let distance = |face: &usize| {
             let points = &wall.faces[*face];
             let sum: fsi_driver::Vec3 = points.iter().map(|p| wall.points[*p as usize]).sum();
-            (sum / points.len() as f64 - fsi_driver::Vec3::new(0.0125, 2.4e-3, 1.8e-3)).norm()
+            (sum / points.len() as f64 - fsi_driver::Vec3::new(0.0125, 3.2e-3, 2.4e-3)).norm()
         };
         distance(a).total_cmp(&distance(b))
     });
