@@ -22,9 +22,9 @@ use fsi_driver::case::{Case, Material, Preset};
 use fsi_driver::geometry::{HexMesh, Imperfection, irregular_tube_mesh, solid_mesh, tube_mesh};
 use fsi_driver::pfem::discretization::{Discretization, Options};
 use fsi_driver::pfem::element::surface::{LoadKind, Surface};
-use fsi_driver::pfem::solution::statics::{self, Equilibrated, Load, StaticOptions};
+use fsi_driver::pfem::solution::statics::{self, Load, StaticOptions};
 use fsi_driver::pfem::supports::{self, Support};
-use fsi_driver::pfem::{Formulation, Sampler, SolidError, Space, SpaceKind, SurfaceLoad};
+use fsi_driver::pfem::{Formulation, Sampler, Space, SpaceKind, SurfaceLoad};
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
@@ -59,53 +59,6 @@ struct Wall {
 }
 
 /// The models' meshes have as many elements along each section.
-impl Wall {
-    fn discretization(
-        &self,
-        formulation: Formulation,
-        space: Space,
-        points: usize,
-    ) -> Discretization {
-        let options = Options {
-            formulation,
-            quadrature_points: [points; 3],
-            ..Options::new(space)
-        };
-        Discretization::new(&self.mesh, &self.materials, &self.supports, &options)
-            .expect("well posed")
-    }
-
-    /// The surface of the lumen.
-    fn inside(&self, body: &Discretization, points: usize) -> Surface {
-        let faces = supports::surface(&self.mesh, "inner").expect("walls have one");
-        Surface::new(&body.numbering, &body.space, &body.mapping, faces, points).expect("regular")
-    }
-
-    /// Under a pressure (Pa) that follows the lumen; from a guess, if there is one, in place of steps of the load.
-    fn equilibrium(
-        &self,
-        body: &Discretization,
-        pressure: f64,
-        points: usize,
-        start: Option<Vec<f64>>,
-    ) -> Result<Equilibrated, SolidError> {
-        let surface = self.inside(body, points);
-        let load = Load::Surface {
-            values: SurfaceLoad::uniform_pressure(pressure, surface.points.len()),
-            surface: &surface,
-            kind: LoadKind::Follower,
-        };
-        let options = StaticOptions {
-            tolerance: 1e-8,
-            ..Default::default()
-        };
-        match start {
-            None => statics::solve(body, &[load], None, &options),
-            Some(start) => statics::solve_from(body, &[load], start, &options),
-        }
-    }
-}
-
 fn wall(name: &str, [axial, around, radial]: [usize; 3]) -> Wall {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case");
     let model = if ["tube", "irregular"].contains(&name) {
@@ -217,23 +170,37 @@ fn row(name: &str) -> String {
         Some(form) => (form, SpaceKind::TensorProduct),
         None => (form, SpaceKind::Trunk),
     };
-    let formulation = match form {
-        "mixed" => Formulation::Mixed,
-        "pure" => Formulation::Displacement,
-        other => panic!("{other}: mixed or pure, with -tensor or without"),
+    let options = Options {
+        formulation: match form {
+            "mixed" => Formulation::Mixed,
+            "pure" => Formulation::Displacement,
+            other => panic!("{other}: mixed or pure, with -tensor or without"),
+        },
+        quadrature_points: [points; 3],
+        ..Options::new(Space::isotropic(kind, p))
     };
     let wall = wall(model, counts.try_into().expect("three numbers of elements"));
+
     let begin = cpu_seconds();
-    let body = wall.discretization(formulation, Space::isotropic(kind, p), points);
+    let body = Discretization::new(&wall.mesh, &wall.materials, &wall.supports, &options)
+        .expect("well posed");
+    let faces = supports::surface(&wall.mesh, "inner").expect("walls have one");
+    let new = |points| {
+        Surface::new(&body.numbering, &body.space, &body.mapping, faces, points).expect("regular")
+    };
+    let surface = new(points);
     let prepared = cpu_seconds();
-    let found = wall.equilibrium(&body, pressure, points, None);
-    // The pure form with more points than usual does not come the whole way from zero.
-    let found = found.or_else(|_| {
-        let usual = wall.discretization(formulation, Space::isotropic(kind, p), p + 1);
-        let start = wall.equilibrium(&usual, pressure, p + 1, None)?;
-        wall.equilibrium(&body, pressure, points, Some(start.displacement))
-    });
-    let found = found.unwrap_or_else(|e| panic!("{name}: {e}"));
+    let load = Load::Surface {
+        values: SurfaceLoad::uniform_pressure(pressure, surface.points.len()),
+        surface: &surface,
+        kind: LoadKind::Follower,
+    };
+    let options = StaticOptions {
+        tolerance: 1e-8,
+        ..Default::default()
+    };
+    let found =
+        statics::solve(&body, &[load], None, &options).unwrap_or_else(|e| panic!("{name}: {e}"));
     let seconds = [prepared - begin, cpu_seconds() - prepared];
     let start = format!(
         "{name},{},{},{},{:.2},{:.2}",
@@ -252,7 +219,7 @@ fn row(name: &str) -> String {
     }
 
     let d = &found.displacement;
-    let fine = wall.inside(&body, p + 4);
+    let fine = new(p + 4);
     let areas = fine.deformed_areas(&body.numbering, d);
     let moved = fine.values(&body.numbering, d);
     let volumes = (fine.points.iter().zip(moved).zip(areas)).map(|((point, u), area)| {
