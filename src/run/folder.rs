@@ -172,6 +172,22 @@ mod tests {
     }
 
     #[test]
+    fn what_a_hindered_write_has_left_goes_when_the_run_goes_on() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = RunFolder::open(parent.path(), Earlier::Keep).unwrap();
+        fs::create_dir(folder.checkpoints().folder()).unwrap();
+        fs::write(folder.checkpoints().folder().join(".tmpHalf"), "").unwrap();
+        fs::create_dir_all(parent.path().join(".tmpEvaluation/wall-shear")).unwrap();
+        fs::write(folder.history(), "").unwrap();
+        drop(folder);
+        let folder = RunFolder::open(parent.path(), Earlier::Resume).unwrap();
+        let mut left = contents(parent.path()).unwrap();
+        left.sort();
+        assert_eq!(left, ["checkpoints", "history.csv", LOCK]);
+        assert!(contents(&folder.checkpoints().folder()).unwrap().is_empty());
+    }
+
+    #[test]
     fn nobody_else_may_work_in_a_folder_and_nobody_is_fooled_by_what_is_left_of_a_lock() {
         let parent = tempfile::tempdir().unwrap();
         let root = parent.path().join("run");

@@ -124,8 +124,11 @@ impl Bench {
         for table in ["probes.csv", "fluid-probes.csv"] {
             assert_eq!(rows(&out.join(table)), rows(&straight.join(table)));
         }
-        // Each start of OpenFOAM has a folder of its own for its probes.
-        let is_result = |name: &PathBuf| !name.starts_with("openfoam/postProcessing");
+        // Each start of OpenFOAM has a folder of its own for its probes; nobody reads the state of its function objects.
+        let is_result = |name: &PathBuf| {
+            let name = name.to_string_lossy();
+            !name.contains("openfoam/postProcessing") && !name.contains("functionObject")
+        };
         let results = |run| BTreeSet::from_iter(names(run).into_iter().filter(is_result));
         let [expected, found] = [&straight, &out].map(|run| results(run));
         let odd: Vec<_> = found.symmetric_difference(&expected).collect();
@@ -146,9 +149,10 @@ impl Bench {
             return "harmless";
         }
         assert!(code == Some(1) || code == Some(2));
-        let case = "openfoam-case";
-        let named = said.contains(&*self.folder.path().to_string_lossy()) || said.contains(case);
-        assert!(said.contains("error: ") && named, "it names no file");
+        let error = said.split_once("error: ").expect("an error is told").1;
+        let (what, _) = error.split_once("; --resume").unwrap_or((error, ""));
+        let folders = [&*self.folder.path().to_string_lossy(), "openfoam-case"];
+        assert!(folders.iter().any(|folder| what.contains(folder)), "{what}");
         let resumed = self.run("run", 3, &["--resume"]).output().unwrap();
         let how = if text(&resumed).contains("start it without --resume") {
             assert_eq!(code, Some(2), "it says that nothing was written");
@@ -226,7 +230,11 @@ fn a_call_for_a_file_that_fails_once_changes_no_result() {
         let Some(bench) = Bench::new(&FEW, resumed) else {
             return;
         };
-        let sample = |n: usize, _: &str| n % 23 == 11;
+        // After the last checkpoint older ones are looked for.
+        let sample = |n: usize, call: &str| {
+            n % 23 == 11
+                || call.contains("getdents") && call.contains("/checkpoints ") && n % 2 == 0
+        };
         bench.campaign("driver", &KINDS, &sample);
     }
 }
@@ -244,8 +252,8 @@ fn a_call_for_a_file_that_fails_once_changes_no_result_with_openfoam() {
     bench.campaign("solver", &["read"], &|n, call| {
         call.contains("run/openfoam/constant/inflow ") && n % 20 == 0
     });
-    bench.campaign("driver", &["sync", "folder"], &|n, call| {
-        call.contains("0.004/phi") || call.contains("0.004") && n % 11 == 0
+    bench.campaign("driver", &["sync", "folder"], &|_, call| {
+        call.contains("0.004/phi ") || call.contains("run/openfoam/constant/polyMesh ")
     });
 }
 
