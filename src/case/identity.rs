@@ -1,7 +1,7 @@
 //! By what a case is recognized: all its values, and the content of the files that it names.
 
 use super::{Case, Problem, WallMode};
-use crate::files::{FileFingerprint, below};
+use crate::files::{FileFingerprint, below, named};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs;
@@ -165,8 +165,8 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
 fn add_folder(root: &Path, called: &str, found: &mut Vec<FileFingerprint>) -> io::Result<()> {
     let mut folders = vec![root.to_owned()];
     while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder)? {
-            let path = entry?.path();
+        for entry in fs::read_dir(&folder).map_err(named(&folder))? {
+            let path = entry.map_err(named(&folder))?.path();
             if path.is_dir() {
                 folders.push(path);
             } else {

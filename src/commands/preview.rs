@@ -46,8 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         ("preview.svg", preview.svg.as_bytes()),
     ] {
         let path = folder.join(name);
-        write_atomically(&path, bytes)
-            .map_err(|e| Failure::Run(format!("cannot write {}: {e}", path.display())))?;
+        write_atomically(&path, bytes).map_err(|e| Failure::Run(format!("cannot write {e}")))?;
         terminal::print(format_args!("{}\n", path.display()))?;
     }
     Ok(())

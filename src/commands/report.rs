@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     write_atomically(&page, html.as_bytes())
-        .map_err(|e| Failure::Run(format!("cannot write {}: {e}", page.display())))?;
+        .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
     let size = html.len() as f64 / 1e6;
     terminal::print(format_args!("{} ({size:.1} MB)\n", page.display()))?;
     if arguments.open {

@@ -1,5 +1,6 @@
 //! The content of a file in three numbers.
 
+use super::named;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, Read};
@@ -27,8 +28,15 @@ pub struct FingerprintError {
 }
 
 impl FileFingerprint {
-    /// FileFingerprints the first `length` bytes of `root/path`, or all.
+    /// Of the first `length` bytes of `root/path`, or all.
+    ///
+    /// # Errors
+    /// They name the file.
     pub fn of(root: &Path, path: &Path, length: Option<u64>) -> io::Result<Self> {
+        Self::read(root, path, length).map_err(named(&root.join(path)))
+    }
+
+    fn read(root: &Path, path: &Path, length: Option<u64>) -> io::Result<Self> {
         let mut file = File::open(root.join(path))?.take(length.unwrap_or(u64::MAX));
         let (mut hasher, mut length) = (crc32fast::Hasher::new(), 0);
         let mut buffer = vec![0; 1 << 16];
@@ -54,7 +62,7 @@ impl FileFingerprint {
             path: self.path.clone(),
             reason,
         };
-        let now = Self::of(root, Path::new(&self.path), Some(self.length))
+        let now = Self::read(root, Path::new(&self.path), Some(self.length))
             .map_err(|error| wrong(error.to_string()))?;
         if now.length < self.length {
             return Err(wrong(format!(

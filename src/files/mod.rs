@@ -4,29 +4,67 @@ mod fingerprint;
 
 pub use fingerprint::{FileFingerprint, FingerprintError};
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, Write};
 use std::path::Path;
+
+/// How the names of files and folders begin whose contents are to take the place of others once they are whole.
+pub const UNFINISHED: &str = ".tmp";
+
+/// The error of a file or folder with its name, which the system does not say: `RUN/history.csv: No space left on device`.
+pub fn named(path: &Path) -> impl Fn(io::Error) -> io::Error {
+    move |error| io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
 
 /// Writes `contents` under a temporary name in the same folder and renames it, so that a reader, or a run that is
 /// killed meanwhile, never meets half a file.
-pub fn write_atomically(path: &Path, contents: &[u8]) -> std::io::Result<()> {
+///
+/// # Errors
+/// They name the file.
+pub fn write_atomically(path: &Path, contents: &[u8]) -> io::Result<()> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(contents)?;
-    // Temporary files are private; results are not.
-    let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o644);
-    file.as_file().set_permissions(permissions)?;
-    file.as_file().sync_data()?;
-    file.persist(path)?;
+    let write = || {
+        // Temporary files are private; results are not.
+        let create = |path: &Path| File::create_new(path);
+        let mut file = (tempfile::Builder::new().prefix(UNFINISHED)).make_in(folder, create)?;
+        file.as_file_mut().write_all(contents)?;
+        file.as_file().sync_data()?;
+        file.persist(path).map_err(|refused| refused.error)
+    };
+    write().map(drop).map_err(named(path))
+}
+
+/// Removes what a process has left in `folder` that was ended, or hindered by the system, amid [`write_atomically`] or in a
+/// temporary folder.
+///
+/// # Errors
+/// They name the file.
+pub fn clear_unfinished(folder: &Path) -> io::Result<()> {
+    for entry in std::fs::read_dir(folder).map_err(named(folder))? {
+        let entry = entry.map_err(named(folder))?;
+        let path = entry.path();
+        if !entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
+            continue;
+        }
+        let is_folder = entry.file_type().map(|kind| kind.is_dir());
+        let removed = is_folder.and_then(|is_folder| match is_folder {
+            true => std::fs::remove_dir_all(&path),
+            false => std::fs::remove_file(&path),
+        });
+        removed.map_err(named(&path))?;
+    }
     Ok(())
 }
 
 /// Sees to it that the names of the files in `folder` are on the disk.
-pub fn sync_folder(folder: &Path) -> std::io::Result<()> {
-    std::fs::File::open(folder)?.sync_all()
+///
+/// # Errors
+/// They name the folder.
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
+    (File::open(folder).and_then(|opened| opened.sync_all())).map_err(named(folder))
 }
 
 /// A path as it is named from the folder `root`, if it lies below it.

@@ -1,6 +1,7 @@
 //! Face-based polyhedral meshes in OpenFOAM's layout.
 
 use crate::Vec3;
+use crate::files::named;
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -262,7 +263,7 @@ impl PolyMesh {
     /// What the file system answers, with the path.
     pub fn write(&self, case: &Path) -> std::io::Result<()> {
         let folder = case.join("constant/polyMesh");
-        std::fs::create_dir_all(&folder).map_err(|error| with_path(&folder, error))?;
+        std::fs::create_dir_all(&folder).map_err(named(&folder))?;
         let note = format!(
             "nPoints:{} nCells:{} nFaces:{} nInternalFaces:{}",
             self.points.len(),
@@ -344,9 +345,5 @@ fn replace_file(path: &Path, text: &str) -> std::io::Result<()> {
     let unfinished = path.with_extension("unfinished");
     std::fs::write(&unfinished, text)
         .and_then(|()| std::fs::rename(&unfinished, path))
-        .map_err(|error| with_path(path, error))
-}
-
-fn with_path(path: &Path, error: std::io::Error) -> std::io::Error {
-    std::io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+        .map_err(named(path))
 }

@@ -106,7 +106,7 @@ impl BudgetReport {
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(self).expect("plain data can be written");
         write_atomically(path, text.as_bytes())
-            .map_err(|e| Failure::Run(format!("cannot write {}: {e}", path.display())))
+            .map_err(|e| Failure::Run(format!("cannot write {e}")))
     }
 
     /// Reads figures that [`BudgetReport::write`] has written.

@@ -8,6 +8,7 @@ use super::wall_history::WallHistoryReader;
 use super::write_atomically;
 use crate::Vec3;
 use crate::case::{Case, Window};
+use crate::files::named;
 use crate::geometry::centre_line;
 use crate::hemodynamics::phases::{PhaseMean, Phases, WallPhases, phase_means};
 use crate::hemodynamics::{Region, RegionStep};
@@ -68,10 +69,12 @@ pub fn write(files: &RunFiles, case: &Case, window: Window, count: usize) -> io:
         series.add(end, &grid)?;
     }
     // Those of more phases.
-    match std::fs::remove_dir_all(files.wall_phases().with_extension("")) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => results::replace(folder.path(), files.root()),
+    let former = files.wall_phases().with_extension("");
+    match std::fs::remove_dir_all(&former) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(named(&former)(error)),
+        _ => results::replace(folder.path(), files.root())?,
     }
+    folder.close()
 }
 
 /// A column of the table: its name, and the mean at each phase.

@@ -315,23 +315,14 @@ impl Observer<Structure> for Record {
     }
 
     fn memory(&self) -> io::Result<RecordMemory> {
-        self.history.sync()?;
-        self.iterations.sync()?;
-        (self.probes.iter()).try_for_each(|(_, table)| table.sync())?;
-        let others = self.fluid_probes.iter().chain(&self.openings);
-        others.into_iter().try_for_each(Table::sync)?;
-        let length = |path: &Path| std::fs::metadata(path).map(|file| file.len());
-        let probes = self.probes.as_ref().map(|_| length(&self.settings.probes));
-        let fluid_probes =
-            (self.fluid_probes.as_ref()).map(|_| length(&self.settings.fluid_probes));
-        let openings = self.settings.openings.as_deref().map(length);
+        let length = |table: Option<&Table>| table.map_or(Ok(0), Table::sync);
         Ok(RecordMemory {
             volume: self.volume,
-            history: length(&self.settings.history)?,
-            iterations: length(&self.settings.iterations)?,
-            probes: probes.transpose()?.unwrap_or(0),
-            fluid_probes: fluid_probes.transpose()?.unwrap_or(0),
-            openings: openings.transpose()?.unwrap_or(0),
+            history: self.history.sync()?,
+            iterations: self.iterations.sync()?,
+            probes: length(self.probes.as_ref().map(|(_, table)| table))?,
+            fluid_probes: length(self.fluid_probes.as_ref())?,
+            openings: length(self.openings.as_ref())?,
             grids: self.fields.entries().to_vec(),
             fluid_grids: (self.fluid_fields.iter())
                 .flat_map(|series| series.entries().to_vec())

@@ -6,6 +6,7 @@ use super::wall_fields::{self, FaceRow};
 use super::wall_history::WallHistoryReader;
 use super::{phases, record, wall_record, write_atomically};
 use crate::case::{BloodVessel, Case, Problem, Window};
+use crate::files::{UNFINISHED, named};
 use crate::geometry::{PolyMesh, centre_line};
 use crate::hemodynamics::summary::{Series, WallFields};
 use crate::hemodynamics::{
@@ -44,9 +45,11 @@ pub fn evaluate(
     write_atomically(&draft.hemodynamics(), json.as_bytes())?;
     write_atomically(&draft.view(), include_bytes!("view.py"))?;
     replace(folder.path(), files.root())?;
+    folder.close()?;
     // Its earlier name hid ParaView's own module of that name.
-    match std::fs::remove_file(files.root().join("paraview.py")) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+    let former = files.root().join("paraview.py");
+    match std::fs::remove_file(&former) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(named(&former)(e)),
         _ => {}
     }
     Ok(summary)
@@ -55,19 +58,19 @@ pub fn evaluate(
 /// A folder beside the results, for those that are to take their place.
 pub(super) fn draft(files: &RunFiles) -> io::Result<tempfile::TempDir> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".evaluation-").tempdir_in(files.root())
+    builder.prefix(UNFINISHED).tempdir_in(files.root())
 }
 
 /// Moves all files of a folder, and of the folders in it, to the same places in another.
 pub(super) fn replace(from: &Path, to: &Path) -> io::Result<()> {
-    for entry in std::fs::read_dir(from)? {
-        let entry = entry?;
+    for entry in std::fs::read_dir(from).map_err(named(from))? {
+        let entry = entry.map_err(named(from))?;
         let target = to.join(entry.file_name());
-        if entry.file_type()?.is_dir() {
-            std::fs::create_dir_all(&target)?;
+        if entry.file_type().map_err(named(from))?.is_dir() {
+            std::fs::create_dir_all(&target).map_err(named(&target))?;
             replace(&entry.path(), &target)?;
         } else {
-            std::fs::rename(entry.path(), target)?;
+            std::fs::rename(entry.path(), &target).map_err(named(&target))?;
         }
     }
     Ok(())

@@ -1,11 +1,12 @@
 //! `history.csv` (a row a time step), `iterations.csv` (a row a coupling iteration)
 //! `probes.csv` and `fluid-probes.csv` (a row a time step and probe), `openings.csv` (a row a time step and opening).
 
+use crate::files::named;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A row of `history.csv`. Field names are the headers: they carry the unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -180,39 +181,49 @@ pub fn whole_steps(history: &[HistoryRow], step: f64) -> Vec<&HistoryRow> {
 
 /// A CSV file that is complete up to its last row at any moment.
 pub struct Table {
+    path: PathBuf,
     writer: csv::Writer<File>,
 }
 
 impl Table {
     /// Creates the file; the header follows with the first row.
     pub fn create(path: &Path) -> io::Result<Self> {
+        let file = File::create(path).map_err(named(path))?;
         Ok(Self {
-            writer: csv::Writer::from_writer(File::create(path)?),
+            path: path.to_owned(),
+            writer: csv::Writer::from_writer(file),
         })
     }
 
     /// Opens the file of an earlier run to continue after its first `length` bytes; what follows them is cut off. With
     /// nothing to continue, the file need not exist.
     pub fn resume(path: &Path, length: u64) -> io::Result<Self> {
-        let file = (File::options().append(true).create(length == 0)).open(path)?;
-        file.set_len(length)?;
+        let file = (File::options().append(true).create(length == 0)).open(path);
+        let file = file.map_err(named(path))?;
+        file.set_len(length).map_err(named(path))?;
         // An empty file still needs its header.
         let writer = csv::WriterBuilder::new()
             .has_headers(length == 0)
             .from_writer(file);
-        Ok(Self { writer })
+        Ok(Self {
+            path: path.to_owned(),
+            writer,
+        })
     }
 
-    /// Sees to it that all rows are on the disk.
-    pub fn sync(&self) -> io::Result<()> {
-        self.writer.get_ref().sync_data()
+    /// Sees to it that all rows are on the disk; returns the length of the file.
+    pub fn sync(&self) -> io::Result<u64> {
+        let file = self.writer.get_ref();
+        let length = || file.sync_data().and_then(|()| file.metadata());
+        length().map(|it| it.len()).map_err(named(&self.path))
     }
 
     /// Adds rows and hands them to the operating system.
     pub fn append<T: Serialize>(&mut self, rows: &[T]) -> io::Result<()> {
         for row in rows {
-            self.writer.serialize(row).map_err(io::Error::other)?;
+            let added = self.writer.serialize(row).map_err(io::Error::other);
+            added.map_err(named(&self.path))?;
         }
-        self.writer.flush()
+        self.writer.flush().map_err(named(&self.path))
     }
 }

@@ -4,6 +4,7 @@
 
 use super::write_atomically;
 use crate::Vec3;
+use crate::files::named;
 use base64::Engine;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -202,7 +203,8 @@ pub struct Series {
 impl Series {
     /// A series described by the file `path`; its grids lie in a folder of the same name without ending.
     pub fn new(path: PathBuf) -> io::Result<Self> {
-        std::fs::create_dir_all(path.with_extension(""))?;
+        let folder = path.with_extension("");
+        std::fs::create_dir_all(&folder).map_err(named(&folder))?;
         Ok(Self {
             path,
             entries: Vec::new(),
@@ -216,12 +218,12 @@ impl Series {
             ..Self::new(path)?
         };
         let folder = series.path.with_extension("");
-        for file in std::fs::read_dir(&folder)? {
-            let file = file?.path();
+        for file in std::fs::read_dir(&folder).map_err(named(&folder))? {
+            let file = file.map_err(named(&folder))?.path();
             let listed =
                 |(_, name): &(f64, String)| Path::new(name).file_name() == file.file_name();
             if !series.entries.iter().any(listed) {
-                std::fs::remove_file(file)?;
+                std::fs::remove_file(&file).map_err(named(&file))?;
             }
         }
         series.write_list()?;

@@ -24,6 +24,7 @@
 //! face, displacement that of each point. `examples/python/fsi_results.py` reads the file and checks it.
 
 use crate::Vec3;
+use crate::files::named;
 use crate::hemodynamics::{WallState, WetSurface};
 use std::fs::File;
 use std::io::{self, BufReader, ErrorKind, Read, Write};
@@ -76,6 +77,7 @@ impl From<WallHistoryError> for io::Error {
 
 /// Writes the file.
 pub struct WallHistory {
+    path: PathBuf,
     file: File,
     /// Number of the next record.
     number: u32,
@@ -84,9 +86,13 @@ pub struct WallHistory {
 impl WallHistory {
     /// Creates the file with its head.
     pub fn create(path: &Path, wall: &WetSurface) -> io::Result<Self> {
-        let mut file = File::create(path)?;
-        file.write_all(&head(wall))?;
-        Ok(Self { file, number: 0 })
+        let mut file = File::create(path).map_err(named(path))?;
+        file.write_all(&head(wall)).map_err(named(path))?;
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            number: 0,
+        })
     }
 
     /// Opens the file of an earlier run to continue after its first `length` bytes; what follows them is cut off.
@@ -96,22 +102,29 @@ impl WallHistory {
             return Self::create(path, wall);
         }
         let steps = length.saturating_sub(head(wall).len() as u64) / record_length(wall);
-        let file = File::options().append(true).open(path)?;
-        file.set_len(length)?;
+        let file = File::options().append(true).open(path);
+        let file = file.map_err(named(path))?;
+        file.set_len(length).map_err(named(path))?;
         let number = u32::try_from(steps).map_err(io::Error::other)?;
-        Ok(Self { file, number })
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            number,
+        })
     }
 
     /// Adds the end of a step.
     pub fn append(&mut self, state: &WallState) -> io::Result<()> {
-        self.file.write_all(&record(state, self.number))?;
+        let record = record(state, self.number);
+        self.file.write_all(&record).map_err(named(&self.path))?;
         self.number += 1;
         Ok(())
     }
 
-    /// Sees to it that all steps are on the disk.
-    pub fn sync(&self) -> io::Result<()> {
-        self.file.sync_data()
+    /// Sees to it that all steps are on the disk; returns the length of the file.
+    pub fn sync(&self) -> io::Result<u64> {
+        let length = || self.file.sync_data().and_then(|()| self.file.metadata());
+        length().map(|it| it.len()).map_err(named(&self.path))
     }
 }
 

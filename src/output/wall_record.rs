@@ -81,13 +81,10 @@ impl WallRecord {
 
     /// What is needed to continue later; everything so far is on the disk when this returns.
     pub fn memory(&self) -> io::Result<WallMemory> {
-        self.regions.sync()?;
-        self.history.iter().try_for_each(WallHistory::sync)?;
-        let length = |path: &PathBuf| std::fs::metadata(path).map(|file| file.len());
         Ok(WallMemory {
             statistics: self.statistics.clone(),
-            regions: length(&self.settings.regions)?,
-            history: self.settings.history.as_ref().map_or(Ok(0), length)?,
+            regions: self.regions.sync()?,
+            history: self.history.as_ref().map_or(Ok(0), WallHistory::sync)?,
         })
     }
 

@@ -29,7 +29,9 @@ impl Process {
     /// solver in order. Should the driver be killed, the kernel ends the solver: it sends `death_signal` when the
     /// *thread* that called this function ends, so call it from one that lives as long as the run.
     pub fn start(mut command: Command, log: &Path, death_signal: Signal) -> io::Result<Self> {
-        let output = File::options().create(true).append(true).open(log)?;
+        let output = File::options().create(true).append(true).open(log);
+        let output =
+            output.map_err(|e| io::Error::new(e.kind(), format!("{}: {e}", log.display())))?;
         command
             .stdin(Stdio::null())
             .stdout(output.try_clone()?)

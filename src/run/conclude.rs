@@ -1,6 +1,7 @@
 //! The end of a run, good or bad.
 
-use super::coupled_run::{CoupledRun, Found};
+use super::coupled_run::CoupledRun;
+use super::resumption::way_back;
 use super::{Failure, RunFolder, written};
 use crate::case::Solver;
 use crate::output::progress::human;
@@ -57,22 +58,8 @@ impl CoupledRun {
                 folder.root().display(),
                 way_back(&folder)
             ))),
-            Err(Failure::Run(reason)) => Err(Failure::Run(reason + &way_back(&folder))),
             Err(failure) => Err(failure),
         }
-    }
-}
-
-/// Where the run can be continued.
-fn way_back(folder: &RunFolder) -> String {
-    let newest: Result<Found, _> = folder.checkpoints().newest();
-    match newest {
-        Ok(found) => format!(
-            "; --resume continues from {} (step {})",
-            found.path.display(),
-            found.checkpoint.step()
-        ),
-        Err(_) => String::new(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::lock::Lock;
+use crate::files::clear_unfinished;
 use crate::output::run_files::{FLUID, MARK, RunFiles};
 use crate::simulation::assembly::surroundings::{LOGS, OWN_FLUID};
 use std::fs;
@@ -83,6 +84,11 @@ impl RunFolder {
             _lock: Lock::take(&root.join(LOCK))?,
             files: RunFiles::new(root),
         };
+        if matches!(earlier, Earlier::Resume | Earlier::ResumeWithoutTables) {
+            folder
+                .clear_unfinished()
+                .map_err(|e| Failure::Input(format!("cannot tidy up: {e}")))?;
+        }
         if earlier == Earlier::Replace || earlier == Earlier::Keep && never_begun {
             folder
                 .clear()
@@ -97,6 +103,16 @@ impl RunFolder {
             _lock: Lock::take(&root.join(LOCK))?,
             files: RunFiles::new(root),
         })
+    }
+
+    /// Removes half-written files of an earlier process.
+    fn clear_unfinished(&self) -> std::io::Result<()> {
+        let checkpoints = self.checkpoints().folder();
+        clear_unfinished(self.root())?;
+        match checkpoints.is_dir() {
+            true => clear_unfinished(&checkpoints),
+            false => Ok(()),
+        }
     }
 
     /// Removes everything but the lock.
@@ -153,6 +169,22 @@ mod tests {
             RunFolder::open(&foreign, earlier).unwrap_err();
             assert_eq!(contents(&foreign).unwrap(), ["thesis.tex"]);
         }
+    }
+
+    #[test]
+    fn what_a_hindered_write_has_left_goes_when_the_run_goes_on() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = RunFolder::open(parent.path(), Earlier::Keep).unwrap();
+        fs::create_dir(folder.checkpoints().folder()).unwrap();
+        fs::write(folder.checkpoints().folder().join(".tmpHalf"), "").unwrap();
+        fs::create_dir_all(parent.path().join(".tmpEvaluation/wall-shear")).unwrap();
+        fs::write(folder.history(), "").unwrap();
+        drop(folder);
+        let folder = RunFolder::open(parent.path(), Earlier::Resume).unwrap();
+        let mut left = contents(parent.path()).unwrap();
+        left.sort();
+        assert_eq!(left, ["checkpoints", "history.csv", LOCK]);
+        assert!(contents(&folder.checkpoints().folder()).unwrap().is_empty());
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod selection;
 mod status;
 
 use crate::case::{ResolvedCase, Solver};
+use crate::output::run_files::RunFiles;
 use crate::output::{terminal, write_atomically};
 use crate::simulation::assembly::{preflight, surroundings};
 pub use coupled_run::{CoupledRun, RunCheckpoint};
@@ -50,6 +51,17 @@ impl RunRequest<'_> {
             preflight::try_fluid(case, interrupt.of_the_start())?;
         }
         let folder = RunFolder::open(self.out, self.earlier)?;
+        let outcome = self.execute_in(folder, interrupt);
+        outcome.map_err(|failure| match failure {
+            Failure::Run(reason) => {
+                Failure::Run(reason + &resumption::way_back(&RunFiles::new(self.out)))
+            }
+            failure => failure,
+        })
+    }
+
+    fn execute_in(&self, folder: RunFolder, interrupt: Interrupt) -> Result<(), Failure> {
+        let case = self.case;
         let checkpoint = match self.earlier {
             Earlier::Resume => resumption::checkpoint(&folder, case)?,
             Earlier::ResumeWithoutTables => {

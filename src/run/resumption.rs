@@ -3,6 +3,7 @@
 use super::coupled_run::{Found, RunCheckpoint};
 use super::{Failure, RunFolder, new_tables};
 use crate::case::{Case, CaseIdentity};
+use crate::output::run_files::RunFiles;
 use crate::output::terminal;
 use crate::simulation::checkpoint::StoreError;
 use std::fs;
@@ -77,9 +78,10 @@ pub fn beyond(checkpoint: &RunCheckpoint, case: &Case) -> Option<String> {
 pub fn newest(folder: &RunFolder) -> Result<Option<Found>, Failure> {
     match folder.checkpoints().newest() {
         Ok(found) => Ok(Some(found)),
-        Err(StoreError::None(_)) if fs::metadata(folder.history()).map_or(0, |f| f.len()) == 0 => {
-            Ok(None)
-        }
+        Err(StoreError::None(_)) if !has_begun(folder) => Ok(None),
+        Err(error @ StoreError::Io(_)) => Err(Failure::Input(format!(
+            "cannot read the checkpoints: {error}"
+        ))),
         Err(error) => {
             let waived = new_tables::names(folder);
             let state: Result<Found, _> = folder.checkpoints().newest_without(&waived);
@@ -93,6 +95,25 @@ pub fn newest(folder: &RunFolder) -> Result<Option<Found>, Failure> {
             }))
         }
     }
+}
+
+/// How the run goes on after what ended it; empty if it cannot.
+pub(super) fn way_back(files: &RunFiles) -> String {
+    let newest: Result<Found, _> = files.checkpoints().newest();
+    match newest {
+        Ok(found) => format!(
+            "; --resume continues from {} (step {})",
+            found.path.display(),
+            found.checkpoint.step()
+        ),
+        Err(StoreError::None(_)) if !has_begun(files) => "; --resume begins it again".into(),
+        Err(_) => String::new(),
+    }
+}
+
+/// Whether a step was taken.
+fn has_begun(files: &RunFiles) -> bool {
+    fs::metadata(files.history()).is_ok_and(|file| file.len() > 0)
 }
 
 /// Refuses to resume another case than that of the checkpoint.

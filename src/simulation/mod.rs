@@ -65,6 +65,9 @@ pub enum SimulationError {
     /// A checkpoint could not be written.
     #[error("cannot write a checkpoint: {0}")]
     Save(String),
+    /// Old checkpoints could not be removed.
+    #[error("cannot remove old checkpoints: {0}")]
+    Tidy(#[source] StoreError),
     /// No checkpoint could be read.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -149,7 +152,8 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
     ) -> Result<(), SimulationError> {
         self.recall(checkpoint)?;
         self.totals.resumed += 1;
-        Ok(())
+        // What an earlier process could not remove; after its last step nobody would do so.
+        self.tidy()
     }
 
     /// Goes on to the last step. `interrupted` is asked before each step and, lest it be lost, before one is accepted.
@@ -322,19 +326,28 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             coupling: self.coupling.fixed_point.memory(),
             observer,
         };
-        let kept = checkpoints
-            .store
-            .write(&checkpoint)
-            .map_err(|e| failed(&e))?;
+        let written = checkpoints.store.write(&checkpoint);
+        written.map_err(|e| failed(&e))?;
+        self.tidy()?;
+        self.saved = Instant::now();
+        self.totals.checkpoint_s += clock.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Removes checkpoints and times of the fluid that nobody needs once the last accepted step is in a checkpoint.
+    fn tidy(&mut self) -> Result<(), SimulationError> {
+        let Some(checkpoints) = &self.checkpoints else {
+            return Ok(());
+        };
+        let kept = checkpoints.store.tidy(self.clock.steps());
+        let kept = kept.map_err(SimulationError::Tidy)?;
         let (time_step, interval) = (self.clock.time_step(), self.settings.fluid_interval);
-        let done = checkpoint.totals.time_s + 0.5 * time_step;
+        let done = self.totals.time_s + 0.5 * time_step;
         self.coupling.fluid.discard(&|time| {
             let step = (time / time_step).round() as usize;
             let wanted = step == 0 || kept.contains(&step) || is_due(step, time_step, interval);
             time < done && wanted
         })?;
-        self.saved = Instant::now();
-        self.totals.checkpoint_s += clock.elapsed().as_secs_f64();
         Ok(())
     }
 

@@ -23,6 +23,8 @@ mod fluid_transport;
 mod geometry_check_mesh;
 mod hemodynamics;
 mod installed;
+#[cfg(target_arch = "x86_64")]
+mod io_faults;
 mod native_fields;
 mod native_run;
 mod own_case;

@@ -3,6 +3,7 @@
 //! disk before the step is reported.
 
 use crate::Vec3;
+use crate::files::named;
 use crate::fluid::{FluidError, FluidProbe};
 use std::fmt::Write as _;
 use std::fs::File;
@@ -50,10 +51,13 @@ pub struct ProbeFiles {
 impl ProbeFiles {
     /// Prepares the folder `case` for a solver that starts there. What an earlier one has left is removed.
     pub fn new(case: &Path, sampling: &Sampling) -> io::Result<Self> {
-        std::fs::write(case.join("system").join(NAME), dictionary(&sampling.points))?;
+        let wanted = case.join("system").join(NAME);
+        std::fs::write(&wanted, dictionary(&sampling.points)).map_err(named(&wanted))?;
         let folder = case.join("postProcessing").join(NAME);
         match std::fs::remove_dir_all(&folder) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(named(&folder)(error));
+            }
             _ => {}
         }
         let rows = |field| Rows {

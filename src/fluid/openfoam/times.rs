@@ -1,6 +1,6 @@
 //! The times that OpenFOAM has written: a folder each, in the case or in the `processorN` of each rank.
 
-use crate::files::sync_folder;
+use crate::files::{named, sync_folder};
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ pub fn unchanging(case: &Path) -> Vec<PathBuf> {
 /// Removes the times that `keep` does not want.
 pub fn prune(case: &Path, keep: impl Fn(f64) -> bool) -> io::Result<()> {
     let mut old = written(case)?.into_iter().filter(|t| !keep(t.time));
-    old.try_for_each(|t| fs::remove_dir_all(t.folder))
+    old.try_for_each(|t| fs::remove_dir_all(&t.folder).map_err(named(&t.folder)))
 }
 
 /// State of OpenFOAM's function objects in the folder of a time. OpenFOAM writes it last, when the next step begins or
@@ -65,7 +65,7 @@ pub fn clear_remains(case: &Path, start: f64) -> io::Result<()> {
     for written in written(case)? {
         let late = written.folder.join(LATE);
         if written.time == start && late.exists() && !is_complete(&late)? {
-            fs::remove_file(late)?;
+            fs::remove_file(&late).map_err(named(&late))?;
         }
     }
     Ok(())
@@ -97,11 +97,14 @@ pub fn files(case: &Path, at: f64, time_step: f64) -> io::Result<Files> {
 
 /// Whether OpenFOAM has written a file up to its last line; it does not notice a full disk.
 fn is_complete(path: &Path) -> io::Result<bool> {
-    let mut file = File::open(path)?;
-    let length = file.metadata()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(64)))?;
-    let mut end = Vec::new();
-    file.read_to_end(&mut end)?;
+    let last_letters = || {
+        let mut file = File::open(path)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(64)))?;
+        let mut end = Vec::new();
+        file.read_to_end(&mut end).map(|_| end)
+    };
+    let end = last_letters().map_err(named(path))?;
     Ok(end.trim_ascii_end().ends_with(b"****** //"))
 }
 
@@ -110,7 +113,7 @@ fn is_complete(path: &Path) -> io::Result<bool> {
 /// # Errors
 /// If it is not whole.
 pub fn sync_whole(path: &Path) -> io::Result<()> {
-    File::open(path)?.sync_all()?;
+    (File::open(path).and_then(|file| file.sync_all())).map_err(named(path))?;
     path.parent().map_or(Ok(()), sync_folder)?;
     if is_complete(path)? {
         return Ok(());
@@ -128,9 +131,9 @@ fn time(name: &str) -> Option<f64> {
 
 fn folders(of: &Path) -> io::Result<Vec<PathBuf>> {
     let mut folders = Vec::new();
-    for entry in fs::read_dir(of)? {
-        let entry = entry?;
-        if entry.file_type()?.is_dir() {
+    for entry in fs::read_dir(of).map_err(named(of))? {
+        let entry = entry.map_err(named(of))?;
+        if entry.file_type().map_err(named(of))?.is_dir() {
             folders.push(entry.path());
         }
     }
@@ -138,9 +141,9 @@ fn folders(of: &Path) -> io::Result<Vec<PathBuf>> {
 }
 
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        if entry.file_type()?.is_dir() {
+    for entry in fs::read_dir(folder).map_err(named(folder))? {
+        let entry = entry.map_err(named(folder))?;
+        if entry.file_type().map_err(named(folder))?.is_dir() {
             collect(&entry.path(), files)?;
         } else {
             files.push(entry.path());

@@ -112,7 +112,7 @@ impl Plan<'_> {
             let newest = markdown(&table[table.len() - 1..]);
             terminal::print(format_args!("{newest}\n"))?;
             let written = |error: std::io::Error| {
-                Failure::Run(format!("cannot write {}: {error}", self.out.display()))
+                Failure::Run(format!("cannot write the comparison: {error}"))
             };
             let file = |extension: &str| self.out.join(format!("{name}.{extension}"));
             write_atomically(&file("csv"), csv(&table).map_err(written)?.as_bytes())

@@ -1,7 +1,7 @@
 //! The folder of the checkpoints: the last two are kept, each is whole or absent.
 
 use super::{Checkpoint, DecodeError};
-use crate::files::{FileFingerprint, FingerprintError, sync_folder, write_atomically};
+use crate::files::{FileFingerprint, FingerprintError, named, sync_folder, write_atomically};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs;
@@ -31,14 +31,9 @@ pub struct Found<S, O> {
 /// Why there is no checkpoint to resume from.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The system refused.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    /// The system refused; the error names the file or folder.
+    #[error(transparent)]
+    Io(#[from] io::Error),
     /// There is none.
     #[error("{} holds no checkpoint", .0.display())]
     None(PathBuf),
@@ -74,7 +69,8 @@ impl Store {
         &self.run
     }
 
-    fn folder(&self) -> PathBuf {
+    /// The folder in it where they lie.
+    pub fn folder(&self) -> PathBuf {
         self.run.join("checkpoints")
     }
 
@@ -85,13 +81,13 @@ impl Store {
 
     /// Steps of all checkpoints, newest first.
     pub fn steps(&self) -> io::Result<Vec<usize>> {
-        let mut steps = Vec::new();
-        match fs::read_dir(self.folder()) {
+        let (mut steps, folder) = (Vec::new(), self.folder());
+        match fs::read_dir(&folder) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(error) => return Err(error),
+            Err(error) => return Err(named(&folder)(error)),
             Ok(entries) => {
                 for entry in entries {
-                    let path = entry?.path();
+                    let path = entry.map_err(named(&folder))?.path();
                     let is_checkpoint = path.extension().is_some_and(|e| e == ENDING);
                     let stem = path.file_stem().and_then(|s| s.to_str());
                     steps.extend(
@@ -105,28 +101,26 @@ impl Store {
         Ok(steps)
     }
 
-    /// Writes a checkpoint and removes those before the last two; returns the steps of those that are there now,
-    /// newest first. A newer one, of a future that is done again, is removed too.
+    /// Writes a checkpoint beside those that are there.
     pub fn write<S: Serialize, O: Serialize>(
         &self,
         checkpoint: &Checkpoint<S, O>,
-    ) -> Result<Vec<usize>, StoreError> {
-        let path = self.path(checkpoint.step());
-        let error = |source| StoreError::Io {
-            path: path.clone(),
-            source,
-        };
-        fs::create_dir_all(self.folder()).map_err(error)?;
-        write_atomically(&path, &checkpoint.encode()).map_err(error)?;
-        sync_folder(&self.folder()).map_err(error)?;
-        let (newer, mut kept): (Vec<_>, Vec<_>) = self
-            .steps()
-            .map_err(error)?
-            .into_iter()
-            .partition(|step| *step > checkpoint.step());
+    ) -> Result<(), StoreError> {
+        let folder = self.folder();
+        fs::create_dir_all(&folder).map_err(named(&folder))?;
+        write_atomically(&self.path(checkpoint.step()), &checkpoint.encode())?;
+        Ok(sync_folder(&folder)?)
+    }
+
+    /// Removes the checkpoints before the last two until the one after `step` steps, and newer ones, of a future that is
+    /// done again; returns the steps of those that are there now, newest first.
+    pub fn tidy(&self, step: usize) -> Result<Vec<usize>, StoreError> {
+        let (newer, mut kept): (Vec<_>, Vec<_>) =
+            self.steps()?.into_iter().partition(|other| *other > step);
         let older = kept.split_off(kept.len().min(KEPT));
         for step in newer.into_iter().chain(older) {
-            fs::remove_file(self.path(step)).map_err(error)?;
+            let path = self.path(step);
+            fs::remove_file(&path).map_err(named(&path))?;
         }
         Ok(kept)
     }
@@ -143,10 +137,7 @@ impl Store {
         &self,
         waived: &[String],
     ) -> Result<Found<S, O>, StoreError> {
-        let steps = self.steps().map_err(|source| StoreError::Io {
-            path: self.folder(),
-            source,
-        })?;
+        let steps = self.steps()?;
         if steps.is_empty() {
             return Err(StoreError::None(self.run.clone()));
         }

@@ -105,6 +105,7 @@ fn the_last_two_are_kept_and_the_older_serves_if_the_newer_is_damaged() {
     assert!(matches!(newest(&store), Err(StoreError::None(_))));
     for step in [0, 5, 10] {
         store.write(&example(step)).unwrap();
+        store.tidy(step).unwrap();
     }
     assert_eq!(store.steps().unwrap(), [10, 5]);
     assert_eq!(newest(&store).unwrap().checkpoint.step(), 10);

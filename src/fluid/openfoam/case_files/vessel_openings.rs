@@ -160,28 +160,29 @@ impl VesselOpenings {
         let mut files = Vec::new();
         match &self.inlet {
             Inlet::Flow(curve, profile) => {
-                files.push(("inflow.csv", table("flow_m3_s", curve.samples(step))));
+                files.push(("inflow", table(curve.samples(step))));
                 files.extend(profile.iter().map(|it| ("inletProfile", it.dictionary())));
             }
             Inlet::Pressure(curve) => {
                 let rows = curve.samples(step, self.period).into_iter();
-                files.push(("inletPressure.csv", table("pressure_Pa", rows)));
+                files.push(("inletPressure", table(rows)));
             }
         }
         if let Some(curve) = &self.distal {
             let rows = curve.samples(step, self.period).into_iter();
-            files.push(("outletPressure.csv", table("pressure_Pa", rows)));
+            files.push(("outletPressure", table(rows)));
         }
         files
     }
 }
 
-fn table(quantity: &str, rows: impl Iterator<Item = [f64; 2]>) -> String {
-    let mut text = format!("time_s,{quantity}\n");
+/// A list, as OpenFOAM's `tableFile` reads it: it gives up at one that does not end.
+fn table(rows: impl Iterator<Item = [f64; 2]>) -> String {
+    let mut text = "(\n".to_owned();
     for [time, value] in rows {
-        let _ = writeln!(text, "{time:e},{value:e}");
+        let _ = writeln!(text, "({time:e} {value:e})");
     }
-    text
+    text + ")\n"
 }
 
 impl Profile {
