@@ -19,7 +19,7 @@ const ALL: [&str; 5] = [
     "--set",
     "output.structure_interval_s=0.002",
     "output.fluid_interval_s=0.002",
-    "output.probes_m=[[0.045, 2.35e-3, 0.0]]",
+    "output.probes_m=[[0.045, 3.2e-3, 0.0]]",
     "output.fluid_probes_m=[[0.01, 0.001, 0.0]]",
 ];
 
