@@ -143,7 +143,7 @@ check_run() {
     cat >"$check/system/fsiConnection" <<-END
 	libs ("$build/libfsiAdapter.so"); fsiStartTime 0; fsiTransport none; fsiAddress none; fsiDriver 0;
 	END
-    printf 'time_s,flow_m3_s\n0,3e-6\n1,3e-6\n' >"$check/constant/inflow.csv"
+    echo '((0 3e-6) (1 3e-6))' >"$check/constant/inflow"
     echo 'endTime 0.002; #remove functions' >>"$check/system/controlDict"
     echo 'dynamicFvMesh staticFvMesh;' >>"$check/constant/dynamicMeshDict"
     cd "$check"
