@@ -53,12 +53,15 @@ const TIME: Time = Time {
 
 fn rows(text: &str) -> Vec<[f64; 2]> {
     let number = |word: &str| word.parse().unwrap();
-    text.lines()
-        .skip(1)
+    let list = text
+        .strip_prefix("(\n")
+        .and_then(|text| text.strip_suffix(")\n"));
+    list.expect("a list that ends")
+        .lines()
         .map(|line| {
-            line.split_once(',')
-                .map(|(t, q)| [number(t), number(q)])
-                .unwrap()
+            let row = line.strip_prefix('(').and_then(|row| row.strip_suffix(')'));
+            let (t, q) = row.and_then(|row| row.split_once(' ')).unwrap();
+            [number(t), number(q)]
         })
         .collect()
 }
