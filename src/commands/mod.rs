@@ -18,6 +18,7 @@ mod run;
 mod shell;
 mod solid;
 mod study;
+mod tables;
 mod wall;
 mod windkessel;
 
@@ -73,6 +74,8 @@ enum Command {
     CrossCheck(cross_check::Arguments),
     /// Writes one self-contained page about a run or a study.
     Report(report::Arguments),
+    /// Makes the tables of Markdown pages again from stored runs.
+    Tables(tables::Arguments),
     /// Evaluates the wall shear of a run again, over any window of time.
     Hemodynamics(hemodynamics::Arguments),
     /// Proposes the windkessel that makes given pressures of a flow.
@@ -118,6 +121,7 @@ fn execute(line: CommandLine) -> Result<(), Failure> {
         (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
         (Some(Command::CrossCheck(arguments)), _) => cross_check::run(&arguments),
         (Some(Command::Report(arguments)), _) => report::run(&arguments),
+        (Some(Command::Tables(arguments)), _) => tables::run(&arguments),
         (Some(Command::Hemodynamics(arguments)), _) => hemodynamics::run(&arguments),
         (Some(Command::Windkessel(arguments)), _) => windkessel::run(&arguments),
         (Some(Command::Keys(arguments)), _) => keys::run(&arguments),

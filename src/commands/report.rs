@@ -2,7 +2,7 @@
 
 use super::Failure;
 use crate::output::report::{self, Study};
-use crate::output::results::Results;
+use crate::output::results::{Results, ResultsError};
 use crate::output::run_files::MARK;
 use crate::output::{terminal, write_atomically};
 use crate::paper;
@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let run = Results::load(folder).map_err(|e| Failure::Input(e.to_string()))?;
         report::of_run(&run).map_err(unreadable)?
     } else {
-        let study = study(folder)?;
+        let study = study(folder, Results::load)?;
         let page = match paper::Study::is_that_of(&study) {
             true => paper::study::page(&paper::Study::new(study)),
             false => report::of_study(&study),
@@ -65,8 +65,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The runs in the folders below `folder`.
-fn study(folder: &Path) -> Result<Study, Failure> {
+/// The runs in the folders below `folder`, each read by `load`.
+pub(super) fn study(
+    folder: &Path,
+    load: fn(&Path) -> Result<Results, ResultsError>,
+) -> Result<Study, Failure> {
     let entries = std::fs::read_dir(folder)
         .map_err(|e| Failure::Input(format!("cannot read the folder {}: {e}", folder.display())))?;
     let folders = entries.flatten().map(|entry| entry.path());
@@ -76,7 +79,7 @@ fn study(folder: &Path) -> Result<Study, Failure> {
     folders.sort();
     let (mut runs, mut missing) = (Vec::new(), Vec::new());
     for path in &folders {
-        match Results::load(path) {
+        match load(path) {
             Ok(run) => runs.push(run),
             Err(error) => missing.push(error.to_string()),
         }

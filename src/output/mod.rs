@@ -4,6 +4,7 @@ pub(crate) mod comparison;
 mod field_series;
 pub(crate) mod figure;
 pub(crate) mod fluid_fields;
+pub(crate) mod marked_text;
 pub(crate) mod phases;
 pub(crate) mod probes;
 pub mod progress;

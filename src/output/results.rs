@@ -155,11 +155,11 @@ impl Results {
         window.warnings(&self.case.ramp, self.case.time.period)
     }
 
-    /// Reads the run in the folder `root`.
+    /// Reads the case and the figures of the run in the folder `root`, without its tables, which stay empty.
     ///
     /// # Errors
     /// If there is none, or it has not ended yet, or a file of it is damaged, or it is one of a flag.
-    pub fn load(root: &Path) -> Result<Self, ResultsError> {
+    pub fn load_figures(root: &Path) -> Result<Self, ResultsError> {
         let files = RunFiles::new(root);
         let case = read_case(&files)?;
         if let Problem::Flag(_) = &case.problem {
@@ -182,6 +182,26 @@ impl Results {
         }
         let text = std::fs::read(&path).map_err(|e| failed(&path, &e))?;
         let hemodynamics = serde_json::from_slice(&text).map_err(|e| failed(&path, &e))?;
+        let summary = std::fs::read(files.summary()).ok();
+        Ok(Self {
+            history: Vec::new(),
+            summary: summary.and_then(|text| serde_json::from_slice(&text).ok()),
+            regions: Vec::new(),
+            faces: Vec::new(),
+            hemodynamics,
+            case,
+            vessel,
+            files,
+        })
+    }
+
+    /// Reads the run in the folder `root`.
+    ///
+    /// # Errors
+    /// If there is none, or it has not ended yet, or a file of it is damaged, or it is one of a flag.
+    pub fn load(root: &Path) -> Result<Self, ResultsError> {
+        let mut run = Self::load_figures(root)?;
+        let files = &run.files;
         let unread = |e: io::Error| ResultsError(format!("cannot read {e}"));
         let empty = |path: &Path| {
             ResultsError(format!(
@@ -189,28 +209,19 @@ impl Results {
                 path.display()
             ))
         };
-        let faces = match files.wall_shear_table() {
+        run.faces = match files.wall_shear_table() {
             path if path.is_file() => match tables::read(&path).map_err(unread)? {
                 rows if rows.is_empty() => return Err(empty(&path)),
                 rows => rows,
             },
             _ => Vec::new(),
         };
-        let history = tables::read(&files.history()).map_err(unread)?;
-        if history.is_empty() {
+        run.history = tables::read(&files.history()).map_err(unread)?;
+        if run.history.is_empty() {
             return Err(empty(&files.history()));
         }
-        let summary = std::fs::read(files.summary()).ok();
-        Ok(Self {
-            history,
-            summary: summary.and_then(|text| serde_json::from_slice(&text).ok()),
-            regions: tables::read(&files.regions()).map_err(unread)?,
-            faces,
-            hemodynamics,
-            case,
-            vessel,
-            files,
-        })
+        run.regions = tables::read(&files.regions()).map_err(unread)?;
+        Ok(run)
     }
 }
 

@@ -2,7 +2,7 @@
 //! study.
 
 pub mod convergence;
-mod findings;
+pub(crate) mod findings;
 pub(crate) mod models;
 pub(crate) mod study;
 

@@ -39,6 +39,7 @@ mod rigid_vessel;
 mod run_support;
 mod simulation;
 mod study;
+mod tables;
 mod terminal;
 mod vessel;
 mod wall_state;

@@ -6,6 +6,7 @@ mod flow_cut;
 mod flow_field;
 mod flow_sections;
 mod initial_state;
+mod key_figures;
 pub(crate) mod maps;
 pub(crate) mod page;
 mod preview;
@@ -14,13 +15,15 @@ pub(crate) mod run;
 pub(crate) mod scene;
 pub(crate) mod study;
 pub(crate) mod surface;
+mod table;
 
 use super::comparison::Comparison;
 use super::refinement::Refined;
 use super::results::Results;
 pub use preview::Preview;
 use std::io;
-pub use study::Study;
+pub use study::{Study, changes, key_figures};
+pub use table::Table;
 
 /// The page of a run.
 pub fn of_run(run: &Results) -> io::Result<String> {

@@ -1,16 +1,13 @@
 //! The page of a study: runs of any cases beside each other, each by its own name.
 
+use super::key_figures::{COURSE, RESULTS};
 use super::maps::{self, OSI, RADIUS, TAWSS};
-use super::page::{
-    Page, chart, download, escape, figure, gallery, line, panel, significant, table, warnings,
-};
+use super::page::{Page, chart, download, escape, figure, gallery, line, panel, table, warnings};
 use super::quantities::MMHG;
 use super::scene;
 use super::surface::{Field, Surface};
+use super::table::Table;
 use crate::case::Case;
-use crate::hemodynamics::RegionName::{Artery, Bypass, MidArtery};
-use crate::hemodynamics::periodicity::Difference;
-use crate::hemodynamics::summary::RegionSummary;
 use crate::output::figure::Curve;
 use crate::output::results::Results;
 use crate::output::tables::HistoryRow;
@@ -60,70 +57,40 @@ pub fn page(study: &Study) -> io::Result<String> {
 
 /// A row for each run, what is to be known before it is believed, and those that are missing.
 pub(crate) fn cases(runs: &[&Results], missing: &[String]) -> String {
-    let heads = [
-        "case",
-        "steps",
-        "coupling iterations a step",
-        "s per step",
-        "outlet pressure / mmHg",
-        "period to period, outflow / %",
-        "period to period, displacement / %",
-        "artery volume / ml",
-        "artery mean WSS / Pa",
-        "mid-artery largest WSS / Pa",
-        "bypass largest OSI",
-        "artery largest OSI",
-        "mid-artery largest OSI",
-        "mid-artery largest von Mises / kPa",
-    ];
-    let show = |value: Option<String>| value.unwrap_or_else(|| "–".into());
-    let row = |run: &&Results| {
-        let found = &run.hemodynamics;
-        let last = |differences: &[Difference]| {
-            show(
-                differences
-                    .last()
-                    .map(|d| significant(100.0 * d.relative, 3)),
-            )
-        };
-        let of = |region, value: fn(&RegionSummary) -> f64| {
-            show(found.region(region).map(|r| significant(value(r), 4)))
-        };
-        let summary = run.summary.as_ref();
-        vec![
-            escape(&run.name()),
-            run.history.len().to_string(),
-            show(summary.map(|s| format!("{:.2}", s.mean_coupling_iterations))),
-            show(summary.map(|s| significant(s.seconds_per_step, 3))),
-            show(found.vessel.as_ref().map(|v| {
-                let [low, high] =
-                    [v.p_out_Pa.min, v.p_out_Pa.max].map(|p| significant(p / MMHG, 3));
-                format!("{low} to {high}")
-            })),
-            last(&found.periodicity.outflow),
-            last(&found.periodicity.max_displacement),
-            of(Artery, |r| 1e6 * r.mean_volume()),
-            of(Artery, |r| r.mean_wall_shear_Pa.mean),
-            of(MidArtery, |r| r.max_wall_shear_Pa.max),
-            of(Bypass, |r| r.OSI.max),
-            of(Artery, |r| r.OSI.max),
-            of(MidArtery, |r| r.OSI.max),
-            of(MidArtery, |r| 1e-3 * r.max_von_mises_Pa.max),
-        ]
-    };
-    let rows: Vec<Vec<String>> = runs.iter().map(row).collect();
-    let mut html = warnings(&doubts(runs)) + &table(&heads, &rows);
-    let lines = std::iter::once(heads.map(str::to_owned).to_vec()).chain(rows);
-    let quoted = lines.map(|line| {
-        let cells = line.iter().map(|cell| format!("\"{cell}\""));
-        cells.collect::<Vec<_>>().join(",")
-    });
-    let csv = quoted.collect::<Vec<_>>().join("\n");
-    html += &format!("<p>{}</p>\n", download("cases", &csv));
+    let table = key_figures(runs);
+    let mut html = warnings(&doubts(runs)) + &table.to_html();
+    html += &format!("<p>{}</p>\n", download("cases", &table.to_csv()));
     for missing in missing {
         html += &format!("<p class=\"lead\">{}</p>\n", escape(missing));
     }
     html
+}
+
+/// What each run has cost and found.
+pub fn key_figures(runs: &[&Results]) -> Table {
+    let all = || COURSE.iter().chain(&RESULTS);
+    let heads = ["case", "steps"].into_iter();
+    let mut table = Table::new(heads.chain(all().map(|figure| figure.name)));
+    for run in runs {
+        let steps = run
+            .summary
+            .as_ref()
+            .map_or("–".into(), |s| s.totals.steps.to_string());
+        let first = [run.name(), steps].into_iter();
+        table.push(first.chain(all().map(|figure| figure.show(run))).collect());
+    }
+    table
+}
+
+/// By how much what the second run of each pair has found is larger than in the first.
+pub fn changes(pairs: &[(&Results, &Results)]) -> Table {
+    let heads = std::iter::once("case");
+    let mut table = Table::new(heads.chain(RESULTS.iter().map(|figure| figure.name)));
+    for (run, other) in pairs {
+        let changes = RESULTS.iter().map(|figure| figure.show_change(run, other));
+        table.push(std::iter::once(other.name()).chain(changes).collect());
+    }
+    table
 }
 
 /// The warnings of all runs, each once with the names of those that it is about.

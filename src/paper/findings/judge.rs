@@ -113,6 +113,15 @@ fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64) -> Option<Dec
     })
 }
 
+/// The values without what alternates from step to step: no time step resolves it, nothing in the models damps it, and the
+/// tolerance of the coupling feeds it.
+fn without_alternation(values: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let inner = values.windows(3);
+    inner
+        .map(|v| (v[1].0, 0.25 * v[0].1 + 0.5 * v[1].1 + 0.25 * v[2].1))
+        .collect()
+}
+
 /// Successive periods.
 pub fn periodicity(study: &Study) -> Judged {
     let mut last: Option<f64> = None;
@@ -127,7 +136,7 @@ pub fn periodicity(study: &Study) -> Judged {
         {
             let values: Vec<(f64, f64)> = rows.iter().map(|row| (row.time_s, value(row))).collect();
             decays.extend(decay(
-                &values,
+                &without_alternation(&values),
                 time.step,
                 time.period,
                 run.case.ramp.duration,
@@ -155,7 +164,8 @@ pub fn periodicity(study: &Study) -> Judged {
     }
     let ((least, most), (r2, _)) = (ends(|d| d.left), ends(|d| d.r2));
     let text = format!(
-        "{small}; over a period {} to {} of the difference is left, exponential with R² ≥ {}",
+        "{small}; over a period {} to {} of the difference is left, exponential with R² ≥ {} (without what alternates from \
+         step to step)",
         significant(least, 2),
         significant(most, 2),
         significant(r2, 3)
@@ -475,6 +485,17 @@ mod tests {
         .unwrap();
         assert!(found.r2 < EXPONENTIAL, "{found:?}");
         assert!(of(|t| 0.1_f64.powf(t), 2).is_none());
+    }
+
+    #[test]
+    fn what_alternates_is_left_out_and_nothing_else() {
+        let at = |f: fn(i32) -> f64| -> Vec<(f64, f64)> {
+            (0..9).map(|i| (f64::from(i), f(i))).collect()
+        };
+        let left = without_alternation(&at(|i| {
+            3.0 + 2.0 * f64::from(i) + if i % 2 == 0 { 1.0 } else { -1.0 }
+        }));
+        assert_eq!(left, at(|i| 3.0 + 2.0 * f64::from(i))[1..8]);
     }
 
     #[test]

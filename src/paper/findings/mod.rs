@@ -4,6 +4,7 @@ mod judge;
 
 use super::study::Study;
 use crate::hemodynamics::RegionName::{Bypass, MidArtery};
+use crate::output::report::Table;
 use crate::output::report::page::{escape, table};
 pub use judge::series;
 
@@ -30,13 +31,24 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    fn html(self) -> &'static str {
+    /// In words.
+    fn words(self) -> &'static str {
         match self {
-            Self::Agrees => "<span class=\"agrees\">agrees</span>",
-            Self::Disagrees => "<span class=\"disagrees\">disagrees</span>",
-            Self::Unresolved => "<span class=\"unresolved\">not resolved</span>",
-            Self::Missing => "<span class=\"missing\">not computed</span>",
+            Self::Agrees => "agrees",
+            Self::Disagrees => "disagrees",
+            Self::Unresolved => "not resolved",
+            Self::Missing => "not computed",
         }
+    }
+
+    fn html(self) -> String {
+        let class = match self {
+            Self::Agrees => "agrees",
+            Self::Disagrees => "disagrees",
+            Self::Unresolved => "unresolved",
+            Self::Missing => "missing",
+        };
+        format!("<span class=\"{class}\">{}</span>", self.words())
     }
 
     fn of(agrees: bool) -> Self {
@@ -67,7 +79,7 @@ pub fn html(study: &Study) -> String {
         vec![
             format!("<span>{}</span>", escape(finding.paper)),
             format!("<span>{}</span>", escape(&finding.ours)),
-            finding.verdict.html().to_owned(),
+            finding.verdict.html(),
             format!("<a href=\"#{}\">figure</a>", finding.section),
         ]
     };
@@ -83,6 +95,21 @@ pub fn html(study: &Study) -> String {
             &rows
         )
     )
+}
+
+/// All findings, numbered, in words alone.
+pub fn plain(study: &Study) -> Table {
+    let mut table = Table::new(["", "what the paper found", "what this study found", ""]);
+    for (i, finding) in all(study).into_iter().enumerate() {
+        let verdict = finding.verdict.words().to_owned();
+        table.push(vec![
+            (i + 1).to_string(),
+            finding.paper.to_owned(),
+            finding.ours,
+            verdict,
+        ]);
+    }
+    table
 }
 
 /// All findings.

@@ -48,6 +48,11 @@ impl Study {
         &self.runs
     }
 
+    /// The runs themselves.
+    pub fn into_runs(self) -> Vec<Results> {
+        self.runs
+    }
+
     /// The runs of an extension by `d_max`.
     pub fn of(&self, extension: Extension) -> Vec<&Results> {
         self.runs

@@ -103,8 +103,10 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, Solid
     }
     let refused = |error: SolidError| {
         SolidError::Model(format!(
-            "there is no state for time to begin in: {error}. What keeps arteries straight is missing or too weak: \
-             prestretch (initial.axial_stretch, here {stretch:?}) or tissue around them (surroundings.spring_Pa_m)"
+            "there is no state for time to begin in under {:.1} kPa (windkessel.initial_pressure_Pa or outlet.pressure_Pa; \
+             after a ramped start the windkessel's is far above what the vessel will see): {error}. If the pressure is \
+             right, what keeps arteries straight is missing or too weak: prestretch (initial.axial_stretch, here {stretch:?}) or tissue around them (surroundings.spring_Pa_m)",
+            1e-3 * pressure
         ))
     };
     let UnloadedWall {

@@ -1,0 +1,73 @@
+#!/bin/sh
+# The study, from nothing to its pages: docs/results/study.sh FOLDER [STEP...]
+#
+#   native       the twelve models with the native fluid (about ten minutes a model on one core)
+#   openfoam     the same with OpenFOAM (about twenty)
+#   experiments  what the page tries besides: another flow, tolerance, damping, surfaces, stretch
+#   keep         copies what the pages need from FOLDER to docs/results; tables with six digits
+#   pages        makes the tables of the pages again from what is kept, without computing anything
+#
+# Without a step: all of them. Whatever has been computed is kept, so the same line goes on where it ended.
+set -eu
+[ $# -gt 0 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
+out=$(mkdir -p "$1" && cd "$1" && pwd)
+shift
+[ $# -gt 0 ] || set -- native openfoam experiments keep pages
+cd "$(dirname "$0")/../.."
+fsi() { cargo run --release --quiet -- "$@"; }
+
+# study NAME MODELS OPTIONS...: the models in FOLDER/NAME, those that are done already excepted
+study() {
+    name=$1 models=$2
+    shift 2
+    fsi study --preset coarse --models "$models" --out "$out/$name" --resume "$@"
+}
+
+# Time begins in equilibrium at the lowest pressure of the beat, so that the second beat is evaluated.
+at_once='--fluid native --set initial.start=equilibrium --set ramp.duration_s=0.1
+    --set windkessel.initial_pressure_Pa=1.07e4 --set time.end_s=2'
+
+experiments() {
+    study equilibrium 'S-0.75' $at_once
+    # Half the flow, at the same pressures: half the Reynolds number.
+    study half-flow '[SH]-0.0,[SH]-0.75,H-0.5' $at_once --set inflow.base_m3_s=2.5e-6 --set inflow.amplitude_m3_s=4.5e-6 \
+        --set windkessel.resistance_Pa_s_m3=3.57e9 --set windkessel.compliance_m3_Pa=0.805e-10
+    # The same pulse on a lower base.
+    study low-base 'S-*,H-0.0' $at_once --set inflow.base_m3_s=3.5e-6 --set windkessel.resistance_Pa_s_m3=2.244e9
+    study tight 'S-0.75' --fluid native --set coupling.e_rel=1e-6
+    study damped 'S-0.75' --fluid native --set wall.damping_1_s=10
+}
+
+# keep NAME TABLES: the figures of each finished run, and its tables if they are wanted
+keep() {
+    for run in "$out/$1"/*/; do
+        model=$(basename "$run") kept=docs/results/$1/$(basename "$run")
+        grep -qs '"status": "complete"' "$run/summary.json" || { echo "$1/$model is not done: not kept"; continue; }
+        mkdir -p "$kept"
+        cp "$run/case.resolved.toml" "$run/summary.json" "$run/hemodynamics.json" "$kept"
+        for table in $2; do
+            awk -F, -v OFS=, -v CONVFMT=%.6g 'NR > 1 {
+                for (i = 1; i <= NF; i++) if ($i ~ /^-?[0-9]+[.][0-9]*(e-?[0-9]+)?$/ && length($i) > 8) $i = ($i + 0) ""
+            } { print }' "$run/$table" > "$kept/$table"
+        done
+    done
+}
+
+for step; do
+    case $step in
+    native) study native '[SHA]-*' --fluid native ;;
+    openfoam) study openfoam '[SHA]-*' ;;
+    experiments) experiments ;;
+    keep)
+        keep native 'history.csv regions.csv wall-shear.csv'
+        for name in openfoam equilibrium half-flow low-base tight damped; do
+            [ ! -d "$out/$name" ] || keep $name ''
+        done
+        ;;
+    pages)
+        fsi tables docs/results/README.md docs/credibility.md
+        fsi report docs/results/native --out docs/results/report.html
+        ;;
+    *) echo "$0: $step is no step: native, openfoam, experiments, keep or pages" >&2; exit 2 ;;
+    esac
+done

@@ -1,0 +1,158 @@
+//! `fsi-driver tables PAGE…`: the tables of a page of Markdown, made again from stored runs.
+
+use super::{Failure, report};
+use crate::output::marked_text;
+use crate::output::report::{Table, changes, key_figures};
+use crate::output::results::Results;
+use crate::output::{terminal, write_atomically};
+use crate::paper;
+use std::path::{Path, PathBuf};
+
+/// What a mark may ask for.
+const KINDS: &str = "expected `models STUDY` (a column for each run in a folder), `findings STUDY` (what the paper found, and what the \
+                     study), `differences STUDY STUDY` (runs of the same name), or `changes RUN STUDY` (each run against one); \
+                     folders as seen from the page's";
+
+/// Options of the tables.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Pages with places for tables: between <!-- table: KIND FOLDER… --> and <!-- end of table -->.
+    #[arg(value_name = "PAGE", required = true)]
+    pages: Vec<PathBuf>,
+    /// Write nothing; exit code 1 if a table is not what its runs say.
+    #[arg(long)]
+    check: bool,
+}
+
+/// A page and what it should be.
+struct Filled<'a> {
+    page: &'a Path,
+    before: String,
+    after: String,
+    tables: usize,
+}
+
+/// Makes all tables, then writes the pages that have changed.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let filled = arguments.pages.iter().map(|page| fill(page));
+    let filled: Vec<Filled> = filled.collect::<Result<_, _>>()?;
+    let is_changed = |filled: &&Filled| filled.before != filled.after;
+    if arguments.check {
+        let changed: Vec<String> = (filled.iter().filter(is_changed))
+            .map(|filled| filled.page.display().to_string())
+            .collect();
+        return match changed.is_empty() {
+            true => Ok(()),
+            false => Err(Failure::Run(format!(
+                "the tables are not what their runs say; `fsi-driver tables {0}` writes them anew",
+                changed.join(" ")
+            ))),
+        };
+    }
+    for filled in filled.iter().filter(is_changed) {
+        write_atomically(filled.page, filled.after.as_bytes())
+            .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
+    }
+    for filled in &filled {
+        let state = match is_changed(&filled) {
+            true => "written",
+            false => "unchanged",
+        };
+        let (page, tables) = (filled.page.display(), filled.tables);
+        terminal::print(format_args!("{page}: {tables} table(s), {state}\n"))?;
+    }
+    Ok(())
+}
+
+fn fill(page: &Path) -> Result<Filled<'_>, Failure> {
+    let before = std::fs::read_to_string(page)
+        .map_err(|e| Failure::Input(format!("cannot read {}: {e}", page.display())))?;
+    let folder = page.parent().unwrap_or(Path::new(""));
+    let reason = |failure| match failure {
+        Failure::Input(reason) | Failure::Run(reason) | Failure::Interrupted(reason) => reason,
+    };
+    let (after, tables) = marked_text::fill(&before, |words| table(folder, words).map_err(reason))
+        .map_err(|e| Failure::Input(format!("{}: {e}", page.display())))?;
+    if tables == 0 {
+        return Err(Failure::Input(format!(
+            "{} has no place for a table: write `<!-- table: KIND FOLDER -->` and `<!-- end of table -->` on lines of their own; {KINDS}",
+            page.display()
+        )));
+    }
+    Ok(Filled {
+        page,
+        before,
+        after,
+        tables,
+    })
+}
+
+/// What a mark asks for, in Markdown; folders begin at `folder`.
+fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
+    let study = |path: &str, load| {
+        let study = report::study(&folder.join(path), load)?;
+        match study.missing.is_empty() {
+            true => Ok(study),
+            false => Err(Failure::Input(study.missing.join("\n"))),
+        }
+    };
+    let figures = |path: &str| study(path, Results::load_figures).map(ordered);
+    let table = match words {
+        ["models", path] => {
+            let study = figures(path)?;
+            key_figures(&study.iter().collect::<Vec<_>>()).transposed()
+        }
+        ["findings", path] => {
+            let study = study(path, Results::load)?;
+            if !paper::Study::is_that_of(&study) {
+                return Err(Failure::Input(format!(
+                    "{path} holds runs of other cases than the paper's models: its findings are about those alone"
+                )));
+            }
+            paper::findings::plain(&paper::Study::new(study))
+        }
+        ["differences", first, second] => {
+            differences(&figures(first)?, &figures(second)?, [first, second])?.transposed()
+        }
+        ["changes", run, others] => {
+            let path = folder.join(run);
+            let run = Results::load_figures(&path).map_err(|e| Failure::Input(e.to_string()))?;
+            let others = figures(others)?;
+            let pairs: Vec<_> = others.iter().map(|other| (&run, other)).collect();
+            changes(&pairs).transposed()
+        }
+        _ => {
+            return Err(Failure::Input(format!(
+                "`{}` is no table; {KINDS}",
+                words.join(" ")
+            )));
+        }
+    };
+    Ok(table.to_markdown())
+}
+
+/// The runs of a study, those of the paper in its order.
+fn ordered(study: crate::output::report::Study) -> Vec<Results> {
+    match paper::Study::is_that_of(&study) {
+        true => paper::Study::new(study).into_runs(),
+        false => study.runs,
+    }
+}
+
+/// Runs of the same name in both studies.
+fn differences(first: &[Results], second: &[Results], names: [&str; 2]) -> Result<Table, Failure> {
+    let with = |run| {
+        let other = second
+            .iter()
+            .find(|other| other.name() == Results::name(run))?;
+        Some((run, other))
+    };
+    let pairs: Vec<(&Results, &Results)> = first.iter().filter_map(with).collect();
+    match pairs.is_empty() {
+        false => Ok(changes(&pairs)),
+        true => Err(Failure::Input(format!(
+            "no run in {} has the name of one in {}",
+            names[0], names[1]
+        ))),
+    }
+}

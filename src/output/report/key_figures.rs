@@ -1,0 +1,162 @@
+//! The figures that a run ends in, for tables over many runs.
+
+use super::page::significant;
+use super::quantities::MMHG;
+use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
+use crate::hemodynamics::periodicity::Difference;
+use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
+use crate::output::record::RunSummary;
+use crate::output::results::Results;
+
+/// What is shown where a run has no such figure.
+const NONE: &str = "–";
+
+/// How far two runs are apart in a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Distance {
+    /// Relative to the first one, in per cent.
+    Relative,
+    /// In the figure's own unit: of places, and of what may be zero.
+    Absolute,
+}
+
+/// A figure of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct KeyFigure {
+    /// What, with its unit.
+    pub name: &'static str,
+    /// Significant digits that are shown.
+    digits: usize,
+    value: fn(&Results) -> Option<f64>,
+    distance: Distance,
+}
+
+impl KeyFigure {
+    const fn new(name: &'static str, digits: usize, value: fn(&Results) -> Option<f64>) -> Self {
+        Self {
+            name,
+            digits,
+            value,
+            distance: Distance::Relative,
+        }
+    }
+
+    const fn absolute(self) -> Self {
+        Self {
+            distance: Distance::Absolute,
+            ..self
+        }
+    }
+
+    /// As people read it.
+    pub fn show(&self, run: &Results) -> String {
+        let value = (self.value)(run).filter(|value| value.is_finite());
+        value.map_or(NONE.into(), |value| significant(value, self.digits))
+    }
+
+    /// By how much `other` is larger: "+0.3 %", or in the figure's own unit.
+    pub fn show_change(&self, run: &Results, other: &Results) -> String {
+        let both = (self.value)(run).zip((self.value)(other));
+        let change = both.map(|(a, b)| match self.distance {
+            Distance::Relative => 100.0 * (b - a) / a.abs(),
+            Distance::Absolute => b - a,
+        });
+        let Some(change) = change.filter(|change| change.is_finite()) else {
+            return NONE.into();
+        };
+        let sign = if change > 0.0 { "+" } else { "" };
+        let unit = match self.distance {
+            Distance::Relative => " %",
+            Distance::Absolute => "",
+        };
+        format!("{sign}{}{unit}", significant(change, 2))
+    }
+}
+
+fn vessel(run: &Results, value: fn(&VesselSummary) -> f64) -> Option<f64> {
+    run.hemodynamics.vessel.as_ref().map(value)
+}
+
+fn region(run: &Results, name: RegionName, value: fn(&RegionSummary) -> f64) -> Option<f64> {
+    run.hemodynamics.region(name).map(value)
+}
+
+fn summary(run: &Results, value: fn(&RunSummary) -> f64) -> Option<f64> {
+    run.summary.as_ref().map(value)
+}
+
+fn last(differences: &[Difference]) -> Option<f64> {
+    differences.last().map(|d| 100.0 * d.relative)
+}
+
+/// What a run has cost, and how near to periodic it is.
+pub const COURSE: [KeyFigure; 5] = [
+    KeyFigure::new("coupling iterations a step", 3, |run| {
+        summary(run, |s| s.mean_coupling_iterations)
+    }),
+    KeyFigure::new("most of a step", 1, |run| {
+        summary(run, |s| s.totals.max_coupling_iterations as f64)
+    }),
+    KeyFigure::new("s per step", 3, |run| summary(run, |s| s.seconds_per_step)),
+    KeyFigure::new("period to period, outflow / %", 2, |run| {
+        last(&run.hemodynamics.periodicity.outflow)
+    }),
+    KeyFigure::new("period to period, displacement / %", 2, |run| {
+        last(&run.hemodynamics.periodicity.max_displacement)
+    }),
+];
+
+/// What a run has found, over its window.
+pub const RESULTS: [KeyFigure; 15] = [
+    KeyFigure::new("outlet pressure, lowest / mmHg", 3, |run| {
+        vessel(run, |v| v.p_out_Pa.min / MMHG)
+    }),
+    KeyFigure::new("outlet pressure, highest / mmHg", 4, |run| {
+        vessel(run, |v| v.p_out_Pa.max / MMHG)
+    }),
+    KeyFigure::new("artery volume / ml", 4, |run| {
+        region(run, Artery, |r| 1e6 * r.mean_volume())
+    }),
+    KeyFigure::new("artery mean WSS / Pa", 3, |run| {
+        region(run, Artery, |r| r.mean_wall_shear_Pa.mean)
+    }),
+    KeyFigure::new("mid-artery mean TAWSS / Pa", 3, |run| {
+        region(run, MidArtery, |r| r.TAWSS_Pa.mean)
+    }),
+    KeyFigure::new("mid-artery largest WSS / Pa", 3, |run| {
+        region(run, MidArtery, |r| r.max_wall_shear_Pa.max)
+    }),
+    KeyFigure::new("largest WSS at x / mm", 3, |run| {
+        region(run, MidArtery, |r| 1e3 * r.max_wall_shear_Pa.at.x_m)
+    })
+    .absolute(),
+    KeyFigure::new("bypass mean TAWSS / Pa", 3, |run| {
+        region(run, Bypass, |r| r.TAWSS_Pa.mean)
+    }),
+    KeyFigure::new("bypass largest OSI", 3, |run| {
+        region(run, Bypass, |r| r.OSI.max)
+    })
+    .absolute(),
+    KeyFigure::new("artery largest OSI", 3, |run| {
+        region(run, Artery, |r| r.OSI.max)
+    })
+    .absolute(),
+    KeyFigure::new("mid-artery largest OSI", 2, |run| {
+        region(run, MidArtery, |r| r.OSI.max)
+    })
+    .absolute(),
+    KeyFigure::new("largest OSI at x / mm", 3, |run| {
+        region(run, MidArtery, |r| 1e3 * r.OSI.max_at.x_m)
+    })
+    .absolute(),
+    KeyFigure::new("mid-artery mean OSI", 2, |run| {
+        region(run, MidArtery, |r| r.OSI.mean)
+    })
+    .absolute(),
+    KeyFigure::new("mid-artery largest von Mises / kPa", 4, |run| {
+        region(run, MidArtery, |r| 1e-3 * r.max_von_mises_Pa.max)
+    }),
+    KeyFigure::new("largest displacement / mm", 4, |run| {
+        vessel(run, |v| 1e3 * v.max_displacement_m.max)
+    }),
+];
