@@ -3,6 +3,7 @@
 use super::vtu::Values;
 use crate::pfem::evaluation::samples::Samples;
 use crate::pfem::evaluation::stress::StressState;
+use rayon::prelude::*;
 
 /// Fields at the points of a sampler by name.
 pub struct StressFields(Vec<(&'static str, Vec<f64>)>);
@@ -31,14 +32,13 @@ const RAW: [(&str, Measure); 6] = [
 
 /// All fields of the samples.
 pub fn stress_fields(samples: &Samples) -> StressFields {
-    let take = |states: &[StressState], (name, measure): (&'static str, Measure)| {
-        (name, states.iter().map(measure).collect::<Vec<f64>>())
+    let smooth = STRESSES.map(|field| (&samples.smooth, field));
+    let raw = RAW.map(|field| (&samples.raw, field));
+    let all: Vec<_> = smooth.into_iter().chain(raw).collect();
+    let take = |(states, (name, measure)): (&Vec<StressState>, (&'static str, Measure))| {
+        (name, states.iter().map(measure).collect())
     };
-    let smooth = STRESSES
-        .into_iter()
-        .map(|field| take(&samples.smooth, field));
-    let raw = RAW.into_iter().map(|field| take(&samples.raw, field));
-    StressFields(smooth.chain(raw).collect())
+    StressFields(all.into_par_iter().map(take).collect())
 }
 
 impl StressFields {

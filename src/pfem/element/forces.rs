@@ -1,6 +1,7 @@
 //! Energy and internal forces.
 
 use super::super::SolidError;
+use super::super::material::HyperelasticMaterial;
 use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor, Vector};
 use super::super::space::shapes::Shapes;
 use super::deformation::{CHUNK, scatter};
@@ -11,13 +12,31 @@ use faer::{Accum, MatMut, MatRef, Par};
 
 /// [`LANES`] quadrature points of an element side by side.
 #[derive(Debug, Clone)]
-struct Group {
+pub(super) struct Group {
     /// `∂ξ/∂X`.
     inverse_jacobian: Tensor<Lanes>,
     /// Quadrature weight times `det ∂X/∂ξ`, m³; zero where there is no point.
     weight: Lanes,
     /// Axial and circumferential direction.
-    directions: [Vector<Lanes>; 2],
+    pub(super) directions: [Vector<Lanes>; 2],
+}
+
+/// A group in a deformed element.
+pub(super) struct DeformedGroup<'a> {
+    pub(super) group: &'a Group,
+    /// The deformation gradient.
+    pub(super) F: Tensor<Lanes>,
+    /// `U'`, Pa; projected in the mixed form.
+    slope: Lanes,
+}
+
+impl DeformedGroup<'_> {
+    /// The first Piola-Kirchhoff stress, Pa.
+    #[inline(always)]
+    pub(super) fn stress(&self, material: &dyn HyperelasticMaterial) -> Tensor<Lanes> {
+        let [axial, around] = &self.group.directions;
+        material.stresses(&self.F, [axial, around], self.slope)
+    }
 }
 
 /// The points of all elements in groups, and the gradients of the modes in their order: the points of a group fastest,
@@ -73,7 +92,7 @@ impl Groups {
     }
 
     /// Modes times the order of the groups.
-    fn gradient_matrix(&self) -> MatRef<'_, f64> {
+    pub(super) fn gradient_matrix(&self) -> MatRef<'_, f64> {
         let columns = 3 * LANES * self.count;
         let modes = self.gradients.len() / columns;
         MatRef::from_column_major_slice(&self.gradients, modes, columns)
@@ -144,39 +163,60 @@ impl Elements {
         values: &mut [f64],
     ) -> Result<(), SolidError> {
         let material = &*body.materials[body.regions[element]];
-        let groups = &self.groups.of_element[element];
         let component = values.len() / 3;
-        let place =
-            |i: usize, group: usize, alpha: usize| i * component + (3 * group + alpha) * LANES;
-        let mut gradients = Vec::with_capacity(groups.len());
-        let mut changes = Vec::with_capacity(groups.len() * LANES);
-        for (g, group) in groups.iter().enumerate() {
-            let local = [0, 1, 2]
-                .map(|i| [0, 1, 2].map(|alpha| lanes::load(&values[place(i, g, alpha)..])));
-            let H = lanes::product(&local, &group.inverse_jacobian);
-            changes.extend(lanes::volume_change(&H).to_array());
-            gradients.push(H);
-        }
-        changes.truncate(self.shapes.points);
-        let slopes = self.slopes(body, element, changes)?;
-        for (g, (group, H)) in groups.iter().zip(&gradients).enumerate() {
-            let mut F = *H;
-            for (i, row) in F.iter_mut().enumerate() {
-                row[i] += Lanes::of(1.0);
-            }
-            let slope = lanes::load(&slopes[g * LANES..]);
-            let [axial, around] = &group.directions;
-            let P = material.stresses(&F, [axial, around], slope);
+        for (g, deformed) in self
+            .deformed_groups(body, element, values)?
+            .iter()
+            .enumerate()
+        {
+            let group = deformed.group;
+            let P = deformed.stress(material);
             for (i, row) in P.iter().enumerate() {
                 let row = row.map(|P| P * group.weight);
                 let flux = lanes::apply(&group.inverse_jacobian, &row);
                 for (alpha, flux) in flux.iter().enumerate() {
-                    let to = place(i, g, alpha);
+                    let to = i * component + (3 * g + alpha) * LANES;
                     values[to..to + LANES].copy_from_slice(&flux.to_array());
                 }
             }
         }
         Ok(())
+    }
+
+    /// The groups of an element with these gradients `H`, which stand in the order of the groups, component by component.
+    pub(super) fn deformed_groups(
+        &self,
+        body: Body,
+        element: usize,
+        values: &[f64],
+    ) -> Result<Vec<DeformedGroup<'_>>, SolidError> {
+        let groups = &self.groups.of_element[element];
+        let component = values.len() / 3;
+        let mut deformed = Vec::with_capacity(groups.len());
+        let mut changes = Vec::with_capacity(groups.len() * LANES);
+        for (g, group) in groups.iter().enumerate() {
+            let local = [0, 1, 2].map(|i| {
+                [0, 1, 2]
+                    .map(|alpha| lanes::load(&values[i * component + (3 * g + alpha) * LANES..]))
+            });
+            let H = lanes::product(&local, &group.inverse_jacobian);
+            changes.extend(lanes::volume_change(&H).to_array());
+            let mut F = H;
+            for (i, row) in F.iter_mut().enumerate() {
+                row[i] += Lanes::of(1.0);
+            }
+            deformed.push(DeformedGroup {
+                group,
+                F,
+                slope: Lanes::of(0.0),
+            });
+        }
+        changes.truncate(self.shapes.points);
+        let slopes = self.slopes(body, element, changes)?;
+        for (deformed, slopes) in deformed.iter_mut().zip(slopes.chunks_exact(LANES)) {
+            deformed.slope = lanes::load(slopes);
+        }
+        Ok(deformed)
     }
 
     /// `U'` at the points of an element with these `J - 1`, and zeros to fill up the last group; projected in the mixed form.
@@ -193,9 +233,8 @@ impl Elements {
             changes = projection.project(element, points, &changes);
             self.check_volumes(body, element, &changes)?;
         }
-        let mut slopes: Vec<f64> = (changes.iter())
-            .map(|&change| material.volumetric(change).slope)
-            .collect();
+        let mut slopes = changes;
+        material.volumetric_slopes(&mut slopes);
         if let Some(projection) = &self.projection {
             slopes = projection.project(element, points, &slopes);
         }

@@ -11,6 +11,7 @@
 //! with `w` the quadrature weight times `det ∂X/∂ξ`; so all work but the material is matrix products.
 
 mod deformation;
+mod extremes;
 mod forces;
 pub(crate) mod foundation;
 pub mod mapping;

@@ -1,7 +1,6 @@
 //! What the elements say about themselves: displacements, stresses, pressures.
 
 use super::super::SolidError;
-use super::super::evaluation::extremes::Extremes;
 use super::super::evaluation::stress::StressState;
 use super::super::material::Volumetric;
 use super::super::space::numbering::Numbering;
@@ -11,53 +10,6 @@ use super::{Body, ElementPoint, Elements};
 use crate::{Mat3, Vec3};
 
 impl Elements {
-    /// Largest von Mises stress (Pa) over all quadrature points with its element and local coordinates, and the
-    /// smallest and largest Jacobian `det F`.
-    pub fn extremes(&self, body: Body, displacement: &[f64]) -> Result<Extremes, SolidError> {
-        let all = self.element_extremes(body, displacement)?;
-        Ok(all.iter().fold(Extremes::default(), |a, b| a.with(b)))
-    }
-
-    /// The same for each element.
-    pub fn element_extremes(
-        &self,
-        body: Body,
-        displacement: &[f64],
-    ) -> Result<Vec<Extremes>, SolidError> {
-        let parts = self.chunks(
-            body,
-            displacement,
-            self.shapes.gradient_matrix(),
-            |chunk, gradients| {
-                let mut all = Vec::with_capacity(chunk.len());
-                for (c, &e) in chunk.iter().enumerate() {
-                    let mut extremes = Extremes::default();
-                    let material = &*body.materials[body.regions[e]];
-                    let deformed = self.deformed(body, e, &gradients, c, None)?;
-                    for (q, (F, U)) in deformed.points().enumerate() {
-                        let state = StressState::new(material, F, &self.points[e][q].frame, U);
-                        let J = F.determinant();
-                        extremes = extremes.with(&Extremes {
-                            von_mises: state.von_mises(),
-                            max_principal: state.principal_stresses()[0],
-                            max_hoop: state.hoop_stress(),
-                            max_axial: state.axial_stress(),
-                            max_fibre_stretch: (state.fibre_stretches.into_iter())
-                                .fold(f64::NEG_INFINITY, f64::max),
-                            element: e,
-                            local: self.local[q],
-                            min_jacobian: J,
-                            max_jacobian: J,
-                        });
-                    }
-                    all.push(extremes);
-                }
-                Ok(all)
-            },
-        )?;
-        Ok(parts.concat())
-    }
-
     /// Coefficients of the pressure `p̄` in each element, if there is a projection.
     pub fn pressures(
         &self,

@@ -8,6 +8,7 @@ use super::super::element::{Elements, PAIRS};
 use super::extremes::Extremes;
 use super::stress::StressState;
 use crate::{Mat3, Vec3};
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Largest stresses and stretches at the quadrature points of an element.
@@ -151,21 +152,22 @@ impl Sampler {
     /// The smooth stress at the points, from `states` at the quadrature points.
     fn smooth(&self, body: &Discretization, states: &[StressState]) -> Vec<Mat3> {
         let (projection, basis) = &self.smoothing;
-        let mut local = Vec::with_capacity(self.points.len());
-        let mut rest = states;
-        for (e, points) in body.elements.points.iter().enumerate() {
-            let (own, others) = rest.split_at(points.len());
-            rest = others;
+        let per_element = states.len() / body.elements.points.len();
+        let of_element = |(e, own): (usize, &[StressState])| {
+            let points = &body.elements.points[e];
             let component = |(i, j): (usize, usize)| {
                 let field: Vec<f64> = own.iter().map(|state| state.cauchy[(i, j)]).collect();
                 basis.evaluate(&projection.coefficients(e, points, &field))
             };
             let fields = PAIRS.map(component);
-            local.extend((0..fields[0].len()).map(|q| {
+            let at = |q: usize| {
                 let [xx, yy, zz, xy, xz, yz] = [0, 1, 2, 3, 4, 5].map(|c| fields[c][q]);
                 Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-            }));
-        }
+            };
+            (0..fields[0].len()).map(at).collect::<Vec<_>>()
+        };
+        let elements = states.par_chunks_exact(per_element).enumerate();
+        let local: Vec<Mat3> = elements.flat_map_iter(of_element).collect();
         let count = self.places.iter().max().map_or(0, |most| most + 1);
         let mut means = vec![(Mat3::zeros(), 0.0); count];
         for (&place, stress) in self.places.iter().zip(&local) {

@@ -92,6 +92,13 @@ pub fn eigenvalues(A: &Mat3) -> [f64; 3] {
     [at(angle), at(angle - third), at(angle + third)]
 }
 
+/// What the largest eigenvalue of a symmetric matrix does not exceed: that of `[2, -1, -1]` with the same deviator's norm.
+pub fn largest_eigenvalue_bound(A: &Mat3) -> f64 {
+    let mean = A.trace() / 3.0;
+    let deviator = A - Mat3::identity() * mean;
+    mean + 2.0 * (deviator.norm_squared() / 6.0).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +118,11 @@ mod tests {
             for (a, b) in found.iter().zip(values) {
                 assert!((a - b).abs() < 1e-7, "{found:?} {values:?}");
             }
+            let bound = largest_eigenvalue_bound(&A);
+            assert!(
+                bound > values[0] - 1e-9 && bound < values[0] + 3.0,
+                "{bound} {values:?}"
+            );
         }
     }
 

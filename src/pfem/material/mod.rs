@@ -73,6 +73,13 @@ pub trait HyperelasticMaterial: Send + Sync {
     /// `U(J)` for `J - 1`, which has more digits of a small change of volume than `J`.
     fn volumetric(&self, change: f64) -> Volumetric;
 
+    /// Replaces each `J - 1` by `U'`, Pa.
+    fn volumetric_slopes(&self, changes: &mut [f64]) {
+        for change in changes {
+            *change = self.volumetric(*change).slope;
+        }
+    }
+
     /// [`Self::stress_with`] at several points side by side: `P` for `F`, the axial and the circumferential
     /// direction, and `U'`.
     fn stresses(

@@ -1,6 +1,6 @@
 //! Neo-Hooke, equation (4).
 
-use super::lanes::{self, Lanes, Real, Tensor, Vector};
+use super::lanes::{self, LANES, Lanes, Real, Tensor, Vector};
 use super::{
     HyperelasticMaterial, Tensor4, Volumetric, WallAxes, add_crossed, add_dyadic, inverse_transpose,
 };
@@ -60,6 +60,18 @@ impl HyperelasticMaterial for NeoHooke {
             curvature: self.kappa * (1.0 - ln_J) / (J * J),
         }
     }
+
+    fn volumetric_slopes(&self, changes: &mut [f64]) {
+        let (groups, rest) = changes.as_chunks_mut::<LANES>();
+        for group in groups {
+            let change = Lanes::new(*group);
+            let slope = Lanes::of(self.kappa) * lanes::ln_1p(change);
+            *group = (slope * (Lanes::of(1.0) + change).inverse()).to_array();
+        }
+        for change in rest {
+            *change = self.volumetric(*change).slope;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -77,5 +89,23 @@ mod tests {
             mu: 2.0,
             kappa: 3.0,
         });
+    }
+
+    #[test]
+    fn slopes_side_by_side_are_those_one_by_one() {
+        let material = NeoHooke {
+            mu: 1.0,
+            kappa: 7.0,
+        };
+        let changes = [1e-14, -1e-7, 3e-3, 0.14, -0.14, 0.16, -0.9, 4.0, 0.0, -0.02];
+        let mut slopes = changes;
+        material.volumetric_slopes(&mut slopes);
+        for (change, slope) in changes.into_iter().zip(slopes) {
+            let expected = material.volumetric(change).slope;
+            assert!(
+                (slope - expected).abs() <= 1e-15 * expected.abs(),
+                "{change}: {slope} {expected}"
+            );
+        }
     }
 }
