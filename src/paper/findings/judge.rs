@@ -3,6 +3,7 @@
 use super::{ALIKE, EXPONENTIAL, LINEAR, RESOLVED, Verdict};
 use crate::case::Extension;
 use crate::hemodynamics::RegionName::{self, Artery, MidArtery};
+use crate::hemodynamics::periodicity::Difference;
 use crate::hemodynamics::summary::RegionSummary;
 use crate::output::report::maps;
 use crate::output::report::page::significant;
@@ -78,8 +79,8 @@ struct Decay {
 }
 
 /// The decay of values (s, any unit) of a run whose smooth start ends at `ramp` (s); `None` if no phase of the beat has two
-/// differences after it.
-fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64) -> Option<Decay> {
+/// differences after it that are larger than `floor`.
+fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64, floor: f64) -> Option<Decay> {
     let beat = (period / step).round() as usize;
     let part = period / PHASES as f64;
     // The largest difference in each part of each period, by the number of the part from t = 0.
@@ -96,7 +97,7 @@ fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64) -> Option<Dec
     for phase in 0..PHASES {
         let numbers = largest
             .iter()
-            .filter(|(n, most)| **n % PHASES == phase && **most > 0.0);
+            .filter(|(n, most)| **n % PHASES == phase && **most > floor);
         let points = numbers.map(|(n, most)| ((n / PHASES) as f64, most.ln()));
         let points: Vec<(f64, f64)> = points.collect();
         let n = points.len() as f64;
@@ -113,15 +114,6 @@ fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64) -> Option<Dec
     })
 }
 
-/// The values without what alternates from step to step: no time step resolves it, nothing in the models damps it, and the
-/// tolerance of the coupling feeds it.
-fn without_alternation(values: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let inner = values.windows(3);
-    inner
-        .map(|v| (v[1].0, 0.25 * v[0].1 + 0.5 * v[1].1 + 0.25 * v[2].1))
-        .collect()
-}
-
 /// Successive periods.
 pub fn periodicity(study: &Study) -> Judged {
     let mut last: Option<f64> = None;
@@ -129,18 +121,26 @@ pub fn periodicity(study: &Study) -> Judged {
     for run in study.runs() {
         let (time, found) = (&run.case.time, &run.hemodynamics.periodicity);
         let rows = whole_steps(&run.history, time.step);
-        let columns: [fn(&HistoryRow) -> f64; 2] = [|r| r.Q_out_m3_s, |r| r.max_displacement_m];
-        for (differences, value) in [&found.outflow, &found.max_displacement]
-            .into_iter()
-            .zip(columns)
-        {
+        let tolerance = run.case.coupling.e_rel;
+        let largest = |value: fn(&HistoryRow) -> f64| {
+            rows.iter().map(|row| value(row).abs()).fold(0.0, f64::max)
+        };
+        // What the coupling leaves of the displacement is a volume, and a flow within a step (docs/coupling.md).
+        let floor_of_flow = tolerance * largest(|r| r.lumen_volume_m3) / time.step;
+        let floor_of_displacement = tolerance * largest(|r| r.max_displacement_m);
+        type Column<'a> = (&'a [Difference], fn(&HistoryRow) -> f64, f64);
+        let columns: [Column; 2] = [
+            (&found.outflow, |r| r.Q_out_m3_s, floor_of_flow),
+            (
+                &found.max_displacement,
+                |r| r.max_displacement_m,
+                floor_of_displacement,
+            ),
+        ];
+        for (differences, value, floor) in columns {
             let values: Vec<(f64, f64)> = rows.iter().map(|row| (row.time_s, value(row))).collect();
-            decays.extend(decay(
-                &without_alternation(&values),
-                time.step,
-                time.period,
-                run.case.ramp.duration,
-            ));
+            let ramp = run.case.ramp.duration;
+            decays.extend(decay(&values, time.step, time.period, ramp, floor));
             if let Some(difference) = differences.last() {
                 last = Some(last.map_or(difference.relative, |l| l.max(difference.relative)));
             }
@@ -159,13 +159,14 @@ pub fn periodicity(study: &Study) -> Judged {
         significant(100.0 * last, 2)
     );
     if decays.is_empty() {
-        let text = format!("{small}; too few periods after the smooth start to see how it decays");
+        let text = format!(
+            "{small}; too few periods after the smooth start with differences above the coupling's tolerance to see how it decays"
+        );
         return Some((text, Verdict::Unresolved));
     }
     let ((least, most), (r2, _)) = (ends(|d| d.left), ends(|d| d.r2));
     let text = format!(
-        "{small}; over a period {} to {} of the difference is left, exponential with R² ≥ {} (without what alternates from \
-         step to step)",
+        "{small}; over a period {} to {} of what is above the coupling's tolerance is left, exponential with R² ≥ {}",
         significant(least, 2),
         significant(most, 2),
         significant(r2, 3)
@@ -462,7 +463,7 @@ mod tests {
         let of = |transient: fn(f64) -> f64, beats: i32| {
             let times = (1..=100 * beats).map(|n| f64::from(n) * step);
             let values = times.map(|t| (t, (std::f64::consts::TAU * t).cos() + transient(t)));
-            decay(&values.collect::<Vec<_>>(), step, 1.0, 0.5)
+            decay(&values.collect::<Vec<_>>(), step, 1.0, 0.5, 0.0)
         };
         let found = of(|t| 0.1_f64.powf(t), 4).unwrap();
         assert!(
@@ -485,17 +486,13 @@ mod tests {
         .unwrap();
         assert!(found.r2 < EXPONENTIAL, "{found:?}");
         assert!(of(|t| 0.1_f64.powf(t), 2).is_none());
-    }
-
-    #[test]
-    fn what_alternates_is_left_out_and_nothing_else() {
-        let at = |f: fn(i32) -> f64| -> Vec<(f64, f64)> {
-            (0..9).map(|i| (f64::from(i), f(i))).collect()
-        };
-        let left = without_alternation(&at(|i| {
-            3.0 + 2.0 * f64::from(i) + if i % 2 == 0 { 1.0 } else { -1.0 }
-        }));
-        assert_eq!(left, at(|i| 3.0 + 2.0 * f64::from(i))[1..8]);
+        // What has fallen to the floor says nothing: of 0.1 and 0.01 the latter does not count.
+        let values: Vec<(f64, f64)> = (0..=300)
+            .map(|n| 0.01 * f64::from(n))
+            .map(|t| (t, 0.1_f64.powf(t)))
+            .collect();
+        assert!(decay(&values, 0.01, 1.0, 0.5, 0.0).is_some());
+        assert!(decay(&values, 0.01, 1.0, 0.5, 0.1).is_none());
     }
 
     #[test]
