@@ -3,9 +3,9 @@
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
 #   openfoam     the same with OpenFOAM (about twenty)
-#   experiments  what the page tries besides: another flow, tolerance, damping, surfaces, stretch
+#   experiments  what the page tries besides: other flows, another start, tolerance and damping
 #   keep         copies what the pages need from FOLDER to docs/results; tables with six digits
-#   pages        makes the tables of the pages again from what is kept, without computing anything
+#   pages        makes the pages again from what is kept (pages.sh, which needs no FOLDER)
 #
 # Without a step: all of them. Whatever has been computed is kept, so the same line goes on where it ended.
 set -eu
@@ -38,18 +38,30 @@ experiments() {
     study damped 'S-0.75' --fluid native --set wall.damping_1_s=10
 }
 
-# keep NAME TABLES: the figures of each finished run, and its tables if they are wanted
+# keep FROM TO TABLES: the figures of a finished run, and its tables if they are wanted
 keep() {
-    for run in "$out/$1"/*/; do
-        model=$(basename "$run") kept=docs/results/$1/$(basename "$run")
-        grep -qs '"status": "complete"' "$run/summary.json" || { echo "$1/$model is not done: not kept"; continue; }
-        mkdir -p "$kept"
-        cp "$run/case.resolved.toml" "$run/summary.json" "$run/hemodynamics.json" "$kept"
-        for table in $2; do
-            awk -F, -v OFS=, -v CONVFMT=%.6g 'NR > 1 {
-                for (i = 1; i <= NF; i++) if ($i ~ /^-?[0-9]+[.][0-9]*(e-?[0-9]+)?$/ && length($i) > 8) $i = ($i + 0) ""
-            } { print }' "$run/$table" > "$kept/$table"
-        done
+    run=$out/$1 kept=docs/results/$2
+    grep -qs '"status": "complete"' "$run/summary.json" || { echo "$1 is not done: not kept"; return 0; }
+    mkdir -p "$kept"
+    cp "$run/case.resolved.toml" "$run/summary.json" "$run/hemodynamics.json" "$kept"
+    for table in $3; do
+        awk -F, -v OFS=, -v CONVFMT=%.6g 'NR > 1 {
+            for (i = 1; i <= NF; i++) if ($i ~ /^-?[0-9]+[.][0-9]*(e-?[0-9]+)?$/ && length($i) > 8) $i = ($i + 0) ""
+        } { print }' "$run/$table" > "$kept/$table"
+    done
+}
+
+keep_all() {
+    tables='history.csv regions.csv wall-shear.csv'
+    for run in "$out"/native/*/ "$out"/half-flow/*/ "$out"/low-base/*/; do
+        name=$(basename "$(dirname "$run")")/$(basename "$run")
+        keep "$name" "$name" "$tables"
+    done
+    for run in "$out"/openfoam/*/; do
+        keep "openfoam/$(basename "$run")" "openfoam/$(basename "$run")" ''
+    done
+    for variant in equilibrium tight damped; do
+        keep $variant/S-0.75 variants/$variant ''
     done
 }
 
@@ -58,16 +70,8 @@ for step; do
     native) study native '[SHA]-*' --fluid native ;;
     openfoam) study openfoam '[SHA]-*' ;;
     experiments) experiments ;;
-    keep)
-        keep native 'history.csv regions.csv wall-shear.csv'
-        for name in openfoam equilibrium half-flow low-base tight damped; do
-            [ ! -d "$out/$name" ] || keep $name ''
-        done
-        ;;
-    pages)
-        fsi tables docs/results/README.md docs/credibility.md
-        fsi report docs/results/native --out docs/results/report.html
-        ;;
+    keep) keep_all ;;
+    pages) docs/results/pages.sh ;;
     *) echo "$0: $step is no step: native, openfoam, experiments, keep or pages" >&2; exit 2 ;;
     esac
 done

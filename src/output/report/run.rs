@@ -395,7 +395,7 @@ fn wall(run: &Results) -> Vec<String> {
 
 pub(crate) fn pictures(surface: &Surface) -> Vec<String> {
     let frame = surface.widest_frame();
-    let at = format!("at t = {} s", surface.times[frame]);
+    let at = format!("at t = {:.3} s", surface.times[frame]);
     [
         (
             "Displacement",
