@@ -3,8 +3,8 @@
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
 #   openfoam     the same with OpenFOAM (about twenty)
-#   experiments  what the page tries besides: other flows, another start, tolerance and damping
-#   keep         copies what the pages need from FOLDER to docs/results; tables with six digits
+#   experiments  what the page tries besides: other flows and paths, another start, another tolerance
+#   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
 #   pages        makes the pages again from what is kept (pages.sh, which needs no FOLDER)
 #
 # Without a step: all of them. Whatever has been computed is kept, so the same line goes on where it ended.
@@ -30,12 +30,13 @@ at_once='--fluid native --set initial.start=equilibrium --set ramp.duration_s=0.
 experiments() {
     study equilibrium 'S-0.75' $at_once
     # Half the flow, at the same pressures: half the Reynolds number.
-    study half-flow '[SH]-0.0,[SH]-0.75,H-0.5' $at_once --set inflow.base_m3_s=2.5e-6 --set inflow.amplitude_m3_s=4.5e-6 \
+    study half-flow '[SH]-0.0' $at_once --set inflow.base_m3_s=2.5e-6 --set inflow.amplitude_m3_s=4.5e-6 \
         --set windkessel.resistance_Pa_s_m3=3.57e9 --set windkessel.compliance_m3_Pa=0.805e-10
     # The same pulse on a lower base.
-    study low-base 'S-*,H-0.0' $at_once --set inflow.base_m3_s=3.5e-6 --set windkessel.resistance_Pa_s_m3=2.244e9
+    study low-base 'S-0.0,S-0.75' $at_once --set inflow.base_m3_s=3.5e-6 --set windkessel.resistance_Pa_s_m3=2.244e9
+    # A helix of half the radius, an arc of half the angle.
+    study gentle-paths '[HA]-0.0' $at_once --set geometry.helix_radius_m=3e-3 --set geometry.arc_angle_deg=60
     study tight 'S-0.75' --fluid native --set coupling.e_rel=1e-6
-    study damped 'S-0.75' --fluid native --set wall.damping_1_s=10
 }
 
 # keep FROM TO TABLES: the figures of a finished run, and its tables if they are wanted
@@ -45,7 +46,10 @@ keep() {
     mkdir -p "$kept"
     cp "$run/case.resolved.toml" "$run/summary.json" "$run/hemodynamics.json" "$kept"
     for table in $3; do
-        awk -F, -v OFS=, -v CONVFMT=%.6g 'NR > 1 {
+        # The rate of change of the volume is to be had from the history.
+        digits=6
+        [ "$table" != history.csv ] || digits=9
+        awk -F, -v OFS=, -v CONVFMT=%.${digits}g 'NR > 1 {
             for (i = 1; i <= NF; i++) if ($i ~ /^-?[0-9]+[.][0-9]*(e-?[0-9]+)?$/ && length($i) > 8) $i = ($i + 0) ""
         } { print }' "$run/$table" > "$kept/$table"
     done
@@ -53,14 +57,14 @@ keep() {
 
 keep_all() {
     tables='history.csv regions.csv wall-shear.csv'
-    for run in "$out"/native/*/ "$out"/half-flow/*/ "$out"/low-base/*/; do
+    for run in "$out"/native/*/ "$out"/half-flow/*/ "$out"/low-base/*/ "$out"/gentle-paths/*/; do
         name=$(basename "$(dirname "$run")")/$(basename "$run")
         keep "$name" "$name" "$tables"
     done
     for run in "$out"/openfoam/*/; do
         keep "openfoam/$(basename "$run")" "openfoam/$(basename "$run")" ''
     done
-    for variant in equilibrium tight damped; do
+    for variant in equilibrium tight; do
         keep $variant/S-0.75 variants/$variant ''
     done
 }

@@ -114,6 +114,10 @@ fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64, floor: f64) -
     })
 }
 
+/// Error of an accepted displacement in tolerances of the coupling, as measured with the defaults (docs/coupling.md: 1.9e-5 of
+/// the largest displacement for 1e-5).
+const IN_TOLERANCES: f64 = 2.0;
+
 /// Successive periods.
 pub fn periodicity(study: &Study) -> Judged {
     let mut last: Option<f64> = None;
@@ -121,13 +125,14 @@ pub fn periodicity(study: &Study) -> Judged {
     for run in study.runs() {
         let (time, found) = (&run.case.time, &run.hemodynamics.periodicity);
         let rows = whole_steps(&run.history, time.step);
-        let tolerance = run.case.coupling.e_rel;
+        // Of two beats, each with its own error.
+        let tolerance = 2.0 * run.case.coupling.e_rel;
         let largest = |value: fn(&HistoryRow) -> f64| {
             rows.iter().map(|row| value(row).abs()).fold(0.0, f64::max)
         };
         // What the coupling leaves of the displacement is a volume, and a flow within a step (docs/coupling.md).
         let floor_of_flow = tolerance * largest(|r| r.lumen_volume_m3) / time.step;
-        let floor_of_displacement = tolerance * largest(|r| r.max_displacement_m);
+        let floor_of_displacement = tolerance * IN_TOLERANCES * largest(|r| r.max_displacement_m);
         type Column<'a> = (&'a [Difference], fn(&HistoryRow) -> f64, f64);
         let columns: [Column; 2] = [
             (&found.outflow, |r| r.Q_out_m3_s, floor_of_flow),
