@@ -3,7 +3,8 @@
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
 #   openfoam     the same with OpenFOAM (about twenty)
-#   experiments  what the page tries besides: other flows and paths, another start, another tolerance
+#   experiments  what the page tries besides: other flows, another path
+#   refinement   H-0.5 with finer steps, fluid, wall and tolerance
 #   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
 #   pages        makes the pages again from what is kept (pages.sh, which needs no FOLDER)
 #
@@ -12,7 +13,7 @@ set -eu
 [ $# -gt 0 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
 out=$(mkdir -p "$1" && cd "$1" && pwd)
 shift
-[ $# -gt 0 ] || set -- native openfoam experiments keep pages
+[ $# -gt 0 ] || set -- native openfoam experiments refinement keep pages
 cd "$(dirname "$0")/../.."
 fsi() { cargo run --release --quiet -- "$@"; }
 
@@ -28,15 +29,34 @@ at_once='--fluid native --set initial.start=equilibrium --set ramp.duration_s=0.
     --set windkessel.initial_pressure_Pa=1.07e4 --set time.end_s=2'
 
 experiments() {
-    study equilibrium 'S-0.75' $at_once
     # Half the flow, at the same pressures: half the Reynolds number.
     study half-flow '[SH]-0.0' $at_once --set inflow.base_m3_s=2.5e-6 --set inflow.amplitude_m3_s=4.5e-6 \
         --set windkessel.resistance_Pa_s_m3=3.57e9 --set windkessel.compliance_m3_Pa=0.805e-10
     # The same pulse on a lower base.
     study low-base 'S-0.0,S-0.75' $at_once --set inflow.base_m3_s=3.5e-6 --set windkessel.resistance_Pa_s_m3=2.244e9
-    # A helix of half the radius, an arc of half the angle.
-    study gentle-paths '[HA]-0.0' $at_once --set geometry.helix_radius_m=3e-3 --set geometry.arc_angle_deg=60
-    study tight 'S-0.75' --fluid native --set coupling.e_rel=1e-6
+    # A helix of half the radius.
+    study gentle-paths 'H-0.0' $at_once --set geometry.helix_radius_m=3e-3
+}
+
+# refined NAME OPTIONS...: H-0.5 with one thing finer
+refined() {
+    name=$1
+    shift
+    run=$out/refined/$name
+    ! grep -qs '"status": "complete"' "$run/summary.json" || return 0
+    resume=
+    [ ! -d "$run/checkpoints" ] || resume=--resume
+    fsi --case openfoam-case/H-0.5 --preset coarse --out "$run" $resume $at_once "$@"
+}
+
+refinement() {
+    refined base
+    refined step-1ms --set time.step_s=1e-3
+    refined step-4ms --set time.step_s=4e-3
+    refined fluid-degree-5 --set fluid.native.degree=5
+    refined mesh-of-paper --set fluid.native.axial_extension=9 --set fluid.native.axial_per_section=8 --set structure.circumferential=8
+    refined wall-p-5 --set structure.p=5
+    refined tolerance-1e-6 --set coupling.e_rel=1e-6
 }
 
 # keep FROM TO TABLES: the figures of a finished run, and its tables if they are wanted
@@ -64,8 +84,8 @@ keep_all() {
     for run in "$out"/openfoam/*/; do
         keep "openfoam/$(basename "$run")" "openfoam/$(basename "$run")" ''
     done
-    for variant in equilibrium tight; do
-        keep $variant/S-0.75 variants/$variant ''
+    for run in "$out"/refined/*/; do
+        keep "refined/$(basename "$run")" "refined/$(basename "$run")" ''
     done
 }
 
@@ -74,8 +94,9 @@ for step; do
     native) study native '[SHA]-*' --fluid native ;;
     openfoam) study openfoam '[SHA]-*' ;;
     experiments) experiments ;;
+    refinement) refinement ;;
     keep) keep_all ;;
     pages) docs/results/pages.sh ;;
-    *) echo "$0: $step is no step: native, openfoam, experiments, keep or pages" >&2; exit 2 ;;
+    *) echo "$0: $step is no step: native, openfoam, experiments, refinement, keep or pages" >&2; exit 2 ;;
     esac
 done

@@ -19,8 +19,9 @@ fn results() -> PathBuf {
 
 #[test]
 fn the_pages_say_what_the_stored_runs_say() {
-    let page = results().join("README.md");
-    let output = tables(&["--check"], &[&page]);
+    let study = results().join("README.md");
+    let credibility = results().join("../credibility.md");
+    let output = tables(&["--check"], &[&study, &credibility]);
     assert!(output.status.success(), "{}", said(&output.stderr));
 }
 
