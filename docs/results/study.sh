@@ -3,7 +3,7 @@
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
 #   openfoam     the same with OpenFOAM (about twenty)
-#   experiments  what the page tries besides: other flows, another path
+#   experiments  what the page tries besides: other flows
 #   refinement   H-0.5 with finer steps, fluid, wall and tolerance
 #   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
 #   pages        makes the pages again from what is kept (pages.sh, which needs no FOLDER)
@@ -34,8 +34,6 @@ experiments() {
         --set windkessel.resistance_Pa_s_m3=3.57e9 --set windkessel.compliance_m3_Pa=0.805e-10
     # The same pulse on a lower base.
     study low-base 'S-0.0,S-0.75' $at_once --set inflow.base_m3_s=3.5e-6 --set windkessel.resistance_Pa_s_m3=2.244e9
-    # A helix of half the radius.
-    study gentle-paths 'H-0.0' $at_once --set geometry.helix_radius_m=3e-3
 }
 
 # refined NAME OPTIONS...: H-0.5 with one thing finer
@@ -77,7 +75,7 @@ keep() {
 
 keep_all() {
     tables='history.csv regions.csv wall-shear.csv'
-    for run in "$out"/native/*/ "$out"/half-flow/*/ "$out"/low-base/*/ "$out"/gentle-paths/*/; do
+    for run in "$out"/native/*/ "$out"/half-flow/*/ "$out"/low-base/*/; do
         name=$(basename "$(dirname "$run")")/$(basename "$run")
         keep "$name" "$name" "$tables"
     done
