@@ -82,7 +82,10 @@ fn a_mark_that_cannot_be_answered_is_refused_and_nothing_is_written() {
             with("model x"),
             "line 2: `model x` is no table; expected `models STUDY`",
         ),
-        (with("changes nowhere/S-0.0 nowhere"), "line 2: cannot read"),
+        (
+            with("changes nowhere/S-0.0 nowhere"),
+            "nowhere/S-0.0 is not the folder of a run",
+        ),
         (
             with(&format!("models {native}")).replace("<!-- end of table -->", ""),
             "line 2: the table has no end",
