@@ -2,7 +2,7 @@
 # The study, from nothing to its pages: docs/results/study.sh FOLDER [STEP...]
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
-#   openfoam     the same with OpenFOAM (about twenty)
+#   openfoam     the same with OpenFOAM
 #   experiments  what the page tries besides: other flows
 #   refinement   H-0.5 with finer steps, fluid, wall and tolerance
 #   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
@@ -57,13 +57,19 @@ refinement() {
     refined tolerance-1e-6 --set coupling.e_rel=1e-6
 }
 
-# keep FROM TO TABLES: the figures of a finished run, and its tables if they are wanted
+# keep STUDY TABLES: the figures of each finished run of a study, and its tables if they are wanted
 keep() {
-    run=$out/$1 kept=docs/results/$2
+    for run in "$out/$1"/*/; do
+        keep_run "$1/$(basename "$run")" "$2"
+    done
+}
+
+keep_run() {
+    run=$out/$1 kept=docs/results/$1
     grep -qs '"status": "complete"' "$run/summary.json" || { echo "$1 is not done: not kept"; return 0; }
     mkdir -p "$kept"
     cp "$run/case.resolved.toml" "$run/summary.json" "$run/hemodynamics.json" "$kept"
-    for table in $3; do
+    for table in $2; do
         # The rate of change of the volume is to be had from the history.
         digits=6
         [ "$table" != history.csv ] || digits=9
@@ -75,16 +81,11 @@ keep() {
 
 keep_all() {
     tables='history.csv regions.csv wall-shear.csv'
-    for run in "$out"/native/*/ "$out"/half-flow/*/ "$out"/low-base/*/; do
-        name=$(basename "$(dirname "$run")")/$(basename "$run")
-        keep "$name" "$name" "$tables"
-    done
-    for run in "$out"/openfoam/*/; do
-        keep "openfoam/$(basename "$run")" "openfoam/$(basename "$run")" ''
-    done
-    for run in "$out"/refined/*/; do
-        keep "refined/$(basename "$run")" "refined/$(basename "$run")" ''
-    done
+    keep native "$tables"
+    keep half-flow "$tables"
+    keep low-base "$tables"
+    keep openfoam ''
+    keep refined ''
 }
 
 for step; do

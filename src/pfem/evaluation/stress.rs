@@ -79,9 +79,7 @@ impl StressState {
 
 /// Eigenvalues of a symmetric matrix, the largest first (Smith: *Eigenvalues of a symmetric 3×3 matrix*, 1961).
 pub fn eigenvalues(A: &Mat3) -> [f64; 3] {
-    let mean = A.trace() / 3.0;
-    let deviator = A - Mat3::identity() * mean;
-    let radius = (deviator.norm_squared() / 6.0).sqrt();
+    let (mean, deviator, radius) = split(A);
     if radius <= f64::EPSILON * mean.abs() {
         return [mean; 3];
     }
@@ -94,9 +92,15 @@ pub fn eigenvalues(A: &Mat3) -> [f64; 3] {
 
 /// What the largest eigenvalue of a symmetric matrix does not exceed: that of `[2, -1, -1]` with the same deviator's norm.
 pub fn largest_eigenvalue_bound(A: &Mat3) -> f64 {
+    let (mean, _, radius) = split(A);
+    mean + 2.0 * radius
+}
+
+/// Mean of the eigenvalues, deviator, and half of what the largest eigenvalue may be above the mean.
+fn split(A: &Mat3) -> (f64, Mat3, f64) {
     let mean = A.trace() / 3.0;
     let deviator = A - Mat3::identity() * mean;
-    mean + 2.0 * (deviator.norm_squared() / 6.0).sqrt()
+    (mean, deviator, (deviator.norm_squared() / 6.0).sqrt())
 }
 
 #[cfg(test)]
