@@ -34,6 +34,14 @@ labelList addressing(const polyMesh& mesh, const word& name)
 } // End anonymous namespace
 
 
+Foam::labelList Foam::fsi::undecomposedPoints(const polyMesh& mesh)
+{
+    return
+        Pstream::parRun() ? addressing(mesh, "pointProcAddressing")
+      : identity(mesh.nPoints());
+}
+
+
 Foam::fsi::wallInterface::wallInterface
 (
     const polyMesh& mesh,
@@ -87,13 +95,12 @@ Foam::fsi::wallInterface::wallInterface
     }
 
     // Their labels in the undecomposed mesh
-    labelList pointLabels(ownPointLabels);
+    const labelList ofPoint(undecomposedPoints(mesh));
+    const labelList pointLabels(UIndirectList<label>(ofPoint, ownPointLabels));
     labelList faceLabels(ownFaceLabels);
     if (Pstream::parRun())
     {
-        const labelList ofPoint(addressing(mesh, "pointProcAddressing"));
         const labelList ofFace(addressing(mesh, "faceProcAddressing"));
-        pointLabels = labelList(UIndirectList<label>(ofPoint, pointLabels));
         // Shifted by one there, so that the sign can tell turned faces;
         // faces of a wall are never turned.
         faceLabels = labelList(UIndirectList<label>(ofFace, faceLabels));

@@ -16,9 +16,9 @@ pub mod external;
 pub(crate) mod field;
 pub(crate) mod inlet_velocity;
 pub(crate) mod lagrange_cell;
-pub mod loaded_shape;
 pub mod native;
 pub mod openfoam;
+pub mod polygonal_wall;
 
 /// The wet surface as the fluid's mesh sees it, in the reference configuration.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,7 +7,7 @@ use fsi_driver::fluid::conversation::session::Terms;
 use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings, VesselOpenings};
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use fsi_driver::fluid::{Fluid, FluidStep};
-use fsi_driver::geometry::{PolyMesh, fluid_mesh};
+use fsi_driver::geometry::{PolyMesh, WallPolygons, fluid_mesh};
 use nalgebra::Complex;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -43,7 +43,9 @@ impl RigidTube {
     fn start_with(case: &Case, change: fn(&Path)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let vessel = case.vessel().unwrap();
-        let mesh = fluid_mesh(vessel);
+        let mut mesh = fluid_mesh(vessel);
+        let sides = WallPolygons::of(&mesh, &vessel.fluid.mesh);
+        mesh.points = sides.fit(&mesh, &vessel.fluid.mesh, &mesh.points);
         mesh.write(folder.path()).unwrap();
         CaseFiles {
             templates: &case.fluid.templates,
@@ -57,6 +59,7 @@ impl RigidTube {
             time: &case.time,
             ranks: 1,
             non_orthogonality_deg: mesh.non_orthogonality_deg(),
+            blend: None,
         }
         .write(folder.path())
         .unwrap();

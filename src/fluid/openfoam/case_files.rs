@@ -8,6 +8,7 @@ pub use self::vessel_openings::VesselOpenings;
 
 use super::{own_case, probes, templates};
 use crate::case::{Blood, Flag, Ramp, Rheology, Time};
+use crate::geometry::MotionBlend;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -73,6 +74,8 @@ pub struct CaseFiles<'a> {
     pub ranks: usize,
     /// Largest non-orthogonality of the mesh at rest, degrees.
     pub non_orthogonality_deg: f64,
+    /// How the points of the mesh follow its wall; by Laplace's equation if not by shares.
+    pub blend: Option<MotionBlend>,
 }
 
 impl CaseFiles<'_> {
@@ -92,6 +95,9 @@ impl CaseFiles<'_> {
             for (name, text) in openings.files(self.time.step) {
                 write_file(&folder.join("constant").join(name), &text)?;
             }
+        }
+        if let Some(blend) = &self.blend {
+            write_file(&folder.join("constant/fsiMotionBlend"), &file_of(blend))?;
         }
         write_file(&folder.join("system/fsiProbes"), &probes::dictionary(&[]))?;
         Connection::none().write(folder)
@@ -179,6 +185,11 @@ impl CaseFiles<'_> {
             let _ = writeln!(text, "{name:<23} {value}; // {unit}");
         }
         let _ = writeln!(text, "{:<23} {model};", "transportModel");
+        let motion = match self.blend {
+            Some(_) => "blendedFromWall",
+            None => "referenceLaplacian",
+        };
+        let _ = writeln!(text, "{:<23} {motion};", "meshMotion");
         let (gradient, correctors) = match self.non_orthogonality_deg < STEEP_DEG {
             true => ("corrected", 0),
             false => ("limited corrected 0.33", 2),
@@ -192,6 +203,31 @@ impl CaseFiles<'_> {
         }
         text
     }
+}
+
+/// Two lists for the adapter (`blendedMotionSolver`): points of each ring; for each point of the mesh its ring and points of that,
+/// with their shares.
+fn file_of(blend: &MotionBlend) -> String {
+    let mut text = format!(
+        "// How points follow the wall; written by fsi-driver, do not edit\n{}\n(\n",
+        blend.rings.len()
+    );
+    let list = |items: &mut dyn Iterator<Item = String>| {
+        let items: Vec<String> = items.collect();
+        format!("{}({})", items.len(), items.join(" "))
+    };
+    for ring in &blend.rings {
+        text += &list(&mut ring.iter().map(usize::to_string));
+        text.push('\n');
+    }
+    let _ = write!(text, ")\n{}\n(\n", blend.points.len());
+    for (ring, shares) in &blend.points {
+        let points = shares.iter().map(|(place, _)| blend.rings[*ring][*place]);
+        let labels = list(&mut [*ring].into_iter().chain(points).map(|i| i.to_string()));
+        let shares = list(&mut shares.iter().map(|(_, share)| format!("{share:e}")));
+        let _ = writeln!(text, "({labels} {shares})");
+    }
+    text + ")\n"
 }
 
 /// The way from OpenFOAM to the driver.

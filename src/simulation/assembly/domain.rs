@@ -51,7 +51,7 @@ impl DomainError {
 }
 
 /// The wet patch of meshes that are made here.
-const WALL: &str = "wallFsi";
+pub(super) const WALL: &str = "wallFsi";
 
 impl Domain {
     /// The domain of a checked case.

@@ -1,15 +1,15 @@
 //! The state of the wall when time begins, and the lumen's mesh in that shape.
 
+use super::domain::WALL;
 use super::{Domain, structure};
 use crate::Vec3;
 use crate::case::{BloodVessel, Case, GivenShape};
-use crate::geometry::PolyMesh;
-use crate::geometry::o_grid::moved_points;
+use crate::fluid::polygonal_wall::RoundWall;
+use crate::geometry::{PolyMesh, WallPolygons};
 use crate::pfem::solution::unloaded;
 use crate::pfem::supports::Profile;
 use crate::pfem::{Solid, SolidError, Structure};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// Largest distance (m) between a shape that is given as loaded, and what loading leads to from the unloaded one.
 const LARGEST_DISTANCE: f64 = 1e-6;
@@ -145,30 +145,31 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, Solid
     })
 }
 
-/// The lumen's mesh with its wall in the state of the structure, and the points of the wall before and after, m.
+/// The mesh of a vessel's lumen in the shape of its wall, and how the two are related.
 ///
 /// # Errors
 /// If a point of its wall does not lie on that of the structure.
-pub fn moved_lumen(
-    case: &Case,
-    unloaded: &PolyMesh,
+pub fn fitted_lumen(
+    vessel: &BloodVessel,
+    grid: &PolyMesh,
     solid: &Structure,
-) -> Result<(PolyMesh, Vec<(Vec3, Vec3)>), SolidError> {
-    let mut moved = unloaded.clone();
-    let Some(vessel) = case.vessel() else {
-        return Ok((moved, Vec::new()));
-    };
-    let mut numbers: Vec<usize> = unloaded.patch_faces("wallFsi").concat();
+) -> Result<(PolyMesh, RoundWall), SolidError> {
+    let mut numbers: Vec<usize> = grid.patch_faces(WALL).concat();
     numbers.sort_unstable();
     numbers.dedup();
-    let points: Vec<Vec3> = numbers.iter().map(|&i| unloaded.points[i]).collect();
-    let displacement = solid.accepted_displacement(&solid.locate(&points)?);
-    let of_point: BTreeMap<usize, Vec3> = numbers.iter().copied().zip(displacement).collect();
-    let still = Vec3::zeros();
-    moved.points = moved_points(unloaded, &vessel.fluid.mesh, |i| {
-        *of_point.get(&i).unwrap_or(&still)
-    });
-    let pair = |&i: &usize| (unloaded.points[i], moved.points[i]);
-    let wall = numbers.iter().map(pair).collect();
-    Ok((moved, wall))
+    let unloaded: Vec<Vec3> = numbers.iter().map(|&i| grid.points[i]).collect();
+    let displacement = solid.accepted_displacement(&solid.locate(&unloaded)?);
+    let mut on_wall = grid.points.clone();
+    for (&i, u) in numbers.iter().zip(displacement) {
+        on_wall[i] += u;
+    }
+    let polygons = WallPolygons::of(grid, &vessel.fluid.mesh);
+    let mut fitted = grid.clone();
+    fitted.points = polygons.fit(grid, &vessel.fluid.mesh, &on_wall);
+    let wall = RoundWall {
+        unloaded,
+        in_mesh: numbers.iter().map(|&i| fitted.points[i]).collect(),
+        polygons: polygons.renumbered(|point| numbers.binary_search(&point).ok()),
+    };
+    Ok((fitted, wall))
 }

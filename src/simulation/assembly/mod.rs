@@ -12,11 +12,11 @@ pub use domain::{Domain, DomainError};
 pub use fit::Fit;
 pub use initial_state::{UnloadedWall, Unloading, unloaded_wall};
 
-use self::initial_state::{InitialState, initial_state};
+use self::initial_state::{InitialState, fitted_lumen, initial_state};
 use super::checkpoint::Store;
 use super::clock::Clock;
 use super::{Checkpoints, Simulation, SimulationSettings};
-use crate::case::{self, Case, CaseIdentity, Problem, TableError};
+use crate::case::{self, BloodVessel, Case, CaseIdentity, MeshMotion, Problem, TableError};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::convergence::Criterion;
 use crate::coupling::fixed_point::FixedPoint;
@@ -25,14 +25,14 @@ use crate::coupling::transfer::Transfer;
 use crate::coupling::{self, Coupling, flatten};
 use crate::fluid::conversation::session::Terms;
 use crate::fluid::external::{ExternalFluid, ExternalSettings, Starter};
-use crate::fluid::loaded_shape::LoadedShape;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings, VesselOpenings};
 use crate::fluid::openfoam::prepared::{Prepared, Source};
 use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
+use crate::fluid::polygonal_wall::PolygonalWall;
 use crate::fluid::{Fluid, FluidEffort, FluidError, FluidMemory};
-use crate::geometry::PolyMesh;
+use crate::geometry::{MotionBlend, PolyMesh, WallPolygons};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::{Formulation, Solid, SolidError, Structure, StructureOptions, discretization};
@@ -112,19 +112,17 @@ impl CoupledModel {
     ) -> Result<Self, AssemblyError> {
         let mut domain = Domain::new(case)?;
         let InitialState { solid, unloading } = initial_state(case, &domain)?;
-        // Away from the shape that is given, in which the fluid's mesh was made.
-        let is_displaced = solid.is_displaced();
         match case.fluid.solver {
             case::Solver::OpenFoam => {
-                let mut moved = None;
-                if is_displaced {
-                    let (lumen, wall) = initial_state::moved_lumen(case, &domain.fluid, &solid)?;
-                    (domain.fluid, moved) = (lumen, Some(wall));
+                let mut wall = None;
+                if let Some(vessel) = case.vessel() {
+                    let (lumen, round) = fitted_lumen(vessel, &domain.fluid, &solid)?;
+                    (domain.fluid, wall) = (lumen, Some(round));
                 }
                 let volumes = domain.fluid.cell_volumes();
                 let mut fluid = openfoam(case, &domain, workplace, memory)?;
-                if let Some(wall) = moved {
-                    fluid = Box::new(LoadedShape::new(fluid, &wall));
+                if let Some(wall) = wall {
+                    fluid = Box::new(PolygonalWall::new(fluid, wall));
                 }
                 Ok(Self {
                     fluid_cells: volumes.len(),
@@ -151,7 +149,7 @@ impl CoupledModel {
             }
             case::Solver::Native => {
                 let mut fluid = NativeFluid::new(case)?;
-                if is_displaced {
+                if solid.is_displaced() {
                     let places = solid.locate(&fluid.interface().points)?;
                     fluid.begin_at(solid.accepted_displacement(&places));
                 }
@@ -359,7 +357,17 @@ fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, Tabl
         time: &case.time,
         ranks: case.fluid.ranks,
         non_orthogonality_deg: mesh.non_orthogonality_deg(),
+        blend: case.vessel().and_then(|vessel| blend(vessel, mesh)),
     })
+}
+
+/// How the points of a vessel's mesh follow its wall, if it is by shares.
+fn blend(vessel: &BloodVessel, mesh: &PolyMesh) -> Option<MotionBlend> {
+    let keys = &vessel.fluid.mesh;
+    match keys.motion {
+        MeshMotion::Blend => Some(WallPolygons::of(mesh, keys).blend(mesh, keys)),
+        MeshMotion::Laplace => None,
+    }
 }
 
 /// The structure of a case, without displacement.

@@ -76,6 +76,7 @@ impl Channel {
             },
             ranks: 2,
             non_orthogonality_deg: 0.0,
+            blend: None,
         }
         .write(&case)
         .unwrap();

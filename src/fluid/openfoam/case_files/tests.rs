@@ -10,6 +10,7 @@ fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> Case
         time,
         ranks: 2,
         non_orthogonality_deg: 20.0,
+        blend: None,
     }
 }
 

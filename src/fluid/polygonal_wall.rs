@@ -1,0 +1,128 @@
+//! A fluid with plane faces in a round wall, which may be loaded already when time begins.
+//!
+//! Everybody else knows the points of the fluid's wall as points of the unloaded wall that move with it. Those of the mesh are
+//! the corners of [polygons](WallPolygons) that enclose as much as the wall does, and have been moved with it before time
+//! begins.
+
+use super::{
+    Fluid, FluidEffort, FluidError, FluidField, FluidInterface, FluidMemory, FluidProbe, FluidStep,
+    FluidTrial, FluidUsage,
+};
+use crate::Vec3;
+use crate::geometry::WallPolygons;
+
+/// The wall of a fluid's mesh beside that of the structure, when time begins.
+pub struct RoundWall {
+    /// The points on the unloaded wall, m.
+    pub unloaded: Vec<Vec3>,
+    /// Where the mesh has them, m.
+    pub in_mesh: Vec<Vec3>,
+    /// Which of them are the corners of a cross-section.
+    pub polygons: WallPolygons,
+}
+
+/// A fluid, with the way from points on the wall to those of its mesh.
+pub struct PolygonalWall<F> {
+    fluid: F,
+    wall: RoundWall,
+    /// What everybody else knows of the fluid's wall.
+    unloaded: FluidInterface,
+    /// Number in `wall` of each point of the fluid.
+    on_wall: Vec<usize>,
+}
+
+impl<F: Fluid> PolygonalWall<F> {
+    /// The fluid whose mesh has this wall, in whichever order.
+    pub fn new(fluid: F, wall: RoundWall) -> Self {
+        let mesh = fluid.interface();
+        let nearest = |x: &Vec3| {
+            let far = |i: &usize| (wall.in_mesh[*i] - x).norm_squared();
+            let all = 0..wall.in_mesh.len();
+            all.min_by(|a, b| far(a).total_cmp(&far(b)))
+                .expect("a fluid with points at its wall has a wall")
+        };
+        let on_wall: Vec<usize> = mesh.points.iter().map(nearest).collect();
+        let moved = |&point: &u32| {
+            let i = on_wall[point as usize];
+            wall.in_mesh[i] - wall.unloaded[i]
+        };
+        let centre = |(face, centre): (&Vec<u32>, &Vec3)| {
+            centre - face.iter().map(moved).sum::<Vec3>() / face.len() as f64
+        };
+        Self {
+            unloaded: FluidInterface {
+                points: on_wall.iter().map(|&i| wall.unloaded[i]).collect(),
+                faces: mesh.faces.clone(),
+                face_centres: (mesh.faces.iter().zip(&mesh.face_centres))
+                    .map(centre)
+                    .collect(),
+            },
+            fluid,
+            wall,
+            on_wall,
+        }
+    }
+
+    /// Displacement (m) of the points of the mesh from where they were when time began, from that of the points on the wall.
+    fn displacement_of_mesh(&self, displacement: &[Vec3]) -> Vec<Vec3> {
+        let mut points = self.wall.unloaded.clone();
+        for (&i, u) in self.on_wall.iter().zip(displacement) {
+            points[i] = self.wall.unloaded[i] + u;
+        }
+        self.wall.polygons.widen(&mut points);
+        let of_point = |&i: &usize| points[i] - self.wall.in_mesh[i];
+        self.on_wall.iter().map(of_point).collect()
+    }
+}
+
+impl<F: Fluid> Fluid for PolygonalWall<F> {
+    fn interface(&self) -> &FluidInterface {
+        &self.unloaded
+    }
+
+    fn solve(
+        &mut self,
+        displacement: &[Vec3],
+        time_step: f64,
+        effort: FluidEffort,
+    ) -> Result<FluidTrial, FluidError> {
+        let moved = self.displacement_of_mesh(displacement);
+        self.fluid.solve(&moved, time_step, effort)
+    }
+
+    fn forget_trial(&mut self) {
+        self.fluid.forget_trial();
+    }
+
+    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
+        self.fluid.accept(write)
+    }
+
+    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+        self.fluid.memory()
+    }
+
+    fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
+        self.fluid.recall(memory)
+    }
+
+    fn discard(&mut self, wanted: &dyn Fn(f64) -> bool) -> Result<(), FluidError> {
+        self.fluid.discard(wanted)
+    }
+
+    fn usage(&self) -> FluidUsage {
+        self.fluid.usage()
+    }
+
+    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
+        self.fluid.probes()
+    }
+
+    fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
+        self.fluid.field()
+    }
+
+    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
+        self.fluid.seconds_by_part()
+    }
+}
