@@ -13,8 +13,7 @@ pub struct Transfer<L> {
     points: Vec<L>,
     /// From face centres to quadrature points.
     to_quadrature: Interpolation,
-    faces: Vec<Vec<u32>>,
-    reference: Vec<Vec3>,
+    wall: FluidInterface,
 }
 
 impl<L> Transfer<L> {
@@ -30,8 +29,7 @@ impl<L> Transfer<L> {
         Ok(Self {
             points: solid.locate(&fluid.points)?,
             to_quadrature: Interpolation::linear(&fluid.faces, &fluid.face_centres, &wet),
-            faces: fluid.faces.clone(),
-            reference: fluid.points.clone(),
+            wall: fluid.clone(),
         })
     }
 
@@ -73,20 +71,12 @@ impl<L> Transfer<L> {
 
     /// How far the wall has moved aside with this displacement (m) of the fluid's wall points; `None` if it is no tube.
     pub fn centre_shift(&self, displacement: &[Vec3]) -> Option<CentreShift> {
-        CentreShift::of(&self.reference, displacement)
+        CentreShift::of(&self.wall.points, displacement)
     }
 
     /// Area vectors (m², out of the fluid) of the fluid's faces after its wall points have moved by `displacement` (m).
     pub fn face_areas(&self, displacement: &[Vec3]) -> Vec<Vec3> {
-        let position = |point: u32| self.reference[point as usize] + displacement[point as usize];
-        let area = |face: &Vec<u32>| {
-            let first = position(face[0]);
-            let edge = |i: usize| position(face[i]) - first;
-            (1..face.len() - 1)
-                .map(|i| 0.5 * edge(i).cross(&edge(i + 1)))
-                .sum()
-        };
-        self.faces.iter().map(area).collect()
+        self.wall.face_areas(displacement)
     }
 }
 

@@ -31,6 +31,27 @@ pub struct FluidInterface {
     pub face_centres: Vec<Vec3>,
 }
 
+impl FluidInterface {
+    /// Area vectors (m², out of the fluid) of the faces whose points have moved by `displacement` (m).
+    pub fn face_areas(&self, displacement: &[Vec3]) -> Vec<Vec3> {
+        face_areas(&self.faces, |point| {
+            self.points[point] + displacement[point]
+        })
+    }
+}
+
+/// Area vectors (m²) of faces whose points have these positions (m).
+fn face_areas(faces: &[Vec<u32>], position: impl Fn(usize) -> Vec3) -> Vec<Vec3> {
+    let area = |face: &Vec<u32>| {
+        let first = position(face[0] as usize);
+        let edge = |i: usize| position(face[i] as usize) - first;
+        (1..face.len() - 1)
+            .map(|i| 0.5 * edge(i).cross(&edge(i + 1)))
+            .sum()
+    };
+    faces.iter().map(area).collect()
+}
+
 /// How much work the fluid may spend on one coupling iteration. A *sweep* is one pass over the solver's equations: an
 /// outer corrector of PIMPLE, an iteration of Newton's or Picard's method.
 #[derive(Debug, Clone, Copy, PartialEq)]

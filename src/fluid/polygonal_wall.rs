@@ -6,7 +6,7 @@
 
 use super::{
     Fluid, FluidEffort, FluidError, FluidField, FluidInterface, FluidMemory, FluidProbe, FluidStep,
-    FluidTrial, FluidUsage,
+    FluidTrial, FluidUsage, face_areas,
 };
 use crate::Vec3;
 use crate::geometry::WallPolygons;
@@ -63,15 +63,25 @@ impl<F: Fluid> PolygonalWall<F> {
         }
     }
 
-    /// Displacement (m) of the points of the mesh from where they were when time began, from that of the points on the wall.
-    fn displacement_of_mesh(&self, displacement: &[Vec3]) -> Vec<Vec3> {
+    /// Where the points of the wall are in the mesh (m, as in `wall`) after a displacement (m) of those on the wall.
+    fn in_mesh(&self, displacement: &[Vec3]) -> Vec<Vec3> {
         let mut points = self.wall.unloaded.clone();
         for (&i, u) in self.on_wall.iter().zip(displacement) {
             points[i] = self.wall.unloaded[i] + u;
         }
         self.wall.polygons.widen(&mut points);
-        let of_point = |&i: &usize| points[i] - self.wall.in_mesh[i];
-        self.on_wall.iter().map(of_point).collect()
+        points
+    }
+
+    /// Tractions (Pa) whose part along the normals of the mesh's faces goes along those of the wall: the sides of a wider polygon are
+    /// a little steeper, and what presses there is not to shear the wall.
+    fn turn(&self, tractions: &mut [Vec3], displacement: &[Vec3], in_mesh: &[Vec3]) {
+        let of_mesh = face_areas(&self.unloaded.faces, |point| in_mesh[self.on_wall[point]]);
+        let of_wall = self.unloaded.face_areas(displacement);
+        for ((traction, mesh), wall) in tractions.iter_mut().zip(of_mesh).zip(of_wall) {
+            let mesh = mesh.normalize();
+            *traction += traction.dot(&mesh) * (wall.normalize() - mesh);
+        }
     }
 }
 
@@ -86,8 +96,12 @@ impl<F: Fluid> Fluid for PolygonalWall<F> {
         time_step: f64,
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError> {
-        let moved = self.displacement_of_mesh(displacement);
-        self.fluid.solve(&moved, time_step, effort)
+        let in_mesh = self.in_mesh(displacement);
+        let moved = |&i: &usize| in_mesh[i] - self.wall.in_mesh[i];
+        let moved: Vec<Vec3> = self.on_wall.iter().map(moved).collect();
+        let mut trial = self.fluid.solve(&moved, time_step, effort)?;
+        self.turn(&mut trial.tractions, displacement, &in_mesh);
+        Ok(trial)
     }
 
     fn forget_trial(&mut self) {

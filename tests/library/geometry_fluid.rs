@@ -138,6 +138,31 @@ fn polygons_enclose_what_the_wall_does() {
     );
 }
 
+/// The points go with a wall that is shifted or widened evenly as a solid cross-section would.
+#[test]
+fn points_follow_the_wall() {
+    let vessel = load("A-0.5");
+    let (grid, mesh) = (fluid_mesh(&vessel), &vessel.fluid.mesh);
+    let blend = WallPolygons::of(&grid, mesh).blend(&grid, mesh);
+    let shift = Vec3::new(1e-4, -2e-4, 3e-4);
+    for u in blend.spread(|_| shift) {
+        assert!((u - shift).norm() < 1e-18);
+    }
+    let middles = Vessel::new(&vessel);
+    let from_middle = |point: usize| {
+        let x = grid.points[point];
+        let beside = middles.centre_line().beside(&x);
+        x - middles.centre_line().frame(beside.s).origin
+    };
+    let largest = (0..grid.points.len()).map(|i| from_middle(i).norm());
+    assert!(largest.fold(0.0, f64::max) > 3e-3);
+    let wall: Vec<Vec3> = (0..grid.points.len()).map(from_middle).collect();
+    // Rings of a wall with an imperfection have their middle a little beside the centre-line.
+    for (u, x) in blend.spread(|point| 0.1 * wall[point]).iter().zip(&wall) {
+        assert!((u - 0.1 * x).norm() < 1e-5, "{u} {x}");
+    }
+}
+
 #[test]
 fn walls_lie_on_the_lumen_and_patches_meet_at_the_section_ends() {
     for model in ["S-0.25", "H-0.75", "A-0.5"] {

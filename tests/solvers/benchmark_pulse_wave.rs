@@ -52,7 +52,10 @@ fn check_speeds(arguments: &[&str], measured: [f64; 3]) {
     let exact = f64::sqrt(youngs_modulus * thickness / (2.0 * density * radius));
     for ([from, to], measured) in [[0, 1], [1, 2], [0, 2]].into_iter().zip(measured) {
         let speed = 0.04 * (to - from) as f64 / (arrival[to] - arrival[from]);
-        println!("{from} to {to}: {speed} m/s, exact {exact} m/s");
+        println!(
+            "{from} to {to}: {speed} m/s, exact {exact} m/s, {:e}",
+            speed / exact - 1.0
+        );
         let error = speed / exact - 1.0;
         assert!((error - measured).abs() < 5e-4, "{error} {measured}");
     }

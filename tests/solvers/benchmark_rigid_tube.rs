@@ -148,17 +148,20 @@ fn poiseuille_errors(core: usize, radial: usize) -> [f64; 2] {
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn steady_flow_is_poiseuilles() {
-    // The benchmark's own mesh, and those of the presets `paper`, `coarse` and `demo`. The drop is too high for the flow, and
-    // the shear too low for the drop, since the mesh is a polygon within the circle.
-    for (core, radial, drop, shear) in [
-        (12, 8, 0.0083, -0.0034),
-        (8, 5, 0.0128, -0.0060),
-        (5, 4, 0.0314, -0.0134),
-        (4, 4, 0.0519, -0.0203),
-    ] {
-        let found = poiseuille_errors(core, radial);
-        assert!((found[0] - drop).abs() < 5e-4, "{core}: {found:?}");
-        assert!((found[1] - shear).abs() < 5e-4, "{core}: {found:?}");
+    // The benchmark's own mesh, and those of the presets `paper`, `coarse` and `demo`. The shear is too low for the drop, since a
+    // polygon has a longer side than the circle of its area.
+    let meshes = [(12, 8), (8, 5), (5, 4), (4, 4)];
+    let found = meshes.map(|(core, radial)| poiseuille_errors(core, radial));
+    println!("{found:?}");
+    let measured = [
+        [0.0026, -0.0020],
+        [-0.0001, -0.0029],
+        [-0.0019, -0.0054],
+        [-0.0008, -0.0077],
+    ];
+    for (found, measured) in found.iter().zip(measured) {
+        assert!((found[0] - measured[0]).abs() < 2e-4, "{found:?}");
+        assert!((found[1] - measured[1]).abs() < 2e-4, "{found:?}");
     }
 }
 
@@ -222,8 +225,8 @@ fn steady_flow_of_shear_thinning_blood_is_that_of_the_generalized_newtonian_tube
         case.blood.density * (high + (rest - high) * thinned)
     };
     let [flow, shear] = shear_thinning_errors(&case, use_bird_carreau, &viscosity);
-    assert!((flow + 0.0124).abs() < 5e-4, "{flow}");
-    assert!((shear + 0.0049).abs() < 5e-4, "{shear}");
+    assert!((flow - 0.0015).abs() < 5e-4, "{flow}");
+    assert!((shear + 0.0017).abs() < 5e-4, "{shear}");
 }
 
 /// The models that the case chooses.
@@ -248,8 +251,8 @@ fn steady_flow_of_cassons_blood_and_of_a_power_law_is_that_of_their_tubes() {
         ("blood.exponent", "0.708"),
     ];
     for (model, [flow, shear]) in [
-        (&casson[..], [-0.0131, -0.0048]),
-        (&power_law[..], [-0.0112, -0.0049]),
+        (&casson[..], [0.0012, -0.0016]),
+        (&power_law[..], [0.0029, -0.0017]),
     ] {
         let case = load("poiseuille", &[&mesh[..], model].concat());
         let blood = case.blood.rheology();
@@ -317,10 +320,10 @@ fn oscillating_flow_is_womersleys_to_second_order() {
     let order = (coarse[0] / fine[0]).log2();
     println!("errors {coarse:?} {fine:?}, order {order}");
     // Profile and wall shear stress, as measured.
-    for (found, measured) in [(coarse, [0.04396, 0.01479]), (fine, [0.01124, 0.00743])] {
+    for (found, measured) in [(coarse, [0.01639, 0.01671]), (fine, [0.003862, 0.007971])] {
         for (found, measured) in found.iter().zip(measured) {
             assert!((found / measured - 1.0).abs() < 0.02, "{found} {measured}");
         }
     }
-    assert!((1.94..2.0).contains(&order), "{order}"); // measured 1.968
+    assert!((2.05..2.12).contains(&order), "{order}"); // measured 2.085
 }

@@ -26,7 +26,7 @@ geometry.imperfection = [
 ]
 inflow.base_m3_s = 1e-6
 inflow.amplitude_m3_s = 0.0
-windkessel.initial_pressure_Pa = 1.6e4
+windkessel.initial_pressure_Pa = 4e4
 windkessel.resistance_Pa_s_m3 = 1e10
 windkessel.compliance_m3_Pa = 1e-9
 ramp.duration_s = 0.1
@@ -34,7 +34,7 @@ time.end_s = 0.2
 time.max_halvings = 0
 structure.axial_per_section = 3
 structure.circumferential = 4
-fluid.mesh = { core = 2, radial = 2, axial_extension = 4, axial_per_section = 12 }
+fluid.mesh = { core = 2, radial = 2, axial_extension = 4, axial_per_section = 12, motion = "laplace" }
 coupling.e_rel = 1e-3
 output.checkpoint_interval_min = 0
 "#;
@@ -61,15 +61,15 @@ fn a_tube_that_buckles_is_told_from_one_that_needs_smaller_steps() {
         .unwrap();
     let said = text(&run);
     assert_eq!(run.status.code(), Some(1), "{said}");
-    // The tangent is looked at every 20 steps: at 5.5 kPa the wall still stands by itself, which without imperfection it
-    // does up to 6.2 kPa; the next look is under 13.91 kPa, and what it finds is told once.
+    // The tangent is looked at every 20 steps. Without imperfection the wall stands by itself up to 6.2 kPa; the second look is
+    // under 13.40 kPa, and what it finds is told once.
     let warnings: Vec<&str> = said.split("under a mean pressure of ").skip(1).collect();
     let [warning] = warnings[..] else {
         panic!("{said}")
     };
     let (pressure, rest) = warning.split_once(" kPa").unwrap();
     let pressure: f64 = pressure.parse().unwrap();
-    assert!((13.8..14.0).contains(&pressure), "{said}");
+    assert!((13.3..13.5).contains(&pressure), "{said}");
     assert!(
         rest.starts_with(" the wall stands by its inertia alone"),
         "{said}"
@@ -86,7 +86,7 @@ fn a_tube_that_buckles_is_told_from_one_that_needs_smaller_steps() {
     for advice in ["take smaller steps", "try a smaller"] {
         assert!(!last.contains(advice), "{last}");
     }
-    // Measured 12.9 mm at x = 22.9 mm: a motion that runs away ends somewhere, but in the middle and far out.
+    // Measured 15.5 mm at x = 22.9 to 27.1 mm, where the mesh gives way; blended it follows the wall further. A motion that runs away ends somewhere, but in the middle and far out.
     let number = |before: &str, after: &str| -> f64 {
         let found = last
             .split(before)

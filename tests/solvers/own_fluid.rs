@@ -96,14 +96,15 @@ fn a_fluid_in_python_agrees_with_openfoam_and_goes_on_after_a_restart() {
         let [own, openfoam] = [&straight, &openfoam].map(|run| column(run, name).pop().unwrap());
         own / openfoam
     };
-    // Measured: 0.99964 from the beginning (slices of a lumen that narrows are no prisms), 1 - 4e-6, 0.936 (without the rigid
-    // part upstream).
+    // Measured: 0.97427 from the beginning (its sixteen sides lie within the round lumen, whose section is 2.6 % larger), 1 - 4e-6,
+    // 0.936 (without the rigid part upstream).
     let (volume, outlet, inlet) = (
         ratio("lumen_volume_m3"),
         ratio("p_out_Pa"),
         ratio("p_in_Pa"),
     );
-    assert!((0.9995..0.9998).contains(&volume), "{volume}");
+    println!("{volume} {outlet} {inlet}");
+    assert!((0.9740..0.9745).contains(&volume), "{volume}");
     assert!((outlet - 1.0).abs() < 2e-5, "{outlet}");
     assert!((0.92..0.95).contains(&inlet), "{inlet}");
 }

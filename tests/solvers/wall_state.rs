@@ -70,7 +70,7 @@ fn a_wall_in_equilibrium_with_still_blood_stays_where_it_is_with_both_fluids() {
         assert!(rate.abs() * STEP < still * volume[0], "{name}: {rate:e}");
         volumes.push(volume[0]);
     }
-    // Sixteen facets enclose 2.55 % less than the round lumen, and less yet where it bulges between them along the vessel.
+    // Of the round lumen it lacks only what bulges between its stations along the vessel.
     let ratio = volumes[0] / volumes[1];
     println!("native over openfoam: {ratio}");
     assert!((ratio - 1.0345).abs() < 1e-3, "{ratio}");
