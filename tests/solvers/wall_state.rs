@@ -73,7 +73,7 @@ fn a_wall_in_equilibrium_with_still_blood_stays_where_it_is_with_both_fluids() {
     // Of the round lumen it lacks only what bulges between its stations along the vessel.
     let ratio = volumes[0] / volumes[1];
     println!("native over openfoam: {ratio}");
-    assert!((ratio - 1.0345).abs() < 1e-3, "{ratio}");
+    assert!((ratio - 1.0081).abs() < 5e-4, "{ratio}");
 }
 
 #[test]
