@@ -223,15 +223,16 @@ table! {
         wall_grading: f64 = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall";
         axial_extension: usize = "axial_extension", whole(0, 10_000), "cells along the extension";
         axial_per_section: usize = "axial_per_section", whole(1, 10_000), "cells along each section";
-        motion: MeshMotion = "motion", Kind::Word(MeshMotion::WORDS), "how the points follow the wall";
+        motion: Option<MeshMotion> = "motion", Kind::Word(MeshMotion::WORDS), "how the points follow the wall", absent "blend";
     }
 }
 
 words! {
     /// How the points of OpenFOAM's mesh follow the wall.
+    #[derive(Default)]
     pub enum MeshMotion {
         /// By fixed shares of the displacement of the wall around them.
-        Blend = "blend",
+        Blend = "blend" (default),
         /// By Laplace's equation on the undeformed mesh.
         Laplace = "laplace",
     }

@@ -58,13 +58,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         _ => format!("{cells} cells, {} MPI rank(s)", case.fluid.ranks),
     };
+    let held = match fit {
+        Some(_) => "",
+        None => ", the held ones included",
+    };
     let there = machine_memory().map_or(String::new(), |bytes| {
         format!(" of this machine's {:.1} GB", bytes / 1e9)
     });
     terminal::print(format_args!(
         "{} with --preset {} can be run:\n\
          blood   {blood}\n\
-         wall    {degrees_of_freedom} degrees of freedom, p = {}\n\
+         wall    {degrees_of_freedom} degrees of freedom{held}, p = {}\n\
          time    {} steps of {} s\n\
          OpenFOAM {openfoam}\n\
          memory  about {:.2} GB{there}\n",

@@ -2,7 +2,7 @@
 
 use approx::assert_relative_eq;
 use fsi_driver::Vec3;
-use fsi_driver::case::{BloodVessel, Case, FluidMesh, MeshMotion, Preset};
+use fsi_driver::case::{BloodVessel, Case, FluidMesh, Preset};
 use fsi_driver::geometry::{PolyMesh, Surfaces, Vessel, WallPolygons, fluid_mesh, solid_mesh};
 use nalgebra::Rotation3;
 use std::f64::consts::{PI, TAU};
@@ -89,7 +89,7 @@ fn the_volume_tends_to_the_lumens() {
             wall_grading: 3.0,
             axial_extension: 10,
             axial_per_section: 24 * factor,
-            motion: MeshMotion::Blend,
+            motion: None,
         };
         1.0 - vessel.fluid_mesh(&mesh).volume() / exact
     };
@@ -110,7 +110,7 @@ fn polygons_enclose_what_the_wall_does() {
             wall_grading: 3.0,
             axial_extension: 10,
             axial_per_section: 200,
-            motion: MeshMotion::Blend,
+            motion: None,
         };
         let mut grid = vessel.fluid_mesh(&mesh);
         let of_grid = grid.volume();

@@ -364,7 +364,7 @@ fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, Tabl
 /// How the points of a vessel's mesh follow its wall, if it is by shares.
 fn blend(vessel: &BloodVessel, mesh: &PolyMesh) -> Option<MotionBlend> {
     let keys = &vessel.fluid.mesh;
-    match keys.motion {
+    match keys.motion.unwrap_or_default() {
         MeshMotion::Blend => Some(WallPolygons::of(mesh, keys).blend(mesh, keys)),
         MeshMotion::Laplace => None,
     }
