@@ -3,6 +3,7 @@
 use super::SolidError;
 use super::element::foundation::Foundation;
 use super::element::mapping::{Mapping, MappingKind};
+use super::element::predicted_pressure::{Origin, VolumeGradients, Volumes};
 use super::element::surface::Surface;
 use super::element::volume::Formulation;
 use super::element::{Body, Elements, Motion, gather, scatter};
@@ -261,11 +262,35 @@ impl Discretization {
 
     /// Internal forces and those of springs at all coefficients, N.
     pub fn internal_forces(&self, displacement: &[f64]) -> Result<Vec<f64>, SolidError> {
-        let mut forces = self.elements.internal_forces(self.body(), displacement)?;
+        Ok(self.forces_from(displacement, None)?.0)
+    }
+
+    /// The same with the pressure that the step from its `origin` predicts, and the volumes.
+    pub fn forces_from(
+        &self,
+        displacement: &[f64],
+        origin: Option<Origin>,
+    ) -> Result<(Vec<f64>, Option<Volumes>), SolidError> {
+        let elements = &self.elements;
+        let (mut forces, volumes) = elements.forces_from(self.body(), displacement, origin)?;
         for foundation in &self.foundations {
             foundation.add_spring_forces(&self.numbering, displacement, &mut forces);
         }
-        Ok(forces)
+        Ok((forces, volumes))
+    }
+
+    /// Where a tangent is assembled, what the pressure of later iterates is predicted with, if the body has one.
+    pub fn volume_gradients(
+        &self,
+        displacement: &[f64],
+    ) -> Result<Option<VolumeGradients>, SolidError> {
+        let resists =
+            |material: &Box<dyn HyperelasticMaterial>| material.volumetric(0.0).curvature != 0.0;
+        if !self.materials.iter().any(resists) {
+            return Ok(None);
+        }
+        let gradients = self.elements.volume_gradients(self.body(), displacement)?;
+        Ok(Some(gradients))
     }
 
     /// Whether a material has a viscous part.

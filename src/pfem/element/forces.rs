@@ -5,6 +5,7 @@ use super::super::material::HyperelasticMaterial;
 use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor, Vector};
 use super::super::space::shapes::Shapes;
 use super::deformation::{CHUNK, scatter};
+use super::predicted_pressure::{ElementVolumes, Origin, Volumes};
 use super::{Body, ElementPoint, Elements};
 use crate::Vec3;
 use faer::linalg::matmul::matmul;
@@ -21,6 +22,26 @@ pub(super) struct Group {
     pub(super) directions: [Vector<Lanes>; 2],
 }
 
+impl Group {
+    /// `H ∂ξ/∂X` for the gradients `H` of an element, where this is the group number `g`.
+    #[inline(always)]
+    pub(super) fn displacement_gradient(&self, values: &[f64], g: usize) -> Tensor<Lanes> {
+        let component = values.len() / 3;
+        let local = [0, 1, 2].map(|i| {
+            [0, 1, 2].map(|alpha| lanes::load(&values[i * component + (3 * g + alpha) * LANES..]))
+        });
+        lanes::product(&local, &self.inverse_jacobian)
+    }
+}
+
+/// `F = 1 + H`.
+#[inline(always)]
+pub(super) fn add_identity(H: &mut Tensor<Lanes>) {
+    for (i, row) in H.iter_mut().enumerate() {
+        row[i] += Lanes::of(1.0);
+    }
+}
+
 /// A group in a deformed element.
 pub(super) struct DeformedGroup<'a> {
     pub(super) group: &'a Group,
@@ -31,6 +52,18 @@ pub(super) struct DeformedGroup<'a> {
 }
 
 impl DeformedGroup<'_> {
+    /// The volumetric stress, Pa.
+    pub(super) fn slope(&self) -> Lanes {
+        self.slope
+    }
+
+    /// Makes `slope` (Pa) the volumetric stress; what is left of the one before.
+    pub(super) fn replace_slope(&mut self, slope: Lanes) -> Lanes {
+        let left = self.slope - slope;
+        self.slope = slope;
+        left
+    }
+
     /// The first Piola-Kirchhoff stress, Pa.
     #[inline(always)]
     pub(super) fn stress(&self, material: &dyn HyperelasticMaterial) -> Tensor<Lanes> {
@@ -43,7 +76,7 @@ impl DeformedGroup<'_> {
 /// then the local directions, then the groups. The last group is filled up with points without weight.
 #[derive(Debug, Clone)]
 pub struct Groups {
-    of_element: Vec<Vec<Group>>,
+    pub(super) of_element: Vec<Vec<Group>>,
     /// Modes (fastest) times the order of the groups.
     gradients: Vec<f64>,
     /// Groups of an element.
@@ -127,14 +160,25 @@ impl Elements {
         body: Body,
         displacement: &[f64],
     ) -> Result<Vec<f64>, SolidError> {
+        Ok(self.forces_from(body, displacement, None)?.0)
+    }
+
+    /// The same with the pressure that the step from its `origin` predicts ([`super::predicted_pressure`]), and the volumes.
+    pub fn forces_from(
+        &self,
+        body: Body,
+        displacement: &[f64],
+        origin: Option<Origin>,
+    ) -> Result<(Vec<f64>, Option<Volumes>), SolidError> {
         let n = self.shapes.modes;
         let matrix = self.groups.gradient_matrix();
         let parts = self.chunks(body, displacement, matrix, |chunk, gradients| {
             let mut fluxes = gradients;
             let size = fluxes.len() / chunk.len();
-            for (&e, fluxes) in chunk.iter().zip(fluxes.chunks_exact_mut(size)) {
-                self.element_fluxes(body, e, fluxes)?;
-            }
+            let elements = chunk.iter().zip(fluxes.chunks_exact_mut(size));
+            let volumes: Vec<_> = elements
+                .map(|(&e, fluxes)| self.element_fluxes(body, e, fluxes, origin))
+                .collect::<Result<_, _>>()?;
             let mut forces = vec![0.0; n * 3 * chunk.len()];
             matmul(
                 MatMut::from_column_major_slice_mut(&mut forces, n, 3 * chunk.len()),
@@ -144,15 +188,16 @@ impl Elements {
                 1.0,
                 Par::Seq,
             );
-            Ok(forces)
+            Ok((forces, volumes))
         })?;
         let mut total = vec![0.0; displacement.len()];
-        for (chunk, forces) in parts.iter().enumerate() {
+        for (chunk, (forces, _)) in parts.iter().enumerate() {
             for (c, local) in forces.chunks_exact(3 * n).enumerate() {
                 scatter(body.numbering, chunk * CHUNK + c, local, &mut total);
             }
         }
-        Ok(total)
+        let volumes = parts.into_iter().flat_map(|(_, volumes)| volumes);
+        Ok((total, volumes.collect::<Option<_>>().map(Volumes::new)))
     }
 
     /// Replaces the gradients `H` of an element by its `Q`, both in the order of the groups, component by component.
@@ -161,16 +206,23 @@ impl Elements {
         body: Body,
         element: usize,
         values: &mut [f64],
-    ) -> Result<(), SolidError> {
+        origin: Option<Origin>,
+    ) -> Result<Option<ElementVolumes>, SolidError> {
         let material = &*body.materials[body.regions[element]];
         let component = values.len() / 3;
-        for (g, deformed) in self
-            .deformed_groups(body, element, values)?
-            .iter()
-            .enumerate()
-        {
+        let mut deformed = self.deformed_groups(body, element, values)?;
+        let predicted = origin.map(|origin| {
+            let (defects, volumes) = self.predict_pressure(body, element, &mut deformed, origin);
+            (origin.gradients.of(element), defects, volumes)
+        });
+        for (g, deformed) in deformed.iter().enumerate() {
             let group = deformed.group;
-            let P = deformed.stress(material);
+            let mut P = deformed.stress(material);
+            if let Some((gradients, defects, _)) = &predicted {
+                for (P, gradient) in P.iter_mut().flatten().zip(gradients[g].iter().flatten()) {
+                    *P += defects[g] * *gradient;
+                }
+            }
             for (i, row) in P.iter().enumerate() {
                 let row = row.map(|P| P * group.weight);
                 let flux = lanes::apply(&group.inverse_jacobian, &row);
@@ -180,7 +232,7 @@ impl Elements {
                 }
             }
         }
-        Ok(())
+        Ok(predicted.map(|(_, _, volumes)| volumes))
     }
 
     /// The groups of an element with these gradients `H`, which stand in the order of the groups, component by component.
@@ -191,54 +243,41 @@ impl Elements {
         values: &[f64],
     ) -> Result<Vec<DeformedGroup<'_>>, SolidError> {
         let groups = &self.groups.of_element[element];
-        let component = values.len() / 3;
         let mut deformed = Vec::with_capacity(groups.len());
         let mut changes = Vec::with_capacity(groups.len() * LANES);
         for (g, group) in groups.iter().enumerate() {
-            let local = [0, 1, 2].map(|i| {
-                [0, 1, 2]
-                    .map(|alpha| lanes::load(&values[i * component + (3 * g + alpha) * LANES..]))
-            });
-            let H = lanes::product(&local, &group.inverse_jacobian);
-            changes.extend(lanes::volume_change(&H).to_array());
-            let mut F = H;
-            for (i, row) in F.iter_mut().enumerate() {
-                row[i] += Lanes::of(1.0);
-            }
+            let mut F = group.displacement_gradient(values, g);
+            changes.extend(lanes::volume_change(&F).to_array());
+            add_identity(&mut F);
             deformed.push(DeformedGroup {
                 group,
                 F,
                 slope: Lanes::of(0.0),
             });
         }
-        changes.truncate(self.shapes.points);
-        let slopes = self.slopes(body, element, changes)?;
-        for (deformed, slopes) in deformed.iter_mut().zip(slopes.chunks_exact(LANES)) {
-            deformed.slope = lanes::load(slopes);
+        changes[self.shapes.points..].fill(0.0);
+        self.check_volumes(body, element, &changes)?;
+        if self.projection.is_some() {
+            self.project_groups(element, &mut changes);
+            self.check_volumes(body, element, &changes)?;
+        }
+        let material = &body.materials[body.regions[element]];
+        let mut pressure = changes;
+        material.volumetric_slopes(&mut pressure);
+        if !material.is_volumetric_slope_linear() {
+            self.project_groups(element, &mut pressure);
+        }
+        for (deformed, pressure) in deformed.iter_mut().zip(pressure.chunks_exact(LANES)) {
+            deformed.slope = lanes::load(pressure);
         }
         Ok(deformed)
     }
 
-    /// `U'` at the points of an element with these `J - 1`, and zeros to fill up the last group; projected in the mixed form.
-    fn slopes(
-        &self,
-        body: Body,
-        element: usize,
-        mut changes: Vec<f64>,
-    ) -> Result<Vec<f64>, SolidError> {
-        let material = &*body.materials[body.regions[element]];
-        let points = &self.points[element];
-        self.check_volumes(body, element, &changes)?;
+    /// Replaces a field at the points of an element, in the order of the groups, by its projection in the mixed form.
+    pub(super) fn project_groups(&self, element: usize, field: &mut [f64]) {
         if let Some(projection) = &self.projection {
-            changes = projection.project(element, points, &changes);
-            self.check_volumes(body, element, &changes)?;
+            let groups = self.groups.of_element[element].iter();
+            projection.project_groups(element, groups.map(|group| group.weight), field);
         }
-        let mut slopes = changes;
-        material.volumetric_slopes(&mut slopes);
-        if let Some(projection) = &self.projection {
-            slopes = projection.project(element, points, &slopes);
-        }
-        slopes.resize(self.groups.count * LANES, 0.0);
-        Ok(slopes)
     }
 }

@@ -16,6 +16,7 @@ mod forces;
 pub(crate) mod foundation;
 pub mod mapping;
 mod pool;
+pub(crate) mod predicted_pressure;
 mod states;
 mod stiffness;
 pub(crate) mod sum_factorization;

@@ -14,6 +14,7 @@
 //! All integrals are sums over the same quadrature points, so that forces and tangent are the derivatives of the energy that
 //! is computed: displacements are the only unknowns, and the tangent is symmetric.
 
+use super::super::material::lanes::{LANES, Lanes, Real};
 use super::super::material::{Volumetric, inverse_transpose};
 use super::super::space::{Mode, Space, SpaceKind};
 use super::mapping::lattice;
@@ -102,6 +103,8 @@ impl Basis {
 #[derive(Debug, Clone)]
 pub struct Projection {
     basis: Basis,
+    /// The functions one after the other, each at the points of an element, with zeros to fill up the last group.
+    by_function: Vec<f64>,
     /// `M⁻¹` of each element.
     inverse_masses: Vec<DMatrix<f64>>,
 }
@@ -120,7 +123,50 @@ impl Projection {
         };
         Self {
             inverse_masses: points.iter().map(inverse).collect(),
+            by_function: basis.by_function(),
             basis,
+        }
+    }
+
+    /// Replaces a field at the points of an element by its projection; points lie side by side, in groups with these weights, and a
+    /// field is zero where there is none.
+    pub(super) fn project_groups(
+        &self,
+        element: usize,
+        weights: impl Iterator<Item = Lanes>,
+        field: &mut [f64],
+    ) {
+        let (groups, _) = field.as_chunks_mut::<LANES>();
+        for (value, weight) in groups.iter_mut().zip(weights) {
+            *value = (Lanes::new(*value) * weight).to_array();
+        }
+        let functions = || self.by_function.chunks_exact(LANES * groups.len());
+        let moment = |psi: &[f64]| {
+            let (psi, _) = psi.as_chunks::<LANES>();
+            let pairs = psi.iter().zip(groups.iter());
+            let sum = pairs.fold(Lanes::of(0.0), |sum, (psi, value)| {
+                Lanes::new(*psi).mul_add(Lanes::new(*value), sum)
+            });
+            sum.reduce_add()
+        };
+        let moments: Vec<f64> = functions().map(moment).collect();
+        let inverse = &self.inverse_masses[element];
+        let coefficients: Vec<f64> = (0..moments.len())
+            .map(|a| dot(inverse.column(a).as_slice(), &moments))
+            .collect();
+        groups.fill([0.0; LANES]);
+        for (psi, coefficient) in self
+            .by_function
+            .chunks_exact(LANES * groups.len())
+            .zip(coefficients)
+        {
+            let coefficient = Lanes::of(coefficient);
+            let (psi, _) = psi.as_chunks::<LANES>();
+            for (value, psi) in groups.iter_mut().zip(psi) {
+                *value = coefficient
+                    .mul_add(Lanes::new(*psi), Lanes::new(*value))
+                    .to_array();
+            }
         }
     }
 
@@ -207,6 +253,19 @@ impl Projection {
 }
 
 impl Basis {
+    /// The functions one after the other, each at all points, filled up to whole groups.
+    fn by_function(&self) -> Vec<f64> {
+        let points = self.values.len() / self.functions;
+        let length = points.next_multiple_of(LANES);
+        let mut all = vec![0.0; self.functions * length];
+        for (q, psi) in self.rows().enumerate() {
+            for (a, value) in psi.iter().enumerate() {
+                all[a * length + q] = *value;
+            }
+        }
+        all
+    }
+
     /// `Σ w ψ ψᵀ` over the points.
     fn weighted_products(&self, weights: impl Iterator<Item = f64>) -> DMatrix<f64> {
         let n = self.functions;

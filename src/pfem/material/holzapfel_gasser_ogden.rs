@@ -177,6 +177,10 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
             curvature: self.kappa,
         }
     }
+
+    fn is_volumetric_slope_linear(&self) -> bool {
+        true
+    }
 }
 
 #[cfg(test)]

@@ -73,6 +73,11 @@ pub trait HyperelasticMaterial: Send + Sync {
     /// `U(J)` for `J - 1`, which has more digits of a small change of volume than `J`.
     fn volumetric(&self, change: f64) -> Volumetric;
 
+    /// Whether `U'` is proportional to `J - 1`, so that it lies in the same space.
+    fn is_volumetric_slope_linear(&self) -> bool {
+        false
+    }
+
     /// Replaces each `J - 1` by `U'`, Pa.
     fn volumetric_slopes(&self, changes: &mut [f64]) {
         for change in changes {

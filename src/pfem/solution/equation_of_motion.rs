@@ -3,14 +3,16 @@
 use super::super::SolidError;
 use super::super::discretization::Discretization;
 use super::super::element::Motion;
+use super::super::element::predicted_pressure::Volumes;
 use super::super::element::surface::{LoadKind, Surface};
-use super::super::linear_algebra::factor::Factorization;
 use super::super::linear_algebra::sparse::ScalarMatrix;
 use super::super::solid::SurfaceLoad;
 use super::newton::{Equilibrium, Residual};
+use super::quasi_newton::KeptTangent;
 use super::time_scheme::TimeScheme;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
+use std::sync::Arc;
 
 /// Displacement, velocity and acceleration coefficients of all functions, held ones included.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -95,20 +97,28 @@ impl EquationOfMotion {
         Ok(self.body.factorize(&values)?.negative_eigenvalues() == 0)
     }
 
-    /// Factorizes an assembled tangent. Inertia keeps it well enough conditioned for a factor in single precision.
-    fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError> {
-        self.body.factorize(tangent).map(Factorization::rounded)
+    /// Factorizes a tangent that was assembled at `d`. Inertia keeps it well enough conditioned for a factor in single precision.
+    fn factorize(&self, d: &[f64], tangent: &[f64]) -> Result<KeptTangent, SolidError> {
+        let factorization = self.body.factorize(tangent)?.rounded();
+        Ok(KeptTangent::new(
+            factorization,
+            self.body.volume_gradients(d)?,
+        ))
     }
 
     /// Assembles the tangent and factorizes it.
-    pub fn factorized_tangent(&self, at: &Linearization) -> Result<Factorization, SolidError> {
-        self.factorize(&self.tangent(at)?)
+    pub fn factorized_tangent(&self, at: &Linearization) -> Result<KeptTangent, SolidError> {
+        self.factorize(&at.d, &self.tangent(at)?)
     }
 }
 
-/// Internal forces with the displacement that they belong to: a coupling iteration starts where the last one ended, with
-/// another load only.
-pub type InternalForces = Option<(Vec<f64>, Vec<f64>)>;
+/// What the body answered to a displacement: a coupling iteration starts where the last one ended, with another load only.
+#[derive(Debug, Clone)]
+pub struct InternalForces {
+    displacement: Vec<f64>,
+    forces: Vec<f64>,
+    volumes: Option<Arc<Volumes>>,
+}
 
 /// The equations of one time step.
 #[derive(Clone, Copy)]
@@ -126,7 +136,7 @@ pub struct TimeStep<'a> {
     /// Whence the tangent comes that was assembled last.
     pub assembled: &'a RefCell<Option<Linearization>>,
     /// The internal forces that were computed last.
-    pub forces: &'a RefCell<InternalForces>,
+    pub forces: &'a RefCell<Option<InternalForces>>,
 }
 
 impl TimeStep<'_> {
@@ -136,15 +146,20 @@ impl TimeStep<'_> {
     }
 
     /// Those that were computed last, if they belong to `d`.
-    fn known_forces(&self, d: &[f64]) -> Option<Vec<f64>> {
+    fn known_forces(&self, d: &[f64]) -> Option<(Vec<f64>, Option<Arc<Volumes>>)> {
         let last = self.forces.borrow();
-        let last = last.as_ref().filter(|(at, _)| at == d);
-        last.map(|(_, forces)| forces.clone())
+        let last = last.as_ref().filter(|last| last.displacement == d);
+        last.map(|last| (last.forces.clone(), last.volumes.clone()))
     }
 }
 
 impl Equilibrium for TimeStep<'_> {
-    fn residual(&self, d: &[f64]) -> Result<Residual, SolidError> {
+    fn residual(
+        &self,
+        d: &[f64],
+        kept: Option<&KeptTangent>,
+        before: Option<&Residual>,
+    ) -> Result<Residual, SolidError> {
         let EquationOfMotion {
             body,
             wet,
@@ -159,7 +174,17 @@ impl Equilibrium for TimeStep<'_> {
         let (known, load) = (self.known_forces(d), self.load);
         let is_new = known.is_none();
         let (internal, (inertia, external)) = rayon::join(
-            || known.map_or_else(|| body.internal_forces(d), Ok),
+            || {
+                let before = before.and_then(|before| before.volumes.as_deref());
+                let origin = kept.and_then(|kept| kept.origin(before));
+                known.map_or_else(
+                    || {
+                        let (forces, volumes) = body.forces_from(d, origin)?;
+                        Ok((forces, volumes.map(Arc::new)))
+                    },
+                    Ok,
+                )
+            },
             || {
                 let inertia = mass_matrix.multiply(&rates);
                 let mut external = vec![0.0; d.len()];
@@ -176,9 +201,13 @@ impl Equilibrium for TimeStep<'_> {
                 (body.restrict(&inertia), body.restrict(&external))
             },
         );
-        let internal = internal?;
+        let (internal, volumes) = internal?;
         if is_new {
-            *self.forces.borrow_mut() = Some((d.to_vec(), internal.clone()));
+            *self.forces.borrow_mut() = Some(InternalForces {
+                displacement: d.to_vec(),
+                forces: internal.clone(),
+                volumes: volumes.clone(),
+            });
         }
         let internal = body.restrict(&internal);
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -196,6 +225,7 @@ impl Equilibrium for TimeStep<'_> {
             vector,
             scale,
             floor: *floor,
+            volumes,
         })
     }
 
@@ -212,8 +242,10 @@ impl Equilibrium for TimeStep<'_> {
         Ok(values)
     }
 
-    fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError> {
-        self.equation.factorize(tangent)
+    fn factorize(&self, d: &[f64], tangent: &[f64]) -> Result<KeptTangent, SolidError> {
+        // Those known belong to the volume gradients of another tangent.
+        *self.forces.borrow_mut() = None;
+        self.equation.factorize(d, tangent)
     }
 
     fn moved(&self, d: &[f64], step: &[f64], scale: f64) -> Vec<f64> {

@@ -5,18 +5,24 @@
 //! first, linear step always violates incompressibility by a term of second order times the bulk modulus.
 
 use super::super::SolidError;
-use super::super::linear_algebra::factor::Factorization;
-use super::quasi_newton::{KeptTangent, QuasiNewtonPairs};
+use super::super::element::predicted_pressure::Volumes;
+use super::quasi_newton::KeptTangent;
 use super::stats::{Stats, timed};
+use std::sync::Arc;
 
 /// A system of nonlinear equations `r(d) = 0` with a symmetric tangent.
 pub trait Equilibrium {
-    /// Residual at `d`.
-    fn residual(&self, d: &[f64]) -> Result<Residual, SolidError>;
+    /// Residual at `d`, which is solved with a kept tangent, if there is one, and which a step with it led to from the residual `before`.
+    fn residual(
+        &self,
+        d: &[f64],
+        kept: Option<&KeptTangent>,
+        before: Option<&Residual>,
+    ) -> Result<Residual, SolidError>;
     /// Assembles the tangent `∂r/∂d` at `d`, which is a full step of Newton's method away from `linearized_at`, if known.
     fn tangent(&self, d: &[f64], linearized_at: Option<&[f64]>) -> Result<Vec<f64>, SolidError>;
-    /// Factorizes an assembled tangent.
-    fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError>;
+    /// Factorizes a tangent that was assembled at `d`.
+    fn factorize(&self, d: &[f64], tangent: &[f64]) -> Result<KeptTangent, SolidError>;
     /// `d + scale * step`, where the step is a solution of the linear system.
     fn moved(&self, d: &[f64], step: &[f64], scale: f64) -> Vec<f64>;
 }
@@ -30,6 +36,8 @@ pub struct Residual {
     pub scale: f64,
     /// Norm below which the residual is round-off.
     pub floor: f64,
+    /// From which the pressure of the next iterate is predicted, if it is.
+    pub volumes: Option<Arc<Volumes>>,
 }
 
 impl Residual {
@@ -88,21 +96,22 @@ pub fn solve(
     kept: &mut Option<KeptTangent>,
 ) -> Result<Solution, SolidError> {
     let mut stats = Stats::default();
-    let evaluate = |d: &[f64], stats: &mut Stats| {
-        stats.residuals += 1;
-        let residual = timed(&mut stats.residual_s, || problem.residual(d))?;
-        // A finite difference of infinite forces would be taken for an equilibrium.
-        if residual.norm().is_finite() && residual.scale.is_finite() {
-            Ok(residual)
-        } else {
-            Err(SolidError::NoEquilibrium(
-                "the stresses overflow; the load is too large for one step: take smaller ones"
-                    .into(),
-            ))
-        }
-    };
+    let evaluate =
+        |d: &[f64], kept: Option<&KeptTangent>, before: Option<&Residual>, stats: &mut Stats| {
+            stats.residuals += 1;
+            let residual = timed(&mut stats.residual_s, || problem.residual(d, kept, before))?;
+            // A finite difference of infinite forces would be taken for an equilibrium.
+            if residual.norm().is_finite() && residual.scale.is_finite() {
+                Ok(residual)
+            } else {
+                Err(SolidError::NoEquilibrium(
+                    "the stresses overflow; the load is too large for one step: take smaller ones"
+                        .into(),
+                ))
+            }
+        };
     let mut d = start;
-    let mut residual = evaluate(&d, &mut stats)?;
+    let mut residual = evaluate(&d, kept.as_ref(), None, &mut stats)?;
     let mut history = vec![residual.relative()];
     // Relative residuals since the tangent in use was taken up.
     let mut since = history.clone();
@@ -129,10 +138,15 @@ pub fn solve(
                     problem.tangent(&d, linearized_at.as_deref())
                 })?;
                 stats.factorizations += 1;
-                let factorization =
-                    timed(&mut stats.factorization_s, || problem.factorize(&values))?;
+                let fresh = timed(&mut stats.factorization_s, || {
+                    problem.factorize(&d, &values)
+                })?;
                 since = vec![before];
-                kept.insert(KeptTangent::new(factorization, QuasiNewtonPairs::default()))
+                let fresh = kept.insert(fresh);
+                if fresh.predicts_pressure() {
+                    residual = evaluate(&d, Some(fresh), None, &mut stats)?;
+                }
+                fresh
             }
         };
         let mut step = residual.vector.clone();
@@ -143,7 +157,7 @@ pub fn solve(
         let mut scale = -1.0;
         let (moved, new) = loop {
             let moved = problem.moved(&d, &step, scale);
-            match evaluate(&moved, &mut stats) {
+            match evaluate(&moved, Some(tangent), Some(&residual), &mut stats) {
                 Ok(new) => break (Some(moved), new),
                 Err(_) if !fresh => break (None, residual.clone()),
                 Err(error) if scale.abs() < 0.02 => return Err(error),
@@ -159,7 +173,7 @@ pub fn solve(
             continue;
         };
         rises = if relative > before { rises + 1 } else { 0 };
-        if relative < before {
+        if relative < before && !tangent.predicts_pressure() {
             let change = (new.vector.iter().zip(&residual.vector)).map(|(new, old)| new - old);
             let change = change.collect();
             step.iter_mut().for_each(|s| *s *= scale);
@@ -222,11 +236,17 @@ mod tests {
     struct Burst;
 
     impl Equilibrium for Burst {
-        fn residual(&self, _: &[f64]) -> Result<Residual, SolidError> {
+        fn residual(
+            &self,
+            _: &[f64],
+            _: Option<&KeptTangent>,
+            _: Option<&Residual>,
+        ) -> Result<Residual, SolidError> {
             Ok(Residual {
                 vector: vec![1.0],
                 scale: f64::INFINITY,
                 floor: 0.0,
+                volumes: None,
             })
         }
 
@@ -234,7 +254,7 @@ mod tests {
             unreachable!("there is nothing to linearize")
         }
 
-        fn factorize(&self, _: &[f64]) -> Result<Factorization, SolidError> {
+        fn factorize(&self, _: &[f64], _: &[f64]) -> Result<KeptTangent, SolidError> {
             unreachable!("there is nothing to factorize")
         }
 

@@ -6,6 +6,7 @@
 //! two loops over the pairs: Nocedal, *Updating quasi-Newton matrices with limited storage*, 1980).
 
 use super::super::SolidError;
+use super::super::element::predicted_pressure::{Origin, VolumeGradients, Volumes};
 use super::super::linear_algebra::factor::Factorization;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -35,17 +36,32 @@ pub struct QuasiNewtonPairs {
 #[derive(Debug, Clone)]
 pub struct KeptTangent {
     factorization: Factorization,
+    /// Where it was assembled, if the pressure is predicted with it.
+    volume_gradients: Option<VolumeGradients>,
     /// Since it was factorized.
     pub experience: QuasiNewtonPairs,
 }
 
 impl KeptTangent {
-    /// Of a fresh factorization, or with the experience of an earlier run.
-    pub fn new(factorization: Factorization, experience: QuasiNewtonPairs) -> Self {
+    /// Of a fresh factorization.
+    pub fn new(factorization: Factorization, volume_gradients: Option<VolumeGradients>) -> Self {
         Self {
             factorization,
-            experience,
+            volume_gradients,
+            experience: QuasiNewtonPairs::default(),
         }
+    }
+
+    /// Whence the iterate comes that a step with this tangent led to from one with the volumes `before`; none if no pressure is predicted.
+    pub fn origin<'a>(&'a self, before: Option<&'a Volumes>) -> Option<Origin<'a>> {
+        let gradients = self.volume_gradients.as_ref()?;
+        Some(Origin { gradients, before })
+    }
+
+    /// Whether the pressure is predicted with it. Then there is nothing to learn from iterations: what the residual changes by is not a
+    /// matter of the step alone, but of the pressure's defect before it as well.
+    pub fn predicts_pressure(&self) -> bool {
+        self.volume_gradients.is_some()
     }
 
     /// Replaces a residual by the approximate solution of the linear system.

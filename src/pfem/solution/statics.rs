@@ -13,7 +13,6 @@
 use super::super::SolidError;
 use super::super::discretization::Discretization;
 use super::super::element::surface::{LoadKind, Surface};
-use super::super::linear_algebra::factor::Factorization;
 use super::super::solid::SurfaceLoad;
 use super::newton::{self, Equilibrium, NewtonOptions, Residual};
 use super::quasi_newton::KeptTangent;
@@ -449,19 +448,19 @@ impl Statics<'_> {
                 let rest = vec![0.0; d.len()];
                 let mut tangent = self.body.tangent(&rest, None, &[])?;
                 self.body.pattern.hold(&mut tangent);
-                let factorization = self.factorize(&tangent)?;
+                let factorization = self.body.factorize(&tangent)?;
                 let lowest = stability::lowest_mode(self.body, &factorization)?;
                 *self.unloaded.get_or_init(|| lowest.eigenvalue)
             }
         };
         let mut tangent = self.tangent(d, None)?;
         (self.body.pattern).add_diagonal(INDIFFERENT * unloaded, &mut tangent);
-        Ok(self.factorize(&tangent)?.negative_eigenvalues() == 0)
+        Ok(self.body.factorize(&tangent)?.negative_eigenvalues() == 0)
     }
 
     /// The mode whose eigenvalue is closest to zero, at the present load.
     fn lowest_mode(&self, d: &[f64]) -> Result<LowestMode, SolidError> {
-        let factorization = self.factorize(&self.tangent(d, None)?)?;
+        let factorization = self.body.factorize(&self.tangent(d, None)?)?;
         stability::lowest_mode(self.body, &factorization)
     }
 
@@ -491,7 +490,12 @@ impl Statics<'_> {
 }
 
 impl Equilibrium for Statics<'_> {
-    fn residual(&self, d: &[f64]) -> Result<Residual, SolidError> {
+    fn residual(
+        &self,
+        d: &[f64],
+        _: Option<&KeptTangent>,
+        _: Option<&Residual>,
+    ) -> Result<Residual, SolidError> {
         let all = self.body.internal_forces(d)?;
         let internal = self.body.restrict(&all);
         let external = self.body.restrict(&self.external(d));
@@ -508,6 +512,7 @@ impl Equilibrium for Statics<'_> {
             },
             vector: internal.iter().zip(&external).map(|(i, e)| i - e).collect(),
             floor: self.floor,
+            volumes: None,
         })
     }
 
@@ -531,8 +536,8 @@ impl Equilibrium for Statics<'_> {
         Ok(values)
     }
 
-    fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError> {
-        self.body.factorize(tangent)
+    fn factorize(&self, _: &[f64], tangent: &[f64]) -> Result<KeptTangent, SolidError> {
+        Ok(KeptTangent::new(self.body.factorize(tangent)?, None))
     }
 
     fn moved(&self, d: &[f64], step: &[f64], scale: f64) -> Vec<f64> {

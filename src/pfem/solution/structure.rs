@@ -14,7 +14,6 @@ use super::super::discretization::{self, Discretization};
 use super::super::element::surface::Surface;
 use super::super::evaluation::locate::{Location, Locator};
 use super::super::evaluation::samples::{self, StressPeak};
-use super::super::linear_algebra::factor::Factorization;
 use super::super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
 use super::super::supports::{self, Profile, Support};
 use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
@@ -85,7 +84,7 @@ struct Kept {
 /// A tangent that is being factorized on another thread, while the fluid works.
 struct Renewal {
     from: Linearization,
-    work: JoinHandle<Result<Factorization, SolidError>>,
+    work: JoinHandle<Result<KeptTangent, SolidError>>,
 }
 
 impl Renewal {
@@ -104,10 +103,10 @@ impl Renewal {
 
     /// Waits for the factorization, if need be. None if it failed.
     fn ready(self, stats: &mut Stats) -> Option<Kept> {
-        let factorization = timed(&mut stats.factorization_s, || self.work.join());
+        let tangent = timed(&mut stats.factorization_s, || self.work.join());
         Some(Kept {
             from: self.from,
-            tangent: KeptTangent::new(factorization.ok()?.ok()?, QuasiNewtonPairs::default()),
+            tangent: tangent.ok()?.ok()?,
         })
     }
 }
@@ -135,7 +134,7 @@ pub struct Structure {
     kept: Option<Kept>,
     /// Takes its place after the next step: never earlier, though it may be there, so that a run can be repeated.
     renewal: Option<Renewal>,
-    forces: RefCell<InternalForces>,
+    forces: RefCell<Option<InternalForces>>,
     watch: StabilityWatch,
     total: Stats,
     given: Given,
@@ -385,6 +384,7 @@ impl Structure {
     /// A run that refreshes when it writes a checkpoint is repeated bit by bit by one that resumes there.
     pub fn refresh(&mut self) {
         (self.kept, self.renewal) = (None, None);
+        self.forces.take();
     }
 
     /// Has the tangent of the accepted state factorized while the fluid works on the next step.
@@ -527,7 +527,7 @@ fn continuation(
     kept: &mut Option<KeptTangent>,
     cost: &mut Stats,
 ) -> Result<newton::Solution, SolidError> {
-    let initial = step.residual(&start)?.vector;
+    let initial = step.residual(&start, None, None)?.vector;
     let (mut d, mut reached, mut increment) = (start, 0.0, 1.0);
     loop {
         let target = f64::min(reached + increment, 1.0);
@@ -629,6 +629,8 @@ impl Solid for Structure {
                 load: trial.load.clone(),
                 dt: trial.dt,
             });
+        // They were predicted with a tangent that may be replaced.
+        self.forces.take();
         if let Some(renewal) = self.renewal.take() {
             self.kept = renewal.ready(&mut self.total).or(self.kept.take());
         } else if let Some(kept) = &self.kept
@@ -673,8 +675,8 @@ impl Solid for Structure {
         }
         // One that cannot be factorized is done without, as in the run that goes on.
         self.kept = memory.tangent.and_then(|(from, experience)| {
-            let factorization = self.equation.factorized_tangent(&from).ok()?;
-            let tangent = KeptTangent::new(factorization, experience);
+            let mut tangent = self.equation.factorized_tangent(&from).ok()?;
+            tangent.experience = experience;
             Some(Kept { from, tangent })
         });
         self.renewal = (memory.renewal).and_then(|from| Renewal::start(&self.equation, from));
