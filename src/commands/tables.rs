@@ -2,7 +2,9 @@
 
 use super::{Failure, report};
 use crate::output::marked_text;
-use crate::output::report::{Table, changes, key_figures};
+use crate::output::report::{
+    RefinedPair, Series, Table, agreement, changes, key_figures, uncertainty,
+};
 use crate::output::results::Results;
 use crate::output::{terminal, write_atomically};
 use crate::paper;
@@ -10,8 +12,9 @@ use std::path::{Path, PathBuf};
 
 /// What a mark may ask for.
 const KINDS: &str = "expected `models STUDY` (a column for each run in a folder), `findings STUDY` (what the paper found, and what the \
-                     study), `differences STUDY STUDY` (runs of the same name), or `changes RUN STUDY` (each run against one); \
-                     folders as seen from the page's";
+                     study), `differences STUDY STUDY` (runs of the same name), `changes RUN STUDY` (each run against one), \
+                     `agreement COARSE FINE COARSE FINE` (studies with one solver, then with the other), or `uncertainty RUN NAME=RUN,RUN…` \
+                     (what was refined, from coarse to fine); folders as seen from the page's";
 
 /// Options of the tables.
 #[derive(Debug, clap::Args)]
@@ -121,6 +124,35 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
             let pairs: Vec<_> = others.iter().map(|other| (&run, other)).collect();
             changes(&pairs).transposed()
         }
+        ["agreement", studies @ ..] if studies.len() == 4 => {
+            let loaded: Vec<_> = studies
+                .iter()
+                .map(|path| figures(path))
+                .collect::<Result<_, _>>()?;
+            agreement_of(&loaded, studies)?
+        }
+        ["uncertainty", base, series @ ..] if !series.is_empty() => {
+            let run = |path: &str| {
+                let run = Results::load_figures(&folder.join(path));
+                run.map_err(|e| Failure::Input(e.to_string()))
+            };
+            let series = series.iter().map(|text| {
+                let (name, runs) = text.split_once('=').ok_or_else(|| {
+                    Failure::Input(format!("`{text}` is no NAME=RUN,RUN…; {KINDS}"))
+                })?;
+                let runs: Vec<Results> = runs.split(',').map(run).collect::<Result<_, _>>()?;
+                match runs.len() {
+                    0 | 1 => Err(Failure::Input(format!(
+                        "`{text}`: a series has two runs or more"
+                    ))),
+                    _ => Ok(Series {
+                        name: name.replace('_', " "),
+                        runs,
+                    }),
+                }
+            });
+            uncertainty(&run(base)?, &series.collect::<Result<Vec<_>, _>>()?)
+        }
         _ => {
             return Err(Failure::Input(format!(
                 "`{}` is no table; {KINDS}",
@@ -136,6 +168,28 @@ fn ordered(study: crate::output::report::Study) -> Vec<Results> {
     match paper::Study::is_that_of(&study) {
         true => paper::Study::new(study).into_runs(),
         false => study.runs,
+    }
+}
+
+/// Runs of the same name in all four studies: two meshes with one solver, two with the other.
+fn agreement_of(studies: &[Vec<Results>], names: &[&str]) -> Result<Table, Failure> {
+    let [coarse_a, fine_a, coarse_b, fine_b] = studies else {
+        unreachable!("four studies were asked for");
+    };
+    let pairs = fine_a.iter().filter_map(|fine| {
+        let named = |runs: &'_ [Results]| runs.iter().position(|run| run.name() == fine.name());
+        Some(RefinedPair {
+            first: [&coarse_a[named(coarse_a)?], fine],
+            second: [&coarse_b[named(coarse_b)?], &fine_b[named(fine_b)?]],
+        })
+    });
+    let pairs: Vec<RefinedPair> = pairs.collect();
+    match pairs.is_empty() {
+        false => Ok(agreement(&pairs, [names[0], names[2]])),
+        true => Err(Failure::Input(format!(
+            "no run has the same name in {}",
+            names.join(", ")
+        ))),
     }
 }
 

@@ -15,6 +15,73 @@ const ORDER: f64 = 2.0;
 /// Factor of safety for two meshes.
 const SAFETY: f64 = 3.0;
 
+/// Factor of safety for the observed order of three meshes.
+const SAFETY_OF_THREE: f64 = 1.25;
+
+/// Where a value goes as the mesh becomes finer, and how well that is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limit {
+    /// The value there.
+    pub value: f64,
+    /// Its uncertainty.
+    pub uncertainty: f64,
+}
+
+impl Limit {
+    /// From two meshes of a method of second order, whose cells are `ratio` times as long on the coarser one.
+    pub fn of_meshes(coarse: f64, fine: f64, ratio: f64) -> Self {
+        let change = (fine - coarse) / (ratio.powf(ORDER) - 1.0);
+        Self {
+            value: fine + change,
+            uncertainty: SAFETY * change.abs(),
+        }
+    }
+
+    /// From two meshes whose errors fall faster than any power: the finer one, and what it has changed.
+    pub fn of_degrees(coarse: f64, fine: f64) -> Self {
+        Self {
+            value: fine,
+            uncertainty: (fine - coarse).abs(),
+        }
+    }
+
+    /// From a series that was refined by the same factor each time, from coarse to fine. If its last two changes have the same sign and
+    /// decrease, they go on as a geometric series (Richardson's extrapolation with the observed order); otherwise the last value counts,
+    /// and the range of the last three is what is not known.
+    ///
+    /// # Panics
+    /// If there are fewer than two values.
+    pub fn of_series(values: &[f64]) -> Self {
+        let [.., middle, fine] = values else {
+            panic!("a series has at least two values");
+        };
+        let [.., coarse, _, _] = values else {
+            return Self::of_degrees(*middle, *fine);
+        };
+        let (before, last) = (middle - coarse, fine - middle);
+        let decay = last / before;
+        if decay > 0.0 && decay < 1.0 {
+            let rest = last * decay / (1.0 - decay);
+            return Self {
+                value: fine + rest,
+                uncertainty: SAFETY_OF_THREE * rest.abs(),
+            };
+        }
+        let all = [coarse, middle, fine];
+        let largest = all.into_iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let smallest = all.into_iter().copied().fold(f64::INFINITY, f64::min);
+        Self {
+            value: *fine,
+            uncertainty: largest - smallest,
+        }
+    }
+
+    /// Whether two limits differ by no more than is not known of them.
+    pub fn agrees_with(&self, other: &Self) -> bool {
+        (self.value - other.value).abs() <= self.uncertainty + other.uncertainty
+    }
+}
+
 /// A quantity with both solvers on two meshes each.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refined {
@@ -52,25 +119,24 @@ impl Refined {
     fn of(coarse: &Difference, fine: &Difference, ratio: f64) -> Self {
         let [coarse_a, fine_a] = [coarse.mean_a, fine.mean_a];
         let [coarse_b, fine_b] = [coarse.mean_b, fine.mean_b];
-        let change = (fine_a - coarse_a) / (ratio.powf(ORDER) - 1.0);
-        let (uncertainty_a, uncertainty_b) = (SAFETY * change.abs(), (fine_b - coarse_b).abs());
+        let a = Limit::of_meshes(coarse_a, fine_a, ratio);
+        let b = Limit::of_degrees(coarse_b, fine_b);
         let distance = |value: f64| (value - fine_b).abs();
         let order = (distance(coarse_a) / distance(fine_a)).ln() / ratio.ln();
-        let extrapolated_a = fine_a + change;
         Self {
             quantity: fine.quantity,
             region: fine.region.clone(),
             coarse_a,
             fine_a,
-            extrapolated_a,
-            uncertainty_a,
+            extrapolated_a: a.value,
+            uncertainty_a: a.uncertainty,
             observed_order_a: if order > 0.0 { order } else { f64::NAN },
             coarse_b,
             fine_b,
-            uncertainty_b,
+            uncertainty_b: b.uncertainty,
             relative_rms_coarse: coarse.relative_rms,
             relative_rms_fine: fine.relative_rms,
-            agree: distance(extrapolated_a) <= uncertainty_a + uncertainty_b,
+            agree: a.agrees_with(&b),
         }
     }
 
@@ -135,6 +201,21 @@ mod tests {
         assert!((found.uncertainty_a - 0.9).abs() < 1e-12, "{found:?}");
         assert!((found.uncertainty_b - 0.001).abs() < 1e-12 && found.agree);
         assert_eq!(found.name(), "TAWSS / Pa (artery)");
+    }
+
+    #[test]
+    fn a_series_leads_to_its_limit_if_it_has_one() {
+        let of = |values: &[f64]| {
+            let limit = Limit::of_series(values);
+            (limit.value, limit.uncertainty)
+        };
+        // 2 + 0.8 h with h halved: first order.
+        let (value, uncertainty) = of(&[2.8, 2.4, 2.2]);
+        assert!((value - 2.0).abs() < 1e-14 && (uncertainty - 0.25).abs() < 1e-14);
+        assert_eq!(of(&[9.0, 1.0, 2.0, 1.5]), (1.5, 1.0));
+        assert_eq!(of(&[1.0, 2.0, 4.0]), (4.0, 3.0));
+        assert_eq!(of(&[1.0, 1.5]), (1.5, 0.5));
+        assert_eq!(of(&[1.0, 1.0, 1.0]), (1.0, 0.0));
     }
 
     #[test]

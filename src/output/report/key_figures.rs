@@ -6,6 +6,7 @@ use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
 use crate::hemodynamics::periodicity::Difference;
 use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
 use crate::output::record::RunSummary;
+use crate::output::refinement::Limit;
 use crate::output::results::Results;
 
 /// What is shown where a run has no such figure.
@@ -16,8 +17,10 @@ const NONE: &str = "–";
 enum Distance {
     /// Relative to the first one, in per cent.
     Relative,
-    /// In the figure's own unit: of places, and of what may be zero.
+    /// In the figure's own unit: of what may be zero.
     Absolute,
+    /// In the figure's own unit; a place, which jumps.
+    Place,
 }
 
 /// A figure of a run.
@@ -48,10 +51,38 @@ impl KeyFigure {
         }
     }
 
+    const fn place(self) -> Self {
+        Self {
+            distance: Distance::Place,
+            ..self
+        }
+    }
+
+    /// Whether it is a place, which jumps where others change a little.
+    pub fn is_place(&self) -> bool {
+        self.distance == Distance::Place
+    }
+
+    /// Of a run, if it has it.
+    pub fn of(&self, run: &Results) -> Option<f64> {
+        (self.value)(run).filter(|value| value.is_finite())
+    }
+
+    /// With its uncertainty, as people read it.
+    pub fn show_limit(&self, limit: &Limit) -> String {
+        let Limit { value, uncertainty } = *limit;
+        if uncertainty <= 0.0 {
+            return significant(value, self.digits);
+        }
+        let places = (1 - uncertainty.log10().floor() as i32).clamp(0, 9) as usize;
+        let text = format!("{value:.places$} ± {uncertainty:.places$}");
+        text.replace('-', "\u{2212}")
+    }
+
     /// As people read it.
     pub fn show(&self, run: &Results) -> String {
-        let value = (self.value)(run).filter(|value| value.is_finite());
-        value.map_or(NONE.into(), |value| significant(value, self.digits))
+        self.of(run)
+            .map_or(NONE.into(), |value| significant(value, self.digits))
     }
 
     /// By how much `other` is larger: "+0.3 %", or in the figure's own unit.
@@ -59,7 +90,7 @@ impl KeyFigure {
         let both = (self.value)(run).zip((self.value)(other));
         let change = both.map(|(a, b)| match self.distance {
             Distance::Relative => 100.0 * (b - a) / a.abs(),
-            Distance::Absolute => b - a,
+            Distance::Absolute | Distance::Place => b - a,
         });
         let Some(change) = change.filter(|change| change.is_finite()) else {
             return NONE.into();
@@ -67,7 +98,7 @@ impl KeyFigure {
         let sign = if change > 0.0 { "+" } else { "" };
         let unit = match self.distance {
             Distance::Relative => " %",
-            Distance::Absolute => "",
+            Distance::Absolute | Distance::Place => "",
         };
         format!("{sign}{}{unit}", significant(change, 2))
     }
@@ -129,7 +160,7 @@ pub const RESULTS: [KeyFigure; 15] = [
     KeyFigure::new("largest WSS at x / mm", 3, |run| {
         region(run, MidArtery, |r| 1e3 * r.max_wall_shear_Pa.at.x_m)
     })
-    .absolute(),
+    .place(),
     KeyFigure::new("bypass mean TAWSS / Pa", 3, |run| {
         region(run, Bypass, |r| r.TAWSS_Pa.mean)
     }),
@@ -148,7 +179,7 @@ pub const RESULTS: [KeyFigure; 15] = [
     KeyFigure::new("largest OSI at x / mm", 3, |run| {
         region(run, MidArtery, |r| 1e3 * r.OSI.max_at.x_m)
     })
-    .absolute(),
+    .place(),
     KeyFigure::new("mid-artery mean OSI", 2, |run| {
         region(run, MidArtery, |r| r.OSI.mean)
     })

@@ -22,7 +22,7 @@ use super::refinement::Refined;
 use super::results::Results;
 pub use preview::Preview;
 use std::io;
-pub use study::{Study, changes, key_figures};
+pub use study::{RefinedPair, Series, Study, agreement, changes, key_figures, uncertainty};
 pub use table::Table;
 
 /// The page of a run.

@@ -9,6 +9,7 @@ use super::surface::{Field, Surface};
 use super::table::Table;
 use crate::case::Case;
 use crate::output::figure::Curve;
+use crate::output::refinement::Limit;
 use crate::output::results::Results;
 use crate::output::tables::HistoryRow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -89,6 +90,107 @@ pub fn changes(pairs: &[(&Results, &Results)]) -> Table {
     for (run, other) in pairs {
         let changes = RESULTS.iter().map(|figure| figure.show_change(run, other));
         table.push(std::iter::once(other.name()).chain(changes).collect());
+    }
+    table
+}
+
+/// A case on two meshes of each of two solvers.
+pub struct RefinedPair<'a> {
+    /// The first solver, whose order in space is two: coarser and finer mesh.
+    pub first: [&'a Results; 2],
+    /// The second, whose errors fall faster than any power: lower and higher resolution.
+    pub second: [&'a Results; 2],
+}
+
+impl RefinedPair<'_> {
+    /// How much longer the first solver's cells are on the coarser mesh.
+    fn ratio(&self) -> Option<f64> {
+        let [coarse, fine] = self.first.map(|run| run.summary.as_ref());
+        Some((fine?.fluid_cells as f64 / coarse?.fluid_cells as f64).cbrt())
+    }
+}
+
+/// Where both solvers lead as their meshes become finer, with uncertainties, and whether they lead to the same.
+pub fn agreement(pairs: &[RefinedPair], names: [&str; 2]) -> Table {
+    let heads = pairs.iter().flat_map(|pair| {
+        let case = pair.first[1].name();
+        [
+            format!("{case}: {}", names[0]),
+            names[1].to_owned(),
+            "agree".to_owned(),
+        ]
+    });
+    let mut table = Table::new(std::iter::once("figure".to_owned()).chain(heads));
+    for figure in RESULTS.iter().filter(|figure| !figure.is_place()) {
+        let cells = pairs.iter().flat_map(|pair| {
+            let limits = pair.ratio().and_then(|ratio| {
+                let [a, b] = [pair.first, pair.second]
+                    .map(|runs| Some([figure.of(runs[0])?, figure.of(runs[1])?]));
+                let ([coarse, fine], [low, high]) = a.zip(b)?;
+                let first = Limit::of_meshes(coarse, fine, ratio);
+                Some((first, Limit::of_degrees(low, high)))
+            });
+            match limits {
+                None => ["–", "–", "–"].map(str::to_owned),
+                Some((first, second)) => [
+                    figure.show_limit(&first),
+                    figure.show_limit(&second),
+                    if first.agrees_with(&second) {
+                        "yes"
+                    } else {
+                        "no"
+                    }
+                    .to_owned(),
+                ],
+            }
+        });
+        table.push(
+            std::iter::once(figure.name.to_owned())
+                .chain(cells)
+                .collect(),
+        );
+    }
+    table
+}
+
+/// Runs of one case in which one thing was refined by the same factor each time, from coarse to fine.
+pub struct Series {
+    /// What was refined.
+    pub name: String,
+    /// The runs.
+    pub runs: Vec<Results>,
+}
+
+/// What refining one thing at a time says of the run `base`: by how much each moves a figure where it leads to, and the figure with
+/// all of that, whose uncertainty is the root of the sum of squares of all.
+pub fn uncertainty(base: &Results, series: &[Series]) -> Table {
+    let heads = ["figure".to_owned(), base.name()].into_iter();
+    let heads = heads.chain(series.iter().map(|series| series.name.clone()));
+    let mut table = Table::new(heads.chain(["with all of that".to_owned()]));
+    for figure in RESULTS.iter().filter(|figure| !figure.is_place()) {
+        let Some(value) = figure.of(base) else {
+            continue;
+        };
+        let mut row = vec![figure.name.to_owned(), figure.show(base)];
+        let (mut sum, mut squares) = (value, 0.0);
+        for series in series {
+            let values: Option<Vec<f64>> = series.runs.iter().map(|run| figure.of(run)).collect();
+            let limit = values
+                .filter(|values| values.len() > 1)
+                .map(|values| Limit::of_series(&values));
+            let moved = limit.map(|limit| Limit {
+                value: limit.value - value,
+                ..limit
+            });
+            sum += moved.map_or(0.0, |moved| moved.value);
+            squares += moved.map_or(0.0, |moved| moved.uncertainty.powi(2));
+            row.push(moved.map_or("–".into(), |moved| figure.show_limit(&moved)));
+        }
+        row.push(figure.show_limit(&Limit {
+            value: sum,
+            uncertainty: f64::sqrt(squares),
+        }));
+        table.push(row);
     }
     table
 }
