@@ -239,9 +239,6 @@ words! {
         /// Where accepted displacements carry the scatter of the coupling tolerance it passes less of it on:
         /// `sqrt(sum w²)` is 2.1 against 4.4 for the parabola through three.
         LeastSquares = "least_squares",
-        /// The last increments continued by the recurrence that fits them best, so that what rings from step to step
-        /// is predicted as well: a wall without numerical damping does so in all its waves that are faster than two steps.
-        LinearPrediction = "linear_prediction",
     }
 }
 
