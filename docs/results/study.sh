@@ -3,7 +3,8 @@
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
 #   openfoam     the same with OpenFOAM
-#   experiments  what the page tries besides: other flows
+#   paper        three models at the resolution of the paper, with both fluids
+#   experiments  what the page tries besides: other flows, surfaces and paths, stretched walls in tissue
 #   refinement   H-0.5 with finer steps, fluid, wall and tolerance
 #   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
 #   pages        makes the pages again from what is kept (pages.sh, which needs no FOLDER)
@@ -13,7 +14,7 @@ set -eu
 [ $# -gt 0 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
 out=$(mkdir -p "$1" && cd "$1" && pwd)
 shift
-[ $# -gt 0 ] || set -- native openfoam experiments refinement keep pages
+[ $# -gt 0 ] || set -- native openfoam paper experiments refinement keep pages
 cd "$(dirname "$0")/../.."
 fsi() { cargo run --release --quiet -- "$@"; }
 
@@ -21,7 +22,14 @@ fsi() { cargo run --release --quiet -- "$@"; }
 study() {
     name=$1 models=$2
     shift 2
-    fsi study --preset coarse --models "$models" --out "$out/$name" --resume "$@"
+    fsi study --preset "${preset:-coarse}" --models "$models" --out "$out/$name" --resume "$@"
+}
+
+paper() {
+    preset=paper
+    study native-paper 'S-0.75,H-0.5,A-0.5' --fluid native
+    study openfoam-paper 'S-0.75,H-0.5,A-0.5'
+    preset=coarse
 }
 
 # Time begins in equilibrium at the lowest pressure of the beat, so that the second beat is evaluated.
@@ -34,6 +42,16 @@ experiments() {
         --set windkessel.resistance_Pa_s_m3=3.57e9 --set windkessel.compliance_m3_Pa=0.805e-10
     # The same pulse on a lower base.
     study low-base 'S-0.0,S-0.75' $at_once --set inflow.base_m3_s=3.5e-6 --set windkessel.resistance_Pa_s_m3=2.244e9
+    # The other surfaces of surfaces.md.
+    study surface-9265 'S-0.5,S-0.75' $at_once --set 'geometry.imperfection=[[0,0,0,0,0],[0.38,0.26,0.09,0.44,0.16],[0.96,0.48,0.1,0.39,0.71],[0.82,0.78,0.76,0.19,0.88],[0.58,0.15,0.26,0.27,0.49],[0.6,0.58,0.08,0.27,0.23],[0,0,0,0,0]]'
+    study surface-2430 'S-0.5,S-0.75' $at_once --set 'geometry.imperfection=[[0,0,0,0,0],[0.62,0.31,0.56,0.5,0.23],[0.02,0.17,0.67,0.93,0.19],[0.97,0.89,0.88,0.58,0.05],[0.15,0.25,0.8,0.92,0.36],[0.3,0.39,0.21,0.6,0.6],[0,0,0,0,0]]'
+    # A helix of half the radius, an arc of half the angle.
+    study gentle-paths H-0.0 $at_once --set geometry.helix_radius_m=3e-3
+    study gentle-paths A-0.0 $at_once --set geometry.arc_angle_deg=60
+    # Stretched by 10 and 20 %, in tissue.
+    for stretch in 1.1 1.2; do
+        study tissue-$stretch 'S-0.0,S-0.75,H-0.0' $at_once --set initial.axial_stretch=$stretch --set surroundings.spring_Pa_m=2e7
+    done
 }
 
 # refined NAME OPTIONS...: H-0.5 with one thing finer
@@ -51,9 +69,12 @@ refinement() {
     refined base
     refined step-1ms --set time.step_s=1e-3
     refined step-4ms --set time.step_s=4e-3
+    refined fluid-degree-3 --set fluid.native.degree=3
     refined fluid-degree-5 --set fluid.native.degree=5
+    refined fluid-degree-6 --set fluid.native.degree=6
     refined mesh-of-paper --set fluid.native.axial_extension=9 --set fluid.native.axial_per_section=8 --set structure.circumferential=8
     refined wall-p-5 --set structure.p=5
+    refined wall-p-6 --set structure.p=6
     refined tolerance-1e-6 --set coupling.e_rel=1e-6
 }
 
@@ -85,6 +106,11 @@ keep_all() {
     keep half-flow "$tables"
     keep low-base "$tables"
     keep openfoam ''
+    keep native-paper ''
+    keep openfoam-paper ''
+    for experiment in surface-2430 surface-9265 gentle-paths tissue-1.1 tissue-1.2; do
+        keep "$experiment" ''
+    done
     keep refined ''
 }
 
@@ -92,10 +118,11 @@ for step; do
     case $step in
     native) study native '[SHA]-*' --fluid native ;;
     openfoam) study openfoam '[SHA]-*' ;;
+    paper) paper ;;
     experiments) experiments ;;
     refinement) refinement ;;
     keep) keep_all ;;
     pages) docs/results/pages.sh ;;
-    *) echo "$0: $step is no step: native, openfoam, experiments, refinement, keep or pages" >&2; exit 2 ;;
+    *) echo "$0: $step is no step: native, openfoam, paper, experiments, refinement, keep or pages" >&2; exit 2 ;;
     esac
 done
