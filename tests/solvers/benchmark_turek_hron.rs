@@ -1,4 +1,4 @@
-//! Turek and Hron's benchmark in its cheapest form, FSI1, whose solution is steady: see openfoam-case/turek-hron/README.md.
+//! Turek and Hron's benchmark in its cheapest forms, whose solutions are steady: see openfoam-case/turek-hron/README.md.
 
 use crate::benchmark_support::{probes, run};
 use std::path::Path;
@@ -48,6 +48,37 @@ fn fsi1_bends_the_flag_as_published() {
         );
     }
     assert_eq!(uz, 0.0);
+}
+
+/// CFD1 and CFD2: drag and lift of a flag that does not yield.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_stiff_flag_has_the_drag_and_lift_of_the_flow_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = [
+        "time.end_s=8",
+        "output.window_start_s=7",
+        "output.fluid_interval_s=8",
+        "output.structure_interval_s=8",
+    ];
+    // Published, and by how much these cells of 5 mm miss it.
+    for (case, drag, lift) in [
+        ("cfd1", (14.29, -0.0109), (1.119, -0.0395)),
+        ("cfd2", (136.7, -0.0014), (10.53, -0.0043)),
+    ] {
+        let out = folder.path().join(case);
+        run(&format!("turek-hron/{case}.toml"), &out, &coarse(&set));
+        let found = force(&out).map(|newtons| newtons / 0.01);
+        println!("{case}: drag {} N/m, lift {} N/m", found[0], found[1]);
+        for (found, (published, measured)) in found.into_iter().zip([drag, lift]) {
+            let error = found / published - 1.0;
+            assert!(
+                (error - measured).abs() < 0.003,
+                "{case}: {found}, {:+.2} %",
+                100.0 * error
+            );
+        }
+    }
 }
 
 /// Force on cylinder and flag at the end, along the channel and across it, N.
