@@ -284,9 +284,8 @@ impl Discretization {
         &self,
         displacement: &[f64],
     ) -> Result<Option<VolumeGradients>, SolidError> {
-        let resists =
-            |material: &Box<dyn HyperelasticMaterial>| material.volumetric(0.0).curvature != 0.0;
-        if !self.materials.iter().any(resists) {
+        let mut materials = self.materials.iter();
+        if !materials.any(|material| material.volumetric(0.0).curvature != 0.0) {
             return Ok(None);
         }
         let gradients = self.elements.volume_gradients(self.body(), displacement)?;
