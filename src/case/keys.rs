@@ -132,6 +132,8 @@ words! {
         Newmark = "newmark" (default),
         /// Newmark's method with `β = 0.3025`, `γ = 0.6`: first order, damps what changes from step to step.
         DampedNewmark = "damped_newmark",
+        /// Wood, Bossak and Zienkiewicz's method: second order, halves what changes from step to step.
+        Bossak = "bossak",
         /// First order; damps what is not resolved, and some of what is.
         ImplicitEuler = "implicit_euler",
     }
