@@ -75,9 +75,9 @@ fn three_elements(native: bool, second_order: bool, within: f64) {
         );
         [before, last] = [last, *behind];
     }
-    // Measured with the native fluid: 314 Pa of 1.3 kPa
+    // Measured with the native fluid: 314 Pa of 1.3 kPa, with BDF2 219 Pa
     let [.., outflow, _, _, _] = rows[rows.len() - 1];
-    assert!(proximal * outflow > 250.0, "{outflow:e}");
+    assert!(proximal * outflow > 200.0, "{outflow:e}");
     // And the state of it goes on to the last digit.
     run(&resumed, 2, native, &set);
     let again: Vec<&str> = set.iter().copied().chain(["--resume"]).collect();
@@ -101,8 +101,7 @@ fn a_windkessel_of_three_elements_is_its_equation_with_openfoam() {
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_windkessel_of_second_order_is_its_equation_and_resumes_with_openfoam() {
-    // Measured: 1.2e-6, what the correctors leave.
-    three_elements(false, true, 2e-6);
+    three_elements(false, true, 1e-6);
 }
 
 fn resistance(native: bool, within: f64) {
