@@ -271,7 +271,7 @@ fn pulsate_to(newton: NewtonOptions, tolerance: f64, resume: bool) -> (Structure
         let t = step as f64 / 40.0;
         let pressure = 4e2 * t + 2e1 * (20.0 * t).sin();
         let load = SurfaceLoad::uniform_pressure(pressure, structure.wet_points().len());
-        let trial = structure.solve(&load, 2e-3, 1e-8, None).unwrap();
+        let trial = structure.solve(&load, 2e-3, tolerance, None).unwrap();
         factorizations += trial.stats.factorizations;
         structure.accept(trial);
     }
