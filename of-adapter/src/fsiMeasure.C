@@ -3,6 +3,8 @@
 \*---------------------------------------------------------------------------*/
 
 #include "fsiMeasure.H"
+#include "fsiWallVelocityFvPatchVectorField.H"
+#include "fvcMeshPhi.H"
 #include "turbulentTransportModel.H"
 #include "windkesselPressureFvPatchScalarField.H"
 #include "surfaceFields.H"
@@ -137,8 +139,8 @@ using namespace Foam;
 
 //- Largest difference between the fluid's velocity at the wall and the
 //  velocity of the wall's faces. Along the normal the latter is the swept
-//  volume per area and time, as the conservation of space demands; along the
-//  tangent it is that of the face centre.
+//  volume per area and time, as the conservation of space demands by the scheme
+//  of the time derivatives; along the tangent it is that of the face centre.
 scalar wallVelocityMismatch(const fvMesh& mesh, const label patch)
 {
     if (!mesh.moving())
@@ -155,7 +157,16 @@ scalar wallVelocityMismatch(const fvMesh& mesh, const label patch)
         wall[i] -= p.patch()[i].centre(mesh.oldPoints());
     }
     wall /= mesh.time().deltaTValue();
-    const scalarField swept(mesh.phi().boundaryField()[patch]/p.magSf());
+    const auto* own = dynamic_cast<const fsiWallVelocityFvPatchVectorField*>
+    (
+        &U.boundaryField()[patch]
+    );
+    if (own)
+    {
+        wall = own->faceVelocity();
+    }
+    const tmp<surfaceScalarField> flux(fvc::meshPhi(U));
+    const scalarField swept(flux().boundaryField()[patch]/p.magSf());
     wall += n*(swept - (n & wall));
 
     return gMax(mag(U.boundaryField()[patch] - wall));

@@ -8,6 +8,7 @@
 #include "fsiViscosityModel.H"
 #include "addToRunTimeSelectionTable.H"
 #include "displacementMotionSolver.H"
+#include "fvcMeshPhi.H"
 #include "fixedValuePointPatchFields.H"
 #include "solverPerformance.H"
 #include "profiling.H"
@@ -249,6 +250,11 @@ bool Foam::fsiMotionFvMesh::relaxed() const
 Foam::scalar Foam::fsiMotionFvMesh::imbalance() const
 {
     const auto& flux = lookupObject<surfaceScalarField>("phi");
+    // What the mesh sweeps by the time derivatives' own scheme
+    const tmp<surfaceScalarField> swept
+    (
+        fvc::meshPhi(lookupObject<volVectorField>("U"))
+    );
     scalar lost = 0;
     scalar through = 0;
     forAll(boundary(), patchi)
@@ -258,7 +264,7 @@ Foam::scalar Foam::fsiMotionFvMesh::imbalance() const
             // With what the boundary sweeps
             const scalarField outward
             (
-                flux.boundaryField()[patchi] + phi().boundaryField()[patchi]
+                flux.boundaryField()[patchi] + swept().boundaryField()[patchi]
             );
             lost += sum(outward);
             through += 0.5*sumMag(outward);

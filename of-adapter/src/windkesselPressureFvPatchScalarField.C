@@ -3,6 +3,7 @@
 \*---------------------------------------------------------------------------*/
 
 #include "windkesselPressureFvPatchScalarField.H"
+#include "fsiTimeScheme.H"
 #include "addToRunTimeSelectionTable.H"
 #include "fvPatchFieldMapper.H"
 #include "surfaceFields.H"
@@ -26,8 +27,10 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     distalPressure_(),
     ramp_(),
     oldPressure_(0),
+    olderPressure_(0),
     timeIndex_(-1),
-    timeStep_(0)
+    timeStep_(0),
+    stepBefore_(0)
 {}
 
 
@@ -56,8 +59,10 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     ),
     ramp_(dict.found("ramp") ? Function1<scalar>::New("ramp", dict) : nullptr),
     oldPressure_(dict.get<scalar>("pressure")),
+    olderPressure_(dict.lookupOrDefault<scalar>("pressureBefore", 0)),
     timeIndex_(-1),
-    timeStep_(0)
+    timeStep_(0),
+    stepBefore_(dict.lookupOrDefault<scalar>("stepBefore", 0))
 {
     if
     (
@@ -105,8 +110,10 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     distalPressure_(other.distalPressure_.clone()),
     ramp_(other.ramp_.clone()),
     oldPressure_(other.oldPressure_),
+    olderPressure_(other.olderPressure_),
     timeIndex_(other.timeIndex_),
-    timeStep_(other.timeStep_)
+    timeStep_(other.timeStep_),
+    stepBefore_(other.stepBefore_)
 {}
 
 
@@ -125,8 +132,10 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     distalPressure_(other.distalPressure_.clone()),
     ramp_(other.ramp_.clone()),
     oldPressure_(other.oldPressure_),
+    olderPressure_(other.olderPressure_),
     timeIndex_(other.timeIndex_),
-    timeStep_(other.timeStep_)
+    timeStep_(other.timeStep_),
+    stepBefore_(other.stepBefore_)
 {}
 
 
@@ -146,8 +155,10 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     distalPressure_(other.distalPressure_.clone()),
     ramp_(other.ramp_.clone()),
     oldPressure_(other.oldPressure_),
+    olderPressure_(other.olderPressure_),
     timeIndex_(other.timeIndex_),
-    timeStep_(other.timeStep_)
+    timeStep_(other.timeStep_),
+    stepBefore_(other.stepBefore_)
 {}
 
 
@@ -165,9 +176,18 @@ Foam::scalar Foam::windkesselPressureFvPatchScalarField::next
     {
         return distal;
     }
+    if (stepBefore_ <= 0 || !fsi::isBackward(internalField().mesh()))
+    {
+        return
+            (oldPressure_*compliance_/dt + Q + distal/resistance_)
+           /(compliance_/dt + 1/resistance_);
+    }
+    const fsi::backwardDifference rate(dt, stepBefore_);
+    const scalar earlier =
+        rate.last*oldPressure_ + rate.before*olderPressure_;
     return
-        (oldPressure_*compliance_/dt + Q + distal/resistance_)
-       /(compliance_/dt + 1/resistance_);
+        (Q + distal/resistance_ - compliance_*earlier)
+       /(compliance_*rate.next + 1/resistance_);
 }
 
 
@@ -191,7 +211,10 @@ void Foam::windkesselPressureFvPatchScalarField::advance()
         // since. Time::deltaT0 is how long that step was when it began.
         const scalar Q =
             gSum(patch().lookupPatchField<surfaceScalarField, scalar>(phiName_));
-        oldPressure_ = next(timeStep_, lastTime(), Q);
+        const scalar finished = next(timeStep_, lastTime(), Q);
+        olderPressure_ = oldPressure_;
+        oldPressure_ = finished;
+        stepBefore_ = timeStep_;
     }
     timeIndex_ = now;
 }
@@ -265,6 +288,14 @@ void Foam::windkesselPressureFvPatchScalarField::write(Ostream& os) const
         ramp_->writeData(os);
     }
     os.writeEntry("pressure", pressure());
+    // Of the step that ends with the field, if one does
+    const bool ends = timeIndex_ == db().time().timeIndex();
+    const scalar step = ends ? timeStep_ : stepBefore_;
+    if (step > 0)
+    {
+        os.writeEntry("pressureBefore", ends ? oldPressure_ : olderPressure_);
+        os.writeEntry("stepBefore", step);
+    }
     writeEntry("value", os);
 }
 

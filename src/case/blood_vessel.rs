@@ -2,7 +2,10 @@
 
 use super::schema::{Kind, Schema, Table, above, from, whole};
 use super::table::{table, words};
-use super::{Anastomosis, Inflow, Inlet, Outlet, ProblemKind, VesselDescription, Windkessel};
+use super::{
+    Anastomosis, FluidTimeScheme, Inflow, Inlet, Outlet, ProblemKind, Time, VesselDescription,
+    Windkessel,
+};
 use serde::{Deserialize, Serialize};
 
 table! {
@@ -248,16 +251,28 @@ table! {
         radial: usize = "radial", whole(1, 50), "elements from the square to the wall";
         axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension, more where it turns by more than 45° in one";
         axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
-        time_scheme: FluidTimeScheme = "time_scheme", Kind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
+        time_scheme: Option<NativeTimeScheme> = "time_scheme", Kind::Word(NativeTimeScheme::WORDS),
+            "time integration of the blood by the driver's own solver", absent "time.scheme";
     }
 }
 
 words! {
-    /// How the time derivative of the blood's velocity is taken.
-    pub enum FluidTimeScheme {
-        /// First order, as with OpenFOAM.
+    /// How the driver's own solver takes time derivatives.
+    pub enum NativeTimeScheme {
+        /// First order.
         ImplicitEuler = "implicit_euler",
         /// Backward differences of second order.
         Bdf2 = "bdf2",
+    }
+}
+
+impl Native {
+    /// Its own time scheme, or that of the `time` axis.
+    pub fn scheme(&self, time: &Time) -> FluidTimeScheme {
+        match self.time_scheme {
+            Some(NativeTimeScheme::ImplicitEuler) => FluidTimeScheme::ImplicitEuler,
+            Some(NativeTimeScheme::Bdf2) => FluidTimeScheme::Bdf2,
+            None => time.scheme,
+        }
     }
 }

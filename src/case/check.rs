@@ -10,7 +10,7 @@ mod vessel;
 use super::error::CaseError;
 use super::stack::Stack;
 use super::value::shorten;
-use super::{Blood, BloodModel, Case, Material, Problem, Solver, Window};
+use super::{Blood, BloodModel, Case, FluidTimeScheme, Material, Problem, Solver, Window};
 use std::fmt::Write as _;
 
 /// A cell may bend with the vessel by this angle at most.
@@ -134,6 +134,11 @@ fn external(case: &Case, report: &mut Report<'_>) {
         fluid.command.is_empty() && !fluid.is_awaited,
         "needs the program, fluid.command = [\"python3\", \"my_fluid.py\"], or fluid.await = true"
             .into(),
+    );
+    report(
+        &["time.scheme"],
+        case.time.scheme == FluidTimeScheme::Bdf2,
+        "a fluid of your own integrates in time as it does, and learns nothing of this key: leave it out".into(),
     );
     report(
         &["fluid.ranks"],

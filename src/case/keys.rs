@@ -80,8 +80,20 @@ table! {
     pub struct Time {
         step: f64 = "step_s", above(0.0, 1.0), "time step";
         end: f64 = "end_s", above(0.0, 1e4), "end of the run";
+        /// OpenFOAM's through the templates, and that of the conditions at wall and outlet with it.
+        scheme: FluidTimeScheme = "scheme", Kind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
         max_halvings: usize = "max_halvings", whole(0, 4), "how often the step may be halved where it fails";
         period: f64 = "period_s", above(0.0, 1e3), "duration of a beat";
+    }
+}
+
+words! {
+    /// How time derivatives of the blood are taken, in its equations and behind its outlet.
+    pub enum FluidTimeScheme {
+        /// Implicit Euler: first order, damps waves.
+        ImplicitEuler = "euler",
+        /// Backward differences of second order; the first step is implicit Euler's.
+        Bdf2 = "bdf2",
     }
 }
 
@@ -120,6 +132,8 @@ words! {
         Newmark = "newmark" (default),
         /// Newmark's method with `β = 0.3025`, `γ = 0.6`: first order, damps what changes from step to step.
         DampedNewmark = "damped_newmark",
+        /// Wood, Bossak and Zienkiewicz's method: second order, halves what changes from step to step.
+        Bossak = "bossak",
         /// First order; damps what is not resolved, and some of what is.
         ImplicitEuler = "implicit_euler",
     }

@@ -154,6 +154,45 @@ fn damped_newmark_damps_a_vibration_as_one_degree_of_freedom() {
     );
 }
 
+/// And as one degree of freedom of 24 and of 48 steps a period: second order.
+#[test]
+fn bossaks_method_damps_a_vibration_as_one_degree_of_freedom() {
+    let options = StructureOptions {
+        time_scheme: TimeScheme::Bossak,
+        ..options(2, 0.0)
+    };
+    let (first, last, _) = vibrate(tube_with(4, &options), 1);
+    // (4/3 a - 1/3 a_old) + x = 0, beta = 4/9, gamma = 5/6, solved for the acceleration.
+    let after_a_period = |steps: i32| {
+        let dt = std::f64::consts::TAU / f64::from(steps);
+        let (mut x, mut v, mut a) = (1.0_f64, 0.0, -1.0);
+        for _ in 0..steps {
+            let x_ahead = x + dt * v + dt * dt * (1.0 / 18.0) * a;
+            let v_ahead = v + dt * (1.0 / 6.0) * a;
+            a = (a / 3.0 - x_ahead) / (4.0 / 3.0 + dt * dt * 4.0 / 9.0);
+            (x, v) = (
+                x_ahead + dt * dt * (4.0 / 9.0) * a,
+                v_ahead + dt * (5.0 / 6.0) * a,
+            );
+        }
+        [x, v]
+    };
+    let [x, v] = after_a_period(24);
+    let expected = x * x + v * v;
+    println!("{expected} of the energy is left");
+    assert!(
+        (last / first / expected - 1.0).abs() < 1e-4,
+        "{}",
+        last / first
+    );
+    let error = |steps| {
+        let [x, v] = after_a_period(steps);
+        (x - 1.0).hypot(v)
+    };
+    let ratio = error(48) / error(96);
+    assert!((3.9..4.1).contains(&ratio), "{ratio}");
+}
+
 #[test]
 fn frequencies_agree_with_a_refined_reference() {
     // The corners of the clamped ends are singular: convergence is algebraic, and from above.

@@ -2,8 +2,8 @@
 
 use super::{Report, material};
 use crate::case::{
-    Case, Extrusion, OwnCase, OwnFluid, OwnRegion, OwnWall, Solver, SurrogateModel, WallFile,
-    WallMode, WallSupport,
+    Case, Extrusion, FluidTimeScheme, OwnCase, OwnFluid, OwnRegion, OwnWall, Solver,
+    SurrogateModel, WallFile, WallMode, WallSupport,
 };
 use std::path::Path;
 
@@ -24,6 +24,13 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         &["fluid.solver"],
         case.fluid.solver != Solver::OpenFoam,
         "a case of OpenFOAM is for OpenFOAM: expected \"openfoam\", or leave fluid.case out".into(),
+    );
+    report(
+        &["time.scheme"],
+        case.time.scheme == FluidTimeScheme::Bdf2,
+        "the time scheme of a case of your own stands in its system/fvSchemes, ddtSchemes { default backward; }: write it there, and \
+         leave this key out"
+            .into(),
     );
     report(
         &["coupling.surrogate"],

@@ -119,7 +119,7 @@ impl NativeFluid {
         let settings = FlowSettings {
             density: case.blood.density,
             rheology: case.blood.rheology(),
-            scheme: numbers.time_scheme,
+            scheme: numbers.scheme(&case.time),
             tolerance: (TOLERANCE * case.coupling.e_rel).max(MOST_ACCURATE),
             max_iterations: MOST_ITERATIONS,
         };

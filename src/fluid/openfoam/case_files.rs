@@ -7,7 +7,7 @@
 pub use self::vessel_openings::VesselOpenings;
 
 use super::{own_case, probes, templates};
-use crate::case::{Blood, Flag, Ramp, Rheology, Time};
+use crate::case::{Blood, Flag, FluidTimeScheme, Ramp, Rheology, Time};
 use crate::geometry::MotionBlend;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -19,6 +19,9 @@ const NO_RAMP: f64 = 1e-9;
 /// corrected for twice: on the steep expansion of the FDA's nozzle (56°) flow diverges otherwise. The paper's vessels have less
 /// than 40°.
 const STEEP_DEG: f64 = 50.0;
+
+/// The parameter by which templates take the time scheme of the case.
+pub(super) const TIME_DERIVATIVE: &str = "timeDerivative";
 
 /// Why the case could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -190,6 +193,11 @@ impl CaseFiles<'_> {
             None => "referenceLaplacian",
         };
         let _ = writeln!(text, "{:<23} {motion};", "meshMotion");
+        let derivative = match self.time.scheme {
+            FluidTimeScheme::ImplicitEuler => "Euler",
+            FluidTimeScheme::Bdf2 => "backward",
+        };
+        let _ = writeln!(text, "{:<23} {derivative};", TIME_DERIVATIVE);
         let (gradient, correctors) = match self.non_orthogonality_deg < STEEP_DEG {
             true => ("corrected", 0),
             false => ("limited corrected 0.33", 2),

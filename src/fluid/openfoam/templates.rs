@@ -1,5 +1,6 @@
 //! The templates of an OpenFOAM case: what there must be, and that OpenFOAM can read it.
 
+use super::case_files::TIME_DERIVATIVE;
 use super::dictionary::{Dictionary, DictionaryError};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -81,6 +82,12 @@ pub fn check_equilibrium_start(folder: &Path) -> Option<TemplateError> {
 pub fn check_moving_outlet(folder: &Path) -> Option<TemplateError> {
     let effect = "the outlet goes with the end of the wall (ends.outlet)";
     check_reads(folder, "0/pointDisplacement", &["outletMotion"], effect)
+}
+
+/// What second order in time misses in the templates in `folder`: a parameter that `system/fvSchemes` must read.
+pub fn check_second_order(folder: &Path) -> Option<TemplateError> {
+    let effect = "time derivatives are of second order (time.scheme = \"bdf2\")";
+    check_reads(folder, "system/fvSchemes", &[TIME_DERIVATIVE], effect)
 }
 
 /// Says which `parameters` a `file` of the templates does not read, and what they would do.

@@ -170,6 +170,7 @@ impl Equilibrium for TimeStep<'_> {
             ..
         } = self.equation;
         let (v, a) = self.rates(d);
+        let a = self.equation.time_scheme.balanced(self.old, a);
         let rates: Vec<f64> = a.iter().zip(&v).map(|(a, v)| a + damping * v).collect();
         let (known, load) = (self.known_forces(d), self.load);
         let is_new = known.is_none();

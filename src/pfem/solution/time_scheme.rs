@@ -4,6 +4,9 @@ use super::equation_of_motion::State;
 
 pub use crate::case::TimeScheme;
 
+/// Wood, Bossak and Zienkiewicz's parameter with which the highest frequencies fall to `(1 - α)/(1 + α)` = 1/2 a step.
+const BOSSAK: f64 = 1.0 / 3.0;
+
 impl TimeScheme {
     /// Newmark's parameters `(β, γ)`, if it is his method. With `γ > 1/2` and `β = (γ + 1/2)²/4` all frequencies are
     /// damped, the highest most: by `|γ - 3/2| / (γ + 1/2)` a step (Hughes, *The Finite Element Method*, 1987, section
@@ -12,6 +15,7 @@ impl TimeScheme {
         match self {
             Self::Newmark => Some((0.25, 0.5)),
             Self::DampedNewmark => Some((0.3025, 0.6)),
+            Self::Bossak => Some((0.25 * (1.0 + BOSSAK).powi(2), 0.5 + BOSSAK)),
             Self::ImplicitEuler => None,
         }
     }
@@ -36,10 +40,26 @@ impl TimeScheme {
         (0..d.len()).map(pair).unzip()
     }
 
-    /// Derivatives of velocity (1/s) and acceleration (1/s²) with respect to the displacement.
+    /// The acceleration (m/s²) that the equation of motion is to balance, from those at both ends of a step. Bossak's method
+    /// goes beyond the end, `(1 + α) a - α a_old`, which with its β and γ damps and stays of second order (Wood, Bossak and
+    /// Zienkiewicz, *Int. J. Numer. Methods Eng.* 15, 1980); with the other methods it is that at the end.
+    pub(super) fn balanced(self, old: &State, a: Vec<f64>) -> Vec<f64> {
+        match self {
+            Self::Bossak => (a.iter().zip(&old.a))
+                .map(|(a, old)| (1.0 + BOSSAK) * a - BOSSAK * old)
+                .collect(),
+            _ => a,
+        }
+    }
+
+    /// Derivatives of velocity (1/s) and balanced acceleration (1/s²) with respect to the displacement.
     pub(super) fn slopes(self, dt: f64) -> (f64, f64) {
+        let share = match self {
+            Self::Bossak => 1.0 + BOSSAK,
+            _ => 1.0,
+        };
         match self.newmark() {
-            Some((beta, gamma)) => (gamma / (beta * dt), 1.0 / (beta * dt * dt)),
+            Some((beta, gamma)) => (gamma / (beta * dt), share / (beta * dt * dt)),
             None => (1.0 / dt, 1.0 / (dt * dt)),
         }
     }

@@ -4,7 +4,9 @@ use super::initial_state::{InitialState, initial_state};
 use super::surrogate::sections;
 use super::{Domain, own, prepared, sampling};
 use crate::Vec3;
-use crate::case::{CaseErrors, Problem, ResolvedCase, Solver, Start, SurrogateModel, VesselEnd};
+use crate::case::{
+    CaseErrors, FluidTimeScheme, Problem, ResolvedCase, Solver, Start, SurrogateModel, VesselEnd,
+};
 use crate::coupling::transfer::Transfer;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
@@ -40,8 +42,11 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             let patches = domain.fluid.patches.iter();
             let patches: Vec<&str> = patches.map(|patch| patch.name.as_str()).collect();
             let mut found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
+            let folder = &case.fluid.templates;
+            if case.time.scheme == FluidTimeScheme::Bdf2 {
+                found.extend(templates::check_second_order(folder));
+            }
             if let Some(vessel) = case.vessel() {
-                let folder = &case.fluid.templates;
                 if vessel.start() == Start::Equilibrium {
                     found.extend(templates::check_equilibrium_start(folder));
                 }

@@ -2,7 +2,9 @@
 #![allow(dead_code)] // each test file uses a part
 
 use fsi_driver::Vec3;
-use fsi_driver::case::{Blood, FlowCurve, Inflow, Ramp, Time, TransportKind, Windkessel};
+use fsi_driver::case::{
+    Blood, FlowCurve, FluidTimeScheme, Inflow, Ramp, Time, TransportKind, Windkessel,
+};
 use fsi_driver::fluid::conversation::session::Terms;
 use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings, VesselOpenings};
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings, Programs, install};
@@ -73,6 +75,7 @@ impl Channel {
                 end: 1.0,
                 period: 1.0,
                 max_halvings: 0,
+                scheme: FluidTimeScheme::ImplicitEuler,
             },
             ranks: 2,
             non_orthogonality_deg: 0.0,

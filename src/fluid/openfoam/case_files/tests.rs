@@ -50,6 +50,7 @@ const TIME: Time = Time {
     end: 3.0,
     period: 1.0,
     max_halvings: 0,
+    scheme: FluidTimeScheme::ImplicitEuler,
 };
 
 fn rows(text: &str) -> Vec<[f64; 2]> {

@@ -15,7 +15,12 @@ const NEEDED: [&str; 5] = [
     "constant/turbulenceProperties",
 ];
 /// Velocities of a wall at rest, which the wall's own takes the place of.
-const AT_REST: [&str; 3] = ["noSlip", "fixedValue", "movingWallVelocity"];
+const AT_REST: [&str; 4] = [
+    "noSlip",
+    "fixedValue",
+    "movingWallVelocity",
+    "fsiWallVelocity",
+];
 /// Pressures at a wall.
 const AT_WALL: [&str; 2] = ["zeroGradient", "fixedFluxPressure"];
 /// Most bytes of a file that are looked at to find its header.

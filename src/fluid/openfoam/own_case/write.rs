@@ -161,7 +161,7 @@ impl OwnCaseFiles<'_> {
         for patch in &self.keys.patches {
             let _ = writeln!(
                 text,
-                "    {patch}\n    {{\n        type            movingWallVelocity;\n        value           uniform (0 0 0);\n    }}"
+                "    {patch}\n    {{\n        type            fsiWallVelocity;\n        value           uniform (0 0 0);\n    }}"
             );
         }
         text + "}\n"
