@@ -18,6 +18,10 @@ const SAFETY: f64 = 3.0;
 /// Factor of safety for the observed order of three meshes.
 const SAFETY_OF_THREE: f64 = 1.25;
 
+/// Slowest decay of changes that is continued: with the step halved that is order one half, below which an observed order says nothing (Eça
+/// and Hoekstra 2014).
+const SLOWEST_DECAY: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// Where a value goes as the mesh becomes finer, and how well that is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
@@ -46,7 +50,7 @@ impl Limit {
     }
 
     /// From a series that was refined by the same factor each time, from coarse to fine. If its last two changes have the same sign and
-    /// decrease, they go on as a geometric series (Richardson's extrapolation with the observed order); otherwise the last value counts,
+    /// decrease fast enough, they go on as a geometric series (Richardson's extrapolation with the observed order); otherwise the last value counts,
     /// and the range of the last three is what is not known.
     ///
     /// # Panics
@@ -60,7 +64,7 @@ impl Limit {
         };
         let (before, last) = (middle - coarse, fine - middle);
         let decay = last / before;
-        if decay > 0.0 && decay < 1.0 {
+        if decay > 0.0 && decay <= SLOWEST_DECAY {
             let rest = last * decay / (1.0 - decay);
             return Self {
                 value: fine + rest,
@@ -214,6 +218,7 @@ mod tests {
         assert!((value - 2.0).abs() < 1e-14 && (uncertainty - 0.25).abs() < 1e-14);
         assert_eq!(of(&[9.0, 1.0, 2.0, 1.5]), (1.5, 1.0));
         assert_eq!(of(&[1.0, 2.0, 4.0]), (4.0, 3.0));
+        assert_eq!(of(&[0.0, 1.0, 1.75]), (1.75, 1.75));
         assert_eq!(of(&[1.0, 1.5]), (1.5, 0.5));
         assert_eq!(of(&[1.0, 1.0, 1.0]), (1.0, 0.0));
     }
