@@ -11,6 +11,14 @@ const COARSE: &[&str] = &[
     "flag.mesh.elements=5",
 ];
 
+/// To 8 s, when the flow is steady.
+const SETTLED: &[&str] = &[
+    "time.end_s=8",
+    "output.window_start_s=7",
+    "output.fluid_interval_s=8",
+    "output.structure_interval_s=8",
+];
+
 /// Arguments for a run on the coarse mesh with further settings.
 fn coarse<'a>(set: &[&'a str]) -> Vec<&'a str> {
     [&["--set"], COARSE, set].concat()
@@ -21,13 +29,7 @@ fn coarse<'a>(set: &[&'a str]) -> Vec<&'a str> {
 fn fsi1_bends_the_flag_as_published() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let set = [
-        "time.end_s=8",
-        "output.window_start_s=7",
-        "output.fluid_interval_s=8",
-        "output.structure_interval_s=8",
-    ];
-    run("turek-hron/fsi1.toml", &out, &coarse(&set));
+    run("turek-hron/fsi1.toml", &out, &coarse(SETTLED));
 
     let [_, ux, uy, uz] = *probes(&out)[0].last().unwrap();
     let [drag, lift] = force(&out).map(|newtons| newtons / 0.01);
@@ -55,19 +57,13 @@ fn fsi1_bends_the_flag_as_published() {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_stiff_flag_has_the_drag_and_lift_of_the_flow_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let set = [
-        "time.end_s=8",
-        "output.window_start_s=7",
-        "output.fluid_interval_s=8",
-        "output.structure_interval_s=8",
-    ];
     // Published, and by how much these cells of 5 mm miss it.
     for (case, drag, lift) in [
         ("cfd1", (14.29, -0.0109), (1.119, -0.0395)),
         ("cfd2", (136.7, -0.0014), (10.53, -0.0043)),
     ] {
         let out = folder.path().join(case);
-        run(&format!("turek-hron/{case}.toml"), &out, &coarse(&set));
+        run(&format!("turek-hron/{case}.toml"), &out, &coarse(SETTLED));
         let found = force(&out).map(|newtons| newtons / 0.01);
         println!("{case}: drag {} N/m, lift {} N/m", found[0], found[1]);
         for (found, (published, measured)) in found.into_iter().zip([drag, lift]) {
