@@ -10,14 +10,6 @@ bool Foam::fsi::isBackward(const fvMesh& mesh)
 }
 
 
-Foam::fsi::backwardDifference::backwardDifference(const scalar dt)
-:
-    next(1/dt),
-    last(-1/dt),
-    before(0)
-{}
-
-
 Foam::fsi::backwardDifference::backwardDifference
 (
     const scalar dt,

@@ -100,6 +100,10 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
         }
     };
     let figures = |path: &str| study(path, Results::load_figures).map(ordered);
+    let run = |path: &str| {
+        let run = Results::load_figures(&folder.join(path));
+        run.map_err(|e| Failure::Input(e.to_string()))
+    };
     let table = match words {
         ["models", path] => {
             let study = figures(path)?;
@@ -117,25 +121,17 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
         ["differences", first, second] => {
             differences(&figures(first)?, &figures(second)?, [first, second])?.transposed()
         }
-        ["changes", run, others] => {
-            let path = folder.join(run);
-            let run = Results::load_figures(&path).map_err(|e| Failure::Input(e.to_string()))?;
-            let others = figures(others)?;
-            let pairs: Vec<_> = others.iter().map(|other| (&run, other)).collect();
+        ["changes", one, others] => {
+            let (one, others) = (run(one)?, figures(others)?);
+            let pairs: Vec<_> = others.iter().map(|other| (&one, other)).collect();
             changes(&pairs).transposed()
         }
-        ["agreement", studies @ ..] if studies.len() == 4 => {
-            let loaded: Vec<_> = studies
-                .iter()
-                .map(|path| figures(path))
-                .collect::<Result<_, _>>()?;
-            agreement_of(&loaded, studies)?
+        ["agreement", coarse_a, fine_a, coarse_b, fine_b] => {
+            let names = [*coarse_a, *fine_a, *coarse_b, *fine_b];
+            let [a, b, c, d] = names.map(figures);
+            agreement_of([&a?, &b?, &c?, &d?], names)?
         }
         ["uncertainty", base, series @ ..] if !series.is_empty() => {
-            let run = |path: &str| {
-                let run = Results::load_figures(&folder.join(path));
-                run.map_err(|e| Failure::Input(e.to_string()))
-            };
             let series = series.iter().map(|text| {
                 let (name, runs) = text.split_once('=').ok_or_else(|| {
                     Failure::Input(format!("`{text}` is no NAME=RUN,RUN…; {KINDS}"))
@@ -171,19 +167,22 @@ fn ordered(study: crate::output::report::Study) -> Vec<Results> {
     }
 }
 
+/// The run of this name.
+fn named<'a>(runs: &'a [Results], name: &str) -> Option<&'a Results> {
+    runs.iter().find(|run| run.name() == name)
+}
+
 /// Runs of the same name in all four studies: two meshes with one solver, two with the other.
-fn agreement_of(studies: &[Vec<Results>], names: &[&str]) -> Result<Table, Failure> {
-    let [coarse_a, fine_a, coarse_b, fine_b] = studies else {
-        unreachable!("four studies were asked for");
-    };
-    let pairs = fine_a.iter().filter_map(|fine| {
-        let named = |runs: &'_ [Results]| runs.iter().position(|run| run.name() == fine.name());
+fn agreement_of(studies: [&[Results]; 4], names: [&str; 4]) -> Result<Table, Failure> {
+    let [coarse_a, fine_a, coarse_b, fine_b] = studies;
+    let pair = |fine: &'_ Results| {
+        let name = fine.name();
         Some(RefinedPair {
-            first: [&coarse_a[named(coarse_a)?], fine],
-            second: [&coarse_b[named(coarse_b)?], &fine_b[named(fine_b)?]],
+            first: [named(coarse_a, &name)?, named(fine_a, &name)?],
+            second: [named(coarse_b, &name)?, named(fine_b, &name)?],
         })
-    });
-    let pairs: Vec<RefinedPair> = pairs.collect();
+    };
+    let pairs: Vec<RefinedPair> = fine_a.iter().filter_map(pair).collect();
     match pairs.is_empty() {
         false => Ok(agreement(&pairs, [names[0], names[2]])),
         true => Err(Failure::Input(format!(
@@ -195,12 +194,7 @@ fn agreement_of(studies: &[Vec<Results>], names: &[&str]) -> Result<Table, Failu
 
 /// Runs of the same name in both studies.
 fn differences(first: &[Results], second: &[Results], names: [&str; 2]) -> Result<Table, Failure> {
-    let with = |run| {
-        let other = second
-            .iter()
-            .find(|other| other.name() == Results::name(run))?;
-        Some((run, other))
-    };
+    let with = |run| Some((run, named(second, &Results::name(run))?));
     let pairs: Vec<(&Results, &Results)> = first.iter().filter_map(with).collect();
     match pairs.is_empty() {
         false => Ok(changes(&pairs)),

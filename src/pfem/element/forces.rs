@@ -48,15 +48,10 @@ pub(super) struct DeformedGroup<'a> {
     /// The deformation gradient.
     pub(super) F: Tensor<Lanes>,
     /// `U'`, Pa; projected in the mixed form.
-    slope: Lanes,
+    pub(super) slope: Lanes,
 }
 
 impl DeformedGroup<'_> {
-    /// The volumetric stress, Pa.
-    pub(super) fn slope(&self) -> Lanes {
-        self.slope
-    }
-
     /// Makes `slope` (Pa) the volumetric stress; what is left of the one before.
     pub(super) fn replace_slope(&mut self, slope: Lanes) -> Lanes {
         let left = self.slope - slope;

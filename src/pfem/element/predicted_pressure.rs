@@ -103,7 +103,7 @@ impl Elements {
             x + y + z
         };
         let volumes = ElementVolumes {
-            pressure: deformed.iter().map(DeformedGroup::slope).collect(),
+            pressure: deformed.iter().map(|deformed| deformed.slope).collect(),
             linear: deformed.iter().zip(gradients).map(inner).collect(),
         };
         let defects = match origin.before {

@@ -136,11 +136,12 @@ impl Projection {
         weights: impl Iterator<Item = Lanes>,
         field: &mut [f64],
     ) {
+        let length = field.len();
+        let functions = || self.by_function.chunks_exact(length);
         let (groups, _) = field.as_chunks_mut::<LANES>();
         for (value, weight) in groups.iter_mut().zip(weights) {
             *value = (Lanes::new(*value) * weight).to_array();
         }
-        let functions = || self.by_function.chunks_exact(LANES * groups.len());
         let moment = |psi: &[f64]| {
             let (psi, _) = psi.as_chunks::<LANES>();
             let pairs = psi.iter().zip(groups.iter());
@@ -155,11 +156,7 @@ impl Projection {
             .map(|a| dot(inverse.column(a).as_slice(), &moments))
             .collect();
         groups.fill([0.0; LANES]);
-        for (psi, coefficient) in self
-            .by_function
-            .chunks_exact(LANES * groups.len())
-            .zip(coefficients)
-        {
+        for (psi, coefficient) in functions().zip(coefficients) {
             let coefficient = Lanes::of(coefficient);
             let (psi, _) = psi.as_chunks::<LANES>();
             for (value, psi) in groups.iter_mut().zip(psi) {
