@@ -94,6 +94,7 @@ fn main() {
             wet_surface: "inner".into(),
             supports: held.to_vec(),
             outer_pressure: Profile::default(),
+            gravity: Vec3::zeros(),
         },
     )
     .expect("well posed");

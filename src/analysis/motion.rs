@@ -1,6 +1,7 @@
 //! A tube under a pressure that varies in time.
 
 use super::tube::Tube;
+use crate::Vec3;
 use crate::pfem::discretization::Options;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::solution::statics::StaticOptions;
@@ -98,6 +99,7 @@ impl<'a> TubeMotion<'a> {
                     0.0 => Profile::default(),
                     pressure => Profile::constant(pressure),
                 },
+                gravity: Vec3::zeros(),
             },
         )?;
         let rest = tube.rest(structure.body(), options, &StaticOptions::default())?;

@@ -129,6 +129,7 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
             .map(|end| Support::Clamped(end.into()))
             .into(),
         outer_pressure: Profile::default(),
+        gravity: Vec3::zeros(),
     };
     let mesh = solid_mesh(vessel);
     let solid = Structure::new(&mesh, &materials, &options).unwrap();

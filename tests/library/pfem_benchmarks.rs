@@ -4,9 +4,11 @@ use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::{HexFace, HexMesh, HexShape};
 use fsi_driver::pfem::discretization::{Discretization, Options};
+use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::statics::{self, Load, StaticOptions};
-use fsi_driver::pfem::supports::Support;
-use fsi_driver::pfem::{Space, SpaceKind};
+use fsi_driver::pfem::solution::time_scheme::TimeScheme;
+use fsi_driver::pfem::supports::{Profile, Support};
+use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, SurfaceLoad};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -68,18 +70,26 @@ fn csm2_stiffer_beam_under_its_own_weight() {
     assert_tip(5.6e6, [-0.4690e-3, -16.97e-3]);
 }
 
-/// The displacement (m) of the tip within 0.5 % of the published one.
-fn assert_tip(youngs_modulus: f64, published: [f64; 2]) {
-    let mesh = beam(vec![0.0, 0.02, 0.1, 0.4, 0.7, 1.0]);
-    let material = Material::SaintVenantKirchhoff {
+fn material(youngs_modulus: f64) -> Material {
+    Material::SaintVenantKirchhoff {
         youngs_modulus,
         poisson_ratio: 0.4,
         viscosity: None,
-    };
-    let supports = [
+    }
+}
+
+/// Clamped at the cylinder, in plane strain.
+fn supports() -> Vec<Support> {
+    vec![
         Support::Clamped("start".into()),
         Support::Surface("sides".into(), [false, false, true]),
-    ];
+    ]
+}
+
+/// The displacement (m) of the tip within 0.5 % of the published one.
+fn assert_tip(youngs_modulus: f64, published: [f64; 2]) {
+    let mesh = beam(vec![0.0, 0.02, 0.1, 0.4, 0.7, 1.0]);
+    let (material, supports) = (material(youngs_modulus), supports());
     let space = Space {
         kind: SpaceKind::TensorProduct,
         degrees: [6, 4, 1],
@@ -93,5 +103,87 @@ fn assert_tip(youngs_modulus: f64, published: [f64; 2]) {
     for (found, published) in [tip.x, tip.y].into_iter().zip(published) {
         let error = found / published - 1.0;
         assert!(error.abs() < 5e-3, "{found}, {:+.3} %", 100.0 * error);
+    }
+}
+
+/// CSM3: the beam of CSM1 is let go and swings under its own weight, without damping. Published: -14.305 ± 14.305 mm,
+/// -63.607 ± 65.160 mm, 1.0995 Hz.
+#[test]
+fn csm3_beam_swings_under_its_own_weight() {
+    // With 5e-3 s -14.624 ± 14.624 mm, -64.656 ± 64.958 mm, 1.0913 Hz; with that, 6 elements and degree 5 along them
+    // -14.644 ± 14.645 mm, -64.687 ± 65.012 mm, 1.0909 Hz.
+    for (dt, x, y, frequency) in [
+        (2e-2, [-14.502, 14.509], [-63.809, 65.452], 1.1020),
+        (1e-2, [-14.631, 14.633], [-64.142, 65.504], 1.0909),
+    ] {
+        let swing = swing(dt, 3.0);
+        println!("{dt} s: {swing:?}");
+        let found = [swing.x, swing.y].into_iter().flatten();
+        for (found, measured) in found.zip([x, y].into_iter().flatten()) {
+            assert!((found - 1e-3 * measured).abs() < 2e-5, "{dt} s: {found} m");
+        }
+        assert!(
+            (swing.frequency - frequency).abs() < 1e-3,
+            "{dt} s: {swing:?}"
+        );
+    }
+}
+
+/// Mean and amplitude of both displacements of the tip (m), from the largest and smallest value, and frequency, Hz.
+#[derive(Debug)]
+struct Swing {
+    x: [f64; 2],
+    y: [f64; 2],
+    frequency: f64,
+}
+
+/// Steps of `dt` (s) up to the time `end` (s) from rest.
+fn swing(dt: f64, end: f64) -> Swing {
+    let mesh = beam(vec![0.0, 0.05, 0.3, 0.65, 1.0]);
+    let space = Space {
+        kind: SpaceKind::TensorProduct,
+        degrees: [4, 4, 1],
+    };
+    let options = StructureOptions {
+        discretization: Options::new(space),
+        density: 1000.0,
+        damping: 0.0,
+        time_scheme: TimeScheme::Newmark,
+        newton: NewtonOptions::default(),
+        wet_surface: "sides".into(),
+        supports: supports(),
+        outer_pressure: Profile::default(),
+        gravity: Vec3::new(0.0, -2.0, 0.0),
+    };
+    let mut beam = Structure::new(&mesh, &[material(1.4e6)], &options).unwrap();
+    let load = SurfaceLoad::uniform_pressure(0.0, beam.wet_points().len());
+    let mut tip = vec![Vec3::zeros()];
+    for _ in 0..(end / dt).round() as usize {
+        let trial = beam.solve(&load, dt, 1e-8, None).unwrap();
+        beam.accept(trial);
+        let d = &beam.state().d;
+        let last = mesh.hexes.len() - 1;
+        tip.push(beam.body().displacement_at(last, [1.0, 0.0, 0.0], d));
+    }
+    let range = |of: &dyn Fn(&Vec3) -> f64| {
+        let values = tip.iter().map(of);
+        let [low, high] = [
+            values.clone().fold(f64::INFINITY, f64::min),
+            values.fold(f64::NEG_INFINITY, f64::max),
+        ];
+        [0.5 * (low + high), 0.5 * (high - low)]
+    };
+    // Times of the lowest points, each by the parabola through it and its neighbours.
+    let turns: Vec<f64> = (1..tip.len() - 1)
+        .filter(|&i| tip[i].y < -0.06 && tip[i].y < tip[i - 1].y && tip[i].y <= tip[i + 1].y)
+        .map(|i| {
+            let [before, at, after] = [i - 1, i, i + 1].map(|i| tip[i].y);
+            dt * (i as f64 + 0.5 * (before - after) / (before - 2.0 * at + after))
+        })
+        .collect();
+    Swing {
+        x: range(&|u| u.x),
+        y: range(&|u| u.y),
+        frequency: (turns.len() - 1) as f64 / (turns[turns.len() - 1] - turns[0]),
     }
 }

@@ -24,6 +24,7 @@ fn options(p: usize, damping: f64) -> StructureOptions {
             Support::Clamped("end".into()),
         ],
         outer_pressure: Profile::default(),
+        gravity: Vec3::zeros(),
     }
 }
 

@@ -43,6 +43,7 @@ fn tube() -> Structure {
             Support::Foundation(tissue),
         ],
         outer_pressure: Profile::constant(500.0),
+        gravity: fsi_driver::Vec3::zeros(),
     };
     Structure::new(&mesh, &[fibred], &options).unwrap()
 }

@@ -10,6 +10,7 @@ use super::super::solid::SurfaceLoad;
 use super::newton::{Equilibrium, Residual};
 use super::quasi_newton::KeptTangent;
 use super::time_scheme::TimeScheme;
+use crate::Vec3;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -48,6 +49,10 @@ pub struct EquationOfMotion {
     pub wet: Surface,
     /// A pressure that acts all the time, on another surface.
     pub outer: Option<(Surface, SurfaceLoad)>,
+    /// Forces of the body's weight at all coefficients, N.
+    pub weight: Option<Vec<f64>>,
+    /// The acceleration of gravity that it comes from, m/s².
+    pub gravity: Vec3,
     /// Density times the mass integrals, one scalar per pair of functions.
     pub mass: Vec<f64>,
     /// The same for products.
@@ -104,6 +109,22 @@ impl EquationOfMotion {
             factorization,
             self.body.volume_gradients(d)?,
         ))
+    }
+
+    /// Acceleration of all coefficients (m/s²) by the weight alone, when the body is let go: `M a = f`. Newmark's method begins with it,
+    /// and without it would never forget half a step of that velocity.
+    pub fn acceleration_by_weight(&self) -> Result<Vec<f64>, SolidError> {
+        let body = &self.body;
+        let still = vec![0.0; body.coefficients()];
+        let Some(weight) = &self.weight else {
+            return Ok(still);
+        };
+        let mut values = vec![0.0; body.pattern.entries()];
+        body.pattern.add_scalar(1.0, &self.mass, &mut values);
+        body.pattern.hold(&mut values);
+        let mut acceleration = body.restrict(weight);
+        body.factorize(&values)?.solve(&mut acceleration)?;
+        Ok(body.moved(&still, &acceleration, 1.0))
     }
 
     /// Assembles the tangent and factorizes it.
@@ -164,6 +185,7 @@ impl Equilibrium for TimeStep<'_> {
             body,
             wet,
             outer,
+            weight,
             mass_matrix,
             damping,
             floor,
@@ -188,7 +210,7 @@ impl Equilibrium for TimeStep<'_> {
             },
             || {
                 let inertia = mass_matrix.multiply(&rates);
-                let mut external = vec![0.0; d.len()];
+                let mut external = weight.clone().unwrap_or_else(|| vec![0.0; d.len()]);
                 let pressures = std::iter::once((wet, load))
                     .chain(outer.as_ref().map(|(surface, load)| (surface, load)));
                 for (surface, load) in pressures {

@@ -7,7 +7,7 @@
 //! r(d) = M (a + α v) + C v + f_int(d) - f_ext(d) = 0,
 //! K    = ∂(f_int - f_ext)/∂d + γ/(β dt) C + (1/(β dt²) + α γ/(β dt)) M
 //! ```
-//! where `C` are the dampers around the body and `α` is the mass-proportional damping (section 2.1). Other parameters damp high frequencies, see
+//! where `f_ext` holds the loads and the weight, `C` are the dampers around the body and `α` is the mass-proportional damping (section 2.1). Other parameters damp high frequencies, see
 //! [`TimeScheme`]; with implicit Euler (first order, damps much) `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
 
 use super::super::discretization::{self, Discretization};
@@ -59,6 +59,8 @@ pub struct StructureOptions {
     pub supports: Vec<Support>,
     /// Pressure (Pa) on the surface `outer` that is always there, along x.
     pub outer_pressure: Profile,
+    /// Acceleration of gravity, m/s², which begins to act when time begins; zero for none.
+    pub gravity: Vec3,
 }
 
 /// All that a structure keeps from one time step to the next.
@@ -223,6 +225,8 @@ impl Structure {
             floor: body.round_off()?,
             wet,
             outer,
+            weight: weight(&body, options.density, options.gravity),
+            gravity: options.gravity,
             mass_matrix: body.pattern.scalar_matrix(&mass),
             mass,
             density: options.density,
@@ -230,7 +234,7 @@ impl Structure {
             time_scheme: options.time_scheme,
             body,
         };
-        Ok(Self::unmoved(equation, locator, options.newton, given))
+        Self::unmoved(equation, locator, options.newton, given)
     }
 
     /// The structure before `displacement` (m, all coefficients) led it to the shape that is given, unloaded and at rest
@@ -250,6 +254,8 @@ impl Structure {
             floor: body.round_off()?,
             wet: reshaped(&old.wet)?,
             outer: outer.transpose()?,
+            weight: weight(&body, old.density, old.gravity),
+            gravity: old.gravity,
             mass_matrix: body.pattern.scalar_matrix(&mass),
             mass,
             density: old.density,
@@ -261,26 +267,26 @@ impl Structure {
             displacement: Some(displacement),
             ..self.given
         };
-        Ok(Self::unmoved(equation, self.locator, self.newton, given))
+        Self::unmoved(equation, self.locator, self.newton, given)
     }
 
-    /// At rest, without displacement.
+    /// At rest, without displacement, just let go.
     fn unmoved(
         equation: EquationOfMotion,
         locator: Locator,
         newton: NewtonOptions,
         given: Given,
-    ) -> Self {
+    ) -> Result<Self, SolidError> {
         let zero = vec![0.0; equation.body.coefficients()];
-        Self {
+        Ok(Self {
+            state: State {
+                a: equation.acceleration_by_weight()?,
+                d: zero.clone(),
+                v: zero,
+            },
             equation: Arc::new(equation),
             locator,
             newton,
-            state: State {
-                d: zero.clone(),
-                v: zero.clone(),
-                a: zero,
-            },
             given,
             time: 0.0,
             prescribed: None,
@@ -289,7 +295,7 @@ impl Structure {
             forces: RefCell::default(),
             watch: StabilityWatch::default(),
             total: Stats::default(),
-        }
+        })
     }
 
     /// The same structure, but moved as prescribed whatever loads it, from time 0 on; in a space of degree 1, whose functions are
@@ -516,6 +522,11 @@ fn mass(body: &Discretization, density: f64) -> Vec<f64> {
     let mut mass = body.pattern.scalar_values(|e| body.elements.mass(e));
     mass.iter_mut().for_each(|m| *m *= density);
     mass
+}
+
+/// Forces (N) of a body's weight under an acceleration of gravity (m/s²); none without one.
+fn weight(body: &Discretization, density: f64, gravity: Vec3) -> Option<Vec<f64>> {
+    (gravity != Vec3::zeros()).then(|| body.body_forces(density * gravity))
 }
 
 /// Solves `r(d) = (1 - λ) r(d_0)` for λ growing from 0 to 1.

@@ -16,6 +16,7 @@ use self::initial_state::{InitialState, fitted_lumen, initial_state};
 use super::checkpoint::Store;
 use super::clock::Clock;
 use super::{Checkpoints, Simulation, SimulationSettings};
+use crate::Vec3;
 use crate::case::{self, BloodVessel, Case, CaseIdentity, MeshMotion, Problem, TableError};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::convergence::Criterion;
@@ -397,6 +398,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
         wet_surface: domain.wet_surface.into(),
         supports: domain.supports.clone(),
         outer_pressure: domain.outer_pressure.clone(),
+        gravity: Vec3::zeros(),
     };
     let solid = Structure::new(&domain.solid, &domain.materials, &options)?;
     Ok(match &domain.motion {
