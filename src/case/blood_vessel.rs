@@ -77,9 +77,10 @@ words! {
 }
 
 table! {
-    /// What holds the ends of the deformable wall. The inlet's is clamped: the blood's inflow enters there, or the rigid
-    /// extension is fixed to it.
+    /// What holds the ends of the deformable wall.
     pub struct VesselEnds {
+        inlet: Option<InletEnd> = "inlet", Kind::Word(InletEnd::WORDS), "what holds the wall at the inlet",
+            absent "clamped";
         outlet: Option<VesselEnd> = "outlet", Kind::Word(VesselEnd::WORDS), "what holds the wall at the outlet",
             absent "clamped";
         spring: Option<f64> = "spring_Pa_m", above(0.0, 1e15),
@@ -99,6 +100,20 @@ words! {
         Radial = "radial",
         /// Springs in all directions.
         Springs = "springs",
+    }
+}
+
+words! {
+    /// What holds the end of the wall at the inlet. It moves only where the blood enters under a pressure: a flow is prescribed on an
+    /// inlet at rest, and a rigid extension is fixed to the wall.
+    #[derive(Default)]
+    pub enum InletEnd {
+        /// No displacement.
+        Clamped = "clamped" (default),
+        /// The end slides in the plane of the cross-section, and its centre with it.
+        Sliding = "sliding",
+        /// Each point of the end slides along its radius.
+        Radial = "radial",
     }
 }
 
@@ -166,6 +181,12 @@ impl BloodVessel {
         initial
             .and_then(|initial| initial.axial_stretch)
             .unwrap_or(1.0)
+    }
+
+    /// What holds the wall at the inlet.
+    pub fn inlet_end(&self) -> InletEnd {
+        let ends = self.ends.as_ref();
+        ends.and_then(|ends| ends.inlet).unwrap_or_default()
     }
 
     /// What holds the wall at the outlet, and the stiffness of its springs (Pa/m).

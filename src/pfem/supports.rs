@@ -3,7 +3,7 @@
 use super::SolidError;
 use super::element::mapping::Mapping;
 use super::space::numbering::Numbering;
-use crate::case::{BloodVessel, TissueDirection, VesselEnd};
+use crate::case::{BloodVessel, InletEnd, TissueDirection, VesselEnd};
 use crate::geometry::{HexFace, HexMesh};
 use crate::{Mat3, Vec3};
 
@@ -108,12 +108,17 @@ pub fn on_springs(name: &str, spring: f64) -> Support {
 
 /// What holds the wall of a vessel: its ends, and the tissue around it.
 pub fn of_vessel(vessel: &BloodVessel) -> Vec<Support> {
-    let mut supports = vec![Support::Clamped("start".into())];
     if vessel.is_rigid() {
         // The lumen holds, and what is around it stays with it.
-        supports.extend(["inner", "end"].map(|name| Support::Clamped(name.into())));
-        return supports;
+        return ["start", "inner", "end"]
+            .map(|name| Support::Clamped(name.into()))
+            .into();
     }
+    let mut supports = match vessel.inlet_end() {
+        InletEnd::Clamped => vec![Support::Clamped("start".into())],
+        InletEnd::Sliding => vec![sliding("start")],
+        InletEnd::Radial => sliding_radially("start").into(),
+    };
     let (outlet, spring) = vessel.outlet_end();
     match outlet {
         VesselEnd::Clamped => supports.push(Support::Clamped("end".into())),

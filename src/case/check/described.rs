@@ -3,8 +3,8 @@
 use super::{Report, material};
 use crate::Vec3;
 use crate::case::{
-    BloodVessel, CurvePiece, Feature, GivenShape, RIGID_SHARE, TissueDirection, VesselDescription,
-    VesselEnd,
+    BloodVessel, CurvePiece, Feature, GivenShape, InletEnd, RIGID_SHARE, TissueDirection,
+    VesselDescription, VesselEnd,
 };
 use crate::curve::SpaceCurve;
 
@@ -383,7 +383,20 @@ fn layers(
 fn of_yielding_ones(vessel: &BloodVessel, report: &mut Report<'_>) {
     let tissue = vessel.surroundings.as_ref();
     for (key, is_given) in [
-        ("ends.outlet", vessel.ends.is_some()),
+        (
+            "ends.inlet",
+            vessel
+                .ends
+                .as_ref()
+                .is_some_and(|ends| ends.inlet.is_some()),
+        ),
+        (
+            "ends.outlet",
+            vessel
+                .ends
+                .as_ref()
+                .is_some_and(|ends| ends.outlet.is_some() || ends.spring.is_some()),
+        ),
         ("initial.axial_stretch", vessel.axial_stretch() != 1.0),
         ("initial.shape", vessel.given_shape() == GivenShape::Loaded),
         (
@@ -419,6 +432,11 @@ fn of_straight_ones(vessel: &BloodVessel, keys: &VesselDescription, report: &mut
         &["initial.axial_stretch"],
         vessel.axial_stretch() != 1.0,
         format!("{STRAIGHT}; this one keeps its length: leave it out"),
+    );
+    report(
+        &["ends.inlet"],
+        vessel.inlet_end() != InletEnd::Clamped,
+        format!("{STRAIGHT}; the inlet of this one is \"clamped\""),
     );
     report(
         &["ends.outlet"],

@@ -1,7 +1,9 @@
 //! Whether what flows through a vessel, what surrounds it and its meshes fit together, whatever its shape.
 
 use super::{Report, anastomosis, described, openings};
-use crate::case::{BloodVessel, Case, GivenShape, Shape, Start, VesselEnd};
+use crate::case::{
+    BloodVessel, Case, GivenShape, InletCondition, InletEnd, Shape, Start, VesselEnd,
+};
 
 pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
     match &vessel.shape {
@@ -67,6 +69,37 @@ fn surroundings(vessel: &BloodVessel, report: &mut Report<'_>) {
 
 fn ends(vessel: &BloodVessel, report: &mut Report<'_>) {
     let (outlet, spring) = vessel.outlet_end();
+    let inlet = vessel.inlet_end();
+    if inlet != InletEnd::Clamped {
+        let condition = vessel.inlet.as_ref().and_then(|inlet| inlet.condition);
+        report(
+            &["ends.inlet", "inlet.condition"],
+            condition.unwrap_or_default() == InletCondition::Flow,
+            "a flow enters through an inlet at rest: write \"clamped\", or inlet.condition = \"pressure\""
+                .into(),
+        );
+        let (key, extended) = match &vessel.shape {
+            Shape::Anastomosis(shape) => (
+                "geometry.extension_length_m",
+                shape.geometry.extension_length > 0.0,
+            ),
+            Shape::Vessel(shape) => (
+                "vessel.upstream_extension_m",
+                shape.upstream.is_some_and(|length| length > 0.0),
+            ),
+        };
+        report(
+            &["ends.inlet", key],
+            extended,
+            format!("the rigid tube upstream holds this end: write \"clamped\", or {key} = 0.0"),
+        );
+    }
+    report(
+        &["ends.inlet", "ends.outlet"],
+        inlet == InletEnd::Sliding && outlet == VesselEnd::Sliding,
+        "nothing keeps a wall from moving aside both of whose ends slide in their planes: write \"radial\" for one of them"
+            .into(),
+    );
     report(
         &["ends.outlet"],
         outlet == VesselEnd::Springs && spring == 0.0,

@@ -67,8 +67,8 @@ pub enum Entering {
     /// No energy: it comes from a place at rest, whose pressure the prescribed one is then (directional do-nothing condition:
     /// Braack and Mucha 2014).
     NoEnergy,
-    /// The velocity along the normal that it has there, nothing across: the prescribed pressure is the static one of an
-    /// inlet, and what swirls does not grow.
+    /// The velocity along the normal that it has there, and across it that of the end itself, as if the vessel went on: the
+    /// prescribed pressure is the static one of an inlet, and what swirls does not grow.
     AlongNormal,
 }
 
@@ -322,9 +322,11 @@ impl Flow {
                 mass[i] += entering;
                 if entering > 0.0 && end.entering == Entering::AlongNormal {
                     let normal = space.vector(flux, i).normalize();
-                    let along = entering * normal.dot(&space.vector(&guess, i));
+                    let section = space.vector(&mesh_velocity, i);
+                    let along = normal.dot(&(space.vector(&guess, i) - section));
+                    let brought = entering * (section + along * normal);
                     for c in 0..3 {
-                        rhs[c * nodes + i] += along * normal[c];
+                        rhs[c * nodes + i] += brought[c];
                     }
                 }
             }

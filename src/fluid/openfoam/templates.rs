@@ -78,10 +78,12 @@ pub fn check_equilibrium_start(folder: &Path) -> Option<TemplateError> {
     )
 }
 
-/// What an end of the wall that moves misses in the templates in `folder`: a parameter that `0/pointDisplacement` must read.
-pub fn check_moving_outlet(folder: &Path) -> Option<TemplateError> {
-    let effect = "the outlet goes with the end of the wall (ends.outlet)";
-    check_reads(folder, "0/pointDisplacement", &["outletMotion"], effect)
+/// What an end of the wall that moves, at this `opening` ("inlet" or "outlet"), misses in the templates in `folder`: a parameter
+/// that `0/pointDisplacement` must read.
+pub fn check_moving_end(folder: &Path, opening: &str) -> Option<TemplateError> {
+    let effect = format!("the {opening} goes with the end of the wall (ends.{opening})");
+    let parameter = format!("{opening}Motion");
+    check_reads(folder, "0/pointDisplacement", &[&parameter], &effect)
 }
 
 /// What second order in time misses in the templates in `folder`: a parameter that `system/fvSchemes` must read.

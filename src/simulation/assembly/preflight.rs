@@ -5,7 +5,8 @@ use super::surrogate::sections;
 use super::{Domain, own, prepared, sampling};
 use crate::Vec3;
 use crate::case::{
-    CaseErrors, FluidTimeScheme, Problem, ResolvedCase, Solver, Start, SurrogateModel, VesselEnd,
+    CaseErrors, FluidTimeScheme, InletEnd, Problem, ResolvedCase, Solver, Start, SurrogateModel,
+    VesselEnd,
 };
 use crate::coupling::transfer::Transfer;
 use crate::fluid::native::NativeFluid;
@@ -50,8 +51,13 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
                 if vessel.start() == Start::Equilibrium {
                     found.extend(templates::check_equilibrium_start(folder));
                 }
-                if vessel.outlet_end().0 != VesselEnd::Clamped {
-                    found.extend(templates::check_moving_outlet(folder));
+                for (opening, moves) in [
+                    ("inlet", vessel.inlet_end() != InletEnd::Clamped),
+                    ("outlet", vessel.outlet_end().0 != VesselEnd::Clamped),
+                ] {
+                    if moves {
+                        found.extend(templates::check_moving_end(folder, opening));
+                    }
                 }
             }
             let found = found.into_iter().map(|error| error.to_string());

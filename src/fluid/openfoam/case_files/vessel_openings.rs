@@ -1,7 +1,7 @@
 //! What is prescribed at the ends of a vessel, as parameters and files of an OpenFOAM case.
 
 use crate::case::{
-    Blood, BloodVessel, Case, FlowCurve, InletProfile, OutletCondition, OutletElements,
+    Blood, BloodVessel, Case, FlowCurve, InletEnd, InletProfile, OutletCondition, OutletElements,
     PressureCurve, Start, TableError, VesselEnd, Windkessel,
 };
 use crate::fluid::inlet_velocity::InletVelocity;
@@ -19,6 +19,8 @@ pub struct VesselOpenings {
     /// Pressure of the windkessel at t = 0, Pa.
     windkessel_pressure: f64,
     start: Start,
+    /// What holds the wall at the inlet.
+    inlet_end: InletEnd,
     /// What holds the wall at the outlet.
     outlet_end: VesselEnd,
     /// Pressure in equilibrium when time begins, Pa.
@@ -53,6 +55,7 @@ impl VesselOpenings {
             distal: None,
             windkessel_pressure: windkessel.initial_pressure,
             start,
+            inlet_end: InletEnd::Clamped,
             outlet_end: VesselEnd::Clamped,
             equilibrium: windkessel.initial_pressure,
         }
@@ -84,6 +87,7 @@ impl VesselOpenings {
             distal,
             windkessel_pressure: vessel.windkessel.initial_pressure,
             start: vessel.start(),
+            inlet_end: vessel.inlet_end(),
             outlet_end: vessel.outlet_end().0,
             equilibrium: vessel.equilibrium_pressure(),
             period,
@@ -91,7 +95,7 @@ impl VesselOpenings {
     }
 
     /// Words by which the templates choose.
-    pub fn words(&self) -> [(&'static str, &'static str); 3] {
+    pub fn words(&self) -> [(&'static str, &'static str); 4] {
         let inlet = match &self.inlet {
             Inlet::Flow(_, None) => "plug",
             Inlet::Flow(_, Some(_)) => "profile",
@@ -101,16 +105,21 @@ impl VesselOpenings {
             None => "windkessel",
             Some(_) => "pressure",
         };
-        let motion = match self.outlet_end {
+        // An end of the wall that slides stays in its plane, and so do the points of the opening.
+        let inlet_motion = match self.inlet_end {
+            InletEnd::Clamped => "fixedValue",
+            InletEnd::Sliding | InletEnd::Radial => "slip",
+        };
+        let outlet_motion = match self.outlet_end {
             VesselEnd::Clamped => "fixedValue",
-            // The end of the wall stays in its plane, and so do the points of the outlet.
             VesselEnd::Sliding | VesselEnd::Radial => "slip",
             VesselEnd::Springs => "zeroGradient",
         };
         [
             ("inletCondition", inlet),
             ("outletCondition", outlet),
-            ("outletMotion", motion),
+            ("inletMotion", inlet_motion),
+            ("outletMotion", outlet_motion),
         ]
     }
 
