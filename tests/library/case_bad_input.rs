@@ -417,6 +417,41 @@ fn what_is_prescribed_at_the_ends_must_fit_together() {
 }
 
 #[test]
+fn an_inlet_moves_with_the_wall_only_where_nothing_else_holds_it() {
+    for (case, set, message) in [
+        (
+            "S-0.0",
+            &[("ends.inlet", "radial")][..],
+            "a flow enters through an inlet at rest: write \"clamped\"",
+        ),
+        (
+            "S-0.0",
+            &[("ends.inlet", "radial")],
+            "or geometry.extension_length_m = 0.0",
+        ),
+        (
+            "neo-hookean-tube",
+            &[("vessel.upstream_extension_m", "0.01")],
+            "the rigid tube upstream holds this end",
+        ),
+        (
+            "neo-hookean-tube",
+            &[("ends.inlet", "sliding"), ("ends.outlet", "sliding")],
+            "nothing keeps a wall from moving aside",
+        ),
+        (
+            "neo-hookean-tube",
+            &[("ends.inlet", "springs")],
+            "\"clamped\", \"sliding\", \"radial\"",
+        ),
+    ] {
+        let errors = refuse(&project().join(case), set).to_string();
+        assert!(errors.contains("ends.inlet"), "{errors}");
+        assert!(errors.contains(message), "{message:?} is not in {errors}");
+    }
+}
+
+#[test]
 fn files_that_never_end_are_not_opened() {
     let scratch = tempfile::tempdir().unwrap();
     let pipe = scratch.path().join("flow.csv");

@@ -2,6 +2,7 @@
 
 mod bench;
 mod benchmark_elastic_tube;
+mod benchmark_neo_hookean_tube;
 mod benchmark_pulse_wave;
 mod benchmark_rigid_tube;
 mod benchmark_support;
