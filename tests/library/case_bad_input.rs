@@ -132,6 +132,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "fluid.await", "1", "true or false"),
     ("S-0.25", "fluid.solver", "external", "needs the program, fluid.command"),
     ("turek-hron", "fluid.solver", "native", "knows no flag in a channel"),
+    ("../examples/own-case/bifurcation", "time.scheme", "bdf2", "ddtSchemes { default backward; }"),
     ("S-0.25", "fluid.transport", "pipe", "\"socket\", \"files\""),
     ("S-0.25", "fluid.templates", "7", "a path in quotes"),
     ("S-0.25", "fluid.templates", "no-such-folder", "there is no folder"),
@@ -193,6 +194,7 @@ fn what_a_fluid_of_ones_own_cannot_do_is_refused() {
             "true",
             "either starts the fluid or waits for it",
         ),
+        ("time.scheme", "bdf2", "integrates in time as it does"),
         ("fluid.ranks", "2", "the business of fluid.command"),
         (
             "output.fluid_probes_m",

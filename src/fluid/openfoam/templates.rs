@@ -370,6 +370,28 @@ mod tests {
         }
     }
 
+    #[test]
+    fn templates_that_would_ignore_what_the_case_asks_for_are_named() {
+        type Check = fn(&Path) -> Option<TemplateError>;
+        let checks: [(Check, &str, &str); 3] = [
+            (check_equilibrium_start, "0/p", "initialPressure"),
+            (check_moving_outlet, "0/pointDisplacement", "outletMotion"),
+            (check_second_order, "system/fvSchemes", TIME_DERIVATIVE),
+        ];
+        for (check, file, parameter) in checks {
+            let folder = tempfile::tempdir().unwrap();
+            let templates = folder.path().join("templates");
+            copy(&base(), &templates).unwrap();
+            assert_eq!(check(&templates), None);
+            edit(&templates.join(file), parameter, "another");
+            let text = check(&templates).unwrap().to_string();
+            assert!(
+                text.contains(&format!("{file}: it does not read $:{parameter},")),
+                "{text}"
+            );
+        }
+    }
+
     fn edit(path: &Path, from: &str, to: &str) {
         let text = fs::read_to_string(path).unwrap();
         assert!(text.contains(from));
