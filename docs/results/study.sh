@@ -3,9 +3,9 @@
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
 #   openfoam     the same with OpenFOAM
-#   paper        three models at the resolution of the paper, with both fluids
+#   paper        the twelve at the resolution of the paper with the native fluid, six of them with OpenFOAM
 #   experiments  what the page tries besides: other flows, surfaces and paths, stretched walls in tissue
-#   refinement   H-0.5 with finer steps, fluid, wall and tolerance
+#   refinement   H-0.5 with finer steps, fluid, wall and tolerance, and with second order in time
 #   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
 #   pages        makes the pages again from what is kept (pages.sh, which needs no FOLDER)
 #
@@ -27,8 +27,8 @@ study() {
 
 paper() {
     preset=paper
-    study native-paper 'S-0.75,H-0.5,A-0.5' --fluid native
-    study openfoam-paper 'S-0.75,H-0.5,A-0.5'
+    study native-paper '[SHA]-*' --fluid native
+    study openfoam-paper 'S-0.0,S-0.75,H-0.0,H-0.5,H-0.75,A-0.5'
     preset=coarse
 }
 
@@ -50,15 +50,14 @@ experiments() {
     study gentle-paths A-0.0 $at_once --set geometry.arc_angle_deg=60
     # Stretched by 10 and 20 %, in tissue.
     for stretch in 1.1 1.2; do
-        study tissue-$stretch 'S-0.0,S-0.75' $at_once --set initial.axial_stretch=$stretch --set surroundings.spring_Pa_m=2e6
+        study tissue-$stretch '[SH]-0.0,[SH]-0.75' $at_once --set initial.axial_stretch=$stretch --set surroundings.spring_Pa_m=2e6
     done
 }
 
-# refined NAME OPTIONS...: H-0.5 with one thing finer
+# refined NAME OPTIONS...: H-0.5 with one thing finer, in FOLDER/NAME
 refined() {
-    name=$1
+    run=$out/$1
     shift
-    run=$out/refined/$name
     ! grep -qs '"status": "complete"' "$run/summary.json" || return 0
     resume=
     [ ! -d "$run/checkpoints" ] || resume=--resume
@@ -66,14 +65,18 @@ refined() {
 }
 
 refinement() {
-    refined base
-    refined step-1ms --set time.step_s=1e-3
-    refined step-4ms --set time.step_s=4e-3
-    refined fluid-degree-3 --set fluid.native.degree=3
-    refined fluid-degree-5 --set fluid.native.degree=5
-    refined mesh-of-paper --set fluid.native.axial_extension=9 --set fluid.native.axial_per_section=8 --set structure.circumferential=8
-    refined wall-p-5 --set structure.p=5
-    refined tolerance-1e-6 --set coupling.e_rel=1e-6
+    refined refined/base
+    refined refined/step-1ms --set time.step_s=1e-3
+    refined refined/step-4ms --set time.step_s=4e-3
+    refined refined/fluid-degree-3 --set fluid.native.degree=3
+    refined refined/fluid-degree-5 --set fluid.native.degree=5
+    refined refined/mesh-of-paper --set fluid.native.axial_extension=9 --set fluid.native.axial_per_section=8 --set structure.circumferential=8
+    refined refined/wall-p-5 --set structure.p=5
+    refined refined/wall-p-6 --set structure.p=6
+    refined refined/tolerance-1e-6 --set coupling.e_rel=1e-6
+    for step in 1 2 4 8; do
+        refined second-order/step-${step}ms --set time.scheme=bdf2 --set structure.time_scheme=bossak --set time.step_s=${step}e-3
+    done
 }
 
 # keep STUDY TABLES: the figures of each finished run of a study, and its tables if they are wanted
@@ -106,7 +109,7 @@ keep_all() {
     keep openfoam ''
     keep native-paper ''
     keep openfoam-paper ''
-    for experiment in surface-2430 surface-9265 gentle-paths tissue-1.1 tissue-1.2; do
+    for experiment in surface-2430 surface-9265 gentle-paths tissue-1.1 tissue-1.2 second-order; do
         keep "$experiment" ''
     done
     keep refined ''

@@ -373,9 +373,11 @@ mod tests {
     #[test]
     fn templates_that_would_ignore_what_the_case_asks_for_are_named() {
         type Check = fn(&Path) -> Option<TemplateError>;
-        let checks: [(Check, &str, &str); 3] = [
+        let moving = "0/pointDisplacement";
+        let checks: [(Check, &str, &str); 4] = [
             (check_equilibrium_start, "0/p", "initialPressure"),
-            (check_moving_outlet, "0/pointDisplacement", "outletMotion"),
+            (|t| check_moving_end(t, "inlet"), moving, "inletMotion"),
+            (|t| check_moving_end(t, "outlet"), moving, "outletMotion"),
             (check_second_order, "system/fvSchemes", TIME_DERIVATIVE),
         ];
         for (check, file, parameter) in checks {
