@@ -138,7 +138,7 @@ check_run() {
 	windkesselResistance 2.85e9; windkesselCompliance 1.2e-10; windkesselPressure 11000;
 	pressureRampStart 0; initialPressure 0; outletMotion fixedValue; meshMotion referenceLaplacian; proximalResistance 0;
 	transportModel Newtonian; inletCondition plug; outletCondition windkessel;
-	normalGradient corrected; nonOrthogonalCorrectors 0; timeDerivative Euler;
+	normalGradient corrected; nonOrthogonalCorrectors 0; consistentPressure no; timeDerivative Euler;
 	END
     cat >"$check/system/fsiConnection" <<-END
 	libs ("$build/libfsiAdapter.so"); fsiStartTime 0; fsiTransport none; fsiAddress none; fsiDriver 0;

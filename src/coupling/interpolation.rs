@@ -1,7 +1,9 @@
 //! Interpolation from a cloud of face centres to other points of the same surface, exact for linear fields.
 
+use super::nearest::Nearest;
 use crate::Vec3;
 use nalgebra::{DMatrix, Matrix3};
+use rayon::prelude::*;
 use std::ops::{AddAssign, Mul};
 
 /// A sparse matrix of weights: the value at target `i` is the weighted sum of some of the values at the sources.
@@ -19,16 +21,14 @@ impl Interpolation {
     /// The coordinate normal to the surface takes part where the neighbourhood is curved; where it is flat, the
     /// solution of least norm ignores it.
     pub fn linear(faces: &[Vec<u32>], centres: &[Vec3], targets: &[Vec3]) -> Self {
-        let neighbours = faces_around(faces);
-        let rows = targets
-            .iter()
-            .map(|target| {
-                let nearest = nearest(centres, target);
-                let sources = &neighbours[nearest];
-                weights(target, centres, sources)
-            })
-            .collect();
-        Self { rows }
+        let (neighbours, nearest) = (faces_around(faces), Nearest::of(centres));
+        let row = |target| {
+            let nearest = (nearest.to(target)).expect("the wet surface has at least one face");
+            weights(target, centres, &neighbours[nearest])
+        };
+        Self {
+            rows: targets.par_iter().map(row).collect(),
+        }
     }
 
     /// Values at the targets from values at the sources.
@@ -66,13 +66,6 @@ fn faces_around(faces: &[Vec<u32>]) -> Vec<Vec<usize>> {
         all
     };
     faces.iter().map(around).collect()
-}
-
-fn nearest(centres: &[Vec3], target: &Vec3) -> usize {
-    let distance = |i: &usize| (centres[*i] - target).norm_squared();
-    (0..centres.len())
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .expect("the wet surface has at least one face")
 }
 
 /// Weights of `sources` for the value of a linear least-squares fit at `target`.

@@ -9,6 +9,7 @@ pub mod convergence;
 pub(crate) mod diagnosis;
 pub mod fixed_point;
 pub(crate) mod interpolation;
+mod nearest;
 pub mod predictor;
 pub mod reference;
 pub mod transfer;

@@ -15,6 +15,21 @@ impl PolyMesh {
         let angles = self.neighbour.iter().enumerate().map(angle);
         angles.fold(0.0, f64::max).to_degrees()
     }
+
+    /// The diagonal of Laplace's operator, mean of all cells, 1/m²: areas of a cell's faces to others over the distances of the
+    /// centres and the cell's volume. By a kinematic viscosity and a time step it is how far momentum diffuses in the step, in cells.
+    pub fn laplacian_diagonal(&self) -> f64 {
+        let cells = self.cell_geometry();
+        let mut sums = vec![0.0; cells.len()];
+        for (face, &neighbour) in self.neighbour.iter().enumerate() {
+            let owner = self.owner[face];
+            let distance = (cells[neighbour].1 - cells[owner].1).norm();
+            let share = self.face_geometry(face).1.norm() / distance;
+            sums[owner] += share / cells[owner].0;
+            sums[neighbour] += share / cells[neighbour].0;
+        }
+        sums.iter().sum::<f64>() / sums.len() as f64
+    }
 }
 
 #[cfg(test)]
@@ -53,5 +68,10 @@ mod tests {
             let found = pile(degrees.to_radians().tan()).non_orthogonality_deg();
             approx::assert_relative_eq!(found, degrees, max_relative = 1e-12);
         }
+    }
+
+    #[test]
+    fn two_cubes_have_one_face_of_area_one_at_the_distance_one_between_them() {
+        approx::assert_relative_eq!(pile(0.0).laplacian_diagonal(), 1.0, max_relative = 1e-12);
     }
 }

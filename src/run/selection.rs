@@ -78,8 +78,15 @@ impl CaseSelection {
 
 /// Says on standard error what makes the results of a case doubtful.
 pub fn warn(case: &Case) {
-    let cores = std::thread::available_parallelism().map_or(usize::MAX, usize::from);
-    for warning in case.warnings(cores) {
+    for warning in case.warnings(cores()) {
         terminal::note(format_args!("warning: {warning}"));
     }
+}
+
+/// Cores that MPI ranks may have: those of this machine, or the tasks of a Slurm job, which may have several.
+fn cores() -> usize {
+    let here = std::thread::available_parallelism().map_or(usize::MAX, usize::from);
+    let tasks = std::env::var("SLURM_NTASKS").ok();
+    let tasks = tasks.and_then(|tasks| tasks.parse().ok());
+    here.max(tasks.unwrap_or(0))
 }

@@ -34,6 +34,17 @@ pub(crate) mod templates;
 pub(crate) mod times;
 pub(crate) mod trial;
 
+/// How Open MPI is set, unless the environment says otherwise.
+const OPEN_MPI: [(&str, &str); 4] = [
+    // In containers one often is root
+    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+    // Ranks that wait for the master, which waits for the driver, leave their cores to the structure
+    ("OMPI_MCA_mpi_yield_when_idle", "1"),
+    // Needs a capability that containers lack, and warns without it
+    ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+];
+
 /// What is needed to start `pimpleFoam`.
 #[derive(Debug, Clone)]
 pub struct OpenFoamSettings {
@@ -262,22 +273,21 @@ impl Programs {
         }
         let mut command = self.command("mpirun");
         command
-            .args([
-                "-np",
-                &ranks.to_string(),
-                "--oversubscribe",
-                "--bind-to",
-                "none",
-                "pimpleFoam",
-                "-parallel",
-            ])
-            // In containers one often is root
-            .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
-            .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
-            // Ranks that wait for the master, which waits for the driver, leave their cores to the structure
-            .env("OMPI_MCA_mpi_yield_when_idle", "1")
-            // Needs a capability that containers lack, and warns without it
-            .env("OMPI_MCA_btl_vader_single_copy_mechanism", "none");
+            .args(["-np", &ranks.to_string(), "--oversubscribe"])
+            .args(["--bind-to", "none"]);
+        // Ranks on other nodes of a job get no variables but those that are named
+        for variable in ["WM_PROJECT_DIR", "FOAM_SIGFPE"]
+            .into_iter()
+            .chain(self.switches.as_ref().map(|_| "FOAM_CONTROLDICT"))
+        {
+            command.args(["-x", variable]);
+        }
+        command.args(["pimpleFoam", "-parallel"]);
+        for (variable, value) in OPEN_MPI {
+            if std::env::var_os(variable).is_none() {
+                command.env(variable, value);
+            }
+        }
         // mpirun ends its ranks on SIGTERM; a SIGKILL would leave its session folder behind
         (command, Signal::TERM)
     }

@@ -90,10 +90,16 @@ impl Locator {
             .enumerate()
             .map(|(face, (centre, radius))| ((x - centre).norm() - radius, face))
             .collect();
-        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        let mut starts: Vec<(f64, usize, [f64; 2])> = candidates
+        // Of thousands of faces only the first few are put in order.
+        let by_distance =
+            |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        let few = candidates.len().min(4 * CANDIDATES);
+        if few < candidates.len() {
+            candidates.select_nth_unstable_by(few, by_distance);
+        }
+        candidates[..few].sort_unstable_by(by_distance);
+        let mut starts: Vec<(f64, usize, [f64; 2])> = candidates[..few]
             .iter()
-            .take(4 * CANDIDATES)
             .filter_map(|&(_, face)| {
                 let distances = self.samples[face]
                     .iter()

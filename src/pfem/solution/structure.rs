@@ -28,6 +28,7 @@ use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
 use crate::numbers::twelve_digits;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -571,10 +572,11 @@ impl Solid for Structure {
     }
 
     fn locate(&self, points: &[Vec3]) -> Result<Vec<Location>, SolidError> {
-        points
-            .iter()
-            .map(|x| self.locator.locate(&self.equation.body, x))
-            .collect()
+        let (locator, body) = (&self.locator, &self.equation.body);
+        let located: Vec<_> = (points.par_iter())
+            .map(|x| locator.locate(body, x))
+            .collect();
+        located.into_iter().collect() // the first error, whichever thread was faster
     }
 
     fn solve(

@@ -358,6 +358,9 @@ fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, Tabl
         time: &case.time,
         ranks: case.fluid.ranks,
         non_orthogonality_deg: mesh.non_orthogonality_deg(),
+        diffusion_number: case.blood.viscosity / case.blood.density
+            * case.time.step
+            * mesh.laplacian_diagonal(),
         blend: case.vessel().and_then(|vessel| blend(vessel, mesh)),
     })
 }

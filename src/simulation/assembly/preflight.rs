@@ -5,20 +5,27 @@ use super::surrogate::sections;
 use super::{Domain, own, prepared, sampling};
 use crate::Vec3;
 use crate::case::{
-    CaseErrors, FluidTimeScheme, InletEnd, Problem, ResolvedCase, Solver, Start, SurrogateModel,
-    VesselEnd,
+    Case, CaseErrors, FluidMesh, FluidTimeScheme, InletEnd, Problem, ResolvedCase, Solver, Start,
+    SurrogateModel, VesselEnd,
 };
 use crate::coupling::transfer::Transfer;
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
 use crate::fluid::{Fluid, FluidError, FluidInterface};
 use crate::pfem::Solid;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Points of one key that are complained of one by one.
 const MOST_COMPLAINTS: usize = 5;
+/// A mesh with more cells is tried in a coarse form.
+const CELLS_OF_A_TRIAL: usize = 20_000;
+/// Cells of that along a side of the square in the middle, and from there to the wall.
+const COARSE_CORE: usize = 4;
+/// Cells of that along each section.
+const COARSE_AXIAL: usize = 60;
 
 /// Builds both meshes and the wall, and looks at all that a run reads: the templates, whether the two meshes have the
 /// same wall, the probes on the wall and in the blood, the sections of the surrogate.
@@ -137,7 +144,8 @@ pub enum TrialError {
 }
 
 /// Starts OpenFOAM, if the case asks for it, for trial on the mesh and the templates of the case, in a folder that is
-/// gone afterwards, also if `interrupt` is set meanwhile.
+/// gone afterwards, also if `interrupt` is set meanwhile. A fine mesh of a vessel is replaced by a coarse one with the same
+/// patches: the templates are read alike, and a trial on a million cells would take a minute.
 ///
 /// # Errors
 /// What OpenFOAM refuses, or that there was an interrupt.
@@ -148,8 +156,9 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
     let refused = |key: &str, reason: String| {
         TrialError::Refused(CaseErrors(vec![case.mistake(key, reason)]))
     };
-    let domain = Domain::new(case).map_err(|e| refused(e.key, e.reason))?;
-    let prepared = prepared(case, &domain);
+    let coarse = coarse(case);
+    let domain = Domain::new(&coarse).map_err(|e| refused(e.key, e.reason))?;
+    let prepared = prepared(&coarse, &domain);
     let prepared = prepared.map_err(|e| refused("inflow.file", e.to_string()))?;
     let key = match case.own() {
         Some(_) => "fluid.case",
@@ -159,6 +168,28 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
         FluidError::Interrupted => TrialError::Interrupted,
         reason => refused(key, format!("OpenFOAM refuses it: {reason}")),
     })
+}
+
+/// The case with fewer cells, if its mesh is made from keys and nothing is watched at places in it.
+fn coarse(case: &Case) -> Cow<'_, Case> {
+    let mut coarse = Cow::Borrowed(case);
+    if case.output.fluid_probes.is_empty()
+        && let Some(vessel) = case.vessel()
+        && case.fluid_cells() > CELLS_OF_A_TRIAL
+    {
+        let mesh = &vessel.fluid.mesh;
+        let finest = FluidMesh {
+            core: mesh.core.min(COARSE_CORE),
+            radial: mesh.radial.min(COARSE_CORE),
+            axial_extension: mesh.axial_extension.min(COARSE_AXIAL),
+            axial_per_section: mesh.axial_per_section.min(COARSE_AXIAL),
+            ..mesh.clone()
+        };
+        if let Problem::Vessel(vessel) = &mut coarse.to_mut().problem {
+            vessel.fluid.mesh = finest;
+        }
+    }
+    coarse
 }
 
 /// The wall as OpenFOAM will see it.

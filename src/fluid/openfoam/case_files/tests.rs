@@ -10,6 +10,7 @@ fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> Case
         time,
         ranks: 2,
         non_orthogonality_deg: 20.0,
+        diffusion_number: 0.2,
         blend: None,
     }
 }
@@ -66,6 +67,20 @@ fn rows(text: &str) -> Vec<[f64; 2]> {
             [number(t), number(q)]
         })
         .collect()
+}
+
+#[test]
+fn the_pressure_of_a_fine_mesh_is_corrected_consistently() {
+    let (inflow, templates) = (inflow(), Path::new("nowhere"));
+    let of = |diffusion_number| {
+        let files = CaseFiles {
+            diffusion_number,
+            ..files(&inflow, &TIME, templates)
+        };
+        files.parameters()
+    };
+    assert!(of(0.53).contains("consistentPressure      no; // diffusion number 0.53"));
+    assert!(of(1.58).contains("consistentPressure      yes; // diffusion number 1.58"));
 }
 
 #[test]
