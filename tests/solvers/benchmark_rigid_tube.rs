@@ -59,6 +59,7 @@ impl RigidTube {
             time: &case.time,
             ranks: 1,
             non_orthogonality_deg: mesh.non_orthogonality_deg(),
+            diffusion_number: 0.0,
             blend: None,
         }
         .write(folder.path())

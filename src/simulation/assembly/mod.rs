@@ -358,9 +358,14 @@ fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, Tabl
         time: &case.time,
         ranks: case.fluid.ranks,
         non_orthogonality_deg: mesh.non_orthogonality_deg(),
-        diffusion_number: case.blood.viscosity / case.blood.density
-            * case.time.step
-            * mesh.laplacian_diagonal(),
+        diffusion_number: match case.has_elastic_wall() {
+            true => {
+                let viscosity = case.blood.viscosity / case.blood.density;
+                viscosity * case.time.step * mesh.laplacian_diagonal()
+            }
+            // A rigid wall does not answer to an error of the pressure.
+            false => 0.0,
+        },
         blend: case.vessel().and_then(|vessel| blend(vessel, mesh)),
     })
 }

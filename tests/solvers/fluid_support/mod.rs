@@ -79,6 +79,7 @@ impl Channel {
             },
             ranks: 2,
             non_orthogonality_deg: 0.0,
+            diffusion_number: 0.0,
             blend: None,
         }
         .write(&case)

@@ -79,7 +79,7 @@ fn the_pressure_of_a_fine_mesh_is_corrected_consistently() {
         };
         files.parameters()
     };
-    assert!(of(0.53).contains("consistentPressure      no; // diffusion number 0.53"));
+    assert!(of(0.18).contains("consistentPressure      no; // diffusion number 0.18"));
     assert!(of(1.58).contains("consistentPressure      yes; // diffusion number 1.58"));
 }
 
