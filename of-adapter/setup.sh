@@ -136,7 +136,7 @@ check_run() {
     cat >"$check/system/fsiParameters" <<-END
 	density 1050; kinematicViscosity 3.3e-6; timeStep 0.002; rampDuration 0.01; ranks 1;
 	windkesselResistance 2.85e9; windkesselCompliance 1.2e-10; windkesselPressure 11000;
-	pressureRampStart 0; initialPressure 0; outletMotion fixedValue; meshMotion referenceLaplacian; proximalResistance 0;
+	pressureRampStart 0; initialPressure 0; inletMotion fixedValue; outletMotion fixedValue; meshMotion referenceLaplacian; proximalResistance 0;
 	transportModel Newtonian; inletCondition plug; outletCondition windkessel;
 	normalGradient corrected; nonOrthogonalCorrectors 0; consistentPressure no; timeDerivative Euler;
 	END
