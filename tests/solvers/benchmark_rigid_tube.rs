@@ -59,7 +59,9 @@ impl RigidTube {
             time: &case.time,
             ranks: 1,
             non_orthogonality_deg: mesh.non_orthogonality_deg(),
-            diffusion_number: 0.0,
+            diffusion_number: case.blood.viscosity / case.blood.density
+                * case.time.step
+                * mesh.laplacian_diagonal(),
             blend: None,
         }
         .write(folder.path())
