@@ -3,7 +3,7 @@
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
 #   openfoam     the same with OpenFOAM
-#   paper        the twelve at the resolution of the paper with the native fluid, six of them with OpenFOAM
+#   paper        the twelve at the resolution of the paper with the native fluid (the page has seven), six of them with OpenFOAM
 #   experiments  what the page tries besides: other flows, surfaces and paths, stretched walls in tissue
 #   refinement   H-0.5 with finer steps, fluid, wall and tolerance, and with second order in time
 #   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
