@@ -381,21 +381,12 @@ fn layers(
 
 /// What is for walls that yield.
 fn of_yielding_ones(vessel: &BloodVessel, report: &mut Report<'_>) {
-    let tissue = vessel.surroundings.as_ref();
+    let (tissue, ends) = (vessel.surroundings.as_ref(), vessel.ends.as_ref());
     for (key, is_given) in [
-        (
-            "ends.inlet",
-            vessel
-                .ends
-                .as_ref()
-                .is_some_and(|ends| ends.inlet.is_some()),
-        ),
+        ("ends.inlet", ends.is_some_and(|ends| ends.inlet.is_some())),
         (
             "ends.outlet",
-            vessel
-                .ends
-                .as_ref()
-                .is_some_and(|ends| ends.outlet.is_some() || ends.spring.is_some()),
+            ends.is_some_and(|ends| ends.outlet.is_some() || ends.spring.is_some()),
         ),
         ("initial.axial_stretch", vessel.axial_stretch() != 1.0),
         ("initial.shape", vessel.given_shape() == GivenShape::Loaded),
