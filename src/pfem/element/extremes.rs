@@ -3,10 +3,11 @@
 use super::super::SolidError;
 use super::super::evaluation::extremes::Extremes;
 use super::super::evaluation::stress::{eigenvalues, largest_eigenvalue_bound};
-use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor};
+use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor, Vector};
 use super::forces::DeformedGroup;
 use super::{Body, Elements};
 use crate::Mat3;
+use multiversion::multiversion;
 
 /// Stresses at the points of a group.
 struct GroupStresses {
@@ -20,24 +21,35 @@ struct GroupStresses {
     jacobian: Lanes,
 }
 
+/// The stress of `tensor` along `a`.
+#[inline(always)]
+fn along(tensor: &Tensor<Lanes>, a: &Vector<Lanes>) -> Lanes {
+    lanes::dot(a, &lanes::apply(tensor, a)) / lanes::dot(a, a)
+}
+
 impl GroupStresses {
     /// From the first Piola-Kirchhoff stress `P`, Pa.
+    #[inline(always)]
     fn new(deformed: &DeformedGroup, P: &Tensor<Lanes>) -> Self {
         let F = &deformed.F;
         let J = lanes::dot(&F[0], &lanes::cofactors(F)[0]);
         let half = Lanes::of(0.5) * J.inverse();
         // σ = P Fᵀ / J is symmetric but for round-off.
-        let cauchy = [0, 1, 2].map(|i| {
-            [0, 1, 2].map(|j| (lanes::dot(&P[i], &F[j]) + lanes::dot(&P[j], &F[i])) * half)
-        });
+        let mut cauchy = *P;
+        for i in 0..3 {
+            for j in 0..3 {
+                cauchy[i][j] = (lanes::dot(&P[i], &F[j]) + lanes::dot(&P[j], &F[i])) * half;
+            }
+        }
         let [axial, around] = deformed.group.directions.each_ref();
-        let (a, c) = (lanes::apply(F, axial), lanes::apply(F, around));
-        let share = lanes::dot(&a, &c) * lanes::dot(&a, &a).inverse();
-        let c = [0, 1, 2].map(|i| c[i] - share * a[i]);
-        let along = |a| lanes::dot(a, &lanes::apply(&cauchy, a)) * lanes::dot(a, a).inverse();
+        let (a, mut c) = (lanes::apply(F, axial), lanes::apply(F, around));
+        let share = lanes::dot(&a, &c) / lanes::dot(&a, &a);
+        for i in 0..3 {
+            c[i] -= share * a[i];
+        }
         Self {
-            axial: along(&a),
-            hoop: along(&c),
+            axial: along(&cauchy, &a),
+            hoop: along(&cauchy, &c),
             cauchy,
             jacobian: J,
         }
@@ -49,17 +61,23 @@ impl GroupStresses {
     }
 
     /// Von Mises stress, Pa.
+    #[inline(always)]
     fn von_mises(&self) -> [f64; LANES] {
         let S = &self.cauchy;
         let mean = (S[0][0] + S[1][1] + S[2][2]) * Lanes::of(1.0 / 3.0);
         let mut deviator = *S;
-        for (i, row) in deviator.iter_mut().enumerate() {
-            row[i] -= mean;
+        for i in 0..3 {
+            deviator[i][i] -= mean;
         }
         (lanes::norm_squared(&deviator) * Lanes::of(1.5))
             .to_array()
             .map(f64::sqrt)
     }
+}
+
+#[multiversion(targets = "simd")]
+fn group_stresses(deformed: &DeformedGroup, P: &Tensor<Lanes>) -> GroupStresses {
+    GroupStresses::new(deformed, P)
 }
 
 impl Elements {
@@ -97,7 +115,7 @@ impl Elements {
         let mut extremes = Extremes::default();
         let deformed = self.deformed_groups(body, element, gradients)?;
         for (g, group) in deformed.iter().enumerate() {
-            let stresses = GroupStresses::new(group, &group.stress(material));
+            let stresses = group_stresses(group, &group.stress(material));
             let von_mises = stresses.von_mises();
             let [axial, hoop, J] =
                 [stresses.axial, stresses.hoop, stresses.jacobian].map(Lanes::to_array);

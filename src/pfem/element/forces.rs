@@ -10,6 +10,7 @@ use super::{Body, ElementPoint, Elements};
 use crate::Vec3;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
+use multiversion::multiversion;
 
 /// [`LANES`] quadrature points of an element side by side.
 #[derive(Debug, Clone)]
@@ -27,9 +28,12 @@ impl Group {
     #[inline(always)]
     pub(super) fn displacement_gradient(&self, values: &[f64], g: usize) -> Tensor<Lanes> {
         let component = values.len() / 3;
-        let local = [0, 1, 2].map(|i| {
-            [0, 1, 2].map(|alpha| lanes::load(&values[i * component + (3 * g + alpha) * LANES..]))
-        });
+        let mut local = [[Lanes::default(); 3]; 3];
+        for i in 0..3 {
+            for alpha in 0..3 {
+                local[i][alpha] = Lanes::load(&values[i * component + (3 * g + alpha) * LANES..]);
+            }
+        }
         lanes::product(&local, &self.inverse_jacobian)
     }
 }
@@ -37,8 +41,8 @@ impl Group {
 /// `F = 1 + H`.
 #[inline(always)]
 pub(super) fn add_identity(H: &mut Tensor<Lanes>) {
-    for (i, row) in H.iter_mut().enumerate() {
-        row[i] += Lanes::of(1.0);
+    for i in 0..3 {
+        H[i][i] += Lanes::of(1.0);
     }
 }
 
@@ -64,6 +68,46 @@ impl DeformedGroup<'_> {
     pub(super) fn stress(&self, material: &dyn HyperelasticMaterial) -> Tensor<Lanes> {
         let [axial, around] = &self.group.directions;
         material.stresses(&self.F, [axial, around], self.slope)
+    }
+}
+
+/// Sets `F` for the gradients `H` of an element, and its `J - 1`.
+#[multiversion(targets = "simd")]
+fn deform(deformed: &mut [DeformedGroup], values: &[f64], changes: &mut [f64]) {
+    let changes = changes.chunks_exact_mut(LANES);
+    for ((g, deformed), changes) in deformed.iter_mut().enumerate().zip(changes) {
+        let mut F = deformed.group.displacement_gradient(values, g);
+        changes.copy_from_slice(&lanes::volume_change(&F).to_array());
+        add_identity(&mut F);
+        deformed.F = F;
+    }
+}
+
+/// Adds tensors with a factor each.
+#[multiversion(targets = "simd")]
+fn add_scaled(sums: &mut [Tensor<Lanes>], tensors: &[Tensor<Lanes>], factors: &[Lanes]) {
+    for ((sum, tensor), factor) in sums.iter_mut().zip(tensors).zip(factors) {
+        for i in 0..3 {
+            for j in 0..3 {
+                sum[i][j] += *factor * tensor[i][j];
+            }
+        }
+    }
+}
+
+/// `Q = w P (∂ξ/∂X)ᵀ` of an element, in the order of the groups, component by component.
+#[multiversion(targets = "simd")]
+fn fluxes(groups: &[Group], stresses: &[Tensor<Lanes>], values: &mut [f64]) {
+    let component = values.len() / 3;
+    for (g, (group, P)) in groups.iter().zip(stresses).enumerate() {
+        for i in 0..3 {
+            let flux = lanes::apply(&group.inverse_jacobian, &P[i]);
+            for alpha in 0..3 {
+                let to = i * component + (3 * g + alpha) * LANES;
+                let flux = flux[alpha] * group.weight;
+                values[to..to + LANES].copy_from_slice(&flux.to_array());
+            }
+        }
     }
 }
 
@@ -204,29 +248,17 @@ impl Elements {
         origin: Option<Origin>,
     ) -> Result<Option<ElementVolumes>, SolidError> {
         let material = &*body.materials[body.regions[element]];
-        let component = values.len() / 3;
         let mut deformed = self.deformed_groups(body, element, values)?;
         let predicted = origin.map(|origin| {
             let (defects, volumes) = self.predict_pressure(body, element, &mut deformed, origin);
             (origin.gradients.of(element), defects, volumes)
         });
-        for (g, deformed) in deformed.iter().enumerate() {
-            let group = deformed.group;
-            let mut P = deformed.stress(material);
-            if let Some((gradients, defects, _)) = &predicted {
-                for (P, gradient) in P.iter_mut().flatten().zip(gradients[g].iter().flatten()) {
-                    *P += defects[g] * *gradient;
-                }
-            }
-            for (i, row) in P.iter().enumerate() {
-                let row = row.map(|P| P * group.weight);
-                let flux = lanes::apply(&group.inverse_jacobian, &row);
-                for (alpha, flux) in flux.iter().enumerate() {
-                    let to = i * component + (3 * g + alpha) * LANES;
-                    values[to..to + LANES].copy_from_slice(&flux.to_array());
-                }
-            }
+        let mut stresses: Vec<_> = deformed.iter().map(|d| d.stress(material)).collect();
+        if let Some((gradients, defects, _)) = &predicted {
+            add_scaled(&mut stresses, gradients, defects);
         }
+        let groups = &self.groups.of_element[element];
+        fluxes(groups, &stresses, values);
         Ok(predicted.map(|(_, _, volumes)| volumes))
     }
 
@@ -238,18 +270,14 @@ impl Elements {
         values: &[f64],
     ) -> Result<Vec<DeformedGroup<'_>>, SolidError> {
         let groups = &self.groups.of_element[element];
-        let mut deformed = Vec::with_capacity(groups.len());
-        let mut changes = Vec::with_capacity(groups.len() * LANES);
-        for (g, group) in groups.iter().enumerate() {
-            let mut F = group.displacement_gradient(values, g);
-            changes.extend(lanes::volume_change(&F).to_array());
-            add_identity(&mut F);
-            deformed.push(DeformedGroup {
-                group,
-                F,
-                slope: Lanes::of(0.0),
-            });
-        }
+        let undeformed = |group| DeformedGroup {
+            group,
+            F: Tensor::default(),
+            slope: Lanes::default(),
+        };
+        let mut deformed: Vec<_> = groups.iter().map(undeformed).collect();
+        let mut changes = vec![0.0; groups.len() * LANES];
+        deform(&mut deformed, values, &mut changes);
         changes[self.shapes.points..].fill(0.0);
         self.check_volumes(body, element, &changes)?;
         if self.projection.is_some() {
@@ -263,7 +291,7 @@ impl Elements {
             self.project_groups(element, &mut pressure);
         }
         for (deformed, pressure) in deformed.iter_mut().zip(pressure.chunks_exact(LANES)) {
-            deformed.slope = lanes::load(pressure);
+            deformed.slope = Lanes::load(pressure);
         }
         Ok(deformed)
     }

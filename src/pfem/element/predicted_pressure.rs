@@ -17,6 +17,7 @@ use super::super::SolidError;
 use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor};
 use super::forces::{self, DeformedGroup, Group};
 use super::{Body, Elements};
+use multiversion::multiversion;
 
 /// `∂J/∂F` where a tangent was assembled, at the points of all elements in their groups.
 #[derive(Debug, Clone)]
@@ -62,6 +63,17 @@ pub struct Origin<'a> {
     pub before: Option<&'a Volumes>,
 }
 
+/// `∂J/∂F|_0 : F` of an element.
+#[multiversion(targets = "simd")]
+fn contractions(deformed: &[DeformedGroup], gradients: &[Tensor<Lanes>], linear: &mut [Lanes]) {
+    for ((deformed, gradient), linear) in deformed.iter().zip(gradients).zip(linear) {
+        let F = &deformed.F;
+        *linear = lanes::dot(&F[0], &gradient[0])
+            + lanes::dot(&F[1], &gradient[1])
+            + lanes::dot(&F[2], &gradient[2]);
+    }
+}
+
 impl Elements {
     /// `∂J/∂F` at the points of all elements for a displacement.
     pub fn volume_gradients(
@@ -98,13 +110,11 @@ impl Elements {
         origin: Origin,
     ) -> (Vec<Lanes>, ElementVolumes) {
         let gradients = origin.gradients.of(element);
-        let inner = |(deformed, gradient): (&DeformedGroup, &Tensor<Lanes>)| {
-            let [x, y, z] = [0, 1, 2].map(|i| lanes::dot(&deformed.F[i], &gradient[i]));
-            x + y + z
-        };
+        let mut linear = vec![Lanes::default(); deformed.len()];
+        contractions(deformed, gradients, &mut linear);
         let volumes = ElementVolumes {
             pressure: deformed.iter().map(|deformed| deformed.slope).collect(),
-            linear: deformed.iter().zip(gradients).map(inner).collect(),
+            linear,
         };
         let defects = match origin.before {
             None => vec![Lanes::of(0.0); deformed.len()],
@@ -117,7 +127,7 @@ impl Elements {
                     .flat_map(|(new, old)| (*new - *old).to_array())
                     .collect();
                 self.project_groups(element, &mut steps);
-                let steps = steps.chunks_exact(LANES).map(lanes::load);
+                let steps = steps.chunks_exact(LANES).map(Lanes::load);
                 let pressure = before.pressure.iter().zip(steps);
                 let pressure = pressure.map(|(pressure, step)| *pressure + bulk_modulus * step);
                 let replaced = deformed.iter_mut().zip(pressure);

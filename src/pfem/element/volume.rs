@@ -24,6 +24,7 @@ pub use crate::case::Formulation;
 use crate::quadrature::legendre;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
+use multiversion::multiversion;
 use nalgebra::DMatrix;
 
 /// Degree from which on the trunk space has internal modes.
@@ -109,6 +110,30 @@ pub struct Projection {
     inverse_masses: Vec<DMatrix<f64>>,
 }
 
+/// Sums over points in groups of each function times a field.
+#[multiversion(targets = "simd")]
+fn sum_products(functions: &[[f64; LANES]], field: &[[f64; LANES]], sums: &mut [f64]) {
+    for (function, to) in functions.chunks_exact(field.len()).zip(sums) {
+        let mut sum = Lanes::default();
+        for (psi, value) in function.iter().zip(field) {
+            sum += Lanes::new(*psi) * Lanes::new(*value);
+        }
+        *to = sum.sum();
+    }
+}
+
+/// The sum of functions with these coefficients, at points in groups.
+#[multiversion(targets = "simd")]
+fn combine(functions: &[[f64; LANES]], coefficients: &[f64], field: &mut [[f64; LANES]]) {
+    field.fill([0.0; LANES]);
+    for (function, coefficient) in functions.chunks_exact(field.len()).zip(coefficients) {
+        let coefficient = Lanes::of(*coefficient);
+        for (value, psi) in field.iter_mut().zip(function) {
+            *value = (Lanes::new(*value) + coefficient * Lanes::new(*psi)).to_array();
+        }
+    }
+}
+
 impl Projection {
     /// Prepares the projection onto products of Legendre polynomials for the quadrature `points` of all elements at the
     /// lattice of `axes`.
@@ -137,34 +162,18 @@ impl Projection {
         field: &mut [f64],
     ) {
         let length = field.len();
-        let functions = || self.by_function.chunks_exact(length);
         let (groups, _) = field.as_chunks_mut::<LANES>();
         for (value, weight) in groups.iter_mut().zip(weights) {
             *value = (Lanes::new(*value) * weight).to_array();
         }
-        let moment = |psi: &[f64]| {
-            let (psi, _) = psi.as_chunks::<LANES>();
-            let pairs = psi.iter().zip(groups.iter());
-            let sum = pairs.fold(Lanes::of(0.0), |sum, (psi, value)| {
-                Lanes::new(*psi).mul_add(Lanes::new(*value), sum)
-            });
-            sum.reduce_add()
-        };
-        let moments: Vec<f64> = functions().map(moment).collect();
+        let mut moments = vec![0.0; self.by_function.len() / length];
+        let (functions, _) = self.by_function.as_chunks::<LANES>();
+        sum_products(functions, groups, &mut moments);
         let inverse = &self.inverse_masses[element];
         let coefficients: Vec<f64> = (0..moments.len())
             .map(|a| dot(inverse.column(a).as_slice(), &moments))
             .collect();
-        groups.fill([0.0; LANES]);
-        for (psi, coefficient) in functions().zip(coefficients) {
-            let coefficient = Lanes::of(coefficient);
-            let (psi, _) = psi.as_chunks::<LANES>();
-            for (value, psi) in groups.iter_mut().zip(psi) {
-                *value = coefficient
-                    .mul_add(Lanes::new(*psi), Lanes::new(*value))
-                    .to_array();
-            }
-        }
+        combine(functions, &coefficients, groups);
     }
 
     /// Coefficients of the projection of a field given at the points of an element.

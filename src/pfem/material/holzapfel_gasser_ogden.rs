@@ -6,6 +6,7 @@ use super::{
     inverse_transpose,
 };
 use crate::{Mat3, Vec3};
+use multiversion::multiversion;
 
 /// Ground substance and two families of fibres:
 /// `W = k1/(2 k2) Σ_f (exp(k2 (IV_f - 1)²) - 1) + mu/2 (J^{-2/3} I_C - 3) + kappa/2 (J - 1)²`
@@ -88,16 +89,24 @@ impl HolzapfelGasserOgden {
     ) -> Tensor<T> {
         let (C, I_C) = (lanes::cofactors(F), lanes::norm_squared(F));
         let J = lanes::dot(&F[0], &C[0]);
-        let mu = T::of(self.mu) * (T::of(-2.0 / 3.0) * J.logarithm()).exponential();
+        let mu = T::of(self.mu) * J.power_minus_two_thirds();
         let third = (T::of(3.0) * J).inverse();
         let spherical = slope - mu * I_C * third;
-        let mut P = [0, 1, 2].map(|i| [0, 1, 2].map(|j| mu * F[i][j] + spherical * C[i][j]));
+        let mut P = *F;
+        for i in 0..3 {
+            for j in 0..3 {
+                P[i][j] = mu * F[i][j] + spherical * C[i][j];
+            }
+        }
         let aligned = T::of(1.0 - 3.0 * self.dispersion);
         let dispersed = T::of(self.dispersion) * (I_C - T::of(3.0));
         let [cos, sin] = self.fibre;
         for sin in [sin, -sin] {
             let (cos, sin) = (T::of(cos), T::of(sin));
-            let a = [0, 1, 2].map(|i| cos * circumferential[i] + sin * axial[i]);
+            let mut a = *axial;
+            for i in 0..3 {
+                a[i] = cos * circumferential[i] + sin * axial[i];
+            }
             let Fa = lanes::apply(F, &a);
             let E = dispersed + aligned * (lanes::dot(&Fa, &Fa) - T::of(1.0));
             let tension = T::of(2.0) * self.fibre_tension(E);
@@ -136,7 +145,16 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
         directions: [&Vector<Lanes>; 2],
         slope: Lanes,
     ) -> Tensor<Lanes> {
-        self.stress_of(F, directions, slope)
+        #[multiversion(targets = "simd")]
+        fn stresses(
+            material: &HolzapfelGasserOgden,
+            F: &Tensor<Lanes>,
+            directions: [&Vector<Lanes>; 2],
+            slope: Lanes,
+        ) -> Tensor<Lanes> {
+            material.stress_of(F, directions, slope)
+        }
+        stresses(self, F, directions, slope)
     }
 
     /// With `G = F⁻ᵀ`:

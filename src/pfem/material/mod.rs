@@ -252,6 +252,7 @@ pub fn inverse_transpose(F: &Mat3) -> (Mat3, f64) {
 /// What every material must fulfil, called by the test in each file.
 #[cfg(test)]
 mod verification {
+    use super::lanes::Real;
     use super::*;
     use nalgebra::{Rotation3, Unit};
 
@@ -317,7 +318,7 @@ mod verification {
                 }
             }
             assert!((A - A.transpose()).norm() < 1e-13 * A.norm());
-            let side_by_side = Lanes::splat;
+            let side_by_side = Lanes::of;
             let all = lanes::rows(&F).map(|row| row.map(side_by_side));
             let [axial, around] =
                 [frame.axial, frame.circumferential].map(|v| [v.x, v.y, v.z].map(side_by_side));

@@ -5,6 +5,7 @@ use super::{
     HyperelasticMaterial, Tensor4, Volumetric, WallAxes, add_crossed, add_dyadic, inverse_transpose,
 };
 use crate::Mat3;
+use multiversion::multiversion;
 
 /// Isotropic, compressible: `W = mu/2 (I_C - 3) - mu ln J + kappa/2 (ln J)²`.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +24,13 @@ impl NeoHooke {
         let J = lanes::dot(&F[0], &C[0]);
         let spherical = slope - T::of(self.mu) * J.inverse();
         let mu = T::of(self.mu);
-        [0, 1, 2].map(|i| [0, 1, 2].map(|j| mu * F[i][j] + spherical * C[i][j]))
+        let mut P = *F;
+        for i in 0..3 {
+            for j in 0..3 {
+                P[i][j] = mu * F[i][j] + spherical * C[i][j];
+            }
+        }
+        P
     }
 }
 
@@ -39,7 +46,11 @@ impl HyperelasticMaterial for NeoHooke {
     }
 
     fn stresses(&self, F: &Tensor<Lanes>, _: [&Vector<Lanes>; 2], slope: Lanes) -> Tensor<Lanes> {
-        self.stress_of(F, slope)
+        #[multiversion(targets = "simd")]
+        fn stresses(material: &NeoHooke, F: &Tensor<Lanes>, slope: Lanes) -> Tensor<Lanes> {
+            material.stress_of(F, slope)
+        }
+        stresses(self, F, slope)
     }
 
     /// With `G = F⁻ᵀ`: `A_ijkl = mu δ_ik δ_jl + (U'' J² + U' J) G_ij G_kl + (mu - U' J) G_il G_kj`.
@@ -62,12 +73,16 @@ impl HyperelasticMaterial for NeoHooke {
     }
 
     fn volumetric_slopes(&self, changes: &mut [f64]) {
-        let (groups, rest) = changes.as_chunks_mut::<LANES>();
-        for group in groups {
-            let change = Lanes::new(*group);
-            let slope = Lanes::of(self.kappa) * lanes::ln_1p(change);
-            *group = (slope * (Lanes::of(1.0) + change).inverse()).to_array();
+        #[multiversion(targets = "simd")]
+        fn slopes(changes: &mut [[f64; LANES]], kappa: f64) {
+            for group in changes {
+                let change = Lanes::new(*group);
+                let slope = Lanes::of(kappa) * lanes::ln_1p(change);
+                *group = (slope / (Lanes::of(1.0) + change)).to_array();
+            }
         }
+        let (groups, rest) = changes.as_chunks_mut::<LANES>();
+        slopes(groups, self.kappa);
         for change in rest {
             *change = self.volumetric(*change).slope;
         }
