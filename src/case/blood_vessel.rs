@@ -247,6 +247,7 @@ table! {
         wall_grading: f64 = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall";
         axial_extension: usize = "axial_extension", whole(0, 10_000), "cells along the extension";
         axial_per_section: usize = "axial_per_section", whole(1, 10_000), "cells along each section";
+        rim_parts: Option<usize> = "rim_parts", whole(1, 20), "parts of each of the four cells next to a rim of the elastic wall", absent "1";
         motion: Option<MeshMotion> = "motion", Kind::Word(MeshMotion::WORDS), "how the points follow the wall", absent "blend";
     }
 }

@@ -18,6 +18,8 @@ const RADII: f64 = 10.0;
 /// Share of an element by which a vessel may be longer than a whole number of them: radii of a file are never exact, and what
 /// is one ten-thousandth thinner is to have the same mesh.
 const SPARE: f64 = 0.01;
+/// Cells next to a rim of the elastic part that `fluid.mesh.rim_parts` divides.
+const RIM_CELLS: usize = 4;
 
 /// A vessel: rigid sections upstream, elastic ones from s = 0 on, rigid ones downstream of those.
 ///
@@ -59,9 +61,26 @@ pub struct AxialNumbers {
     pub per_section: usize,
     /// Angle (degrees) by which one of them may bend at most.
     pub most_bend_deg: f64,
-    /// Whether the elements next to the rims of the elastic part are halved: where a wall is held its displacement, and with
-    /// it the flow's shear, bends within a wall's thickness, and polynomials of high degree see that first.
-    pub halved_at_rims: bool,
+    /// What is shorter next to the rims of the elastic part.
+    pub rims: Rims,
+}
+
+/// How elements or cells next to the rims of the elastic part are divided: where a wall is held its displacement, and with it
+/// the flow's shear, bends within a wall's thickness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rims {
+    /// So many next to each rim ...
+    pub pieces: usize,
+    /// ... are cut into so many each.
+    pub parts: usize,
+}
+
+impl Rims {
+    /// All are equally long.
+    pub const LIKE_OTHERS: Self = Self {
+        pieces: 0,
+        parts: 1,
+    };
 }
 
 impl From<&FluidMesh> for AxialNumbers {
@@ -70,7 +89,10 @@ impl From<&FluidMesh> for AxialNumbers {
             extension: mesh.axial_extension,
             per_section: mesh.axial_per_section,
             most_bend_deg: MAX_BEND_DEG,
-            halved_at_rims: false,
+            rims: Rims {
+                pieces: RIM_CELLS,
+                parts: mesh.rim_parts.unwrap_or(1),
+            },
         }
     }
 }
@@ -88,7 +110,10 @@ impl AxialNumbers {
             extension,
             per_section,
             most_bend_deg: MAX_ELEMENT_BEND_DEG,
-            halved_at_rims: true,
+            rims: Rims {
+                pieces: 1,
+                parts: 2,
+            },
         }
     }
 }
@@ -99,7 +124,7 @@ impl From<&WallMesh> for AxialNumbers {
             extension: 0,
             per_section: mesh.axial_per_section,
             most_bend_deg: MAX_BEND_DEG,
-            halved_at_rims: false,
+            rims: Rims::LIKE_OTHERS,
         }
     }
 }
@@ -213,10 +238,7 @@ impl Vessel {
         };
         let spans = self.sections.iter().map(span);
         let spans: Vec<Span> = spans.filter(|span| span.pieces > 0).collect();
-        match numbers.halved_at_rims {
-            true => halved_at_rims(spans),
-            false => spans,
-        }
+        divided_at_rims(spans, numbers.rims)
     }
 
     fn pieces(&self, section: &Section, numbers: AxialNumbers) -> usize {
@@ -291,45 +313,95 @@ impl Surfaces for Vessel {
     }
 }
 
-/// The same spans with the first and the last element of the elastic part halved.
-fn halved_at_rims(spans: Vec<Span>) -> Vec<Span> {
+/// The same spans with the first and the last pieces of the elastic part divided.
+fn divided_at_rims(spans: Vec<Span>, rims: Rims) -> Vec<Span> {
+    if rims.parts == 1 {
+        return spans;
+    }
     let first = spans.iter().position(|span| span.is_elastic);
     let last = spans.iter().rposition(|span| span.is_elastic);
-    let mut halved = Vec::new();
-    for (index, mut span) in spans.into_iter().enumerate() {
-        let element = (span.to - span.from) / span.pieces as f64;
-        let end = span.to;
-        if first == Some(index) {
-            let to = span.from + element;
-            halved.push(Span {
-                to,
-                pieces: 2,
-                ..span
-            });
-            span.from = to;
-            span.pieces -= 1;
-        }
-        let ends_here = last == Some(index) && span.pieces > 0;
-        if ends_here {
-            span.to = end - element;
-            span.pieces -= 1;
-        }
-        if span.pieces > 0 {
-            halved.push(span);
-        }
-        if ends_here {
-            halved.push(Span {
-                from: span.to,
-                to: end,
-                pieces: 2,
-                ..span
-            });
-        }
+    let mut divided = Vec::new();
+    for (index, span) in spans.into_iter().enumerate() {
+        let length = (span.to - span.from) / span.pieces as f64;
+        // A span between two rims has enough pieces for one before the other.
+        let here = |rim: Option<usize>, left: usize| match rim == Some(index) {
+            true => rims.pieces.min(left),
+            false => 0,
+        };
+        let before = here(first, span.pieces);
+        let behind = here(last, span.pieces - before);
+        let from = span.from + length * before as f64;
+        let to = span.to - length * behind as f64;
+        let parts = [
+            (span.from, from, before * rims.parts),
+            (from, to, span.pieces - before - behind),
+            (to, span.to, behind * rims.parts),
+        ];
+        let parts = parts.into_iter().filter(|(.., pieces)| *pieces > 0);
+        divided.extend(parts.map(|(from, to, pieces)| Span {
+            from,
+            to,
+            pieces,
+            ..span
+        }));
     }
-    halved
+    divided
 }
 
 /// Hexahedra of the deformable wall of a case; see [`Vessel::solid_mesh`].
 pub fn solid_mesh(vessel: &BloodVessel) -> HexMesh {
     Vessel::new(vessel).solid_mesh(&vessel.structure)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn span(from: f64, to: f64, pieces: usize, is_elastic: bool) -> Span {
+        Span {
+            from,
+            to,
+            pieces,
+            is_elastic,
+        }
+    }
+
+    #[test]
+    fn only_what_is_next_to_a_rim_is_divided() {
+        let spans = vec![
+            span(-4.0, 0.0, 4, false),
+            span(0.0, 10.0, 10, true),
+            span(10.0, 16.0, 3, true),
+        ];
+        let rims = Rims {
+            pieces: 4,
+            parts: 3,
+        };
+        let expected = [
+            span(-4.0, 0.0, 4, false),
+            span(0.0, 4.0, 12, true),
+            span(4.0, 10.0, 6, true),
+            // No more pieces than it has.
+            span(10.0, 16.0, 9, true),
+        ];
+        assert_eq!(divided_at_rims(spans.clone(), rims), expected);
+        assert_eq!(
+            divided_at_rims(spans.clone(), Rims::LIKE_OTHERS),
+            spans,
+            "nothing asked for"
+        );
+        let one = vec![span(0.0, 1.0, 1, true)];
+        let halves = Rims {
+            pieces: 1,
+            parts: 2,
+        };
+        assert_eq!(divided_at_rims(one, halves), [span(0.0, 1.0, 2, true)]);
+        let three = vec![span(0.0, 3.0, 3, true)];
+        let both = [
+            span(0.0, 1.0, 2, true),
+            span(1.0, 2.0, 1, true),
+            span(2.0, 3.0, 2, true),
+        ];
+        assert_eq!(divided_at_rims(three, halves), both);
+    }
 }

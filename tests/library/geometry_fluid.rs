@@ -89,6 +89,7 @@ fn the_volume_tends_to_the_lumens() {
             wall_grading: 3.0,
             axial_extension: 10,
             axial_per_section: 24 * factor,
+            rim_parts: None,
             motion: None,
         };
         1.0 - vessel.fluid_mesh(&mesh).volume() / exact
@@ -110,6 +111,7 @@ fn polygons_enclose_what_the_wall_does() {
             wall_grading: 3.0,
             axial_extension: 10,
             axial_per_section: 200,
+            rim_parts: None,
             motion: None,
         };
         let mut grid = vessel.fluid_mesh(&mesh);

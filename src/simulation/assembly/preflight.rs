@@ -183,6 +183,7 @@ fn coarse(case: &Case) -> Cow<'_, Case> {
             radial: mesh.radial.min(COARSE_CORE),
             axial_extension: mesh.axial_extension.min(COARSE_AXIAL),
             axial_per_section: mesh.axial_per_section.min(COARSE_AXIAL),
+            rim_parts: None,
             ..mesh.clone()
         };
         if let Problem::Vessel(vessel) = &mut coarse.to_mut().problem {
