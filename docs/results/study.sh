@@ -3,7 +3,7 @@
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
 #   openfoam     the same with OpenFOAM
-#   paper        the twelve at the resolution of the paper with the native fluid (the page has seven), six of them with OpenFOAM
+#   paper        the twelve at the resolution of the paper with the native fluid, six of them with OpenFOAM, five of these with a finer mesh
 #   experiments  what the page tries besides: other flows, surfaces and paths, stretched walls in tissue
 #   refinement   H-0.5 with finer steps, fluid, wall and tolerance, and with second order in time
 #   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
@@ -29,6 +29,9 @@ paper() {
     preset=paper
     study native-paper '[SHA]-*' --fluid native
     study openfoam-paper 'S-0.0,S-0.75,H-0.0,H-0.5,H-0.75,A-0.5'
+    # The clamped rims in shorter cells; a finer cross-section.
+    study openfoam-rims 'S-0.75,H-0.5,H-0.75,A-0.5' --set fluid.mesh.rim_parts=4
+    study openfoam-section A-0.5 --set fluid.mesh.core=11 fluid.mesh.radial=7
     preset=coarse
 }
 
@@ -48,6 +51,14 @@ experiments() {
     # A helix of half the radius, an arc of half the angle.
     study gentle-paths H-0.0 $at_once --set geometry.helix_radius_m=3e-3
     study gentle-paths A-0.0 $at_once --set geometry.arc_angle_deg=60
+    # Gentler still.
+    study gentler-paths H-0.0 $at_once --set geometry.helix_radius_m=1.5e-3
+    study gentler-paths A-0.0 $at_once --set geometry.arc_angle_deg=30
+    # What could raise the largest wall shear of a smooth artery: one that buckles at 0.64 times its highest pressure; a narrower graft.
+    study beyond-buckling 'H-0.0,H-0.75' $at_once --set geometry.artery_inner_radius_m=2e-3 geometry.media_thickness_m=4e-4 \
+        geometry.adventitia_thickness_m=4e-4 geometry.graft_inner_radius_m=2.5e-3 geometry.graft_thickness_m=3.1e-4 \
+        inflow.base_m3_s=1.22e-6 inflow.amplitude_m3_s=2.2e-6 windkessel.resistance_Pa_s_m3=7.31e9 windkessel.compliance_m3_Pa=0.447e-10
+    study narrow-graft 'S-0.0,S-0.75' $at_once --set geometry.graft_inner_radius_m=3e-3
     # Stretched by 10 and 20 %, in tissue.
     for stretch in 1.1 1.2; do
         study tissue-$stretch '[SH]-0.0,[SH]-0.75' $at_once --set initial.axial_stretch=$stretch --set surroundings.spring_Pa_m=2e6
@@ -73,6 +84,8 @@ refinement() {
     refined refined/mesh-of-paper --set fluid.native.axial_extension=9 --set fluid.native.axial_per_section=8 --set structure.circumferential=8
     refined refined/wall-p-5 --set structure.p=5
     refined refined/wall-p-6 --set structure.p=6
+    study native-degree-4 A-0.5 $at_once
+    study native-degree-5 A-0.5 $at_once --set fluid.native.degree=5
     refined refined/tolerance-1e-6 --set coupling.e_rel=1e-6
     for step in 1 2 4; do
         refined second-order/step-${step}ms --set time.scheme=bdf2 --set structure.time_scheme=bossak --set time.step_s=${step}e-3
@@ -109,7 +122,8 @@ keep_all() {
     keep openfoam ''
     keep native-paper ''
     keep openfoam-paper ''
-    for experiment in surface-2430 surface-9265 gentle-paths tissue-1.1 tissue-1.2 second-order; do
+    for experiment in surface-2430 surface-9265 gentle-paths gentler-paths beyond-buckling narrow-graft tissue-1.1 tissue-1.2 second-order \
+        openfoam-rims openfoam-section native-degree-4 native-degree-5; do
         keep "$experiment" ''
     done
     keep refined ''

@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 /// What a mark may ask for.
 const KINDS: &str = "expected `models STUDY` (a column for each run in a folder), `findings STUDY` (what the paper found, and what the \
                      study), `differences STUDY STUDY` (runs of the same name), `changes RUN STUDY` (each run against one), \
-                     `agreement COARSE FINE COARSE FINE` (studies with one solver, then with the other), or `uncertainty RUN NAME=RUN,RUN…` \
+                     `agreement COARSE FINE COARSE FINE` (studies with one solver, then with the other; and `first:BEFORE,AFTER` or `second:BEFORE,AFTER` \
+                     for what else was refined with one of them), or `uncertainty RUN NAME=RUN,RUN…` \
                      (what was refined, from coarse to fine); folders as seen from the page's";
 
 /// Options of the tables.
@@ -126,10 +127,22 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
             let pairs: Vec<_> = others.iter().map(|other| (&one, other)).collect();
             changes(&pairs).transposed()
         }
-        ["agreement", coarse_a, fine_a, coarse_b, fine_b] => {
+        [
+            "agreement",
+            coarse_a,
+            fine_a,
+            coarse_b,
+            fine_b,
+            besides @ ..,
+        ] => {
             let names = [*coarse_a, *fine_a, *coarse_b, *fine_b];
             let [a, b, c, d] = names.map(figures);
-            agreement_of([&a?, &b?, &c?, &d?], names)?
+            let mut others = [Vec::new(), Vec::new()];
+            for text in besides {
+                let (solver, before, after) = besides_of(text)?;
+                others[solver].push([figures(before)?, figures(after)?]);
+            }
+            agreement_of([&a?, &b?, &c?, &d?], &others, names)?
         }
         ["uncertainty", base, series @ ..] if !series.is_empty() => {
             let series = series.iter().map(|text| {
@@ -172,14 +185,40 @@ fn named<'a>(runs: &'a [Results], name: &str) -> Option<&'a Results> {
     runs.iter().find(|run| run.name() == name)
 }
 
-/// Runs of the same name in all four studies: two meshes with one solver, two with the other.
-fn agreement_of(studies: [&[Results]; 4], names: [&str; 4]) -> Result<Table, Failure> {
+/// Of `first:BEFORE,AFTER` or `second:BEFORE,AFTER` whether it is the first solver (0) or the second, and the two studies.
+fn besides_of(text: &str) -> Result<(usize, &str, &str), Failure> {
+    let solver = |word| ["first", "second"].iter().position(|name| *name == word);
+    let parts = text.split_once(':').and_then(|(word, studies)| {
+        let (before, after) = studies.split_once(',')?;
+        Some((solver(word)?, before, after))
+    });
+    parts.ok_or_else(|| {
+        Failure::Input(format!(
+            "`{text}` is neither first:BEFORE,AFTER nor second:BEFORE,AFTER; {KINDS}"
+        ))
+    })
+}
+
+/// Runs of the same name in all four studies: two meshes with one solver, two with the other; with those of that name before and
+/// after something else was refined with either.
+fn agreement_of(
+    studies: [&[Results]; 4],
+    besides: &[Vec<[Vec<Results>; 2]>; 2],
+    names: [&str; 4],
+) -> Result<Table, Failure> {
     let [coarse_a, fine_a, coarse_b, fine_b] = studies;
     let pair = |fine: &'_ Results| {
         let name = fine.name();
+        let besides = besides.each_ref().map(|pairs| {
+            let pairs = pairs.iter();
+            pairs
+                .filter_map(|[before, after]| Some([named(before, &name)?, named(after, &name)?]))
+                .collect()
+        });
         Some(RefinedPair {
             first: [named(coarse_a, &name)?, named(fine_a, &name)?],
             second: [named(coarse_b, &name)?, named(fine_b, &name)?],
+            besides,
         })
     };
     let pairs: Vec<RefinedPair> = fine_a.iter().filter_map(pair).collect();

@@ -80,6 +80,14 @@ impl Limit {
         }
     }
 
+    /// The same after something else was refined once, which has `changed` the value: by so much it moves, and so much is not known of it.
+    pub fn with(self, changed: f64) -> Self {
+        Self {
+            value: self.value + changed,
+            uncertainty: self.uncertainty.hypot(changed),
+        }
+    }
+
     /// Whether two limits differ by no more than is not known of them.
     pub fn agrees_with(&self, other: &Self) -> bool {
         (self.value - other.value).abs() <= self.uncertainty + other.uncertainty

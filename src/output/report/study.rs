@@ -100,6 +100,8 @@ pub struct RefinedPair<'a> {
     pub first: [&'a Results; 2],
     /// The second, whose errors fall faster than any power: lower and higher resolution.
     pub second: [&'a Results; 2],
+    /// The same case before and after something else was refined, with either solver.
+    pub besides: [Vec<[&'a Results; 2]>; 2],
 }
 
 impl RefinedPair<'_> {
@@ -127,8 +129,20 @@ pub fn agreement(pairs: &[RefinedPair], names: [&str; 2]) -> Table {
                 let [a, b] = [pair.first, pair.second]
                     .map(|runs| Some([figure.of(runs[0])?, figure.of(runs[1])?]));
                 let ([coarse, fine], [low, high]) = a.zip(b)?;
-                let first = Limit::of_meshes(coarse, fine, ratio);
-                Some((first, Limit::of_degrees(low, high)))
+                let limits = [
+                    Limit::of_meshes(coarse, fine, ratio),
+                    Limit::of_degrees(low, high),
+                ];
+                let [first, second] = [0, 1].map(|i| {
+                    let besides = pair.besides[i].iter();
+                    besides.fold(limits[i], |limit, runs| {
+                        match (figure.of(runs[0]), figure.of(runs[1])) {
+                            (Some(before), Some(after)) => limit.with(after - before),
+                            _ => limit,
+                        }
+                    })
+                });
+                Some((first, second))
             });
             match limits {
                 None => ["–", "–", "–"].map(str::to_owned),
