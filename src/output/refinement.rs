@@ -200,6 +200,17 @@ mod tests {
     }
 
     #[test]
+    fn what_else_was_refined_moves_a_limit_and_is_not_known_better_than_that() {
+        let limit = Limit {
+            value: 2.0,
+            uncertainty: 0.3,
+        };
+        let moved = limit.with(-0.4);
+        assert!((moved.value - 1.6).abs() < 1e-15 && (moved.uncertainty - 0.5).abs() < 1e-15);
+        assert_eq!(limit.with(0.0), limit);
+    }
+
+    #[test]
     fn errors_of_second_order_are_extrapolated_away_and_their_order_is_found() {
         let (exact, ratio) = (2.0, 1.5);
         let a = |h: f64| exact + 0.3 * h * h;

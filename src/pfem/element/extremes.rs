@@ -28,33 +28,6 @@ fn along(tensor: &Tensor<Lanes>, a: &Vector<Lanes>) -> Lanes {
 }
 
 impl GroupStresses {
-    /// From the first Piola-Kirchhoff stress `P`, Pa.
-    #[inline(always)]
-    fn new(deformed: &DeformedGroup, P: &Tensor<Lanes>) -> Self {
-        let F = &deformed.F;
-        let J = lanes::dot(&F[0], &lanes::cofactors(F)[0]);
-        let half = Lanes::of(0.5) * J.inverse();
-        // σ = P Fᵀ / J is symmetric but for round-off.
-        let mut cauchy = *P;
-        for i in 0..3 {
-            for j in 0..3 {
-                cauchy[i][j] = (lanes::dot(&P[i], &F[j]) + lanes::dot(&P[j], &F[i])) * half;
-            }
-        }
-        let [axial, around] = deformed.group.directions.each_ref();
-        let (a, mut c) = (lanes::apply(F, axial), lanes::apply(F, around));
-        let share = lanes::dot(&a, &c) / lanes::dot(&a, &a);
-        for i in 0..3 {
-            c[i] -= share * a[i];
-        }
-        Self {
-            axial: along(&cauchy, &a),
-            hoop: along(&cauchy, &c),
-            cauchy,
-            jacobian: J,
-        }
-    }
-
     /// The Cauchy stress at one of the points.
     fn at(&self, lane: usize) -> Mat3 {
         Mat3::from_fn(|i, j| self.cauchy[i][j].to_array()[lane])
@@ -75,9 +48,31 @@ impl GroupStresses {
     }
 }
 
+/// From the first Piola-Kirchhoff stress `P`, Pa.
 #[multiversion(targets = "simd")]
 fn group_stresses(deformed: &DeformedGroup, P: &Tensor<Lanes>) -> GroupStresses {
-    GroupStresses::new(deformed, P)
+    let F = &deformed.F;
+    let J = lanes::dot(&F[0], &lanes::cofactors(F)[0]);
+    let half = Lanes::of(0.5) * J.inverse();
+    // σ = P Fᵀ / J is symmetric but for round-off.
+    let mut cauchy = *P;
+    for i in 0..3 {
+        for j in 0..3 {
+            cauchy[i][j] = (lanes::dot(&P[i], &F[j]) + lanes::dot(&P[j], &F[i])) * half;
+        }
+    }
+    let [axial, around] = deformed.group.directions.each_ref();
+    let (a, mut c) = (lanes::apply(F, axial), lanes::apply(F, around));
+    let share = lanes::dot(&a, &c) / lanes::dot(&a, &a);
+    for i in 0..3 {
+        c[i] -= share * a[i];
+    }
+    GroupStresses {
+        axial: along(&cauchy, &a),
+        hoop: along(&cauchy, &c),
+        cauchy,
+        jacobian: J,
+    }
 }
 
 impl Elements {
