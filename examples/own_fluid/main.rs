@@ -13,7 +13,7 @@ use fsi_driver::fluid::Fluid;
 use fsi_driver::pfem::Structure;
 use fsi_driver::simulation::assembly::{self, Domain};
 use fsi_driver::simulation::checkpoint::{Store, StoreError};
-use fsi_driver::simulation::observer::{AcceptedStep, Note, Observer};
+use fsi_driver::simulation::observer::{AcceptedStep, AcceptedWall, Note, Observer};
 use fsi_driver::simulation::{Checkpoints, Simulation};
 use serde::{Deserialize, Serialize};
 use std::error::Error;
@@ -102,8 +102,8 @@ pub struct Row {
 impl Observer<Structure> for Rows {
     type Memory = Self;
 
-    fn accepted(&mut self, accepted: &AcceptedStep<Structure>) -> io::Result<()> {
-        let (step, fluid) = (accepted.step, &accepted.step.fluid);
+    fn accepted(&mut self, accepted: &AcceptedStep, _: &AcceptedWall<Structure>) -> io::Result<()> {
+        let (step, fluid) = (&accepted.step, &accepted.step.fluid);
         self.rows.push(Row {
             time: fluid.time,
             inflow: fluid.inflow(),

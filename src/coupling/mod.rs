@@ -22,6 +22,7 @@ use acceleration::Columns;
 use convergence::Measure;
 use fixed_point::{CoupledProblem, FixedPoint};
 use nalgebra::DVector;
+use std::thread;
 use std::time::Instant;
 use transfer::{Transfer, force_mismatch};
 
@@ -143,6 +144,15 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
 
     /// Solves one time step; both solvers still have the state at its beginning.
     pub fn solve(&mut self) -> Result<Solved<S::Trial>, FailedStep> {
+        self.solve_beside(|_| ())
+    }
+
+    /// The same, and on another thread what is still to be done with the structure at the beginning of the step, while the
+    /// fluid works at its first trial and the structure waits.
+    pub fn solve_beside(
+        &mut self,
+        beside: impl FnOnce(&S) + Send,
+    ) -> Result<Solved<S::Trial>, FailedStep> {
         let dt = self.settings.time_step;
         let start = match self.transfer.foreseen(&self.solid, dt) {
             Some(known) => flatten(&known),
@@ -157,6 +167,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             iterations: Vec::new(),
             trial: unflatten(self.fixed_point.predictor().last()),
             last: None,
+            beside: Some(beside),
         };
         let done = self.fixed_point.solve_from(start, &mut step);
         let CoupledStep {
@@ -253,7 +264,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
 }
 
 /// The two solvers within one time step, with the books of its iterations.
-struct CoupledStep<'a, F, S: Solid> {
+struct CoupledStep<'a, F, S: Solid, B> {
     fluid: &'a mut F,
     solid: &'a mut S,
     transfer: &'a Transfer<S::Location>,
@@ -264,6 +275,8 @@ struct CoupledStep<'a, F, S: Solid> {
     /// The last trial displacement, m.
     trial: Vec<Vec3>,
     last: Option<Answer<S::Trial>>,
+    /// What is to be done with the structure before it is asked.
+    beside: Option<B>,
 }
 
 /// What the solvers answered to the last trial.
@@ -280,15 +293,22 @@ struct Answer<T> {
     clock: Instant,
 }
 
-impl<F: Fluid, S: Solid> CoupledProblem for CoupledStep<'_, F, S> {
+impl<F: Fluid, S: Solid, B: FnOnce(&S) + Send> CoupledProblem for CoupledStep<'_, F, S, B> {
     type Error = CouplingError;
 
     fn image(&mut self, d: &DVector<f64>, residual: f64) -> Result<DVector<f64>, CouplingError> {
         let dt = self.settings.time_step;
         self.trial = unflatten(d);
-        let clock = Instant::now();
-        let flow = (self.fluid).solve(&self.trial, dt, self.settings.fluid_effort)?; // F
-        let fluid_seconds = clock.elapsed().as_secs_f64();
+        let solid = &*self.solid;
+        let (flow, fluid_seconds) = thread::scope(|threads| {
+            if let Some(beside) = self.beside.take() {
+                threads.spawn(move || beside(solid));
+            }
+            let clock = Instant::now();
+            let flow = (self.fluid).solve(&self.trial, dt, self.settings.fluid_effort); // F
+            (flow, clock.elapsed().as_secs_f64())
+        });
+        let flow = flow?;
         let areas = self.transfer.face_areas(&self.trial);
         let load = self.transfer.load(&flow.tractions, &areas); // I: face centres to quadrature points
 
@@ -344,7 +364,7 @@ impl<F: Fluid, S: Solid> CoupledProblem for CoupledStep<'_, F, S> {
     }
 }
 
-impl<F, S: Solid> CoupledStep<'_, F, S> {
+impl<F, S: Solid, B> CoupledStep<'_, F, S, B> {
     /// The relative residual at which the structure's Newton iteration may end after a coupling `residual`.
     fn newton_tolerance(&self, residual: f64) -> f64 {
         let tight = self.settings.newton_tolerance;

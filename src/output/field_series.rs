@@ -30,11 +30,11 @@ impl FieldSeries {
     }
 
     /// Adds the end of a step if it is due.
-    pub fn add(&mut self, accepted: &AcceptedStep<Structure>) -> io::Result<()> {
+    pub fn add(&mut self, accepted: &AcceptedStep, solid: &Structure) -> io::Result<()> {
         if !accepted.is_due(self.interval) {
             return Ok(());
         }
-        self.write(accepted.time(), accepted.solid)
+        self.write(accepted.time(), solid)
     }
 
     /// Adds the state in which time begins, if the wall is loaded then: its points are unloaded, and their displacement

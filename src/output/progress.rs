@@ -1,7 +1,7 @@
 //! The line of progress: one that updates in a terminal, plain lines elsewhere.
 
 use super::terminal;
-use crate::simulation::observer::{AcceptedStep, Note, Observer};
+use crate::simulation::observer::{AcceptedStep, AcceptedWall, Note, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::VecDeque;
 use std::io::stderr;
@@ -142,17 +142,16 @@ impl Figures {
 impl<S> Observer<S> for Progress {
     type Memory = ();
 
-    fn accepted(&mut self, accepted: &AcceptedStep<S>) -> std::io::Result<()> {
+    fn accepted(&mut self, accepted: &AcceptedStep, _: &AcceptedWall<S>) -> std::io::Result<()> {
         let done = accepted.number - usize::from(!accepted.completes);
         let iterations = &accepted.step.iterations;
         let residual = iterations.last().map_or(0.0, |last| last.measure.residual);
-        let seconds = accepted.started.elapsed().as_secs_f64();
         self.step(
             done as u64,
             accepted.time(),
             iterations.len(),
             residual,
-            seconds,
+            accepted.seconds,
         );
         Ok(())
     }

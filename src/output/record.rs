@@ -14,11 +14,12 @@ use crate::coupling::Iteration;
 use crate::fluid::{Fluid, FluidStep, Opening};
 use crate::geometry::centre_line;
 use crate::hemodynamics::{Monitor, Region, WallState, WetSurface};
+use crate::pfem::evaluation::samples::StressPeak;
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
 use crate::simulation::assembly::surroundings::fields_to_open;
 use crate::simulation::assembly::{CoupledModel, Unloading};
-use crate::simulation::observer::{AcceptedStep, FailedAttempt, Observer};
+use crate::simulation::observer::{AcceptedStep, AcceptedWall, FailedAttempt, Observer};
 use crate::simulation::totals::{Seconds, Totals};
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -252,13 +253,12 @@ impl Record {
     }
 
     /// The row of the history for a step.
-    fn row(&self, accepted: &AcceptedStep<Structure>) -> HistoryRow {
-        let (step, fluid) = (accepted.step, &accepted.step.fluid);
-        let wall_s = accepted.started.elapsed().as_secs_f64();
-        let seconds = Seconds::of(step, wall_s);
+    fn row(&self, accepted: &AcceptedStep, stresses: &[StressPeak]) -> HistoryRow {
+        let (step, fluid) = (&accepted.step, &accepted.step.fluid);
+        let seconds = Seconds::of(step, accepted.seconds);
         let last = step.iterations.last();
         let displacements = step.displacement.iter().map(|d| d.norm());
-        let stresses = accepted.stresses.iter().map(|s| s.von_mises);
+        let stresses = stresses.iter().map(|s| s.von_mises);
         HistoryRow {
             time_s: fluid.time,
             coupling_iterations: step.iterations.len(),
@@ -276,7 +276,7 @@ impl Record {
             p_windkessel_Pa: fluid.outlet_model_pressure(),
             force_mismatch: last.map_or(0.0, |last| last.force_mismatch),
             wall_velocity_mismatch_m_s: fluid.wall_velocity_mismatch,
-            wall_s,
+            wall_s: accepted.seconds,
         }
     }
 }
@@ -284,27 +284,31 @@ impl Record {
 impl Observer<Structure> for Record {
     type Memory = RecordMemory;
 
-    fn accepted(&mut self, accepted: &AcceptedStep<Structure>) -> io::Result<()> {
-        let (time, step) = (accepted.time(), accepted.step);
-        self.fields.add(accepted)?;
-        if let (Some(series), Some(field)) = (&mut self.fluid_fields, accepted.fluid_field) {
+    fn accepted(
+        &mut self,
+        accepted: &AcceptedStep,
+        wall: &AcceptedWall<Structure>,
+    ) -> io::Result<()> {
+        let (time, step) = (accepted.time(), &accepted.step);
+        self.fields.add(accepted, wall.solid)?;
+        if let (Some(series), Some(field)) = (&mut self.fluid_fields, &accepted.fluid_field) {
             fluid_fields::add(series, time, field)?;
         }
         if let Some((probes, table)) = &mut self.probes {
-            table.append(&probes.rows(accepted.solid, step))?;
+            table.append(&probes.rows(wall.solid, step))?;
         }
         if let Some(table) = &mut self.fluid_probes {
             let points = &self.settings.fluid_probe_points;
-            table.append(&fluid_rows(time, points, accepted.fluid_probes))?;
+            table.append(&fluid_rows(time, points, &accepted.fluid_probes))?;
         }
         if let Some(table) = &mut self.openings {
             table.append(&opening_rows(&step.fluid))?;
         }
         let state = WallState::new(time, &step.fluid.wall_shear, &step.displacement);
-        self.wall.step(&state, accepted.stresses)?;
+        self.wall.step(&state, wall.stresses)?;
         let rows = iteration_rows(time, accepted.attempt, &step.iterations);
         self.iterations.append(&rows)?;
-        self.history.append(&[self.row(accepted)])?;
+        self.history.append(&[self.row(accepted, wall.stresses)])?;
         self.volume = step.fluid.volume;
         Ok(())
     }

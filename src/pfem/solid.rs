@@ -35,8 +35,9 @@ impl SurfaceLoad {
     }
 }
 
-/// A structural solver that can repeat a time step from the same old state with different loads.
-pub trait Solid {
+/// A structural solver that can repeat a time step from the same old state with different loads. Its accepted state can be
+/// looked at from other threads.
+pub trait Solid: Sync {
     /// The solution of one time step; thrown away, or handed to [`Solid::accept`].
     type Trial;
     /// Where a point of the fluid lies on the wet surface, prepared for fast evaluation.

@@ -18,7 +18,7 @@ use crate::fluid::{Fluid, FluidError};
 use crate::pfem::{Solid, SolidError};
 use checkpoint::{Checkpoint, Store, StoreError};
 use clock::{Clock, is_due};
-use observer::{AcceptedStep, Note, Observer};
+use observer::{AcceptedStep, AcceptedWall, Note, Observer};
 use rescue::Trouble;
 use std::io;
 use std::time::Instant;
@@ -86,6 +86,8 @@ pub struct Simulation<F, S: Solid, O> {
     settings: SimulationSettings,
     checkpoints: Option<Checkpoints>,
     totals: Totals,
+    /// The accepted step of which the observer has not been told yet.
+    untold: Option<AcceptedStep>,
     /// The step that makes trouble, if one does.
     trouble: Option<Trouble>,
     /// The step after which the run ends with a checkpoint, and why, if the next one has been given up.
@@ -126,6 +128,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             settings,
             checkpoints: None,
             totals: Totals::default(),
+            untold: None,
             trouble: None,
             last_good: None,
             saved: Instant::now(),
@@ -186,39 +189,31 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         Ok(())
     }
 
-    /// Takes one step, or a part of it, tells the observer, and writes a checkpoint if one is due.
+    /// Takes one step, or a part of it, and writes a checkpoint if one is due. The observer is told of it while the fluid works at
+    /// the next one, or at once where a checkpoint follows or no other step.
     fn step(&mut self, interrupted: &dyn Fn() -> bool) -> Result<(), Stop> {
         let (started, attempt) = (Instant::now(), self.attempt());
         let (number, length) = (self.clock.steps() + 1, self.clock.part());
         let completes = self.clock.completes();
-        let solved = self.coupling.solve().map_err(|e| Stop::Step(Box::new(e)))?;
+        let (mut told, untold) = (Ok(()), self.untold.take());
+        let solved = self.coupling.solve_beside(|solid| {
+            if let Some(step) = untold {
+                told = tell(&mut self.observer, &step, solid);
+            }
+        });
+        told?;
+        let solved = solved.map_err(|e| Stop::Step(Box::new(e)))?;
         let saving = completes && self.is_checkpoint_due(number, interrupted());
         let fields = completes && self.is_fluid_due(number);
         let write = saving || fields;
         let step = self.coupling.accept(solved, write);
         let step = step.map_err(|e| Stop::Step(Box::new(e)))?;
 
-        let stresses = self.coupling.solid.stress_peaks()?;
         let fluid_probes = self.coupling.fluid.probes()?;
         let fluid_field = match fields {
             true => self.coupling.fluid.field()?,
             false => None,
         };
-        self.observer.accepted(&AcceptedStep {
-            step: &step,
-            solid: &self.coupling.solid,
-            stresses: &stresses,
-            fluid_probes: &fluid_probes,
-            fluid_field: fluid_field.as_ref(),
-            number,
-            last: self.clock.last(),
-            completes,
-            time_step: self.clock.time_step(),
-            length,
-            attempt,
-            started,
-            totals: &self.totals,
-        })?;
         if let Some(text) = self.slowness(&step.iterations) {
             let time = step.fluid.time;
             self.observer.note(&Note::Slow { time, text });
@@ -227,11 +222,28 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             let time = step.fluid.time;
             self.observer.note(&Note::Solid { time, text });
         }
+        let accepted = AcceptedStep {
+            fluid_probes,
+            fluid_field,
+            number,
+            last: self.clock.last(),
+            completes,
+            time_step: self.clock.time_step(),
+            length,
+            attempt,
+            seconds: started.elapsed().as_secs_f64(),
+            step,
+        };
         self.clock.advance();
+        let at_once = saving || self.clock.is_over();
+        if at_once {
+            tell(&mut self.observer, &accepted, &self.coupling.solid)?;
+        }
         let seconds = started.elapsed().as_secs_f64();
-        self.totals.add(&step, self.clock.steps(), seconds);
+        (self.totals).add(&accepted.step, self.clock.steps(), seconds);
         let memory = self.coupling.fluid.usage().peak_memory;
         self.fluid_peak_memory = self.fluid_peak_memory.max(memory);
+        self.untold = (!at_once).then_some(accepted);
         if saving {
             self.save()?;
         }
@@ -391,4 +403,15 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             None => Err(StoreError::Unwanted),
         }
     }
+}
+
+/// Tells an observer of a step that the structure has accepted.
+fn tell<S: Solid>(
+    observer: &mut impl Observer<S>,
+    step: &AcceptedStep,
+    solid: &S,
+) -> Result<(), SimulationError> {
+    let stresses = solid.stress_peaks()?;
+    let stresses = &stresses;
+    Ok(observer.accepted(step, &AcceptedWall { solid, stresses })?)
 }

@@ -1,7 +1,6 @@
 //! Those who watch a simulation: told of accepted steps, they write tables and fields, or show progress.
 
 use super::clock::is_due;
-use super::totals::Totals;
 use crate::coupling::{Iteration, Step};
 use crate::fluid::{FluidField, FluidProbe};
 use crate::pfem::evaluation::samples::StressPeak;
@@ -9,20 +8,15 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io;
 use std::path::PathBuf;
-use std::time::Instant;
 
-/// A time step, or a part of one, that both solvers have just accepted.
-pub struct AcceptedStep<'a, S> {
+/// A time step, or a part of one, that both solvers have accepted.
+pub struct AcceptedStep {
     /// What it came to.
-    pub step: &'a Step,
-    /// The structure at its end.
-    pub solid: &'a S,
-    /// Largest von Mises stress of each element of the structure.
-    pub stresses: &'a [StressPeak],
+    pub step: Step,
     /// The fluid at the points that it was asked to watch.
-    pub fluid_probes: &'a [FluidProbe],
+    pub fluid_probes: Vec<FluidProbe>,
     /// The flow in its whole domain, where it is due and the fluid does not write it itself.
-    pub fluid_field: Option<&'a FluidField>,
+    pub fluid_field: Option<FluidField>,
     /// Number of the time step, from 1.
     pub number: usize,
     /// The last one.
@@ -35,13 +29,11 @@ pub struct AcceptedStep<'a, S> {
     pub length: f64,
     /// Attempt that succeeded, from 1.
     pub attempt: usize,
-    /// When the attempt began.
-    pub started: Instant,
-    /// The simulation so far, without this step.
-    pub totals: &'a Totals,
+    /// Seconds from the beginning of the attempt until it was accepted.
+    pub seconds: f64,
 }
 
-impl<S> AcceptedStep<'_, S> {
+impl AcceptedStep {
     /// Time at its end, s.
     pub fn time(&self) -> f64 {
         self.step.fluid.time
@@ -85,13 +77,22 @@ pub enum Note {
     Rescue(String),
 }
 
-/// Watches a simulation. Pairs of observers are one, and `()` is one that does nothing.
-pub trait Observer<S> {
+/// The structure at the end of an accepted step.
+pub struct AcceptedWall<'a, S> {
+    /// The structure.
+    pub solid: &'a S,
+    /// Largest von Mises stress of each of its elements.
+    pub stresses: &'a [StressPeak],
+}
+
+/// Watches a simulation, from another thread where the fluid works at the next step already. Pairs of observers are one,
+/// and `()` is one that does nothing.
+pub trait Observer<S>: Send {
     /// What it needs to continue after the last accepted step.
     type Memory: Clone + Serialize + DeserializeOwned;
 
     /// A step was accepted.
-    fn accepted(&mut self, step: &AcceptedStep<S>) -> io::Result<()>;
+    fn accepted(&mut self, step: &AcceptedStep, wall: &AcceptedWall<S>) -> io::Result<()>;
 
     /// An attempt failed.
     fn failed(&mut self, _attempt: &FailedAttempt) -> io::Result<()> {
@@ -116,7 +117,7 @@ pub trait Observer<S> {
 impl<S> Observer<S> for () {
     type Memory = ();
 
-    fn accepted(&mut self, _: &AcceptedStep<S>) -> io::Result<()> {
+    fn accepted(&mut self, _: &AcceptedStep, _: &AcceptedWall<S>) -> io::Result<()> {
         Ok(())
     }
 
@@ -132,9 +133,9 @@ impl<S> Observer<S> for () {
 impl<S, A: Observer<S>, B: Observer<S>> Observer<S> for (A, B) {
     type Memory = (A::Memory, B::Memory);
 
-    fn accepted(&mut self, step: &AcceptedStep<S>) -> io::Result<()> {
-        self.0.accepted(step)?;
-        self.1.accepted(step)
+    fn accepted(&mut self, step: &AcceptedStep, wall: &AcceptedWall<S>) -> io::Result<()> {
+        self.0.accepted(step, wall)?;
+        self.1.accepted(step, wall)
     }
 
     fn failed(&mut self, attempt: &FailedAttempt) -> io::Result<()> {

@@ -260,11 +260,13 @@ pub fn monotonic(study: &Study) -> Judged {
     ))
 }
 
-/// Where the lowest largest wall shear stress is.
+/// Where the lowest largest wall shear stress is, in the middle of the artery, which is judged, and anywhere in it.
 pub fn lowest_shear(study: &Study) -> Judged {
-    let mut texts = Vec::new();
+    let (mut texts, mut anywhere) = (Vec::new(), Vec::new());
     let (mut agree, mut resolved) = (true, true);
     for extension in EXTENSIONS {
+        let text =
+            |points: &[(f64, f64)]| format!("{} (Pa): {}", letter(extension), list(points, 3));
         let points = series(study, extension, MidArtery, |r| r.max_wall_shear_Pa.max);
         if points.len() < 3 {
             continue;
@@ -272,14 +274,23 @@ pub fn lowest_shear(study: &Study) -> Judged {
         let lowest = points.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         agree &= lowest.0 == points[points.len() - 1].0;
         resolved &= spread(&points) >= RESOLVED;
-        texts.push(format!("{} (Pa): {}", letter(extension), list(&points, 3)));
+        texts.push(text(&points));
+        anywhere.push(text(&series(study, extension, Artery, |r| {
+            r.max_wall_shear_Pa.max
+        })));
     }
     let verdict = if resolved {
         Verdict::of(agree)
     } else {
         Verdict::Unresolved
     };
-    (!texts.is_empty()).then(|| (texts.join("; "), verdict))
+    let [middle, anywhere] = [texts, anywhere].map(|texts| texts.join("; "));
+    (!middle.is_empty()).then(|| {
+        (
+            format!("{middle}; anywhere in the artery, {anywhere}"),
+            verdict,
+        )
+    })
 }
 
 /// The largest von Mises stress over `d_max`.

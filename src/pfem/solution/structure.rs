@@ -137,7 +137,8 @@ pub struct Structure {
     kept: Option<Kept>,
     /// Takes its place after the next step: never earlier, though it may be there, so that a run can be repeated.
     renewal: Option<Renewal>,
-    forces: RefCell<Option<InternalForces>>,
+    /// The internal forces that were computed last.
+    forces: Option<InternalForces>,
     watch: StabilityWatch,
     total: Stats,
     given: Given,
@@ -293,7 +294,7 @@ impl Structure {
             prescribed: None,
             kept: None,
             renewal: None,
-            forces: RefCell::default(),
+            forces: None,
             watch: StabilityWatch::default(),
             total: Stats::default(),
         })
@@ -391,7 +392,7 @@ impl Structure {
     /// A run that refreshes when it writes a checkpoint is repeated bit by bit by one that resumes there.
     pub fn refresh(&mut self) {
         (self.kept, self.renewal) = (None, None);
-        self.forces.take();
+        self.forces = None;
     }
 
     /// Has the tangent of the accepted state factorized while the fluid works on the next step.
@@ -475,7 +476,7 @@ impl Structure {
         let mut cost = Stats::default();
         let kept = self.kept.take().filter(|kept| kept.from.dt == dt);
         let (mut kept, from) = kept.map(|kept| (kept.tangent, kept.from)).unzip();
-        let assembled = RefCell::new(from);
+        let (assembled, forces) = (RefCell::new(from), RefCell::new(self.forces.take()));
         let step = TimeStep {
             equation: &self.equation,
             old: &self.state,
@@ -483,7 +484,7 @@ impl Structure {
             dt,
             offset: None,
             assembled: &assembled,
-            forces: &self.forces,
+            forces: &forces,
         };
         let direct = newton::solve(&step, start, tolerance, &self.newton, &mut kept);
         let result = match direct {
@@ -508,6 +509,7 @@ impl Structure {
         self.kept = kept
             .zip(assembled.into_inner())
             .map(|(tangent, from)| Kept { from, tangent });
+        self.forces = forces.into_inner();
         let mut solution = result?;
         solution.stats += cost;
         if solution.stats.assemblies > 0 {
@@ -643,7 +645,7 @@ impl Solid for Structure {
                 dt: trial.dt,
             });
         // They were predicted with a tangent that may be replaced.
-        self.forces.take();
+        self.forces = None;
         if let Some(renewal) = self.renewal.take() {
             self.kept = renewal.ready(&mut self.total).or(self.kept.take());
         } else if let Some(kept) = &self.kept
