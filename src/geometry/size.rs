@@ -95,6 +95,18 @@ impl Case {
         }
     }
 
+    /// Seconds that the fluid takes for a time step on the machine of `docs/speed.md`, as far as they can be told from the number of
+    /// cells alone; absent for a fluid or a mesh of the user's own.
+    pub fn fluid_seconds(&self) -> Option<f64> {
+        let cells = Some(self.fluid_cells()).filter(|&cells| cells > 0)? as f64;
+        Some(match (&self.problem, self.fluid.solver) {
+            (Problem::Vessel(vessel), Solver::Native) => {
+                3.7e-4 * cells * (vessel.fluid.native.degree as f64 / 4.0).powi(4)
+            }
+            _ => 7.7e-6 * cells / self.fluid.ranks as f64,
+        })
+    }
+
     /// Degrees of freedom of the structure, the held ones included; none of a wall of the user's own.
     pub fn structure_degrees_of_freedom(&self) -> usize {
         let p = self.structure.p;

@@ -2,7 +2,7 @@
 
 use super::super::SolidError;
 use super::sparse::Pattern;
-use super::substitution::Substitution;
+use super::substitution::{Substitution, columns};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::reborrow::Reborrow;
 use faer::sparse::linalg::SupernodalThreshold;
@@ -80,6 +80,17 @@ impl Symbolic {
     /// Number of entries of the factor.
     pub fn entries(&self) -> usize {
         self.0.len_val()
+    }
+
+    /// Multiplications and additions of a factorization.
+    pub fn operations(&self) -> f64 {
+        let symbolic = supernodal(&self.0);
+        let lengths = (0..symbolic.n_supernodes()).flat_map(|s| {
+            let supernode = symbolic.supernode(s);
+            let (columns, below) = (columns(symbolic, s).len(), supernode.pattern().len());
+            (0..columns).map(move |j| (columns - j + below) as f64)
+        });
+        lengths.map(|length| length * length).sum()
     }
 
     /// Factorizes: `L Lᵀ` if the matrix is positive definite, `L D Lᵀ` if not.

@@ -113,7 +113,10 @@ impl Substitution {
 }
 
 /// The columns of a supernode.
-fn columns(symbolic: &SymbolicSupernodalCholesky<usize>, s: usize) -> std::ops::Range<usize> {
+pub(super) fn columns(
+    symbolic: &SymbolicSupernodalCholesky<usize>,
+    s: usize,
+) -> std::ops::Range<usize> {
     symbolic.supernode_begin()[s]..symbolic.supernode_end()[s]
 }
 

@@ -5,6 +5,7 @@ mod equilibrium;
 pub(crate) mod modes;
 pub mod newton;
 pub(crate) mod quasi_newton;
+mod renewal;
 pub mod stability;
 mod stability_watch;
 pub mod statics;

@@ -21,8 +21,9 @@ pub use super::equation_of_motion::{Linearization, State};
 use super::modes::{self, NaturalMode};
 use super::newton::{self, Equilibrium, NewtonOptions};
 use super::quasi_newton::{KeptTangent, QuasiNewtonPairs};
+use super::renewal::{self, Kept, Renewal, WORN};
 use super::stability_watch::StabilityWatch;
-use super::stats::{Stats, timed};
+use super::stats::Stats;
 use super::time_scheme::TimeScheme;
 use crate::Vec3;
 use crate::case::Material;
@@ -32,14 +33,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
 
 /// Most halvings of the load when a step finds no equilibrium at once.
 const MAX_CUTS: u32 = 6;
-
-/// Solutions after which a tangent is renewed while the fluid works. Sooner, the quasi-Newton pairs of the last one would
-/// still be worth more; later, iterations would cost more than the factorization (both measured).
-const WORN: usize = 3;
 
 /// Choices of a dynamic structure.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,44 +70,8 @@ pub struct StructureMemory {
     /// Whence the kept tangent comes, and the experience with it. They decide how Newton's method goes on, and so the
     /// last digits.
     pub tangent: Option<(Linearization, QuasiNewtonPairs)>,
-    /// Whence the tangent comes that will take its place after the next step.
-    pub renewal: Option<Linearization>,
-}
-
-/// A tangent that is kept, and what it was assembled from.
-struct Kept {
-    from: Linearization,
-    tangent: KeptTangent,
-}
-
-/// A tangent that is being factorized on another thread, while the fluid works.
-struct Renewal {
-    from: Linearization,
-    work: JoinHandle<Result<KeptTangent, SolidError>>,
-}
-
-impl Renewal {
-    fn start(equation: &Arc<EquationOfMotion>, from: Linearization) -> Option<Self> {
-        let (equation, at) = (equation.clone(), from.clone());
-        // One core is left to the fluid.
-        let threads = rayon::current_num_threads().saturating_sub(1).max(1);
-        let work = move || {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            let pool = pool.map_err(|e| SolidError::Model(format!("no threads: {e}")))?;
-            pool.install(|| equation.factorized_tangent(&at))
-        };
-        let work = thread::Builder::new().spawn(work).ok()?;
-        Some(Self { from, work })
-    }
-
-    /// Waits for the factorization, if need be. None if it failed.
-    fn ready(self, stats: &mut Stats) -> Option<Kept> {
-        let tangent = timed(&mut stats.factorization_s, || self.work.join());
-        Some(Kept {
-            from: self.from,
-            tangent: tangent.ok()?.ok()?,
-        })
-    }
+    /// Whence the tangent comes that will take its place, and after how many steps from then on.
+    pub renewal: Option<(Linearization, usize)>,
 }
 
 /// The solution of a time step that has not been accepted.
@@ -135,8 +95,10 @@ pub struct Structure {
     state: State,
     /// Tangent of an earlier solution.
     kept: Option<Kept>,
-    /// Takes its place after the next step: never earlier, though it may be there, so that a run can be repeated.
+    /// Takes its place after a number of steps.
     renewal: Option<Renewal>,
+    /// Steps for which a renewal has time.
+    lead: usize,
     /// The internal forces that were computed last.
     forces: Option<InternalForces>,
     watch: StabilityWatch,
@@ -269,7 +231,10 @@ impl Structure {
             displacement: Some(displacement),
             ..self.given
         };
-        Self::unmoved(equation, self.locator, self.newton, given)
+        Ok(Self {
+            lead: self.lead,
+            ..Self::unmoved(equation, self.locator, self.newton, given)?
+        })
     }
 
     /// At rest, without displacement, just let go.
@@ -294,10 +259,19 @@ impl Structure {
             prescribed: None,
             kept: None,
             renewal: None,
+            lead: 1,
             forces: None,
             watch: StabilityWatch::default(),
             total: Stats::default(),
         })
+    }
+
+    /// The same structure beside a fluid that needs about so many `seconds` for a time step, on the machine for which the costs of the
+    /// structure are known. Of a large wall beside a small fluid a tangent is given several steps to be made.
+    #[must_use]
+    pub fn beside(self, seconds: f64) -> Self {
+        let lead = renewal::lead(&self.equation.body, seconds);
+        Self { lead, ..self }
     }
 
     /// The same structure, but moved as prescribed whatever loads it, from time 0 on; in a space of degree 1, whose functions are
@@ -406,7 +380,7 @@ impl Structure {
         };
         self.total.assemblies += 1;
         self.total.factorizations += 1;
-        self.renewal = Renewal::start(&self.equation, from);
+        self.renewal = Renewal::start(&self.equation, from, self.lead);
     }
 
     /// The velocity, if viscous stresses depend on it.
@@ -646,10 +620,15 @@ impl Solid for Structure {
             });
         // They were predicted with a tangent that may be replaced.
         self.forces = None;
-        if let Some(renewal) = self.renewal.take() {
-            self.kept = renewal.ready(&mut self.total).or(self.kept.take());
+        if let Some(renewal) = &mut self.renewal {
+            renewal.steps -= 1;
+            if renewal.steps == 0
+                && let Some(renewal) = self.renewal.take()
+            {
+                self.kept = renewal.ready(&mut self.total).or(self.kept.take());
+            }
         } else if let Some(kept) = &self.kept
-            && kept.tangent.solutions() >= WORN
+            && kept.tangent.solutions() >= WORN * self.lead
         {
             self.renew(trial.load, trial.dt);
         }
@@ -672,14 +651,15 @@ impl Solid for Structure {
             state: self.state.clone(),
             tangent: (self.kept.as_ref())
                 .map(|kept| (kept.from.clone(), kept.tangent.experience.clone())),
-            renewal: (self.renewal.as_ref()).map(|renewal| renewal.from.clone()),
+            renewal: (self.renewal.as_ref()).map(|renewal| (renewal.from.clone(), renewal.steps)),
         }
     }
 
     fn recall(&mut self, memory: StructureMemory) -> Result<(), SolidError> {
         self.set_state(memory.state)?;
         self.time = memory.time;
-        for from in (memory.tangent.iter().map(|(from, _)| from)).chain(&memory.renewal) {
+        let renewal = memory.renewal.iter().map(|(from, _)| from);
+        for from in (memory.tangent.iter().map(|(from, _)| from)).chain(renewal) {
             self.check(&from.load)?;
             let lengths = [Some(&from.d), from.linearized_at.as_ref(), from.v.as_ref()];
             if (lengths.iter().flatten()).any(|d| d.len() != self.state.d.len()) {
@@ -694,7 +674,8 @@ impl Solid for Structure {
             tangent.experience = experience;
             Some(Kept { from, tangent })
         });
-        self.renewal = (memory.renewal).and_then(|from| Renewal::start(&self.equation, from));
+        self.renewal =
+            (memory.renewal).and_then(|(from, steps)| Renewal::start(&self.equation, from, steps));
         Ok(())
     }
 }

@@ -408,7 +408,10 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
         outer_pressure: domain.outer_pressure.clone(),
         gravity: Vec3::zeros(),
     };
-    let solid = Structure::new(&domain.solid, &domain.materials, &options)?;
+    let mut solid = Structure::new(&domain.solid, &domain.materials, &options)?;
+    if let Some(seconds) = case.fluid_seconds() {
+        solid = solid.beside(seconds);
+    }
     Ok(match &domain.motion {
         Some(motion) => solid.moving_as(motion),
         None => solid,
