@@ -250,21 +250,30 @@ fn a_step_can_be_repeated_and_a_run_resumed_bit_by_bit() {
 /// Forty steps of an artery under a growing, pulsating pressure, the last ones after the memory was handed over to a new
 /// structure if `resume`.
 fn pulsate(newton: NewtonOptions, resume: bool) -> (Structure, usize) {
-    pulsate_to(newton, 1e-8, resume)
+    pulsate_to(newton, 1e-8, 1.0, resume.then_some(33))
 }
 
-/// The same with solutions to this relative residual.
-fn pulsate_to(newton: NewtonOptions, tolerance: f64, resume: bool) -> (Structure, usize) {
+/// The same with solutions to this relative residual, beside a fluid of so many seconds, handed over before the step `resumed`.
+fn pulsate_to(
+    newton: NewtonOptions,
+    tolerance: f64,
+    fluid: f64,
+    resumed: Option<usize>,
+) -> (Structure, usize) {
     let mesh = tube_mesh(2.35e-3, &[4.5e-4, 4.5e-4], 7.5e-3, 2, 4, 1);
     let options = StructureOptions {
         newton,
         ..options(3, 0.01)
     };
-    let new = || Structure::new(&mesh, &artery(), &options).unwrap();
+    let new = || {
+        Structure::new(&mesh, &artery(), &options)
+            .unwrap()
+            .beside(fluid)
+    };
     let mut structure = new();
     let mut factorizations = 0;
     for step in 1..=40 {
-        if resume && step == 33 {
+        if resumed == Some(step) {
             let memory = structure.memory();
             structure = new();
             structure.recall(memory).unwrap();
@@ -287,7 +296,7 @@ fn kept_tangents_save_factorizations_and_lead_to_the_same_state() {
     };
     let (_, many) = pulsate(full, false);
     // Full steps end where the residual is round-off, a hundred-millionth of this displacement away.
-    let (reference, _) = pulsate_to(full, 1e-11, false);
+    let (reference, _) = pulsate_to(full, 1e-11, 1.0, None);
     let (structure, few) = pulsate(NewtonOptions::default(), false);
     assert!(3 * few < many, "{few} factorizations instead of {many}");
     // 221 with the pressure as an unknown of its own.
@@ -305,6 +314,22 @@ fn what_a_kept_tangent_has_learnt_is_resumed_to_the_last_bit() {
     let (straight, _) = pulsate(NewtonOptions::default(), false);
     let (resumed, _) = pulsate(NewtonOptions::default(), true);
     assert_eq!(straight.memory(), resumed.memory());
+}
+
+#[test]
+fn a_renewal_of_several_steps_is_resumed_to_the_last_bit() {
+    // Beside a fluid that takes no time a tangent is given two steps, and is used twice as long.
+    let run = |resumed| pulsate_to(NewtonOptions::default(), 1e-8, 0.0, resumed).0;
+    let straight = run(None);
+    for step in 30..36 {
+        assert_eq!(straight.memory(), run(Some(step)).memory(), "{step}");
+    }
+    let often = pulsate(NewtonOptions::default(), false).0;
+    let [few, many] = [&straight, &often].map(|s| s.stats().factorizations);
+    assert!(
+        (4..=6).contains(&few) && (9..=11).contains(&many),
+        "{few}, {many}"
+    );
 }
 
 #[test]
