@@ -327,7 +327,7 @@ fn a_renewal_of_several_steps_is_resumed_to_the_last_bit() {
     let often = pulsate(NewtonOptions::default(), false).0;
     let [few, many] = [&straight, &often].map(|s| s.stats().factorizations);
     assert!(
-        (4..=6).contains(&few) && (9..=11).contains(&many),
+        (12..=14).contains(&few) && (16..=18).contains(&many),
         "{few}, {many}"
     );
 }
