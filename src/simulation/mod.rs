@@ -381,6 +381,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         (self.coupling.fixed_point).recall(checkpoint.coupling.clone())?;
         self.coupling.solid.recall(checkpoint.structure.clone())?;
         self.totals = checkpoint.totals.clone();
+        self.untold = None;
         self.started = Instant::now();
         Ok(())
     }
