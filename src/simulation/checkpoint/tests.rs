@@ -39,7 +39,7 @@ pub fn example(step: usize) -> Example {
                 a: d.clone(),
             },
             tangent: Some((linearization(d.clone()), QuasiNewtonPairs::default())),
-            renewal: Some(linearization(d.clone())),
+            renewal: Some((linearization(d.clone()), 3)),
         },
         coupling: fixed_point::FixedPointMemory {
             displacements: vec![d, vec![0.0; 3]],
