@@ -1,5 +1,6 @@
 #!/bin/sh
-# The measurements of docs/speed.md, half an hour on a machine that does nothing else: docs/speed/measure.sh FOLDER [PART...]
+# The measurements of docs/speed.md, on a machine that does nothing else: docs/speed/measure.sh FOLDER [PART...]
+# From models to growth they took three quarters of an hour in a busy one.
 #
 #   models     a step of demo, coarse and paper with either fluid (S-0.25 from equilibrium)
 #   tube       the elastic tube with OpenFOAM, two meshes, two tolerances, from its beginning
@@ -10,7 +11,7 @@
 #   large      200,000 and a million cells on two ranks, a wall of 200,000 degrees of freedom
 #   kernels    cargo bench --bench structure
 #
-# Without a part: all of them. Figures that are in FOLDER already are not measured again.
+# Without a part: all of them. Figures that are in FOLDER already are not measured again; what was interrupted begins anew.
 set -eu
 [ $# -gt 0 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
 out=$(mkdir -p "$1" && cd "$1" && pwd)
@@ -29,11 +30,15 @@ steps() {
         --json "$out/$name.json" "$@"
 }
 
+is_complete() {
+    grep -qs '"status": "complete"' "$1/summary.json"
+}
+
 # run NAME OPTIONS...: a whole run, whose summary.json has the figures
 run() {
     name=$1
     shift
-    [ -f "$out/$name/summary.json" ] || "$fsi" --quiet --out "$out/$name" "$@"
+    is_complete "$out/$name" || "$fsi" --quiet --force --out "$out/$name" "$@"
 }
 
 models() {
@@ -82,7 +87,9 @@ pair() {
     for fluid in openfoam native; do
         for jobs in 1 2; do
             folder=$out/pair-$fluid-$jobs
-            [ -d "$folder" ] || "$fsi" study --quiet --preset coarse --fluid $fluid --models 'S-0.25,H-0.5' --jobs $jobs --end-time 0.2 --out "$folder" --set $at_once
+            ! { is_complete "$folder/S-0.25" && is_complete "$folder/H-0.5"; } || continue
+            rm -rf "$folder"
+            "$fsi" study --quiet --preset coarse --fluid $fluid --models 'S-0.25,H-0.5' --jobs $jobs --end-time 0.2 --out "$folder" --set $at_once
         done
     done
 }

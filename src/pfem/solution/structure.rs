@@ -369,7 +369,7 @@ impl Structure {
         self.forces = None;
     }
 
-    /// Has the tangent of the accepted state factorized while the fluid works on the next step.
+    /// Has the tangent of the accepted state factorized while the fluid works on the next steps.
     fn renew(&mut self, load: SurfaceLoad, dt: f64) {
         let from = Linearization {
             d: self.state.d.clone(),
