@@ -152,6 +152,11 @@ fn external(case: &Case, report: &mut Report<'_>) {
         !case.output.fluid_probes.is_empty(),
         "a fluid of your own is not asked for values at points: expected none".into(),
     );
+    report(
+        &["output.measured"],
+        case.output.measured.is_some() && !case.output.fluid_probes.is_empty(),
+        "a fluid of your own is not asked for values at points: expected measurements of the wall only".into(),
+    );
     let Some(vessel) = case.vessel() else {
         return;
     };
@@ -179,9 +184,8 @@ impl Material {
     /// the one to change, and what would be right.
     pub(crate) fn nonsense(&self, table: &str) -> Option<([String; 2], String)> {
         match self {
-            Self::NeoHooke { mu, kappa, .. } | Self::HolzapfelGasserOgden { mu, kappa, .. }
-                if *kappa <= 2.0 / 3.0 * mu =>
-            {
+            // That of Neo-Hooke's is Lamé's first parameter: Poisson's ratio is positive with any.
+            Self::HolzapfelGasserOgden { mu, kappa, .. } if *kappa <= 2.0 / 3.0 * mu => {
                 let keys = ["kappa_Pa", "mu_Pa"].map(|name| format!("{table}.{name}"));
                 let message = format!(
                     "expected more than 2/3 of {} = {mu:?}: Poisson's ratio would not be positive",

@@ -232,6 +232,8 @@ mod tests {
         for name in ["flow.csv", "pressure.csv"] {
             std::fs::write(folder.path().join(name), curve).unwrap();
         }
+        let measured = "series,quantity,x_m,y_m,z_m,value\na,speed_m_s,0,0,0,1\n";
+        std::fs::write(folder.path().join("experiment.csv"), measured).unwrap();
         let line = "x,y,z,r\n0,0,0,3\n20,0,0,3\n40,5,0,2.5\n";
         std::fs::write(folder.path().join("line.csv"), line).unwrap();
         let system = folder.path().join("my-case/system");

@@ -1,5 +1,6 @@
 //! The table of all keys of a case, as the types that hold their values: names carry the unit, values are SI.
 
+use super::measured::MOST_POINTS;
 use super::schema::{Kind, above, from, whole};
 use super::table::{choice, table, words};
 use super::{Blood, Problem, templates};
@@ -41,7 +42,7 @@ choice! {
         /// Neo-Hooke's: equation (4).
         NeoHooke = "neo_hooke" {
             mu: f64 = "mu_Pa", SHEAR, "shear modulus";
-            kappa: f64 = "kappa_Pa", BULK, "bulk modulus";
+            kappa: f64 = "kappa_Pa", BULK, "bulk parameter: Lamé's first, E nu/((1 + nu)(1 - 2 nu))";
             viscosity: Option<f64> = "viscosity_Pa_s", VISCOSITY,
                 "viscous stress by rate of strain (Kelvin-Voigt)", absent "0";
         }
@@ -270,9 +271,11 @@ table! {
             absent "a period before the window's end";
         window_end: Option<f64> = "window_end_s", above(0.0, 1e4), "end of the time window of the hemodynamics",
             absent "time.end_s";
-        probes: Vec<[f64; 3]> = "probes_m", Kind::Points(1000),
+        probes: Vec<[f64; 3]> = "probes_m", Kind::Points(MOST_POINTS),
             "points of the unloaded lumen's surface whose motion and wall shear stress are recorded", absent "none";
-        fluid_probes: Vec<[f64; 3]> = "fluid_probes_m", Kind::Points(1000),
+        fluid_probes: Vec<[f64; 3]> = "fluid_probes_m", Kind::Points(MOST_POINTS),
             "points, fixed in space, where pressure and velocity of the blood are recorded", absent "none";
+        measured: Option<PathBuf> = "measured", Kind::Path,
+            "file with what was measured in an experiment: its points are recorded too, for fsi-driver validate", absent "none";
     }
 }

@@ -38,6 +38,7 @@ mod json_schema;
 mod keys;
 mod load;
 mod lumen;
+pub mod measured;
 mod openings;
 mod own;
 mod periodic_table;

@@ -6,12 +6,16 @@
 //! shows it, and an arm of the few `match`es that the compiler then asks for.
 
 use super::error::CaseError;
+use super::measured::{MOST_POINTS, Measurements};
 use super::schema::{Schema, Table};
 use super::stack::{Stack, insert};
 use super::table::words;
 use super::value::shorten;
-use super::{Anastomosis, BloodVessel, Case, Flag, OwnCase, Shape, VesselDescription, WallMode};
+use super::{
+    Anastomosis, BloodVessel, Case, Flag, Output, OwnCase, Shape, VesselDescription, WallMode,
+};
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 use toml::Value;
 
 /// What a case is about, with the keys of that alone.
@@ -145,10 +149,18 @@ impl Case {
         }
     }
 
-    /// Reads the file of the vessel's centre-line; its content then stands in the case.
+    /// Reads the files of the vessel's centre-line and of what was measured; their content then stands in the case.
     pub(super) fn read_files(&mut self, stack: &Stack, errors: &mut Vec<CaseError>) {
         if let Some(Err(mistake)) = self.description().map(VesselDescription::read_file) {
             errors.extend(refused(stack, mistake));
+        }
+        if let Some(Err(reason)) = self
+            .output
+            .measured
+            .clone()
+            .map(|path| self.output.record_where(&path))
+        {
+            errors.extend(refused(stack, ("output.measured", reason)));
         }
     }
 
@@ -166,11 +178,37 @@ impl Case {
 
     /// Forgets the files whose content stands in the case, and how it was read from them.
     pub(super) fn forget_files(&mut self) {
+        self.output.measured = None;
         if let Some(vessel) = self.description() {
             (vessel.centre_line, vessel.unit, vessel.branch) = (None, None, None);
             (vessel.is_reversed, vessel.smoothing) = (None, None);
             (vessel.lumen, vessel.lumen_unit, vessel.lumen_smoothing) = (None, None, None);
         }
+    }
+}
+
+impl Output {
+    /// Adds the points of an experiment's file to those that are recorded.
+    ///
+    /// # Errors
+    /// What is wrong with the file, in words.
+    fn record_where(&mut self, path: &Path) -> Result<(), String> {
+        let measured = Measurements::read(path)?;
+        for (probes, of_the_wall) in [(&mut self.probes, true), (&mut self.fluid_probes, false)] {
+            for place in measured.places(of_the_wall) {
+                if !probes.contains(&place) {
+                    probes.push(place);
+                }
+            }
+            if probes.len() > MOST_POINTS {
+                return Err(format!(
+                    "{}: with its points a run would record {} of one kind; expected {MOST_POINTS} at most",
+                    path.display(),
+                    probes.len()
+                ));
+            }
+        }
+        Ok(())
     }
 }
 

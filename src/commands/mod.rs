@@ -19,6 +19,7 @@ mod shell;
 mod solid;
 mod study;
 mod tables;
+mod validate;
 mod wall;
 mod windkessel;
 
@@ -74,6 +75,8 @@ enum Command {
     CrossCheck(cross_check::Arguments),
     /// Writes one self-contained page about a run or a study.
     Report(report::Arguments),
+    /// Sets runs beside what an experiment has measured.
+    Validate(validate::Arguments),
     /// Makes the tables of Markdown pages again from stored runs.
     Tables(tables::Arguments),
     /// Evaluates the wall shear of a run again, over any window of time.
@@ -121,6 +124,7 @@ fn execute(line: CommandLine) -> Result<(), Failure> {
         (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
         (Some(Command::CrossCheck(arguments)), _) => cross_check::run(&arguments),
         (Some(Command::Report(arguments)), _) => report::run(&arguments),
+        (Some(Command::Validate(arguments)), _) => validate::run(&arguments),
         (Some(Command::Tables(arguments)), _) => tables::run(&arguments),
         (Some(Command::Hemodynamics(arguments)), _) => hemodynamics::run(&arguments),
         (Some(Command::Windkessel(arguments)), _) => windkessel::run(&arguments),

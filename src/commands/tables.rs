@@ -6,6 +6,7 @@ use crate::output::report::{
     RefinedPair, Series, Table, agreement, changes, key_figures, uncertainty,
 };
 use crate::output::results::Results;
+use crate::output::validation::Validation;
 use crate::output::{terminal, write_atomically};
 use crate::paper;
 use std::path::{Path, PathBuf};
@@ -14,8 +15,9 @@ use std::path::{Path, PathBuf};
 const KINDS: &str = "expected `models STUDY` (a column for each run in a folder), `findings STUDY` (what the paper found, and what the \
                      study), `differences STUDY STUDY` (runs of the same name), `changes RUN STUDY` (each run against one), \
                      `agreement COARSE FINE COARSE FINE` (studies with one solver, then with the other; and `first:BEFORE,AFTER` or `second:BEFORE,AFTER` \
-                     for what else was refined with one of them), or `uncertainty RUN NAME=RUN,RUN…` \
-                     (what was refined, from coarse to fine); folders as seen from the page's";
+                     for what else was refined with one of them), `uncertainty RUN NAME=RUN,RUN…` \
+                     (what was refined, from coarse to fine), `measured FILE RUN…` (runs beside an experiment), or \
+                     `measured:SERIES FILE RUN…` (point by point, _ for a space in the name); folders as seen from the page's";
 
 /// Options of the tables.
 #[derive(Debug, clap::Args)]
@@ -161,6 +163,16 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
                 }
             });
             uncertainty(&run(base)?, &series.collect::<Result<Vec<_>, _>>()?)
+        }
+        [kind, file, runs @ ..] if kind.starts_with("measured") && !runs.is_empty() => {
+            let runs: Vec<PathBuf> = runs.iter().map(|run| folder.join(run)).collect();
+            let validation = Validation::read(&folder.join(file), &runs).map_err(Failure::Input)?;
+            match kind.split_once(':') {
+                None => validation.summary(),
+                Some((_, series)) => validation
+                    .points(&series.replace('_', " "))
+                    .map_err(Failure::Input)?,
+            }
         }
         _ => {
             return Err(Failure::Input(format!(

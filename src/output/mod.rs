@@ -17,6 +17,7 @@ pub(crate) mod stress_fields;
 pub(crate) mod tables;
 pub(crate) mod terminal;
 pub(crate) mod tube_results;
+pub(crate) mod validation;
 pub mod vtu;
 pub(crate) mod wall_fields;
 pub mod wall_history;

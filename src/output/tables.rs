@@ -99,7 +99,7 @@ pub struct OpeningRow {
 }
 
 /// A row of `fluid-probes.csv`: the blood at a point, NaN where that is not in the blood.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
 pub struct FluidProbeRow {
     /// Time at the end of the step.
@@ -123,7 +123,7 @@ pub struct FluidProbeRow {
 }
 
 /// A row of `probes.csv`: one point of the wet surface.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
 pub struct ProbeRow {
     /// Time at the end of the step.

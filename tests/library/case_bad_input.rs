@@ -557,6 +557,56 @@ fn long_lists_are_refused() {
     }
 }
 
+/// Points of an experiment are recorded beside those that the case gives, each once; a file that holds none, and a run that would
+/// record too many, are refused.
+#[test]
+fn points_of_an_experiment_are_recorded() {
+    let scratch = tempfile::tempdir().unwrap();
+    let file = scratch.path().join("experiment.csv");
+    let measured = |rows: &str| {
+        std::fs::write(&file, format!("series,quantity,x_m,y_m,z_m,value\n{rows}")).unwrap();
+        ("output.measured", format!("{file:?}"))
+    };
+    let model = project().join("S-0.25");
+    let (key, value) = measured(
+        "axis,velocity_x_m_s,0.01,0,0,0.3\naxis,velocity_x_m_s,0.02,0,0,0.3\nwall,wall_shear_Pa,0.01,0.0032,0,1\n",
+    );
+    let given = [
+        (key.to_owned(), value.clone()),
+        (
+            "output.fluid_probes_m".to_owned(),
+            "[[0.05, 0.0, 0.0], [0.02, 0.0, 0.0]]".to_owned(),
+        ),
+    ];
+    let case = Case::load(&model, Preset::Demo, &given).unwrap();
+    assert_eq!(
+        case.output.fluid_probes,
+        [[0.05, 0.0, 0.0], [0.02, 0.0, 0.0], [0.01, 0.0, 0.0]]
+    );
+    assert_eq!(case.output.probes, [[0.01, 0.0032, 0.0]]);
+    assert_eq!(case.output.measured, None, "its points stand in the case");
+
+    let own = ("fluid.command", "[\"python3\"]");
+    let text = refuse(&model, &[own, (key, &value)]).to_string();
+    assert!(
+        text.contains("`output.measured`") && text.contains("measurements of the wall only"),
+        "{text}"
+    );
+    let (key, value) = measured("axis,velocity_m_s,0.01,0,0,0.3\n");
+    let text = refuse(&model, &[(key, &value)]).to_string();
+    assert!(
+        text.contains("`output.measured`")
+            && text.contains("experiment.csv: CSV deserialize error: record 1 (line: 2"),
+        "{text}"
+    );
+    let rows = (0..1001).map(|i| format!("a,speed_m_s,{i}e-6,0,0,1\n"));
+    let (key, value) = measured(&rows.collect::<String>());
+    let text = refuse(&model, &[(key, &value)]).to_string();
+    assert!(text.contains("would record 1001 of one kind"), "{text}");
+    let text = refuse(&model, &[(key, "\"nowhere.csv\"")]).to_string();
+    assert!(text.contains("nowhere.csv: cannot read it"), "{text}");
+}
+
 /// A file that is no case at all is refused as quickly as another, however much there is of it.
 #[test]
 fn endless_mistakes_take_no_time() {

@@ -42,5 +42,6 @@ mod simulation;
 mod study;
 mod tables;
 mod terminal;
+mod validation;
 mod vessel;
 mod wall_state;

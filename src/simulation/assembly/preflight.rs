@@ -104,7 +104,8 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
                 .enumerate();
             let off = probes.filter(|(_, probe)| solid.locate(&[*probe]).is_err());
             let off = off.map(|(i, probe)| off_the_wall(i, probe, interface.as_ref()));
-            errors.extend(some(off).map(|what| case.mistake("output.probes_m", what)));
+            let key = case.key_of_points("output.probes_m");
+            errors.extend(some(off).map(|what| case.mistake(key, what)));
         }
     }
     let outside = points.iter().zip(inside).filter(|(_, inside)| !inside);
@@ -112,7 +113,8 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         let x: [f64; 3] = (*x).into();
         format!("{x:?} does not lie in the fluid at rest; expected points within")
     });
-    errors.extend(some(outside).map(|what| case.mistake("output.fluid_probes_m", what)));
+    let key = case.key_of_points("output.fluid_probes_m");
+    errors.extend(some(outside).map(|what| case.mistake(key, what)));
     if case.coupling.surrogate != SurrogateModel::None
         && let Some(interface) = &interface
         && let Problem::Vessel(vessel) = &case.problem

@@ -1,0 +1,327 @@
+//! What an experiment has measured at points, as a file: a run records the same there (`output.measured`), and
+//! `fsi-driver validate` sets both beside each other.
+
+use super::text_file;
+use serde::Deserialize;
+use std::path::Path;
+
+/// Points of one kind, of the wall or in the blood, that a run records at most.
+pub const MOST_POINTS: usize = 1000;
+
+/// What was measured, by the name that it has in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+pub enum Quantity {
+    /// Velocity of the blood along x.
+    #[serde(rename = "velocity_x_m_s")]
+    VelocityX,
+    /// Velocity of the blood along y.
+    #[serde(rename = "velocity_y_m_s")]
+    VelocityY,
+    /// Velocity of the blood along z.
+    #[serde(rename = "velocity_z_m_s")]
+    VelocityZ,
+    /// Magnitude of the blood's velocity.
+    #[serde(rename = "speed_m_s")]
+    Speed,
+    /// Pressure in the blood.
+    #[serde(rename = "pressure_Pa")]
+    Pressure,
+    /// The same, less that at the first point of its series: for experiments that know their pressure but for a constant.
+    #[serde(rename = "pressure_difference_Pa")]
+    PressureDifference,
+    /// Pressure of the blood on the wall.
+    #[serde(rename = "wall_pressure_Pa")]
+    WallPressure,
+    /// The same, less that at the first point of its series.
+    #[serde(rename = "wall_pressure_difference_Pa")]
+    WallPressureDifference,
+    /// Magnitude of the wall shear stress.
+    #[serde(rename = "wall_shear_Pa")]
+    WallShear,
+    /// Displacement of the wall along x.
+    #[serde(rename = "displacement_x_m")]
+    DisplacementX,
+    /// Displacement of the wall along y.
+    #[serde(rename = "displacement_y_m")]
+    DisplacementY,
+    /// Displacement of the wall along z.
+    #[serde(rename = "displacement_z_m")]
+    DisplacementZ,
+}
+
+impl Quantity {
+    /// Whether it is one of the wall (`output.probes_m`); otherwise one of the blood (`output.fluid_probes_m`).
+    pub fn is_of_the_wall(self) -> bool {
+        use Quantity::*;
+        match self {
+            VelocityX | VelocityY | VelocityZ | Speed | Pressure | PressureDifference => false,
+            WallPressure | WallPressureDifference | WallShear => true,
+            DisplacementX | DisplacementY | DisplacementZ => true,
+        }
+    }
+
+    /// Whether values count from that at the first point of their series.
+    pub fn is_difference(self) -> bool {
+        matches!(
+            self,
+            Quantity::PressureDifference | Quantity::WallPressureDifference
+        )
+    }
+
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        use Quantity::*;
+        match self {
+            VelocityX | VelocityY | VelocityZ | Speed => "m/s",
+            Pressure | PressureDifference | WallPressure | WallPressureDifference | WallShear => {
+                "Pa"
+            }
+            DisplacementX | DisplacementY | DisplacementZ => "m",
+        }
+    }
+}
+
+/// A row of the file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
+struct Row {
+    series: String,
+    quantity: Quantity,
+    #[serde(default)]
+    time_s: Option<f64>,
+    x_m: f64,
+    y_m: f64,
+    z_m: f64,
+    value: f64,
+    #[serde(default)]
+    sd: Option<f64>,
+    #[serde(default)]
+    lowest: Option<f64>,
+    #[serde(default)]
+    highest: Option<f64>,
+}
+
+/// A measured value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Where (m): of the unloaded wall, or fixed in space.
+    pub place: [f64; 3],
+    /// When (s); at the end of the run if the file does not say.
+    pub time: Option<f64>,
+    /// The value, in the quantity's unit: the mean where it was measured more than once.
+    pub value: f64,
+    /// Standard deviation of what was measured there.
+    pub sd: Option<f64>,
+    /// Lowest and highest value that was measured there.
+    pub range: Option<[f64; 2]>,
+}
+
+/// Values of one quantity that belong together, such as a profile of the velocity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredSeries {
+    /// What the file calls it.
+    pub name: String,
+    /// What was measured.
+    pub quantity: Quantity,
+    /// Where, and what was found; one at least.
+    pub points: Vec<Point>,
+}
+
+/// All that a file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurements {
+    /// In the order of the file.
+    pub series: Vec<MeasuredSeries>,
+}
+
+impl Measurements {
+    /// Reads a CSV file with the columns `series,quantity,x_m,y_m,z_m,value`, and where they are known
+    /// `time_s,sd,lowest,highest`; lines that begin with # are comments.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words that name file and line.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let named = |reason: String| format!("{}{reason}", path.display());
+        let text = text_file::read(path, text_file::OF_A_CURVE)
+            .map_err(|e| named(format!(": cannot read it: {e}")))?;
+        let mut reader = csv::ReaderBuilder::new()
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
+        let unread = |e: csv::Error| {
+            named(format!(
+                ": {e}; expected the columns series,quantity,x_m,y_m,z_m,value and, as you know them, time_s,sd,lowest,highest"
+            ))
+        };
+        let heads = reader.headers().map_err(unread)?.clone();
+        let mut series: Vec<MeasuredSeries> = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(unread)?;
+            let row: Row = record.deserialize(Some(&heads)).map_err(unread)?;
+            let line = record.position().map_or(0, csv::Position::line);
+            add(&mut series, row).map_err(|reason| named(format!(":{line}: {reason}")))?;
+        }
+        let measured = Self { series };
+        if measured.series.is_empty() {
+            return Err(named(": holds no measured value".into()));
+        }
+        Ok(measured)
+    }
+
+    /// Points (m) of the wall or of the blood at which something was measured, each once.
+    pub fn places(&self, of_the_wall: bool) -> Vec<[f64; 3]> {
+        let mut places: Vec<[f64; 3]> = Vec::new();
+        let series = self.series.iter();
+        let series = series.filter(|it| it.quantity.is_of_the_wall() == of_the_wall);
+        for point in series.flat_map(|series| &series.points) {
+            if !places.contains(&point.place) {
+                places.push(point.place);
+            }
+        }
+        places
+    }
+}
+
+/// Puts a row to the others of its series.
+fn add(series: &mut Vec<MeasuredSeries>, row: Row) -> Result<(), String> {
+    let numbers = [row.x_m, row.y_m, row.z_m, row.value].into_iter();
+    let others = [row.time_s, row.sd, row.lowest, row.highest];
+    if let Some(number) = (numbers.chain(others.into_iter().flatten())).find(|x| !x.is_finite()) {
+        return Err(format!("found {number}, expected finite numbers"));
+    }
+    if let Some(sd) = row.sd.filter(|sd| *sd < 0.0) {
+        return Err(format!("sd: found {sd}, expected a number from 0"));
+    }
+    let range = match (row.lowest, row.highest) {
+        (None, None) => None,
+        (Some(lowest), Some(highest)) if lowest <= row.value && row.value <= highest => {
+            Some([lowest, highest])
+        }
+        (lowest, highest) => {
+            let show = |x: Option<f64>| x.map_or("nothing".to_owned(), |x| x.to_string());
+            return Err(format!(
+                "lowest and highest: found {} and {}, expected neither, or both with the value {} between them",
+                show(lowest),
+                show(highest),
+                row.value
+            ));
+        }
+    };
+    if row.series.is_empty() {
+        return Err("series: found nothing, expected a name".into());
+    }
+    let point = Point {
+        place: [row.x_m, row.y_m, row.z_m],
+        time: row.time_s,
+        value: row.value,
+        sd: row.sd,
+        range,
+    };
+    match series.iter_mut().find(|it| it.name == row.series) {
+        Some(series) if series.quantity != row.quantity => Err(format!(
+            "the series {} began with another quantity; expected one quantity in a series",
+            row.series
+        )),
+        Some(series) => {
+            series.points.push(point);
+            Ok(())
+        }
+        None if row.quantity.is_difference() && row.value != 0.0 => Err(format!(
+            "value: found {} at the first point of the series {}, from which its differences count: expected 0",
+            row.value, row.series
+        )),
+        None => {
+            series.push(MeasuredSeries {
+                name: row.series,
+                quantity: row.quantity,
+                points: vec![point],
+            });
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Measurements, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("measured.csv");
+        std::fs::write(&path, text).unwrap();
+        let folder = format!("{}/", folder.path().display());
+        Measurements::read(&path).map_err(|reason| reason.replace(&folder, ""))
+    }
+
+    #[test]
+    fn series_keep_their_order_and_a_place_counts_once() {
+        let measured = read(
+            "# by hand\nseries,quantity,x_m,y_m,z_m,value,sd,lowest,highest\n\
+             axis,velocity_x_m_s,0,0,0,0.7,0.02,0.68,0.72\n\
+             drop,wall_pressure_difference_Pa,0,0.002,0,0,,,\n\
+             axis,velocity_x_m_s,0.01,0,0,0.6,,,\n\
+             radial,velocity_y_m_s,0.01,0,0,0.0,,,\n",
+        )
+        .unwrap();
+        let names: Vec<&str> = measured.series.iter().map(|it| it.name.as_str()).collect();
+        assert_eq!(names, ["axis", "drop", "radial"]);
+        let axis = &measured.series[0];
+        assert_eq!(axis.points.len(), 2);
+        assert_eq!(axis.points[0].range, Some([0.68, 0.72]));
+        assert_eq!(axis.points[1].sd, None);
+        assert_eq!(
+            measured.places(false),
+            [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]],
+            "shared by two series"
+        );
+        assert_eq!(measured.places(true), [[0.0, 0.002, 0.0]]);
+    }
+
+    #[test]
+    fn times_may_be_given_and_columns_may_stand_in_any_order() {
+        let measured =
+            read("value,quantity,time_s,z_m,y_m,x_m,series\n1e-4,displacement_y_m,0.5,3,2,1,a\n")
+                .unwrap();
+        let point = &measured.series[0].points[0];
+        assert_eq!((point.place, point.time), ([1.0, 2.0, 3.0], Some(0.5)));
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_line() {
+        const HEAD: &str = "series,quantity,x_m,y_m,z_m,value,sd,lowest,highest\n";
+        for (row, expected) in [
+            (
+                "a,velocity_m_s,0,0,0,1,,,",
+                "unknown variant `velocity_m_s`",
+            ),
+            ("a,speed_m_s,0,0,0,one,,,", "invalid float literal"),
+            ("a,speed_m_s,0,0,0,NaN,,,", "measured.csv:3: found NaN"),
+            ("a,speed_m_s,0,0,0,1,-1,,", "measured.csv:3: sd: found -1"),
+            (
+                "a,speed_m_s,0,0,0,1,,2,3",
+                "measured.csv:3: lowest and highest: found 2 and 3",
+            ),
+            ("a,speed_m_s,0,0,0,1,,0,", "found 0 and nothing"),
+            (
+                ",speed_m_s,0,0,0,1,,,",
+                "measured.csv:3: series: found nothing",
+            ),
+            (
+                "b,pressure_Pa,0,0,0,1,,,",
+                "measured.csv:3: the series b began with another",
+            ),
+            (
+                "a,pressure_difference_Pa,0,0,0,1,,,",
+                "measured.csv:3: value: found 1 at the first",
+            ),
+            ("a,speed_m_s,0,0,0", "found record with 5 fields"),
+        ] {
+            let reason = read(&format!("{HEAD}b,speed_m_s,0,0,0,1,,,\n{row}\n")).unwrap_err();
+            assert!(reason.contains(expected), "{row}: {reason}");
+        }
+        assert!(read(HEAD).unwrap_err().contains("no measured value"));
+        let reason = read("series,quantity,x,y_m,z_m,value\na,speed_m_s,0,0,0,1\n").unwrap_err();
+        assert!(reason.contains("expected the columns series,"), "{reason}");
+    }
+}

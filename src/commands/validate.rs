@@ -1,0 +1,40 @@
+//! `fsi-driver validate FILE RUN…`: runs beside what an experiment has measured.
+
+use super::Failure;
+use crate::output::terminal;
+use crate::output::validation::Validation;
+use std::path::PathBuf;
+
+/// Options of the comparison with an experiment.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// What was measured: a CSV file with the columns series,quantity,x_m,y_m,z_m,value and, as they are known,
+    /// time_s,sd,lowest,highest.
+    #[arg(value_name = "FILE")]
+    measured: PathBuf,
+    /// Folders of runs whose case names the file as output.measured.
+    #[arg(value_name = "RUN", required = true)]
+    runs: Vec<PathBuf>,
+    /// Show one series point by point; `all` shows each.
+    #[arg(long, value_name = "NAME")]
+    series: Option<String>,
+}
+
+/// Prints a table of all series, or of the points of one, in Markdown.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let validation =
+        Validation::read(&arguments.measured, &arguments.runs).map_err(Failure::Input)?;
+    let names: Vec<&str> = match arguments.series.as_deref() {
+        None => {
+            terminal::print(validation.summary().to_markdown())?;
+            return Ok(());
+        }
+        Some("all") => validation.series().collect(),
+        Some(name) => vec![name],
+    };
+    for name in names {
+        let table = validation.points(name).map_err(Failure::Input)?;
+        terminal::print(format_args!("{name}\n\n{}\n", table.to_markdown()))?;
+    }
+    Ok(())
+}

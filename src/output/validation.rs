@@ -1,0 +1,345 @@
+//! Runs beside an experiment: what each has at the points that were measured, and how far it is from that.
+
+use super::report::Table;
+use super::report::page::significant;
+use super::results::Results;
+use super::tables::{self, FluidProbeRow, ProbeRow};
+use crate::Vec3;
+use crate::case::measured::{MeasuredSeries, Measurements, Point, Quantity};
+use serde::de::DeserializeOwned;
+use std::path::Path;
+
+/// A probe lies at a measured point if it is no further away than this (m).
+const SAME_PLACE: f64 = 1e-9;
+/// A row counts for a time from which it is no further than this share of a step.
+const SAME_TIME: f64 = 0.51;
+
+/// An experiment, and what runs have in its place.
+pub struct Validation {
+    measured: Measurements,
+    runs: Vec<Computed>,
+}
+
+/// What a run has at the measured points.
+struct Computed {
+    name: String,
+    /// A value for each point of each series.
+    values: Vec<Vec<f64>>,
+}
+
+/// A value at a place and time of a run.
+struct Sample {
+    place: [f64; 3],
+    time: f64,
+    value: f64,
+}
+
+/// How far a run is from what was measured in a series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// Root mean square of the differences, in the quantity's unit.
+    pub rms: f64,
+    /// Mean of the differences: above zero where the run has more than was measured.
+    pub mean: f64,
+    /// Points at which the run lies between the lowest and the highest measured value, and those that have such.
+    pub within: [usize; 2],
+}
+
+impl Validation {
+    /// Reads a file of measurements and the probes of runs.
+    ///
+    /// # Errors
+    /// What is wrong with the file, or that a run has not recorded what was measured, in words.
+    pub fn read(file: &Path, runs: &[impl AsRef<Path>]) -> Result<Self, String> {
+        let measured = Measurements::read(file)?;
+        let runs = runs
+            .iter()
+            .map(|run| Computed::read(run.as_ref(), &measured));
+        let runs = runs.collect::<Result<_, _>>()?;
+        Ok(Self { measured, runs })
+    }
+
+    /// A row for each series: how much was measured, how far measurements scatter, and how far each run is from them.
+    pub fn summary(&self) -> Table {
+        let heads = ["measured", "points", "largest", "standard deviation"].map(str::to_owned);
+        let names = self.runs.iter().map(|run| {
+            let name = &run.name;
+            format!(
+                "{name}: root mean square of the difference (mean; points within what was measured)"
+            )
+        });
+        let mut table = Table::new(heads.into_iter().chain(names));
+        for (i, series) in self.measured.series.iter().enumerate() {
+            let scale = series.largest();
+            let percent = |x: f64| format!("{} %", significant(100.0 * x / scale, 2));
+            let scatter = series.points.iter().filter_map(|point| point.sd);
+            let mut row = vec![
+                series.name.clone(),
+                series.points.len().to_string(),
+                format!("{} {}", significant(scale, 3), series.quantity.unit()),
+                rms(scatter).map_or(String::new(), percent),
+            ];
+            row.extend(self.runs.iter().map(|run| {
+                let deviation = series.deviation(&run.values[i]);
+                let within = match deviation.within {
+                    [_, 0] => String::new(),
+                    [within, of] => format!("; {within} of {of}"),
+                };
+                let [rms, mean] = [deviation.rms, deviation.mean].map(percent);
+                format!("{rms} ({mean}{within})")
+            }));
+            table.push(row);
+        }
+        table
+    }
+
+    /// A row for each point of a series: what was measured, with its standard deviation, and what each run has.
+    ///
+    /// # Errors
+    /// If there is no series of this name.
+    pub fn points(&self, name: &str) -> Result<Table, String> {
+        let all = &self.measured.series;
+        let Some(i) = all.iter().position(|series| series.name == name) else {
+            let names: Vec<&str> = all.iter().map(|series| series.name.as_str()).collect();
+            return Err(format!(
+                "no series is called `{name}`; expected one of {}",
+                names.join(", ")
+            ));
+        };
+        let series = &all[i];
+        let (scale, unit) = (series.largest(), series.quantity.unit());
+        let heads = ["place".to_owned(), format!("measured / {unit}")];
+        let names = self.runs.iter().map(|run| format!("{} / {unit}", run.name));
+        let mut table = Table::new(heads.into_iter().chain(names));
+        let places = series.places();
+        for (j, point) in series.points.iter().enumerate() {
+            let sd = point.sd.map(|sd| format!(" ± {}", significant(sd, 2)));
+            let mut row = vec![
+                places[j].clone(),
+                significant(point.value, 3) + &sd.unwrap_or_default(),
+            ];
+            row.extend(self.runs.iter().map(|run| {
+                let value = run.values[i][j];
+                let share = significant(100.0 * (value - point.value) / scale, 2);
+                let sign = if value > point.value { "+" } else { "" };
+                format!("{} ({sign}{share} %)", significant(value, 3))
+            }));
+            table.push(row);
+        }
+        Ok(table)
+    }
+
+    /// Names of the series, in the order of the file.
+    pub fn series(&self) -> impl Iterator<Item = &str> {
+        self.measured
+            .series
+            .iter()
+            .map(|series| series.name.as_str())
+    }
+}
+
+impl MeasuredSeries {
+    /// The largest magnitude that was measured: what differences are relative to. 1 if all is zero.
+    fn largest(&self) -> f64 {
+        let largest = self.points.iter().map(|point| point.value.abs());
+        Some(largest.fold(0.0, f64::max))
+            .filter(|x| *x > 0.0)
+            .unwrap_or(1.0)
+    }
+
+    /// How far values, one for each point, are from what was measured.
+    pub fn deviation(&self, values: &[f64]) -> Deviation {
+        let pairs = || self.points.iter().zip(values);
+        let differences = || pairs().map(|(point, value)| value - point.value);
+        let ranges = pairs().filter_map(|(point, value)| Some((point.range?, *value)));
+        let within =
+            |([lowest, highest], value): &([f64; 2], f64)| (*lowest..=*highest).contains(value);
+        Deviation {
+            rms: rms(differences()).unwrap_or(f64::NAN),
+            mean: differences().sum::<f64>() / self.points.len() as f64,
+            within: [ranges.clone().filter(within).count(), ranges.count()],
+        }
+    }
+
+    /// Where the points lie, in mm: those coordinates that differ among them, or all; with times, if the file gives any.
+    fn places(&self) -> Vec<String> {
+        let first = self.points[0].place;
+        let differs = [0, 1, 2].map(|i| self.points.iter().any(|point| point.place[i] != first[i]));
+        let is_told = |i: usize| differs[i] || differs == [false; 3];
+        let show = |point: &Point| {
+            let axes = ["x", "y", "z"].into_iter().enumerate();
+            let axes = axes.filter(|(i, _)| is_told(*i));
+            let place =
+                axes.map(|(i, axis)| format!("{axis} = {} mm", rounded(1e3 * point.place[i])));
+            let time = point.time.map(|time| format!("t = {time} s"));
+            place.chain(time).collect::<Vec<_>>().join(", ")
+        };
+        self.points.iter().map(show).collect()
+    }
+}
+
+impl Computed {
+    fn read(folder: &Path, measured: &Measurements) -> Result<Self, String> {
+        let run = Results::load_figures(folder).map_err(|e| e.to_string())?;
+        let probes = Probes {
+            wall: read(&run.files.probes())?,
+            blood: read(&run.files.fluid_probes())?,
+        };
+        let values = measured.series.iter();
+        let values = values.map(|series| computed(&run, &probes, series));
+        Ok(Self {
+            name: run.name(),
+            values: values.collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// The rows of a table of probes; none if the run has recorded nothing at points.
+fn read<T: DeserializeOwned>(table: &Path) -> Result<Vec<T>, String> {
+    match table.is_file() {
+        true => tables::read(table).map_err(|e| format!("cannot read {e}")),
+        false => Ok(Vec::new()),
+    }
+}
+
+/// What a run has recorded at points.
+struct Probes {
+    wall: Vec<ProbeRow>,
+    blood: Vec<FluidProbeRow>,
+}
+
+/// What a run has at each point of a series.
+fn computed(run: &Results, probes: &Probes, series: &MeasuredSeries) -> Result<Vec<f64>, String> {
+    let (table, key) = match series.quantity.is_of_the_wall() {
+        true => (run.files.probes(), "output.probes_m"),
+        false => (run.files.fluid_probes(), "output.fluid_probes_m"),
+    };
+    let samples = probes.samples(series.quantity);
+    let last = samples.iter().map(|sample| sample.time).fold(0.0, f64::max);
+    let at = |point: &Point| {
+        let time = point.time.unwrap_or(last);
+        let is_here = |sample: &&Sample| {
+            let away = Vec3::from(sample.place) - Vec3::from(point.place);
+            away.norm() <= SAME_PLACE
+        };
+        let here = samples.iter().filter(is_here);
+        let away = |sample: &&Sample| (sample.time - time).abs();
+        let nearest = here.min_by(|a, b| away(a).total_cmp(&away(b)));
+        let Some(nearest) = nearest else {
+            return Err(format!(
+                "{} has no probe at {:?} m, where `{}` was measured: give the file to the case as output.measured, or the point in {key}, and \
+                 compute the run again",
+                table.display(),
+                point.place,
+                series.name
+            ));
+        };
+        match away(&nearest) <= SAME_TIME * run.case.time.step {
+            true => Ok(nearest.value),
+            false => Err(format!(
+                "{} has no row at t = {time} s, where `{}` was measured; it reaches {} s",
+                table.display(),
+                series.name,
+                rounded(last)
+            )),
+        }
+    };
+    let mut values: Vec<f64> = series.points.iter().map(at).collect::<Result<_, _>>()?;
+    if series.quantity.is_difference() {
+        let first = values[0];
+        values.iter_mut().for_each(|value| *value -= first);
+    }
+    Ok(values)
+}
+
+impl Probes {
+    /// All that was recorded of a quantity.
+    fn samples(&self, quantity: Quantity) -> Vec<Sample> {
+        use Quantity::*;
+        let of_the_wall = |row: &ProbeRow| Sample {
+            place: [row.x_m, row.y_m, row.z_m],
+            time: row.time_s,
+            value: match quantity {
+                WallShear => Vec3::new(
+                    row.wall_shear_x_Pa,
+                    row.wall_shear_y_Pa,
+                    row.wall_shear_z_Pa,
+                )
+                .norm(),
+                DisplacementX => row.ux_m,
+                DisplacementY => row.uy_m,
+                DisplacementZ => row.uz_m,
+                _ => row.p_Pa,
+            },
+        };
+        let of_the_blood = |row: &FluidProbeRow| Sample {
+            place: [row.x_m, row.y_m, row.z_m],
+            time: row.time_s,
+            value: match quantity {
+                VelocityX => row.ux_m_s,
+                VelocityY => row.uy_m_s,
+                VelocityZ => row.uz_m_s,
+                Speed => Vec3::new(row.ux_m_s, row.uy_m_s, row.uz_m_s).norm(),
+                _ => row.p_Pa,
+            },
+        };
+        match quantity.is_of_the_wall() {
+            true => self.wall.iter().map(of_the_wall).collect(),
+            false => self.blood.iter().map(of_the_blood).collect(),
+        }
+    }
+}
+
+/// Root mean square; none of nothing.
+fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
+    (count > 0).then(|| (sum / f64::from(count)).sqrt())
+}
+
+/// Without the last digits, in which a product of decimal numbers differs from what people write.
+fn rounded(x: f64) -> f64 {
+    (x * 1e6).round() / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(values: &[(f64, Option<[f64; 2]>)]) -> MeasuredSeries {
+        let points = values.iter().enumerate();
+        let points = points.map(|(i, (value, range))| Point {
+            place: [1e-3 * i as f64, 2e-3, 0.0],
+            time: None,
+            value: *value,
+            sd: None,
+            range: *range,
+        });
+        MeasuredSeries {
+            name: "axis".into(),
+            quantity: Quantity::VelocityX,
+            points: points.collect(),
+        }
+    }
+
+    #[test]
+    fn a_deviation_counts_what_lies_within_the_measurements() {
+        let series = series(&[
+            (1.0, Some([0.9, 1.1])),
+            (2.0, Some([1.9, 2.1])),
+            (3.0, None),
+        ]);
+        let deviation = series.deviation(&[1.1, 2.2, 3.0]);
+        assert!((deviation.rms - (0.05_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!((deviation.mean - 0.1).abs() < 1e-12);
+        assert_eq!(deviation.within, [1, 2]);
+        assert_eq!(series.largest(), 3.0);
+    }
+
+    #[test]
+    fn places_are_told_by_what_differs() {
+        assert_eq!(
+            series(&[(1.0, None), (2.0, None)]).places(),
+            ["x = 0 mm", "x = 1 mm"]
+        );
+    }
+}
