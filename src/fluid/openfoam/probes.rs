@@ -33,7 +33,7 @@ pub fn dictionary(points: &[[f64; 3]]) -> String {
     let _ = write!(
         text,
         "{NAME}\n{{\n    type            probes;\n    libs            (sampling);\n    \
-         writeControl    timeStep;\n    writeInterval   1;\n    fields          (p U);\n    probeLocations\n    (\n"
+         writeControl    timeStep;\n    writeInterval   1;\n    fields          (p U);\n    interpolationScheme cellPoint;\n    probeLocations\n    (\n"
     );
     for [x, y, z] in points {
         let _ = writeln!(text, "        ({x:e} {y:e} {z:e})");
