@@ -68,6 +68,26 @@ impl Quantity {
         )
     }
 
+    /// What it is, with its unit, for the axis of a figure.
+    pub fn label(self) -> String {
+        use Quantity::*;
+        let name = match self {
+            VelocityX => "velocity along x",
+            VelocityY => "velocity along y",
+            VelocityZ => "velocity along z",
+            Speed => "speed",
+            Pressure => "pressure",
+            PressureDifference => "pressure less the first",
+            WallPressure => "pressure at the wall",
+            WallPressureDifference => "pressure at the wall less the first",
+            WallShear => "wall shear stress",
+            DisplacementX => "displacement along x",
+            DisplacementY => "displacement along y",
+            DisplacementZ => "displacement along z",
+        };
+        format!("{name} / {}", self.unit())
+    }
+
     /// Its unit.
     pub fn unit(self) -> &'static str {
         use Quantity::*;

@@ -5,6 +5,10 @@ use crate::output::terminal;
 use crate::output::validation::Validation;
 use std::path::PathBuf;
 
+/// What the cells of a run say.
+const LEGEND: &str = "of each run: root mean square of its difference from what was measured (mean; points between the lowest and the highest \
+                      measured value), as a share of the largest measured value of the series";
+
 /// Options of the comparison with an experiment.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -18,15 +22,23 @@ pub struct Arguments {
     /// Show one series point by point; `all` shows each.
     #[arg(long, value_name = "NAME")]
     series: Option<String>,
+    /// Draw all series, one beside the other: FILE.svg and FILE.png.
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
 }
 
 /// Prints a table of all series, or of the points of one, in Markdown.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let validation =
         Validation::read(&arguments.measured, &arguments.runs).map_err(Failure::Input)?;
+    if let Some(path) = &arguments.figure {
+        let written = validation.figure().write(path);
+        written.map_err(|e| Failure::Run(format!("cannot write {e}")))?;
+    }
     let names: Vec<&str> = match arguments.series.as_deref() {
         None => {
-            terminal::print(validation.summary().to_markdown())?;
+            let table = validation.summary().to_markdown();
+            terminal::print(format_args!("{table}\n{LEGEND}\n"))?;
             return Ok(());
         }
         Some("all") => validation.series().collect(),

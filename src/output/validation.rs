@@ -1,5 +1,6 @@
 //! Runs beside an experiment: what each has at the points that were measured, and how far it is from that.
 
+use super::figure::{Curve, Figure, Marker, Panel, Scale};
 use super::report::Table;
 use super::report::page::significant;
 use super::results::Results;
@@ -59,15 +60,12 @@ impl Validation {
         Ok(Self { measured, runs })
     }
 
-    /// A row for each series: how much was measured, how far measurements scatter, and how far each run is from them.
+    /// A row for each series: how much was measured, how far measurements scatter, and how far each run is from them: root mean
+    /// square of the difference, and in brackets its mean and how many points lie within what was measured. Shares are those of the
+    /// largest measured value.
     pub fn summary(&self) -> Table {
         let heads = ["measured", "points", "largest", "standard deviation"].map(str::to_owned);
-        let names = self.runs.iter().map(|run| {
-            let name = &run.name;
-            format!(
-                "{name}: root mean square of the difference (mean; points within what was measured)"
-            )
-        });
+        let names = self.runs.iter().map(|run| run.name.clone());
         let mut table = Table::new(heads.into_iter().chain(names));
         for (i, series) in self.measured.series.iter().enumerate() {
             let scale = series.largest();
@@ -129,6 +127,49 @@ impl Validation {
         Ok(table)
     }
 
+    /// A panel for each series: what was measured, within dashed lines between which the measurements lie, and each run.
+    pub fn figure(&self) -> Figure {
+        let panel = |(i, series): (usize, &MeasuredSeries)| {
+            let (along, at) = series.abscissa();
+            let curve = |name: &str, colour, values: &dyn Fn(usize) -> Option<f64>| {
+                let points = (0..at.len()).filter_map(|j| Some((at[j], values(j)?)));
+                let mut points: Vec<(f64, f64)> = points.collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                Curve {
+                    name: name.to_owned(),
+                    points,
+                    colour,
+                    marker: None,
+                    open: false,
+                }
+            };
+            let points = &series.points;
+            let mut curves = vec![Curve {
+                marker: Some(Marker::Circle),
+                ..curve("measured", 0, &|j| Some(points[j].value))
+            }];
+            curves.extend([0, 1].map(|end| Curve {
+                open: true,
+                ..curve("", 0, &|j| points[j].range.map(|range| range[end]))
+            }));
+            curves.extend(self.runs.iter().enumerate().map(|(run, computed)| {
+                curve(&computed.name, 1 + run, &|j| Some(computed.values[i][j]))
+            }));
+            curves.retain(|curve| !curve.points.is_empty());
+            Panel {
+                title: series.name.clone(),
+                x_label: along,
+                y_label: series.quantity.label(),
+                scales: [Scale::Linear; 2],
+                curves,
+            }
+        };
+        Figure {
+            panels: self.measured.series.iter().enumerate().map(panel).collect(),
+            columns: 3,
+        }
+    }
+
     /// Names of the series, in the order of the file.
     pub fn series(&self) -> impl Iterator<Item = &str> {
         self.measured
@@ -175,6 +216,32 @@ impl MeasuredSeries {
             place.chain(time).collect::<Vec<_>>().join(", ")
         };
         self.points.iter().map(show).collect()
+    }
+}
+
+impl MeasuredSeries {
+    /// What its points differ in most, as the label of an axis, and its value at each: a coordinate (mm) or the time (s).
+    fn abscissa(&self) -> (String, Vec<f64>) {
+        let coordinate = |i: usize| -> Vec<f64> {
+            let points = self.points.iter();
+            points.map(|point| rounded(1e3 * point.place[i])).collect()
+        };
+        let extent = |values: &Vec<f64>| {
+            let ends = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+            let (low, high) = values.iter().fold((f64::MAX, f64::MIN), ends);
+            high - low
+        };
+        let axes = [0, 1, 2].map(|i| (["x", "y", "z"][i], coordinate(i)));
+        let widest = axes
+            .into_iter()
+            .max_by(|a, b| extent(&a.1).total_cmp(&extent(&b.1)));
+        match widest.filter(|(_, values)| extent(values) > 0.0) {
+            Some((axis, values)) => (format!("{axis} / mm"), values),
+            None => {
+                let times = self.points.iter().map(|point| point.time.unwrap_or(0.0));
+                ("time / s".to_owned(), times.collect())
+            }
+        }
     }
 }
 

@@ -132,12 +132,31 @@ fn a_run_stands_beside_what_was_measured() {
         "{points}"
     );
 
+    let drawn = driver(
+        &["validate", "experiment.csv", "run", "--figure", "figure"],
+        root,
+    );
+    assert!(drawn.status.success());
+    let svg = fs::read_to_string(root.join("figure.svg")).unwrap();
+    for text in [
+        "across",
+        "y / mm",
+        "velocity along x / m/s",
+        "measured",
+        "run",
+    ] {
+        assert!(svg.contains(text), "{text}");
+    }
+    // Measured, its lower and upper limit, and the run in the first panel; without limits and at single points in the others.
+    assert_eq!(svg.matches("<polyline").count(), 4 + 2 + 2);
+
     // The same table on a page.
     let mark = "<!-- table: measured experiment.csv run -->\n<!-- end of table -->\n";
     fs::write(root.join("page.md"), mark).unwrap();
     assert!(driver(&["tables", "page.md"], root).status.success());
     let page = fs::read_to_string(root.join("page.md")).unwrap();
-    assert!(page.contains(&summary), "{page}");
+    let table = summary.split("\n\n").next().unwrap();
+    assert!(page.contains(table), "{page}");
 
     // What the run has not recorded.
     for (row, expected) in [

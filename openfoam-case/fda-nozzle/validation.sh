@@ -1,0 +1,38 @@
+#!/bin/sh
+# The nozzle with OpenFOAM on two meshes and the native fluid on three, beside the experiment: openfoam-case/fda-nozzle/validation.sh FOLDER
+#
+# About three quarters of an hour on two cores. What has been computed in FOLDER is kept, so the same line goes on where it ended. In the end
+# the last step of each run is copied to openfoam-case/fda-nozzle/kept, and the tables of the pages are made again.
+set -eu
+[ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
+out=$(mkdir -p "$1" && cd "$1" && pwd)
+cd "$(dirname "$0")/../.."
+case=openfoam-case/fda-nozzle
+fsi() { cargo run --release --quiet -- "$@"; }
+
+# compute NAME OPTIONS...: the case in FOLDER/NAME, with its last step in kept/NAME
+compute() {
+    name=$1
+    shift
+    if ! grep -qs '"status": "complete"' "$out/$name/summary.json"; then
+        resume=
+        [ ! -d "$out/$name/checkpoints" ] || resume=--resume
+        fsi --case $case --out "$out/$name" $resume "$@"
+    fi
+    kept=$case/kept/$name
+    mkdir -p $kept
+    cp "$out/$name/case.resolved.toml" "$out/$name/summary.json" "$out/$name/hemodynamics.json" $kept
+    for table in probes.csv fluid-probes.csv; do
+        last=$(tail -n 1 "$out/$name/$table" | cut -d, -f1)
+        awk -F, -v last="$last" 'NR == 1 || $1 == last' "$out/$name/$table" >$kept/$table
+    done
+}
+
+compute openfoam
+compute openfoam-coarse --set fluid.mesh.core=7 fluid.mesh.radial=5 fluid.mesh.axial_per_section=28
+compute native --fluid native
+compute native-degree-3 --fluid native --set fluid.native.degree=3
+compute native-fine --fluid native --end-time 0.5 --set fluid.native.axial_per_section=16 output.window_start_s=0.4
+fsi tables $case/README.md docs/credibility.md
+fsi validate $case/experiment.csv $case/kept/openfoam-coarse $case/kept/openfoam $case/kept/native --figure $case/experiment
+rm $case/experiment.png
