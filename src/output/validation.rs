@@ -217,9 +217,7 @@ impl MeasuredSeries {
         };
         self.points.iter().map(show).collect()
     }
-}
 
-impl MeasuredSeries {
     /// What its points differ in most, as the label of an axis, and its value at each: a coordinate (mm) or the time (s).
     fn abscissa(&self) -> (String, Vec<f64>) {
         let coordinate = |i: usize| -> Vec<f64> {

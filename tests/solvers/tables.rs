@@ -21,7 +21,8 @@ fn results() -> PathBuf {
 fn the_pages_say_what_the_stored_runs_say() {
     let study = results().join("README.md");
     let credibility = results().join("../credibility.md");
-    let output = tables(&["--check"], &[&study, &credibility]);
+    let nozzle = results().join("../../openfoam-case/fda-nozzle/README.md");
+    let output = tables(&["--check"], &[&study, &credibility, &nozzle]);
     assert!(output.status.success(), "{}", said(&output.stderr));
 }
 
