@@ -94,11 +94,11 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
         let mean = number(step, "Q_in_m3_s") / (std::f64::consts::PI * 16e-6);
         let ratio = number(&probes[0], "ux_m_s") / mean;
         assert!((1.0..1.3).contains(&ratio), "{ratio}");
-        // The cell before the outlet, 2.5 mm off its middle: measured 0.80 to 0.93 of the outlet's pressure, the rest
-        // accelerates the blood that the ramp presses in from there.
+        // A tenth of a millimetre before the outlet, linear between the middle of the last cell (2.5 mm before it, where 0.80 to 0.93 of
+        // the outlet's pressure was measured) and the outlet: measured 0.992 to 0.997.
         let [near, outlet] = [number(&probes[1], "p_Pa"), number(step, "p_out_Pa")];
         assert!(
-            (0.75..0.97).contains(&(near / outlet)),
+            (0.985..1.0).contains(&(near / outlet)),
             "{near} {outlet} Pa"
         );
         let flow = number(step, "Q_out_m3_s") / (std::f64::consts::PI * 3.2e-3_f64.powi(2));

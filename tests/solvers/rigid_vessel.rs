@@ -251,7 +251,7 @@ fn womersleys_profile_is_there_from_the_first_slice_on_with_openfoam() {
     // The cells of `demo`, and implicit Euler
     let found = profile_errors(folder.path(), "womersley", 3, &openfoam);
     println!("{found:?}");
-    for (found, measured) in found.into_iter().zip([0.0452, 0.0399, 0.0396]) {
+    for (found, measured) in found.into_iter().zip([0.0453, 0.0430, 0.0430]) {
         assert!((found / measured - 1.0).abs() < 0.05, "{found:e}");
     }
 }

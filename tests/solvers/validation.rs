@@ -147,8 +147,8 @@ fn a_run_stands_beside_what_was_measured() {
     ] {
         assert!(svg.contains(text), "{text}");
     }
-    // Measured, its lower and upper limit, and the run in the first panel; without limits and at single points in the others.
-    assert_eq!(svg.matches("<polyline").count(), 4 + 2 + 2);
+    // Measured, its lower and upper limit, and the run in the first panel; without limits in the others; and two names in each legend.
+    assert_eq!(svg.matches("<polyline").count(), 4 + 2 + 2 + 3 * 2);
 
     // The same table on a page.
     let mark = "<!-- table: measured experiment.csv run -->\n<!-- end of table -->\n";
