@@ -75,7 +75,7 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
         "--set",
         "output.probes_m=[[0.0125, 3.2e-3, 2.4e-3]]",
         // The last one is in the cell before the probe on the wall.
-        "output.fluid_probes_m=[[-0.02, 0.0, 0.0], [0.0599, 0.0, 0.0], [0.0125, 3.04e-3, 2.28e-3]]",
+        "output.fluid_probes_m=[[-0.02, 0.0, 0.0], [0.0525, 0.0, 0.0], [0.0125, 3.04e-3, 2.28e-3]]",
     ];
     complete(driver(&straight, 6, &probes));
     complete(driver(&resumed, 3, &probes));
@@ -94,16 +94,16 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
         let mean = number(step, "Q_in_m3_s") / (std::f64::consts::PI * 16e-6);
         let ratio = number(&probes[0], "ux_m_s") / mean;
         assert!((1.0..1.3).contains(&ratio), "{ratio}");
-        // A tenth of a millimetre before the outlet, linear between the middle of the last cell (2.5 mm before it, where 0.80 to 0.93 of
-        // the outlet's pressure was measured) and the outlet: measured 0.992 to 0.997.
+        // 7.5 mm before the outlet, through which blood enters at first: measured 0.46 to 0.76 of its pressure, the rest accelerates
+        // the blood that the ramp presses in from there, and 0.63 to 0.91 of its velocity, the rest has widened the wall.
         let [near, outlet] = [number(&probes[1], "p_Pa"), number(step, "p_out_Pa")];
         assert!(
-            (0.985..1.0).contains(&(near / outlet)),
+            (0.44..0.78).contains(&(near / outlet)),
             "{near} {outlet} Pa"
         );
         let flow = number(step, "Q_out_m3_s") / (std::f64::consts::PI * 3.2e-3_f64.powi(2));
         let ratio = number(&probes[1], "ux_m_s") / flow;
-        assert!((0.9..1.3).contains(&ratio), "{ratio}");
+        assert!((0.61..0.93).contains(&ratio), "{ratio}");
     }
 
     // In the middle of a cell, here of the rigid extension, it is what OpenFOAM has written of that cell.
