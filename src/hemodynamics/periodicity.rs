@@ -1,4 +1,4 @@
-//! How far a run is from repeating itself.
+//! How far a run is from repeating itself, and how much of a curve alternates from step to step.
 
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +36,16 @@ pub fn differences(values: &[f64], per_period: usize, period: f64) -> Vec<Differ
     periods.windows(2).enumerate().map(difference).collect()
 }
 
+/// What changes its sign from step to step in the values of successive steps, root mean square in their unit: `a` of
+/// `f(t) + a (-1)^n`, from third differences, in which a smooth `f` nearly vanishes; none of fewer than four values.
+pub fn alternating(values: &[f64]) -> Option<f64> {
+    let third = values
+        .windows(4)
+        .map(|v| (v[3] - 3.0 * v[2] + 3.0 * v[1] - v[0]) / 8.0);
+    let count = third.len();
+    (count > 0).then(|| (third.map(|x| x * x).sum::<f64>() / count as f64).sqrt())
+}
+
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |m, x| m.max(x.abs()))
 }
@@ -45,6 +55,22 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
     use std::f64::consts::TAU;
+
+    #[test]
+    fn what_alternates_is_told_from_what_is_smooth() {
+        let sign = |n: i32| if n % 2 == 0 { 1.0 } else { -1.0 };
+        let curve = |a: f64| -> Vec<f64> {
+            let value = |n: i32| 3.0 + (TAU * f64::from(n) / 500.0).sin() + a * sign(n);
+            (0..500).map(value).collect()
+        };
+        assert!(alternating(&curve(0.0)).unwrap() < 1e-6);
+        assert_relative_eq!(
+            alternating(&curve(0.02)).unwrap(),
+            0.02,
+            max_relative = 1e-6
+        );
+        assert_eq!(alternating(&[1.0, 2.0, 3.0]), None);
+    }
 
     #[test]
     fn a_transient_that_decays_to_a_tenth_in_a_period_is_measured() {

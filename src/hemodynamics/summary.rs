@@ -1,7 +1,7 @@
 //! `hemodynamics.json`: the window in figures.
 
 use super::monitor::RegionStep;
-use super::periodicity::{Difference, differences};
+use super::periodicity::{Difference, alternating, differences};
 use super::region::{Region, RegionName};
 use super::statistics::WindowStatistics;
 use super::wall::{Place, WetSurface};
@@ -122,6 +122,9 @@ pub struct RegionSummary {
     pub RRT_1_Pa: FieldSummary,
     /// Magnitude of the wall shear stress, mean over the deformed area of each step.
     pub mean_wall_shear_Pa: Course,
+    /// What alternates from step to step in that mean, root mean square over the window.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alternating_wall_shear_Pa: Option<f64>,
     /// Its largest value.
     pub max_wall_shear_Pa: Peak,
     /// Largest von Mises stress.
@@ -197,6 +200,9 @@ pub struct HemodynamicsSummary {
     pub periodicity: Periodicity,
 }
 
+/// A share of the wall shear that nobody overlooks in a curve.
+const MUCH: f64 = 0.01;
+
 impl HemodynamicsSummary {
     /// Summarizes a run with steps of `step` (s) and periods of `period` (s).
     pub fn new(
@@ -229,6 +235,23 @@ impl HemodynamicsSummary {
                 max_displacement: differences(&series.displacement, per_period, period),
             },
         }
+    }
+
+    /// A sentence about what alternates from step to step, if it is more than [`MUCH`] of the mean wall shear of a region.
+    pub fn alternates(&self) -> Option<String> {
+        let share = |region: &RegionSummary| {
+            let share = region.alternating_wall_shear_Pa? / region.mean_wall_shear_Pa.mean;
+            Some((share, region.region.name))
+        };
+        let shares = self.regions.iter().filter_map(share);
+        let (share, region) = shares
+            .filter(|(share, _)| *share > MUCH)
+            .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(format!(
+            "the mean wall shear stress alternates from step to step, by {:.1} % in the region {region}: that grows from beat to beat; \
+             structure.time_scheme = \"bossak\" damps it (docs/coupling.md)",
+            100.0 * share
+        ))
     }
 
     /// A region, if the vessel has it.
@@ -290,10 +313,11 @@ fn region_summary(
         let steps = row.time_s / step;
         (steps - steps.round()).abs() < 1e-3
     };
-    let course = |value: fn(&RegionStep) -> f64| {
-        let values = rows.iter().filter(whole).map(|row| value(row));
-        Course::of(&values.collect::<Vec<_>>())
+    let values = |value: fn(&RegionStep) -> f64| -> Vec<f64> {
+        let rows = rows.iter().filter(whole);
+        rows.map(|row| value(row)).collect()
     };
+    let course = |value: fn(&RegionStep) -> f64| Course::of(&values(value));
     let peak = |value: fn(&RegionStep) -> f64, at: fn(&RegionStep) -> Place| {
         let row = rows.iter().max_by(|a, b| value(a).total_cmp(&value(b)))?;
         Some(Peak {
@@ -309,6 +333,7 @@ fn region_summary(
         OSI: field(&fields.oscillating),
         RRT_1_Pa: field(&fields.residence),
         mean_wall_shear_Pa: course(|row| row.mean_wall_shear_Pa)?,
+        alternating_wall_shear_Pa: alternating(&values(|row| row.mean_wall_shear_Pa)),
         max_wall_shear_Pa: peak(
             |row| row.max_wall_shear_Pa,
             |row| Place {
@@ -352,6 +377,9 @@ impl std::fmt::Display for HemodynamicsSummary {
                 osi.max_at.phi_deg
             )?;
         }
-        Ok(())
+        match self.alternates() {
+            Some(sentence) => writeln!(f, "warning: {sentence}"),
+            None => Ok(()),
+        }
     }
 }

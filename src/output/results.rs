@@ -145,14 +145,16 @@ impl Results {
         placed(wall, &self.case, &self.files).map(Some)
     }
 
-    /// Why its averages may not be those of a beat, a sentence each; what an OpenFOAM case of the user's own prescribes need not
-    /// have any.
+    /// Why its averages may not be those of a beat, and whether it alternates from step to step, a sentence each; what an OpenFOAM
+    /// case of the user's own prescribes need not have any.
     pub fn warnings(&self) -> Vec<String> {
         if self.vessel.is_none() {
             return Vec::new();
         }
         let window = self.hemodynamics.window;
-        window.warnings(&self.case.ramp, self.case.time.period)
+        let mut warnings = window.warnings(&self.case.ramp, self.case.time.period);
+        warnings.extend(self.hemodynamics.alternates());
+        warnings
     }
 
     /// Reads the case and the figures of the run in the folder `root`, without its tables, which stay empty.

@@ -7,6 +7,7 @@ use super::results::Results;
 use super::tables::{self, FluidProbeRow, ProbeRow};
 use crate::Vec3;
 use crate::case::measured::{MeasuredSeries, Measurements, Point, Quantity};
+use crate::numbers::twelve_digits;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -210,8 +211,8 @@ impl MeasuredSeries {
         let show = |point: &Point| {
             let axes = ["x", "y", "z"].into_iter().enumerate();
             let axes = axes.filter(|(i, _)| is_told(*i));
-            let place =
-                axes.map(|(i, axis)| format!("{axis} = {} mm", rounded(1e3 * point.place[i])));
+            let place = axes
+                .map(|(i, axis)| format!("{axis} = {} mm", twelve_digits(1e3 * point.place[i])));
             let time = point.time.map(|time| format!("t = {time} s"));
             place.chain(time).collect::<Vec<_>>().join(", ")
         };
@@ -222,7 +223,9 @@ impl MeasuredSeries {
     fn abscissa(&self) -> (String, Vec<f64>) {
         let coordinate = |i: usize| -> Vec<f64> {
             let points = self.points.iter();
-            points.map(|point| rounded(1e3 * point.place[i])).collect()
+            points
+                .map(|point| twelve_digits(1e3 * point.place[i]))
+                .collect()
         };
         let extent = |values: &Vec<f64>| {
             let ends = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
@@ -305,7 +308,7 @@ fn computed(run: &Results, probes: &Probes, series: &MeasuredSeries) -> Result<V
                 "{} has no row at t = {time} s, where `{}` was measured; it reaches {} s",
                 table.display(),
                 series.name,
-                rounded(last)
+                twelve_digits(last)
             )),
         }
     };
@@ -359,11 +362,6 @@ impl Probes {
 fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
     (count > 0).then(|| (sum / f64::from(count)).sqrt())
-}
-
-/// Without the last digits, in which a product of decimal numbers differs from what people write.
-fn rounded(x: f64) -> f64 {
-    (x * 1e6).round() / 1e6
 }
 
 #[cfg(test)]

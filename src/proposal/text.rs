@@ -80,6 +80,7 @@ pub fn case(wishes: &Wishes, numbers: &Numbers) -> String {
     text += MATERIALS;
     flow(wishes, numbers, &mut text);
     meshes(numbers, &mut text);
+    text += WALL_IN_TIME;
     text
 }
 
@@ -249,6 +250,9 @@ fn flow(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
         );
     }
 }
+
+/// What rings in the wall from step to step grows from beat to beat without any damping in time.
+const WALL_IN_TIME: &str = "\n[structure]\ntime_scheme = \"bossak\" # of second order; with the paper's rule, the default, pressures alternate from step to step\n";
 
 fn meshes(numbers: &Numbers, text: &mut String) {
     if let Some((rings, grading)) = numbers.rings {

@@ -6,6 +6,7 @@ use super::surface::Surface;
 use super::{initial_state, maps, quantities, scene};
 use crate::geometry::{Vessel, centre_line};
 use crate::hemodynamics::{Region, RegionExtent, RegionName};
+use crate::numbers::twelve_digits;
 use crate::output::figure::{Curve, Panel, Scale};
 use crate::output::results::Results;
 use crate::output::tables::{self, HistoryRow, OpeningRow, whole_steps};
@@ -38,7 +39,7 @@ pub fn page(run: &Results) -> io::Result<String> {
     let lead = format!(
         "{sizes}; {} steps to t = {} s. Averages over {} s < t ≤ {} s{}.",
         run.history.len(),
-        run.history.last().map_or(0.0, |row| row.time_s),
+        twelve_digits(run.history.last().map_or(0.0, |row| row.time_s)),
         window.start_s,
         window.end_s,
         if run.hemodynamics.complete {
