@@ -383,3 +383,37 @@ impl std::fmt::Display for HemodynamicsSummary {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a run before it was looked for, which has none.
+    fn summary() -> HemodynamicsSummary {
+        let text = include_str!("../../docs/results/native/S-0.5/hemodynamics.json");
+        serde_json::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn what_alternates_much_is_told_and_where_most() {
+        let mut summary = summary();
+        assert_eq!(summary.alternates(), None);
+        for (region, share) in summary.regions.iter_mut().zip([0.004, 0.02, 0.015]) {
+            region.alternating_wall_shear_Pa = Some(share * region.mean_wall_shear_Pa.mean);
+        }
+        let sentence = summary.alternates().unwrap();
+        assert!(
+            sentence.contains("by 2.0 % in the region artery:"),
+            "{sentence}"
+        );
+        let shown = summary.to_string();
+        assert!(
+            shown.ends_with(&format!("warning: {sentence}\n")),
+            "{shown}"
+        );
+        for region in &mut summary.regions {
+            region.alternating_wall_shear_Pa = Some(0.009 * region.mean_wall_shear_Pa.mean);
+        }
+        assert_eq!(summary.alternates(), None);
+    }
+}
