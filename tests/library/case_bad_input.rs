@@ -92,7 +92,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "wall.graft.material", "neo_hook", "did you mean \"neo_hooke\"?"),
     ("S-0.25", "wall.graft.k1_Pa", "1.0", "neo_hooke has no such parameter; it has mu_Pa, kappa_Pa"),
     ("S-0.25", "wall.graft.mu_Pa", "0", "above 0.0"),
-    ("S-0.25", "wall.graft.kappa_Pa", "1e5", "2/3 of wall.graft.mu_Pa"),
+    ("S-0.25", "wall.media.kappa_Pa", "1e4", "2/3 of wall.media.mu_Pa"),
     ("S-0.25", "wall.media.fibre_angle_deg", "100", "from 0.0 to 90.0"),
     ("S-0.25", "wall.media.tension_only", "1", "true or false"),
     ("S-0.25", "wall.adventitia.k2", "-1", "from 0.0"),
@@ -555,6 +555,14 @@ fn long_lists_are_refused() {
             "{text}"
         );
     }
+}
+
+/// What `neo_hooke` has is Lamé's first parameter, which makes Poisson's ratio positive however small it is.
+#[test]
+fn a_compressible_neo_hookean_wall_is_accepted() {
+    let soft = ("wall.graft.kappa_Pa".to_owned(), "1e5".to_owned());
+    let case = Case::load(&project().join("S-0.25"), Preset::Demo, &[soft]);
+    assert!(case.is_ok(), "{case:?}");
 }
 
 /// Points of an experiment are recorded beside those that the case gives, each once; a file that holds none, and a run that would

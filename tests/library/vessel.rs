@@ -310,7 +310,7 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("area_reduction = 0.5", "area_reduction = 1.5", "vessel.feature[0].area_reduction", "at most 0.99"),
     ("area_reduction = 0.5", "area_reduction = 0.5\ngrowth_m = 1e-3", "vessel.feature[0].growth_m", "stenosis has no such parameter"),
     ("[[vessel.material]]", "[[vessel.material]]\nname = \"stiff\"\nmaterial = \"neo_hooke\"\nmu_Pa = 1e5\nkappa_Pa = 1e8\n[[vessel.material]]", "vessel.material[3].name", "another material has this name"),
-    ("mu_Pa = 5.4e3", "mu_Pa = 5.4e9", "vessel.material[1].kappa_Pa", "Poisson's ratio would not be positive"),
+    ("mu_Pa = 5.4e4", "mu_Pa = 5.4e9", "vessel.material[0].kappa_Pa", "Poisson's ratio would not be positive"),
     ("radius_m = 3e-3\n", "radius_m = 3e-3\nblend_length_m = 0.05\n", "vessel.blend_length_m", "half of the blend must fit into each section"),
     ("[[vessel.material]]", "[[vessel.region]]\nname = \"a\"\nfrom_m = 0.01\nto_m = 0.005\n[[vessel.material]]", "vessel.region[0].to_m", "expected more than from_m = 0.01"),
     ("[[vessel.material]]", "[[vessel.region]]\nname = \"a\"\nfrom_m = 0.01\nto_m = 0.05\n[[vessel.material]]", "vessel.region[0].to_m", "at most 4.0000e-2, where the elastic part ends"),
