@@ -248,7 +248,7 @@ impl HemodynamicsSummary {
             .filter(|(share, _)| *share > MUCH)
             .max_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(format!(
-            "the mean wall shear stress alternates from step to step, by {:.1} % in the region {region}: that grows from beat to beat; \
+            "the mean wall shear stress alternates from step to step, by {:.1} % in the region {region}: that can grow from beat to beat; \
              structure.time_scheme = \"bossak\" damps it (docs/coupling.md)",
             100.0 * share
         ))

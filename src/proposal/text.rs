@@ -251,7 +251,7 @@ fn flow(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
     }
 }
 
-/// What rings in the wall from step to step grows from beat to beat without any damping in time.
+/// What rings in the wall from step to step can grow from beat to beat without any damping in time (docs/coupling.md).
 const WALL_IN_TIME: &str = "\n[structure]\ntime_scheme = \"bossak\" # of second order; with the paper's rule, the default, pressures alternate from step to step\n";
 
 fn meshes(numbers: &Numbers, text: &mut String) {
