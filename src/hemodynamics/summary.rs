@@ -237,8 +237,12 @@ impl HemodynamicsSummary {
         }
     }
 
-    /// A sentence about what alternates from step to step, if it is more than [`MUCH`] of the mean wall shear of a region.
+    /// A sentence about what alternates from step to step, if it is more than [`MUCH`] of the mean wall shear of a region; of whole
+    /// periods only, because a start from rest is not smooth.
     pub fn alternates(&self) -> Option<String> {
+        if !(self.complete && self.whole_periods) {
+            return None;
+        }
         let share = |region: &RegionSummary| {
             let share = region.alternating_wall_shear_Pa? / region.mean_wall_shear_Pa.mean;
             Some((share, region.region.name))
@@ -415,5 +419,9 @@ mod tests {
             region.alternating_wall_shear_Pa = Some(0.009 * region.mean_wall_shear_Pa.mean);
         }
         assert_eq!(summary.alternates(), None);
+        summary.regions[0].alternating_wall_shear_Pa = Some(1.0);
+        assert!(summary.alternates().is_some());
+        summary.whole_periods = false;
+        assert_eq!(summary.alternates(), None, "a start is not smooth");
     }
 }
