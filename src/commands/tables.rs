@@ -164,15 +164,13 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
             });
             uncertainty(&run(base)?, &series.collect::<Result<Vec<_>, _>>()?)
         }
-        [kind, file, runs @ ..] if kind.starts_with("measured") && !runs.is_empty() => {
-            let runs: Vec<PathBuf> = runs.iter().map(|run| folder.join(run)).collect();
-            let validation = Validation::read(&folder.join(file), &runs).map_err(Failure::Input)?;
-            match kind.split_once(':') {
-                None => validation.summary(),
-                Some((_, series)) => validation
-                    .points(&series.replace('_', " "))
-                    .map_err(Failure::Input)?,
-            }
+        ["measured", file, runs @ ..] if !runs.is_empty() => {
+            validation(folder, file, runs)?.summary()
+        }
+        [kind, file, runs @ ..] if kind.starts_with("measured:") && !runs.is_empty() => {
+            let series = kind.trim_start_matches("measured:").replace('_', " ");
+            let validation = validation(folder, file, runs)?;
+            validation.points(&series).map_err(Failure::Input)?
         }
         _ => {
             return Err(Failure::Input(format!(
@@ -182,6 +180,12 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
         }
     };
     Ok(table.to_markdown())
+}
+
+/// Runs beside an experiment; file and folders begin at `folder`.
+fn validation(folder: &Path, file: &str, runs: &[&str]) -> Result<Validation, Failure> {
+    let runs: Vec<PathBuf> = runs.iter().map(|run| folder.join(run)).collect();
+    Validation::read(&folder.join(file), &runs).map_err(Failure::Input)
 }
 
 /// The runs of a study, those of the paper in its order.

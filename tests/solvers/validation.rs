@@ -151,12 +151,25 @@ fn a_run_stands_beside_what_was_measured() {
     assert_eq!(svg.matches("<polyline").count(), 4 + 2 + 2 + 3 * 2);
 
     // The same table on a page.
-    let mark = "<!-- table: measured experiment.csv run -->\n<!-- end of table -->\n";
-    fs::write(root.join("page.md"), mark).unwrap();
+    let mark = |what| format!("<!-- table: {what} experiment.csv run -->\n<!-- end of table -->\n");
+    let marks = mark("measured") + &mark("measured:across");
+    fs::write(root.join("page.md"), marks).unwrap();
     assert!(driver(&["tables", "page.md"], root).status.success());
     let page = fs::read_to_string(root.join("page.md")).unwrap();
     let table = summary.split("\n\n").next().unwrap();
     assert!(page.contains(table), "{page}");
+    assert!(
+        page.contains("| y = 0.5 mm | 0.0581 ± 0.0015 | 0.057"),
+        "{page}"
+    );
+    fs::write(root.join("page.md"), mark("measured:around")).unwrap();
+    let refused = driver(&["tables", "page.md"], root);
+    let reason = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(2), "{reason}");
+    assert!(
+        reason.contains("no series is called `around`; expected one of across, shear, drop"),
+        "{reason}"
+    );
 
     // What the run has not recorded.
     for (row, expected) in [
