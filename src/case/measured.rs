@@ -108,17 +108,13 @@ impl Quantity {
 struct Row {
     series: String,
     quantity: Quantity,
-    #[serde(default)]
     time_s: Option<f64>,
     x_m: f64,
     y_m: f64,
     z_m: f64,
     value: f64,
-    #[serde(default)]
     sd: Option<f64>,
-    #[serde(default)]
     lowest: Option<f64>,
-    #[serde(default)]
     highest: Option<f64>,
 }
 

@@ -16,7 +16,7 @@ use std::{fs, io};
 /// A ramp of no duration, s.
 const NO_RAMP: f64 = 1e-9;
 /// From this non-orthogonality (degrees) on the part of a gradient that is not along the line between two cells is limited and
-/// corrected for twice: in the steep expansion of the FDA's nozzle flow diverges otherwise, with 56° (78,400 cells) and with 45° (237,440
+/// corrected for twice: in the steep expansion of the FDA's nozzle flow diverges otherwise, with 56° (78,400 cells) and with 44.5° (237,440
 /// cells; with 100,700 it did not). The paper's vessels have less.
 const STEEP_DEG: f64 = 40.0;
 
