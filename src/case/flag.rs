@@ -1,7 +1,7 @@
 //! A flag behind a cylinder in a channel, which takes the place of the vessel where a case has the table `[flag]`.
 
 use super::Material;
-use super::schema::{above, from, whole};
+use super::schema::{Kind, above, from, whole};
 use super::table::table;
 
 table! {
@@ -20,6 +20,7 @@ table! {
         thickness: f64 = "thickness_m", above(0.0, 1e3), "thickness of the flag";
         /// Of a parabola, after the ramp.
         mean_velocity: f64 = "mean_velocity_m_s", from(-1e3, 1e3), "mean velocity of the inflow";
+        rigid: bool = "rigid", Kind::Flag, "whether the flag does not yield", absent "false";
         [solid: Material, "material of the flag; its density and damping are those of the wall"]
         [mesh: FlagMesh, "both meshes"]
     }

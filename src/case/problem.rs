@@ -127,7 +127,7 @@ impl Case {
     pub fn has_elastic_wall(&self) -> bool {
         match &self.problem {
             Problem::Vessel(vessel) => !vessel.is_rigid(),
-            Problem::Flag(_) => true,
+            Problem::Flag(flag) => !flag.rigid,
             Problem::Own(own) => own.wall.mode() == WallMode::Elastic,
         }
     }

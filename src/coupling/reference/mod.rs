@@ -11,6 +11,7 @@ mod flow;
 mod linear;
 mod march;
 mod monolithic;
+mod tridiagonal;
 mod tube;
 mod wall;
 

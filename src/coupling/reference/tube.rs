@@ -4,7 +4,7 @@ use super::{Flow, Inlet, Monolithic, Outlet, Reference, StringWall, TubeFluid, W
 use crate::Vec3;
 use crate::coupling::acceleration::Surrogate;
 use crate::coupling::acceleration::surrogate::{
-    Axis, End, Sections, SurrogateBlood, TubeSurrogate,
+    Axis, End, StationOptions, Stations, SurrogateBlood, TubeSurrogate,
 };
 use crate::curve::SpaceCurve;
 use nalgebra::DVector;
@@ -157,25 +157,29 @@ impl Tube {
             .collect()
     }
 
-    /// A surrogate with `sections` sections and a wall that is stiffer than the right one by the factor `error`. It knows
+    /// A surrogate with at most `most` stations and a wall that is stiffer than the right one by the factor `error`. It knows
     /// nothing of convection.
-    pub fn surrogate_of(&self, sections: usize, error: f64) -> TubeSurrogate {
+    pub fn surrogate_of(&self, most: usize, error: f64) -> TubeSurrogate {
         let fluid = &self.setup.fluid;
         let length = self.setup.cells as f64 * fluid.cell;
         let axis = Axis {
             line: SpaceCurve::x_axis(0.0, length),
             length,
         };
-        let sections = Sections::new(&self.points(), axis, sections)
-            .expect("every section holds several rings");
+        let options = StationOptions {
+            degree: 1,
+            most,
+            around: 0,
+        };
+        let stations = Stations::new(&self.points(), axis, options).expect("points lie on rings");
         let rest = self.setup.wall();
         let points = self.points();
-        let answer = |section: usize| {
+        let answer = |station: usize| {
             let rings = points.iter().step_by(RING);
-            let pressure: Vec<f64> = rings.map(|x| sections.share(section, x)).collect();
+            let pressure: Vec<f64> = rings.map(|x| stations.share(station, 0, x)).collect();
             Self::spread(&rest.solve(&pressure)) / error
         };
-        let answers: Vec<_> = (0..sections.count()).map(answer).collect();
+        let answers: Vec<_> = (0..stations.count()).map(answer).collect();
         let blood = SurrogateBlood {
             density: fluid.density,
             viscosity: fluid.density * fluid.viscosity,
@@ -198,7 +202,7 @@ impl Tube {
                 rigid_length: 0.0,
             },
         };
-        TubeSurrogate::new(sections, &answers, blood, inlet, outlet)
+        TubeSurrogate::new(stations, &answers, blood, inlet, outlet)
     }
 }
 
@@ -230,7 +234,7 @@ impl Reference for Tube {
         self.flow.accept(flow);
     }
 
-    /// Half as many sections as cells, and a wall that is a fifth too stiff.
+    /// At most half as many stations as cells, and a wall that is a fifth too stiff.
     fn surrogate(&self) -> Box<dyn Surrogate> {
         Box::new(self.surrogate_of(self.setup.cells / 2, 1.2))
     }

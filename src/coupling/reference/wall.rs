@@ -4,7 +4,7 @@
 //! Veneziani 2000), Newmark's method without numerical damping as in the paper; clamped ends.
 
 use super::flow::{Number, real};
-use crate::coupling::acceleration::surrogate::Tridiagonal;
+use super::tridiagonal::Tridiagonal;
 
 /// Constants of the wall.
 #[derive(Debug, Clone, Copy, PartialEq)]

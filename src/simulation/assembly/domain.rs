@@ -91,6 +91,12 @@ impl Domain {
     /// A flag, clamped at the cylinder, in plane strain, and the channel around it.
     fn flag(flag: &Flag, p: usize) -> Self {
         let fluid = flag.fluid_mesh();
+        let held: &[&str] = match flag.rigid {
+            true => &["start", "wet"],
+            false => &["start"],
+        };
+        let clamped = held.iter().map(|name| Support::Clamped((*name).into()));
+        let plane = Support::Surface("sides".into(), [false, false, true]);
         Self {
             elastic_cells: 0..fluid.cells(),
             fluid,
@@ -102,10 +108,7 @@ impl Domain {
                 degrees: [p, p, 1],
             },
             wet_surface: "wet",
-            supports: vec![
-                Support::Clamped("start".into()),
-                Support::Surface("sides".into(), [false, false, true]),
-            ],
+            supports: clamped.chain([plane]).collect(),
             outer_pressure: Profile::default(),
             motion: None,
         }

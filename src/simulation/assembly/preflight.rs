@@ -1,7 +1,7 @@
 //! What a run would refuse after it has written its first files, found before.
 
 use super::initial_state::{InitialState, initial_state};
-use super::surrogate::sections;
+use super::surrogate::stations;
 use super::{Domain, own, prepared, sampling};
 use crate::Vec3;
 use crate::case::{
@@ -28,7 +28,7 @@ const COARSE_CORE: usize = 4;
 const COARSE_AXIAL: usize = 60;
 
 /// Builds both meshes and the wall, and looks at all that a run reads: the templates, whether the two meshes have the
-/// same wall, the probes on the wall and in the blood, the sections of the surrogate.
+/// same wall, the probes on the wall and in the blood, the stations of the surrogate.
 ///
 /// # Errors
 /// All mistakes that were found, with the keys to blame.
@@ -118,7 +118,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     if case.coupling.surrogate != SurrogateModel::None
         && let Some(interface) = &interface
         && let Problem::Vessel(vessel) = &case.problem
-        && let Err(error) = sections(vessel, case.fluid.solver, &interface.points)
+        && let Err(error) = stations(vessel, case.fluid.solver, &interface.points)
     {
         let key = match case.fluid.solver {
             Solver::Native => "fluid.native.axial_per_section",

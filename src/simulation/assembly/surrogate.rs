@@ -1,27 +1,33 @@
-//! The surrogate of a case: a one-dimensional tube whose wall yields as the structure does.
+//! The surrogate of a case: a tube whose wall yields as the structure does.
 
 use crate::Vec3;
 use crate::case::{
-    self, BloodVessel, Case, InletCondition, OutletCondition, OutletElements, Problem, Solver,
+    self, BloodVessel, Case, FluidTimeScheme, InletCondition, OutletCondition, OutletElements,
+    Problem, Solver,
 };
 use crate::coupling::acceleration::surrogate::{
-    Axis, End, Sections, SparseSection, SurrogateBlood, TubeSurrogate,
+    Axis, End, NoRings, StationOptions, Stations, SurrogateBlood, TubeSurrogate,
 };
 use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
 use crate::coupling::transfer::Transfer;
 use crate::fluid::FluidInterface;
-use crate::geometry::{Vessel, elastic_pieces};
+use crate::geometry::Vessel;
 use crate::pfem::{Solid, SurfaceLoad, SurfacePoint};
 
-/// Pressure (Pa) that probes the wall without load: so small that one tangent serves for all sections.
+/// Pressure (Pa) that probes the wall without load: so small that one tangent serves for all stations.
 const PROBE: f64 = 1.0;
 /// Share of the pressure in a loaded wall that probes it: likewise, and above the rounding errors of what it adds to.
 const SHARE: f64 = 1e-3;
 /// Relative residual of the answers: a surrogate need not be accurate.
 const PROBE_TOLERANCE: f64 = 1e-3;
-/// Most rings of wall points that have a section each: every section costs a solution of the structure.
-const MOST_RINGS: usize = 63;
+/// Most stations between the ends: each costs a solution of the structure for each wave around the circumference.
+const MOST_STATIONS: usize = 63;
+/// Most periods of such a wave.
+const MOST_PERIODS: usize = 4;
+/// Waves are left out from that number of periods on where the blood's added mass is below this share of what the wall sets
+/// against it: they hardly disturb the iteration.
+const LEAST_ADDED_MASS: f64 = 0.2;
 
 /// The surrogate that the case asks for. Its wall is what `solid`, which is at rest under a `pressure` (Pa), answers to a
 /// little more within a time step.
@@ -52,21 +58,19 @@ pub fn surrogate<S: Solid>(
         case::SurrogateModel::Tube => ends(vessel, before, behind),
         case::SurrogateModel::OpenTube => (open(before), open(behind)),
     };
-    let sections =
-        sections(vessel, case.fluid.solver, &interface.points).map_err(|e| e.to_string())?;
-    let count = sections.count();
+    let stations =
+        stations(vessel, case.fluid.solver, &interface.points).map_err(|e| e.to_string())?;
 
     let probe = PROBE.max(SHARE * pressure.abs());
     // The residual is measured against the whole load.
     let tolerance = match pressure {
         0.0 => PROBE_TOLERANCE,
-        _ => PROBE_TOLERANCE * SHARE / (count as f64).sqrt(),
+        _ => PROBE_TOLERANCE * SHARE / (stations.count() as f64).sqrt(),
     };
     let rest = flatten(&transfer.accepted_displacement(solid));
-    let mut answers = Vec::new();
-    for section in 0..count {
+    let mut answer = |shape: &dyn Fn(&Vec3) -> f64| {
         let wet = solid.wet_points();
-        let at = |point: &SurfacePoint| pressure + probe * sections.share(section, &point.position);
+        let at = |point: &SurfacePoint| pressure + probe * shape(&point.position);
         let load = SurfaceLoad {
             pressure: wet.iter().map(at).collect(),
             shear: vec![Vec3::zeros(); wet.len()],
@@ -74,16 +78,40 @@ pub fn surrogate<S: Solid>(
         let trial = solid
             .solve(&load, case.time.step, tolerance, None)
             .map_err(|e| e.to_string())?;
-        answers.push((flatten(&transfer.displacement(solid, &trial)) - &rest) / probe);
-    }
+        Ok::<_, String>((flatten(&transfer.displacement(solid, &trial)) - &rest) / probe)
+    };
     let blood = SurrogateBlood {
         density: case.blood.density,
         viscosity: case.blood.viscosity,
-        time_step: case.time.step,
+        time_step: match case.time.scheme {
+            FluidTimeScheme::ImplicitEuler => case.time.step,
+            FluidTimeScheme::Bdf2 => case.time.step / 1.5,
+        },
         radial_inertia: true,
     };
+
+    let reference = stations.reference_radius();
+    let radius = reference.iter().sum::<f64>() / reference.len() as f64;
+    let mut periods = 0;
+    while periods < stations.periods() {
+        let wave = 2 * periods + 1;
+        let d = answer(&|x| stations.uniform(wave, x))?;
+        let yields = stations.amplitudes(&d).column(wave).amax();
+        let added_mass = blood.density * radius / (periods + 1) as f64;
+        if yields * added_mass / blood.time_step.powi(2) < LEAST_ADDED_MASS {
+            break;
+        }
+        periods += 1;
+    }
+    let stations = stations.with_periods(periods);
+    let mut answers = Vec::new();
+    for wave in 0..stations.waves() {
+        for station in 0..stations.count() {
+            answers.push(answer(&|x| stations.share(station, wave, x))?);
+        }
+    }
     Ok(Box::new(TubeSurrogate::new(
-        sections, &answers, blood, inlet, outlet,
+        stations, &answers, blood, inlet, outlet,
     )))
 }
 
@@ -115,33 +143,20 @@ fn ends(vessel: &BloodVessel, before: f64, behind: f64) -> (End, End) {
     (inlet, outlet)
 }
 
-/// The sections of the surrogate of a case whose wall has these `points` (m): one for each ring of points between the
-/// ends, or for every other one if they are many; fewer if they are uneven.
-pub fn sections(
-    vessel: &BloodVessel,
-    solver: Solver,
-    points: &[Vec3],
-) -> Result<Sections, SparseSection> {
-    let (geometry, fluid) = (Vessel::new(vessel), &vessel.fluid);
+/// The stations of the surrogate of a case whose wall has these `points` (m).
+pub fn stations(vessel: &BloodVessel, solver: Solver, points: &[Vec3]) -> Result<Stations, NoRings> {
+    let geometry = Vessel::new(vessel);
     let axis = Axis {
         line: geometry.centre_line().clone(),
         length: geometry.end(),
     };
-    let along = match solver {
-        Solver::OpenFoam => elastic_pieces(&geometry.spans(&fluid.mesh)).len(),
-        Solver::Native => {
-            elastic_pieces(&geometry.spans(&fluid.native)).len() * fluid.native.degree
-        }
-        // Whose rings are not known: as many as there may be, fewer where those are too many.
-        Solver::External => MOST_RINGS + 1,
+    let options = StationOptions {
+        degree: match solver {
+            Solver::Native => vessel.fluid.native.degree,
+            Solver::OpenFoam | Solver::External => 1,
+        },
+        most: MOST_STATIONS,
+        around: MOST_PERIODS,
     };
-    let rings = along - 1;
-    let half = rings.div_ceil(2);
-    let mut count = if rings > MOST_RINGS { half } else { rings };
-    loop {
-        match Sections::new(points, axis.clone(), count) {
-            Err(_) if count > 1 => count = count.div_ceil(2),
-            sections => return sections,
-        }
-    }
+    Stations::new(points, axis, options)
 }

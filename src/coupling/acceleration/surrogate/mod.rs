@@ -4,12 +4,10 @@
 //! bought with iterations, but a coarse model of the same physics knows the modes that cost them, those of long wave
 //! length. It need not be accurate; its errors are corrected by the secants.
 
-mod sections;
-mod tridiagonal;
+mod stations;
 mod tube;
 
-pub use sections::{Axis, Sections, SparseSection};
-pub use tridiagonal::Tridiagonal;
+pub use stations::{Axis, NoRings, StationOptions, Stations};
 pub use tube::{End, SurrogateBlood, TubeSurrogate};
 
 use nalgebra::DVector;

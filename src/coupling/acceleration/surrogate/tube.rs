@@ -1,19 +1,22 @@
-//! A one-dimensional tube as surrogate: area-averaged flow, linearized, in the structure's own wall.
+//! A tube as surrogate: potential flow, linearized, in the structure's own wall.
 //!
-//! With `x` the change of the radius of each section, `p` of its mean pressure, `Q` of the flow between sections
-//! (m³/s), `q` what the radial inertia of the blood adds to the pressure at the wall:
+//! Within a time step the blood answers to a radial acceleration of the wall, `x/dt²` where the wall has moved by `x`, by a
+//! pressure whose Laplacian is zero. It is expanded in waves around the circumference and in powers of the distance from the
+//! axis, of which two are enough, between stations along the tube:
 //! ```text
-//! mass       2 pi r l x_i / dt + Q_{i+1} - Q_i = 0
-//! momentum   l (rho/dt + 8 pi mu/A) / A  Q_i = p_{i-1} - p_i
-//! inertia    q - r²/24 q'' = -rho r/(4 dt²) x
-//! wall       x = residual + S (p + q)
+//! p(s, ξ, θ) = Σ_m Σ_k a_mk(s) ξ^(m + 2k) cos mθ  (and sin mθ),   ξ = distance/r,  k = 0, 1
+//! ∫ ∇p·∇q dV = -rho/dt² ∮ x q dS - rho/dt Σ_ends C mean(p) mean(q)    for all q of this kind
+//! x = residual + S p                                                  at the wall
 //! ```
-//! This is the implicit Euler method for the equations of Hughes and Lubliner (1973) about the state at rest. Mean
-//! pressure and radial inertia together are the Padé approximation `2/(k² r) + r/4/(1 + k² r²/24)` of the added mass
-//! `rho I0(kr)/(k I1(kr))` of a wave of wave number k in a tube of radius r, which is good to 4 % up to `kr = 4`.
+//! with the flow `C p` out of an end (Galerkin's method; implicit Euler in time). The mean pressure of a cross-section also overcomes Poiseuille's
+//! friction. The added mass of a wave along the tube is `rho I_m(kr)/(k I_m'(kr))` then (Hughes and Lubliner 1973 for long ones): good to 3 % up to
+//! `kr = 4` for m = 0.
 
-use super::{Sections, Surrogate};
-use nalgebra::{DMatrix, DVector};
+use super::stations::periods;
+use super::{Stations, Surrogate};
+use crate::pfem::element::mapping::lagrange;
+use crate::quadrature::Rule;
+use nalgebra::{DMatrix, DVector, Dyn, LU};
 use std::f64::consts::PI;
 
 /// What the surrogate knows of the fluid.
@@ -23,7 +26,8 @@ pub struct SurrogateBlood {
     pub density: f64,
     /// Dynamic viscosity, Pa s.
     pub viscosity: f64,
-    /// Time step, s.
+    /// Displacement over velocity, and velocity over acceleration, of what happens within a time step: its length with implicit
+    /// Euler, s.
     pub time_step: f64,
     /// Whether the radial inertia of the blood is taken into account (a three-dimensional fluid has it).
     pub radial_inertia: bool,
@@ -59,77 +63,80 @@ pub enum End {
     },
 }
 
-/// The surrogate: sections, the wall's answer to a pressure in each, and the ends.
+/// Beside an end that holds the flow, and a wall that holds the volume, no pressure would be determined: so little, relative to
+/// the tube itself, flows out of any end.
+const LEAK: f64 = 1e-9;
+
+/// The surrogate: stations, the wall's answer to a pressure at each, and the ends.
 ///
-/// The answer is that of the structure within a time step, inertia included, to the pressure that is 1 Pa in one section
-/// and falls linearly to zero at the next ([`Sections::share`]): the displacement of all wall points.
-///
-/// Of displacements that no such pressures cause (sections that do not stay round) a fixed share passes: the added mass
-/// of a wave with m periods around the circumference is `rho r/m` when it is long, and m = `AROUND` stands for all.
-#[derive(Debug, Clone, PartialEq)]
+/// The answer is that of the structure within a time step, inertia included, to the pressure that is 1 Pa at one station and
+/// falls linearly to zero at the next ([`Stations::share`]): the displacement of all wall points. What stations and waves
+/// cannot express passes.
 pub struct TubeSurrogate {
-    sections: Sections,
+    stations: Stations,
     blood: SurrogateBlood,
-    /// A column for each section, m/Pa.
-    answers: DMatrix<f64>,
-    /// **S**: the same averaged over sections.
-    compliance: DMatrix<f64>,
-    /// The pseudo-inverse of **S**: there may be more sections than the structure has waves to tell them apart.
-    cause: DMatrix<f64>,
+    /// For each wave: a column for each station, m/Pa.
+    answers: Vec<DMatrix<f64>>,
+    /// **S**: the same as amplitudes of this wave at the stations.
+    compliance: Vec<DMatrix<f64>>,
     inlet: End,
     outlet: End,
-    /// From a residual of the radii to the pressures whose answer, with the share `rest` of the residual, is the change
-    /// that removes it, Pa/m.
-    pressure: DMatrix<f64>,
-    /// What of a residual passes that pressures of the sections do not cause.
-    rest: f64,
+    /// By periods around the circumference: from amplitudes of the displacement to those of the pressure, Pa/m.
+    pressure: Vec<DMatrix<f64>>,
+    /// For each wave: the pressure that `residual + S p` causes, less p.
+    both: Vec<LU<f64, Dyn, Dyn>>,
 }
 
-/// Periods around the circumference of the displacements that sections cannot express.
-const AROUND: f64 = 4.0;
-/// Pressures to which the wall yields less than by this share of the average are not sought in a residual.
-const LEAST_COMPLIANCE: f64 = 1e-2;
-
 impl TubeSurrogate {
-    /// A surrogate about the reference configuration; `answers` (m/Pa) has one displacement of all points a section.
+    /// A surrogate about the reference configuration; `answers` (m/Pa) has one displacement of all points for each wave
+    /// and station, all stations of wave 0 first.
     pub fn new(
-        sections: Sections,
+        stations: Stations,
         answers: &[DVector<f64>],
         blood: SurrogateBlood,
         inlet: End,
         outlet: End,
     ) -> Self {
-        assert_eq!(answers.len(), sections.count(), "one answer a section");
-        let averages: Vec<f64> = answers.iter().flat_map(|d| sections.average(d)).collect();
-        let n = sections.count();
-        let compliance = DMatrix::from_vec(n, n, averages);
-        let least = LEAST_COMPLIANCE * compliance.norm() / (n as f64).sqrt();
-        let cause = compliance.clone().pseudo_inverse(least);
+        let (n, waves) = (stations.count(), stations.waves());
+        assert_eq!(answers.len(), n * waves, "one answer a station and wave");
+        let compliance = |(number, answers): (usize, &[DVector<f64>])| {
+            let columns: Vec<_> = (answers.iter())
+                .map(|d| stations.amplitudes(d).column(number).into_owned())
+                .collect();
+            DMatrix::from_columns(&columns)
+        };
         let mut surrogate = Self {
             blood,
-            answers: DMatrix::from_columns(answers),
-            compliance,
-            cause: cause.expect("the limit is not negative"),
+            compliance: answers.chunks(n).enumerate().map(compliance).collect(),
+            answers: answers.chunks(n).map(DMatrix::from_columns).collect(),
             inlet,
             outlet,
-            pressure: DMatrix::zeros(n, n),
-            rest: 1.0,
-            sections,
+            pressure: Vec::new(),
+            both: Vec::new(),
+            stations,
         };
-        surrogate.linearize(&surrogate.sections.reference_radius());
+        surrogate.linearize(&surrogate.stations.reference_radius());
         surrogate
     }
 
-    /// rho/dt and wall friction over the area: pressure drop per length and flow, Pa s/m⁴.
-    fn inertance(&self, radius: f64) -> f64 {
-        let area = PI * radius * radius;
-        (self.blood.density / self.blood.time_step + 8.0 * PI * self.blood.viscosity / area) / area
+    /// rho/dt and wall friction over rho/dt.
+    fn friction(&self, radius: f64) -> f64 {
+        let SurrogateBlood {
+            density,
+            viscosity,
+            time_step,
+            ..
+        } = self.blood;
+        1.0 + 8.0 * viscosity * time_step / (density * radius * radius)
     }
 
-    /// Flow per pressure difference between the centre of the section next to an end and what lies behind it, m³/(Pa s).
+    /// Flow per pressure at an end, m³/(Pa s).
     fn conductance(&self, end: End, radius: f64) -> f64 {
+        let inertance = self.blood.density / self.blood.time_step * self.friction(radius)
+            / (PI * radius * radius);
+        let leak = LEAK / (self.stations.length() * inertance);
         let (rigid_length, impedance) = match end {
-            End::Flow => return 0.0,
+            End::Flow => return leak,
             End::Pressure { rigid_length } => (rigid_length, 0.0),
             End::Resistance {
                 resistance,
@@ -145,157 +152,244 @@ impl TubeSurrogate {
                 (rigid_length, proximal + 1.0 / admittance)
             }
         };
-        let length = self.sections.length() + rigid_length;
-        1.0 / (length * self.inertance(radius) + impedance)
+        let most = 1.0 / (LEAK * self.stations.length() * inertance);
+        (1.0 / (rigid_length * inertance + impedance)).clamp(leak, most)
+    }
+
+    /// Pressure at the stations (Pa) that the blood in a tube of the given radii (m) answers to a radial displacement (m) of each,
+    /// for waves of so many periods around the circumference.
+    fn response(&self, periods: usize, radius: &[f64]) -> DMatrix<f64> {
+        let SurrogateBlood {
+            density, time_step, ..
+        } = self.blood;
+        let terms = if self.blood.radial_inertia { 2 } else { 1 };
+        let count = radius.len() + 2;
+        // The stations at the ends are as wide as their neighbours.
+        let radius_at = |station: usize| radius[station.clamp(1, radius.len()) - 1];
+        let power = |k: usize| (periods + 2 * k) as f64;
+        let mut energy = DMatrix::<f64>::zeros(count * terms, count * terms);
+        let mut widening = DMatrix::<f64>::zeros(count * terms, radius.len());
+        for (first, arcs) in self.stations.pieces() {
+            let (n, from, to) = (arcs.len(), arcs[0], arcs[arcs.len() - 1]);
+            let r = (first..first + n).map(radius_at).sum::<f64>() / n as f64;
+            let friction = if periods == 0 { self.friction(r) } else { 1.0 };
+            let rule = Rule::gauss_legendre(n);
+            for (x, weight) in rule.points.iter().zip(&rule.weights) {
+                let weight = 0.5 * weight * (to - from);
+                let (value, slope) = lagrange(arcs, from + 0.5 * (x + 1.0) * (to - from));
+                for i in 0..n {
+                    for j in 0..n {
+                        let (product, slopes) = (
+                            weight * value[i] * value[j],
+                            weight * slope[i] * slope[j],
+                        );
+                        for k in 0..terms {
+                            for l in 0..terms {
+                                let sum = power(k) + power(l);
+                                let along = r * r / (sum + 2.0) / friction;
+                                let across = power(k) * power(l) + (periods * periods) as f64;
+                                let across = if sum > 0.0 { across / sum } else { 0.0 };
+                                energy[((first + i) * terms + k, (first + j) * terms + l)] +=
+                                    along * slopes + across * product;
+                            }
+                            // The ends are held.
+                            if (1..=radius.len()).contains(&(first + j)) {
+                                widening[((first + i) * terms + k, first + j - 1)] +=
+                                    r * product;
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        if periods == 0 {
+            for (end, station) in [(self.inlet, 0), (self.outlet, count - 1)] {
+                let flow = self.conductance(end, radius_at(station));
+                let flow = density / (2.0 * PI * time_step) * flow;
+                for k in 0..terms {
+                    for l in 0..terms {
+                        let means = ((k + 1) * (l + 1)) as f64;
+                        energy[(station * terms + k, station * terms + l)] += flow / means;
+                    }
+                }
+            }
+        }
+        let coefficients = energy
+            .cholesky()
+            .expect("pressure gradients and ends have positive energy")
+            .solve(&widening);
+        let factor = -density / (time_step * time_step);
+        DMatrix::from_fn(radius.len(), radius.len(), |i, j| {
+            let at_wall = (0..terms).map(|k| coefficients[((i + 1) * terms + k, j)]);
+            factor * at_wall.sum::<f64>()
+        })
     }
 
     /// Prepares the answers of a tube of the given radii (m).
     fn linearize(&mut self, radius: &[f64]) {
-        let (n, length, dt) = (radius.len(), self.sections.length(), self.blood.time_step);
-        let mut flow: Vec<f64> = vec![self.conductance(self.inlet, radius[0])];
-        flow.extend(radius.windows(2).map(|pair| {
-            let mean = 0.5 * (pair[0] + pair[1]);
-            1.0 / (length * self.inertance(mean))
-        }));
-        flow.push(self.conductance(self.outlet, radius[n - 1]));
-
-        let mut outflow = DMatrix::zeros(n, n);
-        let mut spreading = DMatrix::identity(n, n);
-        for i in 0..n {
-            outflow[(i, i)] = flow[i] + flow[i + 1];
-            for j in [i.checked_sub(1), Some(i + 1).filter(|j| *j < n)] {
-                let Some(j) = j else { continue };
-                outflow[(i, j)] = -flow[i.max(j)];
-                let share = (radius[i] / length).powi(2) / 24.0;
-                spreading[(i, i)] += share;
-                spreading[(i, j)] -= share;
-            }
-        }
-        let storage = DMatrix::from_fn(n, n, |i, j| {
-            f64::from(i == j) * 2.0 * PI * radius[i] * length / dt
-        });
-        let inertia = if self.blood.radial_inertia {
-            let local = DMatrix::from_fn(n, n, |i, j| {
-                f64::from(i == j) * self.blood.density * radius[i] / (4.0 * dt * dt)
-            });
-            solve(spreading, &local)
-        } else {
-            DMatrix::zeros(n, n)
+        self.pressure = (0..=self.stations.periods()).map(|m| self.response(m, radius)).collect();
+        let both = |(wave, compliance): (usize, &DMatrix<f64>)| {
+            let caused = &self.pressure[periods(wave)] * compliance;
+            (DMatrix::identity(radius.len(), radius.len()) - caused).lu()
         };
-        // x = B (residual + S p), then (outflow + storage B S) p = -storage B residual.
-        let identity = DMatrix::identity(n, n);
-        let b = solve(&identity + &self.compliance * &inertia, &identity);
-        let widening = &b * &self.compliance;
-        let mean = -solve(outflow + &storage * &widening, &(&storage * &b));
-        let change = &mean - inertia * (b + widening * &mean);
-
-        if self.blood.radial_inertia {
-            let softest = self.compliance.column_sum().max();
-            let added =
-                self.blood.density * radius.iter().sum::<f64>() / n as f64 / (AROUND * dt * dt);
-            self.rest = 1.0 / (1.0 + added * softest);
-        }
-        self.pressure = change + (1.0 - self.rest) * &self.cause;
+        self.both = self.compliance.iter().enumerate().map(both).collect();
     }
 
-    /// The change of radius of each section that removes the residual `r` (m) of its radius.
+    /// The pressure at each station, of a wave, that removes a residual with these amplitudes (m).
+    fn pressures(&self, wave: usize, residual: &DVector<f64>) -> DVector<f64> {
+        let solution = self.both[wave].solve(&(&self.pressure[periods(wave)] * residual));
+        solution.expect("blood answers a wall that widens by a pressure against it")
+    }
+
+    /// The change of radius of each station that removes the residual `r` (m) of its radius.
     #[cfg(test)]
     pub(super) fn widen(&self, r: &[f64]) -> Vec<f64> {
         let r = DVector::from_column_slice(r);
-        let x = self.rest * &r + &self.compliance * (&self.pressure * &r);
+        let x = &r + &self.compliance[0] * self.pressures(0, &r);
         x.as_slice().to_vec()
     }
 }
 
-/// `matrix⁻¹ right`; none of the matrices here is singular.
-fn solve(matrix: DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
-    matrix
-        .lu()
-        .solve(right)
-        .expect("the wall yields to pressure")
-}
-
 impl Surrogate for TubeSurrogate {
     fn predict(&self, residual: &DVector<f64>) -> DVector<f64> {
-        let r = DVector::from_vec(self.sections.average(residual));
-        self.rest * residual + &self.answers * (&self.pressure * r)
+        let amplitudes = self.stations.amplitudes(residual);
+        let mut change = residual.clone();
+        for (wave, answers) in self.answers.iter().enumerate() {
+            let pressures = self.pressures(wave, &amplitudes.column(wave).into_owned());
+            change.gemv(1.0, answers, &pressures, 1.0);
+        }
+        change
     }
 
     fn finish_step(&mut self, d: &DVector<f64>) {
-        let reference = self.sections.reference_radius();
-        let change = self.sections.average(d);
-        let radius: Vec<f64> = reference.iter().zip(change).map(|(r, x)| r + x).collect();
+        let change = self.stations.amplitudes(d);
+        let reference = self.stations.reference_radius();
+        let widened = reference.iter().enumerate();
+        let radius: Vec<f64> = widened.map(|(i, r)| r + change[(i, 0)]).collect();
         self.linearize(&radius);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Axis;
+    use super::super::{Axis, StationOptions};
     use super::*;
     use crate::Vec3;
     use crate::curve::SpaceCurve;
 
-    /// A tube of 50 mm length and 5 mm radius, stiffness 1.2e7 Pa/m.
-    fn tube(inlet: End, outlet: End, radial_inertia: bool) -> TubeSurrogate {
+    const STIFFNESS: f64 = 1.2e7;
+    const RING: usize = 8;
+
+    fn points() -> Vec<Vec3> {
         let ring = |i: u32| {
-            (0..4).map(move |k| {
-                let (sin, cos) = (f64::from(k) * 0.5 * PI).sin_cos();
+            (0..RING).map(move |k| {
+                let (sin, cos) = (k as f64 * 2.0 * PI / RING as f64).sin_cos();
                 Vec3::new(f64::from(i) * 5e-4, 5e-3 * cos, 5e-3 * sin)
             })
         };
-        let points: Vec<Vec3> = (0..101).flat_map(ring).collect();
+        (0..101).flat_map(ring).collect()
+    }
+
+    /// A tube of 50 mm length and 5 mm radius, stiffness 1.2e7 Pa/m.
+    fn tube(inlet: End, outlet: End, radial_inertia: bool) -> TubeSurrogate {
+        let points = points();
         let axis = Axis {
             line: SpaceCurve::x_axis(0.0, 0.05),
             length: 0.05,
         };
-        let sections = Sections::new(&points, axis, 49).unwrap();
+        let options = StationOptions {
+            degree: 4,
+            most: 99,
+            around: 2,
+        };
+        let stations = Stations::new(&points, axis, options).unwrap();
         let blood = SurrogateBlood {
             density: 1000.0,
             viscosity: 0.0,
             time_step: 1e-3,
             radial_inertia,
         };
-        // Each section answers for itself.
-        let answer = |i: usize| {
-            let unit: Vec<f64> = (0..49).map(|j| f64::from(i == j) / 1.2e7).collect();
-            sections.spread(&unit)
-        };
-        let answers: Vec<_> = (0..49).map(answer).collect();
-        TubeSurrogate::new(sections, &answers, blood, inlet, outlet)
+        // Each point answers for itself.
+        let mut answers = Vec::new();
+        for wave in 0..stations.waves() {
+            for station in 0..stations.count() {
+                let d = points.iter().flat_map(|x| {
+                    let radial = Vec3::new(0.0, x.y, x.z) / 5e-3;
+                    (stations.share(station, wave, x) / STIFFNESS * radial).data.0[0]
+                });
+                answers.push(DVector::from_iterator(3 * points.len(), d));
+            }
+        }
+        TubeSurrogate::new(stations, &answers, blood, inlet, outlet)
+    }
+
+    fn standing_wave(half_waves: f64) -> Vec<f64> {
+        (1..100).map(|i| (half_waves * PI * f64::from(i) / 100.0).sin()).collect()
     }
 
     #[test]
     fn a_standing_wave_meets_the_added_mass_of_a_tube() {
-        // Both pressures zero: sin(pi x/L) is a mode, with the added mass 2 rho/(k² r) + rho r/4.
         let open = End::Pressure { rigid_length: 0.0 };
-        let mode: Vec<f64> = (1..50).map(|i| (PI * f64::from(i) / 50.0).sin()).collect();
-        let k2 = (PI / 0.05_f64).powi(2);
-        for (inertia, extra) in [(false, 0.0), (true, 1.0)] {
-            let mass = 1000.0 * (2.0 / (k2 * 5e-3) + extra * 5e-3 / 4.0);
-            let expected = 1.0 / (1.0 + mass / 1e-6 / 1.2e7);
-            let x = tube(open, open, inertia).widen(&mode);
-            assert!(
-                (x[24] / mode[24] / expected - 1.0).abs() < 1e-3,
-                "{} {expected}",
-                x[24]
-            );
+        // Without radial inertia 2 rho/(k² r); with it rho I0(kr)/(k I1(kr)): kr = 0.314159, 1.256637, 2.513274.
+        for (half_waves, bessel) in [(1.0, 6.444_4), (4.0, 1.886_9), (8.0, 1.304_7)] {
+            let k: f64 = half_waves * PI / 0.05;
+            for (inertia, mass) in [
+                (false, 2000.0 / (k * k * 5e-3)),
+                (true, 1000.0 * bessel / k),
+            ] {
+                let mode = standing_wave(half_waves);
+                let expected = 1.0 / (1.0 + mass / 1e-6 / STIFFNESS);
+                let x = tube(open, open, inertia).widen(&mode);
+                let share = x[5] / mode[5];
+                assert!(
+                    (share / expected - 1.0).abs() < 0.01,
+                    "{half_waves} {inertia}: {share} {expected}"
+                );
+            }
         }
     }
 
     #[test]
-    fn a_closed_tube_keeps_its_volume() {
-        let x = tube(End::Flow, End::Flow, true).widen(&[1e-4; 49]);
-        assert!(x.iter().sum::<f64>().abs() < 1e-15, "{:?}", x);
+    fn waves_around_the_circumference_meet_their_added_mass() {
+        // rho I_m(kr)/(k I_m'(kr)) with kr = 0.314159: about rho r/m
+        let open = End::Pressure { rigid_length: 0.0 };
+        let surrogate = tube(open, open, true);
+        let mode = standing_wave(1.0);
+        for (wave, periods) in [(1, 1.0), (2, 1.0), (3, 2.0), (4, 2.0)] {
+            let d = points().into_iter().flat_map(|x| {
+                let radial = Vec3::new(0.0, x.y, x.z) / 5e-3;
+                let along = (PI * x.x / 0.05).sin();
+                (along * surrogate.stations.uniform(wave, &x) * radial).data.0[0]
+            });
+            let d = DVector::from_iterator(3 * 101 * RING, d);
+            let left = surrogate.predict(&d);
+            let share = left.dot(&d) / d.norm_squared();
+            let expected = 1.0 / (1.0 + 1000.0 * 5e-3 / periods / 1e-6 / STIFFNESS);
+            assert!((share / expected - 1.0).abs() < 0.02, "{wave}: {share} {expected}");
+        }
+        assert_eq!(mode.len(), surrogate.stations.count());
     }
 
     #[test]
-    fn of_other_displacements_a_share_passes() {
+    fn a_closed_tube_keeps_its_volume() {
+        let surrogate = tube(End::Flow, End::Flow, true);
+        let x = surrogate.widen(&standing_wave(1.0));
+        let kept: f64 = surrogate.stations.pieces().map(|(first, arcs)| {
+            // Boole's rule for the fourth degree
+            let at = |i: usize| if (1..=99).contains(&i) { x[i - 1] } else { 0.0 };
+            let weights = [7.0, 32.0, 12.0, 32.0, 7.0];
+            let sum: f64 = (0..5).map(|i| weights[i] * at(first + i)).sum();
+            sum / 90.0 * (arcs[4] - arcs[0])
+        }).sum();
+        // Of 0.03 m² before
+        assert!(kept.abs() < 1e-6, "{kept}");
+    }
+
+    #[test]
+    fn what_no_wave_expresses_passes() {
         let surrogate = tube(End::Flow, End::Pressure { rigid_length: 0.0 }, true);
-        let shift = DVector::from_fn(3 * 4 * 101, |i, _| [0.3, -0.2, 0.1][i % 3]);
-        // rho r/4 against the stiffness of 1.2e7 Pa/m
-        let share = 1.0 / (1.0 + 1000.0 * 5e-3 / 4.0 / 1e-6 / 1.2e7);
-        let left = surrogate.predict(&shift) - share * &shift;
-        assert!(left.norm() < 1e-6 * shift.norm(), "{}", left.norm());
+        let along = DVector::from_fn(3 * 101 * RING, |i, _| [0.3, 0.0, 0.0][i % 3]);
+        let left = surrogate.predict(&along) - &along;
+        assert!(left.norm() < 1e-9 * along.norm(), "{}", left.norm());
     }
 }

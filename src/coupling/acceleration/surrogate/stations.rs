@@ -1,0 +1,442 @@
+//! Stations along a tube: from displacements of wall points to radial displacements of cross-sections, and from pressures
+//! of cross-sections to the wall.
+
+use crate::Vec3;
+use crate::curve::SpaceCurve;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// A tube that is held at both ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Its centre-line; it begins at the arc length 0.
+    pub line: SpaceCurve,
+    /// Its length along that, m.
+    pub length: f64,
+}
+
+/// The wall points do not make a cross-section between the ends.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the wall has no ring of at least {LEAST_POINTS} points between its ends")]
+pub struct NoRings;
+
+/// A cross-section has at least so many points.
+const LEAST_POINTS: usize = 3;
+/// Points of a ring lie at the same arc length up to this share of the distance to the next ring.
+const RAGGED: f64 = 0.05;
+
+/// How finely a displacement is resolved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StationOptions {
+    /// Degree along the tube of the fluid's elements, which have so many rings of wall points each; 1 for faces.
+    pub degree: usize,
+    /// Most stations between the ends.
+    pub most: usize,
+    /// Most periods around the circumference.
+    pub around: usize,
+}
+
+/// A wall point that belongs to a station.
+#[derive(Debug, Clone, PartialEq)]
+struct Point {
+    index: usize,
+    /// Its share in the station.
+    weight: f64,
+    /// Radial direction.
+    radial: Vec3,
+    /// Angle in the cross-section.
+    angle: f64,
+    /// Distance from the axis, m.
+    radius: f64,
+}
+
+/// A cross-section between the ends.
+#[derive(Debug, Clone, PartialEq)]
+struct Station {
+    points: Vec<Point>,
+    /// From the sums of radial displacement times [`wave`] over the points to the amplitudes of the waves.
+    amplitudes: DMatrix<f64>,
+}
+
+/// Cross-sections of a tube at rings of wall points; between them a field is a polynomial of a degree in each piece, at
+/// both ends of the tube it is zero. Around the circumference it is made of waves: 1, cos θ, sin θ, cos 2θ, sin 2θ, …
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stations {
+    axis: Axis,
+    /// Arc lengths of all stations, both ends included, m.
+    arcs: Vec<f64>,
+    degree: usize,
+    waves: usize,
+    inner: Vec<Station>,
+}
+
+/// Periods around the circumference of a wave.
+pub fn periods(wave: usize) -> usize {
+    wave.div_ceil(2)
+}
+
+/// Wave 0 is 1, then cos θ, sin θ, cos 2θ, sin 2θ, …
+fn wave(wave: usize, angle: f64) -> f64 {
+    let (sin, cos) = (periods(wave) as f64 * angle).sin_cos();
+    if wave == 0 || wave % 2 == 1 { cos } else { sin }
+}
+
+impl Stations {
+    /// Stations of the tube around `axis` whose wall consists of `points` (reference positions, m).
+    pub fn new(points: &[Vec3], axis: Axis, options: StationOptions) -> Result<Self, NoRings> {
+        let mut placed: Vec<(f64, Point)> = (points.iter().enumerate())
+            .map(|(index, x)| {
+                let beside = axis.line.beside(x);
+                let across = x - beside.frame.origin;
+                let point = Point {
+                    index,
+                    weight: 1.0,
+                    radial: across.normalize(),
+                    angle: beside.across[1].atan2(beside.across[0]),
+                    radius: across.norm(),
+                };
+                (beside.s, point)
+            })
+            .collect();
+        placed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let arcs: Vec<f64> = placed.iter().map(|(s, _)| *s).collect();
+        let (arcs, degree, members) = match rings(&arcs, axis.length) {
+            Some(rings) => at_rings(&arcs, rings, axis.length, options),
+            None => evenly(&arcs, axis.length, options),
+        };
+        let count = |station: &Vec<(usize, f64)>| station.len();
+        let fewest = members.iter().map(count).min().unwrap_or(0);
+        if fewest < LEAST_POINTS {
+            return Err(NoRings);
+        }
+        let waves = 2 * options.around.min((fewest - 1) / 2) + 1;
+        let station = |members: Vec<(usize, f64)>| {
+            let point = |(place, weight): (usize, f64)| Point {
+                weight,
+                ..placed[place].1.clone()
+            };
+            let points: Vec<Point> = members.into_iter().map(point).collect();
+            let product = |i, j| {
+                let at = |p: &Point| p.weight * wave(i, p.angle) * wave(j, p.angle);
+                points.iter().map(at).sum()
+            };
+            let gram = DMatrix::from_fn(waves, waves, product);
+            Some(Station {
+                amplitudes: gram.try_inverse()?,
+                points,
+            })
+        };
+        let inner: Option<Vec<Station>> = members.into_iter().map(station).collect();
+        Ok(Self {
+            inner: inner.ok_or(NoRings)?,
+            axis,
+            arcs,
+            degree,
+            waves,
+        })
+    }
+
+    /// The same with waves of at most so many periods around the circumference.
+    #[must_use]
+    pub fn with_periods(mut self, most: usize) -> Self {
+        self.waves = self.waves.min(2 * most + 1);
+        self
+    }
+
+    /// Number of stations between the ends.
+    pub fn count(&self) -> usize {
+        self.inner.len()
+    }
+
+    /// Number of waves around the circumference.
+    pub fn waves(&self) -> usize {
+        self.waves
+    }
+
+    /// Most periods of these around it.
+    pub fn periods(&self) -> usize {
+        periods(self.waves - 1)
+    }
+
+    /// Length of the tube, m.
+    pub fn length(&self) -> f64 {
+        self.axis.length
+    }
+
+    /// Arc lengths (m) of the stations of each piece, those that it shares with its neighbours included, and the number of
+    /// the first of them; 0 is the tube's beginning.
+    pub fn pieces(&self) -> impl Iterator<Item = (usize, &[f64])> {
+        let last = self.arcs.len() - 1;
+        let starts = (0..last).step_by(self.degree);
+        starts.map(move |first| (first, &self.arcs[first..=(first + self.degree).min(last)]))
+    }
+
+    /// Mean radius of each station in the reference configuration, m.
+    pub fn reference_radius(&self) -> Vec<f64> {
+        let mean = |station: &Station| {
+            let points = station.points.iter();
+            let (sum, weights) = points.fold((0.0, 0.0), |(sum, weights), point| {
+                (sum + point.weight * point.radius, weights + point.weight)
+            });
+            sum / weights
+        };
+        self.inner.iter().map(mean).collect()
+    }
+
+    /// The radial displacement (m) of each station that fits the displacement `d` of all points (x0 y0 z0 x1 …) best in
+    /// the sense of least squares: a row of amplitudes for each station, a column for each wave.
+    pub fn amplitudes(&self, d: &DVector<f64>) -> DMatrix<f64> {
+        let mut amplitudes = DMatrix::zeros(self.count(), self.waves);
+        for (i, station) in self.inner.iter().enumerate() {
+            let mut sums = DVector::zeros(station.amplitudes.nrows());
+            for point in &station.points {
+                let vector = Vec3::from_column_slice(&d.as_slice()[3 * point.index..][..3]);
+                let radial = point.weight * vector.dot(&point.radial);
+                for (k, sum) in sums.iter_mut().enumerate() {
+                    *sum += radial * wave(k, point.angle);
+                }
+            }
+            let fitted = &station.amplitudes * sums;
+            for k in 0..self.waves {
+                amplitudes[(i, k)] = fitted[k];
+            }
+        }
+        amplitudes
+    }
+
+    /// The value at `x` (m) of the field of a `wave` that is 1 at a station, 0 at all others, and linear between.
+    pub fn share(&self, station: usize, number: usize, x: &Vec3) -> f64 {
+        let beside = self.axis.line.beside(x);
+        let [before, at, behind] = [0, 1, 2].map(|i| self.arcs[station + i]);
+        let along = hat(beside.s, before, at, behind);
+        along * self.around(number, beside.across)
+    }
+
+    /// The value at `x` (m) of a `wave` that is the same all along the tube.
+    pub fn uniform(&self, number: usize, x: &Vec3) -> f64 {
+        self.around(number, self.axis.line.beside(x).across)
+    }
+
+    fn around(&self, number: usize, [first, second]: [f64; 2]) -> f64 {
+        wave(number, second.atan2(first))
+    }
+
+    /// The displacement of all points for a radial displacement of each station, the same around the circumference.
+    #[cfg(test)]
+    pub(super) fn spread(&self, radial: &[f64], points: usize) -> DVector<f64> {
+        let mut d = DVector::zeros(3 * points);
+        for (station, size) in self.inner.iter().zip(radial) {
+            for point in &station.points {
+                let vector = *size * point.radial;
+                d.as_mut_slice()[3 * point.index..][..3].copy_from_slice(vector.as_slice());
+            }
+        }
+        d
+    }
+}
+
+/// The function that is 1 at `at`, 0 from `before` back and from `behind` on, and linear between.
+fn hat(s: f64, before: f64, at: f64, behind: f64) -> f64 {
+    let slope = if s < at {
+        (s - before) / (at - before)
+    } else {
+        (behind - s) / (behind - at)
+    };
+    slope.max(0.0)
+}
+
+/// The places of each ring in ascending arc lengths, if they are rings.
+fn rings(arcs: &[f64], length: f64) -> Option<Vec<Range<usize>>> {
+    // Rings are apart by more than this if there are as few points in each as there may be.
+    let apart = RAGGED * length * LEAST_POINTS as f64 / arcs.len() as f64;
+    let mut rings: Vec<Range<usize>> = Vec::new();
+    for (i, s) in arcs.iter().enumerate() {
+        match rings.last_mut() {
+            Some(ring) if s - arcs[ring.end - 1] < apart => ring.end = i + 1,
+            _ => rings.push(i..i + 1),
+        }
+    }
+    let gap = |pair: &[Range<usize>]| {
+        let [before, behind] = [&pair[0], &pair[1]];
+        let ragged = |ring: &Range<usize>| arcs[ring.end - 1] - arcs[ring.start];
+        let room = arcs[behind.start] - arcs[before.end - 1];
+        ragged(before).max(ragged(behind)) < RAGGED * room
+    };
+    let are_rings = rings.iter().all(|ring| ring.len() >= LEAST_POINTS);
+    (rings.len() > 1 && are_rings && rings.windows(2).all(gap)).then_some(rings)
+}
+
+/// Arc lengths of stations, the degree between them, and the members of each between the ends with their weights.
+type Placed = (Vec<f64>, usize, Vec<Vec<(usize, f64)>>);
+
+/// Stations at rings; at every second or third one where there are too many.
+fn at_rings(
+    arcs: &[f64],
+    rings: Vec<Range<usize>>,
+    length: f64,
+    options: StationOptions,
+) -> Placed {
+    let middle = |ring: &Range<usize>| arcs[ring.clone()].iter().sum::<f64>() / ring.len() as f64;
+    let near = RAGGED * length / rings.len() as f64;
+    let inner: Vec<(f64, Range<usize>)> = (rings.into_iter())
+        .map(|ring| (middle(&ring), ring))
+        .filter(|(s, _)| *s > near && *s < length - near)
+        .collect();
+    let pieces = inner.len() + 1;
+    let degree = match pieces % options.degree {
+        0 => options.degree,
+        _ => 1,
+    };
+    let fits = |step: &usize| {
+        pieces.div_ceil(*step) <= options.most + 1 && (degree % step == 0 || step % degree == 0)
+    };
+    let step = (1..=pieces).find(fits).unwrap_or(pieces);
+    let kept: Vec<_> = (inner.into_iter())
+        .skip(step - 1)
+        .step_by(step)
+        .collect();
+    let all = kept.iter().map(|(s, _)| *s);
+    let arcs = [0.0].into_iter().chain(all).chain([length]).collect();
+    let members = kept
+        .into_iter()
+        .map(|(_, ring)| ring.map(|place| (place, 1.0)).collect());
+    (arcs, (degree / step).max(1), members.collect())
+}
+
+/// Stations at equal distances, to which points belong the more the nearer they are.
+fn evenly(arcs: &[f64], length: f64, options: StationOptions) -> Placed {
+    let mut count = options.most.min(arcs.len() / LEAST_POINTS).max(1);
+    loop {
+        let distance = length / (count + 1) as f64;
+        let stations: Vec<f64> = (0..=count + 1).map(|i| i as f64 * distance).collect();
+        let members = |station: &[f64]| -> Vec<(usize, f64)> {
+            let weight = |s: f64| hat(s, station[0], station[1], station[2]);
+            let weights = arcs.iter().map(|s| weight(*s)).enumerate();
+            weights.filter(|(_, weight)| *weight > 0.0).collect()
+        };
+        let members: Vec<_> = stations.windows(3).map(members).collect();
+        let enough = 2 * (2 * options.around + 1);
+        if count == 1 || members.iter().all(|members| members.len() >= enough) {
+            return (stations, 1, members);
+        }
+        count = count.div_ceil(2);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RING: u32 = 12;
+
+    /// Rings of points 1 mm apart.
+    fn tube() -> Vec<Vec3> {
+        let ring = |i: u32| {
+            (0..RING).map(move |k| {
+                let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(RING)).sin_cos();
+                Vec3::new(0.01 + f64::from(i) * 1e-3, 2e-3 * cos, 2e-3 * sin)
+            })
+        };
+        (0..31).flat_map(ring).collect()
+    }
+
+    fn axis() -> Axis {
+        Axis {
+            line: SpaceCurve::x_axis(0.01, 0.04).counted_from(0.01),
+            length: 0.03,
+        }
+    }
+
+    fn stations(degree: usize, most: usize) -> Stations {
+        let options = StationOptions {
+            degree,
+            most,
+            around: 3,
+        };
+        Stations::new(&tube(), axis(), options).unwrap()
+    }
+
+    #[test]
+    fn stations_lie_at_rings_or_at_every_other_one() {
+        for (degree, most, count, pieces) in [
+            (1, 40, 29, 30),
+            (3, 29, 29, 10),
+            (3, 20, 9, 10),
+            (6, 20, 14, 5),
+            (4, 40, 29, 30),
+            (1, 15, 14, 15),
+            (1, 1, 1, 2),
+        ] {
+            let stations = stations(degree, most);
+            assert_eq!(stations.count(), count, "{degree} {most}");
+            assert_eq!(stations.pieces().count(), pieces, "{degree} {most}");
+            let ends = stations.pieces().map(|(_, arcs)| arcs.len());
+            assert_eq!(ends.sum::<usize>(), count + 1 + pieces);
+            let radius = stations.reference_radius();
+            assert!(radius.iter().all(|r| (r - 2e-3).abs() < 1e-15));
+        }
+    }
+
+    #[test]
+    fn waves_are_told_apart() {
+        let stations = stations(1, 40);
+        assert_eq!(stations.waves(), 7);
+        for number in 0..7 {
+            let d = tube().into_iter().flat_map(|x| {
+                let radial = Vec3::new(0.0, x.y, x.z).normalize();
+                let size = stations.uniform(number, &x) * x.x;
+                (size * radial).data.0[0]
+            });
+            let amplitudes = stations.amplitudes(&DVector::from_iterator(3 * 31 * 12, d));
+            for i in 0..29 {
+                for k in 0..7 {
+                    let expected = if k == number { 0.011 + 1e-3 * i as f64 } else { 0.0 };
+                    assert!((amplitudes[(i, k)] - expected).abs() < 1e-12);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn moving_the_tube_is_no_widening_but_a_wave_of_one_period() {
+        let d = DVector::from_fn(3 * 31 * 12, |i, _| [0.3, -0.2, 0.1][i % 3]);
+        let amplitudes = stations(1, 7).amplitudes(&d);
+        for row in amplitudes.row_iter() {
+            for (k, expected) in [0.0, -0.2, 0.1, 0.0, 0.0, 0.0, 0.0].into_iter().enumerate() {
+                assert!((row[k] - expected).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn points_without_rings_are_shared() {
+        let mut points = tube();
+        for (i, x) in points.iter_mut().enumerate() {
+            x.x += 1e-3 * (0.37 * i as f64).fract() - 0.5e-3;
+        }
+        let options = StationOptions {
+            degree: 4,
+            most: 20,
+            around: 1,
+        };
+        let stations = Stations::new(&points, axis(), options).unwrap();
+        assert_eq!((stations.count(), stations.waves()), (20, 3));
+        let widened = points.iter().flat_map(|x| {
+            let radial = Vec3::new(0.0, x.y, x.z).normalize();
+            radial.data.0[0]
+        });
+        let amplitudes = stations.amplitudes(&DVector::from_iterator(3 * 31 * 12, widened));
+        assert!(amplitudes.column(0).iter().all(|a| (a - 1.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_wall_without_rings_between_the_ends_is_refused() {
+        let ends: Vec<Vec3> = tube().into_iter().filter(|x| (x.x - 0.025).abs() > 0.0149).collect();
+        let options = StationOptions {
+            degree: 1,
+            most: 20,
+            around: 0,
+        };
+        assert_eq!(Stations::new(&ends, axis(), options), Err(NoRings));
+    }
+}
