@@ -4,7 +4,7 @@ use super::{Flow, Inlet, Monolithic, Outlet, Reference, StringWall, TubeFluid, W
 use crate::Vec3;
 use crate::coupling::acceleration::Surrogate;
 use crate::coupling::acceleration::surrogate::{
-    Axis, End, StationOptions, Stations, SurrogateBlood, TubeSurrogate,
+    Axis, End, StationOptions, Stations, SurrogateBlood, TubeSurrogate, WallShape,
 };
 use crate::curve::SpaceCurve;
 use nalgebra::DVector;
@@ -167,7 +167,7 @@ impl Tube {
             length,
         };
         let options = StationOptions {
-            degree: 1,
+            shape: WallShape::Elements(1),
             most,
             around: 0,
         };
@@ -176,7 +176,7 @@ impl Tube {
         let points = self.points();
         let answer = |station: usize| {
             let rings = points.iter().step_by(RING);
-            let pressure: Vec<f64> = rings.map(|x| stations.share(station, 0, x)).collect();
+            let pressure: Vec<f64> = rings.map(|x| stations.share(station, x)).collect();
             Self::spread(&rest.solve(&pressure)) / error
         };
         let answers: Vec<_> = (0..stations.count()).map(answer).collect();
@@ -202,7 +202,7 @@ impl Tube {
                 rigid_length: 0.0,
             },
         };
-        TubeSurrogate::new(stations, &answers, blood, inlet, outlet)
+        TubeSurrogate::new(stations, &answers, Vec::new(), blood, inlet, outlet)
     }
 }
 

@@ -6,7 +6,7 @@ use crate::case::{
     Problem, Solver,
 };
 use crate::coupling::acceleration::surrogate::{
-    Axis, End, NoRings, StationOptions, Stations, SurrogateBlood, TubeSurrogate,
+    Axis, Comb, End, NoRings, StationOptions, Stations, SurrogateBlood, TubeSurrogate, WallShape,
 };
 use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
@@ -21,13 +21,15 @@ const PROBE: f64 = 1.0;
 const SHARE: f64 = 1e-3;
 /// Relative residual of the answers: a surrogate need not be accurate.
 const PROBE_TOLERANCE: f64 = 1e-3;
-/// Most stations between the ends: each costs a solution of the structure for each wave around the circumference.
+/// Most stations between the ends: each costs a solution of the structure.
 const MOST_STATIONS: usize = 63;
-/// Most periods of such a wave.
+/// Most periods of a wave around the circumference.
 const MOST_PERIODS: usize = 4;
 /// Waves are left out from that number of periods on where the blood's added mass is below this share of what the wall sets
 /// against it: they hardly disturb the iteration.
 const LEAST_ADDED_MASS: f64 = 0.2;
+/// The wall's answer to such waves is felt up to half so many radii from where they press.
+const FELT: f64 = 2.0;
 
 /// The surrogate that the case asks for. Its wall is what `solid`, which is at rest under a `pressure` (Pa), answers to a
 /// little more within a time step.
@@ -92,26 +94,36 @@ pub fn surrogate<S: Solid>(
 
     let reference = stations.reference_radius();
     let radius = reference.iter().sum::<f64>() / reference.len() as f64;
-    let mut periods = 0;
-    while periods < stations.periods() {
-        let wave = 2 * periods + 1;
-        let d = answer(&|x| stations.uniform(wave, x))?;
-        let yields = stations.amplitudes(&d).column(wave).amax();
-        let added_mass = blood.density * radius / (periods + 1) as f64;
+    let step = (FELT * radius / stations.length() * (stations.count() + 1) as f64).ceil() as usize;
+    let step = step.clamp(1, stations.count());
+    let mut to_waves = Vec::new();
+    for periods in 1..=stations.periods() {
+        let [cosine, sine] = [2 * periods - 1, 2 * periods];
+        let d = answer(&|x| stations.uniform(cosine, x))?;
+        let yields = stations.amplitudes(&d).column(cosine).amax();
+        let added_mass = blood.density * radius / periods as f64;
         if yields * added_mass / blood.time_step.powi(2) < LEAST_ADDED_MASS {
             break;
         }
-        periods += 1;
-    }
-    let stations = stations.with_periods(periods);
-    let mut answers = Vec::new();
-    for wave in 0..stations.waves() {
-        for station in 0..stations.count() {
-            answers.push(answer(&|x| stations.share(station, wave, x))?);
+        for wave in [cosine, sine] {
+            let mut combs = Vec::new();
+            for first in 0..step {
+                let teeth = |x: &Vec3| -> f64 {
+                    let teeth = (first..stations.count()).step_by(step);
+                    teeth.map(|station| stations.share(station, x)).sum()
+                };
+                let answer = answer(&|x| teeth(x) * stations.uniform(wave, x))?;
+                combs.push(Comb::new(&stations, first, step, answer));
+            }
+            to_waves.push(combs);
         }
     }
+    let stations = stations.with_periods(to_waves.len() / 2);
+    let answers: Result<Vec<_>, String> = (0..stations.count())
+        .map(|station| answer(&|x| stations.share(station, x)))
+        .collect();
     Ok(Box::new(TubeSurrogate::new(
-        stations, &answers, blood, inlet, outlet,
+        stations, &answers?, to_waves, blood, inlet, outlet,
     )))
 }
 
@@ -144,16 +156,20 @@ fn ends(vessel: &BloodVessel, before: f64, behind: f64) -> (End, End) {
 }
 
 /// The stations of the surrogate of a case whose wall has these `points` (m).
-pub fn stations(vessel: &BloodVessel, solver: Solver, points: &[Vec3]) -> Result<Stations, NoRings> {
+pub fn stations(
+    vessel: &BloodVessel,
+    solver: Solver,
+    points: &[Vec3],
+) -> Result<Stations, NoRings> {
     let geometry = Vessel::new(vessel);
     let axis = Axis {
         line: geometry.centre_line().clone(),
         length: geometry.end(),
     };
     let options = StationOptions {
-        degree: match solver {
-            Solver::Native => vessel.fluid.native.degree,
-            Solver::OpenFoam | Solver::External => 1,
+        shape: match solver {
+            Solver::Native => WallShape::Elements(vessel.fluid.native.degree),
+            Solver::OpenFoam | Solver::External => WallShape::Faces,
         },
         most: MOST_STATIONS,
         around: MOST_PERIODS,

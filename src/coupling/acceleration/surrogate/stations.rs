@@ -25,11 +25,21 @@ const LEAST_POINTS: usize = 3;
 /// Points of a ring lie at the same arc length up to this share of the distance to the next ring.
 const RAGGED: f64 = 0.05;
 
+/// What the fluid makes of the points of its wall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WallShape {
+    /// Faces between rings, as finite volumes have them: each moves as its points do on average, and each point is
+    /// loaded by the average of the faces around it.
+    Faces,
+    /// Polynomials of this degree along the tube, through so many rings and one more each.
+    Elements(usize),
+}
+
 /// How finely a displacement is resolved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StationOptions {
-    /// Degree along the tube of the fluid's elements, which have so many rings of wall points each; 1 for faces.
-    pub degree: usize,
+    /// Whose wall it is.
+    pub shape: WallShape,
     /// Most stations between the ends.
     pub most: usize,
     /// Most periods around the circumference.
@@ -66,8 +76,11 @@ pub struct Stations {
     /// Arc lengths of all stations, both ends included, m.
     arcs: Vec<f64>,
     degree: usize,
+    smoothing: f64,
     waves: usize,
     inner: Vec<Station>,
+    /// Arc length of each point, m.
+    places: Vec<f64>,
 }
 
 /// Periods around the circumference of a wave.
@@ -98,9 +111,15 @@ impl Stations {
                 (beside.s, point)
             })
             .collect();
+        let places = placed.iter().map(|(s, _)| *s).collect();
         placed.sort_by(|a, b| a.0.total_cmp(&b.0));
         let arcs: Vec<f64> = placed.iter().map(|(s, _)| *s).collect();
-        let (arcs, degree, members) = match rings(&arcs, axis.length) {
+        let Placement {
+            arcs,
+            degree,
+            smoothing,
+            members,
+        } = match rings(&arcs, axis.length) {
             Some(rings) => at_rings(&arcs, rings, axis.length, options),
             None => evenly(&arcs, axis.length, options),
         };
@@ -132,7 +151,9 @@ impl Stations {
             axis,
             arcs,
             degree,
+            smoothing,
             waves,
+            places,
         })
     }
 
@@ -161,6 +182,16 @@ impl Stations {
     /// Length of the tube, m.
     pub fn length(&self) -> f64 {
         self.axis.length
+    }
+
+    /// What the blood sees of a displacement with these amplitudes at the stations: the matrix that averages over the faces
+    /// around each point; of waves that are long beside them almost everything.
+    pub fn smoothing(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.count(), self.count(), |i, j| match i.abs_diff(j) {
+            0 => 1.0 - 2.0 * self.smoothing,
+            1 => self.smoothing,
+            _ => 0.0,
+        })
     }
 
     /// Arc lengths (m) of the stations of each piece, those that it shares with its neighbours included, and the number of
@@ -204,21 +235,29 @@ impl Stations {
         amplitudes
     }
 
-    /// The value at `x` (m) of the field of a `wave` that is 1 at a station, 0 at all others, and linear between.
-    pub fn share(&self, station: usize, number: usize, x: &Vec3) -> f64 {
-        let beside = self.axis.line.beside(x);
+    /// The value at `x` (m) of the field that is 1 at a station, 0 at all others, and linear between.
+    pub fn share(&self, station: usize, x: &Vec3) -> f64 {
         let [before, at, behind] = [0, 1, 2].map(|i| self.arcs[station + i]);
-        let along = hat(beside.s, before, at, behind);
-        along * self.around(number, beside.across)
+        hat(self.axis.line.beside(x).s, before, at, behind)
     }
 
-    /// The value at `x` (m) of a `wave` that is the same all along the tube.
+    /// The value at `x` (m) of the wave of a `number` that is the same all along the tube.
     pub fn uniform(&self, number: usize, x: &Vec3) -> f64 {
-        self.around(number, self.axis.line.beside(x).across)
+        let [first, second] = self.axis.line.beside(x).across;
+        wave(number, second.atan2(first))
     }
 
-    fn around(&self, number: usize, [first, second]: [f64; 2]) -> f64 {
-        wave(number, second.atan2(first))
+    /// For each point the nearest of the stations `first`, `first + step`, `first + 2 step`, …
+    pub fn nearest(&self, first: usize, step: usize) -> Vec<usize> {
+        let distance = |station: usize, s: f64| (self.arcs[station + 1] - s).abs();
+        let nearest = |s: &f64| {
+            let stations = (first..self.count()).step_by(step);
+            stations.min_by(|a, b| distance(*a, *s).total_cmp(&distance(*b, *s)))
+        };
+        let nearest = self.places.iter().map(nearest);
+        nearest
+            .map(|station| station.expect("the first is one"))
+            .collect()
     }
 
     /// The displacement of all points for a radial displacement of each station, the same around the circumference.
@@ -266,8 +305,17 @@ fn rings(arcs: &[f64], length: f64) -> Option<Vec<Range<usize>>> {
     (rings.len() > 1 && are_rings && rings.windows(2).all(gap)).then_some(rings)
 }
 
-/// Arc lengths of stations, the degree between them, and the members of each between the ends with their weights.
-type Placed = (Vec<f64>, usize, Vec<Vec<(usize, f64)>>);
+/// Where stations are.
+struct Placement {
+    /// Arc lengths, m.
+    arcs: Vec<f64>,
+    /// Degree between them.
+    degree: usize,
+    /// Share that each of its neighbours has in what the blood sees of a station.
+    smoothing: f64,
+    /// Places of the points of each station between the ends, with their weights.
+    members: Vec<Vec<(usize, f64)>>,
+}
 
 /// Stations at rings; at every second or third one where there are too many.
 fn at_rings(
@@ -275,7 +323,7 @@ fn at_rings(
     rings: Vec<Range<usize>>,
     length: f64,
     options: StationOptions,
-) -> Placed {
+) -> Placement {
     let middle = |ring: &Range<usize>| arcs[ring.clone()].iter().sum::<f64>() / ring.len() as f64;
     let near = RAGGED * length / rings.len() as f64;
     let inner: Vec<(f64, Range<usize>)> = (rings.into_iter())
@@ -283,28 +331,34 @@ fn at_rings(
         .filter(|(s, _)| *s > near && *s < length - near)
         .collect();
     let pieces = inner.len() + 1;
-    let degree = match pieces % options.degree {
-        0 => options.degree,
+    let degree = match options.shape {
+        WallShape::Elements(degree) if pieces.is_multiple_of(degree) => degree,
         _ => 1,
     };
     let fits = |step: &usize| {
         pieces.div_ceil(*step) <= options.most + 1 && (degree % step == 0 || step % degree == 0)
     };
     let step = (1..=pieces).find(fits).unwrap_or(pieces);
-    let kept: Vec<_> = (inner.into_iter())
-        .skip(step - 1)
-        .step_by(step)
-        .collect();
+    let kept: Vec<_> = (inner.into_iter()).skip(step - 1).step_by(step).collect();
     let all = kept.iter().map(|(s, _)| *s);
     let arcs = [0.0].into_iter().chain(all).chain([length]).collect();
     let members = kept
         .into_iter()
         .map(|(_, ring)| ring.map(|place| (place, 1.0)).collect());
-    (arcs, (degree / step).max(1), members.collect())
+    Placement {
+        arcs,
+        degree: (degree / step).max(1),
+        // cos²(kh/2) of a wave of wave number k on faces of length h, for long waves
+        smoothing: match options.shape {
+            WallShape::Faces => 0.25 / (step * step) as f64,
+            WallShape::Elements(_) => 0.0,
+        },
+        members: members.collect(),
+    }
 }
 
 /// Stations at equal distances, to which points belong the more the nearer they are.
-fn evenly(arcs: &[f64], length: f64, options: StationOptions) -> Placed {
+fn evenly(arcs: &[f64], length: f64, options: StationOptions) -> Placement {
     let mut count = options.most.min(arcs.len() / LEAST_POINTS).max(1);
     loop {
         let distance = length / (count + 1) as f64;
@@ -317,7 +371,12 @@ fn evenly(arcs: &[f64], length: f64, options: StationOptions) -> Placed {
         let members: Vec<_> = stations.windows(3).map(members).collect();
         let enough = 2 * (2 * options.around + 1);
         if count == 1 || members.iter().all(|members| members.len() >= enough) {
-            return (stations, 1, members);
+            return Placement {
+                arcs: stations,
+                degree: 1,
+                smoothing: 0.0,
+                members,
+            };
         }
         count = count.div_ceil(2);
     }
@@ -349,7 +408,7 @@ mod tests {
 
     fn stations(degree: usize, most: usize) -> Stations {
         let options = StationOptions {
-            degree,
+            shape: WallShape::Elements(degree),
             most,
             around: 3,
         };
@@ -378,6 +437,17 @@ mod tests {
     }
 
     #[test]
+    fn points_belong_to_the_nearest_of_some_stations() {
+        let nearest = stations(1, 40).nearest(2, 4); // at 3, 7, … 27 mm
+        for (i, station) in nearest.iter().enumerate() {
+            let ring = (i / 12) as f64;
+            let expected = 4.0 * ((ring - 3.0) / 4.0).clamp(0.0, 6.0);
+            let found = *station as f64 - 2.0;
+            assert!((found - expected).abs() <= 2.0, "{ring} {station}");
+        }
+    }
+
+    #[test]
     fn waves_are_told_apart() {
         let stations = stations(1, 40);
         assert_eq!(stations.waves(), 7);
@@ -390,7 +460,11 @@ mod tests {
             let amplitudes = stations.amplitudes(&DVector::from_iterator(3 * 31 * 12, d));
             for i in 0..29 {
                 for k in 0..7 {
-                    let expected = if k == number { 0.011 + 1e-3 * i as f64 } else { 0.0 };
+                    let expected = if k == number {
+                        0.011 + 1e-3 * i as f64
+                    } else {
+                        0.0
+                    };
                     assert!((amplitudes[(i, k)] - expected).abs() < 1e-12);
                 }
             }
@@ -409,13 +483,34 @@ mod tests {
     }
 
     #[test]
+    fn faces_see_less_of_short_waves() {
+        for (most, step) in [(40, 1), (15, 2)] {
+            let options = StationOptions {
+                shape: WallShape::Faces,
+                most,
+                around: 0,
+            };
+            let stations = Stations::new(&tube(), axis(), options).unwrap();
+            let (n, smoothing) = (stations.count(), stations.smoothing());
+            // Three half waves along the tube
+            let k = 3.0 * std::f64::consts::PI / 0.03;
+            let wave = |i: usize| (k * 1e-3 * (step * (i + 1)) as f64).sin();
+            let seen = smoothing * DVector::from_fn(n, |i, _| wave(i));
+            let share = (0.5e-3 * k).cos().powi(2);
+            for i in 1..n - 1 {
+                assert!((seen[i] - share * wave(i)).abs() < 2e-3, "{step} {i}");
+            }
+        }
+    }
+
+    #[test]
     fn points_without_rings_are_shared() {
         let mut points = tube();
         for (i, x) in points.iter_mut().enumerate() {
             x.x += 1e-3 * (0.37 * i as f64).fract() - 0.5e-3;
         }
         let options = StationOptions {
-            degree: 4,
+            shape: WallShape::Elements(4),
             most: 20,
             around: 1,
         };
@@ -431,9 +526,12 @@ mod tests {
 
     #[test]
     fn a_wall_without_rings_between_the_ends_is_refused() {
-        let ends: Vec<Vec3> = tube().into_iter().filter(|x| (x.x - 0.025).abs() > 0.0149).collect();
+        let ends: Vec<Vec3> = tube()
+            .into_iter()
+            .filter(|x| (x.x - 0.025).abs() > 0.0149)
+            .collect();
         let options = StationOptions {
-            degree: 1,
+            shape: WallShape::Faces,
             most: 20,
             around: 0,
         };

@@ -67,48 +67,107 @@ pub enum End {
 /// the tube itself, flows out of any end.
 const LEAK: f64 = 1e-9;
 
+/// The wall's answer to a pressure at every so-manieth station at once, so far apart that each point feels the nearest only.
+pub struct Comb {
+    /// Its first station.
+    first: usize,
+    step: usize,
+    /// Displacement of all points, m/Pa.
+    answer: DVector<f64>,
+    /// The station that each of them belongs to.
+    nearest: Vec<usize>,
+}
+
+impl Comb {
+    /// The `answer` (m/Pa) to the stations `first`, `first + step`, …
+    pub fn new(stations: &Stations, first: usize, step: usize, answer: DVector<f64>) -> Self {
+        Self {
+            nearest: stations.nearest(first, step),
+            first,
+            step,
+            answer,
+        }
+    }
+
+    /// Its stations, of `count`.
+    fn stations(&self, count: usize) -> impl Iterator<Item = usize> {
+        (self.first..count).step_by(self.step)
+    }
+
+    /// The answer to one of its stations.
+    fn answer_of(&self, station: usize) -> DVector<f64> {
+        DVector::from_fn(self.answer.len(), |i, _| {
+            let own = self.nearest[i / 3] == station;
+            if own { self.answer[i] } else { 0.0 }
+        })
+    }
+
+    /// Adds the answer to these pressures (Pa) at all stations.
+    fn add(&self, pressures: &DVector<f64>, change: &mut DVector<f64>) {
+        for (i, change) in change.iter_mut().enumerate() {
+            *change += pressures[self.nearest[i / 3]] * self.answer[i];
+        }
+    }
+}
+
 /// The surrogate: stations, the wall's answer to a pressure at each, and the ends.
 ///
 /// The answer is that of the structure within a time step, inertia included, to the pressure that is 1 Pa at one station and
-/// falls linearly to zero at the next ([`Stations::share`]): the displacement of all wall points. What stations and waves
-/// cannot express passes.
+/// falls linearly to zero at the next ([`Stations::share`]): the displacement of all wall points. To waves around the circumference
+/// the wall answers near by only, so that several stations are asked at once ([`Comb`]). What stations and waves cannot express passes.
 pub struct TubeSurrogate {
     stations: Stations,
     blood: SurrogateBlood,
-    /// For each wave: a column for each station, m/Pa.
-    answers: Vec<DMatrix<f64>>,
-    /// **S**: the same as amplitudes of this wave at the stations.
+    /// A column for each station, m/Pa.
+    answers: DMatrix<f64>,
+    /// The same from wave 1 on.
+    to_waves: Vec<Vec<Comb>>,
+    /// **S**: both as amplitudes of the wave at the stations.
     compliance: Vec<DMatrix<f64>>,
     inlet: End,
     outlet: End,
     /// By periods around the circumference: from amplitudes of the displacement to those of the pressure, Pa/m.
     pressure: Vec<DMatrix<f64>>,
-    /// For each wave: the pressure that `residual + S p` causes, less p.
+    /// For each wave: 1 less the pressure that the wall's answer to a pressure causes.
     both: Vec<LU<f64, Dyn, Dyn>>,
 }
 
 impl TubeSurrogate {
-    /// A surrogate about the reference configuration; `answers` (m/Pa) has one displacement of all points for each wave
-    /// and station, all stations of wave 0 first.
+    /// A surrogate about the reference configuration; `answers` (m/Pa) has one displacement of all points for each station,
+    /// `to_waves` combs of all stations for each wave but the first.
     pub fn new(
         stations: Stations,
         answers: &[DVector<f64>],
+        to_waves: Vec<Vec<Comb>>,
         blood: SurrogateBlood,
         inlet: End,
         outlet: End,
     ) -> Self {
-        let (n, waves) = (stations.count(), stations.waves());
-        assert_eq!(answers.len(), n * waves, "one answer a station and wave");
-        let compliance = |(number, answers): (usize, &[DVector<f64>])| {
-            let columns: Vec<_> = (answers.iter())
-                .map(|d| stations.amplitudes(d).column(number).into_owned())
-                .collect();
-            DMatrix::from_columns(&columns)
-        };
+        let n = stations.count();
+        assert_eq!(answers.len(), n, "one answer a station");
+        assert_eq!(to_waves.len() + 1, stations.waves(), "one answer a wave");
+        let amplitudes =
+            |d: &DVector<f64>, wave: usize| stations.amplitudes(d).column(wave).into_owned();
+        let widening: Vec<_> = answers.iter().map(|d| amplitudes(d, 0)).collect();
+        let of_waves = to_waves.iter().enumerate();
+        let of_waves = of_waves.map(|(i, combs)| {
+            let mut compliance = DMatrix::zeros(n, n);
+            for comb in combs {
+                for station in comb.stations(n) {
+                    let answer = amplitudes(&comb.answer_of(station), i + 1);
+                    compliance.set_column(station, &answer);
+                }
+            }
+            compliance
+        });
         let mut surrogate = Self {
             blood,
-            compliance: answers.chunks(n).enumerate().map(compliance).collect(),
-            answers: answers.chunks(n).map(DMatrix::from_columns).collect(),
+            compliance: [DMatrix::from_columns(&widening)]
+                .into_iter()
+                .chain(of_waves)
+                .collect(),
+            answers: DMatrix::from_columns(answers),
+            to_waves,
             inlet,
             outlet,
             pressure: Vec::new(),
@@ -179,10 +238,8 @@ impl TubeSurrogate {
                 let (value, slope) = lagrange(arcs, from + 0.5 * (x + 1.0) * (to - from));
                 for i in 0..n {
                     for j in 0..n {
-                        let (product, slopes) = (
-                            weight * value[i] * value[j],
-                            weight * slope[i] * slope[j],
-                        );
+                        let (product, slopes) =
+                            (weight * value[i] * value[j], weight * slope[i] * slope[j]);
                         for k in 0..terms {
                             for l in 0..terms {
                                 let sum = power(k) + power(l);
@@ -194,8 +251,7 @@ impl TubeSurrogate {
                             }
                             // The ends are held.
                             if (1..=radius.len()).contains(&(first + j)) {
-                                widening[((first + i) * terms + k, first + j - 1)] +=
-                                    r * product;
+                                widening[((first + i) * terms + k, first + j - 1)] += r * product;
                             }
                         }
                     }
@@ -227,7 +283,9 @@ impl TubeSurrogate {
 
     /// Prepares the answers of a tube of the given radii (m).
     fn linearize(&mut self, radius: &[f64]) {
-        self.pressure = (0..=self.stations.periods()).map(|m| self.response(m, radius)).collect();
+        let smoothing = self.stations.smoothing();
+        let pressure = |m| self.response(m, radius) * &smoothing;
+        self.pressure = (0..=self.stations.periods()).map(pressure).collect();
         let both = |(wave, compliance): (usize, &DMatrix<f64>)| {
             let caused = &self.pressure[periods(wave)] * compliance;
             (DMatrix::identity(radius.len(), radius.len()) - caused).lu()
@@ -253,10 +311,13 @@ impl TubeSurrogate {
 impl Surrogate for TubeSurrogate {
     fn predict(&self, residual: &DVector<f64>) -> DVector<f64> {
         let amplitudes = self.stations.amplitudes(residual);
-        let mut change = residual.clone();
-        for (wave, answers) in self.answers.iter().enumerate() {
-            let pressures = self.pressures(wave, &amplitudes.column(wave).into_owned());
-            change.gemv(1.0, answers, &pressures, 1.0);
+        let pressures = |wave| self.pressures(wave, &amplitudes.column(wave).into_owned());
+        let mut change = residual + &self.answers * pressures(0);
+        for (i, combs) in self.to_waves.iter().enumerate() {
+            let pressures = pressures(i + 1);
+            combs
+                .iter()
+                .for_each(|comb| comb.add(&pressures, &mut change));
         }
         change
     }
@@ -272,7 +333,7 @@ impl Surrogate for TubeSurrogate {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Axis, StationOptions};
+    use super::super::{Axis, StationOptions, WallShape};
     use super::*;
     use crate::Vec3;
     use crate::curve::SpaceCurve;
@@ -298,7 +359,7 @@ mod tests {
             length: 0.05,
         };
         let options = StationOptions {
-            degree: 4,
+            shape: WallShape::Elements(4),
             most: 99,
             around: 2,
         };
@@ -310,21 +371,34 @@ mod tests {
             radial_inertia,
         };
         // Each point answers for itself.
-        let mut answers = Vec::new();
-        for wave in 0..stations.waves() {
-            for station in 0..stations.count() {
-                let d = points.iter().flat_map(|x| {
-                    let radial = Vec3::new(0.0, x.y, x.z) / 5e-3;
-                    (stations.share(station, wave, x) / STIFFNESS * radial).data.0[0]
-                });
-                answers.push(DVector::from_iterator(3 * points.len(), d));
-            }
-        }
-        TubeSurrogate::new(stations, &answers, blood, inlet, outlet)
+        let answer = |pressure: &dyn Fn(&Vec3) -> f64| {
+            let d = points.iter().flat_map(|x| {
+                let radial = Vec3::new(0.0, x.y, x.z) / 5e-3;
+                (pressure(x) / STIFFNESS * radial).data.0[0]
+            });
+            DVector::from_iterator(3 * points.len(), d)
+        };
+        let answers: Vec<_> = (0..stations.count())
+            .map(|i| answer(&|x| stations.share(i, x)))
+            .collect();
+        let comb = |wave, first| {
+            let shares = |x: &Vec3| -> f64 {
+                let stations = (first..99).step_by(9).map(|i| stations.share(i, x));
+                stations.sum()
+            };
+            let answer = answer(&|x| shares(x) * stations.uniform(wave, x));
+            Comb::new(&stations, first, 9, answer)
+        };
+        let to_waves = (1..stations.waves())
+            .map(|wave| (0..9).map(|first| comb(wave, first)).collect())
+            .collect();
+        TubeSurrogate::new(stations, &answers, to_waves, blood, inlet, outlet)
     }
 
     fn standing_wave(half_waves: f64) -> Vec<f64> {
-        (1..100).map(|i| (half_waves * PI * f64::from(i) / 100.0).sin()).collect()
+        (1..100)
+            .map(|i| (half_waves * PI * f64::from(i) / 100.0).sin())
+            .collect()
     }
 
     #[test]
@@ -359,13 +433,18 @@ mod tests {
             let d = points().into_iter().flat_map(|x| {
                 let radial = Vec3::new(0.0, x.y, x.z) / 5e-3;
                 let along = (PI * x.x / 0.05).sin();
-                (along * surrogate.stations.uniform(wave, &x) * radial).data.0[0]
+                (along * surrogate.stations.uniform(wave, &x) * radial)
+                    .data
+                    .0[0]
             });
             let d = DVector::from_iterator(3 * 101 * RING, d);
             let left = surrogate.predict(&d);
             let share = left.dot(&d) / d.norm_squared();
             let expected = 1.0 / (1.0 + 1000.0 * 5e-3 / periods / 1e-6 / STIFFNESS);
-            assert!((share / expected - 1.0).abs() < 0.02, "{wave}: {share} {expected}");
+            assert!(
+                (share / expected - 1.0).abs() < 0.02,
+                "{wave}: {share} {expected}"
+            );
         }
         assert_eq!(mode.len(), surrogate.stations.count());
     }
@@ -374,13 +453,17 @@ mod tests {
     fn a_closed_tube_keeps_its_volume() {
         let surrogate = tube(End::Flow, End::Flow, true);
         let x = surrogate.widen(&standing_wave(1.0));
-        let kept: f64 = surrogate.stations.pieces().map(|(first, arcs)| {
-            // Boole's rule for the fourth degree
-            let at = |i: usize| if (1..=99).contains(&i) { x[i - 1] } else { 0.0 };
-            let weights = [7.0, 32.0, 12.0, 32.0, 7.0];
-            let sum: f64 = (0..5).map(|i| weights[i] * at(first + i)).sum();
-            sum / 90.0 * (arcs[4] - arcs[0])
-        }).sum();
+        let kept: f64 = surrogate
+            .stations
+            .pieces()
+            .map(|(first, arcs)| {
+                // Boole's rule for the fourth degree
+                let at = |i: usize| if (1..=99).contains(&i) { x[i - 1] } else { 0.0 };
+                let weights = [7.0, 32.0, 12.0, 32.0, 7.0];
+                let sum: f64 = (0..5).map(|i| weights[i] * at(first + i)).sum();
+                sum / 90.0 * (arcs[4] - arcs[0])
+            })
+            .sum();
         // Of 0.03 m² before
         assert!(kept.abs() < 1e-6, "{kept}");
     }
