@@ -24,7 +24,7 @@ const PROBE_TOLERANCE: f64 = 1e-3;
 /// Most stations between the ends: each costs a solution of the structure.
 const MOST_STATIONS: usize = 63;
 /// Most periods of a wave around the circumference.
-const MOST_PERIODS: usize = 4;
+const MOST_PERIODS: usize = 8;
 /// Waves are left out from that number of periods on where the blood's added mass is below this share of what the wall sets
 /// against it: they hardly disturb the iteration.
 const LEAST_ADDED_MASS: f64 = 0.2;

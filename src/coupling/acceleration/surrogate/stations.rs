@@ -22,6 +22,8 @@ pub struct NoRings;
 
 /// A cross-section has at least so many points.
 const LEAST_POINTS: usize = 3;
+/// Waves around the circumference that are shorter than so many points are none to the fluid.
+const POINTS_A_PERIOD: usize = 4;
 /// Points of a ring lie at the same arc length up to this share of the distance to the next ring.
 const RAGGED: f64 = 0.05;
 
@@ -128,7 +130,7 @@ impl Stations {
         if fewest < LEAST_POINTS {
             return Err(NoRings);
         }
-        let waves = 2 * options.around.min((fewest - 1) / 2) + 1;
+        let waves = 2 * options.around.min(fewest / POINTS_A_PERIOD) + 1;
         let station = |members: Vec<(usize, f64)>| {
             let point = |(place, weight): (usize, f64)| Point {
                 weight,

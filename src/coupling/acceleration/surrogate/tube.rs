@@ -67,6 +67,9 @@ pub enum End {
 /// the tube itself, flows out of any end.
 const LEAK: f64 = 1e-9;
 
+/// Sweeps over the waves: each takes most of the error away.
+const SWEEPS: usize = 6;
+
 /// The wall's answer to a pressure at every so-manieth station at once, so far apart that each point feels the nearest only.
 pub struct Comb {
     /// Its first station.
@@ -89,9 +92,9 @@ impl Comb {
         }
     }
 
-    /// Its stations, of `count`.
-    fn stations(&self, count: usize) -> impl Iterator<Item = usize> {
-        (self.first..count).step_by(self.step)
+    /// Whether a station is one of its own.
+    fn asks(&self, station: usize) -> bool {
+        station % self.step == self.first
     }
 
     /// The answer to one of its stations.
@@ -103,7 +106,7 @@ impl Comb {
     }
 
     /// Adds the answer to these pressures (Pa) at all stations.
-    fn add(&self, pressures: &DVector<f64>, change: &mut DVector<f64>) {
+    fn add(&self, pressures: &[f64], change: &mut DVector<f64>) {
         for (i, change) in change.iter_mut().enumerate() {
             *change += pressures[self.nearest[i / 3]] * self.answer[i];
         }
@@ -122,8 +125,8 @@ pub struct TubeSurrogate {
     answers: DMatrix<f64>,
     /// The same from wave 1 on.
     to_waves: Vec<Vec<Comb>>,
-    /// **S**: both as amplitudes of the wave at the stations.
-    compliance: Vec<DMatrix<f64>>,
+    /// **S**: both as amplitudes of all waves at the stations, all stations of wave 0 first.
+    compliance: DMatrix<f64>,
     inlet: End,
     outlet: End,
     /// By periods around the circumference: from amplitudes of the displacement to those of the pressure, Pa/m.
@@ -147,25 +150,18 @@ impl TubeSurrogate {
         assert_eq!(answers.len(), n, "one answer a station");
         assert_eq!(to_waves.len() + 1, stations.waves(), "one answer a wave");
         let amplitudes =
-            |d: &DVector<f64>, wave: usize| stations.amplitudes(d).column(wave).into_owned();
-        let widening: Vec<_> = answers.iter().map(|d| amplitudes(d, 0)).collect();
-        let of_waves = to_waves.iter().enumerate();
-        let of_waves = of_waves.map(|(i, combs)| {
-            let mut compliance = DMatrix::zeros(n, n);
-            for comb in combs {
-                for station in comb.stations(n) {
-                    let answer = amplitudes(&comb.answer_of(station), i + 1);
-                    compliance.set_column(station, &answer);
-                }
+            |d: &DVector<f64>| DVector::from_column_slice(stations.amplitudes(d).as_slice());
+        let mut columns: Vec<_> = answers.iter().map(amplitudes).collect();
+        for combs in &to_waves {
+            for station in 0..n {
+                let comb = combs.iter().find(|comb| comb.asks(station));
+                let comb = comb.expect("a wave's combs have all stations between them");
+                columns.push(amplitudes(&comb.answer_of(station)));
             }
-            compliance
-        });
+        }
         let mut surrogate = Self {
             blood,
-            compliance: [DMatrix::from_columns(&widening)]
-                .into_iter()
-                .chain(of_waves)
-                .collect(),
+            compliance: DMatrix::from_columns(&columns),
             answers: DMatrix::from_columns(answers),
             to_waves,
             inlet,
@@ -286,38 +282,54 @@ impl TubeSurrogate {
         let smoothing = self.stations.smoothing();
         let pressure = |m| self.response(m, radius) * &smoothing;
         self.pressure = (0..=self.stations.periods()).map(pressure).collect();
-        let both = |(wave, compliance): (usize, &DMatrix<f64>)| {
-            let caused = &self.pressure[periods(wave)] * compliance;
-            (DMatrix::identity(radius.len(), radius.len()) - caused).lu()
+        let n = radius.len();
+        let both = |wave| {
+            let own = self.compliance.view((wave * n, wave * n), (n, n));
+            (DMatrix::identity(n, n) - &self.pressure[periods(wave)] * own).lu()
         };
-        self.both = self.compliance.iter().enumerate().map(both).collect();
+        self.both = (0..self.stations.waves()).map(both).collect();
     }
 
-    /// The pressure at each station, of a wave, that removes a residual with these amplitudes (m).
-    fn pressures(&self, wave: usize, residual: &DVector<f64>) -> DVector<f64> {
-        let solution = self.both[wave].solve(&(&self.pressure[periods(wave)] * residual));
-        solution.expect("blood answers a wall that widens by a pressure against it")
+    /// The pressure at each station that removes a residual with these amplitudes (m), all stations of wave 0 first: by
+    /// Gauss and Seidel's method, since a wall of few elements, or one that is not round, answers to a wave by others too, but less.
+    fn pressures(&self, residual: &DVector<f64>) -> DVector<f64> {
+        let (n, waves) = (self.stations.count(), self.stations.waves());
+        let mut pressures = DVector::zeros(n * waves);
+        for _ in 0..if waves > 1 { SWEEPS } else { 1 } {
+            for wave in 0..waves {
+                let (from, mut others) = (wave * n, pressures.clone());
+                others.rows_mut(from, n).fill(0.0);
+                let widening = residual.rows(from, n) + self.compliance.rows(from, n) * &others;
+                let own = self.both[wave].solve(&(&self.pressure[periods(wave)] * widening));
+                let own = own.expect("blood answers a wall that widens by a pressure against it");
+                pressures.rows_mut(from, n).copy_from(&own);
+            }
+        }
+        pressures
     }
 
     /// The change of radius of each station that removes the residual `r` (m) of its radius.
     #[cfg(test)]
     pub(super) fn widen(&self, r: &[f64]) -> Vec<f64> {
         let r = DVector::from_column_slice(r);
-        let x = &r + &self.compliance[0] * self.pressures(0, &r);
-        x.as_slice().to_vec()
+        let (n, waves) = (r.len(), self.stations.waves());
+        let residual = r.resize_vertically(n * waves, 0.0);
+        let x = &residual + &self.compliance * self.pressures(&residual);
+        x.as_slice()[..n].to_vec()
     }
 }
 
 impl Surrogate for TubeSurrogate {
     fn predict(&self, residual: &DVector<f64>) -> DVector<f64> {
         let amplitudes = self.stations.amplitudes(residual);
-        let pressures = |wave| self.pressures(wave, &amplitudes.column(wave).into_owned());
-        let mut change = residual + &self.answers * pressures(0);
+        let pressures = self.pressures(&DVector::from_column_slice(amplitudes.as_slice()));
+        let n = self.stations.count();
+        let mut change = residual + &self.answers * pressures.rows(0, n);
         for (i, combs) in self.to_waves.iter().enumerate() {
-            let pressures = pressures(i + 1);
+            let pressures = &pressures.as_slice()[(i + 1) * n..(i + 2) * n];
             combs
                 .iter()
-                .for_each(|comb| comb.add(&pressures, &mut change));
+                .for_each(|comb| comb.add(pressures, &mut change));
         }
         change
     }
