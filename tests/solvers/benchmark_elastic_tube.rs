@@ -30,8 +30,7 @@ fn check(arguments: &[&str], height: f64, time: f64, iterations: f64) {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_pulse_widens_the_middle_of_the_tube_as_published() {
     // Published at this time step: 1.19e-4 m at 7.0 ms and 1.21e-4 m at 7.1 ms. The coarse structure is early and low.
-    // The mean is one of rounding too: 4.63, 4.71 and 4.76 with three choices of instructions (full mesh: 4.74 and 4.78).
-    check(&["--preset", "demo"], 1.1715e-4, 6.7e-3, 4.70);
+    check(&["--preset", "demo"], 1.1715e-4, 6.7e-3, 3.80);
 }
 
 /// The driver's own fluid, with pressures at both ends: what OpenFOAM leads to as its cells become smaller (README.md).
@@ -46,7 +45,7 @@ fn the_native_fluid_widens_it_as_much() {
         "0.0072",
     ];
     let few = ["--set", "fluid.native.radial=3"];
-    check(&[&arguments[..], &few].concat(), 1.1804e-4, 6.8e-3, 4.75);
+    check(&[&arguments[..], &few].concat(), 1.1804e-4, 6.8e-3, 3.49);
 }
 
 #[test]
@@ -71,7 +70,7 @@ fn full_mesh_with_the_native_fluid() {
 #[ignore = "the full form: minutes"]
 fn full_mesh() {
     // Between the two that are published.
-    check(&[], 1.209e-4, 6.9e-3, 4.74);
+    check(&[], 1.209e-4, 6.9e-3, 3.88);
     // The published peak grows as the time step shrinks: 1.40e-4 m at 7.25 ms.
     check(&["--set", "time.step_s=2.5e-5"], 1.435e-4, 6.95e-3, 3.61);
 }

@@ -93,7 +93,11 @@ pub fn periods(wave: usize) -> usize {
 /// Wave 0 is 1, then cos θ, sin θ, cos 2θ, sin 2θ, …
 fn wave(wave: usize, angle: f64) -> f64 {
     let (sin, cos) = (periods(wave) as f64 * angle).sin_cos();
-    if wave == 0 || wave % 2 == 1 { cos } else { sin }
+    if wave > 0 && wave.is_multiple_of(2) {
+        sin
+    } else {
+        cos
+    }
 }
 
 impl Stations {
@@ -261,19 +265,6 @@ impl Stations {
             .map(|station| station.expect("the first is one"))
             .collect()
     }
-
-    /// The displacement of all points for a radial displacement of each station, the same around the circumference.
-    #[cfg(test)]
-    pub(super) fn spread(&self, radial: &[f64], points: usize) -> DVector<f64> {
-        let mut d = DVector::zeros(3 * points);
-        for (station, size) in self.inner.iter().zip(radial) {
-            for point in &station.points {
-                let vector = *size * point.radial;
-                d.as_mut_slice()[3 * point.index..][..3].copy_from_slice(vector.as_slice());
-            }
-        }
-        d
-    }
 }
 
 /// The function that is 1 at `at`, 0 from `before` back and from `behind` on, and linear between.
@@ -338,7 +329,8 @@ fn at_rings(
         _ => 1,
     };
     let fits = |step: &usize| {
-        pieces.div_ceil(*step) <= options.most + 1 && (degree % step == 0 || step % degree == 0)
+        pieces.div_ceil(*step) <= options.most + 1
+            && (degree.is_multiple_of(*step) || step.is_multiple_of(degree))
     };
     let step = (1..=pieces).find(fits).unwrap_or(pieces);
     let kept: Vec<_> = (inner.into_iter()).skip(step - 1).step_by(step).collect();
