@@ -440,7 +440,6 @@ mod tests {
         // rho I_m(kr)/(k I_m'(kr)) with kr = 0.314159: about rho r/m
         let open = End::Pressure { rigid_length: 0.0 };
         let surrogate = tube(open, open, true);
-        let mode = standing_wave(1.0);
         for (wave, periods) in [(1, 1.0), (2, 1.0), (3, 2.0), (4, 2.0)] {
             let d = points().into_iter().flat_map(|x| {
                 let radial = Vec3::new(0.0, x.y, x.z) / 5e-3;
@@ -458,7 +457,6 @@ mod tests {
                 "{wave}: {share} {expected}"
             );
         }
-        assert_eq!(mode.len(), surrogate.stations.count());
     }
 
     #[test]
