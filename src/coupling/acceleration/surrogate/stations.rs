@@ -37,6 +37,9 @@ pub enum WallShape {
     Elements(usize),
 }
 
+/// Distances are as large as each other up to this share of the tube's length.
+const NEARER: f64 = 1e-6;
+
 /// How finely a displacement is resolved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StationOptions {
@@ -86,7 +89,7 @@ pub struct Stations {
 }
 
 /// Periods around the circumference of a wave.
-pub fn periods(wave: usize) -> usize {
+fn periods(wave: usize) -> usize {
     wave.div_ceil(2)
 }
 
@@ -255,15 +258,19 @@ impl Stations {
 
     /// For each point the nearest of the stations `first`, `first + step`, `first + 2 step`, …
     pub fn nearest(&self, first: usize, step: usize) -> Vec<usize> {
+        // Of two that are as near the first, whatever the rounding errors.
+        let nearer = NEARER * self.axis.length;
         let distance = |station: usize, s: f64| (self.arcs[station + 1] - s).abs();
         let nearest = |s: &f64| {
             let stations = (first..self.count()).step_by(step);
-            stations.min_by(|a, b| distance(*a, *s).total_cmp(&distance(*b, *s)))
+            stations.fold(first, |best, station| {
+                match distance(station, *s) < distance(best, *s) - nearer {
+                    true => station,
+                    false => best,
+                }
+            })
         };
-        let nearest = self.places.iter().map(nearest);
-        nearest
-            .map(|station| station.expect("the first is one"))
-            .collect()
+        self.places.iter().map(nearest).collect()
     }
 }
 

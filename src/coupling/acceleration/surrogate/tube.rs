@@ -12,12 +12,12 @@
 //! friction. The added mass of a wave along the tube is `rho I_m(kr)/(k I_m'(kr))` then (Hughes and Lubliner 1973 for long ones): good to 3 % up to
 //! `kr = 4` for m = 0.
 
-use super::stations::periods;
 use super::{Stations, Surrogate};
 use crate::pfem::element::mapping::lagrange;
 use crate::quadrature::Rule;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// What the surrogate knows of the fluid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,7 +131,8 @@ pub struct TubeSurrogate {
     outlet: End,
     /// By periods around the circumference: from amplitudes of the displacement to those of the pressure, Pa/m.
     pressure: Vec<DMatrix<f64>>,
-    /// For each wave: 1 less the pressure that the wall's answer to a pressure causes.
+    /// By periods around the circumference, cosine and sine together: 1 less the pressure that the wall's answer to a pressure
+    /// causes.
     both: Vec<LU<f64, Dyn, Dyn>>,
 }
 
@@ -282,12 +283,15 @@ impl TubeSurrogate {
         let smoothing = self.stations.smoothing();
         let pressure = |m| self.response(m, radius) * &smoothing;
         self.pressure = (0..=self.stations.periods()).map(pressure).collect();
-        let n = radius.len();
-        let both = |wave| {
-            let own = self.compliance.view((wave * n, wave * n), (n, n));
-            (DMatrix::identity(n, n) - &self.pressure[periods(wave)] * own).lu()
+        let both = |periods| {
+            let rows = self.rows_of(periods);
+            let own = self
+                .compliance
+                .view((rows.start, rows.start), (rows.len(), rows.len()));
+            let caused = self.caused(periods, &own.into_owned());
+            (DMatrix::identity(rows.len(), rows.len()) - caused).lu()
         };
-        self.both = (0..self.stations.waves()).map(both).collect();
+        self.both = (0..=self.stations.periods()).map(both).collect();
     }
 
     /// The pressure at each station that removes a residual with these amplitudes (m), all stations of wave 0 first: by
@@ -296,16 +300,40 @@ impl TubeSurrogate {
         let (n, waves) = (self.stations.count(), self.stations.waves());
         let mut pressures = DVector::zeros(n * waves);
         for _ in 0..if waves > 1 { SWEEPS } else { 1 } {
-            for wave in 0..waves {
-                let (from, mut others) = (wave * n, pressures.clone());
-                others.rows_mut(from, n).fill(0.0);
-                let widening = residual.rows(from, n) + self.compliance.rows(from, n) * &others;
-                let own = self.both[wave].solve(&(&self.pressure[periods(wave)] * widening));
+            // Cosine and sine together, so that it does not matter where the angle is counted from.
+            for periods in 0..=self.stations.periods() {
+                let (rows, mut others) = (self.rows_of(periods), pressures.clone());
+                let (from, count) = (rows.start, rows.len());
+                others.rows_mut(from, count).fill(0.0);
+                let widening =
+                    residual.rows(from, count) + self.compliance.rows(from, count) * &others;
+                let widening = DMatrix::from_column_slice(count, 1, widening.as_slice());
+                let own = self.both[periods].solve(&self.caused(periods, &widening));
                 let own = own.expect("blood answers a wall that widens by a pressure against it");
-                pressures.rows_mut(from, n).copy_from(&own);
+                pressures.rows_mut(from, count).copy_from(&own);
             }
         }
         pressures
+    }
+
+    /// The rows of the waves of so many periods among the amplitudes of all.
+    fn rows_of(&self, periods: usize) -> Range<usize> {
+        let n = self.stations.count();
+        match periods {
+            0 => 0..n,
+            m => (2 * m - 1) * n..(2 * m + 1) * n,
+        }
+    }
+
+    /// The pressures (Pa) that the blood answers to these amplitudes (m) of the waves of so many periods, column by column.
+    fn caused(&self, periods: usize, widening: &DMatrix<f64>) -> DMatrix<f64> {
+        let n = self.stations.count();
+        let mut caused = widening.clone();
+        for from in (0..widening.nrows()).step_by(n) {
+            let pressures = &self.pressure[periods] * widening.rows(from, n);
+            caused.rows_mut(from, n).copy_from(&pressures);
+        }
+        caused
     }
 
     /// The change of radius of each station that removes the residual `r` (m) of its radius.
