@@ -119,9 +119,9 @@ fn the_clients_in_python_and_in_c_give_the_same_history() {
         "--set",
         "inflow.amplitude_m3_s=0",
         "ramp.duration_s=0.02",
-        "coupling.e_rel=1e-8",
-        "coupling.e_abs_m=1e-13",
-        "structure.newton_tolerance=1e-9",
+        "coupling.e_rel=1e-9",
+        "coupling.e_abs_m=1e-14",
+        "structure.newton_tolerance=1e-10",
     ];
     let fluid = command(&[python, &tube_py()]);
     complete(with_own(&one, 5, &fluid, &tight));
