@@ -61,6 +61,8 @@ struct Point {
     radial: Vec3,
     /// Angle in the cross-section.
     angle: f64,
+    /// The values of all waves there.
+    waves: Vec<f64>,
     /// Distance from the axis, m.
     radius: f64,
 }
@@ -115,6 +117,7 @@ impl Stations {
                     weight: 1.0,
                     radial: across.normalize(),
                     angle: beside.across[1].atan2(beside.across[0]),
+                    waves: Vec::new(),
                     radius: across.norm(),
                 };
                 (beside.s, point)
@@ -139,13 +142,17 @@ impl Stations {
         }
         let waves = 2 * options.around.min(fewest / POINTS_A_PERIOD) + 1;
         let station = |members: Vec<(usize, f64)>| {
-            let point = |(place, weight): (usize, f64)| Point {
-                weight,
-                ..placed[place].1.clone()
+            let point = |(place, weight): (usize, f64)| {
+                let point = placed[place].1.clone();
+                Point {
+                    weight,
+                    waves: (0..waves).map(|k| wave(k, point.angle)).collect(),
+                    ..point
+                }
             };
             let points: Vec<Point> = members.into_iter().map(point).collect();
             let product = |i, j| {
-                let at = |p: &Point| p.weight * wave(i, p.angle) * wave(j, p.angle);
+                let at = |p: &Point| p.weight * p.waves[i] * p.waves[j];
                 points.iter().map(at).sum()
             };
             let gram = DMatrix::from_fn(waves, waves, product);
@@ -232,8 +239,8 @@ impl Stations {
             for point in &station.points {
                 let vector = Vec3::from_column_slice(&d.as_slice()[3 * point.index..][..3]);
                 let radial = point.weight * vector.dot(&point.radial);
-                for (k, sum) in sums.iter_mut().enumerate() {
-                    *sum += radial * wave(k, point.angle);
+                for (sum, wave) in sums.iter_mut().zip(&point.waves) {
+                    *sum += radial * wave;
                 }
             }
             let fitted = &station.amplitudes * sums;
