@@ -3,10 +3,9 @@
 use super::FlowError;
 use super::clock::Part;
 use super::ends::{Ends, NativeInlet};
+use super::entering::{Entering, OpenEnd};
 use super::field::field;
-use super::flow::{
-    BoundaryConditions, Entering, Flow, FlowSettings, FlowSolution, FlowState, OpenEnd,
-};
+use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
 use super::probes::probe;
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::{Face, Patch};

@@ -5,6 +5,7 @@
 
 use super::FlowError;
 use super::clock::{Clock, Part};
+use super::entering::{Moving, OpenEnd};
 use super::gmres::{self, System, Workspace};
 use super::metric::Metric;
 use super::oseen::{Local, Oseen, OseenViscosity};
@@ -50,26 +51,6 @@ pub struct FlowState {
     pub pressure: [Vec<f64>; 2],
     /// What the preconditioner was made for.
     pub preconditioner: Option<MadeFor>,
-}
-
-/// A part of the boundary through which fluid comes and goes under a pressure.
-#[derive(Debug, Clone)]
-pub struct OpenEnd {
-    /// Its faces.
-    pub faces: Vec<Face>,
-    /// What fluid brings that enters here.
-    pub entering: Entering,
-}
-
-/// What the fluid brings that enters at an open end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Entering {
-    /// No energy: it comes from a place at rest, whose pressure the prescribed one is then (directional do-nothing condition:
-    /// Braack and Mucha 2014).
-    NoEnergy,
-    /// The velocity along the normal that it has there, and across it that of the end itself, as if the vessel went on: the
-    /// prescribed pressure is the static one of an inlet, and what swirls does not grow.
-    AlongNormal,
 }
 
 /// Conditions on the boundary during a step.
@@ -313,21 +294,17 @@ impl Flow {
             .zip(&boundary.load)
             .for_each(|(r, load)| *r += load);
         rhs.extend(sources);
+        let moving = Moving {
+            density: settings.density,
+            positions: &positions,
+            relative: &relative,
+            mesh: &mesh_velocity,
+        };
         for (end, flux) in open.iter().zip(&fluxes) {
-            for i in 0..nodes {
-                let through: f64 = (0..3)
-                    .map(|c| relative[c * nodes + i] * flux[c * nodes + i])
-                    .sum();
-                let entering = 0.5 * settings.density * (-through).max(0.0);
-                mass[i] += entering;
-                if entering > 0.0 && end.entering == Entering::AlongNormal {
-                    let normal = space.vector(flux, i).normalize();
-                    let section = space.vector(&mesh_velocity, i);
-                    let along = normal.dot(&(space.vector(&guess, i) - section));
-                    let brought = entering * (section + along * normal);
-                    for c in 0..3 {
-                        rhs[c * nodes + i] += brought[c];
-                    }
+            for entry in end.entries(space, flux, &moving) {
+                mass[entry.node] += entry.rate;
+                for c in 0..3 {
+                    rhs[c * nodes + entry.node] += entry.rate * entry.velocity[c];
                 }
             }
         }

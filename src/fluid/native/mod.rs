@@ -6,7 +6,7 @@
 //! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
 //! equations of a step are [`oseen`], solved by [`gmres`] with the [`preconditioner`] and its Schur complement of the [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
 //! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, [`probes`] what it is at chosen points, and [`field`] everywhere. [`ends`] is what is prescribed
-//! at inlet and outlet, [`clock`] knows where the seconds go, and [`blood`] puts it all into a [`Fluid`](super::Fluid).
+//! at inlet and outlet and [`entering`] what blood brings through an open end, [`clock`] knows where the seconds go, and [`blood`] puts it all into a [`Fluid`](super::Fluid).
 //!
 //! The method, where it comes from, and what was measured: `docs/native-fluid.md`.
 
@@ -15,6 +15,7 @@ pub(crate) mod blood;
 pub(crate) mod clock;
 pub(crate) mod contraction;
 pub(crate) mod ends;
+pub(crate) mod entering;
 pub(crate) mod field;
 pub(crate) mod flow;
 pub(crate) mod gmres;
@@ -34,9 +35,8 @@ pub mod vessel_mesh;
 pub mod wall_traction;
 
 pub use blood::NativeFluid;
-pub use flow::{
-    BoundaryConditions, Entering, Flow, FlowSettings, FlowSolution, FlowState, OpenEnd,
-};
+pub use entering::{Entering, OpenEnd};
+pub use flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
 pub use time_scheme::TimeScheme;
 
 /// Why the flow could not be computed.

@@ -187,6 +187,22 @@ impl TaylorHoodSpace {
         nodes.dedup();
         nodes
     }
+
+    /// Nodes of faces, in ascending order, each with the node straight behind it across its element.
+    pub fn nodes_behind(&self, faces: &[Face]) -> Vec<[usize; 2]> {
+        let mut nodes: Vec<[usize; 2]> = (faces.iter())
+            .flat_map(|face| {
+                let (element, n) = (self.element(face.element), self.degree + 1);
+                let across = if face.side.upper { -1 } else { 1 }
+                    * (self.degree * n.pow(face.side.axis as u32)) as isize;
+                (face.side.places(n).into_iter())
+                    .map(move |i| [i, i.wrapping_add_signed(across)].map(|i| element[i] as usize))
+            })
+            .collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
 }
 
 impl Side {
