@@ -39,7 +39,7 @@ fn behind_the_front(wall: [f64; 2], settings: &[&str]) -> [f64; 4] {
         let rows = history.iter();
         rows.map(|row| [row["time_s"], row["Q_in_m3_s"]])
     };
-    let end = flows().last().unwrap()[0];
+    let end = history.last().unwrap()["time_s"];
     let iterations = history.iter().map(|row| row["coupling_iterations"]);
     let found = [
         widened / radial,
