@@ -177,13 +177,8 @@ impl TaylorHoodSpace {
 
     /// Nodes of faces, in ascending order.
     pub fn nodes_of(&self, faces: &[Face]) -> Vec<usize> {
-        let mut nodes: Vec<usize> = (faces.iter())
-            .flat_map(|face| {
-                let element = self.element(face.element);
-                (face.side.places(self.degree + 1).into_iter()).map(|i| element[i] as usize)
-            })
-            .collect();
-        nodes.sort_unstable();
+        let behind = self.nodes_behind(faces).into_iter();
+        let mut nodes: Vec<usize> = behind.map(|[node, _]| node).collect();
         nodes.dedup();
         nodes
     }
