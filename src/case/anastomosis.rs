@@ -47,10 +47,10 @@ table! {
         blend_length: f64 = "blend_length_m", above(0.0, 10.0), "length of the cosine blend, centred on the joint";
         /// Along its centre-line.
         extension_length: f64 = "extension_length_m", from(0.0, 10.0), "length of the rigid extension, 0 for none";
-        helix_radius: f64 = "helix_radius_m", above(0.0, 1.0), "radius of the helix";
-        arc_angle_deg: f64 = "arc_angle_deg", above(0.0, 270.0), "angle that the arc turns through";
+        helix_radius: f64 = "helix_radius_m", above(0.0, 1.0), "radius of the helix", only HELIX;
+        arc_angle_deg: f64 = "arc_angle_deg", above(0.0, 270.0), "angle that the arc turns through", only ARC;
         /// Rows along x (first and last zero), columns around.
-        imperfection: Vec<Vec<f64>> = "imperfection", Kind::Rows(100), "support values of the imperfection relative to model.d_max_m";
+        imperfection: Vec<Vec<f64>> = "imperfection", Kind::Rows(100), "support values of the imperfection relative to model.d_max_m", only IMPERFECT;
     }
 }
 

@@ -8,9 +8,9 @@ table! {
     pub struct Blood {
         density: f64 = "density_kg_m3", above(0.0, 1e5), "density of the blood";
         /// At high rates of shear, if it depends on them.
-        viscosity: f64 = "viscosity_Pa_s", above(0.0, 1e3), "dynamic viscosity of the blood";
+        viscosity: f64 = "viscosity_Pa_s", above(0.0, 1e3), "dynamic viscosity of the blood", only NOT_OWN;
         model: Option<BloodModel> = "model", Kind::Word(BloodModel::WORDS), "how its viscosity depends on the rate of shear",
-            absent "newtonian";
+            absent "newtonian", only NOT_OWN;
         /// The largest one, of any model that thins with shear.
         at_rest: Option<f64> = "zero_shear_viscosity_Pa_s", above(0.0, 1e5),
             "viscosity without shear: of carreau_yasuda; the largest of the others", absent "100 times blood.viscosity_Pa_s";

@@ -13,11 +13,11 @@ table! {
     /// case has as well.
     pub struct BloodVessel {
         [shape: Shape, "shape and materials"]
-        [inflow: Inflow, "flow at the inlet"]
+        [inflow: Inflow, "flow at the inlet", only FLOW]
         [inlet: Option<Inlet>, "what drives the blood at the inlet"]
-        [windkessel: Windkessel, "windkessel at the outlet"]
+        [windkessel: Windkessel, "windkessel at the outlet", only WINDKESSEL]
         [outlet: Option<Outlet>, "what the blood finds at the outlet"]
-        [structure: WallMesh, "mesh of the wall"]
+        [structure: WallMesh, "mesh of the wall", only ELASTIC]
         [surroundings: Option<Surroundings>, "tissue around the vessel"]
         [ends: Option<VesselEnds>, "what holds the ends of the wall"]
         [initial: Option<Initial>, "state of the wall when time begins"]
@@ -55,13 +55,13 @@ table! {
         damping: Option<f64> = "damping_Pa_s_m", from(0.0, 1e12),
             "dampers of the outer surface: force per reference area and velocity", absent "0";
         direction: Option<TissueDirection> = "direction", Kind::Word(TissueDirection::WORDS),
-            "which displacement springs and dampers resist", absent "radial";
+            "which displacement springs and dampers resist", absent "radial", only TISSUE;
         pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "pressure on the deformed outer surface, at all times",
             absent "0";
         stations: Vec<f64> = "stations_m", Kind::Numbers(1000), "places along x where shares of these values are given",
-            absent "none: the same everywhere";
+            absent "none: the same everywhere", only STATIONS;
         shares: Vec<f64> = "shares", Kind::Numbers(1000), "shares of these values at surroundings.stations_m",
-            absent "none: the same everywhere";
+            absent "none: the same everywhere", only STATIONS;
     }
 }
 
@@ -233,8 +233,8 @@ table! {
 table! {
     /// Meshes of the blood, for either solver.
     pub struct LumenMeshes {
-        [mesh: FluidMesh, "the O-grid"]
-        [native: Native, "the driver's own elements"]
+        [mesh: FluidMesh, "the O-grid", only NOT_NATIVE]
+        [native: Native, "the driver's own elements", only NATIVE]
     }
 }
 
@@ -245,10 +245,10 @@ table! {
         core: usize = "core", whole(2, 200), "cells along a side of the square in the middle";
         radial: usize = "radial", whole(1, 200), "cells from the square to the wall";
         wall_grading: f64 = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall";
-        axial_extension: usize = "axial_extension", whole(0, 10_000), "cells along the extension";
+        axial_extension: usize = "axial_extension", whole(0, 10_000), "cells along the extension", only EXTENDED;
         axial_per_section: usize = "axial_per_section", whole(1, 10_000), "cells along each section";
         rim_parts: Option<usize> = "rim_parts", whole(1, 20), "parts of each of the four cells next to a rim of the elastic wall", absent "1";
-        motion: Option<MeshMotion> = "motion", Kind::Word(MeshMotion::WORDS), "how the points follow the wall", absent "blend";
+        motion: Option<MeshMotion> = "motion", Kind::Word(MeshMotion::WORDS), "how the points follow the wall", absent "blend", only COUPLED_MESH;
     }
 }
 
@@ -271,7 +271,7 @@ table! {
         /// Four times as many lie around the circumference.
         core: usize = "core", whole(1, 50), "elements along a side of the square in the middle";
         radial: usize = "radial", whole(1, 50), "elements from the square to the wall";
-        axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension, more where it turns by more than 45° in one";
+        axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension, more where it turns by more than 45° in one", only EXTENDED;
         axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
         time_scheme: Option<NativeTimeScheme> = "time_scheme", Kind::Word(NativeTimeScheme::WORDS),
             "time integration of the blood by the driver's own solver", absent "time.scheme";

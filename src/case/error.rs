@@ -10,6 +10,8 @@ pub enum Place {
     File(PathBuf, usize),
     /// An option `--set` of the command line.
     Set,
+    /// What a study varies: `--sweep`, or a row of `--samples`.
+    Sweep,
     /// Another option of the command line, such as `--end-time`, that stands for a key.
     Option(&'static str),
     /// Nowhere: a default counts.
@@ -23,6 +25,7 @@ impl fmt::Display for Place {
         match self {
             Place::File(path, line) => write!(f, "{}:{line}", path.display()),
             Place::Set => f.write_str("--set"),
+            Place::Sweep => f.write_str("--sweep"),
             Place::Option(name) => f.write_str(name),
             Place::Absent => f.write_str("by default"),
             Place::Command => f.write_str("chosen by the command"),

@@ -21,7 +21,7 @@ table! {
         /// Of a parabola, after the ramp.
         mean_velocity: f64 = "mean_velocity_m_s", from(-1e3, 1e3), "mean velocity of the inflow";
         rigid: bool = "rigid", Kind::Flag, "whether the flag does not yield", absent "false";
-        [solid: Material, "material of the flag; its density and damping are those of the wall"]
+        [solid: Material, "material of the flag; its density and damping are those of the wall", only FLAG]
         [mesh: FlagMesh, "both meshes"]
     }
 }

@@ -10,13 +10,13 @@ table! {
     /// Everything a run is determined by.
     pub struct Case {
         [problem: Problem, "what it is about, with the keys of that alone"]
-        [wall: WallInertia, "inertia of the wall"]
+        [wall: WallInertia, "inertia of the wall", only ELASTIC]
         [blood: Blood, "the blood"]
-        [ramp: Ramp, "smooth start"]
+        [ramp: Ramp, "smooth start", only NOT_OWN]
         [time: Time, "time axis"]
-        [structure: StructureSettings, "discretization of the wall"]
+        [structure: StructureSettings, "discretization of the wall", only ELASTIC]
         [fluid: FluidSettings, "discretization of the blood and the way to its solver"]
-        [coupling: CouplingSettings, "the coupling iteration"]
+        [coupling: CouplingSettings, "the coupling iteration", only ELASTIC]
         [output: Output, "what is written and how often"]
     }
 }
@@ -146,14 +146,14 @@ table! {
         solver: Solver = "solver", Kind::Word(Solver::WORDS), "who solves for the blood",
             absent "external with fluid.command or fluid.await, otherwise openfoam";
         /// Files beside the one that names them are passed as absolute paths.
-        command: Vec<String> = "command", Kind::Command(100), "a fluid solver of your own, with its arguments", absent "none";
-        is_awaited: bool = "await", Kind::Flag, "whether to wait for a fluid solver that somebody else starts", absent "false";
-        templates: PathBuf = "templates", Kind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates";
-        ranks: usize = "ranks", whole(1, 1024), "MPI ranks";
-        transport: TransportKind = "transport", Kind::Word(TransportKind::WORDS), "way between driver and fluid";
-        answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for the fluid's answer, or 50 times its longest so far";
-        max_correctors: u32 = "max_correctors", whole(1, 1000), "most outer correctors in a coupling iteration";
-        pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "first pressure residual that ends the correctors";
+        command: Vec<String> = "command", Kind::Command(100), "a fluid solver of your own, with its arguments", absent "none", only EXTERNAL;
+        is_awaited: bool = "await", Kind::Flag, "whether to wait for a fluid solver that somebody else starts", absent "false", only EXTERNAL;
+        templates: PathBuf = "templates", Kind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates", only TEMPLATES;
+        ranks: usize = "ranks", whole(1, 1024), "MPI ranks", only OPENFOAM;
+        transport: TransportKind = "transport", Kind::Word(TransportKind::WORDS), "way between driver and fluid", only NOT_NATIVE;
+        answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for the fluid's answer, or 50 times its longest so far", only NOT_NATIVE;
+        max_correctors: u32 = "max_correctors", whole(1, 1000), "most outer correctors in a coupling iteration", only NOT_NATIVE;
+        pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "first pressure residual that ends the correctors", only NOT_NATIVE;
     }
 }
 
@@ -189,9 +189,9 @@ table! {
         /// Of the constant relaxation, and of the first iteration of the others.
         relaxation: Option<f64> = "relaxation", above(0.0, 1.0), "relaxation factor",
             absent "0.9 with a surrogate, 0.1 without";
-        reuse_steps: usize = "reuse_steps", whole(0, 1000), "earlier steps whose columns are reused";
+        reuse_steps: usize = "reuse_steps", whole(0, 1000), "earlier steps whose columns are reused", only REMEMBERED;
         /// Otherwise it is dropped.
-        filter: f64 = "filter", from(0.0, 0.99), "share of a column that must be new";
+        filter: f64 = "filter", from(0.0, 0.99), "share of a column that must be new", only REMEMBERED;
         predictor: Extrapolation = "predictor", Kind::Word(Extrapolation::WORDS), "first trial of a step";
         criterion: ConvergenceQuantity = "criterion", Kind::Word(ConvergenceQuantity::WORDS), "what the limits are for", absent "change";
         e_rel: f64 = "e_rel", above(0.0, 0.1), "relative limit of the criterion";

@@ -1,11 +1,12 @@
 //! From files, preset and command line to a checked [`Case`]: layers of values, the last one wins.
 
 use super::error::{CaseError, CaseErrors, Place};
+use super::reads::Unread;
 use super::schema::Schema;
 use super::source::{self, Base, Entry, Source};
 use super::stack::Stack;
 use super::table::words;
-use super::{Case, Solver, check, defaults, spelling, value};
+use super::{Case, Solver, check, defaults, relative, spelling, value};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
@@ -31,6 +32,8 @@ pub struct ResolvedCase {
     pub case: Case,
     /// Where each value was written, by dotted path.
     pub origins: BTreeMap<String, Place>,
+    /// What the user has written and this case does not read.
+    pub unread: Vec<Unread>,
 }
 
 impl ResolvedCase {
@@ -124,7 +127,9 @@ impl Case {
         let mut errors = Vec::new();
         let mut layers = Vec::new();
         let mut others = Vec::new();
-        for source in chain(&file, &mut errors) {
+        let sources = chain(&file, &mut errors);
+        let extends = sources.len() > 1;
+        for source in sources {
             layers.push(source.plain);
             let (chosen, unchosen) = presets(source.presets, preset, &mut errors);
             layers.push(chosen);
@@ -135,10 +140,12 @@ impl Case {
             .map(|given| source::read_option(given.place.clone(), &given.key, &given.value));
         let given: Vec<Entry> = given.flat_map(source::split_tables).collect();
         refuse_repeated(&given, &mut errors);
-        layers.push(given);
         let readable = errors.is_empty();
 
-        let mut stack = Stack::new(Case::schema(), source::tables(layers.iter().flatten()));
+        let mut stack = Stack::new(
+            Case::schema(),
+            source::tables(layers.iter().flatten().chain(&given)),
+        );
         // Mistakes in presets that are not asked for are mistakes too.
         for entry in others {
             stack.check(entry, &mut errors);
@@ -146,6 +153,10 @@ impl Case {
         for layer in layers {
             stack.lay(layer, &mut errors);
         }
+        let given = given.into_iter();
+        let given = given.filter_map(|entry| relative::resolve(entry, &stack, &mut errors));
+        let given = given.collect();
+        stack.lay(given, &mut errors);
         stack.sort_out_kinds(&mut errors);
         stack.sort_out_choices(&mut errors);
         if readable {
@@ -164,7 +175,13 @@ impl Case {
             if errors.is_empty() {
                 case.forget_files();
                 let origins = stack.places();
-                return Ok(ResolvedCase { case, origins });
+                let mut case = ResolvedCase {
+                    case,
+                    origins,
+                    unread: Vec::new(),
+                };
+                case.find_unread(&file, extends);
+                return Ok(case);
             }
         }
         Err(CaseErrors(errors))

@@ -9,10 +9,10 @@ table! {
     /// Flow at the inlet: `base + amplitude sin²(pi (t/systole)^exponent)` for t < systole within a period, then `base`;
     /// or a curve from a file with a column of times and one of flows over one period.
     pub struct Inflow {
-        base: f64 = "base_m3_s", from(-1.0, 1.0), "flow outside systole";
-        amplitude: f64 = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base";
-        systole: f64 = "systole_s", above(0.0, 100.0), "duration of the pulse";
-        exponent: f64 = "exponent", from(0.1, 10.0), "exponent that makes the rise faster than the fall";
+        base: f64 = "base_m3_s", from(-1.0, 1.0), "flow outside systole", only FORMULA;
+        amplitude: f64 = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base", only FORMULA;
+        systole: f64 = "systole_s", above(0.0, 100.0), "duration of the pulse", only PULSE;
+        exponent: f64 = "exponent", from(0.1, 10.0), "exponent that makes the rise faster than the fall", only PULSE;
         file: Option<PathBuf> = "file", Kind::Path, "CSV file of the flow over one period, or a .flow of SimVascular",
             absent "the formula of the other keys";
         unit: Option<FlowUnit> = "unit", Kind::Word(FlowUnit::WORDS), "unit of the flows in that file",

@@ -41,11 +41,11 @@ table! {
     pub struct OwnWall {
         /// What only other walls need may stay in the file.
         mode: Option<WallMode> = "mode", Kind::Word(WallMode::WORDS), "whether the wall yields", absent "elastic";
-        [motion: Option<WallMotion>, "how a wall moves whose motion is prescribed"]
-        [extrude: Option<Extrusion>, "a wall that grows outward from the quadrilaterals of the wet patches"]
-        [file: Option<WallFile>, "a wall whose hexahedra stand in a file"]
-        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it yields"]
-        [support: Option<Vec<WallSupport>>, "what holds the wall"]
+        [motion: Option<WallMotion>, "how a wall moves whose motion is prescribed", only MOVED]
+        [extrude: Option<Extrusion>, "a wall that grows outward from the quadrilaterals of the wet patches", only OWN_ELASTIC]
+        [file: Option<WallFile>, "a wall whose hexahedra stand in a file", only OWN_ELASTIC]
+        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it yields", only USED]
+        [support: Option<Vec<WallSupport>>, "what holds the wall", only OWN_ELASTIC]
     }
 }
 

@@ -5,6 +5,7 @@ mod kind;
 pub use kind::{Kind, Range, above, from, whole};
 
 use super::ProblemKind;
+use super::reads::Only;
 use std::collections::HashMap;
 
 /// One key of a file.
@@ -22,6 +23,8 @@ pub struct Key {
     pub choices: Vec<Choice>,
     /// The only kinds of cases that have this key; all if empty.
     pub problems: &'static [ProblemKind],
+    /// The conditions under which it is read; always if empty.
+    pub only: Vec<&'static Only>,
 }
 
 /// A table whose key `tag` has the value `word`, such as `material = "neo_hooke"`.
@@ -162,6 +165,15 @@ impl Schema {
             if key.problems.is_empty() {
                 key.problems = kinds;
             }
+        }
+    }
+
+    /// Adds what `describe` does, as keys that are read under these conditions only.
+    pub(crate) fn only(&mut self, conditions: &[&'static Only], describe: impl FnOnce(&mut Self)) {
+        let before = self.keys.len();
+        describe(self);
+        for key in &mut self.keys[before..] {
+            key.only.extend(conditions);
         }
     }
 

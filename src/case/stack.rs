@@ -1,7 +1,7 @@
 //! Layers of values on top of each other: the last one wins.
 
 use super::error::{CaseError, Place};
-use super::schema::{self, Choice, Key, Schema};
+use super::schema::{self, Choice, Key, Kind, Schema};
 use super::source::Entry;
 use super::value::{self, shorten};
 use super::{ProblemKind, spelling};
@@ -151,6 +151,11 @@ impl Stack {
     /// The value of `key` that counts.
     pub(crate) fn entry(&self, key: &str) -> Option<&Entry> {
         self.top.get(key).map(|(_, entry)| entry)
+    }
+
+    /// Which values the key at `path` may have, if there is one.
+    pub(super) fn kind_of(&self, path: &str) -> Option<Kind> {
+        self.schema.find(path).map(|key| key.kind)
     }
 
     /// The one of these keys whose value stands in the highest layer; the first of several.

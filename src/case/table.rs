@@ -41,17 +41,17 @@ macro_rules! words {
 }
 
 /// A table of a file as a type. A key is a line
-/// `field: Type = "name_unit", kind, "meaning";`, with `, absent "what counts then"` if it may be; a table in it is a line
-/// `[field: Type, "meaning"]`.
+/// `field: Type = "name_unit", kind, "meaning";`, with `, absent "what counts then"` if it may be and `, only CONDITION` if not
+/// every case reads it (`case/reads.rs`); a table in it is a line `[field: Type, "meaning"]`, perhaps with `, only CONDITION`.
 macro_rules! table {
     (
         $(#[$meta:meta])*
         $visibility:vis struct $struct:ident {
             $(
                 $(#[$more:meta])*
-                $field:ident: $type:ty = $name:literal, $kind:expr, $about:literal $(, absent $absent:literal)?;
+                $field:ident: $type:ty = $name:literal, $kind:expr, $about:literal $(, absent $absent:literal)? $(, only $only:ident)?;
             )*
-            $([$table:ident: $inner:ty, $about_table:literal])*
+            $([$table:ident: $inner:ty, $about_table:literal $(, only $only_table:ident)?])*
         }
     ) => {
         $(#[$meta])*
@@ -86,9 +86,12 @@ macro_rules! table {
                         about: $about,
                         choices: Vec::new(),
                         problems: &[],
+                        only: vec![$($crate::case::reads::conditions::$only)?],
                     });
                 )*
-                $(<$inner as Table>::describe(&join(path, stringify!($table)), schema);)*
+                $(schema.only(&[$($crate::case::reads::conditions::$only_table)?], |schema| {
+                    <$inner as Table>::describe(&join(path, stringify!($table)), schema);
+                });)*
             }
         }
     };
@@ -143,7 +146,8 @@ macro_rules! choice {
                     absent: None,
                     about: $about_tag,
                     choices: Vec::new(),
-                        problems: &[],
+                    problems: &[],
+                    only: Vec::new(),
                 });
                 $($(
                     schema.add(Key {
@@ -153,6 +157,7 @@ macro_rules! choice {
                         about: $about,
                         choices: vec![Choice { tag: $tag, word: $word }],
                         problems: &[],
+                        only: Vec::new(),
                     });
                 )*)+
             }

@@ -39,11 +39,11 @@ table! {
             absent "vessel.centre_line or vessel.piece";
         radii: Vec<f64> = "radii_m", Kind::Sizes(MOST_POINTS), "radius of the lumen at each of vessel.points_m", absent "vessel.radius_m";
         radius: Option<f64> = "radius_m", above(0.0, 0.1), "radius of the lumen where the centre-line begins",
-            absent "those of the file, or vessel.radii_m";
+            absent "those of the file, or vessel.radii_m", only OWN_RADIUS;
         /// It tapers as a cone.
-        end_radius: Option<f64> = "end_radius_m", above(0.0, 0.1), "radius of the lumen where the centre-line ends", absent "vessel.radius_m";
+        end_radius: Option<f64> = "end_radius_m", above(0.0, 0.1), "radius of the lumen where the centre-line ends", absent "vessel.radius_m", only OWN_RADIUS;
         blend_length: Option<f64> = "blend_length_m", above(0.0, 10.0), "length of the cosine blends, centred on the joints of sections",
-            absent "the diameter at the joint";
+            absent "the diameter at the joint", only JOINTS;
         upstream: Option<f64> = "upstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube before the centre-line", absent "0";
         downstream: Option<f64> = "downstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube behind the centre-line", absent "0";
         first: Vec<f64> = "angle_zero", Kind::Numbers(3), "direction of the angle 0 at the beginning, three components",
@@ -52,7 +52,7 @@ table! {
         [section: Vec<VesselSection>, "sections, downstream"]
         [feature: Option<Vec<Feature>>, "narrowings and widenings of the lumen"]
         [region: Option<Vec<VesselRegion>>, "parts that are evaluated by themselves, beside the elastic sections"]
-        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it yields"]
+        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it yields", only USED]
     }
 }
 
@@ -193,6 +193,7 @@ impl Table for NamedMaterial {
             about: "what sections call the material",
             choices: Vec::new(),
             problems: &[],
+            only: Vec::new(),
         });
         Material::describe(path, schema);
     }

@@ -109,6 +109,9 @@ fn describe(key: &Key, of_case: bool, remark: bool, text: &mut String) {
     if let Some(absent) = key.absent {
         let _ = write!(about, "; absent: {absent}");
     }
+    for only in &key.only {
+        let _ = write!(about, "; read only {}", only.when);
+    }
     if !words.is_empty() {
         let _ = write!(about, "; {or_path}one of");
     }

@@ -1,10 +1,10 @@
 //! `fsi-driver study`: many models, each a run of its own, several at once.
 
 use super::{CaseArguments, Failure};
-use crate::case::{Override, Place};
+use crate::case::{Place, Unread};
 use crate::output::terminal;
-use crate::run::batch::{self, BatchRun, Board, Outcome, Worker};
-use crate::run::{CaseSelection, Interrupt};
+use crate::run::Interrupt;
+use crate::run::batch::{self, BatchRun, Board, Outcome, Variation, Worker};
 use crate::simulation::assembly::surroundings;
 use std::path::PathBuf;
 
@@ -18,10 +18,16 @@ pub struct Arguments {
     /// needs none.
     #[arg(long, value_name = "PATTERN", default_value = "[SHA]-*")]
     models: String,
-    /// Runs each model with each of these values, such as 'vessel.material[0].k1_Pa=500,1000,2000'; given several times, with
-    /// all combinations.
+    /// Runs each model with each of these values, such as 'vessel.material[media].k1_Pa=500,1000' or '…=*0.8,*1.2' of what the case
+    /// has; 'KEY+KEY=…' changes keys together, to one value or to 'VALUE:VALUE'. Given several times, with all combinations.
     #[arg(long = "sweep", value_name = "KEY=VALUE,VALUE…")]
     sweeps: Vec<String>,
+    /// Runs each model as it is, and with each value of each --sweep alone, not in all combinations.
+    #[arg(long, requires = "sweeps")]
+    one_at_a_time: bool,
+    /// Runs each model with each row of a table, whose first line has keys as --sweep does, and perhaps `name`.
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "sweeps")]
+    samples: Option<PathBuf>,
     /// Models at once [default: as many as fit into the cores].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -47,8 +53,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             .join(format!("study-{}", arguments.case.preset))
     });
     let selection = arguments.case.selection()?;
-    let variants = variants(selection, &arguments.sweeps)?;
+    let variation = Variation {
+        sweeps: &arguments.sweeps,
+        one_at_a_time: arguments.one_at_a_time,
+        samples: arguments.samples.as_deref(),
+    };
+    let variants = variation.variants(&selection)?;
     let mut models = batch::find(&arguments.cases, &arguments.models, &variants, &out)?;
+    refuse_unread(&models)?;
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
     for model in &models {
         surroundings::check_installed(&model.case)
@@ -77,47 +89,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     conclude(&models, &outcomes, &out)
 }
 
-/// Selections of a case with what each adds to the name of its model.
-fn variants(
-    selection: CaseSelection,
-    sweeps: &[String],
-) -> Result<Vec<(String, CaseSelection)>, Failure> {
-    let mut all = vec![(String::new(), selection)];
-    for sweep in sweeps {
-        let wrong = |why: &str| Failure::Input(format!("--sweep {sweep}: {why}"));
-        let (key, values) = (sweep.split_once('='))
-            .ok_or_else(|| wrong("expected KEY=VALUE,VALUE…, such as wall.media.k1_Pa=500,1000"))?;
-        let values: Vec<&str> = values.split(',').map(str::trim).collect();
-        if values.iter().any(|value| value.is_empty()) {
-            return Err(wrong("a value is missing between the commas"));
-        }
-        if let Some(twice) = (1..values.len()).find(|i| values[..*i].contains(&values[*i])) {
-            return Err(wrong(&format!(
-                "the value {} stands there twice",
-                values[twice]
+/// Refuses a sweep over a key that does nothing in one of the models: its runs would all be the same.
+fn refuse_unread(models: &[BatchRun]) -> Result<(), Failure> {
+    for model in models {
+        let is_swept =
+            |unread: &&Unread| (unread.keys.iter()).any(|(_, place)| *place == Place::Sweep);
+        if let Some(unread) = model.case.unread.iter().find(is_swept) {
+            return Err(Failure::Input(format!(
+                "{}: {unread}; its runs would all be the same",
+                model.name
             )));
         }
-        let key = key.trim();
-        let name = key.rsplit('.').next().unwrap_or(key);
-        let with = |(before, selection): &(String, CaseSelection), value: &str| {
-            let mut selection = selection.clone();
-            selection.given.push(Override {
-                place: Place::Set,
-                key: key.to_owned(),
-                value: value.to_owned(),
-            });
-            (format!("{before}-{name}={value}"), selection)
-        };
-        all = (all.iter())
-            .flat_map(|model| {
-                values
-                    .iter()
-                    .map(|value| with(model, value))
-                    .collect::<Vec<_>>()
-            })
-            .collect();
     }
-    Ok(all)
+    Ok(())
 }
 
 /// Says what became of the models.

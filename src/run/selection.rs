@@ -76,9 +76,10 @@ impl CaseSelection {
     }
 }
 
-/// Says on standard error what makes the results of a case doubtful.
-pub fn warn(case: &Case) {
-    for warning in case.warnings(cores()) {
+/// Says on standard error what makes the results of a case doubtful, and what in it does nothing.
+pub fn warn(case: &ResolvedCase) {
+    let unread = case.unread.iter().map(ToString::to_string);
+    for warning in case.warnings(cores()).into_iter().chain(unread) {
         terminal::note(format_args!("warning: {warning}"));
     }
 }

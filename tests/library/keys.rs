@@ -45,7 +45,8 @@ fn a_key_is_found_by_its_name_its_meaning_and_its_words() {
     assert_eq!(
         said(&["keys", "dynamic viscosity"]),
         "blood.viscosity_Pa_s = 0.0035                                          [assumed]\n    \
-         dynamic viscosity of the blood: a number above 0.0, at most 1000.0 Pa s\n"
+         dynamic viscosity of the blood: a number above 0.0, at most 1000.0 Pa s;\n    \
+         read only in other cases than an OpenFOAM case of your own\n"
     );
     let acceleration = said(&["keys", "iqn_ls"]);
     assert!(acceleration.starts_with("coupling.acceleration = \"iqn_ls\""));

@@ -54,6 +54,7 @@ impl Table for Layer {
             about: "thickness of this layer",
             choices: Vec::new(),
             problems: &[],
+            only: Vec::new(),
         });
         Material::describe(path, schema);
     }

@@ -87,11 +87,6 @@ pub struct AccelerationSettings {
 pub use crate::case::AccelerationModel;
 
 impl AccelerationModel {
-    /// Whether the model learns from earlier steps.
-    pub fn remembers(self) -> bool {
-        !matches!(self, Self::Constant | Self::Aitken)
-    }
-
     /// The model with its settings; `surrogate` is the initial inverse Jacobian ([`Identity`] if there is none).
     pub fn build(
         self,

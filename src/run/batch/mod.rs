@@ -2,6 +2,7 @@
 
 mod board;
 mod models;
+mod sweep;
 mod worker;
 
 use super::Interrupt;
@@ -9,6 +10,7 @@ pub use board::Board;
 pub use models::{BatchRun, find, prepare, refuse_earlier, refuse_farther};
 use std::collections::VecDeque;
 use std::time::Duration;
+pub use sweep::Variation;
 pub use worker::{Outcome, Worker};
 
 /// Time between two looks at the models.

@@ -1,0 +1,233 @@
+//! When a key is read: what a user writes where it is not does nothing, and is told.
+
+use super::error::Place;
+use super::{
+    AccelerationModel, Case, Extension, InletCondition, OutletCondition, Problem, ResolvedCase,
+    Shape, Solver, WallMode,
+};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The condition under which a key, or a table, is read.
+#[derive(Debug)]
+pub struct Only {
+    /// For "is read only …".
+    pub when: &'static str,
+    /// Whether a case reads the key at this path, which has the indices of its tables.
+    holds: fn(&Case, &str) -> bool,
+}
+
+// A condition is its words; two pointers to one function may differ.
+impl PartialEq for Only {
+    fn eq(&self, other: &Self) -> bool {
+        self.when == other.when
+    }
+}
+
+/// The conditions of the tables of keys.
+pub(super) mod conditions {
+    use super::*;
+
+    macro_rules! conditions {
+        ($($name:ident: $when:literal, $holds:expr;)*) => {
+            $(pub const $name: &Only = &Only { when: $when, holds: $holds };)*
+        };
+    }
+
+    conditions! {
+        ELASTIC: "if a wall yields", |case, _| case.has_elastic_wall();
+        OPENFOAM: "with fluid.solver = \"openfoam\"", |case, _| case.fluid.solver == Solver::OpenFoam;
+        NATIVE: "with fluid.solver = \"native\"", |case, _| case.fluid.solver == Solver::Native;
+        EXTERNAL: "with fluid.solver = \"external\"", |case, _| case.fluid.solver == Solver::External;
+        NOT_NATIVE: "with another fluid.solver than \"native\"", |case, _| case.fluid.solver != Solver::Native;
+        TEMPLATES: "with fluid.solver = \"openfoam\", and not by an OpenFOAM case of your own",
+            |case, _| case.fluid.solver == Solver::OpenFoam && case.own().is_none();
+        NOT_OWN: "in other cases than an OpenFOAM case of your own", |case, _| case.own().is_none();
+        COUPLED_MESH: "with fluid.solver = \"openfoam\" and a wall that yields",
+            |case, _| case.fluid.solver == Solver::OpenFoam && case.has_elastic_wall();
+        FLOW: "where a flow is prescribed, not with inlet.condition = \"pressure\"", |case, _| is_flow_prescribed(case);
+        FORMULA: "without inflow.file", |case, _| inflow(case, |inflow| inflow.file.is_none());
+        PULSE: "without inflow.file, and with inflow.amplitude_m3_s other than 0",
+            |case, _| inflow(case, |inflow| inflow.file.is_none() && inflow.amplitude != 0.0);
+        WINDKESSEL: "with outlet.condition = \"windkessel\"",
+            |case, _| case.vessel().is_some_and(|vessel| vessel.outlet_condition() == OutletCondition::Windkessel);
+        REMEMBERED: "with a quasi-Newton coupling.acceleration (iqn_ls, multi_vector, hybrid)",
+            |case, _| case.coupling.acceleration.remembers();
+        HELIX: "with model.extension = \"helix\"", |case, _| is_extended(case, Extension::Helix);
+        ARC: "with model.extension = \"arc\"", |case, _| is_extended(case, Extension::Arc);
+        IMPERFECT: "with model.d_max_m above 0",
+            |case, _| case.anastomosis().is_some_and(|vessel| vessel.model.d_max > 0.0);
+        EXTENDED: "by a vessel of graft and artery with geometry.extension_length_m above 0",
+            |case, _| case.anastomosis().is_some_and(|vessel| vessel.geometry.extension_length > 0.0);
+        JOINTS: "where two sections meet", |case, _| described(case, |keys| keys.section.len() > 1);
+        OWN_RADIUS: "by sections without a radius_m of their own",
+            |case, _| described(case, |keys| keys.section.iter().any(|section| section.radius.is_none()));
+        USED: "if a layer is of this material", |case, path| is_used(case, path);
+        TISSUE: "with surroundings.spring_Pa_m or surroundings.damping_Pa_s_m",
+            |case, _| tissue(case, |[spring, damping, _]| spring || damping);
+        STATIONS: "with surroundings.spring_Pa_m, surroundings.damping_Pa_s_m or surroundings.pressure_Pa",
+            |case, _| tissue(case, |values| values.contains(&true));
+        FLAG: "if the flag yields (flag.rigid)", |case, _| case.has_elastic_wall();
+        OWN_ELASTIC: "with wall.mode = \"elastic\"", |case, _| case.has_elastic_wall();
+        MOVED: "with wall.mode = \"prescribed\"",
+            |case, _| case.own().is_some_and(|own| own.wall.mode() == WallMode::Prescribed);
+    }
+
+    fn is_flow_prescribed(case: &Case) -> bool {
+        let inlet = case.vessel().and_then(|vessel| vessel.inlet.as_ref());
+        inlet.and_then(|inlet| inlet.condition) != Some(InletCondition::Pressure)
+    }
+
+    fn inflow(case: &Case, holds: impl Fn(&super::super::Inflow) -> bool) -> bool {
+        case.vessel().is_some_and(|vessel| holds(&vessel.inflow))
+    }
+
+    fn is_extended(case: &Case, path: Extension) -> bool {
+        case.anastomosis().is_some_and(|vessel| {
+            vessel.model.extension == path && vessel.geometry.extension_length > 0.0
+        })
+    }
+
+    fn described(case: &Case, holds: impl Fn(&super::super::VesselDescription) -> bool) -> bool {
+        match case.vessel().map(|vessel| &vessel.shape) {
+            Some(Shape::Vessel(keys)) => holds(keys),
+            _ => false,
+        }
+    }
+
+    /// Whether the material of this path is that of a layer; those of a wall from a file go by its own names.
+    fn is_used(case: &Case, path: &str) -> bool {
+        let index = path
+            .split_once("material[")
+            .and_then(|(_, rest)| rest.split_once(']'));
+        let index = index
+            .and_then(|(index, _)| index.parse::<usize>().ok())
+            .unwrap_or(0);
+        let (materials, layers): (_, Vec<&String>) = match &case.problem {
+            Problem::Vessel(vessel) => match &vessel.shape {
+                Shape::Vessel(keys) => (
+                    keys.materials(),
+                    keys.section
+                        .iter()
+                        .flat_map(|section| &section.layers)
+                        .collect(),
+                ),
+                Shape::Anastomosis(_) => return true,
+            },
+            Problem::Own(own) if own.wall.is_extruded() => (
+                own.wall.materials(),
+                own.wall
+                    .extrude
+                    .iter()
+                    .flat_map(|wall| &wall.layers)
+                    .collect(),
+            ),
+            Problem::Own(own) => return own.wall.mode() == WallMode::Elastic,
+            Problem::Flag(_) => return true,
+        };
+        materials
+            .get(index)
+            .is_none_or(|material| layers.contains(&&material.name))
+    }
+
+    fn tissue(case: &Case, holds: impl Fn([bool; 3]) -> bool) -> bool {
+        let tissue = case
+            .vessel()
+            .and_then(|vessel| vessel.surroundings.as_ref());
+        tissue.is_some_and(|tissue| {
+            holds(
+                [tissue.spring, tissue.damping, tissue.pressure]
+                    .map(|value| value.is_some_and(|value| value != 0.0)),
+            )
+        })
+    }
+}
+
+/// Keys that the user has written and the case does not read, for one reason.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unread {
+    /// The keys, with where each stands.
+    pub keys: Vec<(String, Place)>,
+    /// When they would be read: for "is read only …".
+    pub when: &'static str,
+}
+
+impl std::fmt::Display for Unread {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let keys: Vec<String> = (self.keys.iter())
+            .map(|(key, place)| format!("`{key}` ({place})"))
+            .collect();
+        let verb = if keys.len() == 1 {
+            "does nothing here: it is"
+        } else {
+            "do nothing here: they are"
+        };
+        write!(f, "{} {verb} read only {}", keys.join(", "), self.when)
+    }
+}
+
+impl ResolvedCase {
+    /// What stands in the case's own `file` (not in one that it stands on) or on the command line, and is not read.
+    pub(super) fn find_unread(&mut self, file: &Path, extends: bool) {
+        let mut found: BTreeMap<&'static str, Unread> = BTreeMap::new();
+        for (path, place) in &self.origins {
+            let is_own = match place {
+                // A file that stands on no other has to have all keys.
+                Place::File(origin, _) => extends && origin == file,
+                Place::Set | Place::Sweep | Place::Option(_) => true,
+                _ => false,
+            };
+            let Some(key) = Case::schema().find(path).filter(|_| is_own) else {
+                continue;
+            };
+            if let Some(only) = key.only.iter().find(|only| !(only.holds)(&self.case, path)) {
+                let unread = found.entry(only.when).or_insert(Unread {
+                    keys: Vec::new(),
+                    when: only.when,
+                });
+                unread.keys.push((path.clone(), place.clone()));
+            }
+        }
+        self.unread = found.into_values().collect();
+        self.pardon_other_solver(file);
+    }
+
+    /// A file with keys of several solvers is written for each of them, and one whose solver was chosen on the command
+    /// line as well.
+    fn pardon_other_solver(&mut self, file: &Path) {
+        let of_file = |place: &Place| matches!(place, Place::File(origin, _) if origin == file);
+        let has = |table: &str| {
+            let mut origins = self.origins.iter();
+            origins.any(|(path, place)| super::schema::is_within(path, table) && of_file(place))
+        };
+        let both = has("fluid.mesh") && has("fluid.native");
+        let chosen = self
+            .origins
+            .get("fluid.solver")
+            .is_some_and(|place| !of_file(place));
+        if both || chosen {
+            let of_solver = [
+                conditions::OPENFOAM,
+                conditions::NATIVE,
+                conditions::NOT_NATIVE,
+                conditions::TEMPLATES,
+                conditions::COUPLED_MESH,
+            ];
+            for unread in self
+                .unread
+                .iter_mut()
+                .filter(|unread| of_solver.iter().any(|only| only.when == unread.when))
+            {
+                unread.keys.retain(|(_, place)| !of_file(place));
+            }
+            self.unread.retain(|unread| !unread.keys.is_empty());
+        }
+    }
+}
+
+impl AccelerationModel {
+    /// Whether the model learns from earlier steps.
+    pub fn remembers(self) -> bool {
+        !matches!(self, Self::Constant | Self::Aitken)
+    }
+}
