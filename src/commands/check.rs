@@ -2,11 +2,14 @@
 
 use super::wall::with_wall;
 use super::{CaseArguments, Failure};
+use crate::analysis::case_figures::{self as figures, CaseFigures};
+use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::Pressures;
 use crate::case::{BloodVessel, Case, InletCondition, OutletCondition, Problem, Shape, Solver};
 use crate::fluid::openfoam::install;
-use crate::geometry::{Section, Vessel};
+use crate::geometry::{Deviation, Section, Vessel};
+use crate::output::progress::human;
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
 use crate::pfem::SolidError;
@@ -87,7 +90,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             1e2 * fit.uncovered
         ))?;
     }
+    for (label, text) in expected(&case) {
+        terminal::print(format_args!("{label:<8}{text}\n"))?;
+    }
     warn(&case);
+    for warning in plausibility::warnings(&case) {
+        terminal::note(format_args!("warning: {warning}"));
+    }
+    if let Some(deviation) = case.lumen_deviation().filter(Deviation::is_large) {
+        terminal::note(format_args!("warning: {}", told(&deviation)));
+    }
     if arguments.wall {
         let vessel = case.vessel().ok_or_else(|| {
             let reason =
@@ -101,6 +113,111 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         terminal::print(in_figures(&case, vessel)?)?;
     }
     Ok(())
+}
+
+/// What is to be expected of a case, a line each: its label and the text. Further lines belong here.
+fn expected(case: &Case) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    if let Some(figures) = CaseFigures::of(case) {
+        lines.extend(of_blood(&figures));
+        lines.extend(figures.walls.iter().map(of_wall));
+    }
+    if let Some(deviation) = case.lumen_deviation() {
+        lines.push(("lumen", described(&deviation)));
+    }
+    let seconds = case.run_seconds();
+    let disk = case
+        .disk()
+        .map(|bytes| format!("{} on the disk", size(bytes)));
+    let minutes = seconds.map(|seconds| {
+        format!(
+            "about {} on two idle cores, longer while coupling needs more than two iterations a step",
+            human(seconds)
+        )
+    });
+    let cost: Vec<String> = minutes.into_iter().chain(disk).collect();
+    if !cost.is_empty() {
+        lines.push(("cost", cost.join("; ")));
+    }
+    lines
+}
+
+/// Flow and pressures.
+fn of_blood(figures: &CaseFigures) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    if let Some(flow) = figures.flow {
+        lines.push((
+            "flow",
+            format!(
+                "{:.1} ml/min on average, at most {:.2} ml/s ({:.3} m/s); Reynolds number {:.0} on average, at most {:.0} where it \
+                 is narrowest; Womersley number {:.2}",
+                6e7 * flow.mean,
+                1e6 * flow.peak,
+                flow.velocity[1],
+                flow.reynolds[0],
+                flow.reynolds[1],
+                figures.womersley
+            ),
+        ));
+    }
+    if let Some(pressures) = figures.pressures {
+        lines.push((
+            "pressure",
+            format!(
+                " {:.1} mmHg on average to be expected, from {:.1} to {:.1}, without the vessel's own compliance",
+                pressures.mean / MMHG,
+                pressures.lowest / MMHG,
+                pressures.highest / MMHG
+            ),
+        ));
+    }
+    lines
+}
+
+/// A section's wall.
+fn of_wall(wall: &figures::WallFigures) -> (&'static str, String) {
+    let mut text = format!(
+        "{}: h/r {:.3} without load",
+        wall.name, wall.thickness_ratio
+    );
+    match (wall.radius, wall.wave_speed, wall.distension) {
+        (Some(radius), Some(speed), Some(distension)) => {
+            text += &format!(
+                "; under these pressures as a long tube held along its axis radius {:.3} mm, waves of {speed:.2} m/s, distension {:.1} %",
+                1e3 * radius,
+                1e2 * distension
+            );
+        }
+        _ => text += "; as a long tube it does not stand up to these pressures",
+    }
+    ("wall", text)
+}
+
+fn described(deviation: &Deviation) -> String {
+    format!(
+        "the mesh's radii differ from those described by {:.2} % at most (s = {:.2} mm), its volume by {:.2} %",
+        1e2 * deviation.share,
+        1e3 * deviation.at,
+        1e2 * deviation.volume
+    )
+    .replace("-0.00 %", "0.00 %")
+}
+
+/// What to do where a mesh does not have the described lumen.
+fn told(deviation: &Deviation) -> String {
+    format!(
+        "{}, {:.2} mm there: what is described is finer than the mesh along the vessel; take more pieces along \
+         (fluid.native.axial_per_section or fluid.mesh.axial_per_section), or a longer blend_length_m",
+        described(deviation),
+        1e3 * deviation.radius
+    )
+}
+
+fn size(bytes: f64) -> String {
+    match bytes {
+        b if b < 1e9 => format!("{:.0} MB", 1e-6 * b),
+        b => format!("{:.1} GB", 1e-9 * b),
+    }
 }
 
 /// The wall of a vessel under pressures (Pa, ascending), with and without its imperfection.

@@ -12,6 +12,7 @@ mod anastomosis;
 pub(crate) mod blocks;
 pub(crate) mod centre_shift;
 mod described;
+mod deviation;
 pub(crate) mod extruded;
 mod feature;
 pub(crate) mod flag;
@@ -32,6 +33,7 @@ mod wall_file;
 
 pub use centre_shift::CentreShift;
 pub use described::ANY as RIGID_MATERIAL;
+pub use deviation::Deviation;
 pub use extruded::{Growth, GrowthError, SurfaceError, WetQuads};
 pub use hex_mesh::{HexFace, HexMesh, HexShape, WallDirections};
 pub use imperfection::{Imperfection, irregular_tube_mesh};

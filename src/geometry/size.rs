@@ -107,6 +107,58 @@ impl Case {
         })
     }
 
+    /// Seconds that a run takes on that machine while nothing else works there, as far as they can be told beforehand: the first beat, or
+    /// a coupling that needs more than two iterations a step, takes longer.
+    pub fn run_seconds(&self) -> Option<f64> {
+        let wall = match self.has_elastic_wall() {
+            true => self.structure_degrees_of_freedom() as f64,
+            false => 0.0,
+        };
+        // 0.010 to 0.070 s of 3,024 to 12,576 degrees of freedom, 20 times as much of 190,000
+        let structure = 5e-6 * wall * (1.0 + wall / 5e4);
+        Some(self.steps() as f64 * (self.fluid_seconds()? + structure))
+    }
+
+    /// Bytes that a run leaves on the disk: the wall at each step, fields of blood and wall, two checkpoints. Measured with the
+    /// presets; absent for a mesh of the user's own.
+    pub fn disk(&self) -> Option<f64> {
+        let cells = Some(self.fluid_cells()).filter(|&cells| cells > 0)? as f64;
+        let degrees_of_freedom = self.structure_degrees_of_freedom() as f64;
+        let (faces, field) = match (&self.problem, self.fluid.solver) {
+            (Problem::Vessel(keys), solver) => {
+                let (vessel, meshes) = (Vessel::new(keys), &keys.fluid);
+                let elastic = |spans: Vec<Span>| -> f64 {
+                    let spans = spans.iter().filter(|span| span.is_elastic);
+                    spans.map(|span| span.pieces).sum::<usize>() as f64
+                };
+                match solver {
+                    Solver::Native => {
+                        let degree = meshes.native.degree as f64;
+                        let around = 4.0 * meshes.native.core as f64 * degree;
+                        let rings = elastic(vessel.spans(&meshes.native)) * degree;
+                        (rings * around, 104.0 * cells * degree.powi(3))
+                    }
+                    _ => {
+                        let rings = elastic(vessel.spans(&meshes.mesh));
+                        (rings * 4.0 * meshes.mesh.core as f64, 220.0 * cells)
+                    }
+                }
+            }
+            _ => (0.0, 220.0 * cells),
+        };
+        let written = |interval: f64| (self.time.end / interval).ceil();
+        let every_step = match self.output.wall_history {
+            true => 24.0 * faces + 16.0,
+            false => 0.0,
+        };
+        Some(
+            self.steps() as f64 * (every_step + 1e3)
+                + written(self.output.fluid_interval) * field
+                + written(self.output.structure_interval) * 630.0 * degrees_of_freedom
+                + 2.0 * (field + 300.0 * degrees_of_freedom),
+        )
+    }
+
     /// Degrees of freedom of the structure, the held ones included; none of a wall of the user's own.
     pub fn structure_degrees_of_freedom(&self) -> usize {
         let p = self.structure.p;

@@ -4,6 +4,8 @@ mod architecture;
 mod case_bad_input;
 mod case_fuzz;
 mod case_load;
+mod case_reads;
+mod check_values;
 mod check_wall;
 mod convergence_study;
 mod coupling_cases;
