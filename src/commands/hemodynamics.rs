@@ -19,6 +19,10 @@ pub struct Arguments {
     /// End of the window in seconds, included.
     #[arg(long, value_name = "S", requires = "from")]
     to: Option<f64>,
+    /// Put the evaluation of that window in the place of the run's own, which reports and comparisons read, not into a folder
+    /// beside it.
+    #[arg(long, requires = "from")]
+    replace: bool,
     /// Also average over the beats of the window at N phases of the period: phases.csv and phases.pvd.
     #[arg(long, value_name = "N")]
     phases: Option<usize>,
@@ -36,7 +40,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         _ => None,
     };
     let files = RunFiles::new(&arguments.folder);
-    let summary = results::reevaluate(&files, window, arguments.phases)
+    let beside = window.filter(|_| !arguments.replace);
+    let into = beside.map_or(files.clone(), |window| results::beside(&files, window));
+    let summary = results::reevaluate(&files, &into, window, arguments.phases)
         .map_err(|e| Failure::Input(e.to_string()))?;
-    Ok(terminal::print(summary)?)
+    terminal::print(summary)?;
+    if beside.is_some() {
+        terminal::print(format_args!(
+            "in {}; the run's own evaluation is as it was (--replace puts this one in its place)\n",
+            into.root().display()
+        ))?;
+    }
+    Ok(())
 }

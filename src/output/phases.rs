@@ -29,13 +29,19 @@ const QUANTITIES: [Quantity; 9] = [
     ("max_von_mises_Pa", |row| row.max_von_mises_Pa),
 ];
 
-/// Averages a run over the beats of a window, at each of `count` phases of the period, and writes both files.
-pub fn write(files: &RunFiles, case: &Case, window: Window, count: usize) -> io::Result<()> {
+/// Averages a run over the beats of a window, at each of `count` phases of the period, and writes both files `into` a folder.
+pub fn write(
+    files: &RunFiles,
+    into: &RunFiles,
+    case: &Case,
+    window: Window,
+    count: usize,
+) -> io::Result<()> {
     let phases = Phases {
         period: case.time.period,
         count,
     };
-    let folder = results::draft(files)?;
+    let folder = results::draft(into)?;
     let draft = RunFiles::new(folder.path());
     let columns = columns(files, case, window, phases)?;
     write_atomically(
@@ -69,10 +75,10 @@ pub fn write(files: &RunFiles, case: &Case, window: Window, count: usize) -> io:
         series.add(end, &grid)?;
     }
     // Those of more phases.
-    let former = files.wall_phases().with_extension("");
+    let former = into.wall_phases().with_extension("");
     match std::fs::remove_dir_all(&former) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(named(&former)(error)),
-        _ => results::replace(folder.path(), files.root())?,
+        _ => results::replace(folder.path(), into.root())?,
     }
     folder.close()
 }

@@ -305,7 +305,8 @@ impl Observer<Structure> for Record {
             table.append(&opening_rows(&step.fluid))?;
         }
         let state = WallState::new(time, &step.fluid.wall_shear, &step.displacement);
-        self.wall.step(&state, wall.stresses)?;
+        let lumen = step.fluid.volume - self.settings.rigid_volume;
+        self.wall.step(&state, wall.stresses, lumen)?;
         let rows = iteration_rows(time, accepted.attempt, &step.iterations);
         self.iterations.append(&rows)?;
         self.history.append(&[self.row(accepted, wall.stresses)])?;

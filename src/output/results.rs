@@ -15,10 +15,11 @@ use crate::hemodynamics::{
 use std::io;
 use std::path::Path;
 
-/// Evaluates a run over a window: writes `hemodynamics.json` and the fields on the wall. If no step of the window was
-/// seen there are no fields, and an earlier evaluation stays as it is.
+/// Evaluates a run over a window: writes `hemodynamics.json` and the fields on the wall `into` a folder, perhaps the run's own. If
+/// no step of the window was seen there are no fields, and an earlier evaluation stays as it is.
 pub fn evaluate(
     files: &RunFiles,
+    into: &RunFiles,
     case: &Case,
     wall: &WetSurface,
     statistics: &WindowStatistics,
@@ -30,11 +31,11 @@ pub fn evaluate(
     let summary =
         HemodynamicsSummary::new(wall, &Region::of(case), statistics, &rows, &series, times);
     let fields = WallFields::new(wall, statistics);
-    if fields.is_none() && files.hemodynamics().exists() {
+    if fields.is_none() && into.hemodynamics().exists() {
         return Ok(summary);
     }
     // Whole files beside the earlier ones, then in their place: a full disk spoils nothing.
-    let folder = draft(files)?;
+    let folder = draft(into)?;
     let draft = RunFiles::new(folder.path());
     if let Some(fields) = &fields {
         let rows = wall_fields::rows(wall, fields);
@@ -43,11 +44,13 @@ pub fn evaluate(
     }
     let json = serde_json::to_string_pretty(&summary).map_err(io::Error::other)?;
     write_atomically(&draft.hemodynamics(), json.as_bytes())?;
-    write_atomically(&draft.view(), include_bytes!("view.py"))?;
-    replace(folder.path(), files.root())?;
+    if into.root() == files.root() {
+        write_atomically(&draft.view(), include_bytes!("view.py"))?;
+    }
+    replace(folder.path(), into.root())?;
     folder.close()?;
     // Its earlier name hid ParaView's own module of that name.
-    let former = files.root().join("paraview.py");
+    let former = into.root().join("paraview.py");
     match std::fs::remove_file(&former) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(named(&former)(e)),
         _ => {}
@@ -262,13 +265,20 @@ fn placed(wall: WetSurface, case: &Case, files: &RunFiles) -> io::Result<WetSurf
     }
 }
 
+/// The folder beside a run's own evaluation for that of another window.
+pub fn beside(files: &RunFiles, window: Window) -> RunFiles {
+    let Window { start_s, end_s } = window;
+    RunFiles::new(&files.root().join(format!("window-{start_s}-to-{end_s}")))
+}
+
 /// Evaluates a run again from its stored wall, over another window if one is given, and averages it over its beats at
-/// `count` phases of the period.
+/// `count` phases of the period; all of it goes `into` a folder, which is created, perhaps the run's own.
 ///
 /// # Errors
 /// If the run did not keep its wall, or a file cannot be read or written.
 pub fn reevaluate(
     files: &RunFiles,
+    into: &RunFiles,
     window: Option<Window>,
     count: Option<usize>,
 ) -> Result<HemodynamicsSummary, ResultsError> {
@@ -304,9 +314,11 @@ pub fn reevaluate(
             "the run has no step in {start_s} s < t <= {end_s} s; it has reached t = {reached} s"
         )));
     }
-    let summary = evaluate(files, &case, &wall, &statistics).map_err(|e| failed(&e))?;
+    let create = std::fs::create_dir_all(into.root()).map_err(named(into.root()));
+    create.map_err(|e| failed(&e))?;
+    let summary = evaluate(files, into, &case, &wall, &statistics).map_err(|e| failed(&e))?;
     if let Some(count) = count {
-        phases::write(files, &case, window, count).map_err(|e| failed(&e))?;
+        phases::write(files, into, &case, window, count).map_err(|e| failed(&e))?;
     }
     Ok(summary)
 }

@@ -88,8 +88,13 @@ impl WallRecord {
         })
     }
 
-    /// Adds the end of a step with the largest stress of each element.
-    pub fn step(&mut self, state: &WallState, stresses: &[StressPeak]) -> io::Result<()> {
+    /// Adds the end of a step with the largest stress of each element and the volume (m³) of the lumen within the wall.
+    pub fn step(
+        &mut self,
+        state: &WallState,
+        stresses: &[StressPeak],
+        lumen: f64,
+    ) -> io::Result<()> {
         self.statistics.add(state, self.settings.time_step);
         if let Some(history) = &mut self.history {
             history.append(state)?;
@@ -105,7 +110,7 @@ impl WallRecord {
         };
         let stresses: Vec<_> = stresses.iter().map(stress).collect();
         self.regions
-            .append(&self.settings.monitor.observe(state, &stresses))
+            .append(&self.settings.monitor.observe(state, &stresses, lumen))
     }
 
     /// What was gathered so far.

@@ -39,7 +39,7 @@ impl CoupledRun {
         let summary = RunSummary::new(ending, totals);
         let summarized = summary.write(&folder.summary()).and_then(|()| {
             let (wall, statistics) = (record.wall().monitor().wall(), record.wall().statistics());
-            results::evaluate(&folder, &case, wall, statistics)
+            results::evaluate(&folder, &folder, &case, wall, statistics)
         });
         match outcome {
             Ok(()) => {

@@ -130,6 +130,15 @@ fn what_was_gathered_while_running_is_what_the_stored_wall_gives() {
 
     // Another window gives other values, and says what it lacks.
     let output = again(&["--from", "0.004", "--to", "0.02"]);
+    assert!(running == read(), "the run's own evaluation was replaced");
+    let beside = std::fs::read(out.join("window-0.004-to-0.02/hemodynamics.json")).unwrap();
+    let output_replaced = again(&["--from", "0.004", "--to", "0.02", "--replace"]);
+    assert!(
+        output_replaced.status.success(),
+        "{}",
+        text(&output_replaced)
+    );
+    assert!(beside == read()[0]);
     assert!(
         text(&output).contains("not every step"),
         "{}",

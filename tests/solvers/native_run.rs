@@ -45,6 +45,27 @@ fn a_run_without_openfoam_that_is_resumed_is_the_uninterrupted_one() {
         assert!(error < 1e-6, "at t = {}: {error:e}", row.time);
     }
     assert_eq!(history.len(), 6);
+    regions_have_the_volume_of_the_whole(&straight);
+}
+
+/// Bypass and artery are the whole vessel, and its volume is the fluid's own, not that of flat faces.
+fn regions_have_the_volume_of_the_whole(run: &Path) {
+    let column = |file: &str, wanted: fn(&str) -> bool| -> Vec<f64> {
+        let mut reader = csv::Reader::from_path(run.join(file)).unwrap();
+        let headers = reader.headers().unwrap().clone();
+        let at = |name| headers.iter().position(|header| header == name);
+        let (volume, region) = (at("lumen_volume_m3").unwrap(), at("region"));
+        let rows = reader.records().map(Result::unwrap);
+        let rows = rows.filter(|row| region.is_none_or(|region| wanted(&row[region])));
+        rows.map(|row| row[volume].parse().unwrap()).collect()
+    };
+    let whole = column("history.csv", |_| true);
+    let bypass = column("regions.csv", |name| name == "bypass");
+    let artery = column("regions.csv", |name| name == "artery");
+    for ((whole, bypass), artery) in whole.iter().zip(bypass).zip(artery) {
+        let error = (bypass + artery) / whole - 1.0;
+        assert!(error.abs() < 1e-12, "{error:e}");
+    }
 }
 
 #[test]
@@ -64,6 +85,7 @@ fn both_solvers_give_the_same_flow_up_to_the_error_of_openfoams_mesh() {
         &[&["--fluid", "native"], &still[..]].concat(),
     ));
     complete(driver(&openfoam, 10, &still));
+    [&native, &openfoam].map(|run| regions_have_the_volume_of_the_whole(run));
     let [native, openfoam] = [native, openfoam].map(|run| history(&run).pop().unwrap());
     // A wall of sixteen facets that enclose what the round one does. All three are measured: the inlet's is that of the first steps,
     // whose layers at the wall are thinner than a cell.

@@ -266,6 +266,7 @@ fn phases_are_averaged_over_beats() {
                 "0",
                 "--to",
                 "0.012",
+                "--replace",
                 "--phases",
                 phases,
             ])

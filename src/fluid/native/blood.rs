@@ -18,6 +18,7 @@ use crate::fluid::{
     FluidStep, FluidTrial, Opening,
 };
 use crate::geometry::Vessel;
+use crate::numbers::twelve_digits;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
@@ -337,7 +338,7 @@ impl Fluid for NativeFluid {
         let outlet = &self.ends.outlet;
         let out = trial.outflows[OUTLET];
         let step = FluidStep {
-            time,
+            time: twelve_digits(time),
             openings: vec![
                 Opening {
                     name: "inlet".into(),
