@@ -3,7 +3,7 @@
 #
 #   of-adapter/setup.sh            as root, or as a user with sudo (only asked for if a package is missing)
 #   of-adapter/setup.sh --force    builds again even if nothing changed
-#   of-adapter/setup.sh --tests    installs python3-numpy as well, which the test of the Python reader of results needs
+#   of-adapter/setup.sh --tests    installs what tests and the book need as well: numpy, a spell checker, equations as MathML
 #   of-adapter/setup.sh --prefix DIR
 #                                  installs the library in DIR/lib/fsi-driver/ as well, so that the source tree is not
 #                                  needed any more: fsi-driver finds it below its own prefix (~/.cargo for
@@ -188,7 +188,7 @@ prefix=
 while [ $# -gt 0 ]; do
     case $1 in
         --force) force=yes ;;
-        --tests) packages="$packages python3-numpy" ;;
+        --tests) packages="$packages python3-numpy codespell blahtexml" ;;
         --prefix=*) prefix=${1#--prefix=}; [ -n "$prefix" ] || fail "--prefix needs a folder; $usage" ;;
         --prefix) [ -n "${2:-}" ] || fail "--prefix needs a folder; $usage"; prefix=$2; shift ;;
         *) fail "unknown option '$1'; $usage" ;;

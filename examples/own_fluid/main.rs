@@ -73,7 +73,7 @@ pub fn run<F: Fluid>(
     Ok(simulation)
 }
 
-/// An observer that keeps a row a time step.
+/// An observer that keeps one row per time step.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rows {
     /// The rows.

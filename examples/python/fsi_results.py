@@ -40,17 +40,17 @@ class Run:
 
     @property
     def history(self):
-        """A row a time step."""
+        """One row per time step."""
         return self.table("history.csv")
 
     @property
     def iterations(self):
-        """A row a coupling iteration."""
+        """One row per coupling iteration."""
         return self.table("iterations.csv")
 
     @property
     def regions(self):
-        """A row a time step and region."""
+        """One row per time step and region."""
         return self.table("regions.csv")
 
     def region(self, name):
@@ -59,22 +59,22 @@ class Run:
 
     @property
     def probes(self):
-        """A row a time step and probe."""
+        """One row per time step and probe."""
         return self.table("probes.csv")
 
     @property
     def fluid_probes(self):
-        """A row a time step and probe in the blood; NaN where that is not in the blood."""
+        """One row per time step and probe in the blood; NaN where that is not in the blood."""
         return self.table("fluid-probes.csv")
 
     @property
     def phases(self):
-        """A row a phase of the period, averaged over beats (`fsi-driver hemodynamics RUN --phases N`)."""
+        """One row per phase of the period, averaged over beats (`fsi-driver hemodynamics RUN --phases N`)."""
         return self.table("phases.csv")
 
     @property
     def wall_shear(self):
-        """A row a face of the wall: TAWSS, OSI and RRT over the evaluated window."""
+        """One row per face of the wall: TAWSS, OSI and RRT over the evaluated window."""
         return self.table("wall-shear.csv")
 
     @property

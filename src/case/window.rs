@@ -44,7 +44,9 @@ impl Window {
             ));
         }
         let periods = (end_s - start_s) / period;
-        if periods.round() < 1.0 || (periods - periods.round()).abs() > 1e-6 * periods {
+        let is_whole = periods.round() >= 1.0 && (periods - periods.round()).abs() <= 1e-6 * periods;
+        // A run that ends within its first period has no better window.
+        if !is_whole && end_s > period - rounding {
             warnings.push(format!(
                 "the window of the hemodynamics, {start_s} to {end_s} s, is no whole number of periods but {} of \
                  them (time.period_s = {period}): its averages depend on where it begins",

@@ -4,10 +4,13 @@ use super::Failure;
 use crate::output::report::{self, Study};
 use crate::output::results::{Results, ResultsError};
 use crate::output::run_files::MARK;
-use crate::output::{terminal, write_atomically};
+use crate::output::{figure, terminal, write_atomically};
 use crate::paper;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+
+/// Pixels of a picture's PNG per pixel of its SVG: a picture fills a page of 1300 pixels.
+const PIXELS_PER_UNIT: f32 = 1.5;
 
 /// Options of the report.
 #[derive(Debug, clap::Args)]
@@ -18,6 +21,9 @@ pub struct Arguments {
     /// The page [default: report.html in the folder].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Writes one picture of a run as well: its wall cut open, above pressure and flow (.png or .svg).
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     /// Show it in the browser.
     #[arg(long)]
     open: bool,
@@ -34,8 +40,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let html = if folder.join(MARK).is_file() {
         let run = Results::load(folder).map_err(|e| Failure::Input(e.to_string()))?;
+        if let Some(file) = &arguments.picture {
+            write_picture(file, &report::picture(&run).map_err(unreadable)?)?;
+        }
         report::of_run(&run).map_err(unreadable)?
     } else {
+        if let Some(file) = &arguments.picture {
+            return Err(Failure::Input(format!(
+                "--picture {}: {} is no folder of a run; name one of the runs of the study",
+                file.display(),
+                folder.display()
+            )));
+        }
         let study = study(folder, Results::load)?;
         let page = match paper::Study::is_that_of(&study) {
             true => paper::study::page(&paper::Study::new(study)),
@@ -47,22 +63,43 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .out
         .clone()
         .unwrap_or_else(|| folder.join("report.html"));
-    let parent = page.parent().filter(|p| !p.as_os_str().is_empty());
-    if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
-        return Err(Failure::Input(format!(
-            "--out {}: there is no folder {}; create it, or choose another",
-            page.display(),
-            parent.display()
-        )));
-    }
-    write_atomically(&page, html.as_bytes())
-        .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
+    write("--out", &page, html.as_bytes())?;
     let size = html.len() as f64 / 1e6;
     terminal::print(format_args!("{} ({size:.1} MB)\n", page.display()))?;
     if arguments.open {
         open(&page)?;
     }
     Ok(())
+}
+
+/// Writes the file that an `option` names.
+fn write(option: &str, file: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let parent = file.parent().filter(|p| !p.as_os_str().is_empty());
+    if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
+        return Err(Failure::Input(format!(
+            "{option} {}: there is no folder {}; create it, or choose another",
+            file.display(),
+            parent.display()
+        )));
+    }
+    write_atomically(file, bytes).map_err(|e| Failure::Run(format!("cannot write {e}")))
+}
+
+/// Writes a picture in the format that the ending of its file asks for.
+fn write_picture(file: &Path, svg: &str) -> Result<(), Failure> {
+    let ending = file.extension().and_then(|e| e.to_str());
+    match ending.map(str::to_lowercase).as_deref() {
+        Some("svg") => write("--picture", file, svg.as_bytes()),
+        Some("png") => {
+            let png = figure::to_png(svg, PIXELS_PER_UNIT);
+            let png = png.map_err(|e| Failure::Run(format!("cannot draw the picture: {e}")))?;
+            write("--picture", file, &png)
+        }
+        _ => Err(Failure::Input(format!(
+            "--picture {}: a picture is a .png or a .svg; name the file so",
+            file.display()
+        ))),
+    }
 }
 
 /// The runs in the folders below `folder`, each read by `load`.

@@ -167,7 +167,7 @@ pub fn refinement(coarse: &Comparison, fine: &Comparison, ratio: f64) -> Vec<Ref
     pairs.map(|(c, f)| Refined::of(c, f, ratio)).collect()
 }
 
-/// Writes a table with a row a quantity.
+/// Writes a table with one row per quantity.
 ///
 /// # Errors
 /// If the file cannot be written.

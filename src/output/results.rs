@@ -107,13 +107,13 @@ pub struct Results {
     pub vessel: Option<BloodVessel>,
     /// The run in figures, if it has ended.
     pub summary: Option<record::RunSummary>,
-    /// A row a time step.
+    /// One row per time step.
     pub history: Vec<HistoryRow>,
-    /// A row a time step and region.
+    /// One row per time step and region.
     pub regions: Vec<RegionStep>,
     /// The hemodynamics in figures.
     pub hemodynamics: HemodynamicsSummary,
-    /// A row a face; empty if no step of the window was seen.
+    /// One row per face; empty if no step of the window was seen.
     pub faces: Vec<FaceRow>,
 }
 

@@ -39,32 +39,32 @@ impl RunFiles {
         self.root.join(MARK)
     }
 
-    /// A row a time step.
+    /// One row per time step.
     pub fn history(&self) -> PathBuf {
         self.root.join("history.csv")
     }
 
-    /// A row a coupling iteration.
+    /// One row per coupling iteration.
     pub fn iterations(&self) -> PathBuf {
         self.root.join("iterations.csv")
     }
 
-    /// A row a time step and probe.
+    /// One row per time step and probe.
     pub fn probes(&self) -> PathBuf {
         self.root.join("probes.csv")
     }
 
-    /// A row a time step and probe in the blood.
+    /// One row per time step and probe in the blood.
     pub fn fluid_probes(&self) -> PathBuf {
         self.root.join("fluid-probes.csv")
     }
 
-    /// A row a time step and opening, of fluids whose openings are the user's.
+    /// One row per time step and opening, of fluids whose openings are the user's.
     pub fn openings(&self) -> PathBuf {
         self.root.join("openings.csv")
     }
 
-    /// A row a phase of the period.
+    /// One row per phase of the period.
     pub fn phases(&self) -> PathBuf {
         self.root.join("phases.csv")
     }
@@ -74,7 +74,7 @@ impl RunFiles {
         self.root.join("phases.pvd")
     }
 
-    /// A row a time step and region of the vessel.
+    /// One row per time step and region of the vessel.
     pub fn regions(&self) -> PathBuf {
         self.root.join("regions.csv")
     }
@@ -99,7 +99,7 @@ impl RunFiles {
         self.root.join("hemodynamics.json")
     }
 
-    /// A row a face of the wall.
+    /// One row per face of the wall.
     pub fn wall_shear_table(&self) -> PathBuf {
         self.root.join("wall-shear.csv")
     }

@@ -1,5 +1,5 @@
-//! `history.csv` (a row a time step), `iterations.csv` (a row a coupling iteration)
-//! `probes.csv` and `fluid-probes.csv` (a row a time step and probe), `openings.csv` (a row a time step and opening).
+//! `history.csv` (one row per time step), `iterations.csv` (one row per coupling iteration)
+//! `probes.csv` and `fluid-probes.csv` (one row per time step and probe), `openings.csv` (one row per time step and opening).
 
 use crate::files::named;
 use serde::de::DeserializeOwned;

@@ -11,7 +11,7 @@ use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
 use vtkio::Vtk;
-use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece};
+use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, VertexNumbers};
 
 /// VTK's numbers of the polygon, the linear hexahedron, and the hexahedron of any degree.
 const VTK_POLYGON: u8 = 7;
@@ -360,6 +360,65 @@ pub fn read_vectors(path: &Path, name: &str) -> io::Result<Vec<(Vec3, Vec3)>> {
             .collect()
     };
     Ok(vectors(&points).into_iter().zip(vectors(&values)).collect())
+}
+
+/// Hexahedra that a run has written of its wall.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hexes {
+    /// Unloaded positions of the points, m.
+    pub points: Vec<Vec3>,
+    /// Their displacement, m.
+    pub displacement: Vec<Vec3>,
+    /// Points of each hexahedron in VTK's order.
+    pub hexes: Vec<[u32; 8]>,
+    /// Number of the material of each hexahedron.
+    pub material: Vec<usize>,
+    /// Number of the element that each hexahedron is a piece of.
+    pub element: Vec<usize>,
+}
+
+/// Reads the wall at one time, whose vectors `displacement` are given at the points.
+///
+/// # Errors
+/// If the file is not a grid of hexahedra with the fields of the wall.
+pub fn read_hexes(path: &Path, displacement: &str) -> io::Result<Hexes> {
+    let piece = read_piece(path)?;
+    let of_cells = |name: &str| {
+        let values = piece.data.cell.iter().find_map(|attribute| match attribute {
+            Attribute::DataArray(array) if array.name == name => {
+                array.data.clone().cast_into::<i64>()
+            }
+            _ => None,
+        });
+        let values: Vec<usize> = (values?.into_iter().map(|v| v as usize)).collect();
+        Some(values)
+    };
+    let fields = (of_cells("material"), of_cells("element"));
+    let (Some(material), Some(element)) = fields else {
+        return Err(bad(path, "no fields material and element"));
+    };
+    let VertexNumbers::XML { connectivity, .. } = &piece.cells.cell_verts else {
+        return Err(bad(path, "no cells"));
+    };
+    let (chunks, rest) = connectivity.as_chunks::<8>();
+    let hexes: Vec<[u32; 8]> = chunks.iter().map(|hex| hex.map(|p| p as u32)).collect();
+    let (points, displacement) = read_vectors(path, displacement)?.into_iter().unzip();
+    let wall = Hexes {
+        points,
+        displacement,
+        hexes,
+        material,
+        element,
+    };
+    let cells = [wall.material.len(), wall.element.len()];
+    let inside = |p: &u32| (*p as usize) < wall.points.len();
+    match rest.is_empty()
+        && cells == [wall.hexes.len(); 2]
+        && wall.hexes.iter().flatten().all(inside)
+    {
+        true => Ok(wall),
+        false => Err(bad(path, "not a grid of hexahedra")),
+    }
 }
 
 fn bad(path: &Path, what: &str) -> io::Error {

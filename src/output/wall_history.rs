@@ -291,7 +291,7 @@ impl WallHistoryReader {
         }
         let is_next = time.is_finite() && (self.number == 0 || time > self.time);
         if !is_next || !values.as_flattened().iter().all(|c| c.is_finite()) {
-            return Err(self.flaw("it holds numbers that are none, or a time that is not the next"));
+            return Err(self.flaw("it holds non-finite numbers, or a time that is not the next"));
         }
         let (shear, displacement) = values.split_at(self.wall.faces.len());
         (self.number, self.time) = (self.number + 1, time);

@@ -108,8 +108,8 @@ impl Process {
         tail(&self.log)
     }
 
-    /// How it ended and its last words, for an error.
-    pub fn obituary(&mut self) -> String {
+    /// How it ended and the last lines that it printed, for an error.
+    pub fn exit_report(&mut self) -> String {
         let end = match self.has_ended().then_some(self.status).flatten() {
             Some(status) => format!("it ended with {status}"),
             None => "it is still running".to_owned(),

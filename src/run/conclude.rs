@@ -45,8 +45,8 @@ impl CoupledRun {
             Ok(()) => {
                 let hemodynamics = summarized.map_err(written)?;
                 if !quiet {
-                    let farewell = farewell(&summary, &folder, case.fluid.solver);
-                    terminal::print(format_args!("{farewell}\n{hemodynamics}"))?;
+                    let closing_text = closing_text(&summary, &folder, case.fluid.solver);
+                    terminal::print(format_args!("{closing_text}\n{hemodynamics}"))?;
                 }
                 Ok(())
             }
@@ -63,17 +63,17 @@ impl CoupledRun {
     }
 }
 
-fn farewell(summary: &RunSummary, folder: &RunFolder, solver: Solver) -> String {
+fn closing_text(summary: &RunSummary, folder: &RunFolder, solver: Solver) -> String {
     let shown = |path: PathBuf| path.display().to_string();
     let fields = surroundings::fields_to_open(solver, &folder.fluid());
     let fields = fields.unwrap_or_else(|| folder.fluid_fields());
     format!(
         "{} steps to t = {:.4} s in {}: {:.2} coupling iterations a step (at most {}), outlet pressure {:.0} Pa\n\
          \n\
-         {:<44} a row a time step: flow, pressure, volume, displacement, stress\n\
-         {:<44} a row a coupling iteration\n\
+         {:<44} one row per time step: flow, pressure, volume, displacement, stress\n\
+         {:<44} one row per coupling iteration\n\
          {:<44} the run in figures\n\
-         {:<44} a row a time step and region: wall shear, volume, stress\n\
+         {:<44} one row per time step and region: wall shear, volume, stress\n\
          {:<44} wall shear measures in figures\n\
          {:<44} wall shear measures on the wall: open it in ParaView\n\
          {:<44} the wall over time: open it in ParaView\n\

@@ -17,7 +17,7 @@ fn check(set: &[(&str, &str)]) -> String {
     let set = set.iter().map(|(key, value)| format!("{key}={value}"));
     let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["check", "openfoam-case/S-0.0", "--preset", "demo", "--wall"])
+        .args(["check", "tests/cases/S-0.0", "--preset", "demo", "--wall"])
         .args(["--set", "fluid.solver=native"])
         .args(set)
         .output()
@@ -40,7 +40,7 @@ fn the_walls_figures_are_those_of_long_tubes() {
     let highest: f64 = between(&said, "and at most ", " kPa").parse().unwrap();
     assert!((16.87..16.97).contains(&highest), "{said}");
 
-    let case = Case::load(&root.join("openfoam-case/S-0.0"), Preset::Demo, &[]).unwrap();
+    let case = Case::load(&root.join("tests/cases/S-0.0"), Preset::Demo, &[]).unwrap();
     let vessel = case.anastomosis().unwrap();
     let (sizes, parts) = (&vessel.geometry, &vessel.wall);
     let artery = [
@@ -93,7 +93,7 @@ fn a_wall_that_is_given_loaded_has_its_given_radius_under_the_pressure_of_its_sh
     let figures = |more: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
             .current_dir(root)
-            .args(["check", "openfoam-case/S-0.0", "--preset", "demo", "--wall"])
+            .args(["check", "tests/cases/S-0.0", "--preset", "demo", "--wall"])
             .args(["--fluid", "native", "--set", "initial.start=equilibrium"])
             // The mean pressure that the windkessel makes.
             .args(["initial.axial_stretch=1.1", "surroundings.spring_Pa_m=1e7"])

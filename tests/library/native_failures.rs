@@ -20,7 +20,7 @@ fn fluid() -> NativeFluid {
         ("fluid.native.axial_per_section", "2"),
     ];
     let few = few.map(|(key, value)| (key.to_owned(), value.to_owned()));
-    let case = Case::load("openfoam-case/S-0.0".as_ref(), Preset::Demo, &few).unwrap();
+    let case = Case::load("tests/cases/S-0.0".as_ref(), Preset::Demo, &few).unwrap();
     NativeFluid::new(&case).unwrap()
 }
 

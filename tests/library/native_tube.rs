@@ -32,7 +32,7 @@ fn tube(degree: usize) -> VesselMesh {
         set("geometry.blend_length_m", "1e-3"),
         set("geometry.extension_length_m", "5e-3"),
     ];
-    let case = Case::load("openfoam-case/S-0.0".as_ref(), Preset::Demo, &overrides).unwrap();
+    let case = Case::load("tests/cases/S-0.0".as_ref(), Preset::Demo, &overrides).unwrap();
     let resolution = Resolution {
         degree,
         core: 2,

@@ -19,7 +19,7 @@ fn displacement(tissue: &[(&str, &str)]) -> [Vec3; 2] {
     let settings: Vec<_> = settings
         .map(|(key, value)| (key.to_string(), value.to_string()))
         .collect();
-    let case = Case::load("openfoam-case/S-0.0".as_ref(), Preset::Demo, &settings).unwrap();
+    let case = Case::load("tests/cases/S-0.0".as_ref(), Preset::Demo, &settings).unwrap();
     let solid = CoupledModel::new(&case, Workplace::default(), None)
         .unwrap()
         .coupling

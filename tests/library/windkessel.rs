@@ -47,7 +47,7 @@ fn the_keys_are_proposed_for_a_file_and_for_a_case() {
     assert!((all / 1.51e-10 - 1.0).abs() < 0.05, "{alone}");
 
     let set = ["inflow.base_m3_s=1.35e-6", "inflow.amplitude_m3_s=5.2e-6"];
-    let case = ["--case", "openfoam-case/S-0.0", "--preset", "demo", "--set"];
+    let case = ["--case", "tests/cases/S-0.0", "--preset", "demo", "--set"];
     let within = said(&[&case[..], &set[..]].concat());
     let ratio = value(&within, "resistance_Pa_s_m3") / value(&alone, "resistance_Pa_s_m3");
     assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
@@ -61,7 +61,7 @@ const OWN: f64 = 6.085e-11;
 
 #[test]
 fn what_makes_no_sense_is_refused() {
-    let case = ["--case", "openfoam-case/S-0.0"];
+    let case = ["--case", "tests/cases/S-0.0"];
     for (arguments, expected) in [
         (vec![], "--flow"),
         (vec!["--flow", "nowhere.csv"], "nowhere.csv"),

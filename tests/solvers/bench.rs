@@ -11,7 +11,7 @@ fn bench(folder: &Path, more: &[&str]) -> Output {
         .args([
             "bench",
             "--case",
-            "openfoam-case/S-0.25",
+            "tests/cases/S-0.25",
             "--preset",
             "demo",
         ])
@@ -35,7 +35,7 @@ fn the_native_fluid_is_measured_without_openfoam() {
             .args([
                 "bench",
                 "--case",
-                "openfoam-case/S-0.25",
+                "tests/cases/S-0.25",
                 "--preset",
                 "demo",
             ])
@@ -165,7 +165,7 @@ fn growth_measures_the_sizes_that_are_missing_and_fits_a_power() {
     let measure = || {
         let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
             .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .args(["bench", "--case", "openfoam-case/S-0.25"])
+            .args(["bench", "--case", "tests/cases/S-0.25"])
             .args(["--preset", "demo", "--from", "0.004", "--steps", "2"])
             .args(["--set", "fluid.mesh.axial_extension=5"])
             .args(["--set", "fluid.mesh.axial_per_section=6"])

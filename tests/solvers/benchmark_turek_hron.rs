@@ -52,7 +52,7 @@ fn fsi1_bends_the_flag_as_published() {
     assert_eq!(uz, 0.0);
 }
 
-/// CFD1 and CFD2: drag and lift of a flag that does not yield.
+/// CFD1 and CFD2: drag and lift of a rigid flag.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_stiff_flag_has_the_drag_and_lift_of_the_flow_alone() {

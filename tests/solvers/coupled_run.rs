@@ -24,7 +24,7 @@ fn driver(out: &Path, end_time: f64, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
     command
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["--case", "openfoam-case/S-0.25", "--preset", "demo"])
+        .args(["--case", "tests/cases/S-0.25", "--preset", "demo"])
         .arg("--out")
         .arg(out)
         .args(["--end-time", &end_time.to_string()])

@@ -13,7 +13,7 @@ fn cross_check(out: &Path, more: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
     command
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["cross-check", "openfoam-case/S-0.25", "--preset", "demo"])
+        .args(["cross-check", "tests/cases/S-0.25", "--preset", "demo"])
         .args(["--end-time", "0.01", "--quiet", "--out"])
         .arg(out)
         .args(more)
@@ -97,7 +97,7 @@ fn what_cannot_be_checked_is_refused_and_nothing_written() {
     for (more, expected) in [
         (&["--fluid", "native"][..], "leave out --fluid"),
         (&["--wall=-1"], "a limit of -1"),
-        (&["openfoam-case/S-0.25"], "two cases are called S-0.25"),
+        (&["tests/cases/S-0.25"], "two cases are called S-0.25"),
     ] {
         let output = cross_check(&out, more);
         assert_eq!(output.status.code(), Some(2), "{}", text(&output));

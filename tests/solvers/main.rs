@@ -42,6 +42,7 @@ mod simulation;
 mod study;
 mod tables;
 mod terminal;
+mod tutorials;
 mod validation;
 mod vessel;
 mod wall_state;

@@ -602,7 +602,7 @@ fn flow_out(fluid: &Path) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// A wall that does not yield needs no material, and its flow is that of OpenFOAM without a driver.
+/// A rigid wall needs no material, and its flow is that of OpenFOAM without a driver.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_rigid_wall_is_the_flow_of_openfoam_alone() {

@@ -328,7 +328,7 @@ fn womersleys_profile_is_there_from_the_first_slice_on_with_openfoam() {
     }
 }
 
-/// A bent vessel without any wall that yields is a case like any other: nothing moves, each step takes one iteration, and tables,
+/// A bent vessel without any elastic wall is a case like any other: nothing moves, each step takes one iteration, and tables,
 /// checkpoints and the page are there.
 #[test]
 fn a_rigid_vessel_runs_is_resumed_and_reported() {

@@ -379,7 +379,7 @@ fn layers(
     );
 }
 
-/// What is for walls that yield.
+/// What is for elastic walls.
 fn of_yielding_ones(vessel: &BloodVessel, report: &mut Report<'_>) {
     let (tissue, ends) = (vessel.surroundings.as_ref(), vessel.ends.as_ref());
     for (key, is_given) in [
@@ -403,7 +403,7 @@ fn of_yielding_ones(vessel: &BloodVessel, report: &mut Report<'_>) {
             tissue.is_some_and(|tissue| tissue.pressure.is_some()),
         ),
     ] {
-        let message = "is for a wall that yields, and all sections of this vessel have wall = \"rigid\": leave it out";
+        let message = "is for an elastic wall, and all sections of this vessel have wall = \"rigid\": leave it out";
         report(&[key], is_given, message.into());
     }
 }

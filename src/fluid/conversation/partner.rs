@@ -235,7 +235,7 @@ impl Partner {
         if std::mem::replace(&mut self.is_over, true) {
             return Ok(());
         }
-        // The interrupt that may have ended the run must not end this farewell.
+        // The interrupt that may have ended the run must not end this shutdown.
         let interrupt = AtomicBool::new(false);
         let process = &mut self.process;
         let mut ended = || process.as_mut().is_some_and(Process::has_ended);
@@ -279,7 +279,7 @@ fn how(code: Option<i32>) -> String {
     }
 }
 
-/// What happened, how the process ended, and its last words.
+/// What happened, how the process ended, and the last lines that it printed.
 fn explain(name: &str, error: TransportError, process: Option<&mut Process>) -> FluidError {
     if matches!(error, TransportError::Interrupted) {
         return FluidError::Interrupted;
@@ -291,5 +291,5 @@ fn explain(name: &str, error: TransportError, process: Option<&mut Process>) -> 
         // A connection that breaks is the first sign of a death; how it came is known a moment later.
         process.wait(Duration::from_secs(2));
     }
-    FluidError::Died(format!("{name}: {error}; {}", process.obituary()))
+    FluidError::Died(format!("{name}: {error}; {}", process.exit_report()))
 }

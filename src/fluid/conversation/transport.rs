@@ -321,7 +321,7 @@ impl Files {
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {
                     if last_glance.elapsed() > GLANCE {
                         match patience.glance() {
-                            // Its last words may have come since.
+                            // Its last lines may have come since.
                             Err(TransportError::Ended) if path.exists() => continue,
                             glanced => glanced?,
                         }

@@ -1,4 +1,4 @@
-//! What blood brings that enters at an open end.
+//! Backflow and inflow at an open end: the velocity of the blood that enters.
 
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::Face;

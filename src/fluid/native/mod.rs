@@ -6,7 +6,7 @@
 //! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
 //! equations of a step are [`oseen`], solved by [`gmres`] with the [`preconditioner`] and its Schur complement of the [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
 //! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, [`probes`] what it is at chosen points, and [`field`] everywhere. [`ends`] is what is prescribed
-//! at inlet and outlet and [`entering`] what blood brings through an open end, [`clock`] knows where the seconds go, and [`blood`] puts it all into a [`Fluid`](super::Fluid).
+//! at inlet and outlet and [`entering`] the blood that enters there, [`clock`] knows where the seconds go, and [`blood`] puts it all into a [`Fluid`](super::Fluid).
 //!
 //! The method, where it comes from, and what was measured: `docs/native-fluid.md`.
 

@@ -321,7 +321,7 @@ fn decompose(settings: &OpenFoamSettings, programs: &Programs) -> Result<(), Flu
     } else {
         Err(solver_error(format!(
             "decomposePar failed: {}",
-            process.obituary()
+            process.exit_report()
         )))
     }
 }

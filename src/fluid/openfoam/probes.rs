@@ -91,7 +91,7 @@ impl ProbeFiles {
     }
 }
 
-/// A file that grows by a row a step, in a folder that bears the name of the solver's start time.
+/// A file that grows by one row per step, in a folder that bears the name of the solver's start time.
 struct Rows {
     folder: PathBuf,
     field: &'static str,

@@ -5,6 +5,7 @@ pub mod axis;
 pub mod colour;
 mod curve;
 pub mod map;
+pub mod picture;
 mod raster;
 pub mod section;
 pub mod solid;
@@ -70,17 +71,28 @@ impl Figure {
     /// Writes `path` with the endings `svg` and `png`.
     pub fn write(&self, path: &Path) -> std::io::Result<()> {
         let svg = self.to_svg();
-        write_atomically(&path.with_extension("png"), &to_png(&svg)?)?;
+        write_atomically(&path.with_extension("png"), &to_png(&svg, PNG_SCALE)?)?;
         write_atomically(&path.with_extension("svg"), svg.as_bytes())
+    }
+
+    /// Panels in a row, rows, and the size of a panel with the room around it.
+    fn layout(&self) -> ([usize; 2], [f64; 2]) {
+        let [left, top, right, bottom] = ROOM;
+        let columns = self.columns.clamp(1, self.panels.len().max(1));
+        let rows = self.panels.len().div_ceil(columns);
+        ([columns, rows], [left + AXES[0] + right, top + AXES[1] + bottom])
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> [f64; 2] {
+        let ([columns, rows], [width, height]) = self.layout();
+        [width * columns as f64, height * rows as f64]
     }
 
     /// The figure as a text in SVG.
     pub fn to_svg(&self) -> String {
-        let [left, top, right, bottom] = ROOM;
-        let (width, height) = (left + AXES[0] + right, top + AXES[1] + bottom);
-        let columns = self.columns.clamp(1, self.panels.len().max(1));
-        let rows = self.panels.len().div_ceil(columns);
-        let (all_width, all_height) = (width * columns as f64, height * rows as f64);
+        let ([columns, _], [width, height]) = self.layout();
+        let ([left, top, ..], [all_width, all_height]) = (ROOM, self.size());
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{all_width}\" height=\"{all_height}\" \
              viewBox=\"0 0 {all_width} {all_height}\" font-family=\"{FAMILY}\" font-size=\"12\">\n\
@@ -222,15 +234,16 @@ impl Panel {
     }
 }
 
-fn to_png(svg: &str) -> std::io::Result<Vec<u8>> {
+/// A text in SVG as PNG, with so many pixels per pixel of the SVG.
+pub fn to_png(svg: &str, scale: f32) -> std::io::Result<Vec<u8>> {
     let mut options = resvg::usvg::Options::default();
     options.fontdb_mut().load_font_data(FONT.to_vec());
     let tree = resvg::usvg::Tree::from_str(svg, &options).map_err(std::io::Error::other)?;
-    let scale = |length: f32| (length * PNG_SCALE).ceil() as u32;
-    let size = [tree.size().width(), tree.size().height()].map(scale);
+    let pixels = |length: f32| (length * scale).ceil() as u32;
+    let size = [tree.size().width(), tree.size().height()].map(pixels);
     let mut pixels = resvg::tiny_skia::Pixmap::new(size[0], size[1])
         .ok_or_else(|| std::io::Error::other("the figure has no extent"))?;
-    let transform = resvg::tiny_skia::Transform::from_scale(PNG_SCALE, PNG_SCALE);
+    let transform = resvg::tiny_skia::Transform::from_scale(scale, scale);
     resvg::render(&tree, transform, &mut pixels.as_mut());
     pixels.encode_png().map_err(std::io::Error::other)
 }

@@ -9,6 +9,7 @@ mod initial_state;
 mod key_figures;
 pub(crate) mod maps;
 pub(crate) mod page;
+mod picture;
 mod preview;
 pub(crate) mod quantities;
 pub(crate) mod run;
@@ -28,6 +29,11 @@ pub use table::Table;
 /// The page of a run.
 pub fn of_run(run: &Results) -> io::Result<String> {
     run::page(run)
+}
+
+/// A picture of a run as a text in SVG: the wall cut open, above pressure and flow.
+pub fn picture(run: &Results) -> io::Result<String> {
+    picture::of_run(run)
 }
 
 /// The page of a study.

@@ -26,7 +26,7 @@ pub fn page(run: &Results) -> io::Result<String> {
         ),
         (None, Some(summary)) if !run.case.has_elastic_wall() => {
             format!(
-                "{} fluid cells, a wall that does not yield",
+                "{} fluid cells, a rigid wall",
                 summary.fluid_cells
             )
         }
@@ -132,21 +132,43 @@ fn measures(run: &Results) -> String {
     table(&heads, &rows)
 }
 
-pub(crate) fn flow(run: &Results) -> Vec<String> {
-    const MILLILITRE: f64 = 1e-6;
+const MILLILITRE: f64 = 1e-6;
+
+/// Flow in and out, and their difference beside the rate of change of the lumen volume.
+pub(super) fn flow_panel(run: &Results) -> Panel {
     let inflow = column(run, |row| row.Q_in_m3_s, MILLILITRE);
     let outflow = column(run, |row| row.Q_out_m3_s, MILLILITRE);
-    let gap: Vec<_> = inflow
-        .iter()
-        .zip(&outflow)
-        .map(|(a, b)| (a.0, a.1 - b.1))
-        .collect();
-    let volume = column(run, |row| row.lumen_volume_m3, MILLILITRE);
+    let pairs = inflow.iter().zip(&outflow);
+    let gap = pairs.map(|(a, b)| (a.0, a.1 - b.1)).collect();
     // Central differences, as in the paper.
-    let derivative: Vec<_> = volume
+    let derivative = column(run, |row| row.lumen_volume_m3, MILLILITRE)
         .windows(3)
         .map(|w| (w[1].0, (w[2].1 - w[0].1) / (w[2].0 - w[0].0)))
         .collect();
+    let curves = vec![
+        line("inflow", 2, inflow),
+        line("outflow", 1, outflow),
+        line("inflow − outflow", 3, gap),
+        Curve {
+            open: true,
+            ..line("dV/dt", 0, derivative)
+        },
+    ];
+    panel("flow", "time / s", "flow / (ml/s)", curves)
+}
+
+/// Mean pressures at inlet and outlet.
+pub(super) fn pressure_panel(run: &Results) -> Panel {
+    let pressure = |value| column(run, value, quantities::MMHG);
+    let curves = vec![
+        line("inlet", 2, pressure(|row| row.p_in_Pa)),
+        line("outlet", 1, pressure(|row| row.p_out_Pa)),
+    ];
+    panel("pressure", "time / s", "pressure / mmHg", curves)
+}
+
+pub(crate) fn flow(run: &Results) -> Vec<String> {
+    let volume = column(run, |row| row.lumen_volume_m3, MILLILITRE);
     let ramp = run.case.ramp.duration;
     let share = |t: f64| {
         if t < ramp {
@@ -160,25 +182,11 @@ pub(crate) fn flow(run: &Results) -> Vec<String> {
         .iter()
         .map(|row| (row.time_s, share(row.time_s)))
         .collect();
-    let pressure = |value| column(run, value, quantities::MMHG);
     let mut charts = vec![
         chart(
             "flow",
             "Flow in and out, and their difference beside the rate of change of the lumen volume (central differences).",
-            panel(
-                "flow",
-                "time / s",
-                "flow / (ml/s)",
-                vec![
-                    line("inflow", 2, inflow),
-                    line("outflow", 1, outflow),
-                    line("inflow − outflow", 3, gap),
-                    Curve {
-                        open: true,
-                        ..line("dV/dt", 0, derivative)
-                    },
-                ],
-            ),
+            flow_panel(run),
         ),
         chart(
             "volume",
@@ -193,15 +201,7 @@ pub(crate) fn flow(run: &Results) -> Vec<String> {
         chart(
             "pressure",
             "Mean pressures at inlet and outlet.",
-            panel(
-                "pressure",
-                "time / s",
-                "pressure / mmHg",
-                vec![
-                    line("inlet", 2, pressure(|row| row.p_in_Pa)),
-                    line("outlet", 1, pressure(|row| row.p_out_Pa)),
-                ],
-            ),
+            pressure_panel(run),
         ),
     ];
     // What an OpenFOAM case of the user's own prescribes knows of no ramp.

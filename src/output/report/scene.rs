@@ -103,16 +103,18 @@ pub fn picture(surface: &Surface, field: &Field, frame: usize, caption: &str) ->
     )
 }
 
+/// The value in a triangle whose corners have these numbers and weights.
+pub fn interpolated(values: &[f64], corners: [usize; 3], weights: [f64; 3]) -> f64 {
+    (0..3).map(|i| weights[i] * values[corners[i]]).sum()
+}
+
 /// Lit from the eye.
 fn render(positions: &[Vec3], triangles: &[[u32; 3]], shares: &[f64]) -> Vec<[u8; 3]> {
     let palette = Palette::sequential();
     let solid = Solid {
         points: positions,
         triangles,
-        colour: &|_, corners, weights| {
-            let share = (0..3).map(|i| weights[i] * shares[corners[i]]).sum();
-            palette.at(share)
-        },
+        colour: &|_, corners, weights| palette.at(interpolated(shares, corners, weights)),
         lines: &[],
     };
     solid.pixels(&View::of(positions), PIXELS)

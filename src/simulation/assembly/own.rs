@@ -129,7 +129,7 @@ pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> 
     })
 }
 
-/// A wall that does not yield: a thin layer whose wet side holds, or moves as prescribed.
+/// A rigid wall: a thin layer whose wet side holds, or moves as prescribed.
 fn unyielding(own: &OwnCase, fluid: PolyMesh) -> Result<Domain, DomainError> {
     let solid = fluid.lining(&own.fluid.patches);
     let solid = solid.map_err(|e| DomainError::new("fluid.patches", e))?;

@@ -36,7 +36,7 @@ pub fn driver(out: &Path, steps: usize, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
     command
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["--case", "openfoam-case/S-0.25", "--preset", "demo"])
+        .args(["--case", "tests/cases/S-0.25", "--preset", "demo"])
         .arg("--out")
         .arg(out)
         .args(["--end-time", &format!("{:.3}", STEP * steps as f64)])

@@ -70,7 +70,7 @@ const LEAK: f64 = 1e-9;
 /// Sweeps over the waves: each takes most of the error away.
 const SWEEPS: usize = 6;
 
-/// The wall's answer to a pressure at every so-manieth station at once, so far apart that each point feels the nearest only.
+/// The wall's answer to a pressure at every n-th station at once, so far apart that each point feels the nearest only.
 pub struct Comb {
     /// Its first station.
     first: usize,

@@ -181,7 +181,7 @@ fn make_blocks(case: &Path) -> Result<(), String> {
             .take(60)
             .collect::<Vec<_>>()
             .join(" "),
-        None => process.obituary(),
+        None => process.exit_report(),
     };
     Err(format!("blockMesh refuses it: {said}"))
 }

@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Renders all pages as one book in target/book: docs/book/build.py
+
+Needs mdbook (it says how to get it) and blahtexml, which turns equations into MathML. The book needs no network to be read.
+"""
+
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "target/book-source"
+BOOK = ROOT / "target/book"
+MDBOOK = "0.5.4"
+# What pages link to, beside pages: everything else stays out of the book.
+LINKED = re.compile(r"\.(md|png|svg|toml|py|rs|h|c|sh|sbatch|csv|stl|vtp|cff|yml|html)$|(^|/)(LICENSE|Containerfile)$|^openfoam-case/base/")
+
+
+def main():
+    mdbook = find_mdbook()
+    stage()
+    run(mdbook, "build", str(ROOT / "docs/book"))
+    broken = broken_links()
+    for text in broken:
+        print(f"build.py: {text}", file=sys.stderr)
+    print(f"{BOOK}/index.html")
+    sys.exit(1 if broken else 0)
+
+
+def find_mdbook():
+    """The program in target/tools, which is installed there if need be: results depend on one version only."""
+    tools = ROOT / "target/tools"
+    program = tools / "bin/mdbook"
+    if not program.is_file():
+        install = ["cargo", "install", "mdbook", "--version", MDBOOK, "--locked", "--no-default-features"]
+        run(*install, "--quiet", "--root", str(tools))
+    return str(program)
+
+
+def stage():
+    """Copies what the book shows, with equations as MathML."""
+    shutil.rmtree(SOURCE, ignore_errors=True)
+    tracked = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    for name in filter(LINKED.search, tracked.split("\0")):
+        if name.startswith("tests/") and not name.startswith("tests/fuzz/"):
+            continue
+        target = SOURCE / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if name.endswith(".md"):
+            text = (ROOT / name).read_text(encoding="utf-8")
+            target.write_text(with_mathml(text, name), encoding="utf-8")
+        else:
+            shutil.copyfile(ROOT / name, target)
+    shutil.copyfile(ROOT / "docs/book/SUMMARY.md", SOURCE / "SUMMARY.md")
+
+
+def with_mathml(text, name):
+    """`$$...$$` and `$...$` outside of code as MathML."""
+    pieces = re.split(r"(^```.*?^```|`[^`\n]*`)", text, flags=re.M | re.S)
+    for i in range(0, len(pieces), 2):
+        pieces[i] = re.sub(r"\$\$(.+?)\$\$", lambda m: mathml(m[1], "block", name), pieces[i], flags=re.S)
+        pieces[i] = re.sub(r"\$([^\s$](?:[^$\n]*[^\s$])?)\$", lambda m: mathml(m[1], "inline", name), pieces[i])
+    return "".join(pieces)
+
+
+def mathml(tex, display, name):
+    tool = ["blahtexml", "--mathml"]
+    tex = tex.replace("\n", " ").strip()
+    answer = subprocess.run(tool, input=tex, capture_output=True, text=True, check=True).stdout
+    found = re.search(r"<markup>\s*(.*?)\s*</markup>", answer, re.S)
+    if not found:
+        sys.exit(f"build.py: {name}: blahtexml does not understand {tex}:\n{answer}")
+    # Browsers draw bold letters only where they are letters of their own.
+    markup = re.sub(r'<mi mathvariant="bold">(\w)</mi>', lambda m: f"<mi>{bold(m[1])}</mi>", found[1])
+    return f'<math display="{display}">{markup}</math>'
+
+
+def bold(letter):
+    first = 0x1D400 + ord(letter) - ord("A") if letter.isupper() else 0x1D41A + ord(letter) - ord("a")
+    return chr(first)
+
+
+class Links(HTMLParser):
+    """The links and the anchors of a page."""
+
+    def __init__(self):
+        super().__init__()
+        self.links, self.anchors = [], set()
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        self.anchors.update(value for key in ("id", "name") if (value := values.get(key)))
+        link = values.get("href" if tag == "a" else "src" if tag == "img" else "")
+        if link:
+            self.links.append(link)
+
+
+def broken_links():
+    """A sentence for each link within the book that leads nowhere."""
+    pages = {}
+    for page in BOOK.rglob("*.html"):
+        pages[page] = Links()
+        pages[page].feed(page.read_text(encoding="utf-8"))
+    broken = []
+    for page, found in sorted(pages.items()):
+        if page.name in ("404.html", "toc.html", "print.html"):
+            continue
+        for link in found.links:
+            if re.match(r"[a-z]+:", link):
+                continue
+            path, _, anchor = unquote(link).partition("#")
+            target = (page.parent / path).resolve() if path else page
+            if not target.exists():
+                broken.append(f"{page.relative_to(BOOK)}: {link} leads nowhere")
+            elif anchor and target in pages and anchor not in pages[target].anchors:
+                broken.append(f"{page.relative_to(BOOK)}: {link}: the page has no such heading")
+    return broken
+
+
+def run(*command):
+    if subprocess.run(command, cwd=ROOT).returncode != 0:
+        sys.exit(f"build.py: {' '.join(command)} failed")
+
+
+if __name__ == "__main__":
+    main()
