@@ -36,7 +36,7 @@ def find_mdbook():
     tools = ROOT / "target/tools"
     program = tools / "bin/mdbook"
     if not program.is_file():
-        install = ["cargo", "install", "mdbook", "--version", MDBOOK, "--locked", "--no-default-features"]
+        install = ["cargo", "install", "mdbook", "--version", MDBOOK, "--locked", "--no-default-features", "--features", "search"]
         run(*install, "--quiet", "--root", str(tools))
     return str(program)
 

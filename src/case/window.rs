@@ -44,7 +44,8 @@ impl Window {
             ));
         }
         let periods = (end_s - start_s) / period;
-        let is_whole = periods.round() >= 1.0 && (periods - periods.round()).abs() <= 1e-6 * periods;
+        let is_whole =
+            periods.round() >= 1.0 && (periods - periods.round()).abs() <= 1e-6 * periods;
         // A run that ends within its first period has no better window.
         if !is_whole && end_s > period - rounding {
             warnings.push(format!(

@@ -9,8 +9,8 @@ use crate::paper;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Pixels of a picture's PNG per pixel of its SVG: a picture fills a page of 1300 pixels.
-const PIXELS_PER_UNIT: f32 = 1.5;
+/// Pixels of a picture's PNG per pixel of its SVG: a picture is 1012 pixels wide.
+const PIXELS_PER_UNIT: f32 = 1.15;
 
 /// Options of the report.
 #[derive(Debug, clap::Args)]

@@ -384,12 +384,16 @@ pub struct Hexes {
 pub fn read_hexes(path: &Path, displacement: &str) -> io::Result<Hexes> {
     let piece = read_piece(path)?;
     let of_cells = |name: &str| {
-        let values = piece.data.cell.iter().find_map(|attribute| match attribute {
-            Attribute::DataArray(array) if array.name == name => {
-                array.data.clone().cast_into::<i64>()
-            }
-            _ => None,
-        });
+        let values = piece
+            .data
+            .cell
+            .iter()
+            .find_map(|attribute| match attribute {
+                Attribute::DataArray(array) if array.name == name => {
+                    array.data.clone().cast_into::<i64>()
+                }
+                _ => None,
+            });
         let values: Vec<usize> = (values?.into_iter().map(|v| v as usize)).collect();
         Some(values)
     };

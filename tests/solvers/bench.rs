@@ -8,13 +8,7 @@ use std::process::{Command, Output};
 fn bench(folder: &Path, more: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args([
-            "bench",
-            "--case",
-            "tests/cases/S-0.25",
-            "--preset",
-            "demo",
-        ])
+        .args(["bench", "--case", "tests/cases/S-0.25", "--preset", "demo"])
         .arg("--warm")
         .arg(folder.join("warm"))
         .args(unless_set(&SMALL, more))
@@ -32,13 +26,7 @@ fn the_native_fluid_is_measured_without_openfoam() {
         Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .env("PATH", "")
-            .args([
-                "bench",
-                "--case",
-                "tests/cases/S-0.25",
-                "--preset",
-                "demo",
-            ])
+            .args(["bench", "--case", "tests/cases/S-0.25", "--preset", "demo"])
             .args(["--fluid", "native", "--from", "0.004", "--steps", "2"])
             .arg("--warm")
             .arg(folder.path().join("warm"))

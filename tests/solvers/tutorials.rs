@@ -48,7 +48,11 @@ fn run(page: &str) -> String {
     // The commands say `fsi-driver` and `python3`, whatever these are here.
     let programs = folder.path().join("programs");
     std::fs::create_dir(&programs).unwrap();
-    symlink(env!("CARGO_BIN_EXE_fsi-driver"), programs.join("fsi-driver")).unwrap();
+    symlink(
+        env!("CARGO_BIN_EXE_fsi-driver"),
+        programs.join("fsi-driver"),
+    )
+    .unwrap();
     let real = Command::new(python).args(["-c", "import sys; print(sys.executable)"]);
     let real = String::from_utf8({ real }.output().unwrap().stdout).unwrap();
     let wrapper = format!("#!/bin/sh\nexec {} \"$@\"\n", real.trim());
@@ -67,7 +71,11 @@ fn run(page: &str) -> String {
             "sh" => Command::new("sh"),
             _ => Command::new(&wrapped),
         };
-        let options: &[&str] = if block.language == "sh" { &["-ec"] } else { &["-c"] };
+        let options: &[&str] = if block.language == "sh" {
+            &["-ec"]
+        } else {
+            &["-c"]
+        };
         let output = command
             .current_dir(folder.path())
             .env("PATH", &path)
@@ -85,13 +93,23 @@ fn run(page: &str) -> String {
 /// The text printed contains the words.
 fn says(printed: &str, words: &[&str]) {
     for word in words {
-        assert!(printed.is_empty() || printed.contains(word), "no {word} in\n{printed}");
+        assert!(
+            printed.is_empty() || printed.contains(word),
+            "no {word} in\n{printed}"
+        );
     }
 }
 
 #[test]
 fn first_run() {
-    says(&run("first-run.md"), &["25 steps to t = 0.2500 s", "first/report.html", "wall.media.mu_Pa"]);
+    says(
+        &run("first-run.md"),
+        &[
+            "25 steps to t = 0.2500 s",
+            "first/report.html",
+            "wall.media.mu_Pa",
+        ],
+    );
 }
 
 #[test]
@@ -102,18 +120,30 @@ fn two_fluids() {
 
 #[test]
 fn your_vessel() {
-    says(&run("your-vessel.md"), &["my-vessel/preview.png", "can be run", "my-run/report.html"]);
+    says(
+        &run("your-vessel.md"),
+        &["my-vessel/preview.png", "can be run", "my-run/report.html"],
+    );
 }
 
 #[test]
 fn windkessel() {
     let printed = run("windkessel.md");
-    says(&printed, &["resistance_Pa_s_m3 = 2.4403e9", "compliance_m3_Pa = 2.3008e-10"]);
+    says(
+        &printed,
+        &[
+            "resistance_Pa_s_m3 = 2.4403e9",
+            "compliance_m3_Pa = 2.3008e-10",
+        ],
+    );
 }
 
 #[test]
 fn prestress() {
-    says(&run("prestress.md"), &["it buckles at 31.11 kPa", "prestretched/report.html"]);
+    says(
+        &run("prestress.md"),
+        &["it buckles at 31.11 kPa", "prestretched/report.html"],
+    );
 }
 
 #[test]
@@ -124,7 +154,10 @@ fn fsi1() {
 
 #[test]
 fn own_fluid_python() {
-    says(&run("own-fluid-python.md"), &["all passed", "tube-1d/report.html"]);
+    says(
+        &run("own-fluid-python.md"),
+        &["all passed", "tube-1d/report.html"],
+    );
 }
 
 #[test]
@@ -141,7 +174,10 @@ fn every_tutorial_is_tested() {
         let name = page.unwrap().file_name().into_string().unwrap();
         // Its command is `cargo run`, which `.ci/run` calls.
         if name != "own-fluid-rust.md" {
-            assert!(tests.contains(&format!("run(\"{name}\")")), "{name} is in no test");
+            assert!(
+                tests.contains(&format!("run(\"{name}\")")),
+                "{name} is in no test"
+            );
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::axis::{Axis, Scale};
 use super::colour::Palette;
-use super::raster::{Bar, image};
+use super::raster::{Bar, framed_image};
 use super::text::{text, upward};
 use std::fmt::Write;
 
@@ -163,6 +163,6 @@ impl Map<'_> {
                 });
             }
         }
-        image(svg, [left, top, AXES[0], AXES[1]], PIXELS, &pixels);
+        framed_image(svg, [left, top, AXES[0], AXES[1]], PIXELS, &pixels);
     }
 }

@@ -80,7 +80,10 @@ impl Figure {
         let [left, top, right, bottom] = ROOM;
         let columns = self.columns.clamp(1, self.panels.len().max(1));
         let rows = self.panels.len().div_ceil(columns);
-        ([columns, rows], [left + AXES[0] + right, top + AXES[1] + bottom])
+        (
+            [columns, rows],
+            [left + AXES[0] + right, top + AXES[1] + bottom],
+        )
     }
 
     /// Width and height.

@@ -38,15 +38,27 @@ impl Picture {
              viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILY}\" font-size=\"12\">\n\
              <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
         );
-        image(&mut svg, [0.0, TITLE, shown[0], shown[1]], self.size, &self.pixels);
+        image(
+            &mut svg,
+            [0.0, TITLE, shown[0], shown[1]],
+            self.size,
+            &self.pixels,
+        );
         text(&mut svg, 0.5 * width, 22.0, "middle", 15.0, &self.title);
         let bar = Bar {
             range: self.range,
             palette: &self.palette,
             label: &self.label,
         };
-        bar.draw([shown[0] + 10.0, TITLE + 0.1 * shown[1]], 0.8 * shown[1], &mut svg);
-        svg.push_str(&format!("<g transform=\"translate(0 {top:.1})\">\n{}</g>\n</svg>\n", curves.to_svg()));
+        bar.draw(
+            [shown[0] + 10.0, TITLE + 0.1 * shown[1]],
+            0.8 * shown[1],
+            &mut svg,
+        );
+        svg.push_str(&format!(
+            "<g transform=\"translate(0 {top:.1})\">\n{}</g>\n</svg>\n",
+            curves.to_svg()
+        ));
         svg
     }
 }

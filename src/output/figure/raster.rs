@@ -6,7 +6,7 @@ use super::text::{text, upward};
 use base64::Engine;
 use std::fmt::Write;
 
-/// Pixels, row by row from the top, in a frame at left, top, width and height.
+/// Pixels, row by row from the top, at left, top, width and height.
 pub(super) fn image(
     svg: &mut String,
     [x, y, w, h]: [f64; 4],
@@ -16,9 +16,22 @@ pub(super) fn image(
     let _ = writeln!(
         svg,
         "<image x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" preserveAspectRatio=\"none\" \
-         href=\"data:image/png;base64,{}\"/>\n\
-         <rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"none\" stroke=\"black\" stroke-width=\"0.8\"/>",
+         href=\"data:image/png;base64,{}\"/>",
         base64::engine::general_purpose::STANDARD.encode(super::png_image(size, pixels))
+    );
+}
+
+/// The same in a frame.
+pub(super) fn framed_image(
+    svg: &mut String,
+    [x, y, w, h]: [f64; 4],
+    size: [usize; 2],
+    pixels: &[[u8; 3]],
+) {
+    image(svg, [x, y, w, h], size, pixels);
+    let _ = writeln!(
+        svg,
+        "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"none\" stroke=\"black\" stroke-width=\"0.8\"/>"
     );
 }
 
@@ -36,7 +49,7 @@ impl Bar<'_> {
     pub fn draw(&self, [left, top]: [f64; 2], height: f64, svg: &mut String) {
         const WIDTH: f64 = 10.0;
         let colours: Vec<[u8; 3]> = self.palette.colours().iter().rev().copied().collect();
-        image(
+        framed_image(
             svg,
             [left, top, WIDTH, height],
             [1, colours.len()],

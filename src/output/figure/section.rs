@@ -2,7 +2,7 @@
 
 use super::axis::{Axis, Scale};
 use super::colour::Palette;
-use super::raster::{Bar, image};
+use super::raster::{Bar, framed_image};
 use super::text::{text, upward};
 use std::fmt::Write;
 
@@ -67,7 +67,7 @@ impl Section<'_> {
                 });
             }
         }
-        image(&mut svg, [left, top, SIDE, SIDE], [PIXELS; 2], &pixels);
+        framed_image(&mut svg, [left, top, SIDE, SIDE], [PIXELS; 2], &pixels);
 
         let limits = [-1e3 * self.half, 1e3 * self.half].into_iter();
         let y = Axis::new(Scale::Linear, limits.clone(), false, left, end);

@@ -2,13 +2,14 @@
 
 use super::run;
 use super::scene::interpolated;
-use super::surface::{Field, Surface};
+use super::surface::Surface;
 use crate::Vec3;
+use crate::curve::SpaceCurve;
 use crate::geometry::centre_line;
-use crate::output::figure::colour::Palette;
-use crate::output::figure::solid::{Solid, View};
 use crate::output::figure::Figure;
+use crate::output::figure::colour::Palette;
 use crate::output::figure::picture::Picture;
+use crate::output::figure::solid::{Solid, View};
 use crate::output::results::Results;
 use crate::output::vtu::{self, Hexes};
 use std::collections::{BTreeMap, HashMap};
@@ -16,7 +17,9 @@ use std::f64::consts::PI;
 use std::io;
 
 /// Pixels of the vessel.
-const PIXELS: [usize; 2] = [1640, 560];
+const PIXELS: [usize; 2] = [920, 314];
+/// This share of the values has colours of its own; the largest ones, beside clamped ends, would leave none for the others.
+const SHOWN: f64 = 0.97;
 /// Half of the angle that is cut out of the wall, towards the reader.
 const OPEN: f64 = 0.36 * PI;
 /// Colours of the layers from the first material on, and of the edges between elements.
@@ -33,22 +36,38 @@ const EDGE: [u8; 3] = [120, 95, 75];
 /// # Errors
 /// If a file of the run cannot be read, or the run kept no wall in its window.
 pub fn of_run(run: &Results) -> io::Result<String> {
-    let nothing = || io::Error::other("it has kept no wall within its window: let it run on, with output.wall_history = true");
+    let nothing = || {
+        io::Error::other(
+            "it has kept no wall within its window: let it run on, with output.wall_history = true",
+        )
+    };
     let surface = Surface::of(run)?.ok_or_else(nothing)?;
     let shear = surface.field("Wall shear stress").ok_or_else(nothing)?;
     let frame = shear.largest_frame();
+    let mut values = shear.values[frame].clone();
+    values.sort_by(f64::total_cmp);
+    let high = values[((values.len() - 1) as f64 * SHOWN) as usize];
     let time = surface.times[frame];
     let series = vtu::Series::read(&run.files.structure())?;
     let near = |(t, _): &&(f64, _)| (t - time).abs() < 0.5 * run.case.time.step;
     let (_, file) = series.iter().find(near).ok_or_else(nothing)?;
     let wall = vtu::read_hexes(&run.files.root().join(file), "displacement_m")?;
 
+    let shares: Vec<f64> = (shear.values[frame].iter())
+        .map(|value| (value / high).min(1.0))
+        .collect();
     let picture = Picture {
-        pixels: draw(run, &wall, &surface, shear, frame),
+        pixels: draw(
+            run,
+            &wall,
+            &surface.frames[frame],
+            &surface.triangles(),
+            &shares,
+        ),
         size: PIXELS,
         title: format!("{}, t = {time:.3} s", run.name()),
         label: "wall shear stress / Pa".into(),
-        range: [0.0, shear.high],
+        range: [0.0, high],
         palette: Palette::sequential(),
     };
     let curves = Figure {
@@ -58,14 +77,14 @@ pub fn of_run(run: &Results) -> io::Result<String> {
     Ok(picture.above(&curves))
 }
 
+/// The wall cut open, and the lumen, whose points have these positions (m) and shares of the largest colour.
 fn draw(
     run: &Results,
     wall: &Hexes,
-    surface: &Surface,
-    shear: &Field,
-    frame: usize,
+    lumen: &[Vec3],
+    on_lumen: &[[u32; 3]],
+    shares: &[f64],
 ) -> Vec<[u8; 3]> {
-    let lumen = &surface.frames[frame];
     let view = View::of(lumen);
     let kept = closed_part(run, wall, &view);
     let moved: Vec<Vec3> = wall
@@ -74,7 +93,10 @@ fn draw(
         .zip(&wall.displacement)
         .map(|(x, u)| x + u)
         .collect();
-    let shell = shell(wall, &kept);
+    let mut shell = shell(wall, &kept);
+    // The lumen's own surface shows there.
+    let line = centre_line(&run.case);
+    shell.retain(|(_, corners)| !faces_axis(corners.map(|p| wall.points[p as usize]), &line));
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     let mut colours = Vec::new();
     for (hex, [a, b, c, d]) in &shell {
@@ -83,8 +105,6 @@ fn draw(
     }
     let lines = element_edges(wall, &shell, &moved);
     let first = moved.len();
-    let shares = shear.shares(frame);
-    let on_lumen = surface.triangles();
     triangles.extend(on_lumen.iter().map(|t| t.map(|p| p + first as u32)));
     let points: Vec<Vec3> = moved.iter().chain(lumen).copied().collect();
     let palette = Palette::sequential();
@@ -93,11 +113,19 @@ fn draw(
         triangles: &triangles,
         colour: &|triangle, corners, weights| match colours.get(triangle) {
             Some(colour) => *colour,
-            None => palette.at(interpolated(&shares, corners.map(|p| p - first), weights)),
+            None => palette.at(interpolated(shares, corners.map(|p| p - first), weights)),
         },
         lines: &lines,
     };
     solid.pixels(&view, PIXELS)
+}
+
+/// Whether a face of the wall, seen from outside the wall, is turned to the vessel's axis.
+fn faces_axis([a, b, c, d]: [Vec3; 4], line: &SpaceCurve) -> bool {
+    let normal = (c - a).cross(&(d - b));
+    let middle = 0.25 * (a + b + c + d);
+    let inwards = line.beside(&middle).frame.origin - middle;
+    normal.dot(&inwards) > 0.7 * normal.norm() * inwards.norm()
 }
 
 /// Numbers of the hexahedra that are not cut out towards the reader.
@@ -127,7 +155,9 @@ const FACES: [[usize; 4]; 6] = [
 
 /// Where a point lies, in units of 10 nm. Elements have points of their own: those in the same place count as one.
 fn place(wall: &Hexes, point: u32) -> [i64; 3] {
-    wall.points[point as usize].map(|c| (c * 1e8).round() as i64).into()
+    wall.points[point as usize]
+        .map(|c| (c * 1e8).round() as i64)
+        .into()
 }
 
 /// The faces that only one of the kept hexahedra has, with its number.

@@ -25,10 +25,7 @@ pub fn page(run: &Results) -> io::Result<String> {
             Vessel::new(vessel).wall_elements(&vessel.structure)
         ),
         (None, Some(summary)) if !run.case.has_elastic_wall() => {
-            format!(
-                "{} fluid cells, a rigid wall",
-                summary.fluid_cells
-            )
+            format!("{} fluid cells, a rigid wall", summary.fluid_cells)
         }
         (None, Some(summary)) => format!(
             "{} fluid cells, structure of degree {} with {} degrees of freedom",
