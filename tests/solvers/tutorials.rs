@@ -53,8 +53,9 @@ fn run(page: &str) -> String {
         programs.join("fsi-driver"),
     )
     .unwrap();
-    let real = Command::new(python).args(["-c", "import sys; print(sys.executable)"]);
-    let real = String::from_utf8({ real }.output().unwrap().stdout).unwrap();
+    let say_path = ["-c", "import sys; print(sys.executable)"];
+    let real = Command::new(python).args(say_path).output().unwrap();
+    let real = String::from_utf8(real.stdout).unwrap();
     let wrapper = format!("#!/bin/sh\nexec {} \"$@\"\n", real.trim());
     let wrapped = programs.join("python3");
     std::fs::write(&wrapped, wrapper).unwrap();
