@@ -2,7 +2,7 @@
 
 use super::tube_law::{self, TubeLaw};
 use super::windkessel::{Pressures, STEPS};
-use crate::case::{Case, FlowCurve, InletCondition};
+use crate::case::{Case, FlowCurve, InletCondition, Solver};
 use crate::geometry::Vessel;
 use std::f64::consts::{PI, TAU};
 
@@ -95,6 +95,44 @@ impl CaseFigures {
             pressures: Some(pressures),
         })
     }
+}
+
+/// Fewer steps than that in a beat do not follow a pulse.
+const FEW_STEPS: f64 = 50.0;
+/// Cells that the fastest blood may pass in a step before the step is to blame.
+const MANY_CELLS: f64 = 10.0;
+
+/// Why the time step of a case may be too large, if its flow says so; for runs that fail.
+pub fn step_is_large(case: &Case) -> Option<String> {
+    let flow = CaseFigures::of(case)?.flow.filter(|flow| flow.peak > 0.0)?;
+    let vessel = case.vessel()?;
+    let (step, steps) = (case.time.step, case.time.period / case.time.step);
+    let geometry = Vessel::new(vessel);
+    let spans = match case.fluid.solver {
+        Solver::Native => geometry.spans(&vessel.fluid.native),
+        Solver::OpenFoam | Solver::External => geometry.spans(&vessel.fluid.mesh),
+    };
+    let within = match case.fluid.solver {
+        Solver::Native => vessel.fluid.native.degree as f64,
+        Solver::OpenFoam | Solver::External => 1.0,
+    };
+    let passed = spans.iter().map(|span| {
+        let cell = (span.to - span.from) / (span.pieces as f64 * within);
+        let radius = tube_law::mean_radius(&geometry, 0.5 * (span.from + span.to));
+        flow.peak / (PI * radius.powi(2)) * step / cell
+    });
+    let passed = passed.fold(0.0, f64::max);
+    let pulses = flow.range[1] - flow.range[0] > 1e-3 * flow.peak;
+    let found = match (pulses && steps < FEW_STEPS, passed > MANY_CELLS) {
+        (true, _) => format!("a beat has {steps:.0} steps"),
+        (false, true) => format!(
+            "the fastest blood passes {passed:.0} cells or nodes in a step (its Courant number)"
+        ),
+        (false, false) => return None,
+    };
+    Some(format!(
+        "time.step_s = {step:?} may be too large: {found}; try a tenth of it"
+    ))
 }
 
 impl FlowFigures {

@@ -1,10 +1,9 @@
-//! `fsi-driver compare A B`: how far two runs of the same model are from each other.
+//! `fsi-driver compare A B`: how far two runs are from each other.
 
-use super::{Failure, results_folder};
+use super::{Failure, report, results_folder};
 use crate::output::comparison::{Comparison, Difference};
-use crate::output::results::Results;
 use crate::output::terminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The table that marks a folder of comparisons.
 const MARK: &str = "compare.csv";
@@ -15,7 +14,7 @@ pub struct Arguments {
     /// Folder of a run.
     #[arg(value_name = "A")]
     first: PathBuf,
-    /// Folder of another run of the same model.
+    /// Folder of another run; if it is of another model, what differs is listed, and limits are not applied.
     #[arg(value_name = "B")]
     second: PathBuf,
     #[command(flatten)]
@@ -61,7 +60,7 @@ impl Limits {
 /// Compares two runs; exit code 1 if they differ by more than is allowed.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let limits = arguments.limits.checked()?;
-    let load = |path: &Path| Results::load(path).map_err(|e| Failure::Input(e.to_string()));
+    let load = report::load;
     let (first, second) = (load(&arguments.first)?, load(&arguments.second)?);
     let comparison =
         Comparison::new(&first, &second, limits).map_err(|e| Failure::Input(e.to_string()))?;

@@ -6,11 +6,15 @@ use crate::output::results::{Results, ResultsError};
 use crate::output::run_files::MARK;
 use crate::output::{figure, terminal, write_atomically};
 use crate::paper;
+use crate::run::at_work;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Pixels of a picture's PNG per pixel of its SVG: a picture is 1012 pixels wide.
 const PIXELS_PER_UNIT: f32 = 1.15;
+
+/// Parameters and measures of the runs of a study, in its folder.
+pub(super) const MEASURES: &str = "measures.csv";
 
 /// Options of the report.
 #[derive(Debug, clap::Args)]
@@ -39,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         ))
     };
     let html = if folder.join(MARK).is_file() {
-        let run = Results::load(folder).map_err(|e| Failure::Input(e.to_string()))?;
+        let run = load(folder)?;
         if let Some(file) = &arguments.picture {
             write_picture(file, &report::picture(&run).map_err(unreadable)?)?;
         }
@@ -53,6 +57,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             )));
         }
         let study = study(folder, Results::load)?;
+        let runs: Vec<&Results> = study.runs.iter().collect();
+        let table = report::measures(&runs).to_csv();
+        write_atomically(&folder.join(MEASURES), table.as_bytes())
+            .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
         let page = match paper::Study::is_that_of(&study) {
             true => paper::study::page(&paper::Study::new(study)),
             false => report::of_study(&study),
@@ -100,6 +108,21 @@ fn write_picture(file: &Path, svg: &str) -> Result<(), Failure> {
             file.display()
         ))),
     }
+}
+
+/// The run in a folder.
+///
+/// # Errors
+/// If there is none, or it has not ended; one that is going on is said to be.
+pub(super) fn load(folder: &Path) -> Result<Results, Failure> {
+    Results::load(folder).map_err(|error| match at_work(folder) {
+        Some(holder) => Failure::Input(format!(
+            "the run in {} is going on ({holder}): its results can be read once it has ended; history.csv and ParaView's files are \
+             there already",
+            folder.display()
+        )),
+        None => Failure::Input(error.to_string()),
+    })
 }
 
 /// The runs in the folders below `folder`, each read by `load`.

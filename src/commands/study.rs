@@ -1,12 +1,15 @@
 //! `fsi-driver study`: many models, each a run of its own, several at once.
 
+use super::report::MEASURES;
 use super::{CaseArguments, Failure};
 use crate::case::{Place, Unread};
-use crate::output::terminal;
+use crate::output::report;
+use crate::output::results::Results;
+use crate::output::{terminal, write_atomically};
 use crate::run::Interrupt;
 use crate::run::batch::{self, BatchRun, Board, Outcome, Variation, Worker};
 use crate::simulation::assembly::surroundings;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of the study.
 #[derive(Debug, clap::Args)]
@@ -104,12 +107,41 @@ fn refuse_unread(models: &[BatchRun]) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Writes parameters and measures of the runs that are done.
+fn write_measures(runs: &[Results], out: &Path) -> Result<(), Failure> {
+    if runs.is_empty() {
+        return Ok(());
+    }
+    let table = report::measures(&runs.iter().collect::<Vec<_>>());
+    write_atomically(&out.join(MEASURES), table.to_csv().as_bytes())
+        .map_err(|e| Failure::Run(format!("cannot write {e}")))
+}
+
+/// Names of runs whose histories are the same though their cases are not, each with the first of its kind.
+fn alike(runs: &[Results]) -> Vec<(String, String)> {
+    let figures = |run: &Results| -> Vec<[u64; 4]> {
+        let rows = run.history.iter();
+        rows.map(|row| {
+            [
+                row.Q_out_m3_s,
+                row.p_in_Pa,
+                row.p_out_Pa,
+                row.max_displacement_m,
+            ]
+            .map(f64::to_bits)
+        })
+        .collect()
+    };
+    let all: Vec<_> = runs.iter().map(figures).collect();
+    let first = |i: usize| (0..i).find(|j| all[*j] == all[i] && runs[*j].case != runs[i].case);
+    let pairs = (0..runs.len()).filter_map(|i| Some((first(i)?, i)));
+    pairs
+        .map(|(first, i)| (runs[first].name(), runs[i].name()))
+        .collect()
+}
+
 /// Says what became of the models.
-fn conclude(
-    models: &[BatchRun],
-    outcomes: &[Outcome],
-    out: &std::path::Path,
-) -> Result<(), Failure> {
+fn conclude(models: &[BatchRun], outcomes: &[Outcome], out: &Path) -> Result<(), Failure> {
     let failed: Vec<String> = models
         .iter()
         .zip(outcomes)
@@ -119,6 +151,16 @@ fn conclude(
         })
         .collect();
     let done = outcomes.iter().filter(|o| **o == Outcome::Done).count();
+    let runs: Vec<Results> = (models.iter().zip(outcomes))
+        .filter(|(_, outcome)| **outcome == Outcome::Done)
+        .filter_map(|(model, _)| Results::load(&model.out).ok())
+        .collect();
+    write_measures(&runs, out)?;
+    for (name, other) in alike(&runs) {
+        terminal::note(format_args!(
+            "warning: {other} has the history of {name} to the last digit: what differs in their cases does nothing"
+        ));
+    }
     let (all, shown) = (models.len(), out.display());
     let again = "--resume continues them";
     if done == all {

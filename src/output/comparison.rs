@@ -1,4 +1,4 @@
-//! Differences between two runs of the same model, on different meshes or by different solvers.
+//! Differences between two runs: of the same model, on different meshes or by different solvers, or of models with other parameters.
 
 use super::figure::colour::Palette;
 use super::figure::map::{Map, Up};
@@ -8,10 +8,12 @@ use super::tables::HistoryRow;
 use super::wall_fields::FaceRow;
 use super::write_atomically;
 use crate::Vec3;
-use crate::case::{Anastomosis, BloodVessel, Problem, Shape, VesselDescription};
+use crate::case::value::shorten;
+use crate::case::{Anastomosis, BloodVessel, Case, Problem, Shape, VesselDescription};
 use crate::geometry::Vessel;
 use crate::hemodynamics::{Place, Region, RegionExtent, Rings, WetSurface};
 use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Why two runs cannot be compared.
@@ -113,6 +115,10 @@ pub struct Comparison {
     walls: Option<[WallOf; 2]>,
     length: f64,
     names: [&'static str; 2],
+    /// Keys whose values differ, with both, if the runs are of different models: nothing is judged then.
+    differing: Vec<String>,
+    /// What could not be compared, and why.
+    notes: Vec<String>,
 }
 
 /// The fields of a run on its own mesh.
@@ -149,13 +155,16 @@ impl Comparison {
     /// Compares two runs; the limits of histories, of fields, and of the oscillating shear index.
     ///
     /// # Errors
-    /// If they are of different models, were evaluated over different windows, or have no common time.
+    /// If one is about a vessel and the other is not, or they have no common time, or were evaluated over different windows.
     pub fn new(
         a: &Results,
         b: &Results,
         [history, wall, osi]: [f64; 3],
     ) -> Result<Self, ComparisonError> {
-        same_model(a, b)?;
+        let differing = differing(a, b)?;
+        let is_judged = differing.is_empty();
+        let [history, wall, osi] = [history, wall, osi].map(|limit| is_judged.then_some(limit));
+        let mut notes = Vec::new();
         let mut differences = Vec::new();
         let mut histories = Vec::new();
         for (quantity, value) in HISTORIES {
@@ -164,21 +173,26 @@ impl Comparison {
                 return Err(ComparisonError("the runs have no common time".into()));
             }
             // Stresses depend on the mesh more than all else: they are shown, not judged.
-            let limit = (!quantity.contains("von Mises")).then_some(history);
+            let limit = history.filter(|_| !quantity.contains("von Mises"));
             let weighted: Vec<[f64; 3]> = pairs.iter().map(|p| [p[1], p[2], 1.0]).collect();
             differences.push(Difference::of(quantity, String::new(), limit, &weighted));
             histories.push((quantity, pairs));
         }
         let mut walls = None;
-        if !a.faces.is_empty() && !b.faces.is_empty() {
-            let [first, second] = [a.hemodynamics.window, b.hemodynamics.window];
-            let far = |x: f64, y: f64| (x - y).abs() > 0.5 * a.case.time.step;
-            if far(first.start_s, second.start_s) || far(first.end_s, second.end_s) {
-                return Err(ComparisonError(format!(
-                    "the windows differ: {} s to {} s, and {} s to {} s; fsi-driver hemodynamics RUN --from S --to S evaluates a run again",
-                    first.start_s, first.end_s, second.start_s, second.end_s
-                )));
+        let [first, second] = [a.hemodynamics.window, b.hemodynamics.window];
+        let far = |x: f64, y: f64| (x - y).abs() > 0.5 * a.case.time.step;
+        let is_apart = far(first.start_s, second.start_s) || far(first.end_s, second.end_s);
+        if is_apart {
+            let windows = format!(
+                "the windows differ: {} s to {} s, and {} s to {} s; fsi-driver hemodynamics RUN --from S --to S --replace evaluates a run again",
+                first.start_s, first.end_s, second.start_s, second.end_s
+            );
+            match is_judged {
+                true => return Err(ComparisonError(windows)),
+                false => notes.push(format!("the wall is left out: {windows}")),
             }
+        }
+        if !a.faces.is_empty() && !b.faces.is_empty() && !is_apart {
             let beside = anywhere(a, b)?;
             if a.vessel.is_some() {
                 walls = Some([WallOf::new(a)?, WallOf::new(b)?]);
@@ -191,11 +205,11 @@ impl Comparison {
             for region in Region::of(&a.case) {
                 for (quantity, value) in FIELDS {
                     let limit = match quantity {
-                        OSI => Some(osi),
+                        OSI => osi,
                         "RRT / 1/Pa" => None,
                         // There is no radius without a centre-line.
                         RADIUS if a.vessel.is_none() => continue,
-                        _ => Some(wall),
+                        _ => wall,
                     };
                     let pairs = pairs(&region, value);
                     let name = region.name.to_string();
@@ -214,6 +228,8 @@ impl Comparison {
                 .as_ref()
                 .map_or(0.0, |vessel| Vessel::new(vessel).end()),
             names: ["A", "B"],
+            differing,
+            notes,
         })
     }
 
@@ -418,8 +434,8 @@ fn description(vessel: &BloodVessel) -> Option<&VesselDescription> {
     }
 }
 
-/// Refuses runs of different vessels or under different loads.
-fn same_model(first: &Results, second: &Results) -> Result<(), ComparisonError> {
+/// What differs in the cases of runs of different models: vessels or loads, not only mesh, solver and numerics.
+fn differing(first: &Results, second: &Results) -> Result<Vec<String>, ComparisonError> {
     let (a, b) = (&first.case, &second.case);
     let mut parts = vec![
         ("wall", a.wall == b.wall),
@@ -452,21 +468,42 @@ fn same_model(first: &Results, second: &Results) -> Result<(), ComparisonError> 
             ("wall.material", v.wall.material == w.wall.material),
             ("wall.support", v.wall.support == w.wall.support),
         ]),
-        _ => parts.push(("what they are about", false)),
+        _ => {
+            let what = "one run is about a vessel and the other about an OpenFOAM case of your own: nothing lies beside each other";
+            return Err(ComparisonError(what.into()));
+        }
     }
-    let mut different: Vec<&str> = parts.iter().filter(|p| !p.1).map(|p| p.0).collect();
-    different.dedup();
-    if different.is_empty() {
-        return Ok(());
+    if parts.iter().all(|(_, same)| *same) {
+        return Ok(Vec::new());
     }
-    Err(ComparisonError(format!(
-        "the runs are not of the same model: they differ in {}; only mesh, solver, numerics and machine may differ",
-        different.join(", ")
-    )))
+    let values = |case: &Case| -> BTreeMap<String, String> {
+        let all = case.values().into_iter();
+        let all = all.filter(|(path, ..)| !path.starts_with("output."));
+        all.map(|(path, _, value)| (path, shorten(&value)))
+            .collect()
+    };
+    let [a, b] = [values(a), values(b)];
+    let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+    let shown = |value: Option<&String>| value.map_or("absent".to_owned(), Clone::clone);
+    let line = |key: &&String| format!("{key}: {} and {}", shown(a.get(*key)), shown(b.get(*key)));
+    let differs = |key: &&&String| a.get(**key) != b.get(**key);
+    Ok(keys.iter().filter(differs).map(line).collect())
 }
 
 impl std::fmt::Display for Comparison {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if !self.differing.is_empty() {
+            writeln!(
+                f,
+                "different models, so that nothing is judged; A and B have"
+            )?;
+            for line in &self.differing {
+                writeln!(f, "  {line}")?;
+            }
+        }
+        for note in &self.notes {
+            writeln!(f, "{note}")?;
+        }
         writeln!(
             f,
             "{:<42} {:>12} {:>12} {:>11} {:>9} {:>11} {:>8}",

@@ -135,6 +135,30 @@ impl Results {
         }
     }
 
+    /// What its case is called by itself: its `output.title`, or the folder (or the file) that was run, wherever the results are.
+    pub fn case_name(&self) -> String {
+        let ran = self
+            .summary
+            .as_ref()
+            .map(|summary| Path::new(&summary.case));
+        let own = ran.and_then(|case| match case.file_name() {
+            Some(name) if name == "case.toml" => case.parent()?.file_name(),
+            Some(_) if case.extension().is_some_and(|ending| ending == "toml") => case.file_stem(),
+            name => name,
+        });
+        let (None, Some(own)) = (&self.case.output.title, own) else {
+            return self.name();
+        };
+        let own = own.to_string_lossy();
+        // Of several runs of a case each has a folder that tells it.
+        let folder = self.files.root().canonicalize().ok();
+        let folder = folder.and_then(|root| Some(root.file_name()?.to_string_lossy().into_owned()));
+        match folder {
+            Some(run) if run != own && !run.starts_with("run-") => format!("{own}, run {run}"),
+            _ => own.into_owned(),
+        }
+    }
+
     /// The unloaded wet surface, where it lies; none if the run has not kept it.
     ///
     /// # Errors

@@ -68,7 +68,11 @@ impl CoupledRun {
         let checkpoints = Checkpoints::of(case, folder.checkpoints()).map_err(written)?;
         let simulation = Simulation::of(case, model.coupling, observer);
         let mut run = Self {
-            case_folder: path.to_owned(),
+            // A folder such as "." has no name by itself.
+            case_folder: match path.file_name() {
+                Some(_) => path.to_owned(),
+                None => path.canonicalize().unwrap_or_else(|_| path.to_owned()),
+            },
             case: case.clone(),
             folder,
             interrupt,

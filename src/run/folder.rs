@@ -129,6 +129,11 @@ impl RunFolder {
     }
 }
 
+/// Who works in the folder of a run, if anybody does.
+pub fn at_work(root: &Path) -> Option<String> {
+    Lock::holder(&root.join(LOCK))
+}
+
 /// Names in a folder; none if it does not exist.
 fn contents(folder: &Path) -> std::io::Result<Vec<std::ffi::OsString>> {
     match fs::read_dir(folder) {

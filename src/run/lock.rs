@@ -49,6 +49,17 @@ impl Lock {
     }
 }
 
+impl Lock {
+    /// Who has the lock, if anybody does.
+    pub fn holder(path: &Path) -> Option<String> {
+        let mut file = File::open(path).ok()?;
+        match flock(&file, FlockOperation::NonBlockingLockShared) {
+            Err(rustix::io::Errno::WOULDBLOCK) => Some(Holder::read(&mut file).ok()?.0),
+            _ => None,
+        }
+    }
+}
+
 /// `process 4711 on host`.
 struct Holder(String);
 

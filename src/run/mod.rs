@@ -12,12 +12,14 @@ mod resumption;
 mod selection;
 mod status;
 
+use crate::analysis::case_figures::step_is_large;
 use crate::case::{ResolvedCase, Solver};
 use crate::output::run_files::RunFiles;
 use crate::output::{terminal, write_atomically};
 use crate::simulation::assembly::{preflight, surroundings};
 pub use coupled_run::{CoupledRun, RunCheckpoint};
 pub use failure::Failure;
+pub use folder::at_work;
 pub use folder::{Earlier, RunFolder};
 pub use interrupt::{A_RUN_IS_SAVED, Interrupt, THE_START_ENDS};
 pub use resumption::newest;
@@ -54,7 +56,8 @@ impl RunRequest<'_> {
         let outcome = self.execute_in(folder, interrupt);
         outcome.map_err(|failure| match failure {
             Failure::Run(reason) => {
-                Failure::Run(reason + &resumption::way_back(&RunFiles::new(self.out)))
+                let hint = step_is_large(case).map_or(String::new(), |hint| format!("\n{hint}"));
+                Failure::Run(reason + &hint + &resumption::way_back(&RunFiles::new(self.out)))
             }
             failure => failure,
         })

@@ -103,7 +103,21 @@ fn pages_are_whole_and_comparisons_find_differences() {
     assert!(output.status.success(), "{}", text(&output));
     let html = page(&a.join("report.html"));
     inspect(&html);
-    assert_eq!(between(&html, "<h1>", "</h1>"), ["Blood and wall of one"]);
+    assert_eq!(
+        between(&html, "<h1>", "</h1>"),
+        ["Blood and wall of S-0.25, run one"]
+    );
+    let case = between(&html, "<section id=\"case\">", "</section>")[0];
+    for part in [
+        "Holzapfel, Gasser and Ogden, mu 54.0 kPa",
+        "Reynolds number",
+        "Womersley number",
+        "windkessel, R 1.785e9",
+        "m/s at the mean pressure",
+        "fsi-driver ",
+    ] {
+        assert!(case.contains(part), "{part}: {case}");
+    }
     let warnings = between(&html, "<p class=\"warning\">", "</p>");
     assert_eq!(warnings.len(), 2, "{warnings:?}");
     assert!(
@@ -243,9 +257,12 @@ fn pages_are_whole_and_comparisons_find_differences() {
     }
     assert_eq!(fsi(&with_maps, &[&a, &b]).status.code(), Some(2));
     let output = fsi(&generous, &[&a, &other]);
-    assert_eq!(output.status.code(), Some(2));
+    // Of another model: nothing is judged, and what differs is said.
+    assert!(output.status.success(), "{}", text(&output));
+    let output = fsi(&["compare", "--history", "0", "--wall", "0"], &[&a, &other]);
+    assert!(output.status.success(), "{}", text(&output));
     assert!(
-        text(&output).contains("they differ in model"),
+        text(&output).contains("model.d_max_m: 0.00025 and 0.0"),
         "{}",
         text(&output)
     );
@@ -280,4 +297,21 @@ fn pages_are_whole_and_comparisons_find_differences() {
     assert!(html.contains("left &lt;leg>") || html.contains("left &lt;leg&gt;"));
     assert!(!html.contains("id=\"findings\"") && !html.contains("<leg>"));
     assert!(!html.contains("&amp;"), "escaped twice");
+}
+
+#[test]
+fn a_run_that_is_going_on_is_said_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let mut child = start(&mut driver(&out, 500, &crate::native_run::FEW));
+    wait_for_steps(&mut child, &out, 1);
+    let output = fsi(&["report"], &[&out]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = text(&output);
+    let part = format!("is going on (process {} on", child.id());
+    assert!(said.contains(&part) && !said.contains("--resume"), "{said}");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let output = fsi(&["report"], &[&out]);
+    assert!(text(&output).contains("--resume"), "{}", text(&output));
 }

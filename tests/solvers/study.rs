@@ -154,3 +154,89 @@ fn an_interrupted_and_a_killed_study_leave_no_process_and_continue_exactly() {
     complete(study(&cases, &straight, steps, &["--models", "A-*"]));
     assert_same_run(&out.join("A-0"), &straight.join("A-0"));
 }
+
+#[test]
+fn a_sweep_leaves_a_table_of_parameters_and_measures_and_refuses_keys_that_do_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases = cases(folder.path(), &[("own", STRAIGHT)]);
+    let out = folder.path().join("out");
+    let native = &crate::native_run::FEW[..2];
+    let sweep = |out: &Path, more: &[&str]| {
+        let all = [native, more].concat();
+        study(&cases.join("own"), out, 3, &all).output().unwrap()
+    };
+    let done = sweep(
+        &out,
+        &[
+            "--one-at-a-time",
+            "--sweep",
+            "wall.media.mu_Pa+wall.adventitia.mu_Pa=*0.5",
+            "--sweep",
+            "windkessel.compliance_m3_Pa=*2",
+        ],
+    );
+    assert!(done.status.success(), "{}", text(&done));
+    let mut reader = csv::Reader::from_path(out.join("measures.csv")).unwrap();
+    let heads: Vec<String> = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .map(str::to_owned)
+        .collect();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(
+        heads[..4],
+        [
+            "case",
+            "wall.adventitia.mu_Pa",
+            "wall.media.mu_Pa",
+            "windkessel.compliance_m3_Pa"
+        ]
+    );
+    let cells: Vec<[&str; 4]> = rows
+        .iter()
+        .map(|row| [0, 1, 2, 3].map(|i| &row[i]))
+        .collect();
+    assert_eq!(
+        cells,
+        [
+            ["own", "5400.0", "54000.0", "1.83e-10"],
+            ["own-compliance_m3_Pa=x2", "5400.0", "54000.0", "3.66e-10"],
+            ["own-mu_Pa=x0.5", "2700.0", "27000.0", "1.83e-10"],
+        ]
+    );
+    let displacement = heads
+        .iter()
+        .position(|head| head == "largest displacement / mm")
+        .unwrap();
+    let moved: Vec<f64> = rows
+        .iter()
+        .map(|row| row[displacement].parse().unwrap())
+        .collect();
+    assert!(moved[2] > 1.2 * moved[0], "a softer wall: {moved:?}");
+    let page = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+        .arg("report")
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert!(page.status.success(), "{}", text(&page));
+    let html = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(html.contains("largest displacement / mm over windkessel.compliance_m3_Pa."));
+
+    let samples = folder.path().join("samples.csv");
+    std::fs::write(&samples, "name,inflow.base_m3_s\nless,*0.5\n").unwrap();
+    let sampled = folder.path().join("sampled");
+    let done = sweep(&sampled, &["--samples", samples.to_str().unwrap()]);
+    assert!(done.status.success(), "{}", text(&done));
+    assert!(sampled.join("own-less/history.csv").is_file());
+
+    let nowhere = folder.path().join("nowhere");
+    let refused = sweep(&nowhere, &["--sweep", "geometry.helix_radius_m=*2,*3"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+    let part = "`geometry.helix_radius_m` (--sweep) does nothing here";
+    assert!(
+        text(&refused).contains(part) && !nowhere.exists(),
+        "{}",
+        text(&refused)
+    );
+}

@@ -1,6 +1,7 @@
 //! One self-contained page of HTML for a run, or for a study of many: figures with their numbers, maps of the unrolled
 //! wall, and a view in three dimensions.
 
+mod case_table;
 mod cross_check;
 mod flow_cut;
 mod flow_field;
@@ -16,6 +17,7 @@ pub(crate) mod run;
 pub(crate) mod scene;
 pub(crate) mod study;
 pub(crate) mod surface;
+mod sweep;
 mod table;
 
 use super::comparison::Comparison;
@@ -24,6 +26,7 @@ use super::results::Results;
 pub use preview::Preview;
 use std::io;
 pub use study::{RefinedPair, Series, Study, agreement, changes, key_figures, uncertainty};
+pub use sweep::table as measures;
 pub use table::Table;
 
 /// The page of a run.

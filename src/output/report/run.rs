@@ -3,7 +3,7 @@
 use super::flow_field::LumenFlow;
 use super::page::{Page, chart, escape, gallery, line, panel, table, warnings};
 use super::surface::Surface;
-use super::{initial_state, maps, quantities, scene};
+use super::{case_table, initial_state, maps, quantities, scene};
 use crate::geometry::{Vessel, centre_line};
 use crate::hemodynamics::{Region, RegionExtent, RegionName};
 use crate::numbers::twelve_digits;
@@ -15,7 +15,7 @@ use std::io;
 
 /// Writes the page.
 pub fn page(run: &Results) -> io::Result<String> {
-    let name = run.name();
+    let name = run.case_name();
     let window = run.hemodynamics.window;
     let sizes = match (&run.vessel, &run.summary) {
         (Some(vessel), _) => format!(
@@ -48,6 +48,7 @@ pub fn page(run: &Results) -> io::Result<String> {
     let mut page = Page::new(&format!("Blood and wall of {name}"), &lead);
     let figures = warnings(&run.warnings()) + &measures(run);
     page.section("figures", "In figures", &figures);
+    page.section("case", "The case", &case_table::html(run));
     if let Some(html) = initial_state::section(run)? {
         page.section("state", "The wall when time begins", &html);
     }

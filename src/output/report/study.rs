@@ -1,11 +1,12 @@
 //! The page of a study: runs of any cases beside each other, each by its own name.
 
-use super::key_figures::{COURSE, RESULTS};
+use super::key_figures::{COURSE, KeyFigure, RESULTS};
 use super::maps::{self, OSI, RADIUS, TAWSS};
 use super::page::{Page, chart, download, escape, figure, gallery, line, panel, table, warnings};
 use super::quantities::MMHG;
 use super::scene;
 use super::surface::{Field, Surface};
+use super::sweep;
 use super::table::Table;
 use crate::case::Case;
 use crate::output::figure::Curve;
@@ -39,6 +40,15 @@ pub fn page(study: &Study) -> io::Result<String> {
     let mut page = Page::new(&study.title, &lead);
     page.section("cases", "Cases", &cases(&runs, &study.missing));
     page.section("differences", "What differs", &differences(&runs));
+    let over_parameters = sweep::figures(&runs);
+    if !over_parameters.is_empty() {
+        let table = download("measures", &sweep::table(&runs).to_csv());
+        let html = format!(
+            "<p>Parameters and measures: {table}</p>\n{}",
+            gallery(&over_parameters)
+        );
+        page.section("measures", "Measures over parameters", &html);
+    }
     page.section("histories", "Over time", &gallery(&histories(&runs)));
     let mut views = pictures(&runs, "Displacement", "Displacement of the wet surface")?;
     views.extend(pictures(
@@ -71,6 +81,9 @@ pub(crate) fn cases(runs: &[&Results], missing: &[String]) -> String {
 pub fn key_figures(runs: &[&Results]) -> Table {
     let all = || COURSE.iter().chain(&RESULTS);
     let heads = ["case", "steps"].into_iter();
+    // What none of the runs has, such as a region of another kind of vessel, has no column.
+    let is_there = |figure: &&KeyFigure| runs.iter().any(|run| figure.of(run).is_some());
+    let all = || all().filter(is_there);
     let mut table = Table::new(heads.chain(all().map(|figure| figure.name)));
     for run in runs {
         let steps = run
@@ -253,7 +266,7 @@ fn differences(runs: &[&Results]) -> String {
 }
 
 /// All values of a case by their dotted keys.
-fn values(case: &Case) -> BTreeMap<String, String> {
+pub(super) fn values(case: &Case) -> BTreeMap<String, String> {
     let values = case.values().into_iter();
     values
         .map(|(path, _, value)| (path, value.to_string()))

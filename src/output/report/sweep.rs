@@ -1,0 +1,194 @@
+//! Measures of the runs of a study over what differs between their cases: as a table, and drawn.
+
+use super::page::{chart, line, panel};
+use super::quantities::MMHG;
+use super::study::values;
+use super::table::Table;
+use crate::hemodynamics::RegionName;
+use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
+use crate::output::figure::{Curve, Marker};
+use crate::output::results::Results;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Curves of a figure, at most.
+const MOST_CURVES: usize = 8;
+/// Parameters that get figures, at most.
+const MOST_PARAMETERS: usize = 4;
+
+/// A measure of a run: its name with its unit, and its value if the run has it.
+struct Measure {
+    name: String,
+    value: Box<dyn Fn(&Results) -> Option<f64>>,
+}
+
+type OfVessel = (&'static str, fn(&VesselSummary) -> f64);
+type OfRegion = (&'static str, fn(&RegionSummary) -> f64);
+
+const OF_VESSEL: [OfVessel; 4] = [
+    ("outlet pressure, lowest / mmHg", |v| v.p_out_Pa.min / MMHG),
+    ("outlet pressure, highest / mmHg", |v| v.p_out_Pa.max / MMHG),
+    ("largest outflow / (ml/s)", |v| 1e6 * v.Q_out_m3_s.max),
+    ("largest displacement / mm", |v| {
+        1e3 * v.max_displacement_m.max
+    }),
+];
+
+const OF_REGION: [OfRegion; 6] = [
+    ("TAWSS, mean / Pa", |r| r.TAWSS_Pa.mean),
+    ("TAWSS, largest / Pa", |r| r.TAWSS_Pa.max),
+    ("OSI, mean", |r| r.OSI.mean),
+    ("OSI, largest", |r| r.OSI.max),
+    ("lumen volume, mean / ml", |r| 1e6 * r.mean_volume()),
+    ("von Mises stress, largest / kPa", |r| {
+        1e-3 * r.max_von_mises_Pa.max
+    }),
+];
+
+/// Those that any of the runs has, of the vessel and of each of its regions.
+fn measures(runs: &[&Results]) -> Vec<Measure> {
+    let mut regions: Vec<RegionName> = Vec::new();
+    for region in runs.iter().flat_map(|run| &run.hemodynamics.regions) {
+        if !regions.contains(&region.region.name) {
+            regions.push(region.region.name);
+        }
+    }
+    let of_vessel = OF_VESSEL.iter().map(|&(name, value)| Measure {
+        name: name.to_owned(),
+        value: Box::new(move |run| run.hemodynamics.vessel.as_ref().map(value)),
+    });
+    let of_region = regions.iter().flat_map(|&region| {
+        OF_REGION.iter().map(move |&(name, value)| Measure {
+            name: format!("{region}: {name}"),
+            value: Box::new(move |run| run.hemodynamics.region(region).map(value)),
+        })
+    });
+    let is_there = |measure: &Measure| runs.iter().any(|run| measure.of(run).is_some());
+    of_vessel.chain(of_region).filter(is_there).collect()
+}
+
+impl Measure {
+    fn of(&self, run: &Results) -> Option<f64> {
+        (self.value)(run).filter(|value| value.is_finite())
+    }
+}
+
+/// The keys whose values are not the same in all runs, but for those of what is written.
+fn parameters(cases: &[BTreeMap<String, String>]) -> Vec<String> {
+    let keys: BTreeSet<&String> = cases.iter().flat_map(BTreeMap::keys).collect();
+    let differs = |key: &&String| {
+        cases
+            .iter()
+            .any(|case| case.get(*key) != cases[0].get(*key))
+    };
+    let is_input = |key: &&String| !key.starts_with("output.");
+    keys.into_iter()
+        .filter(is_input)
+        .filter(differs)
+        .cloned()
+        .collect()
+}
+
+/// A row a run: what differs between the cases, then what was found.
+pub fn table(runs: &[&Results]) -> Table {
+    let cases: Vec<_> = runs.iter().map(|run| values(&run.case)).collect();
+    let (keys, measures) = (parameters(&cases), measures(runs));
+    let heads = std::iter::once("case".to_owned()).chain(keys.iter().cloned());
+    let mut table = Table::new(heads.chain(measures.iter().map(|measure| measure.name.clone())));
+    for (run, case) in runs.iter().zip(&cases) {
+        let given = keys
+            .iter()
+            .map(|key| case.get(key).cloned().unwrap_or_default());
+        let given = given.map(|value| value.trim_matches('"').to_owned());
+        let found = measures
+            .iter()
+            .map(|measure| measure.of(run).map_or(String::new(), seven_digits));
+        table.push(
+            std::iter::once(run.name())
+                .chain(given)
+                .chain(found)
+                .collect(),
+        );
+    }
+    table
+}
+
+fn seven_digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    rounded.to_string()
+}
+
+/// Each measure over each numeric parameter; runs that are alike in all other parameters are joined by a line.
+pub fn figures(runs: &[&Results]) -> Vec<String> {
+    let cases: Vec<_> = runs.iter().map(|run| values(&run.case)).collect();
+    let keys = parameters(&cases);
+    let number = |case: &BTreeMap<String, String>, key: &String| -> Option<f64> {
+        case.get(key)?.parse().ok()
+    };
+    let is_numeric = |key: &&String| cases.iter().all(|case| number(case, key).is_some());
+    let numeric: Vec<&String> = keys
+        .iter()
+        .filter(is_numeric)
+        .take(MOST_PARAMETERS)
+        .collect();
+    let measures = measures(runs);
+    let mut figures = Vec::new();
+    for key in numeric {
+        let others: Vec<&String> = keys.iter().filter(|other| *other != key).collect();
+        let mut groups: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        for (i, case) in cases.iter().enumerate() {
+            let alike: Vec<String> = others
+                .iter()
+                .map(|key| label(key, case.get(*key)))
+                .collect();
+            groups.entry(alike.join(", ")).or_default().push(i);
+        }
+        // What varies all at once is a cloud of points.
+        let is_cloud = groups.len() > MOST_CURVES || groups.values().all(|group| group.len() == 1);
+        if is_cloud {
+            groups = BTreeMap::from([(String::new(), (0..runs.len()).collect())]);
+        }
+        for measure in &measures {
+            let curve = |(number_of, (name, group)): (usize, (&String, &Vec<usize>))| {
+                let point = |&i: &usize| Some((number(&cases[i], key)?, measure.of(runs[i])?));
+                let mut points: Vec<(f64, f64)> = group.iter().filter_map(point).collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                Curve {
+                    marker: Some(Marker::Circle),
+                    ..line(name, number_of, points)
+                }
+            };
+            let curves: Vec<Curve> = match is_cloud {
+                // A curve a point: nothing joins them.
+                true => {
+                    let points = curve((2, (&String::new(), &groups[""]))).points;
+                    let alone = |point| Curve {
+                        marker: Some(Marker::Circle),
+                        ..line("", 2, vec![point])
+                    };
+                    points.into_iter().map(alone).collect()
+                }
+                false => groups.iter().enumerate().map(curve).collect(),
+            };
+            if curves.iter().map(|curve| curve.points.len()).sum::<usize>() > 1 {
+                let file = format!("{}-over-{}", measure.name, key)
+                    .replace([' ', '/', '(', ')', ':', ','], "-");
+                let caption = format!("{} over {key}.", measure.name);
+                figures.push(chart(
+                    &file,
+                    &caption,
+                    panel("", key, &measure.name, curves),
+                ));
+            }
+        }
+    }
+    figures
+}
+
+/// A key by its last name, with its value.
+fn label(key: &str, value: Option<&String>) -> String {
+    let name = key.rsplit('.').next().unwrap_or(key);
+    format!(
+        "{name} {}",
+        value.map_or("absent", String::as_str).trim_matches('"')
+    )
+}
