@@ -201,8 +201,8 @@ fn a_sweep_leaves_a_table_of_parameters_and_measures_and_refuses_keys_that_do_no
         cells,
         [
             ["own", "5400.0", "54000.0", "1.83e-10"],
-            ["own-compliance_m3_Pa=x2", "5400.0", "54000.0", "3.66e-10"],
             ["own-mu_Pa=x0.5", "2700.0", "27000.0", "1.83e-10"],
+            ["own-compliance_m3_Pa=x2", "5400.0", "54000.0", "3.66e-10"],
         ]
     );
     let displacement = heads
@@ -213,7 +213,7 @@ fn a_sweep_leaves_a_table_of_parameters_and_measures_and_refuses_keys_that_do_no
         .iter()
         .map(|row| row[displacement].parse().unwrap())
         .collect();
-    assert!(moved[2] > 1.2 * moved[0], "a softer wall: {moved:?}");
+    assert!(moved[1] > 1.2 * moved[0], "a softer wall: {moved:?}");
     let page = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
         .arg("report")
         .arg(&out)
