@@ -13,9 +13,6 @@ use std::process::{Command, Stdio};
 /// Pixels of a picture's PNG per pixel of its SVG: a picture is 1012 pixels wide.
 const PIXELS_PER_UNIT: f32 = 1.15;
 
-/// Parameters and measures of the runs of a study, in its folder.
-pub(super) const MEASURES: &str = "measures.csv";
-
 /// Options of the report.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -57,10 +54,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             )));
         }
         let study = study(folder, Results::load)?;
-        let runs: Vec<&Results> = study.runs.iter().collect();
-        let table = report::measures(&runs).to_csv();
-        write_atomically(&folder.join(MEASURES), table.as_bytes())
-            .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
         let page = match paper::Study::is_that_of(&study) {
             true => paper::study::page(&paper::Study::new(study)),
             false => report::of_study(&study),

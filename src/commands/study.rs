@@ -1,6 +1,5 @@
 //! `fsi-driver study`: many models, each a run of its own, several at once.
 
-use super::report::MEASURES;
 use super::{CaseArguments, Failure};
 use crate::case::{Place, Unread};
 use crate::output::report;
@@ -10,6 +9,9 @@ use crate::run::Interrupt;
 use crate::run::batch::{self, BatchRun, Board, Outcome, Variation, Worker};
 use crate::simulation::assembly::surroundings;
 use std::path::{Path, PathBuf};
+
+/// Parameters and measures of the runs of a study, in its folder.
+const MEASURES: &str = "measures.csv";
 
 /// Options of the study.
 #[derive(Debug, clap::Args)]
