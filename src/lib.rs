@@ -49,6 +49,7 @@ pub mod proposal;
 pub(crate) mod quadrature;
 mod run;
 pub mod simulation;
+pub(crate) mod tabular;
 
 /// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -66,6 +66,14 @@ impl FlowCurve {
         }
     }
 
+    /// The table of a file.
+    pub fn table(&self) -> Option<&PeriodicTable> {
+        match self {
+            Self::Pulse { .. } => None,
+            Self::Table(table) => Some(table),
+        }
+    }
+
     /// The times (s) between which a table has no value; see [`PeriodicTable::gap`].
     pub fn gap(&self, times: f64) -> Option<[f64; 2]> {
         match self {

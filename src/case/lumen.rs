@@ -1,7 +1,7 @@
 //! The lumen `r(s, φ)` of a vessel from the surface that a segmentation gives: rays from the centre-line in its
 //! cross-sections.
 
-use super::VesselDescription;
+use super::{LengthUnit, VesselDescription};
 use crate::Vec3;
 use crate::curve::SpaceCurve;
 use crate::interpolation::{MonotoneCubic, SmoothingSpline, smooth_periodic};
@@ -24,6 +24,12 @@ const CLOSING: f64 = 0.9;
 const JUMP: f64 = 1.25;
 /// The centre-line may come so close to the wall, relative to the mean radius of the cross-section.
 const NARROW: f64 = 0.1;
+/// A hole has at least this area, in squared radii.
+const CRACK: f64 = 1e-4;
+/// A vessel is thinner than this share of its length.
+const STUBBY: f64 = 0.125;
+/// Ends of a surface lie so close to those of its line, relative to its size.
+const ENDS: f64 = 0.3;
 /// Sizes of surface and centre-line differ by less, in the same unit.
 const SAME_UNIT: f64 = 40.0;
 /// Waves along the surface that are halved, in lengths of a triangle, if the case does not say.
@@ -70,48 +76,134 @@ impl VesselDescription {
         let data = PolyData::read(path).map_err(named)?;
         let surface = Surface::new(&data, unit.metres()).map_err(named)?;
         let curve = self.curve();
-        let section = |s: f64| {
-            let frame = curve.frame(s);
-            surface.rays(&frame.origin, [&frame.first, &frame.second], RAYS)
+        let rows = rows_of(&surface, &curve, self.lumen_smoothing);
+        // A wrong unit shows in many ways.
+        let other = other_unit(&surface, &curve, unit, rows.is_err());
+        let rows = match other {
+            Some(reason) => Err(reason),
+            None => rows,
         };
-        same_size(&surface, &curve).map_err(named)?;
-
-        let length = curve.ends()[1];
-        let tries: Vec<Vec<Option<Crossing>>> = (1..10)
-            .into_par_iter()
-            .map(|i| section(length * f64::from(i) / 10.0))
-            .collect();
-        let mut radii: Vec<f64> = tries.iter().flatten().flatten().map(|c| c.radius).collect();
-        radii.sort_by(f64::total_cmp);
-        let Some(radius) = radii.get(radii.len() / 2).copied() else {
-            return Err(named(apart(&surface, &curve)));
-        };
-        let count = (length / radius * ROWS_OF_A_RADIUS)
-            .ceil()
-            .clamp(ROWS[0], ROWS[1]) as usize;
-        let places: Vec<f64> = (0..=count)
-            .map(|i| length * i as f64 / count as f64)
-            .collect();
-        let sections: Vec<Vec<Option<Crossing>>> = places.par_iter().map(|s| section(*s)).collect();
-        let mut rows = whole(&sections, &places, radius).map_err(named)?;
-        holes(&surface, &curve, radius).map_err(named)?;
-        star_shaped(&rows, &places).map_err(named)?;
-
-        let mut chords: Vec<f64> = sections
-            .iter()
-            .flatten()
-            .flatten()
-            .map(|c| c.chord)
-            .collect();
-        chords.sort_by(f64::total_cmp);
-        let halved = self
-            .lumen_smoothing
-            .unwrap_or(TRIANGLES * chords[chords.len() / 2]);
-        smooth(&mut rows, &places, halved);
         let column = |row: &[f64; RAYS]| row.iter().step_by(RAYS_OF_A_COLUMN).copied().collect();
-        self.lumen_radii = rows.iter().map(column).collect();
+        self.lumen_radii = rows.map_err(named)?.iter().map(column).collect();
         Ok(true)
     }
+}
+
+/// The radii of the surface around the line, smoothed.
+fn rows_of(
+    surface: &Surface,
+    curve: &SpaceCurve,
+    smoothing: Option<f64>,
+) -> Result<Vec<[f64; RAYS]>, String> {
+    let section = |s: f64| {
+        let frame = curve.frame(s);
+        surface.rays(&frame.origin, [&frame.first, &frame.second], RAYS)
+    };
+    same_size(surface, curve)?;
+
+    let length = curve.ends()[1];
+    let tries: Vec<Vec<Option<Crossing>>> = (1..10)
+        .into_par_iter()
+        .map(|i| section(length * f64::from(i) / 10.0))
+        .collect();
+    let mut radii: Vec<f64> = tries.iter().flatten().flatten().map(|c| c.radius).collect();
+    radii.sort_by(f64::total_cmp);
+    let Some(radius) = radii.get(radii.len() / 2).copied() else {
+        return Err(apart(surface, curve));
+    };
+    let count = (length / radius * ROWS_OF_A_RADIUS)
+        .ceil()
+        .clamp(ROWS[0], ROWS[1]) as usize;
+    let places: Vec<f64> = (0..=count)
+        .map(|i| length * i as f64 / count as f64)
+        .collect();
+    let sections: Vec<Vec<Option<Crossing>>> = places.par_iter().map(|s| section(*s)).collect();
+    let mut rows = whole(&sections, &places, radius)?;
+    holes(surface, curve, radius)?;
+    star_shaped(&rows, &places)?;
+
+    let mut chords: Vec<f64> = sections
+        .iter()
+        .flatten()
+        .flatten()
+        .map(|c| c.chord)
+        .collect();
+    chords.sort_by(f64::total_cmp);
+    let halved = smoothing.unwrap_or(TRIANGLES * chords[chords.len() / 2]);
+    smooth(&mut rows, &places, halved);
+    Ok(rows)
+}
+
+/// That the surface is in another unit than is said, if it fits the line in that one and not in this.
+fn other_unit(
+    surface: &Surface,
+    curve: &SpaceCurve,
+    said: LengthUnit,
+    has_failed: bool,
+) -> Option<String> {
+    let length = curve.ends()[1];
+    let places: Vec<Vec3> = (0..=40)
+        .map(|i| curve.frame(length * f64::from(i) / 40.0).origin)
+        .collect();
+    let is_bare = has_failed && surrounded(surface, curve, 1.0) < 3;
+    let other = LengthUnit::ALL
+        .into_iter()
+        .filter(|other| *other != said)
+        .find(|other| {
+            let factor = other.metres() / said.metres();
+            let fits = surface_fits(surface.bounds(), &places, factor);
+            fits || is_bare && surrounded(surface, curve, factor) >= 7
+        })?;
+    let is_sure = has_failed || !surface_fits(surface.bounds(), &places, 1.0);
+    is_sure.then(|| format!(
+        "the surface is {} the centre-line needs: in {other} it fits, in {said} it does not; correct its unit \
+         (vessel.lumen_unit, or vessel.unit of the line)",
+        times(said.metres() / other.metres())
+    ))
+}
+
+/// So many times as large or as small as.
+fn times(factor: f64) -> String {
+    let (number, word) = match factor > 1.0 {
+        true => (factor, "larger"),
+        false => (1.0 / factor, "smaller"),
+    };
+    let number = match number.round() as u64 {
+        10 => "ten".to_owned(),
+        100 => "a hundred".to_owned(),
+        1000 => "a thousand".to_owned(),
+        other => other.to_string(),
+    };
+    format!("{number} times {word} than")
+}
+
+/// Whether a surface with these bounds, times `factor`, begins and ends where the points of a line do.
+fn surface_fits(bounds: [Vec3; 2], line: &[Vec3], factor: f64) -> bool {
+    let start = [f64::INFINITY, f64::NEG_INFINITY].map(Vec3::repeat);
+    let of_line = line
+        .iter()
+        .fold(start, |[low, high], p| [low.inf(p), high.sup(p)]);
+    let size = (of_line[1] - of_line[0]).norm();
+    let off = (0..2).map(|i| (bounds[i] * factor - of_line[i]).amax());
+    off.fold(0.0, f64::max) < ENDS * size
+}
+
+/// At how many of nine places the surface, times `factor`, surrounds the line as a vessel does.
+fn surrounded(surface: &Surface, curve: &SpaceCurve, factor: f64) -> usize {
+    let length = curve.ends()[1];
+    let is_around = |i: &i32| {
+        let frame = curve.frame(length * f64::from(*i) / 10.0);
+        // The line shrinks instead of the surface.
+        let rays = surface.rays(
+            &(frame.origin / factor),
+            [&frame.first, &frame.second],
+            RAYS,
+        );
+        let met = rays.iter().flatten();
+        let met: Vec<f64> = met.map(|c| c.radius * factor).collect();
+        4 * met.len() > 3 * RAYS && met.iter().all(|radius| *radius < STUBBY * length)
+    };
+    (1..10).filter(is_around).count()
 }
 
 /// Surface and centre-line have about the same size if they have the same unit.
@@ -195,19 +287,32 @@ fn whole(
 /// A surface may be open where the vessel ends, and nowhere else.
 fn holes(surface: &Surface, curve: &SpaceCurve, radius: f64) -> Result<(), String> {
     let length = curve.ends()[1];
-    for edge in surface.open_edges() {
+    let edges = surface.open_edges();
+    for (i, edge) in edges.iter().enumerate() {
         let beside = curve.beside(&edge.centre);
         let away = beside.across[0].hypot(beside.across[1]);
         let is_within = beside.s > OVERLAP * radius && beside.s < length - OVERLAP * radius;
-        // What lies further away are ends of other branches.
-        if is_within && away < 1.5 * radius {
-            let p = edge.centre;
-            return Err(format!(
-                "the surface has a hole of {} edges around ({:.4}, {:.4}, {:.4}) m, {:.4e} m from the beginning of the \
-                 centre-line: it must be closed, or open at the vessel's ends only",
-                edge.edges, p.x, p.y, p.z, beside.s
-            ));
+        // What lies further away are ends of other branches; cracks without width let no ray through.
+        if !is_within || away >= 1.5 * radius || edge.area < CRACK * radius * radius {
+            continue;
         }
+        let p = edge.centre;
+        let place = format!(
+            "around ({:.4}, {:.4}, {:.4}) m, {:.4e} m from the beginning of the centre-line",
+            p.x, p.y, p.z, beside.s
+        );
+        let others = edges.iter().enumerate().filter(|(j, _)| *j != i);
+        let mut others = others.map(|(_, other)| (other.centre - p).norm());
+        return Err(match others.find(|gap| *gap < 0.1 * radius) {
+            Some(gap) => format!(
+                "two parts of the surface do not meet {place}: a crack of about {gap:.1e} m; merge the points on both sides \
+                 of it (in MeshLab \"Merge Close Vertices\")"
+            ),
+            None => format!(
+                "the surface has a hole of {} edges {place}: it must be closed, or open at the vessel's ends only",
+                edge.edges
+            ),
+        });
     }
     Ok(())
 }

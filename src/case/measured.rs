@@ -1,7 +1,8 @@
 //! What an experiment has measured at points, as a file: a run records the same there (`output.measured`), and
 //! `fsi-driver validate` sets both beside each other.
 
-use super::text_file;
+use crate::tabular::{Row, Sheet};
+use csv::StringRecord;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -105,7 +106,7 @@ impl Quantity {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
-struct Row {
+struct MeasuredRow {
     series: String,
     quantity: Quantity,
     time_s: Option<f64>,
@@ -152,30 +153,25 @@ pub struct Measurements {
 }
 
 impl Measurements {
-    /// Reads a CSV file with the columns `series,quantity,x_m,y_m,z_m,value`, and where they are known
-    /// `time_s,sd,lowest,highest`; lines that begin with # are comments.
+    /// Reads a table with the columns `series,quantity,x_m,y_m,z_m,value`, and where they are known
+    /// `time_s,sd,lowest,highest`; see [`Sheet::of_words`].
     ///
     /// # Errors
     /// What is wrong with it, in words that name file and line.
     pub fn read(path: &Path) -> Result<Self, String> {
         let named = |reason: String| format!("{}{reason}", path.display());
-        let text = text_file::read(path, text_file::OF_A_CURVE)
-            .map_err(|e| named(format!(": cannot read it: {e}")))?;
-        let mut reader = csv::ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes());
-        let unread = |e: csv::Error| {
-            named(format!(
-                ": {e}; expected the columns series,quantity,x_m,y_m,z_m,value and, as you know them, time_s,sd,lowest,highest"
-            ))
-        };
-        let heads = reader.headers().map_err(unread)?.clone();
+        const EXPECTED: &str = "expected the columns series,quantity,x_m,y_m,z_m,value and, as you know them, time_s,sd,lowest,highest";
+        let sheet = Sheet::of_words(path, "series").map_err(|fault| match fault.line {
+            Some(line) => named(format!(":{line}: {}", fault.message)),
+            None => named(format!(": {}; {EXPECTED}", fault.message)),
+        })?;
+        let names = sheet.columns.iter().map(|column| column.name.as_str());
+        let heads = StringRecord::from_iter(names);
         let mut series: Vec<MeasuredSeries> = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(unread)?;
-            let row: Row = record.deserialize(Some(&heads)).map_err(unread)?;
-            let line = record.position().map_or(0, csv::Position::line);
+        for Row { line, cells } in &sheet.rows {
+            let record = StringRecord::from_iter(cells);
+            let row: MeasuredRow = (record.deserialize(Some(&heads)))
+                .map_err(|e| named(format!(":{line}: {}; {EXPECTED}", reason(&e))))?;
             add(&mut series, row).map_err(|reason| named(format!(":{line}: {reason}")))?;
         }
         let measured = Self { series };
@@ -199,8 +195,16 @@ impl Measurements {
     }
 }
 
+/// What is wrong with a row, without the place, which counts lines otherwise.
+fn reason(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
+        _ => error.to_string(),
+    }
+}
+
 /// Puts a row to the others of its series.
-fn add(series: &mut Vec<MeasuredSeries>, row: Row) -> Result<(), String> {
+fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), String> {
     let numbers = [row.x_m, row.y_m, row.z_m, row.value].into_iter();
     let others = [row.time_s, row.sd, row.lowest, row.highest];
     if let Some(number) = (numbers.chain(others.into_iter().flatten())).find(|x| !x.is_finite()) {

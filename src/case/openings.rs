@@ -3,6 +3,7 @@
 use super::schema::{Kind, above, from};
 use super::table::{table, words};
 use super::{BloodVessel, PeriodicTable, Start, TableError};
+use crate::tabular::units::{self, Unit};
 use std::path::PathBuf;
 
 table! {
@@ -119,12 +120,22 @@ words! {
         MillilitreSecond = "ml/s",
         /// Millilitres a minute.
         MillilitreMinute = "ml/min",
+        /// Litres a second.
+        LitreSecond = "l/s",
         /// Litres a minute.
         LitreMinute = "l/min",
     }
 }
 
 impl FlowUnit {
+    /// The unit in any usual spelling, such as `mL/sec` or `cm³ s⁻¹`.
+    pub fn spelled(word: &str) -> Option<Self> {
+        let unit = Unit::parse(word).filter(|unit| unit.dimension == units::FLOW)?;
+        let is = |known: &Self| (known.si() / unit.size - 1.0).abs() < 1e-9;
+        (Self::ALL.into_iter().find(|known| known.name() == word))
+            .or_else(|| Self::ALL.into_iter().find(is))
+    }
+
     /// In m³/s.
     pub fn si(self) -> f64 {
         match self {
@@ -132,6 +143,7 @@ impl FlowUnit {
             Self::CubicCentimetreSecond | Self::MillilitreSecond => 1e-6,
             Self::CubicMillimetreSecond => 1e-9,
             Self::MillilitreMinute => 1e-6 / 60.0,
+            Self::LitreSecond => 1e-3,
             Self::LitreMinute => 1e-3 / 60.0,
         }
     }
@@ -148,6 +160,8 @@ words! {
         MillimetreMercury = "mmHg",
         /// Dynes by square centimetre.
         DyneSquareCentimetre = "dyn/cm2",
+        /// Centimetres of water.
+        CentimetreWater = "cmH2O",
     }
 }
 
@@ -159,6 +173,7 @@ impl PressureUnit {
             Self::Kilopascal => 1e3,
             Self::MillimetreMercury => 133.322,
             Self::DyneSquareCentimetre => 0.1,
+            Self::CentimetreWater => 98.0665,
         }
     }
 }

@@ -1,7 +1,8 @@
-//! Measured curves over one period, as the files come that people have.
+//! Measured curves over one period, and what is between their points.
 
-use super::{FlowUnit, PressureUnit, text_file};
-use std::path::{Path, PathBuf};
+use super::curve_file::{self, CurveFile, FLOW, PRESSURE, TableError};
+use super::{FlowUnit, PressureUnit};
+use std::path::Path;
 
 /// Values over a period, and between them a monotone cubic.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,82 +15,21 @@ pub struct PeriodicTable {
     slopes: Vec<f64>,
     /// Duration of a period, s.
     period: f64,
-}
-
-/// Why a curve cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum TableError {
-    /// The file cannot be read.
-    #[error("{}: {reason}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        reason: String,
-    },
-    /// A line is wrong.
-    #[error("{}:{line}: {message}", path.display())]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// The line, counted from 1.
-        line: usize,
-        /// What was found and what is expected.
-        message: String,
-    },
+    /// What was understood of the file.
+    understood: String,
+    /// Size of the unit of its values.
+    unit: f64,
+    is_unit_assumed: bool,
 }
 
 /// A period is sampled at so many times at least.
 const SAMPLES: usize = 10_000;
-/// More rows than any measured curve has.
-const MOST_ROWS: usize = 1_000_000;
-
-/// What the second column of a file is.
-struct Quantity {
-    /// Header of a file in SI units.
-    header: &'static str,
-    /// Name of the key for its unit.
-    key: &'static str,
-    /// Words for units as they stand in headers, without what is neither letter nor digit, and their size in SI units.
-    units: &'static [(&'static str, f64)],
-    /// The SI unit in messages.
-    si: &'static str,
-}
-
-const FLOW: Quantity = Quantity {
-    header: "time_s,flow_m3_s",
-    key: "inflow.unit",
-    units: &[
-        ("cm3s", 1e-6),
-        ("mm3s", 1e-9),
-        ("m3s", 1.0),
-        ("mlmin", 1e-6 / 60.0),
-        ("mls", 1e-6),
-        ("ccs", 1e-6),
-        ("lmin", 1e-3 / 60.0),
-        ("ls", 1e-3),
-    ],
-    si: "m³/s",
-};
-
-const PRESSURE: Quantity = Quantity {
-    header: "time_s,pressure_Pa",
-    key: "`unit` beside it",
-    units: &[
-        ("mmhg", 133.322),
-        ("kpa", 1e3),
-        ("pa", 1.0),
-        ("dyncm2", 0.1),
-    ],
-    si: "Pa",
-};
-
-/// Units of time in headers; seconds if there is none.
-const TIMES: [(&str, f64); 4] = [("ms", 1e-3), ("min", 60.0), ("sec", 1.0), ("s", 1.0)];
+/// Below this share of the mean magnitude a mean is none.
+const EVEN: f64 = 0.01;
 
 impl PeriodicTable {
-    /// A curve of the flow (m³/s). Those of SimVascular (`.flow`) have no header, are in cm³/s where `unit` says nothing
-    /// else, and count what enters as negative.
+    /// A curve of the flow (m³/s). Those of SimVascular (`.flow`) are in cm³/s where nothing else is said, and either sign may
+    /// be that of what enters: on average it is what enters.
     ///
     /// # Errors
     /// What is wrong with the file, with the line.
@@ -99,16 +39,35 @@ impl PeriodicTable {
         file_period: Option<f64>,
         period: f64,
     ) -> Result<Self, TableError> {
-        let is_simvascular = path
-            .extension()
-            .is_some_and(|ending| ending.eq_ignore_ascii_case("flow"));
-        let unit = unit.or(is_simvascular.then_some(FlowUnit::CubicCentimetreSecond));
-        let mut table = Self::read(path, &FLOW, unit.map(FlowUnit::si), file_period, period)?;
+        let is_simvascular = (path.extension())
+            .is_some_and(|end| end.eq_ignore_ascii_case("flow") || end.eq_ignore_ascii_case("flw"));
+        let assumed = is_simvascular.then_some(FlowUnit::CubicCentimetreSecond);
+        let mut curve = curve_file::read(
+            path,
+            &FLOW,
+            unit.map(FlowUnit::si),
+            assumed.map(FlowUnit::si),
+            file_period,
+            period,
+        )?;
         if is_simvascular {
-            let negated = [&mut table.values, &mut table.slopes];
-            negated.into_iter().flatten().for_each(|x| *x = -*x);
+            let [mean, magnitude] = curve.means(file_period.unwrap_or(period));
+            // Its 3-D solver counts against the outward normal of the inlet, its 0-D and 1-D solvers along the vessel.
+            let is_outward = mean < EVEN * magnitude;
+            if is_outward {
+                curve.values.iter_mut().for_each(|value| *value = -*value);
+            }
+            curve.understood += match mean.abs() < EVEN * magnitude {
+                true => {
+                    "; its mean is zero, and the sign is taken for that of SimVascular's 3-D solver, negative into the vessel"
+                }
+                false if is_outward => {
+                    "; negative values enter, as in SimVascular's 3-D solver: their sign is changed"
+                }
+                false => "; positive values enter, as in SimVascular's 0-D and 1-D solvers",
+            };
         }
-        Ok(table)
+        Ok(Self::new(curve, file_period.unwrap_or(period), period))
     }
 
     /// A curve of the pressure (Pa).
@@ -121,13 +80,47 @@ impl PeriodicTable {
         file_period: Option<f64>,
         period: f64,
     ) -> Result<Self, TableError> {
-        Self::read(
-            path,
-            &PRESSURE,
-            unit.map(PressureUnit::si),
-            file_period,
+        let unit = unit.map(PressureUnit::si);
+        let curve = curve_file::read(path, &PRESSURE, unit, None, file_period, period)?;
+        Ok(Self::new(curve, file_period.unwrap_or(period), period))
+    }
+
+    fn new(curve: CurveFile, own: f64, period: f64) -> Self {
+        let CurveFile {
+            mut times,
+            values,
+            understood,
+            unit,
+            is_unit_assumed,
+        } = curve;
+        if own != period {
+            times.iter_mut().for_each(|time| *time *= period / own);
+        }
+        let slopes = monotone_slopes(&times, &values, period);
+        Self {
+            times,
+            values,
+            slopes,
             period,
-        )
+            understood,
+            unit,
+            is_unit_assumed,
+        }
+    }
+
+    /// What was understood of the file: rows, columns, units and sign, in words.
+    pub fn understood(&self) -> &str {
+        &self.understood
+    }
+
+    /// Size of the unit of the file's values, in the SI unit.
+    pub fn unit(&self) -> f64 {
+        self.unit
+    }
+
+    /// Whether neither the file nor the case says the unit of its values.
+    pub fn is_unit_assumed(&self) -> bool {
+        self.is_unit_assumed
     }
 
     /// Value at the time `t` (s).
@@ -137,6 +130,7 @@ impl PeriodicTable {
             values,
             slopes,
             period,
+            ..
         } = self;
         let n = times.len();
         // The interval that holds t; the last one reaches over the period's end.
@@ -170,183 +164,14 @@ impl PeriodicTable {
     /// more than `times` as far apart as any two others that follow each other.
     pub fn gap(&self, times: f64) -> Option<[f64; 2]> {
         let known = &self.times;
+        if known.len() == 1 {
+            return None; // a steady flow
+        }
         let widest = known.windows(2).map(|pair| pair[1] - pair[0]);
         let widest = widest.fold(0.0, f64::max);
         let gap = [known[known.len() - 1], known[0] + self.period];
         (gap[1] - gap[0] > times * widest).then_some(gap)
     }
-
-    /// Reads two columns, with or without a header, separated by commas, semicolons or blanks; lines that begin with `#` or
-    /// `%` are comments. Times increase and lie within one period; if both its ends are among them, their values must be the same.
-    fn read(
-        path: &Path,
-        quantity: &Quantity,
-        unit: Option<f64>,
-        file_period: Option<f64>,
-        period: f64,
-    ) -> Result<Self, TableError> {
-        let unreadable = |reason: String| TableError::Unreadable {
-            path: path.to_owned(),
-            reason,
-        };
-        let wrong = |line: usize, message: String| TableError::Line {
-            path: path.to_owned(),
-            line,
-            message,
-        };
-        let text = text_file::read(path, text_file::OF_A_CURVE)
-            .map_err(|error| unreadable(error.to_string()))?;
-        let own = file_period.unwrap_or(period);
-        let rows = text
-            .lines()
-            .map(|row| row.trim().trim_start_matches('\u{feff}'));
-        let mut rows = (1..)
-            .zip(rows)
-            .filter(|(_, row)| !row.is_empty() && !row.starts_with(['#', '%']))
-            .peekable();
-        let (mut seconds, mut size) = (1.0, unit);
-        let no_unit = |line: usize, found: &str| {
-            let message = format!(
-                "expected the header {}, or the unit of the column ({}), found {found:?}",
-                quantity.header, quantity.key
-            );
-            wrong(line, message)
-        };
-        match rows.peek() {
-            Some((line, row))
-                if fields(row)
-                    .iter()
-                    .all(|field| field.parse::<f64>().is_err()) =>
-            {
-                let names = fields_of_header(row);
-                let [time, value] = &names[..] else {
-                    return Err(no_unit(*line, row));
-                };
-                seconds = unit_of(time, &TIMES).unwrap_or(1.0);
-                let of_header = unit_of(value, quantity.units);
-                if let (Some(a), Some(b)) = (unit, of_header)
-                    && (a / b - 1.0).abs() > 1e-9
-                {
-                    let message = format!(
-                        "the header {row:?} says another unit than {}: leave that out, or correct one of them",
-                        quantity.key
-                    );
-                    return Err(wrong(*line, message));
-                }
-                size = unit.or(of_header);
-                if size.is_none() {
-                    return Err(no_unit(*line, row));
-                }
-                rows.next();
-            }
-            Some((line, row)) if size.is_none() => return Err(no_unit(*line, row)),
-            Some(_) => (),
-            None => return Err(no_unit(1, "")),
-        }
-        let size = size.expect("it is known by now");
-        let (mut times, mut values) = (Vec::<f64>::new(), Vec::<f64>::new());
-        for (line, row) in rows {
-            let fields = fields(row);
-            let [time, value] = fields[..] else {
-                let message = format!("expected 2 numbers, found {} fields", fields.len());
-                return Err(wrong(line, message));
-            };
-            let number = |field: &str| match field.parse::<f64>() {
-                Ok(x) if x.is_finite() => Ok(x),
-                _ => Err(wrong(line, format!("expected a number, found {field:?}"))),
-            };
-            let (time, value) = (seconds * number(time)?, size * number(value)?);
-            if !(0.0..=own * (1.0 + 1e-9)).contains(&time) {
-                return Err(wrong(
-                    line,
-                    format!(
-                        "the time {time:?} s is outside the period from 0 to {own:?} s: write the curve's own into \
-                         `file_period_s` beside the file, and it is stretched"
-                    ),
-                ));
-            }
-            if let Some(last) = times.last().filter(|last| time <= **last) {
-                return Err(wrong(
-                    line,
-                    format!("times must increase, but {time:?} s follows {last:?} s"),
-                ));
-            }
-            if times.len() == MOST_ROWS {
-                return Err(wrong(
-                    line,
-                    format!("more than {MOST_ROWS} rows; a period needs a few hundred at most"),
-                ));
-            }
-            times.push(time);
-            values.push(value);
-        }
-        if let (Some(first), Some(last)) = (times.first(), times.last())
-            && last - first >= own * (1.0 - 1e-9)
-        {
-            times.pop();
-            let (end, begin) = (values.pop().unwrap_or_default(), values[0]);
-            let span = values
-                .iter()
-                .fold(0.0f64, |most, value| most.max(value.abs()));
-            if (end - begin).abs() > 1e-3 * span {
-                return Err(unreadable(format!(
-                    "the curve must repeat itself: {begin:e} {} at the period's beginning, but {end:e} at its end",
-                    quantity.si
-                )));
-            }
-        }
-        if times.len() < 3 {
-            return Err(unreadable(format!(
-                "a period needs at least 3 different times, found {}",
-                times.len()
-            )));
-        }
-        if own != period {
-            times.iter_mut().for_each(|time| *time *= period / own);
-        }
-        let slopes = monotone_slopes(&times, &values, period);
-        Ok(Self {
-            times,
-            values,
-            slopes,
-            period,
-        })
-    }
-}
-
-/// Fields of a row of numbers.
-fn fields(row: &str) -> Vec<&str> {
-    let fields = row.split([',', ';', ' ', '\t']);
-    fields.filter(|field| !field.is_empty()).collect()
-}
-
-/// Fields of a header, in which a name and its unit may stand apart: "t (s), Q (ml/min)".
-fn fields_of_header(row: &str) -> Vec<&str> {
-    let separator = if row.contains([',', ';']) {
-        &[',', ';'][..]
-    } else {
-        &['\t', ' '][..]
-    };
-    let fields = row.split(separator).map(str::trim);
-    fields.filter(|field| !field.is_empty()).collect()
-}
-
-/// The unit with which a column's name ends, as `flow_ml_min`, `Q (ml/min)` or `pressure [mmHg]`.
-fn unit_of(name: &str, units: &[(&str, f64)]) -> Option<f64> {
-    let bracketed = name.split_once(['(', '[']).map(|(_, unit)| unit);
-    let parts: Vec<&str> = match bracketed {
-        Some(unit) => vec![unit],
-        // Every way to cut off what stands before the unit
-        None => (name.match_indices(['_', ' ']))
-            .map(|(i, _)| &name[i + 1..])
-            .collect(),
-    };
-    parts.into_iter().find_map(|part| {
-        let letters = part.chars().filter(char::is_ascii_alphanumeric);
-        let word: String = letters.collect::<String>().to_lowercase();
-        let mut known = units.iter();
-        known.find(|(unit, _)| *unit == word).map(|(_, size)| *size)
-    })
 }
 
 /// A periodic function as pairs of time (s) and value to interpolate linearly, from 0 to the period's end: ten thousand

@@ -3,6 +3,7 @@
 use super::Material;
 use super::schema::{Key, Kind, Schema, Table, above, from, join};
 use super::table::{choice, table, words};
+use crate::tabular::units::{self, Unit};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -71,6 +72,13 @@ words! {
 }
 
 impl LengthUnit {
+    /// The unit in any usual spelling, such as `millimetre` or `µm`.
+    pub fn spelled(word: &str) -> Option<Self> {
+        let unit = Unit::parse(word).filter(|unit| unit.dimension == units::LENGTH)?;
+        let is = |known: &Self| (known.metres() / unit.size - 1.0).abs() < 1e-9;
+        Self::ALL.into_iter().find(is)
+    }
+
     /// In metres.
     pub fn metres(self) -> f64 {
         match self {

@@ -12,15 +12,18 @@ pub struct Arguments {
     /// Folder to write, which must not exist or be empty.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Centre-line: .csv (x,y,z or x,y,z,r), .vtp of VMTK, or .swc [default: a straight one].
+    /// Centre-line: a table (.csv, .txt, .dat: x,y,z or x,y,z,r), .vtp of VMTK or SimVascular, or .swc [default: a straight one].
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
-    /// Surface of the lumen: .stl or .vtp [default: circles of the centre-line's radii].
+    /// Surface of the lumen: .stl, .vtp, .vtk, .ply or .obj [default: circles of the centre-line's radii].
     #[arg(long, value_name = "FILE")]
     lumen: Option<PathBuf>,
-    /// Unit of the lengths in these files.
+    /// Unit of the lengths in these files, unless the header of the line says it.
     #[arg(long, value_name = "m|cm|mm|um", value_parser = unit)]
     unit: Option<LengthUnit>,
+    /// Unit of the lengths in the file of the surface [default: --unit].
+    #[arg(long, value_name = "m|cm|mm|um", requires = "lumen", value_parser = unit)]
+    lumen_unit: Option<LengthUnit>,
     /// Which of several lines, such as CenterlineIds=0; an error lists them.
     #[arg(long, value_name = "NAME", requires = "from")]
     branch: Option<String>,
@@ -33,7 +36,7 @@ pub struct Arguments {
     /// What the vessel is like.
     #[arg(long, value_enum, default_value_t)]
     like: Like,
-    /// Flow at the inlet over a period: two columns, or SimVascular's .flow (cm³/s, negative inward).
+    /// Flow at the inlet over a period: a table with times and flows, or SimVascular's .flow (cm³/s unless it says otherwise).
     #[arg(long, value_name = "FILE")]
     flow: Option<PathBuf>,
     /// Unit of the flows in that file [default: that in its header; of a .flow of SimVascular cm3/s].
@@ -48,8 +51,7 @@ pub struct Arguments {
 }
 
 fn unit(word: &str) -> Result<LengthUnit, String> {
-    let found = LengthUnit::ALL.into_iter().find(|unit| unit.name() == word);
-    found.ok_or_else(|| "expected m, cm, mm or um".to_owned())
+    LengthUnit::spelled(word).ok_or_else(|| "expected m, cm, mm or um".to_owned())
 }
 
 /// Writes the folder and says what comes next.
@@ -89,6 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         line: arguments.from.clone(),
         lumen: arguments.lumen.clone(),
         unit: arguments.unit,
+        lumen_unit: arguments.lumen_unit,
         branch: arguments.branch.clone(),
         is_reversed: arguments.reverse,
         radius: arguments.radius,

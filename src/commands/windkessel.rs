@@ -46,8 +46,7 @@ pub struct Arguments {
 }
 
 pub(super) fn unit(word: &str) -> Result<FlowUnit, String> {
-    let known = FlowUnit::ALL.into_iter().find(|unit| unit.name() == word);
-    known.ok_or_else(|| {
+    FlowUnit::spelled(word).ok_or_else(|| {
         let words: Vec<&str> = FlowUnit::ALL.iter().map(|unit| unit.name()).collect();
         format!("expected one of {}", words.join(", "))
     })
@@ -103,7 +102,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             file_period: None,
         },
     };
-    let curve = FlowCurve::new(&inflow, period).map_err(|e| wrong(e.to_string()))?;
+    let curve = FlowCurve::new(&inflow, period).map_err(|e| {
+        let reason = e.to_string().replace("inflow.unit", "--unit");
+        wrong(match &arguments.flow {
+            Some(_) => reason.replace(
+                "write the curve's own into `file_period_s` beside the file, and it is stretched",
+                "--period S says how long it is",
+            ),
+            None => reason,
+        })
+    })?;
     let is_allowed = arguments.proximal.is_none_or(|r| r > 0.0 && r < 1e15);
     if !is_allowed {
         return Err(wrong(
@@ -186,6 +194,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     // Without the drop over the proximal resistance
     let initial = expected.mean * resistance / whole;
+    if let Some(table) = curve.table() {
+        terminal::print(format_args!("# flow: {}\n", table.understood()))?;
+    }
     Ok(terminal::print(format_args!(
         "[windkessel]\n\
          resistance_Pa_s_m3 = {resistance:.4e}\n\

@@ -1,11 +1,12 @@
 //! Files that are whole or absent, and what tells whether one has changed.
 
 mod fingerprint;
+pub mod text;
 
 pub use fingerprint::{FileFingerprint, FingerprintError};
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 /// How the names of files and folders begin whose contents are to take the place of others once they are whole.
@@ -14,6 +15,32 @@ pub const UNFINISHED: &str = ".tmp";
 /// The error of a file or folder with its name, which the system does not say: `RUN/history.csv: No space left on device`.
 pub fn named(path: &Path) -> impl Fn(io::Error) -> io::Error {
     move |error| io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
+
+/// The bytes of a file. A device, a pipe or a socket is refused before it is opened: reading it might never end.
+///
+/// # Errors
+/// If it cannot be read, is no regular file, or is larger than `most_bytes`, in words.
+pub fn read_regular(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
+    let invalid = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
+    let kind = std::fs::metadata(path)?.file_type();
+    if kind.is_dir() {
+        return Err(invalid("this is a folder, not a file".into()));
+    }
+    if !kind.is_file() {
+        return Err(invalid(
+            "this is a device, a pipe or a socket, not a file".into(),
+        ));
+    }
+    let mut bytes = Vec::new();
+    (File::open(path)?.take(most_bytes + 1)).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > most_bytes {
+        true => Err(invalid(format!(
+            "larger than {} MiB: this cannot be the right file",
+            most_bytes >> 20
+        ))),
+        false => Ok(bytes),
+    }
 }
 
 /// Writes `contents` under a temporary name in the same folder and renames it, so that a reader, or a run that is

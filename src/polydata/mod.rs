@@ -1,14 +1,16 @@
 //! Points, lines and triangles from files that other programs write.
 
+mod legacy;
+mod obj;
+mod ply;
 mod stl;
 mod surface;
 mod vtp;
 
 pub use surface::{Crossing, Surface};
 
+use crate::files;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::Read;
 use std::path::Path;
 
 /// Far larger than what is segmented of a vessel.
@@ -23,15 +25,15 @@ pub struct PolyData {
     pub lines: Vec<Vec<usize>>,
     /// Numbers of the points of each triangle; polygons with more corners are cut into triangles.
     pub triangles: Vec<[usize; 3]>,
-    /// Arrays with one number a point, by name.
+    /// Arrays with one number a point, by name; components of `CenterlineId` as `CenterlineId:0`, ….
     pub of_points: BTreeMap<String, Vec<f64>>,
     /// Arrays with one number a line, by name.
     pub of_lines: BTreeMap<String, Vec<f64>>,
 }
 
 impl PolyData {
-    /// Reads a file by its ending: `.vtp` (VTK's polydata in XML: ASCII, base64 or raw, compressed by zlib or not) or `.stl`
-    /// (ASCII or binary).
+    /// Reads a file by its ending: `.vtp` (VTK's polydata in XML: ASCII, base64 or raw, compressed by zlib or not), `.vtk` (the
+    /// same in VTK's old format), `.stl` (ASCII or binary), `.ply` or `.obj`.
     ///
     /// # Errors
     /// What is wrong with the file, in a sentence.
@@ -39,10 +41,21 @@ impl PolyData {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let reader: fn(&[u8]) -> Result<Self, String> = match ending.as_deref() {
             Some("vtp") => vtp::read,
+            Some("vtk") => legacy::read,
             Some("stl") => stl::read,
-            _ => return Err("expected a file that ends with .vtp or .stl".into()),
+            Some("ply") => ply::read,
+            Some("obj") => obj::read,
+            _ => {
+                return Err(
+                    "expected a file that ends with .vtp or .stl (or .vtk, .ply, .obj)".into(),
+                );
+            }
         };
-        let data = reader(&bytes(path)?)?;
+        let bytes = files::read_regular(path, MOST_BYTES).map_err(|error| error.to_string())?;
+        if bytes.is_empty() {
+            return Err("the file is empty".into());
+        }
+        let data = reader(&bytes)?;
         match data
             .points
             .iter()
@@ -56,26 +69,21 @@ impl PolyData {
             None => Ok(data),
         }
     }
-}
 
-/// The whole file, if it is a regular one.
-fn bytes(path: &Path) -> Result<Vec<u8>, String> {
-    let kind = fs::metadata(path)
-        .map_err(|error| error.to_string())?
-        .file_type();
-    if !kind.is_file() {
-        return Err("this is a folder, a device or a pipe, not a file".into());
+    /// Adds a polygon as triangles.
+    ///
+    /// # Errors
+    /// If it has a point that there is not.
+    fn add_polygon(&mut self, corners: &[usize]) -> Result<(), String> {
+        let count = self.points.len();
+        if let Some(corner) = corners.iter().find(|corner| **corner >= count) {
+            return Err(format!(
+                "a polygon has the point {corner}, counted from 0, and there are {count}"
+            ));
+        }
+        let others = 1..corners.len().saturating_sub(1);
+        self.triangles
+            .extend(others.map(|i| [corners[0], corners[i], corners[i + 1]]));
+        Ok(())
     }
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(|error| error.to_string())?;
-    file.take(MOST_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(|error| error.to_string())?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(format!(
-            "larger than {} MiB: this cannot be the right file",
-            MOST_BYTES >> 20
-        ));
-    }
-    Ok(bytes)
 }

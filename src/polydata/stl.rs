@@ -3,35 +3,65 @@
 //! little-endian).
 
 use super::PolyData;
+use crate::files::text::{lines, stranger};
 use std::collections::HashMap;
 
 /// Bytes before the triangles, and of each.
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
+/// So many triangles more than a file could hold are none: its bytes there mean something else.
+const UNLIKELY: usize = 1000;
+
 pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
+    if let Some(what) = stranger(bytes) {
+        return Err(what.into());
+    }
+    let body = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let begins_as_text =
+        (body.trim_ascii_start().get(..5)).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     let count = bytes
         .get(80..HEADER)
         .map(|field| u32::from_le_bytes([field[0], field[1], field[2], field[3]]) as usize);
-    let expected = count.map(|count| HEADER + TRIANGLE * count);
-    // Some programs begin binary files with "solid" as well: their length tells them apart.
-    let corners = if expected == Some(bytes.len()) {
-        binary(&bytes[HEADER..])
-    } else if bytes.trim_ascii_start().starts_with(b"solid") {
-        ascii(bytes)?
-    } else if let Some(count) = count {
-        return Err(format!(
-            "a binary STL of {count} triangles has {} bytes, and this file has {}: it is cut off or damaged",
-            HEADER + TRIANGLE * count,
-            bytes.len()
-        ));
-    } else {
-        return Err("neither an ASCII STL, which begins with \"solid\", nor a binary one".into());
+    let whole = bytes.len().saturating_sub(HEADER) / TRIANGLE;
+    let triangles = |count: usize| binary(&bytes[HEADER..HEADER + TRIANGLE * count]);
+    let corners = match count {
+        // Some programs begin binary files with "solid" as well: their length tells them apart.
+        Some(count) if HEADER + TRIANGLE * count == bytes.len() => triangles(count),
+        _ if begins_as_text && is_text(body) => ascii(&text_of(body))?,
+        // Some write their number only in the end, or never; and something behind the last triangle.
+        Some(0) => triangles(whole),
+        Some(count) if count <= whole => triangles(count),
+        Some(count) if count / UNLIKELY <= whole => {
+            return Err(format!(
+                "a binary STL that announces {count} triangles and has {whole} of them: it is cut off"
+            ));
+        }
+        _ => {
+            return Err(
+                "neither an ASCII STL, which begins with \"solid\", nor a binary one, which has the number of its \
+                 triangles behind 80 bytes"
+                    .into(),
+            );
+        }
     };
     if corners.is_empty() {
         return Err("the STL has no triangles".into());
     }
     Ok(merged(&corners))
+}
+
+/// Whether it goes on as text: no binary file is free of zeros.
+fn is_text(bytes: &[u8]) -> bool {
+    !bytes[..bytes.len().min(4096)].contains(&0)
+}
+
+/// Latin-1 if it is not UTF-8: the name of the solid may be in any encoding.
+fn text_of(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().copied().map(char::from).collect(),
+    }
 }
 
 fn binary(bytes: &[u8]) -> Vec<[f64; 3]> {
@@ -42,12 +72,10 @@ fn binary(bytes: &[u8]) -> Vec<[f64; 3]> {
     corners.map(point).collect()
 }
 
-fn ascii(bytes: &[u8]) -> Result<Vec<[f64; 3]>, String> {
-    let text = std::str::from_utf8(bytes)
-        .map_err(|_| "an ASCII STL that is not plain text: is it cut off or damaged?")?;
+fn ascii(text: &str) -> Result<Vec<[f64; 3]>, String> {
     let mut corners = Vec::new();
     let mut in_loop = None;
-    for (number, line) in text.lines().enumerate() {
+    for (number, line) in lines(text) {
         let mut words = line.split_whitespace();
         match words.next().map(str::to_lowercase).as_deref() {
             Some("outer") => in_loop = Some(corners.len()),
@@ -56,7 +84,7 @@ fn ascii(bytes: &[u8]) -> Result<Vec<[f64; 3]>, String> {
                 if found != 3 {
                     return Err(format!(
                         "line {}: a facet of {found} corners, not 3",
-                        number + 1
+                        number
                     ));
                 }
             }
@@ -65,7 +93,7 @@ fn ascii(bytes: &[u8]) -> Result<Vec<[f64; 3]>, String> {
                 let [x, y, z] = numbers[..] else {
                     return Err(format!(
                         "line {}: expected \"vertex\" and three numbers, found {:?}",
-                        number + 1,
+                        number,
                         line.trim()
                     ));
                 };

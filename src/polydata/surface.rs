@@ -30,25 +30,79 @@ pub struct OpenEdge {
     pub centre: Vec3,
     /// Number of its edges.
     pub edges: usize,
+    /// Area (m²) that they enclose: the magnitude of its vector.
+    pub area: f64,
+}
+
+/// Points closer to each other than this share of the surface's size are one.
+const WELD: f64 = 1e-5;
+
+/// Number of the point that stands for each point, and these points: the first of those that lie together.
+fn weld(points: &[[f64; 3]]) -> (Vec<usize>, Vec<[f64; 3]>) {
+    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for point in points {
+        for c in 0..3 {
+            bounds[0][c] = bounds[0][c].min(point[c]);
+            bounds[1][c] = bounds[1][c].max(point[c]);
+        }
+    }
+    let size = (0..3)
+        .map(|c| (bounds[1][c] - bounds[0][c]).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    let reach = WELD * size;
+    // Cells of twice the reach: what is within reach lies in this one or in one beside it.
+    let cell = |x: f64| {
+        if reach > 0.0 {
+            (x / (2.0 * reach)).floor() as i64
+        } else {
+            0
+        }
+    };
+    let mut known: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    let mut kept: Vec<[f64; 3]> = Vec::new();
+    let numbers = points.iter().map(|point| {
+        let around = |c: usize| {
+            [
+                cell(point[c] - reach - bounds[0][c]),
+                cell(point[c] + reach - bounds[0][c]),
+            ]
+        };
+        let [xs, ys, zs] = [around(0), around(1), around(2)];
+        for x in xs[0]..=xs[1] {
+            for y in ys[0]..=ys[1] {
+                for z in zs[0]..=zs[1] {
+                    let near = known.get(&[x, y, z]).into_iter().flatten();
+                    let is_near = |i: &&usize| {
+                        let squares = (0..3).map(|c| (kept[**i][c] - point[c]).powi(2));
+                        squares.sum::<f64>() <= reach * reach
+                    };
+                    if let Some(i) = near.into_iter().find(is_near) {
+                        return *i;
+                    }
+                }
+            }
+        }
+        let own = [0, 1, 2].map(|c| cell(point[c] - bounds[0][c]));
+        known.entry(own).or_default().push(kept.len());
+        kept.push(*point);
+        kept.len() - 1
+    });
+    (numbers.collect(), kept)
 }
 
 impl Surface {
-    /// The triangles of a file whose lengths are to be multiplied by `metres`. Points at the same place become one, and
-    /// triangles without area are left out.
+    /// The triangles of a file whose lengths are to be multiplied by `metres`. Points closer to each other than a hundred-thousandth of the
+    /// surface's size become one, so that hairline cracks close, and triangles without area are left out.
     ///
     /// # Errors
     /// If there are none, in words.
     pub fn new(data: &PolyData, metres: f64) -> Result<Self, String> {
-        let (mut known, mut points) = (HashMap::new(), Vec::new());
-        let mut number = |point: &[f64; 3]| {
-            *known
-                .entry(point.map(|x| (x + 0.0).to_bits()))
-                .or_insert_with(|| {
-                    points.push(Vec3::from(*point) * metres);
-                    points.len() - 1
-                })
-        };
-        let numbers: Vec<usize> = data.points.iter().map(&mut number).collect();
+        let (numbers, points) = weld(&data.points);
+        let points = points
+            .iter()
+            .map(|point| Vec3::from(*point) * metres)
+            .collect();
         let triangles = data.triangles.iter().map(|three| three.map(|i| numbers[i]));
         let triangles: Vec<[usize; 3]> = triangles
             .filter(|[a, b, c]| a != b && b != c && c != a)
@@ -110,19 +164,32 @@ impl Surface {
             let (a, b) = (root(&mut parent, *a), root(&mut parent, *b));
             parent.insert(a, b);
         }
-        let mut groups: HashMap<usize, (Vec3, usize)> = HashMap::new();
-        for [a, b] in &open {
-            let group = groups.entry(root(&mut parent, *a)).or_default();
-            group.0 += (self.points[*a] + self.points[*b]) * 0.5;
-            group.1 += 1;
+        // Each edge as its triangle runs through it, so that they follow each other around.
+        let mut along: HashMap<[usize; 2], [usize; 2]> = HashMap::new();
+        for [a, b, c] in &self.triangles {
+            for [from, to] in [[*a, *b], [*b, *c], [*c, *a]] {
+                along.insert([from.min(to), from.max(to)], [from, to]);
+            }
         }
-        let mut all: Vec<OpenEdge> = groups
-            .into_values()
-            .map(|(sum, edges)| OpenEdge {
-                centre: sum / edges as f64,
-                edges,
-            })
-            .collect();
+        let mut groups: HashMap<usize, Vec<[Vec3; 2]>> = HashMap::new();
+        for edge in &open {
+            let group = groups.entry(root(&mut parent, edge[0])).or_default();
+            group.push(along[edge].map(|i| self.points[i]));
+        }
+        let of_group = |edges: Vec<[Vec3; 2]>| {
+            let count = edges.len();
+            let centre = edges.iter().map(|[a, b]| (a + b) * 0.5).sum::<Vec3>() / count as f64;
+            let vector: Vec3 = edges
+                .iter()
+                .map(|[a, b]| (a - centre).cross(&(b - centre)) * 0.5)
+                .sum();
+            OpenEdge {
+                centre,
+                edges: count,
+                area: vector.norm(),
+            }
+        };
+        let mut all: Vec<OpenEdge> = groups.into_values().map(of_group).collect();
         all.sort_by(|a, b| {
             b.edges
                 .cmp(&a.edges)

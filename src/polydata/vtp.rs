@@ -254,6 +254,21 @@ fn add(
             _ => [t[1], t[0], t[2]],
         }));
     }
+    // Numbers of several ways, a component each.
+    for array in piece.arrays.iter().filter(|array| {
+        array.within == "PointData" && array.name == "CenterlineId" && array.components > 1
+    }) {
+        let n = array.components;
+        let values = numbers(array, Some(n * points))?;
+        for component in 0..n {
+            let column = all
+                .of_points
+                .entry(format!("{}:{component}", array.name))
+                .or_default();
+            column.resize(first, f64::NAN);
+            column.extend(values.iter().skip(component).step_by(n));
+        }
+    }
     for array in piece
         .arrays
         .iter()

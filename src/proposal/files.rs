@@ -45,8 +45,11 @@ pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
         None => None,
         Some(path) => {
             let wrong = |e: String| format!("--lumen {}: {e}", path.display());
-            let surface = Surface::new(&PolyData::read(path).map_err(wrong)?, unit.metres())
-                .map_err(wrong)?;
+            let surface = Surface::new(
+                &PolyData::read(path).map_err(wrong)?,
+                wishes.lumen_unit.unwrap_or(unit).metres(),
+            )
+            .map_err(wrong)?;
             Some(surface.area() / (TAU * line.length))
         }
     };

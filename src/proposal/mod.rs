@@ -3,6 +3,7 @@
 
 mod files;
 mod text;
+mod told;
 
 use crate::analysis::windkessel::TwoElements;
 use crate::case::{Case, FlowCurve, FlowUnit, FluidMesh, LengthUnit, Preset, ResolvedCase};
@@ -54,8 +55,10 @@ pub struct Wishes {
     pub line: Option<PathBuf>,
     /// File of the lumen's surface.
     pub lumen: Option<PathBuf>,
-    /// Unit of both.
+    /// Unit of both, unless the first says its own.
     pub unit: Option<LengthUnit>,
+    /// Unit of the surface, if it is another.
+    pub lumen_unit: Option<LengthUnit>,
     /// Which of several lines.
     pub branch: Option<String>,
     /// Whether the blood flows against the order of the line's points.
@@ -105,6 +108,8 @@ impl Proposal {
     /// # Errors
     /// What is missing, or all mistakes of the case.
     pub fn new(wishes: &Wishes) -> Result<Self, NoProposal> {
+        let (wishes, mut understood) = told::files(wishes).map_err(NoProposal::Input)?;
+        let wishes = &wishes;
         let survey = files::survey(wishes).map_err(NoProposal::Input)?;
         let mut files = Vec::new();
         for path in [&wishes.line, &wishes.lumen, &wishes.flow]
@@ -124,13 +129,14 @@ impl Proposal {
         }
         let case = loaded(trial.path(), wishes, &survey, &mut numbers)?;
         let (figures, remarks) = Figures::of(&case, wishes)?;
+        understood.extend(remarks);
         numbers.choose(&case, &figures);
         let text = text::case(wishes, &numbers);
-        load(trial.path(), &text)?;
+        load(trial.path(), &text, wishes)?;
         Ok(Self {
             text,
             files,
-            remarks,
+            remarks: understood,
         })
     }
 }
@@ -144,7 +150,7 @@ fn loaded(
 ) -> Result<ResolvedCase, NoProposal> {
     let mut first = None;
     for _ in 0..=DOUBLINGS {
-        match load(folder, &text::case(wishes, numbers)) {
+        match load(folder, &text::case(wishes, numbers), wishes) {
             Err(NoProposal::Case(errors)) if survey.is_from_file => {
                 first.get_or_insert(errors);
                 numbers.smoothing = numbers.smoothing.map(|length| 2.0 * length);
@@ -155,13 +161,10 @@ fn loaded(
     Err(first.map_or_else(|| NoProposal::Input("no case".into()), NoProposal::Case))
 }
 
-fn load(folder: &Path, text: &str) -> Result<ResolvedCase, NoProposal> {
+fn load(folder: &Path, text: &str, wishes: &Wishes) -> Result<ResolvedCase, NoProposal> {
     std::fs::write(folder.join("case.toml"), text)?;
-    Case::load(folder, Preset::Paper, &[]).map_err(|errors| {
-        // Of the folder for trials nobody has heard.
-        let trial = format!("{}/", folder.display());
-        NoProposal::Case(errors.to_string().replace(&trial, ""))
-    })
+    Case::load(folder, Preset::Paper, &[])
+        .map_err(|errors| NoProposal::Case(told::mistakes(&errors, wishes, folder)))
 }
 
 /// What meshes and times follow from.
@@ -207,6 +210,8 @@ impl Figures {
             flows.iter().sum::<f64>() / 1000.0,
             flows.iter().fold(0.0f64, |most, q| most.max(q.abs())),
         ];
+        let plausible =
+            told::plausible(wishes, &curve, of_flow, mean).map_err(NoProposal::Input)?;
         let nu = case.blood.viscosity / case.blood.density;
         let omega = TAU / period;
         let womersley = mean * (omega / nu).sqrt();
@@ -235,6 +240,7 @@ impl Figures {
                 "take care: above a Reynolds number of about {TURBULENT:.0} flow may be turbulent, and the blood is computed as laminar"
             ));
         }
+        remarks.extend(plausible);
         let figures = Self {
             radii: [range[0], mean],
             curve,

@@ -109,6 +109,9 @@ fn lumen(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
     }
     if let Some(path) = &wishes.lumen {
         let _ = writeln!(text, "lumen = {}", name(path));
+        if let Some(unit) = wishes.lumen_unit {
+            let _ = writeln!(text, "lumen_unit = \"{}\"", unit.name());
+        }
         *text += "# lumen_smoothing_m = 1e-3 # the same on the surface; if absent, three times the length of a triangle\n";
     } else if !numbers.has_radius {
         let _ = writeln!(text, "radius_m = {r:e}");

@@ -337,9 +337,75 @@ fn flow_curves_are_refused_with_the_line() {
         ),
         (
             b"time_s,flow_m3_s\n0,1e-6\n0.5,\xff\xff\n",
-            "line 3 is not UTF-8",
+            ":3: expected a number",
         ),
         (b"", ":1: expected the header"),
+        (
+            b"t (s),Q (gal/min)\n0,1\n0.5,2\n0.7,1\n",
+            ":1: \"gal/min\" is no unit of flow that is known: expected m3/s, cm3/s, mm3/s, ml/s, ml/min, l/s, l/min",
+        ),
+        (
+            b"t (s),v (cm/s)\n0,1\n0.5,2\n0.7,1\n",
+            ":1: \"v (cm/s)\" is a velocity (cm/s), and a flow is expected: multiply it by the area of the lumen",
+        ),
+        (
+            b"t (s),p (mmHg)\n0,80\n0.5,120\n0.7,90\n",
+            "is a pressure (mmHg), and a flow is expected",
+        ),
+        (
+            b"t (furlong/s),Q (ml/s)\n0,1\n0.5,2\n0.7,1\n",
+            ":1: \"furlong/s\" is no unit of time: expected s, ms, min",
+        ),
+        (
+            b"t (s),Q left (ml/s),Q right (ml/s)\n0,1,2\n0.5,2,3\n0.7,1,2\n",
+            ":1: several columns may be the flow: \"Q left (ml/s)\", \"Q right (ml/s)\"; leave only the times and one of them",
+        ),
+        (
+            b"4 2\n0 1e-6\n0.5 2e-6\n0.7 1e-6\n",
+            ":1: this line seems to count the rows, 4, but 3 follow",
+        ),
+        (
+            b"t (s);Q (ml/s)\n0,0;1,5\n0.5;2,5\n",
+            "line 2 has a comma within a number and line 3 a point",
+        ),
+        (
+            b"t (s);Q (ml/s)\n0,0;1.234,5\n0,5;2,5\n",
+            ":2: expected a number, found \"1.234,5\": write no marks between thousands",
+        ),
+        (
+            b"t (s),Q (ml/s)\n0,5.5\n400,6\n850,5.5\n",
+            ":3: the time 400.0 s is outside the period from 0 to 1.0 s: if the times are in milliseconds, call their column \"t (ms)\"",
+        ),
+        (
+            b"t (s),Q (ml/s)\n7.0,5.5\n7.4,6\n7.8,5.5\n",
+            ":2: the time 7.0 s is outside the period from 0 to 1.0 s: the first time is 7.0 s, and a period begins at 0",
+        ),
+        (
+            b"0 5.5\n0.4 6.5\n0.8 5.5\n",
+            ":1: expected the header time_s,flow_m3_s, or the unit of the column (inflow.unit: m3/s,",
+        ),
+        (
+            b"0 5.5e-6\n0.4 6.5e-6\n0.8 5.5e-6\n",
+            "with values up to 0.0000065, m3/s would fit a vessel",
+        ),
+        (
+            b"PK\x03\x04\0\0\0",
+            "such as a workbook of Excel or LibreOffice: save the sheet as CSV",
+        ),
+        (
+            b"\xd0\xcf\x11\xe0\xa1",
+            "an old workbook of Excel: save the sheet as CSV",
+        ),
+        (
+            b"<!DOCTYPE html>\n<html></html>",
+            "this is a web page, not the file itself",
+        ),
+        (
+            b"version https://git-lfs.github.com/spec/v1\noid sha256:7\n",
+            "fetch it with `git lfs pull`",
+        ),
+        (b"\x1f\x8b\x08\x00", "compressed by gzip: unpack it"),
+        (b"0,1\n\0\x01\x02", "this is a binary file, not text"),
     ] {
         std::fs::write(&file, text).unwrap();
         let errors = refuse(

@@ -389,6 +389,161 @@ fn flow_curves_come_in_any_unit_and_with_any_separator() {
     }
 }
 
+/// A steady beat of 1 to 5 ml/s in every shape that files come in.
+#[test]
+fn the_same_flow_is_read_from_every_shape_of_table() {
+    let scratch = tempfile::tempdir().unwrap();
+    let rows = [(0.0, 1.0), (0.2, 5.0), (0.4, 1.25)];
+    let table = |head: &str, between: &str, factor: f64, more: &str| -> String {
+        let rows = rows.map(|(t, q)| format!("{t}{between}{}{more}\n", q * factor));
+        format!("{head}{}", rows.concat())
+    };
+    let commas = |text: String| text.replace('.', ",");
+    for (name, text, said) in [
+        (
+            "tab.txt",
+            table("time (s)\tflow (ml/s)\n", "\t", 1.0, ""),
+            "separated by tabs",
+        ),
+        (
+            "german.csv",
+            commas(table("Zeit (s);Fluss (ml/s)\n", ";", 1.0, "")),
+            "semicolons, decimal commas",
+        ),
+        (
+            "bom.csv",
+            table("\u{feff}time (s),Q (mL/sec)\r\n", ",", 1.0, "\r"),
+            "flow in \"Q (mL/sec)\"",
+        ),
+        (
+            "two-lines.csv",
+            table("time,flow\ns,ml/s\n", ",", 1.0, ""),
+            "3 rows",
+        ),
+        (
+            "superscript.csv",
+            table("time (s),Q (cm³/s)\n", ",", 1.0, ""),
+            "(cm3/s)",
+        ),
+        (
+            "micro.csv",
+            table("time (s),Q (µl/s)\n", ",", 1000.0, ""),
+            "(mm3/s)",
+        ),
+        (
+            "greek.csv",
+            table("time (s),Q (μl/s)\n", ",", 1000.0, ""),
+            "(mm3/s)",
+        ),
+        (
+            "third.csv",
+            table("time_s,flow_ml_s,sd\n", ",", 1.0, ",0.1"),
+            "\"sd\" left out",
+        ),
+        (
+            "pandas.csv",
+            ",time_s,flow_ml_s\n0,0.0,1\n1,0.2,5\n2,0.4,1.25\n".into(),
+            "\"time_s\"",
+        ),
+        (
+            "swapped.csv",
+            "flow_ml_s,time_s\n1,0.0\n5,0.2\n1.25,0.4\n".into(),
+            "times in \"time_s\"",
+        ),
+        (
+            "counts.flow",
+            table("3 2\n", " ", -1.0, ""),
+            "negative values enter",
+        ),
+        (
+            "positive.flow",
+            table("", " ", 1.0, ""),
+            "positive values enter, as in SimVascular's 0-D and 1-D solvers",
+        ),
+        (
+            "negative.flow",
+            table("", "   ", -1.0, ""),
+            "as in SimVascular's 3-D solver: their sign is changed",
+        ),
+        (
+            "cubic-mm.flow",
+            table(
+                "#\n# time\tflow  \n#  (s)\t(mm^3/sec)\n#\n",
+                "\t",
+                -1000.0,
+                "",
+            ),
+            "(mm3/s)",
+        ),
+        (
+            "words.flow",
+            table("# inflow in mm^3/s\n", " ", -1000.0, ""),
+            "(mm3/s)",
+        ),
+        (
+            "minutes.csv",
+            table("t [ms],Q / ml/min\n", ",", 60.0, "")
+                .replace("\n0.2,", "\n200,")
+                .replace("\n0.4,", "\n400,"),
+            "(ms)",
+        ),
+        (
+            "latin1.csv",
+            table("time (s),Q (cm3/s)\n", ",", 1.0, ""),
+            "(cm3/s)",
+        ),
+    ] {
+        let file = scratch.path().join(name);
+        let mut bytes = text.into_bytes();
+        if name == "latin1.csv" {
+            bytes = String::from_utf8(bytes)
+                .unwrap()
+                .replace("cm3", "cm\u{b3}")
+                .chars()
+                .map(|c| c as u8)
+                .collect();
+        }
+        std::fs::write(&file, bytes).unwrap();
+        let inflow = Inflow {
+            base: 0.0,
+            amplitude: 0.0,
+            systole: 1.0,
+            exponent: 1.0,
+            file: Some(file),
+            unit: None,
+            file_period: None,
+        };
+        let curve = FlowCurve::new(&inflow, 0.8).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let understood = curve.table().unwrap().understood();
+        assert!(understood.contains(said), "{name}: {understood}");
+        for (t, q) in rows {
+            assert_relative_eq!(curve.flow(t), 1e-6 * q, max_relative = 1e-12);
+        }
+    }
+    // What a file of two equal values says is a steady flow.
+    let steady = table_of(
+        &scratch.path().join("steady.flow"),
+        "0 -2000\n0.8 -2000\n",
+        Some(FlowUnit::CubicMillimetreSecond),
+    );
+    assert_relative_eq!(steady.flow(0.3), 2e-6, max_relative = 1e-12);
+    assert_eq!(steady.gap(3.0), None);
+}
+
+fn table_of(file: &Path, text: &str, unit: Option<FlowUnit>) -> FlowCurve {
+    std::fs::write(file, text).unwrap();
+    let inflow = Inflow {
+        base: 0.0,
+        amplitude: 0.0,
+        systole: 1.0,
+        exponent: 1.0,
+        file: Some(file.to_owned()),
+        unit,
+        file_period: None,
+    };
+    FlowCurve::new(&inflow, 0.8).unwrap_or_else(|e| panic!("{e}"))
+}
+
 #[test]
 fn a_flow_curve_from_a_file_interpolates_repeats_and_never_overshoots() {
     let text = "# measured\ntime_s, flow_m3_s\n0.0,1e-6\n0.1,5e-6\n0.2,5e-6\n\n0.5,2e-6\r\n0.8,1e-6\n1.0,1e-6\n";

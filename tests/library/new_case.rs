@@ -219,6 +219,128 @@ fn a_flow_comes_as_the_user_has_it() {
     approx::assert_relative_eq!(resistance, 13332.2 / 3e-6, max_relative = 0.02);
 }
 
+/// What was understood is said, and what cannot be meant is refused with the likely cause.
+#[test]
+fn new_says_what_it_understood_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let curve = |factor: f64| -> String {
+        let row = |i: i32| {
+            let t = f64::from(i) / 20.0;
+            format!(
+                "{t} {}\n",
+                factor * (4.0 + 2.0 * (std::f64::consts::TAU * t).sin())
+            )
+        };
+        (0..=20).map(row).collect()
+    };
+    let put = |name: &str, text: String| std::fs::write(here.join(name), text).unwrap();
+    put("positive.flow", curve(1.0));
+    put("negative.flow", curve(-1.0));
+    put(
+        "cubic-mm.flow",
+        format!("# (s) (mm^3/s)\n{}", curve(-1000.0)),
+    );
+    for file in ["positive.flow", "negative.flow", "cubic-mm.flow"] {
+        let said = succeeds(here, &["new", &format!("of-{file}"), "--flow", file]);
+        assert!(
+            said.contains("flow      240 ml/min on average"),
+            "{file}: {said}"
+        );
+        assert!(said.contains(&format!("read      {file}: 21 rows, columns separated by blanks; times in column 1 (s), flow in column 2")), "{file}: {said}");
+        let case = std::fs::read_to_string(here.join(format!("of-{file}/case.toml"))).unwrap();
+        assert!(case.contains("[windkessel]"), "{file}");
+    }
+    // In the header of the line stands its unit, and the surface has another one.
+    let tube = Tube::straight(0.04, |_, _| 3e-3);
+    tube.write_line(&here.join("line.csv"), 20, 1e3);
+    let line = std::fs::read_to_string(here.join("line.csv")).unwrap();
+    let rows = line
+        .lines()
+        .filter(|line| line.starts_with(|c: char| c.is_ascii_digit() || c == '-'));
+    put(
+        "line-mm.csv",
+        "x (mm),y (mm),z (mm)\n".to_owned()
+            + &rows.map(|row| format!("{row}\n")).collect::<String>(),
+    );
+    tube.write_surface(&here.join("lumen-cm.stl"), 40, 24, false, 1e2);
+    let both = ["--from", "line-mm.csv", "--lumen", "lumen-cm.stl"];
+    let said = succeeds(
+        here,
+        &[&["new", "two-units"], &both[..], &["--lumen-unit", "cm"]].concat(),
+    );
+    assert!(
+        said.contains("x, y, z in \"x (mm)\", \"y (mm)\", \"z (mm)\", no radii")
+            && said.contains("lumen-cm.stl: 1920 triangles"),
+        "{said}"
+    );
+    let case = Case::load(&here.join("two-units"), Preset::Demo, &[]).unwrap();
+    let radius = Vessel::new(case.vessel().unwrap()).lumen_radius(0.02, 0.3);
+    assert!((radius - 3e-3).abs() < 3e-5, "{radius}");
+
+    put(
+        "backwards.csv",
+        "t (s),Q (ml/s)\n0,-4\n0.3,-6\n0.7,-4\n".into(),
+    );
+    put("no-unit.flow", curve(-1000.0));
+    put(
+        "velocity.csv",
+        "t (s),v (m/s)\n0,0.4\n0.3,0.6\n0.7,0.4\n".into(),
+    );
+    put("bare.csv", "0,4e-6\n0.3,6e-6\n0.7,4e-6\n".into());
+    put("huge.csv", "t (s),Q (l/s)\n0,4\n0.3,6\n0.7,4\n".into());
+    put(
+        "doubtful.csv",
+        "t (s),Q (ml/s)\n0,400\n0.3,600\n0.7,400\n".into(),
+    );
+    for (arguments, message) in [
+        (&["--flow", "backwards.csv"][..], "the mean flow is -2"),
+        (
+            &["--flow", "no-unit.flow"],
+            "which no vessel has: is it in mm3/s",
+        ),
+        (
+            &["--flow", "velocity.csv"],
+            "is a velocity (m/s), and a flow is expected",
+        ),
+        (
+            &["--flow", "bare.csv"],
+            "the unit of the column (--flow-unit: m3/s",
+        ),
+        (&["--flow", "huge.csv"], "which no vessel has"),
+        (
+            &["--from", "line-mm.csv", "--unit", "cm", "--radius", "3e-3"],
+            "its header says mm, and cm was given (--unit)",
+        ),
+        (
+            &both,
+            "the surface is ten times smaller than the centre-line needs: in cm it fits, in mm it does not; correct its unit (--lumen-unit, or --unit of the line)",
+        ),
+        (&["--lumen-unit", "cm"], "--lumen <FILE>"),
+    ] {
+        let output = driver(here, &[&["new", "a"], arguments].concat());
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+        assert!(
+            error.contains(message),
+            "{arguments:?}: {error}\nexpected {message}"
+        );
+        // Nothing of a case that was never written.
+        for word in ["case.toml", "defaults.toml", "inflow.", "vessel."] {
+            assert!(!error.contains(word), "{arguments:?}: {error}");
+        }
+        assert!(!here.join("a").exists(), "{arguments:?}");
+    }
+    let said = succeeds(here, &["new", "fast", "--flow", "doubtful.csv"]);
+    assert!(said.contains("take care: the flow reaches"), "{said}");
+    let said = succeeds(here, &["windkessel", "--flow", "positive.flow"]);
+    assert!(
+        said.contains("positive values enter, as in SimVascular's 0-D and 1-D solvers")
+            && said.contains("mean flow 240.0 ml/min"),
+        "{said}"
+    );
+}
+
 #[test]
 fn what_is_refused_leaves_no_folder() {
     let folder = tempfile::tempdir().unwrap();

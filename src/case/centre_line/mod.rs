@@ -1,12 +1,15 @@
 //! Centre-lines from files that people have.
 
-mod csv;
+mod file;
 mod swc;
+mod table;
 mod vtp;
 
 use super::vessel::MOST_POINTS;
 use super::{LengthUnit, VesselDescription};
 use crate::interpolation::SmoothingSpline;
+use file::LineFile;
+pub use file::LineReading;
 use std::path::Path;
 
 /// A smooth line has so many points along the length whose waves are halved.
@@ -22,29 +25,9 @@ struct CentreLine {
 }
 
 impl CentreLine {
-    /// Reads the centre-line in `path`; of several the one that is called `branch`.
-    ///
-    /// # Errors
-    /// What is wrong with the file, in a sentence.
+    /// As [`LineFile::read`], without what else the file says.
     fn read(path: &Path, branch: Option<&str>) -> Result<Self, String> {
-        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let line = match (ending.as_deref(), branch) {
-            (Some("csv" | "txt" | "dat"), Some(_)) => {
-                Err("a table of points is one line: leave out vessel.branch".to_owned())
-            }
-            (Some("csv" | "txt" | "dat"), None) => csv::read(path),
-            (Some("vtp"), _) => vtp::read(path, branch),
-            (Some("swc"), _) => swc::read(path, branch),
-            _ => Err("expected a file that ends with .csv, .vtp or .swc".to_owned()),
-        }?;
-        if let Some(i) = line.radii.iter().position(|r| !(r.is_finite() && *r > 0.0)) {
-            return Err(format!(
-                "the radius of point {} is {:?}: expected one above 0",
-                i + 1,
-                line.radii[i]
-            ));
-        }
-        Ok(line)
+        LineFile::read(path, branch).map(|file| file.line)
     }
 
     /// Without points that lie where the one before does.
@@ -193,7 +176,9 @@ impl VesselDescription {
             ));
         }
         let named = |reason: String| (key, format!("{}: {reason}", path.display()));
-        let mut line = CentreLine::read(&path, self.branch.as_deref()).map_err(named)?;
+        let file = LineFile::read(&path, self.branch.as_deref()).map_err(named)?;
+        let metres = file.metres(unit).map_err(named)?;
+        let mut line = file.line;
         let count = line.points.len();
         if count < 2 || self.smoothing.is_none() && count > MOST_POINTS {
             return Err(named(format!(
@@ -205,7 +190,6 @@ impl VesselDescription {
                 }
             )));
         }
-        let metres = unit.metres();
         line.points.iter_mut().flatten().for_each(|x| *x *= metres);
         line.radii.iter_mut().for_each(|r| *r *= metres);
         if !path

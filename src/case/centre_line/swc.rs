@@ -1,10 +1,14 @@
-//! Trees of points in SWC: rows of `id type x y z radius parent`, where the root has the parent -1. A branch is the way from
-//! the root to an end, by whose number it is called.
+//! Trees of points in SWC: rows of `id type x y z radius parent`, where the root has a parent that there is not, -1 or 0. A
+//! branch is the way from the root to an end, by whose number it is called.
 
+use super::file::LineFile;
 use super::{CentreLine, listed};
-use crate::case::text_file;
+use crate::files::{read_regular, text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+
+/// Far larger than any tree that was traced.
+const MOST_BYTES: u64 = 64 << 20;
 
 struct Node {
     point: [f64; 3],
@@ -13,47 +17,10 @@ struct Node {
     line: usize,
 }
 
-pub fn read(path: &Path, branch: Option<&str>) -> Result<CentreLine, String> {
-    let text = text_file::read(path, text_file::OF_A_CURVE).map_err(|error| error.to_string())?;
-    let mut nodes: BTreeMap<i64, Node> = BTreeMap::new();
-    for (number, row) in text.lines().enumerate() {
-        let line = number + 1;
-        let row = row.split('#').next().unwrap_or_default().trim();
-        if row.is_empty() {
-            continue;
-        }
-        let fields: Vec<&str> = row.split_whitespace().collect();
-        let wrong =
-            || format!("line {line}: expected \"id type x y z radius parent\", found {row:?}");
-        let [id, _, x, y, z, r, parent] = fields[..] else {
-            return Err(wrong());
-        };
-        let whole = |word: &str| word.parse::<i64>().map_err(|_| wrong());
-        let real = |word: &str| {
-            let number = word.parse::<f64>().ok().filter(|x| x.is_finite());
-            number.ok_or_else(wrong)
-        };
-        let node = Node {
-            point: [real(x)?, real(y)?, real(z)?],
-            radius: real(r)?,
-            parent: whole(parent)?,
-            line,
-        };
-        if node.radius <= 0.0 {
-            return Err(format!("line {line}: expected a radius above 0, found {r}"));
-        }
-        if nodes.insert(whole(id)?, node).is_some() {
-            return Err(format!("line {line}: there is another point {id}"));
-        }
-    }
-    if let Some(node) =
-        (nodes.values()).find(|node| node.parent >= 0 && !nodes.contains_key(&node.parent))
-    {
-        return Err(format!(
-            "line {}: there is no point {}, its parent",
-            node.line, node.parent
-        ));
-    }
+pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
+    let bytes = read_regular(path, MOST_BYTES).map_err(|error| error.to_string())?;
+    let text = text::decode(&bytes)?;
+    let (nodes, scale) = nodes(&text)?;
     let parents: BTreeSet<i64> = nodes.values().map(|node| node.parent).collect();
     let ends: Vec<i64> = nodes
         .keys()
@@ -69,7 +36,7 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<CentreLine, String> {
     };
     let end = match (branch, &ends[..]) {
         (None, [end]) => *end,
-        (None, []) if nodes.is_empty() => return Ok(CentreLine::default()),
+        (None, []) if nodes.is_empty() => return Ok(LineFile::default()),
         (None, []) => {
             return Err("the points form a circle: the root must have the parent -1".into());
         }
@@ -92,10 +59,107 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<CentreLine, String> {
         }
     };
     let way = way(&nodes, end)?;
-    Ok(CentreLine {
-        points: way.iter().map(|node| node.point).collect(),
-        radii: way.iter().map(|node| node.radius).collect(),
+    if let Some(node) = way.iter().find(|node| node.radius <= 0.0) {
+        return Err(format!(
+            "line {}: expected a radius above 0, found {}",
+            node.line, node.radius
+        ));
+    }
+    let mean = scale.iter().product::<f64>().cbrt();
+    let scaled = |node: &&Node| [0, 1, 2].map(|c| node.point[c] * scale[c]);
+    let line = CentreLine {
+        points: way.iter().map(scaled).collect(),
+        radii: way.iter().map(|node| node.radius * mean).collect(),
+    };
+    Ok(LineFile {
+        line,
+        unit: None,
+        understood: format!(
+            "SWC with {} points, {} of them from the root to point {end}{}",
+            nodes.len(),
+            way.len(),
+            match scale {
+                [1.0, 1.0, 1.0] => String::new(),
+                [x, y, z] => format!("; multiplied by its SCALE {x} {y} {z}"),
+            }
+        ),
     })
+}
+
+/// All points by their numbers, and what their coordinates are to be multiplied by.
+fn nodes(text: &str) -> Result<(BTreeMap<i64, Node>, [f64; 3]), String> {
+    let mut nodes: BTreeMap<i64, Node> = BTreeMap::new();
+    let mut scale = [1.0; 3];
+    for (line, row) in text::lines(text) {
+        let (row, comment) = row.split_once('#').unwrap_or((row, ""));
+        if let Some(found) = scale_of(comment, line)? {
+            scale = found;
+        }
+        let row = row.trim();
+        let fields: Vec<&str> = (row.split(|c: char| c.is_whitespace() || c == ','))
+            .filter(|field| !field.is_empty())
+            .collect();
+        if fields.is_empty()
+            || nodes.is_empty() && fields[0].parse::<f64>().is_err() && fields.len() > 1
+        {
+            continue; // names of the columns
+        }
+        let wrong =
+            || format!("line {line}: expected \"id type x y z radius parent\", found {row:?}");
+        // What stands behind the parent belongs to other programs.
+        let [id, _, x, y, z, r, parent, ..] = fields[..] else {
+            return Err(wrong());
+        };
+        let real = |word: &str| {
+            let number = word.parse::<f64>().ok().filter(|x| x.is_finite());
+            number.ok_or_else(wrong)
+        };
+        let whole = |word: &str| {
+            real(word).and_then(|x| {
+                if x.fract() == 0.0 {
+                    Ok(x as i64)
+                } else {
+                    Err(wrong())
+                }
+            })
+        };
+        let node = Node {
+            point: [real(x)?, real(y)?, real(z)?],
+            radius: real(r)?,
+            parent: whole(parent)?,
+            line,
+        };
+        if nodes.insert(whole(id)?, node).is_some() {
+            return Err(format!("line {line}: there is another point {id}"));
+        }
+    }
+    let mut orphans = nodes
+        .values()
+        .filter(|node| node.parent > 0 && !nodes.contains_key(&node.parent));
+    match orphans.next() {
+        Some(node) => Err(format!(
+            "line {}: there is no point {}, its parent",
+            node.line, node.parent
+        )),
+        None => Ok((nodes, scale)),
+    }
+}
+
+/// The factors of a comment `SCALE x y z`.
+fn scale_of(comment: &str, line: usize) -> Result<Option<[f64; 3]>, String> {
+    let mut words = comment.split_whitespace();
+    if words.next() != Some("SCALE") {
+        return Ok(None);
+    }
+    let factors: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
+    match factors[..] {
+        [] => Ok(None),
+        [all] if all > 0.0 && all.is_finite() => Ok(Some([all; 3])),
+        [x, y, z] if [x, y, z].iter().all(|f| *f > 0.0 && f.is_finite()) => Ok(Some([x, y, z])),
+        _ => Err(format!(
+            "line {line}: expected SCALE and three numbers above 0, found {comment:?}"
+        )),
+    }
 }
 
 /// From the root to a point.
@@ -103,6 +167,10 @@ fn way(nodes: &BTreeMap<i64, Node>, end: i64) -> Result<Vec<&Node>, String> {
     let (mut way, mut next) = (Vec::new(), end);
     while let Some(node) = nodes.get(&next) {
         way.push(node);
+        // A root may name itself.
+        if node.parent == next {
+            break;
+        }
         next = node.parent;
         if way.len() > nodes.len() {
             return Err(format!(

@@ -1,25 +1,31 @@
 //! Lines in VTK's polydata, as VMTK writes them: each target has a line from its source, and `MaximumInscribedSphereRadius`
 //! says how wide the lumen is; after `vmtkbranchextractor` they are cut into tracts with `CenterlineIds`, `TractIds`,
-//! `GroupIds` and `Blanking`.
+//! `GroupIds` and `Blanking`. Lines of two points each, as SimVascular's reduced-order models have them, are a tree (`pairs`).
 
+mod pairs;
+
+use super::file::LineFile;
 use super::{CentreLine, listed};
 use crate::polydata::PolyData;
 use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Names of the radius, in the order in which they are looked for.
-const RADII: [&str; 4] = [
+const RADII: [&str; 7] = [
     "MaximumInscribedSphereRadius",
     "InscribedSphereRadius",
     "Radius",
     "radius",
+    "Radii",
+    "radii",
+    "R",
 ];
 /// What tells lines apart, in the order in which it is offered.
 const NAMES: [&str; 2] = ["CenterlineIds", "GroupIds"];
 /// A line goes on in the next one that begins so close to its end, relative to the largest distance of its points.
 const JOINT: f64 = 3.0;
 
-pub fn read(path: &Path, branch: Option<&str>) -> Result<CentreLine, String> {
+pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
     let data = PolyData::read(path)?;
     if data.lines.is_empty() {
         return Err(match data.triangles.len() {
@@ -29,40 +35,61 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<CentreLine, String> {
             ),
         });
     }
+    let chosen = match pairs::Tree::new(&data) {
+        Some(tree) => tree.branch(branch)?,
+        None => of_lines(&data, branch)?,
+    };
+    let radius = RADII
+        .iter()
+        .find_map(|name| Some((*name, data.of_points.get(*name)?)));
+    let line = CentreLine {
+        points: chosen.iter().map(|i| data.points[*i]).collect(),
+        radii: radius.map_or_else(Vec::new, |(_, radius)| {
+            chosen.iter().map(|i| radius[*i]).collect()
+        }),
+    };
+    let radii = radius.map_or("no radii".to_owned(), |(name, _)| format!("radii {name}"));
+    Ok(LineFile {
+        line,
+        unit: None,
+        understood: format!(
+            "VTK's polydata: {} lines, {} of {} points taken, {radii}",
+            data.lines.len(),
+            chosen.len(),
+            data.points.len()
+        ),
+    })
+}
+
+/// The points of one of several lines.
+fn of_lines(data: &PolyData, branch: Option<&str>) -> Result<Vec<usize>, String> {
     let all: Vec<usize> = (0..data.lines.len()).collect();
-    let chosen = match branch {
+    Ok(match branch {
         None => {
-            let (whole, is_all) = joined(&data, &all);
+            let (whole, is_all) = joined(data, &all);
             // Copies of the one centre-line that there is are no branches.
-            let ids = values(&data, NAMES[0]);
+            let ids = values(data, NAMES[0]);
             match (is_all, ids.len()) {
                 (true, _) => whole,
-                (false, 1) => joined(&data, &in_order(&data, &all)).0,
+                (false, 1) => joined(data, &in_order(data, &all)).0,
                 _ => {
                     return Err(format!(
                         "the file has several lines: choose one by vessel.branch = {}",
-                        offered(&data)
+                        offered(data)
                     ));
                 }
             }
         }
         Some(branch) => {
-            let lines = find(&data, branch);
+            let lines = find(data, branch);
             if lines.is_empty() {
                 return Err(format!(
                     "there is no branch {branch:?}; there is {}",
-                    offered(&data)
+                    offered(data)
                 ));
             }
-            joined(&data, &in_order(&data, &lines)).0
+            joined(data, &in_order(data, &lines)).0
         }
-    };
-    let radius = RADII.iter().find_map(|name| data.of_points.get(*name));
-    Ok(CentreLine {
-        points: chosen.iter().map(|i| data.points[*i]).collect(),
-        radii: radius.map_or_else(Vec::new, |radius| {
-            chosen.iter().map(|i| radius[*i]).collect()
-        }),
     })
 }
 

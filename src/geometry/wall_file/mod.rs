@@ -10,10 +10,14 @@ mod vtu;
 use super::mesh_file::MeshFileError;
 use super::{HexFace, HexMesh, HexShape, WallDirections};
 use crate::Vec3;
+use crate::files::read_regular;
 use lattice::Lattice;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 use std::sync::Arc;
+
+/// Far larger than any wall that can be computed.
+const MOST_BYTES: u64 = 4 << 30;
 
 /// What a file says of a wall, with lengths in its own unit.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -36,6 +40,8 @@ struct FileHex {
     nodes: Lattice,
     /// Index of its region.
     region: usize,
+    /// Its number in the file.
+    label: String,
 }
 
 impl WallFile {
@@ -49,13 +55,11 @@ impl WallFile {
             .extension()
             .and_then(|end| end.to_str())
             .unwrap_or_default();
-        let text = || {
-            std::fs::read_to_string(path)
-                .map_err(|e| wrong(format!("it cannot be read as text: {e}")))
-        };
+        let bytes =
+            || read_regular(path, MOST_BYTES).map_err(|e| wrong(format!("it cannot be read: {e}")));
         let file = match end.to_ascii_lowercase().as_str() {
-            "msh" => gmsh::read(&text()?),
-            "inp" => abaqus::read(&text()?),
+            "msh" => gmsh::read(&bytes()?),
+            "inp" => abaqus::read(path),
             _ => vtu::read(path),
         };
         let mut file = file.map_err(wrong)?;
@@ -63,7 +67,54 @@ impl WallFile {
             return Err(wrong("it has no hexahedra".into()));
         }
         file.turn_right_handed();
+        file.refuse_folded().map_err(wrong)?;
         Ok(file)
+    }
+
+    /// # Errors
+    /// Which hexahedron has its corners in another order than the format wants, or is there twice.
+    fn refuse_folded(&self) -> Result<(), String> {
+        const GAUSS: [f64; 2] = [-0.577_350_269_189_625_8, 0.577_350_269_189_625_8];
+        const STEP: f64 = 1e-5;
+        let mut known: HashMap<Vec<usize>, &str> = HashMap::new();
+        for hex in &self.hexes {
+            let nodes: Vec<Vec3> = hex
+                .nodes
+                .nodes
+                .iter()
+                .map(|&node| self.nodes[node])
+                .collect();
+            let position = |xi: [f64; 3]| interpolated(hex.nodes.order, &nodes, xi);
+            let around = (0..8).map(|corner| [0, 1, 2].map(|d| GAUSS[corner >> d & 1]));
+            for xi in around.chain([[0.0; 3]]) {
+                let tangent = |d: usize| {
+                    let at = |step: f64| {
+                        let mut xi = xi;
+                        xi[d] += step;
+                        position(xi)
+                    };
+                    (at(STEP) - at(-STEP)) / (2.0 * STEP)
+                };
+                let [a, b, c] = [tangent(0), tangent(1), tangent(2)];
+                if a.cross(&b).dot(&c) <= 1e-9 * a.norm() * b.norm() * c.norm() {
+                    let x = position([0.0; 3]);
+                    return Err(format!(
+                        "the hexahedron {} around ({}, {}, {}) is folded or flat: are its nodes in the order of the format, the \
+                         corners around the bottom and then above them?",
+                        hex.label, x.x, x.y, x.z
+                    ));
+                }
+            }
+            let mut nodes = hex.nodes.nodes.clone();
+            nodes.sort_unstable();
+            if let Some(other) = known.insert(nodes, &hex.label) {
+                return Err(format!(
+                    "the hexahedra {other} and {} have the same nodes: is a part there twice?",
+                    hex.label
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Index of the region of this name, which is added if it is new.
@@ -136,6 +187,12 @@ impl WallFile {
         for name in wet {
             let faces = surfaces
                 .get(name)
+                .or_else(|| {
+                    surfaces
+                        .iter()
+                        .find(|(known, _)| known.eq_ignore_ascii_case(name))
+                        .map(|(_, faces)| faces)
+                })
                 .ok_or_else(|| format!("it has no surface {name:?}; it has \"{}\"", known()))?;
             all_wet.extend_from_slice(faces);
         }
@@ -179,15 +236,20 @@ struct FileShape {
 impl HexShape for FileShape {
     fn position(&self, element: usize, xi: [f64; 3]) -> Vec3 {
         let (order, nodes) = &self.nodes[element];
-        let places = super::extruded::equidistant(*order);
-        let values = xi.map(|x| super::extruded::lagrange(&places, x));
-        let n = order + 1;
-        let weighted = nodes
-            .iter()
-            .enumerate()
-            .map(|(p, x)| x * (values[0][p % n] * values[1][p / n % n] * values[2][p / (n * n)]));
-        weighted.sum()
+        interpolated(*order, nodes, xi)
     }
+}
+
+/// Lagrange's interpolation of the nodes of an element at local coordinates.
+fn interpolated(order: usize, nodes: &[Vec3], xi: [f64; 3]) -> Vec3 {
+    let places = super::extruded::equidistant(order);
+    let values = xi.map(|x| super::extruded::lagrange(&places, x));
+    let n = order + 1;
+    let weighted = nodes
+        .iter()
+        .enumerate()
+        .map(|(p, x)| x * (values[0][p % n] * values[1][p / n % n] * values[2][p / (n * n)]));
+    weighted.sum()
 }
 
 /// A number of a line, for all formats.

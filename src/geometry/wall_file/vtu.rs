@@ -59,8 +59,8 @@ pub fn read(path: &Path) -> Result<WallFile, String> {
             let name = name.map_or(String::new(), |number| format!("{}", *number as i64));
             let order = match kind {
                 CellType::Quad | CellType::QuadraticQuad | CellType::BiquadraticQuad => {
-                    let corners = listed[..4].try_into().expect("there are four");
-                    file.add_face(&name, corners);
+                    let corners = listed.first_chunk().ok_or_else(|| short(cell))?;
+                    file.add_face(&name, *corners);
                     continue;
                 }
                 CellType::Hexahedron => 1,
@@ -76,15 +76,27 @@ pub fn read(path: &Path) -> Result<WallFile, String> {
                     ));
                 }
             };
+            let count = match kind {
+                CellType::Hexahedron => 8,
+                CellType::QuadraticHexahedron => 20,
+                _ => 27,
+            };
+            if listed.len() != count {
+                return Err(short(cell));
+            }
             let region = file.region(&name);
-            let nodes = match listed.len() {
+            let nodes = match count {
                 20 => {
                     let positions = &mut file.nodes;
                     Lattice::serendipity(&listed, &ORDER, |weights| weighted(positions, weights))
                 }
                 _ => Lattice::full(order, &listed, &ORDER),
             };
-            file.hexes.push(FileHex { nodes, region });
+            file.hexes.push(FileHex {
+                nodes,
+                region,
+                label: cell.to_string(),
+            });
             if let Some((axial, around)) = &fibres {
                 let of =
                     |values: &[f64]| values.get(3 * cell..3 * cell + 3).map(Vec3::from_row_slice);
@@ -95,4 +107,8 @@ pub fn read(path: &Path) -> Result<WallFile, String> {
     file.directions =
         (!directions.is_empty() && directions.len() == file.hexes.len()).then_some(directions);
     Ok(file)
+}
+
+fn short(cell: usize) -> String {
+    format!("the cell {cell} has not as many points as its type needs")
 }

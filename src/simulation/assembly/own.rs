@@ -9,6 +9,7 @@ use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
 use crate::geometry::{self, Growth, HexMesh, Patch, PolyMesh, RIGID_MATERIAL, WET, WetQuads};
 use crate::pfem::supports::{Direction, Foundation, Profile, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
+use crate::tabular::{Sheet, units};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -313,36 +314,56 @@ fn factors(path: &Path, points: &[Vec3]) -> Result<Vec<f64>, String> {
         .collect())
 }
 
-/// The rows of a file with these columns, one at least; all numbers are finite.
+/// The rows of a table with these columns, one at least; all numbers are finite. Lengths count in metres, unless a column's
+/// name says another unit.
 fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]>, String> {
     let wrong = |what: String| format!("{}: {what}", path.display());
-    let failed = |e: csv::Error| wrong(e.to_string());
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(failed)?;
-    let found: Vec<String> = (reader.headers().map_err(failed)?.iter())
-        .map(str::to_owned)
+    let place = |names: &[String], wanted: &str| {
+        let is = |name: &String| {
+            let stem = name.split(['(', '[']).next().unwrap_or_default();
+            [stem.trim(), name]
+                .iter()
+                .any(|name| name.eq_ignore_ascii_case(wanted))
+        };
+        names.iter().position(is)
+    };
+    let places = |names: &[String]| -> Option<Vec<usize>> {
+        columns.iter().map(|wanted| place(names, wanted)).collect()
+    };
+    let sheet = Sheet::read(path, N, |names| places(names).is_some());
+    let sheet = sheet.map_err(|fault| wrong(fault.to_string()))?;
+    let names: Vec<String> = sheet
+        .columns
+        .iter()
+        .map(|column| column.name.clone())
         .collect();
-    if found != columns {
+    let Some(places) = places(&names) else {
         return Err(wrong(format!(
             "the columns are {:?}: expected {:?} in the first line",
-            found.join(","),
+            names.join(","),
             columns.join(",")
         )));
-    }
+    };
+    let sizes = places
+        .iter()
+        .map(|place| match sheet.unit(*place, units::LENGTH) {
+            Ok(unit) => Ok(unit.map_or(1.0, |unit| unit.size)),
+            Err(found) => Err(wrong(format!(
+                "{found:?} is no unit of length: expected {}",
+                units::offered(units::LENGTH)
+            ))),
+        });
+    let sizes = sizes.collect::<Result<Vec<f64>, String>>()?;
     let mut rows = Vec::new();
-    for (number, row) in reader.deserialize().enumerate() {
-        let row: Vec<f64> = row.map_err(failed)?;
-        if let Some(odd) = row.iter().find(|value| !value.is_finite()) {
-            return Err(wrong(format!(
-                "row {} has {odd}: expected numbers",
-                number + 1
-            )));
+    for row in &sheet.rows {
+        let mut numbers = [0.0; N];
+        for (number, (place, size)) in numbers.iter_mut().zip(places.iter().zip(&sizes)) {
+            *number = size
+                * sheet
+                    .number(row, *place)
+                    .map_err(|fault| wrong(fault.to_string()))?;
         }
-        let row = row.try_into();
-        rows.push(row.map_err(|_| wrong(format!("row {} has not {N} numbers", number + 1)))?);
+        rows.push(numbers);
     }
     match rows.is_empty() {
         true => Err(wrong(format!("it has no row of {}", columns.join(",")))),

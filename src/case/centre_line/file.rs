@@ -1,0 +1,91 @@
+//! A centre-line as it stands in a file.
+
+use super::{CentreLine, swc, table, vtp};
+use crate::case::LengthUnit;
+use std::path::Path;
+
+/// Endings of files with tables of points.
+const TABLES: [&str; 6] = ["csv", "txt", "dat", "tsv", "asc", "xyz"];
+
+/// A centre-line as it stands in a file.
+#[derive(Debug, Default)]
+pub struct LineFile {
+    pub line: CentreLine,
+    /// The unit that the file says (m), if it does.
+    pub unit: Option<f64>,
+    /// What was understood of the file, in words.
+    pub understood: String,
+}
+
+impl LineFile {
+    /// Reads the centre-line in `path`; of several the one that is called `branch`.
+    ///
+    /// # Errors
+    /// What is wrong with the file, in a sentence.
+    pub fn read(path: &Path, branch: Option<&str>) -> Result<Self, String> {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let file = match (ending.as_deref(), branch) {
+            (Some(end), Some(_)) if TABLES.contains(&end) => {
+                Err("a table of points is one line: leave out vessel.branch".to_owned())
+            }
+            (Some(end), None) if TABLES.contains(&end) => table::read(path),
+            (Some("vtp" | "vtk"), _) => vtp::read(path, branch),
+            (Some("swc"), _) => swc::read(path, branch),
+            _ => Err(
+                "expected a file that ends with .csv, .vtp or .swc (or .txt, .dat, .vtk)"
+                    .to_owned(),
+            ),
+        }?;
+        let radii = &file.line.radii;
+        match radii.iter().position(|r| !(r.is_finite() && *r > 0.0)) {
+            Some(i) => Err(format!(
+                "the radius of point {} is {:?}: expected one above 0",
+                i + 1,
+                radii[i]
+            )),
+            None => Ok(file),
+        }
+    }
+
+    /// The size of the unit of its lengths, m: that which is given, which must be that of the file if it says one.
+    ///
+    /// # Errors
+    /// If they differ.
+    pub fn metres(&self, given: LengthUnit) -> Result<f64, String> {
+        match self.length_unit().filter(|own| *own != given) {
+            None => Ok(given.metres()),
+            Some(own) => Err(format!(
+                "its header says {own}, and {given} was given (vessel.unit): correct one of them"
+            )),
+        }
+    }
+
+    fn length_unit(&self) -> Option<LengthUnit> {
+        let own = self.unit?;
+        let mut known = LengthUnit::ALL.into_iter();
+        known.find(|known| (known.metres() / own - 1.0).abs() < 1e-9)
+    }
+}
+
+/// What a file with a centre-line says of itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineReading {
+    /// The unit of its lengths, if it says one.
+    pub unit: Option<LengthUnit>,
+    /// What was understood: rows or points, columns, radii, in words.
+    pub understood: String,
+}
+
+impl LineReading {
+    /// Looks into the file `path`; of several lines into the one that is called `branch`.
+    ///
+    /// # Errors
+    /// What is wrong with the file, in a sentence.
+    pub fn of(path: &Path, branch: Option<&str>) -> Result<Self, String> {
+        let file = LineFile::read(path, branch)?;
+        Ok(Self {
+            unit: file.length_unit(),
+            understood: file.understood,
+        })
+    }
+}

@@ -1,0 +1,193 @@
+//! What `new` says of the user's files and of mistakes in them, in the words of its options: the case with the keys is not
+//! written yet.
+
+use super::Wishes;
+use crate::case::{CaseError, CaseErrors, FlowCurve, FlowUnit, LineReading, PeriodicTable};
+use crate::polydata::PolyData;
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// Parts of messages about keys, and what they are among the options.
+const OPTIONS: [(&str, &str); 10] = [
+    (
+        "vessel.lumen_unit, or vessel.unit of the line",
+        "--lumen-unit, or --unit of the line",
+    ),
+    (
+        "write the curve's own into `file_period_s` beside the file, and it is stretched",
+        "--flow-period S says how long a period of the file is, and stretches it",
+    ),
+    ("vessel.branch = ", "--branch "),
+    ("leave out vessel.branch", "leave out --branch"),
+    ("inflow.unit", "--flow-unit"),
+    ("(vessel.unit)", "(--unit)"),
+    ("vessel.unit, vessel.lumen_unit", "--unit, --lumen-unit"),
+    ("vessel.lumen names", "--lumen takes"),
+    ("vessel.lumen_unit", "--lumen-unit"),
+    ("vessel.unit", "--unit"),
+];
+/// Mean velocities (m/s) in the lumen at the peak of the flow that vessels have.
+const VELOCITIES: [f64; 2] = [5e-3, 5.0];
+/// Beyond these no vessel is, whatever its state.
+const IMPOSSIBLE: [f64; 2] = [1e-5, 50.0];
+/// Radii (m) of arteries that people compute.
+const RADII: [f64; 2] = [2e-4, 0.02];
+
+/// The wishes with the unit of the line, if its file says it, and what was understood of the files, a line each.
+///
+/// # Errors
+/// What is wrong with a file.
+pub fn files(wishes: &Wishes) -> Result<(Wishes, Vec<String>), String> {
+    let mut wishes = wishes.clone();
+    let mut remarks = Vec::new();
+    if let Some(path) = &wishes.line {
+        let reading = LineReading::of(path, wishes.branch.as_deref());
+        let reading =
+            reading.map_err(|e| format!("--from {}: {}", path.display(), in_options(&e)))?;
+        wishes.unit = wishes.unit.or(reading.unit);
+        remarks.push(format!(
+            "read      {}: {}",
+            path.display(),
+            reading.understood
+        ));
+    }
+    if let (Some(path), Some(_)) = (&wishes.lumen, &wishes.line) {
+        let data = PolyData::read(path).map_err(|e| format!("--lumen {}: {e}", path.display()))?;
+        remarks.push(format!(
+            "read      {}: {} triangles",
+            path.display(),
+            data.triangles.len()
+        ));
+    }
+    Ok((wishes, remarks))
+}
+
+/// Mistakes of a case that was never written: the options to blame, and no lines.
+pub fn mistakes(errors: &CaseErrors, wishes: &Wishes, trial: &Path) -> String {
+    let folder = format!("{}/", trial.display());
+    let shown = |path: &Option<std::path::PathBuf>| {
+        path.as_ref()
+            .map_or(String::new(), |path| format!(" {}", path.display()))
+    };
+    let told = errors.0.iter().map(|error| {
+        let CaseError::Nonsense { key, message, .. } = error else {
+            return in_options(&error.to_string().replace(&folder, ""));
+        };
+        let option = match key.as_str() {
+            key if key.starts_with("vessel.lumen") && wishes.lumen.is_some() => {
+                format!("--lumen{}: ", shown(&wishes.lumen))
+            }
+            "vessel.radius_m" if wishes.radius.is_some() => "--radius: ".into(),
+            key if key.starts_with("vessel.") && wishes.line.is_some() => {
+                format!("--from{}: ", shown(&wishes.line))
+            }
+            key if key.starts_with("inflow.") && wishes.flow.is_some() => {
+                format!("--flow{}: ", shown(&wishes.flow))
+            }
+            _ => String::new(),
+        };
+        // What else stands in which file, and the name of the file, which the option has already.
+        let message = message
+            .split(" (`")
+            .next()
+            .unwrap_or(message)
+            .replace(&folder, "");
+        let names = [&wishes.line, &wishes.lumen, &wishes.flow]
+            .into_iter()
+            .flatten()
+            .filter_map(|path| path.file_name());
+        let message = names.fold(message, |message, name| {
+            let name = format!("{}: ", name.to_string_lossy());
+            match message.strip_prefix(&name) {
+                Some(rest) if !option.is_empty() => rest.to_owned(),
+                _ => message,
+            }
+        });
+        format!("{option}{}", in_options(&message))
+    });
+    let told: Vec<String> = told.collect();
+    told.join("\n")
+}
+
+fn in_options(message: &str) -> String {
+    let replaced = |message: String, (key, option): &(&str, &str)| message.replace(key, option);
+    OPTIONS.iter().fold(message.to_owned(), replaced)
+}
+
+/// What is remarkable about a flow (largest, m³/s) in a lumen of this mean radius (m), and what was understood of its file.
+///
+/// # Errors
+/// If it cannot be meant.
+pub fn plausible(
+    wishes: &Wishes,
+    curve: &FlowCurve,
+    [mean, largest]: [f64; 2],
+    radius: f64,
+) -> Result<Vec<String>, String> {
+    let mut remarks = Vec::new();
+    if let Some(table) = curve.table()
+        && let Some(path) = &wishes.flow
+    {
+        remarks.push(format!(
+            "read      {}: {}",
+            path.display(),
+            table.understood()
+        ));
+        flow(path, table, [mean, largest], radius, &mut remarks)?;
+    }
+    let [thin, wide] = RADII;
+    if !(thin..=wide).contains(&radius) && (wishes.line.is_some() || wishes.radius.is_some()) {
+        remarks.push(format!(
+            "take care: a radius of {:.3} mm is {} than that of the arteries which are computed: is the unit of the lengths right?",
+            1e3 * radius,
+            if radius > wide { "larger" } else { "smaller" }
+        ));
+    }
+    Ok(remarks)
+}
+
+fn flow(
+    path: &Path,
+    table: &PeriodicTable,
+    [mean, largest]: [f64; 2],
+    radius: f64,
+    remarks: &mut Vec<String>,
+) -> Result<(), String> {
+    let file = path.display();
+    if mean < 0.0 && mean.abs() > 0.01 * largest {
+        return Err(format!(
+            "--flow {file}: the mean flow is {:.0} ml/min: the blood runs backwards, out of the inlet. Values that enter must be \
+             positive: change their sign, or call the file x.flow if it is one of SimVascular's 3-D solver; --reverse turns the \
+             centre-line round",
+            6e7 * mean
+        ));
+    }
+    let velocity = largest / (PI * radius * radius);
+    if (VELOCITIES[0]..=VELOCITIES[1]).contains(&velocity) || largest == 0.0 {
+        return Ok(());
+    }
+    let of_unit = |unit: &FlowUnit| {
+        let velocity = velocity / table.unit() * unit.si();
+        (VELOCITIES[0]..=VELOCITIES[1]).contains(&velocity)
+    };
+    let likely: Vec<&str> = FlowUnit::ALL
+        .into_iter()
+        .filter(of_unit)
+        .map(FlowUnit::name)
+        .collect();
+    let advice = match likely.is_empty() {
+        true => "is the unit of the lengths right?".to_owned(),
+        false => format!("is it in {}? (--flow-unit)", likely.join(" or ")),
+    };
+    let found = format!(
+        "the flow reaches {:.3e} ml/s, a mean velocity of {velocity:.3e} m/s in a lumen of {:.2} mm radius, which no vessel has: {advice}",
+        1e6 * largest,
+        1e3 * radius
+    );
+    let is_impossible = !(IMPOSSIBLE[0]..=IMPOSSIBLE[1]).contains(&velocity);
+    if is_impossible || table.is_unit_assumed() {
+        return Err(format!("--flow {file}: {found}"));
+    }
+    remarks.push(format!("take care: {found}"));
+    Ok(())
+}

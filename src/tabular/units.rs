@@ -1,0 +1,493 @@
+//! Units as people write them: `ml/min`, `cm³ s⁻¹`, `cm^3/sec`, `mL·min-1`, `dyn/cm2`, `mm Hg`.
+
+/// A unit in SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Its size.
+    pub size: f64,
+    /// Powers of length, mass and time.
+    pub dimension: Dimension,
+}
+
+/// Powers of length, mass and time.
+pub type Dimension = [i8; 3];
+
+/// Length.
+pub const LENGTH: Dimension = [1, 0, 0];
+/// Time.
+pub const TIME: Dimension = [0, 0, 1];
+/// Volume per time.
+pub const FLOW: Dimension = [3, 0, -1];
+/// Force per area.
+pub const PRESSURE: Dimension = [-1, 1, -2];
+const VELOCITY: Dimension = [1, 0, -1];
+const VOLUME: Dimension = [3, 0, 0];
+const AREA: Dimension = [2, 0, 0];
+const FORCE: Dimension = [1, 1, -2];
+const MASS: Dimension = [0, 1, 0];
+
+/// Spellings, size and dimension. Upper and lower case are the same, except where they make two units.
+const SYMBOLS: &[(&[&str], f64, Dimension)] = &[
+    (&["m", "metre", "metres", "meter", "meters"], 1.0, LENGTH),
+    (&["dm"], 0.1, LENGTH),
+    (
+        &[
+            "cm",
+            "centimetre",
+            "centimetres",
+            "centimeter",
+            "centimeters",
+        ],
+        1e-2,
+        LENGTH,
+    ),
+    (
+        &[
+            "mm",
+            "millimetre",
+            "millimetres",
+            "millimeter",
+            "millimeters",
+        ],
+        1e-3,
+        LENGTH,
+    ),
+    (
+        &[
+            "um",
+            "micron",
+            "microns",
+            "micrometre",
+            "micrometres",
+            "micrometer",
+            "micrometers",
+        ],
+        1e-6,
+        LENGTH,
+    ),
+    (
+        &["l", "litre", "litres", "liter", "liters", "ltr"],
+        1e-3,
+        VOLUME,
+    ),
+    (&["dl"], 1e-4, VOLUME),
+    (&["cl"], 1e-5, VOLUME),
+    (
+        &[
+            "ml",
+            "cc",
+            "ccm",
+            "millilitre",
+            "millilitres",
+            "milliliter",
+            "milliliters",
+        ],
+        1e-6,
+        VOLUME,
+    ),
+    (
+        &[
+            "ul",
+            "microlitre",
+            "microlitres",
+            "microliter",
+            "microliters",
+        ],
+        1e-9,
+        VOLUME,
+    ),
+    (&["s", "sec", "secs", "second", "seconds"], 1.0, TIME),
+    (
+        &["ms", "msec", "msecs", "millisecond", "milliseconds"],
+        1e-3,
+        TIME,
+    ),
+    (&["us", "usec"], 1e-6, TIME),
+    (&["min", "mins", "minute", "minutes"], 60.0, TIME),
+    (&["h", "hr", "hour", "hours"], 3600.0, TIME),
+    (&["g", "gram", "grams"], 1e-3, MASS),
+    (&["kg"], 1.0, MASS),
+    (&["N", "newton", "newtons"], 1.0, FORCE),
+    (&["mN"], 1e-3, FORCE),
+    (&["dyn", "dyne", "dynes"], 1e-5, FORCE),
+    (&["Pa", "pascal", "pascals"], 1.0, PRESSURE),
+    (&["hPa"], 1e2, PRESSURE),
+    (&["kPa"], 1e3, PRESSURE),
+    (&["mPa"], 1e-3, PRESSURE),
+    (&["MPa"], 1e6, PRESSURE),
+    (&["bar"], 1e5, PRESSURE),
+    (&["mbar"], 1e2, PRESSURE),
+    (&["mmHg", "torr"], 133.322, PRESSURE),
+    (&["cmHg"], 1333.22, PRESSURE),
+    (&["mmH2O"], 9.80665, PRESSURE),
+    (&["cmH2O"], 98.0665, PRESSURE),
+    (&["atm"], 101_325.0, PRESSURE),
+    (&["psi"], 6894.757, PRESSURE),
+    (&["barye", "ba"], 0.1, PRESSURE),
+    (&["mls"], 1e-6, FLOW),
+    (&["mlmin", "mlpm"], 1e-6 / 60.0, FLOW),
+    (&["ls"], 1e-3, FLOW),
+    (&["lmin", "lpm"], 1e-3 / 60.0, FLOW),
+    (&["m3s"], 1.0, FLOW),
+    (&["cm3s", "ccs"], 1e-6, FLOW),
+    (&["mm3s"], 1e-9, FLOW),
+    (&["dyncm2"], 0.1, PRESSURE),
+];
+
+/// Sizes that are often products of others.
+const EXACT: [f64; 8] = [1.0, 1e-3, 1e-6, 1e-9, 1e-6 / 60.0, 1e-3 / 60.0, 0.1, 1e6];
+
+/// What a quantity of some dimension is called, for messages.
+pub fn called(dimension: Dimension) -> &'static str {
+    match dimension {
+        LENGTH => "length",
+        TIME => "time",
+        FLOW => "flow",
+        PRESSURE => "pressure",
+        VELOCITY => "velocity",
+        VOLUME => "volume",
+        AREA => "area",
+        FORCE => "force",
+        MASS => "mass",
+        _ => "another quantity",
+    }
+}
+
+/// The units to write for a quantity, for messages; all usual spellings of them are known.
+pub fn offered(dimension: Dimension) -> &'static str {
+    match dimension {
+        FLOW => "m3/s, cm3/s, mm3/s, ml/s, ml/min, l/s, l/min",
+        PRESSURE => "Pa, kPa, mmHg, cmH2O, dyn/cm2, mbar",
+        LENGTH => "m, cm, mm, um",
+        _ => "s, ms, min",
+    }
+}
+
+impl Unit {
+    /// Understands products and quotients of symbols with powers, in brackets or not, with letters and digits of any alphabet.
+    pub fn parse(text: &str) -> Option<Self> {
+        let text = plain(text);
+        let mut unit = Self {
+            size: 1.0,
+            dimension: [0; 3],
+        };
+        let mut count = 0;
+        for (i, quotient) in text.split('/').enumerate() {
+            for (j, factor) in quotient
+                .split([' ', '.'])
+                .filter(|f| !f.is_empty())
+                .enumerate()
+            {
+                let (symbol, power) = factor_of(factor)?;
+                let power = if i > 0 && j == 0 { -power } else { power };
+                unit.size *= symbol.size.powi(power);
+                for (sum, of) in unit.dimension.iter_mut().zip(symbol.dimension) {
+                    *sum = sum.checked_add(of.checked_mul(i8::try_from(power).ok()?)?)?;
+                }
+                count += 1;
+            }
+        }
+        // Without what products of powers of ten lose in the last digit.
+        let exact = EXACT
+            .iter()
+            .find(|exact| (unit.size / **exact - 1.0).abs() < 1e-12);
+        unit.size = exact.copied().unwrap_or(unit.size);
+        (count > 0 && unit.dimension != [0; 3]).then_some(unit)
+    }
+
+    /// The unit with which a column's name ends, as `flow_ml_min`, `Q (ml/min)`, `Q / ml/min` or `pressure [mmHg]`.
+    ///
+    /// # Errors
+    /// What stands in brackets behind the name, if that looks like a unit and is none of this dimension.
+    pub fn of_name(name: &str, wanted: Dimension) -> Result<Option<Self>, String> {
+        if let Some((_, rest)) = name.rsplit_once(['(', '[', '{']) {
+            let inside = rest.trim_end_matches([')', ']', '}', ' ']);
+            return match Self::parse(inside) {
+                Some(unit) if unit.dimension == wanted => Ok(Some(unit)),
+                None if !inside.contains(['/', '^', '³']) => Ok(None),
+                _ => Err(inside.to_owned()),
+            };
+        }
+        // Every way to cut off what stands before the unit
+        let cuts = name.match_indices(['_', ' ', '/', ',']);
+        let found = cuts.filter_map(|(i, _)| {
+            let words: Vec<&str> = (name[i + 1..].split(['_', ' ', ',']))
+                .filter(|word| !word.is_empty() && *word != "in")
+                .collect();
+            // In a name there is no slash between ml and min.
+            let last = words.last().map_or("", |word| *word);
+            let quotient = match words.len() {
+                0 | 1 => None,
+                n => Some(format!("{}/{last}", words[..n - 1].join(" "))),
+            };
+            let is_wanted = |unit: &Self| unit.dimension == wanted;
+            (quotient.as_deref().and_then(Self::parse).filter(is_wanted))
+                .or_else(|| Self::parse(&words.join(" ")).filter(is_wanted))
+        });
+        Ok(found.into_iter().next())
+    }
+
+    /// The only unit of this dimension that a line of text names, such as `flow in mm^3/s`; none if it names several.
+    pub fn within(text: &str, wanted: Dimension) -> Option<Self> {
+        let words = text.split([' ', '\t', ',', ';', ':', '=', '"']);
+        let mut units = words.filter_map(|word| {
+            let word = word.trim_matches(['(', ')', '[', ']', '.']);
+            Self::parse(word).filter(|unit| unit.dimension == wanted)
+        });
+        let first = units.next()?;
+        units.all(|unit| unit.is(&first)).then_some(first)
+    }
+
+    /// Whether both have the same size.
+    pub fn is(&self, other: &Self) -> bool {
+        (self.size / other.size - 1.0).abs() < 1e-6
+    }
+}
+
+/// One symbol with its power, as `cm3`, `s-1` or `mmHg`.
+fn factor_of(factor: &str) -> Option<(Unit, i32)> {
+    if let Some(unit) = symbol(factor) {
+        return Some((unit, 1));
+    }
+    let digits = factor.find(|c: char| c.is_ascii_digit() || c == '-')?;
+    let power: i32 = factor[digits..].parse().ok()?;
+    let unit = symbol(&factor[..digits])?;
+    (power != 0 && power.abs() < 10).then_some((unit, power))
+}
+
+fn symbol(word: &str) -> Option<Unit> {
+    let find = |is: &dyn Fn(&str) -> bool| {
+        let found = SYMBOLS
+            .iter()
+            .find(|(words, ..)| words.iter().any(|known| is(known)));
+        found.map(|(_, size, dimension)| Unit {
+            size: *size,
+            dimension: *dimension,
+        })
+    };
+    find(&|known| known == word).or_else(|| {
+        // MPA might be either.
+        let is_clear = !word.eq_ignore_ascii_case("mpa");
+        find(&|known| is_clear && known.eq_ignore_ascii_case(word))
+    })
+}
+
+/// In ASCII, without brackets and signs of powers.
+fn plain(text: &str) -> String {
+    let mut plain = String::new();
+    for c in text.trim().replace("**", "").chars() {
+        match c {
+            '(' | ')' | '[' | ']' | '{' | '}' | '^' | '$' | '\\' => {}
+            '⁰' => plain.push('0'),
+            '¹' => plain.push('1'),
+            '²' | '₂' => plain.push('2'),
+            '³' => plain.push('3'),
+            '⁻' | '−' | '–' => plain.push('-'),
+            '\u{b5}' | '\u{3bc}' => plain.push('u'),
+            'ℓ' => plain.push('l'),
+            '·' | '⋅' | '*' | '×' | '\u{a0}' | '\u{202f}' => plain.push(' '),
+            '∕' | '⁄' => plain.push('/'),
+            c => plain.push(c),
+        }
+    }
+    let words: Vec<&str> = (plain.split_whitespace())
+        .map(|word| {
+            if word.eq_ignore_ascii_case("per") {
+                "/"
+            } else {
+                word
+            }
+        })
+        .collect();
+    let joined = words.join(" ");
+    let lower = joined.to_lowercase();
+    for (apart, whole) in [
+        ("mm hg", "mmHg"),
+        ("cm hg", "cmHg"),
+        ("cm h2o", "cmH2O"),
+        ("mm h2o", "mmH2O"),
+    ] {
+        if lower == apart {
+            return whole.into();
+        }
+    }
+    joined
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn usual_spellings_are_understood() {
+        let millilitre = [
+            "ml/s",
+            "mL/s",
+            "ml/sec",
+            "mL / sec",
+            "cm3/s",
+            "cm³/s",
+            "cm^3/s",
+            "cm**3/s",
+            "cm^{3}/s",
+            "$cm^3/s$",
+            "cc/s",
+            "cc/sec",
+            "ccm/s",
+            "cm3 s-1",
+            "cm³ s⁻¹",
+            "cm³·s⁻¹",
+            "ml.s-1",
+            "ml per second",
+            "(mL/s)",
+            "[cm3/s]",
+            "mls",
+            "milliliters/second",
+            "cm³\u{a0}s⁻¹",
+            "ML/S",
+        ];
+        for (size, words) in [
+            (1e-6, &millilitre[..]),
+            (
+                1e-6 / 60.0,
+                &[
+                    "ml/min",
+                    "mL/min",
+                    "cc/min",
+                    "cm3/min",
+                    "mlmin",
+                    "ml min-1",
+                    "cm³ min⁻¹",
+                    "ml per minute",
+                ],
+            ),
+            (
+                1e-3 / 60.0,
+                &[
+                    "l/min",
+                    "L/min",
+                    "LPM",
+                    "lpm",
+                    "litres per minute",
+                    "L min-1",
+                    "dm3/min",
+                    "ℓ/min",
+                ],
+            ),
+            (
+                1e-9,
+                &[
+                    "mm3/s",
+                    "mm^3/sec",
+                    "mm³/s",
+                    "µl/s",
+                    "μl/s",
+                    "uL/s",
+                    "mm³·s⁻¹",
+                ],
+            ),
+            (1.0, &["m3/s", "m³/s", "m^3/s", "m3 s-1", "m3s"]),
+            (1e-3, &["l/s", "L/s", "dm³/s"]),
+        ] {
+            for word in words {
+                let unit = Unit::parse(word).unwrap_or_else(|| panic!("{word}"));
+                assert_eq!(unit.dimension, FLOW, "{word}");
+                assert!(
+                    (unit.size / size - 1.0).abs() < 1e-12,
+                    "{word}: {}",
+                    unit.size
+                );
+            }
+        }
+        for (size, words) in [
+            (
+                133.322,
+                &["mmHg", "mm Hg", "mmhg", "MMHG", "torr", "[mmHg]"][..],
+            ),
+            (98.0665, &["cmH2O", "cm H2O", "cm H₂O", "cmh2o"]),
+            (
+                0.1,
+                &[
+                    "dyn/cm2",
+                    "dyn/cm²",
+                    "dyne/cm^2",
+                    "dynes/cm2",
+                    "dyn cm-2",
+                    "Ba",
+                    "barye",
+                ],
+            ),
+            (1.0, &["Pa", "pa", "N/m2", "N/m²", "N m-2", "kg m-1 s-2"]),
+            (1e3, &["kPa", "kpa", "KPA"]),
+            (1e6, &["MPa", "N/mm2", "N/mm^2"]),
+            (1e-3, &["mPa"]),
+            (100.0, &["mbar", "hPa"]),
+        ] {
+            for word in words {
+                let unit = Unit::parse(word).unwrap_or_else(|| panic!("{word}"));
+                assert_eq!(unit.dimension, PRESSURE, "{word}");
+                assert!(
+                    (unit.size / size - 1.0).abs() < 1e-12,
+                    "{word}: {}",
+                    unit.size
+                );
+            }
+        }
+        let micro = ["um", "µm", "μm", "micron"].map(|word| Unit::parse(word).unwrap());
+        assert!(micro.iter().all(|unit| *unit
+            == Unit {
+                size: 1e-6,
+                dimension: LENGTH
+            }));
+        for word in [
+            "", "-", "1", "MPA", "gal/min", "left", "ml//s x", "s/s", "m99", "ml/", "3",
+        ] {
+            let found = Unit::parse(word);
+            assert!(found.is_none() || word == "ml/", "{word}: {found:?}");
+        }
+        assert_eq!(Unit::parse("cm/s").unwrap().dimension, VELOCITY);
+    }
+
+    #[test]
+    fn names_of_columns_end_with_units() {
+        for (name, wanted, size) in [
+            ("flow_ml_min", FLOW, 1e-6 / 60.0),
+            ("flow_m3_s", FLOW, 1.0),
+            ("flow_cm3_per_s", FLOW, 1e-6),
+            ("Q (mL/sec)", FLOW, 1e-6),
+            ("Q(left) [ml/s]", FLOW, 1e-6),
+            ("Flow rate, ml/s", FLOW, 1e-6),
+            ("Q / ml/min", FLOW, 1e-6 / 60.0),
+            ("flow in cm³/s", FLOW, 1e-6),
+            ("p mmHg", PRESSURE, 133.322),
+            ("pressure_dyn_cm2", PRESSURE, 0.1),
+            ("p_cmH2O", PRESSURE, 98.0665),
+            ("time_ms", TIME, 1e-3),
+            ("t / s", TIME, 1.0),
+            ("Time[sec]", TIME, 1.0),
+            ("x_mm", LENGTH, 1e-3),
+            ("Radius (µm)", LENGTH, 1e-6),
+        ] {
+            let unit = Unit::of_name(name, wanted).unwrap();
+            let unit = unit.unwrap_or_else(|| panic!("{name}"));
+            assert!(
+                (unit.size / size - 1.0).abs() < 1e-12,
+                "{name}: {}",
+                unit.size
+            );
+        }
+        for name in ["Q", "Q_l", "flow_in", "Q (left)", "time_s", "Q_m"] {
+            assert_eq!(Unit::of_name(name, FLOW), Ok(None), "{name}");
+        }
+        for (name, found) in [
+            ("Q (gal/min)", "gal/min"),
+            ("v (cm/s)", "cm/s"),
+            ("p (mmHg)", "mmHg"),
+        ] {
+            assert_eq!(Unit::of_name(name, FLOW), Err(found.to_owned()));
+        }
+        let unit = Unit::within("inflow of subject 12 in mm^3/s, period 0.8 s", FLOW).unwrap();
+        assert_eq!(unit.size, 1e-9);
+        assert_eq!(Unit::within("ml/s or ml/min", FLOW), None);
+    }
+}
