@@ -101,7 +101,7 @@ words! {
 }
 
 table! {
-    /// Hexahedra from a file: Gmsh's `.msh` (4.1), Abaqus' `.inp` or VTK's `.vtu`.
+    /// Hexahedra from a file: Gmsh's `.msh` (2.2 and 4.1), Abaqus' `.inp` or VTK's `.vtu`.
     pub struct WallFile {
         mesh: PathBuf = "mesh", Kind::Path, "file with the hexahedra of the wall: .msh, .inp or .vtu";
         unit: Option<f64> = "unit_m", above(0.0, 1e3), "length in metres of the unit of that file", absent "1";

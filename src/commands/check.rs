@@ -6,7 +6,9 @@ use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::Pressures;
-use crate::case::{BloodVessel, Case, InletCondition, OutletCondition, Problem, Shape, Solver};
+use crate::case::{
+    BloodVessel, Case, FlowCurve, InletCondition, OutletCondition, Problem, Shape, Solver,
+};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Deviation, Section, Vessel};
 use crate::output::progress::human;
@@ -117,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// What is to be expected of a case, a line each: its label and the text. Further lines belong here.
 fn expected(case: &Case) -> Vec<(&'static str, String)> {
-    let mut lines = Vec::new();
+    let mut lines = of_files(case);
     if let Some(figures) = CaseFigures::of(case) {
         lines.extend(of_blood(&figures));
         lines.extend(figures.walls.iter().map(of_wall));
@@ -140,6 +142,20 @@ fn expected(case: &Case) -> Vec<(&'static str, String)> {
         lines.push(("cost", cost.join("; ")));
     }
     lines
+}
+
+/// What was understood of the files with curves.
+fn of_files(case: &Case) -> Vec<(&'static str, String)> {
+    let Problem::Vessel(vessel) = &case.problem else {
+        return Vec::new();
+    };
+    let curve = FlowCurve::new(&vessel.inflow, case.time.period).ok();
+    let table = curve.as_ref().and_then(FlowCurve::table);
+    let line = table.zip(vessel.inflow.file.as_ref()).map(|(table, path)| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        ("read", format!("{name}: {}", table.understood()))
+    });
+    line.into_iter().collect()
 }
 
 /// Flow and pressures.

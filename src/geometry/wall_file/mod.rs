@@ -252,12 +252,5 @@ fn interpolated(order: usize, nodes: &[Vec3], xi: [f64; 3]) -> Vec3 {
     weighted.sum()
 }
 
-/// A number of a line, for all formats.
-fn number<T: std::str::FromStr>(word: Option<&str>, line: usize) -> Result<T, String> {
-    let word = word.ok_or_else(|| format!("line {line} ends too early"))?;
-    let number = word.trim().parse();
-    number.map_err(|_| format!("line {line}: expected a number, found {word:?}"))
-}
-
 #[cfg(test)]
 mod tests;
