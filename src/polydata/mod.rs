@@ -8,6 +8,7 @@ mod surface;
 mod vtp;
 
 pub use surface::{Crossing, Surface};
+pub use vtp::Grid;
 
 use crate::files;
 use std::collections::BTreeMap;

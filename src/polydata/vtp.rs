@@ -2,6 +2,9 @@
 //! behind the XML, compressed by zlib or not (*VTK File Formats*, kitware.com).
 
 mod data;
+mod grid;
+
+pub use grid::Grid;
 
 use super::PolyData;
 use data::{Encoding, Format, Layout};
@@ -27,7 +30,25 @@ struct Piece {
     arrays: Vec<Array>,
 }
 
+/// A file before its numbers are read.
+struct Parsed<'a> {
+    pieces: Vec<Piece>,
+    layout: Layout,
+    /// What stands behind the underscore of the appended data.
+    appended: Option<(&'a [u8], Encoding)>,
+}
+
 pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
+    let parsed = parse(bytes, "PolyData", "expected VTK's PolyData (.vtp)")?;
+    let mut all = PolyData::default();
+    for piece in &parsed.pieces {
+        add(&mut all, piece, &parsed)?;
+    }
+    Ok(all)
+}
+
+/// The pieces of a data set of the type `kind`.
+fn parse<'a>(bytes: &'a [u8], kind: &str, expected: &str) -> Result<Parsed<'a>, String> {
     let mut reader = Reader::from_reader(bytes);
     let (mut layout, mut pieces) = (None, Vec::new());
     let mut within: Vec<String> = Vec::new();
@@ -84,12 +105,15 @@ pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
             _ => {}
         }
     }
-    let layout = layout.ok_or("no <VTKFile>: this is no file of VTK in XML")?;
-    let mut all = PolyData::default();
-    for piece in &pieces {
-        add(&mut all, piece, &layout, appended)?;
+    let (found, layout) = layout.ok_or("no <VTKFile>: this is no file of VTK in XML")?;
+    match found == kind {
+        true => Ok(Parsed {
+            pieces,
+            layout,
+            appended,
+        }),
+        false => Err(format!("{expected}, found {found}: save it as such")),
     }
-    Ok(all)
 }
 
 fn last_array(pieces: &mut [Piece]) -> Option<&mut Array> {
@@ -112,27 +136,15 @@ fn begin(
     name: &str,
     tag: &BytesStart<'_>,
     within: &[String],
-    layout: &mut Option<Layout>,
+    layout: &mut Option<(String, Layout)>,
     pieces: &mut Vec<Piece>,
 ) -> Result<(), String> {
     let keys = attributes(tag)?;
     let key = |name: &str| keys.get(name).map(String::as_str);
     match name {
         "VTKFile" => {
-            match key("type") {
-                Some("PolyData") => {}
-                other => {
-                    return Err(format!(
-                        "expected VTK's PolyData (.vtp), found {}: save lines or triangles as polydata",
-                        other.unwrap_or("no type")
-                    ));
-                }
-            }
-            *layout = Some(Layout::new(
-                key("byte_order"),
-                key("header_type"),
-                key("compressor"),
-            )?);
+            let found = Layout::new(key("byte_order"), key("header_type"), key("compressor"))?;
+            *layout = Some((key("type").unwrap_or("no type").to_owned(), found));
         }
         "Piece" => {
             let mut piece = Piece::default();
@@ -172,57 +184,49 @@ fn begin(
     Ok(())
 }
 
-fn add(
-    all: &mut PolyData,
-    piece: &Piece,
-    layout: &Layout,
-    appended: Option<(&[u8], Encoding)>,
-) -> Result<(), String> {
-    let count = |name: &str| piece.counts.get(name).copied().unwrap_or(0);
-    let numbers = |array: &Array, wanted: Option<usize>| -> Result<Vec<f64>, String> {
+impl Parsed<'_> {
+    /// The numbers of an array, so many if that is known.
+    fn numbers(&self, array: &Array, wanted: Option<usize>) -> Result<Vec<f64>, String> {
         let called = match array.name.as_str() {
             "" => format!("the array in <{}>", array.within),
             name => format!("the array {name:?} in <{}>", array.within),
         };
-        let source = match (array.format, appended) {
+        let source = match (array.format, self.appended) {
             (Format::Ascii, _) => return in_number(data::ascii(&array.text), wanted, &called),
             (Format::Binary, _) => (&array.text[..], Encoding::Base64),
             (Format::Appended, Some((bytes, encoding))) => {
                 let rest = bytes.get(array.offset..);
-                (
-                    rest.ok_or_else(|| {
-                        format!("{called} lies behind the end of the file: it is cut off")
-                    })?,
-                    encoding,
-                )
+                let rest = rest.ok_or_else(|| {
+                    format!("{called} lies behind the end of the file: it is cut off")
+                })?;
+                (rest, encoding)
             }
             (Format::Appended, None) => {
                 return Err(format!("{called} is appended data, and the file has none"));
             }
         };
-        in_number(data::binary(source, &array.number, layout), wanted, &called)
-    };
-    let find = |within: &str, name: &str| {
-        let mut arrays = piece.arrays.iter();
-        arrays.find(|array| array.within == within && (name.is_empty() || array.name == name))
-    };
-    let first = all.points.len();
-    let points = count("NumberOfPoints");
-    if points == 0 {
-        return Ok(());
+        in_number(
+            data::binary(source, &array.number, &self.layout),
+            wanted,
+            &called,
+        )
     }
-    let array = find("Points", "").ok_or("the file has no points")?;
-    let positions = numbers(array, Some(3 * points))?;
-    all.points
-        .extend(positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
 
-    let cells = |within: &str, count: usize| -> Result<Vec<Vec<usize>>, String> {
+    /// Points of each of the `count` cells within an element, the first of the piece's `points` being `first`.
+    fn cells(
+        &self,
+        piece: &Piece,
+        within: &str,
+        count: usize,
+        [first, points]: [usize; 2],
+    ) -> Result<Vec<Vec<usize>>, String> {
         if count == 0 {
             return Ok(Vec::new());
         }
-        let array = |name| find(within, name).ok_or_else(|| format!("<{within}> has no {name}"));
-        let ends = numbers(array("offsets")?, Some(count))?;
-        let indices = numbers(array("connectivity")?, None)?;
+        let array =
+            |name| (piece.find(within, name)).ok_or_else(|| format!("<{within}> has no {name}"));
+        let ends = self.numbers(array("offsets")?, Some(count))?;
+        let indices = self.numbers(array("connectivity")?, None)?;
         let mut from = 0;
         let cell = |end: &f64| {
             let range = from..*end as usize;
@@ -239,7 +243,45 @@ fn add(
             indices.iter().map(point).collect()
         };
         ends.iter().map(cell).collect()
-    };
+    }
+
+    /// Positions of the points of a piece.
+    fn positions(&self, piece: &Piece) -> Result<Vec<[f64; 3]>, String> {
+        let points = piece.count("NumberOfPoints");
+        if points == 0 {
+            return Ok(Vec::new());
+        }
+        let array = piece.find("Points", "").ok_or("the file has no points")?;
+        let positions = self.numbers(array, Some(points.saturating_mul(3)))?;
+        Ok(positions
+            .chunks_exact(3)
+            .map(|p| [p[0], p[1], p[2]])
+            .collect())
+    }
+}
+
+impl Piece {
+    fn count(&self, name: &str) -> usize {
+        self.counts.get(name).copied().unwrap_or(0)
+    }
+
+    /// An array within an element; the first one without a name.
+    fn find(&self, within: &str, name: &str) -> Option<&Array> {
+        let mut arrays = self.arrays.iter();
+        arrays.find(|array| array.within == within && (name.is_empty() || array.name == name))
+    }
+}
+
+fn add(all: &mut PolyData, piece: &Piece, parsed: &Parsed<'_>) -> Result<(), String> {
+    let count = |name: &str| piece.count(name);
+    let numbers = |array: &Array, wanted: Option<usize>| parsed.numbers(array, wanted);
+    let first = all.points.len();
+    let points = count("NumberOfPoints");
+    if points == 0 {
+        return Ok(());
+    }
+    all.points.extend(parsed.positions(piece)?);
+    let cells = |within: &str, count: usize| parsed.cells(piece, within, count, [first, points]);
     let (verts, lines) = (count("NumberOfVerts"), count("NumberOfLines"));
     all.lines.extend(cells("Lines", lines)?);
     for polygon in cells("Polys", count("NumberOfPolys"))? {
@@ -259,7 +301,7 @@ fn add(
         array.within == "PointData" && array.name == "CenterlineId" && array.components > 1
     }) {
         let n = array.components;
-        let values = numbers(array, Some(n * points))?;
+        let values = numbers(array, Some(points.saturating_mul(n)))?;
         for component in 0..n {
             let column = all
                 .of_points

@@ -141,7 +141,9 @@ impl Sheet {
     /// # Errors
     /// What stands there, if it is no unit of this dimension.
     pub fn unit(&self, column: usize, wanted: Dimension) -> Result<Option<Unit>, String> {
-        let Column { name, unit } = &self.columns[column];
+        let Some(Column { name, unit }) = self.columns.get(column) else {
+            return Ok(None);
+        };
         match unit.as_deref().filter(|unit| !unit.trim().is_empty()) {
             None => Unit::of_name(name, wanted),
             Some(text) => match Unit::parse(text).filter(|unit| unit.dimension == wanted) {
@@ -173,12 +175,12 @@ impl Sheet {
 
     /// The names of columns, or their numbers, for messages.
     pub fn listed(&self, columns: impl IntoIterator<Item = usize>) -> String {
-        let names = columns
-            .into_iter()
-            .map(|i| match self.columns[i].name.as_str() {
+        let names = columns.into_iter().map(|i| {
+            match self.columns.get(i).map_or("", |column| &column.name) {
                 "" => format!("column {}", i + 1),
                 name => format!("{name:?}"),
-            });
+            }
+        });
         names.collect::<Vec<_>>().join(", ")
     }
 }

@@ -145,7 +145,12 @@ fn what_is_no_wall_is_refused_with_the_place() {
             "*ELEMENT, TYPE=C3D8\n1,1,2,3,4,5,6,7,8\n",
             "the element 1 has the node 1, which there is not",
         ),
-        ("a.vtu", "rubbish", "it is no VTK file"),
+        ("a.vtu", "rubbish", "this is no file of VTK in XML"),
+        (
+            "a.vtu",
+            "<VTKFile type=\"PolyData\"></VTKFile>",
+            "expected VTK's UnstructuredGrid (.vtu), found PolyData",
+        ),
         (
             "a.inp",
             "*NODE\n1, 0, 0, 0\n*NGEN\n1, 9, 1\n",

@@ -5,110 +5,64 @@ use super::gmsh::weighted;
 use super::lattice::{Lattice, VTK as ORDER};
 use super::{FileHex, WallFile};
 use crate::Vec3;
+use crate::polydata::Grid;
 use std::path::Path;
-use vtkio::model::{Attribute, CellType, DataSet, Piece, Vtk};
 
 /// Cell data that number regions and surfaces: the plain name, and those that other programs write.
 const NUMBERS: [&str; 3] = ["region", "gmsh:physical", "CellEntityIds"];
+/// VTK's numbers of points and lines, of quadrilaterals, and of hexahedra with their order and number of nodes.
+const LINES: [u8; 5] = [1, 2, 3, 4, 21];
+const QUADRILATERALS: [u8; 3] = [9, 23, 28];
+const HEXAHEDRA: [(u8, usize, usize); 3] = [(12, 1, 8), (25, 2, 20), (29, 2, 27)];
 
 pub fn read(path: &Path) -> Result<WallFile, String> {
-    let vtk = Vtk::import(path).map_err(|e| format!("it is no VTK file that can be read: {e}"))?;
-    let DataSet::UnstructuredGrid { pieces, .. } = vtk.data else {
-        return Err("it holds no unstructured grid".into());
+    let grid = Grid::read(path)?;
+    let mut file = WallFile {
+        nodes: grid.points.iter().map(|x| Vec3::from(*x)).collect(),
+        ..WallFile::default()
     };
-    let mut file = WallFile::default();
+    let numbers = NUMBERS.iter().find_map(|name| grid.of_cells.get(*name));
+    let fibres = (grid.of_cells.get("axial")).zip(grid.of_cells.get("circumferential"));
     let mut directions = Vec::new();
-    for piece in pieces {
-        let Piece::Inline(piece) = piece else {
-            return Err("its pieces lie in other files: merge them".into());
+    for (cell, (listed, kind)) in grid.cells.iter().zip(&grid.kinds).enumerate() {
+        let name = numbers.and_then(|numbers| numbers.get(cell));
+        let name = name.map_or(String::new(), |number| format!("{}", *number as i64));
+        let short = || format!("the cell {cell} has not as many points as its type needs");
+        if LINES.contains(kind) {
+            continue;
+        }
+        if QUADRILATERALS.contains(kind) {
+            file.add_face(&name, *listed.first_chunk().ok_or_else(short)?);
+            continue;
+        }
+        let known = HEXAHEDRA.iter().find(|(known, ..)| known == kind);
+        let &(_, order, count) = known.ok_or_else(|| {
+            format!(
+                "the cell {cell} is of VTK's type {kind}: expected hexahedra with 8, 20 or 27 nodes, and quadrilaterals"
+            )
+        })?;
+        if listed.len() != count {
+            return Err(short());
+        }
+        let region = file.region(&name);
+        let nodes = match count {
+            20 => {
+                let positions = &mut file.nodes;
+                Lattice::serendipity(listed, &ORDER, |weights| weighted(positions, weights))
+            }
+            _ => Lattice::full(order, listed, &ORDER),
         };
-        let first = file.nodes.len();
-        let points: Vec<f64> = piece
-            .points
-            .cast_into()
-            .ok_or("its points are no numbers")?;
-        file.nodes
-            .extend(points.chunks_exact(3).map(Vec3::from_row_slice));
-        let data = |name: &str| -> Option<Vec<f64>> {
-            piece
-                .data
-                .cell
-                .iter()
-                .find_map(|attribute| match attribute {
-                    Attribute::DataArray(array) if array.name == name => {
-                        array.data.clone().cast_into()
-                    }
-                    _ => None,
-                })
-        };
-        let numbers = NUMBERS.iter().find_map(|name| data(name));
-        let fibres = data("axial").zip(data("circumferential"));
-        let (connectivity, offsets) = piece.cells.cell_verts.into_xml();
-        let mut begin = 0;
-        for (cell, (kind, end)) in piece.cells.types.iter().zip(offsets).enumerate() {
-            let end = end as usize;
-            let listed = connectivity
-                .get(begin..end)
-                .ok_or("its cells do not fit their offsets")?;
-            let listed: Vec<usize> = listed.iter().map(|&node| first + node as usize).collect();
-            begin = end;
-            if listed.iter().any(|&node| node >= file.nodes.len()) {
-                return Err(format!("the cell {cell} has a point that there is not"));
-            }
-            let name = (numbers.as_ref()).and_then(|numbers| numbers.get(cell));
-            let name = name.map_or(String::new(), |number| format!("{}", *number as i64));
-            let order = match kind {
-                CellType::Quad | CellType::QuadraticQuad | CellType::BiquadraticQuad => {
-                    let corners = listed.first_chunk().ok_or_else(|| short(cell))?;
-                    file.add_face(&name, *corners);
-                    continue;
-                }
-                CellType::Hexahedron => 1,
-                CellType::QuadraticHexahedron | CellType::TriquadraticHexahedron => 2,
-                CellType::Vertex
-                | CellType::PolyVertex
-                | CellType::Line
-                | CellType::PolyLine
-                | CellType::QuadraticEdge => continue,
-                other => {
-                    return Err(format!(
-                        "the cell {cell} is of the type {other:?}: expected hexahedra with 8, 20 or 27 nodes, and quadrilaterals"
-                    ));
-                }
-            };
-            let count = match kind {
-                CellType::Hexahedron => 8,
-                CellType::QuadraticHexahedron => 20,
-                _ => 27,
-            };
-            if listed.len() != count {
-                return Err(short(cell));
-            }
-            let region = file.region(&name);
-            let nodes = match count {
-                20 => {
-                    let positions = &mut file.nodes;
-                    Lattice::serendipity(&listed, &ORDER, |weights| weighted(positions, weights))
-                }
-                _ => Lattice::full(order, &listed, &ORDER),
-            };
-            file.hexes.push(FileHex {
-                nodes,
-                region,
-                label: cell.to_string(),
-            });
-            if let Some((axial, around)) = &fibres {
-                let of =
-                    |values: &[f64]| values.get(3 * cell..3 * cell + 3).map(Vec3::from_row_slice);
-                directions.extend(of(axial).zip(of(around)).map(|(a, c)| [a, c]));
-            }
+        file.hexes.push(FileHex {
+            nodes,
+            region,
+            label: cell.to_string(),
+        });
+        if let Some((axial, around)) = fibres {
+            let of = |values: &[f64]| values.get(3 * cell..3 * cell + 3).map(Vec3::from_row_slice);
+            directions.extend(of(axial).zip(of(around)).map(|(a, c)| [a, c]));
         }
     }
     file.directions =
         (!directions.is_empty() && directions.len() == file.hexes.len()).then_some(directions);
     Ok(file)
-}
-
-fn short(cell: usize) -> String {
-    format!("the cell {cell} has not as many points as its type needs")
 }
