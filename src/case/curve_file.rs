@@ -1,7 +1,10 @@
 //! Measured curves in files: which columns are times and values, and in which units.
 
+mod columns;
+
 use crate::tabular::units::{self, Dimension, Unit};
 use crate::tabular::{Fault, Sheet};
+use columns::{columns, is_time};
 use std::path::{Path, PathBuf};
 
 /// Why a curve cannot be used.
@@ -86,13 +89,6 @@ pub const PRESSURE: Quantity = Quantity {
     si: "Pa",
     likely: [1e3, 4e4],
 };
-
-/// Beginnings of the names of times, in small letters.
-const TIMES: [&str; 6] = ["time", "zeit", "temps", "tiempo", "tempo", "sec"];
-/// Parts of the names of what accompanies values.
-const SPREAD: [&str; 9] = [
-    "sd", "std", "sem", "err", "dev", "var", "lower", "upper", "conf",
-];
 
 /// A curve as it stands in a file, in SI units.
 #[derive(Debug)]
@@ -183,29 +179,7 @@ pub fn read(
     })
 }
 
-fn is_time(name: &str) -> bool {
-    let name = name.to_lowercase();
-    let stem = name.trim_start_matches(['"', ' ']);
-    let is_letter = stem
-        .strip_prefix('t')
-        .is_some_and(|rest| !rest.starts_with(char::is_alphanumeric));
-    is_letter || TIMES.iter().any(|word| stem.starts_with(word)) || stem == "s" || stem == "ms"
-}
-
 impl Quantity {
-    /// Whether a column of this name has such values.
-    fn is_called(&self, name: &str) -> bool {
-        let small = name.to_lowercase();
-        let is_letter = small
-            .strip_prefix(self.letter)
-            .is_some_and(|rest| !rest.starts_with(char::is_alphabetic));
-        let is_word = self.words.iter().any(|word| small.contains(word));
-        let has_unit = matches!(Unit::of_name(name, self.dimension), Ok(Some(_)));
-        let parts = small.split(|c: char| !c.is_alphanumeric());
-        let is_spread = parts.into_iter().any(|part| SPREAD.contains(&part));
-        !is_spread && (is_letter || is_word || has_unit)
-    }
-
     /// The unit of the column `value` is missing.
     fn no_unit(&self, sheet: &Sheet, value: Option<usize>) -> Fault {
         let (line, found) = match (&sheet.header, sheet.rows.first()) {
@@ -249,67 +223,6 @@ impl Quantity {
         };
         known.filter(is_likely).collect()
     }
-}
-
-/// The columns of times and values.
-fn columns(sheet: &Sheet, quantity: &Quantity) -> Result<[usize; 2], Fault> {
-    let names: Vec<&str> = sheet
-        .columns
-        .iter()
-        .map(|column| column.name.as_str())
-        .collect();
-    let count = names.len();
-    let named = names.iter().position(|name| is_time(name));
-    if sheet.header.is_none() {
-        return Ok(match count > 2 && is_numbered(sheet) {
-            true => [1, 2],
-            false => [0, 1],
-        });
-    }
-    let time = named.unwrap_or(0);
-    let others: Vec<usize> = (0..count).filter(|i| *i != time).collect();
-    if let [value] = others[..] {
-        return Ok([time, value]);
-    }
-    let called: Vec<usize> = (others.iter().copied())
-        .filter(|i| quantity.is_called(names[*i]))
-        .collect();
-    let with_unit = |i: &usize| matches!(sheet.unit(*i, quantity.dimension), Ok(Some(_)));
-    let sure: Vec<usize> = called.iter().copied().filter(with_unit).collect();
-    match (&called[..], &sure[..]) {
-        ([value], _) | (_, [value]) => Ok([time, *value]),
-        ([], _) => Ok([
-            time,
-            others
-                .iter()
-                .copied()
-                .find(|i| *i > time)
-                .unwrap_or(others[0]),
-        ]),
-        _ => Err(Fault {
-            line: sheet.header.as_ref().map(|(line, _)| *line),
-            message: format!(
-                "several columns may be the {}: {}; leave only the times and one of them in the file",
-                quantity.name,
-                sheet.listed(called)
-            ),
-        }),
-    }
-}
-
-/// Whether the first column numbers the rows, and the second increases.
-fn is_numbered(sheet: &Sheet) -> bool {
-    let column = |i: usize| -> Vec<f64> {
-        let numbers = sheet
-            .rows
-            .iter()
-            .map(|row| sheet.number(row, i).unwrap_or(f64::NAN));
-        numbers.collect()
-    };
-    let steps =
-        |values: &[f64]| -> Vec<f64> { values.windows(2).map(|pair| pair[1] - pair[0]).collect() };
-    let (first, second) = (column(0), column(1));
-    steps(&first).iter().all(|step| *step == 1.0) && steps(&second).iter().all(|step| *step > 0.0)
 }
 
 fn time_unit(sheet: &Sheet, column: usize) -> Result<f64, Fault> {

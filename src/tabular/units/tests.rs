@@ -1,0 +1,174 @@
+use super::*;
+
+#[test]
+fn usual_spellings_are_understood() {
+    let millilitre = [
+        "ml/s",
+        "mL/s",
+        "ml/sec",
+        "mL / sec",
+        "cm3/s",
+        "cm³/s",
+        "cm^3/s",
+        "cm**3/s",
+        "cm^{3}/s",
+        "$cm^3/s$",
+        "cc/s",
+        "cc/sec",
+        "ccm/s",
+        "cm3 s-1",
+        "cm³ s⁻¹",
+        "cm³·s⁻¹",
+        "ml.s-1",
+        "ml per second",
+        "(mL/s)",
+        "[cm3/s]",
+        "mls",
+        "milliliters/second",
+        "cm³\u{a0}s⁻¹",
+        "ML/S",
+    ];
+    for (size, words) in [
+        (1e-6, &millilitre[..]),
+        (
+            1e-6 / 60.0,
+            &[
+                "ml/min",
+                "mL/min",
+                "cc/min",
+                "cm3/min",
+                "mlmin",
+                "ml min-1",
+                "cm³ min⁻¹",
+                "ml per minute",
+            ],
+        ),
+        (
+            1e-3 / 60.0,
+            &[
+                "l/min",
+                "L/min",
+                "LPM",
+                "lpm",
+                "litres per minute",
+                "L min-1",
+                "dm3/min",
+                "ℓ/min",
+            ],
+        ),
+        (
+            1e-9,
+            &[
+                "mm3/s",
+                "mm^3/sec",
+                "mm³/s",
+                "µl/s",
+                "μl/s",
+                "uL/s",
+                "mm³·s⁻¹",
+            ],
+        ),
+        (1.0, &["m3/s", "m³/s", "m^3/s", "m3 s-1", "m3s"]),
+        (1e-3, &["l/s", "L/s", "dm³/s"]),
+    ] {
+        for word in words {
+            let unit = Unit::parse(word).unwrap_or_else(|| panic!("{word}"));
+            assert_eq!(unit.dimension, FLOW, "{word}");
+            assert!(
+                (unit.size / size - 1.0).abs() < 1e-12,
+                "{word}: {}",
+                unit.size
+            );
+        }
+    }
+    for (size, words) in [
+        (
+            133.322,
+            &["mmHg", "mm Hg", "mmhg", "MMHG", "torr", "[mmHg]"][..],
+        ),
+        (98.0665, &["cmH2O", "cm H2O", "cm H₂O", "cmh2o"]),
+        (
+            0.1,
+            &[
+                "dyn/cm2",
+                "dyn/cm²",
+                "dyne/cm^2",
+                "dynes/cm2",
+                "dyn cm-2",
+                "Ba",
+                "barye",
+            ],
+        ),
+        (1.0, &["Pa", "pa", "N/m2", "N/m²", "N m-2", "kg m-1 s-2"]),
+        (1e3, &["kPa", "kpa", "KPA"]),
+        (1e6, &["MPa", "N/mm2", "N/mm^2"]),
+        (1e-3, &["mPa"]),
+        (100.0, &["mbar", "hPa"]),
+    ] {
+        for word in words {
+            let unit = Unit::parse(word).unwrap_or_else(|| panic!("{word}"));
+            assert_eq!(unit.dimension, PRESSURE, "{word}");
+            assert!(
+                (unit.size / size - 1.0).abs() < 1e-12,
+                "{word}: {}",
+                unit.size
+            );
+        }
+    }
+    let micro = ["um", "µm", "μm", "micron"].map(|word| Unit::parse(word).unwrap());
+    assert!(micro.iter().all(|unit| *unit
+        == Unit {
+            size: 1e-6,
+            dimension: LENGTH
+        }));
+    for word in [
+        "", "-", "1", "MPA", "gal/min", "left", "ml//s x", "s/s", "m99", "ml/", "3",
+    ] {
+        let found = Unit::parse(word);
+        assert!(found.is_none() || word == "ml/", "{word}: {found:?}");
+    }
+    assert_eq!(Unit::parse("cm/s").unwrap().dimension, VELOCITY);
+}
+
+#[test]
+fn names_of_columns_end_with_units() {
+    for (name, wanted, size) in [
+        ("flow_ml_min", FLOW, 1e-6 / 60.0),
+        ("flow_m3_s", FLOW, 1.0),
+        ("flow_cm3_per_s", FLOW, 1e-6),
+        ("Q (mL/sec)", FLOW, 1e-6),
+        ("Q(left) [ml/s]", FLOW, 1e-6),
+        ("Flow rate, ml/s", FLOW, 1e-6),
+        ("Q / ml/min", FLOW, 1e-6 / 60.0),
+        ("flow in cm³/s", FLOW, 1e-6),
+        ("p mmHg", PRESSURE, 133.322),
+        ("pressure_dyn_cm2", PRESSURE, 0.1),
+        ("p_cmH2O", PRESSURE, 98.0665),
+        ("time_ms", TIME, 1e-3),
+        ("t / s", TIME, 1.0),
+        ("Time[sec]", TIME, 1.0),
+        ("x_mm", LENGTH, 1e-3),
+        ("Radius (µm)", LENGTH, 1e-6),
+    ] {
+        let unit = Unit::of_name(name, wanted).unwrap();
+        let unit = unit.unwrap_or_else(|| panic!("{name}"));
+        assert!(
+            (unit.size / size - 1.0).abs() < 1e-12,
+            "{name}: {}",
+            unit.size
+        );
+    }
+    for name in ["Q", "Q_l", "flow_in", "Q (left)", "time_s", "Q_m"] {
+        assert_eq!(Unit::of_name(name, FLOW), Ok(None), "{name}");
+    }
+    for (name, found) in [
+        ("Q (gal/min)", "gal/min"),
+        ("v (cm/s)", "cm/s"),
+        ("p (mmHg)", "mmHg"),
+    ] {
+        assert_eq!(Unit::of_name(name, FLOW), Err(found.to_owned()));
+    }
+    let unit = Unit::within("inflow of subject 12 in mm^3/s, period 0.8 s", FLOW).unwrap();
+    assert_eq!(unit.size, 1e-9);
+    assert_eq!(Unit::within("ml/s or ml/min", FLOW), None);
+}
