@@ -3,6 +3,7 @@
 //! OpenFOAM, and whoever looks at a case, reads files: they are unpacked into the user's cache, in a folder that is named
 //! by their content and so belongs to no program version.
 
+use super::FluidSettings;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -42,6 +43,23 @@ fn files(word: &str) -> Option<Files> {
     let mut all = WORDS.iter().zip(sets);
     all.find(|((known, _), _)| *known == word)
         .map(|(_, files)| files)
+}
+
+/// Whether the dictionaries in a folder prescribe at the boundaries what those that are built in do.
+fn has_built_in_conditions(folder: &Path) -> bool {
+    let is_there = |(name, text): &(&str, &str)| {
+        !name.starts_with("0/") || fs::read_to_string(folder.join(name)).is_ok_and(|it| it == *text)
+    };
+    [VESSEL, CHANNEL]
+        .iter()
+        .any(|files| files.iter().all(is_there))
+}
+
+impl FluidSettings {
+    /// Whether OpenFOAM's boundary conditions are those of the case: templates of the user's own may prescribe others.
+    pub fn has_conditions_of_the_case(&self) -> bool {
+        has_built_in_conditions(&self.templates)
+    }
 }
 
 /// The folder with the dictionaries that `word` stands for.

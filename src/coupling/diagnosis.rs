@@ -190,6 +190,9 @@ fn consequence(failed: &FailedStep) -> String {
             format!("{} coupling iterations did not converge", iteration - 1)
         }
         CouplingError::Fluid(error) => error.to_string(),
+        CouplingError::Refused(refusal) | CouplingError::RefusedTooLate(refusal) => {
+            refusal.to_string()
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 //! quadrature points, the structure, its displacement at the fluid's points, and the acceleration.
 
 pub mod acceleration;
+pub mod acceptance;
 pub mod convergence;
 pub(crate) mod diagnosis;
 pub mod fixed_point;
@@ -19,6 +20,7 @@ use crate::fluid::{Fluid, FluidCost, FluidEffort, FluidError, FluidStep, FluidTr
 use crate::geometry::CentreShift;
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
 use acceleration::Columns;
+use acceptance::{Balance, Limits, Refusal, require_finite};
 use convergence::Measure;
 use fixed_point::{CoupledProblem, FixedPoint};
 use nalgebra::DVector;
@@ -62,6 +64,8 @@ pub struct Step {
     pub wall_pressure: Vec<f64>,
     /// Seconds that the fluid needed to finish the accepted step.
     pub accept_seconds: f64,
+    /// Share of the flow through the domain that the step lost.
+    pub mass_lost: f64,
 }
 
 /// Why a time step failed.
@@ -76,9 +80,16 @@ pub enum CouplingError {
     /// The iteration did not converge.
     #[error("the coupling did not converge: {0}")]
     NotConverged(String),
+    /// What it converged to is no answer.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// The same, seen only in what the fluid reports of a step that it has kept.
+    #[error("{0}")]
+    RefusedTooLate(Refusal),
 }
 
-/// A time step that failed; both solvers still have the state at its beginning.
+/// A time step that failed; both solvers still have the state at its beginning, except for the fluid after
+/// [`CouplingError::RefusedTooLate`], which has to be recalled.
 #[derive(Debug, thiserror::Error)]
 #[error("{}", diagnosis::failure(self))]
 pub struct FailedStep {
@@ -99,6 +110,8 @@ pub struct StepSettings {
     pub fluid_effort: FluidEffort,
     /// Relative residual at which the structure's Newton iteration ends.
     pub newton_tolerance: f64,
+    /// What an accepted step must not exceed.
+    pub limits: Limits,
 }
 
 /// The structure's Newton iteration may end at this share of the last coupling residual: its error must be far below what
@@ -119,6 +132,8 @@ pub struct Coupling<F, S: Solid> {
     pub fixed_point: FixedPoint,
     /// The rest.
     pub settings: StepSettings,
+    /// The fluid's mass so far.
+    pub balance: Balance,
 }
 
 /// A time step that has converged, and is not accepted yet.
@@ -154,7 +169,9 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         beside: impl FnOnce(&S) + Send,
     ) -> Result<Solved<S::Trial>, FailedStep> {
         let dt = self.settings.time_step;
-        let start = match self.transfer.foreseen(&self.solid, dt) {
+        let foreseen = self.transfer.foreseen(&self.solid, dt);
+        let needs_load = foreseen.is_none();
+        let start = match foreseen {
             Some(known) => flatten(&known),
             None => self.fixed_point.predictor().first_guess(),
         };
@@ -178,12 +195,19 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         } = step;
         let error = match (done, last) {
             (Ok(Some(_)), Some(last)) => {
-                return Ok(Solved {
-                    iterations,
-                    trial: last.trial,
-                    displacement: trial,
-                    tractions: last.flow.tractions,
-                });
+                let end = iterations.last().expect("an answer has been judged");
+                let limits = self.settings.limits;
+                match limits.of_trial(end, &last, &self.transfer, &self.solid, needs_load) {
+                    Ok(()) => {
+                        return Ok(Solved {
+                            iterations,
+                            trial: last.trial,
+                            displacement: trial,
+                            tractions: last.flow.tractions,
+                        });
+                    }
+                    Err(refusal) => refusal.into(),
+                }
             }
             (Err(error), _) => error,
             _ => {
@@ -208,6 +232,18 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             Err(error) => return Err(self.failed(iterations, &displacement, error.into())),
         };
         let accept_seconds = clock.elapsed().as_secs_f64();
+        let limits = self.settings.limits;
+        let judged = limits.of_step(&fluid, self.settings.time_step, &self.balance, &self.transfer);
+        let mass_lost = match judged {
+            Ok((balance, lost)) => {
+                self.balance = balance;
+                lost
+            }
+            Err(refusal) => {
+                let error = CouplingError::RefusedTooLate(refusal);
+                return Err(self.failed(iterations, &displacement, error));
+            }
+        };
         let clock = Instant::now();
         self.solid.accept(trial);
         if let Some(last) = iterations.last_mut() {
@@ -225,6 +261,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             fluid,
             displacement,
             accept_seconds,
+            mass_lost,
         })
     }
 
@@ -309,6 +346,7 @@ impl<F: Fluid, S: Solid, B: FnOnce(&S) + Send> CoupledProblem for CoupledStep<'_
             (flow, clock.elapsed().as_secs_f64())
         });
         let flow = flow?;
+        require_finite(&flow, self.transfer)?;
         let areas = self.transfer.face_areas(&self.trial);
         let load = self.transfer.load(&flow.tractions, &areas); // I: face centres to quadrature points
 

@@ -74,6 +74,11 @@ impl<L> Transfer<L> {
         CentreShift::of(&self.wall.points, displacement)
     }
 
+    /// Centre of a face of the fluid's wall at rest, m; the origin if there is no such face.
+    pub fn face_centre(&self, face: usize) -> Vec3 {
+        self.wall.face_centres.get(face).copied().unwrap_or_default()
+    }
+
     /// Area vectors (m², out of the fluid) of the fluid's faces after its wall points have moved by `displacement` (m).
     pub fn face_areas(&self, displacement: &[Vec3]) -> Vec<Vec3> {
         self.wall.face_areas(displacement)

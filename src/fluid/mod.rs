@@ -310,6 +310,9 @@ pub enum FluidError {
     /// [`Fluid::recall`] helps. The text says what happened, where, and what to do.
     #[error("{0}")]
     Died(String),
+    /// The same, because its solution grew beyond all bounds: only more care helps.
+    #[error("{0}")]
+    Diverged(String),
     /// It found no solution for this trial, but lives and still has the state at the beginning of the step: a more
     /// careful attempt may help.
     #[error("{0}")]

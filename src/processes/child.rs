@@ -5,7 +5,7 @@ use rustix::process::{
 };
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::os::unix::process::CommandExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
@@ -88,6 +88,15 @@ impl Process {
     /// Has it ended, and well?
     pub fn succeeded(&mut self) -> bool {
         self.has_ended() && self.status.is_some_and(|status| status.success())
+    }
+
+    /// Has it ended because a number overflowed? `mpirun` says so of its ranks by its exit code.
+    pub fn died_of_arithmetic(&mut self) -> bool {
+        let fpe = Signal::FPE.as_raw();
+        let status = self.has_ended().then_some(self.status).flatten();
+        status.is_some_and(|status| {
+            status.signal() == Some(fpe) || status.code() == Some(128 + fpe)
+        })
     }
 
     /// Its exit code, if it has ended with one.

@@ -14,7 +14,7 @@ pub(crate) mod totals;
 use crate::case::CaseIdentity;
 use crate::coupling::{Coupling, FailedStep, diagnosis};
 use crate::files::{FileFingerprint, below};
-use crate::fluid::{Fluid, FluidError};
+use crate::fluid::{Fluid, FluidEffort, FluidError};
 use crate::pfem::{Solid, SolidError};
 use checkpoint::{Checkpoint, Store, StoreError};
 use clock::{Clock, is_due};
@@ -84,6 +84,8 @@ pub struct Simulation<F, S: Solid, O> {
     pub observer: O,
     clock: Clock,
     settings: SimulationSettings,
+    /// Work that the fluid may spend on an iteration of a step's first attempt.
+    effort: FluidEffort,
     checkpoints: Option<Checkpoints>,
     totals: Totals,
     /// The accepted step of which the observer has not been told yet.
@@ -122,6 +124,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         observer: O,
     ) -> Self {
         Self {
+            effort: coupling.settings.fluid_effort,
             coupling,
             observer,
             clock,
@@ -240,7 +243,8 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             tell(&mut self.observer, &accepted, &self.coupling.solid)?;
         }
         let seconds = started.elapsed().as_secs_f64();
-        (self.totals).add(&accepted.step, self.clock.steps(), seconds);
+        let steps = self.clock.steps();
+        (self.totals).add(&accepted.step, steps, seconds, self.effort.residual);
         let memory = self.coupling.fluid.usage().peak_memory;
         self.fluid_peak_memory = self.fluid_peak_memory.max(memory);
         self.untold = (!at_once).then_some(accepted);
@@ -336,6 +340,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             fluid,
             structure: self.coupling.solid.memory(),
             coupling: self.coupling.fixed_point.memory(),
+            balance: self.coupling.balance.clone(),
             observer,
         };
         let written = checkpoints.store.write(&checkpoint);
@@ -379,6 +384,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         // Before the coupling remembers: another length makes it forget.
         self.coupling.set_time_step(self.clock.part());
         (self.coupling.fixed_point).recall(checkpoint.coupling.clone())?;
+        self.coupling.balance = checkpoint.balance.clone();
         self.coupling.solid.recall(checkpoint.structure.clone())?;
         self.totals = checkpoint.totals.clone();
         self.untold = None;

@@ -2,6 +2,7 @@
 
 use super::observer::{FailedAttempt, Observer};
 use super::{Simulation, SimulationError};
+use crate::coupling::acceptance::Refusal;
 use crate::coupling::{CouplingError, FailedStep};
 use crate::fluid::{Fluid, FluidError};
 use crate::pfem::Solid;
@@ -9,6 +10,10 @@ use std::time::Duration;
 
 /// Attempts at a step, each more careful than the one before; those that follow halve it.
 const ATTEMPTS: usize = 3;
+/// A residual that is still too large after so many sweeps does not fall: more of them would not help.
+const ENOUGH_SWEEPS: u32 = 10;
+/// Sweeps that the fluid may spend in the second attempt and in later ones, times those of the first, where it is to blame.
+const MORE_SWEEPS: [u32; 2] = [4, 10];
 /// Deaths of the fluid without a step beyond all earlier ones.
 const DEATHS: usize = 4;
 
@@ -26,6 +31,8 @@ pub struct Trouble {
     parts: usize,
     /// Deaths of the fluid since.
     deaths: usize,
+    /// Whether the fluid left its equations unsolved.
+    of_the_fluid: bool,
 }
 
 impl Trouble {
@@ -47,17 +54,32 @@ impl Trouble {
                 attempt: if dead { 1 } else { 2 },
                 parts,
                 deaths,
+                of_the_fluid: false,
             },
         };
         trouble.deaths = deaths;
         if at == trouble.at && trouble.attempt > ATTEMPTS {
-            trouble.parts = 2 * parts;
+            trouble.cut(parts);
         }
         trouble
     }
 
+    /// Makes the next attempt one with shorter steps than `parts` of a step of the case.
+    fn cut(&mut self, parts: usize) {
+        self.attempt = self.attempt.max(ATTEMPTS + 1);
+        self.parts = 2 * parts;
+    }
+
     fn is_hopeless(self, max_halvings: usize) -> bool {
         self.parts > 1 << max_halvings || self.deaths > DEATHS
+    }
+
+    /// Sweeps of the fluid in the next attempt, times the usual number.
+    fn sweeps(self) -> u32 {
+        match self.care() {
+            care if care > 1 && self.of_the_fluid => MORE_SWEEPS[(care - 2).min(1)],
+            _ => 1,
+        }
     }
 
     /// How careful the next attempt is: a shorter step need not be solved with the utmost care at once.
@@ -90,6 +112,9 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             self.clock.refine(trouble.parts);
         }
         self.coupling.set_time_step(self.clock.part());
+        let sweeps = here.map_or(1, Trouble::sweeps);
+        self.coupling.settings.fluid_effort.max_sweeps =
+            self.effort.max_sweeps.saturating_mul(sweeps);
         if let Some(trouble) = here.filter(|trouble| trouble.attempt > 1) {
             self.coupling.back_off(trouble.care());
         }
@@ -112,35 +137,44 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             iterations: &failed.iterations,
         })?;
         let what = format!("step {number} (t = {time:.6} s): {failed}");
-        let dead = match failed.error {
-            CouplingError::Fluid(FluidError::Died(_)) => true,
-            CouplingError::Fluid(FluidError::NotSolved(_))
-            | CouplingError::Solid(_)
-            | CouplingError::NotConverged(_) => false,
-            CouplingError::Fluid(FluidError::Interrupted) => {
-                return Err(SimulationError::Interrupted);
-            }
-            // Another attempt would not find more room on the disk.
-            CouplingError::Fluid(FluidError::Storage(_)) => {
-                return Err(SimulationError::Step(what));
-            }
+        let Verdict {
+            dead,
+            gone,
+            of_the_fluid,
+            needs_shorter_steps,
+            in_vain,
+        } = match Verdict::of(&failed.error) {
+            Ok(verdict) => verdict,
+            Err(FluidError::Interrupted) => return Err(SimulationError::Interrupted),
+            Err(_) => return Err(SimulationError::Step(what)),
         };
+        if in_vain {
+            return self.keep_last_good(number - 1, what);
+        }
         let parts = self.clock.reading().subdivision.parts();
-        let trouble = Trouble::after(self.trouble, place, parts, dead);
+        let mut trouble = Trouble::after(self.trouble, place, parts, dead);
+        trouble.of_the_fluid |= of_the_fluid;
+        // Even a solver that dies of an overflow may have been killed by somebody the first time.
+        if needs_shorter_steps && !(dead && attempt == 1 && trouble.attempt == 1) {
+            trouble.cut(parts);
+        }
         self.trouble = Some(trouble);
         let max_halvings = self.settings.max_halvings;
         if trouble.is_hopeless(max_halvings) {
+            let sweeps = match of_the_fluid {
+                true => ", with up to ten times as many sweeps of the fluid",
+                false => "",
+            };
             let reason = format!(
-                "{what}\nAll {attempt} attempts at this step failed: from the last displacement, without what the coupling had learnt, with less relaxation, with shorter steps (time.max_halvings = {max_halvings})"
+                "{what}\nAll {attempt} attempts at this step failed: from the last displacement, without what the coupling had learnt, with less relaxation{sweeps}, with shorter steps (time.max_halvings = {max_halvings})"
             );
             return self.keep_last_good(number - 1, reason);
         }
-        if !dead {
-            let how = if trouble.parts > parts {
-                format!("in {} parts for a while", trouble.parts)
-            } else {
-                "more carefully".into()
-            };
+        let how = match trouble.parts > parts {
+            true => format!("in {} parts for a while", trouble.parts),
+            false => "more carefully".into(),
+        };
+        if !gone {
             return Ok(format!("{what}; it is tried again {how}"));
         }
         let Ok(found) = self.newest() else {
@@ -149,17 +183,18 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         for death in trouble.deaths.. {
             // Whatever killed it (memory, perhaps) may need a moment to pass.
             std::thread::sleep(Duration::from_millis(200) * death as u32);
-            self.totals.fluid_restarts += 1;
+            self.totals.fluid_restarts += usize::from(dead);
             match self.go_back(&found.checkpoint) {
                 Ok(()) => break,
                 Err(error) if death >= DEATHS => return Err(error),
                 Err(_) => {}
             }
         }
-        Ok(format!(
-            "{what}it is started again and the run goes on from {}",
-            found.path.display()
-        ))
+        let from = found.path.display();
+        Ok(match dead {
+            true => format!("{what}it is started again and the run goes on from {from}"),
+            false => format!("{what}; the run goes back to {from} and tries the step again {how}"),
+        })
     }
 
     /// The run cannot go on after the `last` step. If that is in no checkpoint the steps since the newest one are taken
@@ -182,6 +217,65 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         );
         self.last_good = Some((last, reason));
         Ok(told)
+    }
+}
+
+/// What a failure says of the fluid, and of another attempt.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Verdict {
+    /// The fluid has died.
+    dead: bool,
+    /// It has not the state at the beginning of the step any more.
+    gone: bool,
+    /// It left its equations unsolved.
+    of_the_fluid: bool,
+    /// More sweeps would not help.
+    needs_shorter_steps: bool,
+    /// Another attempt would end in the same way.
+    in_vain: bool,
+}
+
+impl Verdict {
+    /// # Errors
+    /// What ends the run at once: another attempt would not find more room on the disk.
+    fn of(error: &CouplingError) -> Result<Self, &FluidError> {
+        let verdict = Self::default();
+        Ok(match error {
+            CouplingError::Fluid(FluidError::Died(_)) => Self {
+                dead: true,
+                gone: true,
+                ..verdict
+            },
+            CouplingError::Fluid(error @ (FluidError::Interrupted | FluidError::Storage(_))) => {
+                return Err(error);
+            }
+            CouplingError::Refused(Refusal::ForceLost { .. }) => Self {
+                in_vain: true,
+                ..verdict
+            },
+            CouplingError::Fluid(FluidError::Diverged(_)) => Self {
+                dead: true,
+                gone: true,
+                of_the_fluid: true,
+                needs_shorter_steps: true,
+                ..verdict
+            },
+            CouplingError::Refused(Refusal::Unsolved { sweeps, .. }) => Self {
+                of_the_fluid: true,
+                needs_shorter_steps: *sweeps >= ENOUGH_SWEEPS,
+                ..verdict
+            },
+            CouplingError::Fluid(FluidError::NotSolved(_)) | CouplingError::Refused(_) => Self {
+                of_the_fluid: true,
+                ..verdict
+            },
+            CouplingError::RefusedTooLate(_) => Self {
+                of_the_fluid: true,
+                gone: true,
+                ..verdict
+            },
+            CouplingError::Solid(_) | CouplingError::NotConverged(_) => verdict,
+        })
     }
 }
 
@@ -224,6 +318,30 @@ mod tests {
         }
         assert_eq!((deaths, trouble.attempt), (5, 1));
         assert_eq!(Trouble::after(Some(trouble), (8, 0), 1, false).attempt, 2);
+    }
+
+    #[test]
+    fn where_sweeps_do_not_help_steps_are_cut_at_once() {
+        let mut trouble = Trouble::after(None, (7, 0), 1, false);
+        trouble.cut(1);
+        assert_eq!((trouble.attempt, trouble.parts, trouble.care()), (4, 2, 2));
+        let mut trouble = Trouble::after(Some(trouble), (7, 0), 2, false);
+        assert_eq!((trouble.attempt, trouble.parts), (5, 4));
+        trouble.cut(2);
+        assert_eq!((trouble.attempt, trouble.parts), (5, 4));
+        assert!(trouble.is_hopeless(1) && !trouble.is_hopeless(2));
+    }
+
+    #[test]
+    fn a_fluid_that_is_to_blame_may_spend_more_sweeps() {
+        let mut trouble = Trouble::after(None, (7, 0), 1, false);
+        assert_eq!(trouble.sweeps(), 1);
+        trouble.of_the_fluid = true;
+        assert_eq!(trouble.sweeps(), 4);
+        let trouble = Trouble::after(Some(trouble), (7, 0), 1, false);
+        assert_eq!(trouble.sweeps(), 10);
+        let trouble = Trouble::after(Some(trouble), (7, 0), 1, false);
+        assert_eq!((trouble.sweeps(), trouble.parts), (4, 2));
     }
 
     #[test]

@@ -50,11 +50,21 @@ pub struct Totals {
     /// Largest mismatch of the resultant force between the two surfaces, relative to the sum of |load|.
     #[serde(with = "crate::numbers")]
     pub max_force_mismatch: f64,
+    /// Accepted steps, or parts of them, in which the fluid's last sweep began above `fluid.pressure_residual`.
+    #[serde(default)]
+    pub unfinished_steps: usize,
+    /// Largest residual with which the last sweep of a step began.
+    #[serde(default, with = "crate::numbers")]
+    pub max_fluid_residual: f64,
+    /// Largest share of the flow through the domain that a step lost.
+    #[serde(default, with = "crate::numbers")]
+    pub max_mass_lost: f64,
 }
 
 impl Totals {
-    /// Counts an accepted step, or a part of one, that took `wall_seconds` in all; `steps` are done now.
-    pub(super) fn add(&mut self, step: &Step, steps: usize, wall_seconds: f64) {
+    /// Counts an accepted step, or a part of one, that took `wall_seconds` in all; `steps` are done now, and the fluid was asked
+    /// for this residual.
+    pub(super) fn add(&mut self, step: &Step, steps: usize, wall_seconds: f64, residual: f64) {
         let seconds = Seconds::of(step, wall_seconds);
         let iterations = &step.iterations;
         self.steps = steps;
@@ -70,6 +80,10 @@ impl Totals {
         self.seconds.coupling_s += seconds.coupling_s;
         let mismatch = iterations.last().map_or(0.0, |last| last.force_mismatch);
         self.max_force_mismatch = self.max_force_mismatch.max(mismatch);
+        let left = iterations.last().map_or(0.0, |last| last.fluid_cost.residual);
+        self.unfinished_steps += usize::from(left > residual);
+        self.max_fluid_residual = self.max_fluid_residual.max(left);
+        self.max_mass_lost = self.max_mass_lost.max(step.mass_lost);
     }
 }
 

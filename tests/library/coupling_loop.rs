@@ -3,6 +3,7 @@
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::coupling::acceleration::{self, AccelerationModel, Filter, Identity};
+use fsi_driver::coupling::acceptance::{Balance, Limits};
 use fsi_driver::coupling::convergence::{ConvergenceQuantity, Criterion};
 use fsi_driver::coupling::fixed_point::FixedPoint;
 use fsi_driver::coupling::predictor::{Extrapolation, Predictor};
@@ -23,7 +24,7 @@ const LENGTH: f64 = 0.05;
 const NEWTON_TOLERANCE: f64 = 1e-9;
 
 /// A fluid that presses against the wall, and less so where the wall gives way.
-struct Cushion {
+pub struct Cushion {
     interface: FluidInterface,
     pressure: f64,
     stiffness: f64,
@@ -31,7 +32,7 @@ struct Cushion {
 }
 
 impl Cushion {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let (rings, around) = (13, 16);
         let point = |i: usize, j: usize| {
             let (sin, cos) = (TAU * j as f64 / around as f64).sin_cos();
@@ -112,6 +113,11 @@ impl Fluid for Cushion {
 }
 
 fn cushioned_tube() -> Coupling<Cushion, Structure> {
+    coupled(Cushion::new())
+}
+
+/// An elastic tube around a fluid with the cushion's wall.
+pub fn coupled<F: Fluid>(fluid: F) -> Coupling<F, Structure> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/elastic-tube");
     let case = Case::load(&folder, Preset::Demo, &[]).unwrap();
     let vessel = case.vessel().unwrap();
@@ -133,7 +139,6 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
     };
     let mesh = solid_mesh(vessel);
     let solid = Structure::new(&mesh, &materials, &options).unwrap();
-    let fluid = Cushion::new();
     let transfer = Transfer::new(fluid.interface(), &solid).unwrap();
     let rest = flatten(&vec![Vec3::zeros(); fluid.interface().points.len()]);
     let numerics = acceleration::AccelerationSettings {
@@ -165,7 +170,9 @@ fn cushioned_tube() -> Coupling<Cushion, Structure> {
                 residual: 1.0,
             },
             newton_tolerance: NEWTON_TOLERANCE,
+            limits: Limits::of_any_liquid(1000.0, 1.0),
         },
+        balance: Balance::default(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! What needs the library and the command line alone: no solver is started.
 
+mod acceptance;
 mod architecture;
 mod case_bad_input;
 mod case_fuzz;

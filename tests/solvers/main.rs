@@ -14,6 +14,7 @@ mod check;
 mod coupled_run;
 mod cross_check;
 mod damaged_results;
+mod diverging_flow;
 mod fault_campaign;
 mod fluid_faults;
 mod fluid_hostile;

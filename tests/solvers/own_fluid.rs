@@ -172,6 +172,29 @@ fn fluids_that_die_hang_or_lie_end_a_run_with_a_sentence_and_no_orphan() {
 }
 
 #[test]
+fn what_a_fluid_in_another_process_cannot_mean_ends_the_run_with_its_cause() {
+    let Some(python) = python() else { return };
+    for (name, deed, said) in [
+        ("huge", "tractions = tractions + 1e30", "(t = 0.002000 s)"),
+        ("leaks", "self.ends = self.ends[0], (0.5 * self.ends[1][0], 0.0)", "the fluid loses mass"),
+        ("explodes", "self.ends = (1e300, 0.0), (-1e300, 0.0)", "what drives the flow explains"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("run");
+        let script = spoilt(folder.path(), deed);
+        // In every trial from the third on
+        let text_of = std::fs::read_to_string(&script).unwrap();
+        std::fs::write(&script, text_of.replace("== 3", ">= 3")).unwrap();
+        let fluid = command(&[python, script.to_str().unwrap()]);
+        let run = with_own(&out, 4, &fluid, &[]).output().unwrap();
+        assert_eq!(run.status.code(), Some(1), "{name}: {}", text(&run));
+        assert!(text(&run).contains(said), "{name}: {}", text(&run));
+        let history = column(&out, "Q_out_m3_s");
+        assert!(history.iter().all(|flow| flow.abs() < 1e-5), "{name}: {history:?}");
+    }
+}
+
+#[test]
 fn a_fluid_that_somebody_else_starts_is_waited_for() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();

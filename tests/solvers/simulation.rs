@@ -10,9 +10,11 @@ use fsi_driver::case::Case;
 use fsi_driver::fluid::{
     Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
 };
-use fsi_driver::pfem::Structure;
+use fsi_driver::pfem::{Solid, Structure};
 use fsi_driver::simulation::Simulation;
 use fsi_driver::simulation::assembly::{Domain, couple};
+use fsi_driver::simulation::checkpoint::{Found, Store};
+use std::error::Error;
 use std::path::Path;
 
 type Blood = example::fluid::OneDimensionalFluid;
@@ -23,6 +25,10 @@ enum Accident {
     Nothing,
     Died { call: usize },
     NotSolved { call: usize },
+    /// From this call on its equations are not solved, unless it may spend more sweeps than usual.
+    Unfinished { call: usize },
+    /// The reports of these steps, counted as often as they are repeated, have lost half of the outflow.
+    Leaks { from: usize, to: usize },
 }
 
 /// A fluid with an accident.
@@ -33,6 +39,8 @@ struct Unlucky {
     dead: bool,
     recalls: usize,
     forgotten: usize,
+    accepted: usize,
+    usual_sweeps: u32,
 }
 
 impl Fluid for Unlucky {
@@ -52,7 +60,14 @@ impl Fluid for Unlucky {
         if self.dead {
             return Err(FluidError::Died("it is dead; ".into()));
         }
-        self.fluid.solve(d, dt, e)
+        let mut trial = self.fluid.solve(d, dt, e)?;
+        if let Accident::Unfinished { call } = self.accident
+            && self.calls >= call
+            && e.max_sweeps <= self.usual_sweeps
+        {
+            trial.cost.residual = 0.5;
+        }
+        Ok(trial)
     }
 
     fn forget_trial(&mut self) {
@@ -60,7 +75,14 @@ impl Fluid for Unlucky {
     }
 
     fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
-        self.fluid.accept(write)
+        let mut step = self.fluid.accept(write)?;
+        self.accepted += 1;
+        if let Accident::Leaks { from, to } = self.accident
+            && (from..=to).contains(&self.accepted)
+        {
+            step.openings[1].flow *= 0.5;
+        }
+        Ok(step)
     }
 
     fn memory(&mut self) -> Result<FluidMemory, FluidError> {
@@ -74,7 +96,13 @@ impl Fluid for Unlucky {
     }
 }
 
-fn run(case: &Case, folder: &Path, accident: Accident) -> Simulation<Unlucky, Structure, Rows> {
+type Run = Simulation<Unlucky, Structure, Rows>;
+
+fn run(case: &Case, folder: &Path, accident: Accident) -> Run {
+    try_to_run(case, folder, accident).unwrap()
+}
+
+fn try_to_run(case: &Case, folder: &Path, accident: Accident) -> Result<Run, Box<dyn Error>> {
     let fluid = Unlucky {
         fluid: Blood::new(case),
         accident,
@@ -82,9 +110,11 @@ fn run(case: &Case, folder: &Path, accident: Accident) -> Simulation<Unlucky, St
         dead: false,
         recalls: 0,
         forgotten: 0,
+        accepted: 0,
+        usual_sweeps: case.fluid.max_correctors,
     };
     let coupling = couple(case, &Domain::new(case).unwrap(), fluid).unwrap();
-    example::run(case, coupling, folder).unwrap()
+    example::run(case, coupling, folder)
 }
 
 /// 0.1 ms a step.
@@ -144,4 +174,62 @@ fn a_fluid_that_has_died_is_recalled_and_one_that_finds_nothing_is_asked_with_mo
             "{a:?} {b:?}"
         );
     }
+}
+
+#[test]
+fn equations_that_are_not_solved_get_more_sweeps_and_mass_that_is_lost_another_attempt() {
+    let case = elastic_tube("0.0008").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, accident| run(&case, &folder.path().join(name), accident);
+    let straight = run("straight", Accident::Nothing);
+    let totals = straight.totals();
+    assert!(totals.max_mass_lost < 1e-9, "{:e}", totals.max_mass_lost);
+    assert_eq!((totals.unfinished_steps, totals.failed_attempts), (0, 0));
+    let alike = |other: &Run| {
+        assert_eq!(other.observer.rows.len(), 8);
+        for (a, b) in other.observer.rows.iter().zip(&straight.observer.rows) {
+            assert!((a.displacement / b.displacement - 1.0).abs() < 1e-4, "{a:?} {b:?}");
+        }
+    };
+
+    // In each step from the one on that holds this call.
+    let call = straight.coupling.fluid.calls / 2;
+    let unfinished = run("unfinished", Accident::Unfinished { call });
+    let (fluid, totals) = (&unfinished.coupling.fluid, unfinished.totals());
+    assert_eq!((fluid.recalls, totals.unfinished_steps), (0, 0));
+    assert!((3..=5).contains(&totals.failed_attempts), "{}", totals.failed_attempts);
+    let note = &unfinished.observer.notes[0];
+    for words in ["began with a residual of 0.500", "tried again more carefully"] {
+        assert!(note.contains(words), "{note}");
+    }
+    alike(&unfinished);
+
+    let leaks = run("leaks", Accident::Leaks { from: 4, to: 5 });
+    let (fluid, totals) = (&leaks.coupling.fluid, leaks.totals());
+    assert_eq!((fluid.recalls, totals.fluid_restarts, totals.failed_attempts), (2, 0, 2));
+    assert!(totals.max_mass_lost < 1e-9, "{:e}", totals.max_mass_lost);
+    let note = &leaks.observer.notes[1];
+    for words in ["the fluid loses mass", "goes back to", "tries the step again more carefully"] {
+        assert!(note.contains(words), "{note}");
+    }
+    alike(&leaks);
+}
+
+#[test]
+fn a_fluid_that_always_loses_mass_ends_the_run_and_leaves_the_step_before() {
+    let case = elastic_tube("0.0008").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let always = Accident::Leaks { from: 4, to: usize::MAX };
+    let error = try_to_run(&case, folder.path(), always).map(|_| ()).unwrap_err().to_string();
+    for words in [
+        "step 4 (t = 0.000400 s): the fluid loses mass",
+        "All 5 attempts at this step failed",
+        "ten times as many sweeps",
+    ] {
+        assert!(error.contains(words), "{error}");
+    }
+    let newest: Found<<Structure as Solid>::Memory, Rows> =
+        Store::new(folder.path()).newest().unwrap();
+    assert_eq!(newest.checkpoint.step(), 3);
+    assert!(newest.checkpoint.totals.max_mass_lost < 1e-9);
 }

@@ -291,5 +291,11 @@ fn explain(name: &str, error: TransportError, process: Option<&mut Process>) -> 
         // A connection that breaks is the first sign of a death; how it came is known a moment later.
         process.wait(Duration::from_secs(2));
     }
-    FluidError::Died(format!("{name}: {error}; {}", process.exit_report()))
+    match process.died_of_arithmetic() {
+        true => FluidError::Diverged(format!(
+            "{name}: the flow diverged until a number overflowed; {}",
+            process.exit_report()
+        )),
+        false => FluidError::Died(format!("{name}: {error}; {}", process.exit_report())),
+    }
 }

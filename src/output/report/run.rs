@@ -86,7 +86,8 @@ pub fn page(run: &Results) -> io::Result<String> {
         let sections = super::flow_sections::sections(run, &flow);
         page.section("sections", "Blood in cross-sections", &gallery(&sections));
     }
-    page.section("effort", "Coupling", &gallery(&effort(run)));
+    let html = left_over(run) + &gallery(&effort(run));
+    page.section("effort", "Coupling", &html);
     Ok(page.to_html())
 }
 
@@ -457,6 +458,27 @@ fn radii(run: &Results) -> io::Result<Vec<String>> {
         }
     }
     Ok(maps::radii(run, &wall.places(), &found))
+}
+
+/// What accepted steps left of the fluid's equations, of mass and of the force on the wall.
+fn left_over(run: &Results) -> String {
+    let Some(totals) = run.summary.as_ref().map(|summary| &summary.totals) else {
+        return String::new();
+    };
+    // Earlier versions did not know
+    if totals.max_fluid_residual == 0.0 {
+        return String::new();
+    }
+    format!(
+        "<p>{} of {} steps ended with a residual of the fluid above <code>fluid.pressure_residual</code> = {}; the largest is {:.1e}. \
+         A step lost at most {:.1e} of the flow, and the wall missed at most {:.1e} of the fluid's force.</p>\n",
+        totals.unfinished_steps,
+        totals.steps,
+        run.case.fluid.pressure_residual,
+        totals.max_fluid_residual,
+        totals.max_mass_lost,
+        totals.max_force_mismatch
+    )
 }
 
 fn effort(run: &Results) -> Vec<String> {

@@ -3,6 +3,7 @@
 mod domain;
 mod fit;
 mod initial_state;
+mod limits;
 mod own;
 pub mod preflight;
 mod surrogate;
@@ -19,6 +20,7 @@ use super::{Checkpoints, Simulation, SimulationSettings};
 use crate::Vec3;
 use crate::case::{self, BloodVessel, Case, CaseIdentity, MeshMotion, Problem, TableError};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
+use crate::coupling::acceptance::Balance;
 use crate::coupling::convergence::Criterion;
 use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::predictor::Predictor;
@@ -107,6 +109,19 @@ impl CoupledModel {
     /// # Errors
     /// If one of them cannot be made; [`FluidError::Interrupted`] if the start was ended.
     pub fn new(
+        case: &Case,
+        workplace: Workplace,
+        memory: Option<&FluidMemory>,
+    ) -> Result<Self, AssemblyError> {
+        let mut model = Self::assembled(case, workplace, memory)?;
+        model.coupling.balance = Balance::of(model.volume);
+        if let (Some(own), Some(mesh)) = (case.own(), &model.own_mesh) {
+            model.coupling.settings.limits.is_closed = own::all_openings_are_known(own, mesh);
+        }
+        Ok(model)
+    }
+
+    fn assembled(
         case: &Case,
         workplace: Workplace,
         memory: Option<&FluidMemory>,
@@ -220,7 +235,9 @@ fn join<F: Fluid>(
                 residual: case.fluid.pressure_residual,
             },
             newton_tolerance: case.structure.newton_tolerance,
+            limits: limits::limits(case)?,
         },
+        balance: Balance::default(),
     })
 }
 
@@ -358,14 +375,9 @@ fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, Tabl
         time: &case.time,
         ranks: case.fluid.ranks,
         non_orthogonality_deg: mesh.non_orthogonality_deg(),
-        diffusion_number: match case.has_elastic_wall() {
-            true => {
-                let viscosity = case.blood.viscosity / case.blood.density;
-                viscosity * case.time.step * mesh.laplacian_diagonal()
-            }
-            // A rigid wall does not answer to an error of the pressure.
-            false => 0.0,
-        },
+        diffusion_number: case.blood.viscosity / case.blood.density
+            * case.time.step
+            * mesh.laplacian_diagonal(),
         blend: case.vessel().and_then(|vessel| blend(vessel, mesh)),
     })
 }

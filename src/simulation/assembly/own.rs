@@ -32,6 +32,14 @@ pub(super) fn files_beside<'a>(case: &Case, own: &'a OwnCase, domain: &Domain) -
     }
 }
 
+/// Whether flow and pressure are recorded wherever the fluid may enter or leave the domain.
+pub(super) fn all_openings_are_known(own: &OwnCase, mesh: &PolyMesh) -> bool {
+    let keys = &own.fluid;
+    let is_closed = |patch: &Patch| patch.kind != "patch" || keys.patches.contains(&patch.name);
+    let is_known = |patch: &Patch| is_closed(patch) || keys.openings.contains(&patch.name);
+    keys.openings.is_empty() || mesh.patches.iter().all(is_known)
+}
+
 /// The patches at which a wall ends whose rim moves there: that of an extruded wall unless it is held, that of a prescribed motion
 /// where it moves. Those of a wall from a file are not known.
 fn moving_patches(own: &OwnCase, domain: &Domain) -> BTreeMap<String, PatchMotion> {

@@ -11,6 +11,7 @@ pub use store::{Found, Store, StoreError};
 use super::clock::ClockReading;
 use super::totals::Totals;
 use crate::case::CaseIdentity;
+use crate::coupling::acceptance::Balance;
 use crate::coupling::fixed_point;
 use crate::files::FileFingerprint;
 use crate::fluid::FluidMemory;
@@ -35,6 +36,8 @@ pub struct Checkpoint<S, O> {
     pub structure: S,
     /// The coupling.
     pub coupling: fixed_point::FixedPointMemory,
+    /// The fluid's mass.
+    pub balance: Balance,
     /// Tables and series.
     pub observer: O,
 }
@@ -52,7 +55,7 @@ impl<S, O> Checkpoint<S, O> {
 }
 
 /// Version of the file format: another one is refused.
-const VERSION: u32 = 12;
+const VERSION: u32 = 13;
 const MAGIC: &[u8; 8] = b"FSICHECK";
 /// Magic, version, checksum and length of what follows.
 const HEAD: usize = 8 + 4 + 4 + 8;

@@ -1,5 +1,6 @@
 use super::*;
 use crate::coupling::acceleration::Column;
+use crate::coupling::acceptance::Balance;
 use crate::pfem::SurfaceLoad;
 use crate::pfem::solution::quasi_newton::QuasiNewtonPairs;
 use crate::pfem::solution::structure::{self, Linearization, State};
@@ -41,6 +42,7 @@ pub fn example(step: usize) -> Example {
             tangent: Some((linearization(d.clone()), QuasiNewtonPairs::default())),
             renewal: Some((linearization(d.clone()), 3)),
         },
+        balance: Balance::default(),
         coupling: fixed_point::FixedPointMemory {
             displacements: vec![d, vec![0.0; 3]],
             predictor_errors: vec![f64::INFINITY, 0.1],

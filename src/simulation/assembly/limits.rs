@@ -1,0 +1,97 @@
+//! What an accepted step of a case must not exceed.
+
+use crate::case::{BloodVessel, Case, FlowCurve, OutletElements, Problem, Solver, TableError};
+use crate::coupling::acceptance::Limits;
+use crate::geometry::Vessel;
+use std::f64::consts::{PI, TAU};
+
+/// Pressures may be so many times what drives the flow. The largest ratio of the project's cases is 3.
+const PRESSURES: f64 = 100.0;
+/// Velocities, whose squares are pressures, likewise.
+const VELOCITIES: f64 = 10.0;
+/// Places along the vessel, and around it, where its radius is looked at.
+const ALONG: usize = 400;
+const AROUND: usize = 16;
+
+/// The limits of a case. What templates, programs and OpenFOAM cases of the user's own prescribe is not known here.
+///
+/// # Errors
+/// If a curve cannot be read.
+pub(super) fn limits(case: &Case) -> Result<Limits, TableError> {
+    let any = Limits::of_any_liquid(case.blood.density, case.fluid.pressure_residual);
+    let is_known = match case.fluid.solver {
+        Solver::Native => true,
+        Solver::OpenFoam => case.fluid.has_conditions_of_the_case(),
+        Solver::External => false,
+    };
+    let drive = match &case.problem {
+        Problem::Vessel(vessel) if is_known => of_vessel(case, vessel)?,
+        _ => return Ok(any),
+    };
+    Ok(match drive.pressure > 0.0 {
+        true => Limits {
+            pressure: (PRESSURES * drive.pressure).min(any.pressure),
+            flow: VELOCITIES * drive.speed * drive.area,
+            ..any
+        },
+        false => any,
+    })
+}
+
+/// What drives a flow.
+struct Drive {
+    /// Sum of the pressures that are prescribed and of those that the prescribed flow needs, Pa.
+    pressure: f64,
+    /// Velocity in the narrowest cross-section, m/s.
+    speed: f64,
+    /// The widest cross-section, m².
+    area: f64,
+}
+
+fn of_vessel(case: &Case, vessel: &BloodVessel) -> Result<Drive, TableError> {
+    let geometry = Vessel::new(vessel);
+    let sections = geometry.sections();
+    let (from, to) = (sections[0].from, sections[sections.len() - 1].to);
+    let place = |i: usize| from + (to - from) * i as f64 / ALONG as f64;
+    let area = |s: f64| {
+        let around = (0..AROUND).map(|j| geometry.lumen_radius(s, TAU * j as f64 / AROUND as f64));
+        PI * around.map(|r| r * r).sum::<f64>() / AROUND as f64
+    };
+    let areas = || (0..=ALONG).map(|i| area(place(i)));
+    let narrowest = areas().fold(f64::INFINITY, f64::min);
+    let widest = areas().fold(0.0, f64::max);
+
+    let (step, period) = (case.time.step, case.time.period);
+    let largest = |rows: &mut dyn Iterator<Item = [f64; 2]>| {
+        rows.map(|[_, value]| value.abs()).fold(0.0, f64::max)
+    };
+    let behind = vessel.outlet_pressure(period)?.samples(step, period);
+    let tissue = vessel.surroundings.as_ref().and_then(|s| s.pressure);
+    let mut pressure = largest(&mut behind.into_iter()) + tissue.unwrap_or(0.0).abs();
+    let OutletElements { proximal, distal } = vessel.outlet_elements();
+    if distal.is_some() {
+        pressure += vessel.windkessel.initial_pressure.abs();
+    }
+    let density = case.blood.density;
+    let speed = match vessel.inlet_pressure(period)? {
+        Some(curve) => {
+            pressure += largest(&mut curve.samples(step, period).into_iter());
+            (2.0 * pressure / density).sqrt() // Bernoulli
+        }
+        None => {
+            let flow = largest(&mut FlowCurve::new(&vessel.inflow, period)?.samples(step));
+            let speed = 2.0 * flow / narrowest; // a parabola's
+            let viscosity = case.blood.rheology().viscosity(0.0);
+            let resistance = proximal + distal.map_or(0.0, |(resistance, _)| resistance);
+            let friction = 8.0 * PI * viscosity * (to - from) / narrowest.powi(2); // Poiseuille
+            let inertia = density * (to - from) / narrowest / step; // a start within a step
+            pressure += (resistance + friction + inertia) * flow + density * speed * speed;
+            speed
+        }
+    };
+    Ok(Drive {
+        pressure,
+        speed,
+        area: widest,
+    })
+}

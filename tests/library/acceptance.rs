@@ -1,0 +1,198 @@
+//! What a step is refused for, with a fluid in the driver's own process that answers wrongly.
+
+use crate::coupling_loop::{Cushion, coupled};
+use fsi_driver::Vec3;
+use fsi_driver::coupling::acceptance::{Balance, Limits};
+use fsi_driver::coupling::{Coupling, CouplingError, Step};
+use fsi_driver::fluid::{
+    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial, Opening,
+};
+use fsi_driver::pfem::Structure;
+
+/// Volume of the cushion's domain, m³, which does not change.
+const VOLUME: f64 = 1.0;
+const FLOW: f64 = 1e-5;
+
+/// The cushion with something wrong in its answers or in its reports.
+struct Wrong {
+    fluid: Cushion,
+    answer: fn(&mut FluidTrial),
+    report: fn(&mut FluidStep),
+}
+
+impl Fluid for Wrong {
+    fn interface(&self) -> &FluidInterface {
+        self.fluid.interface()
+    }
+
+    fn solve(&mut self, d: &[Vec3], dt: f64, e: FluidEffort) -> Result<FluidTrial, FluidError> {
+        let mut trial = self.fluid.solve(d, dt, e)?;
+        (self.answer)(&mut trial);
+        Ok(trial)
+    }
+
+    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
+        let mut step = self.fluid.accept(write)?;
+        let opening = |name: &str, flow| Opening {
+            name: name.into(),
+            flow,
+            mean_pressure: 0.0,
+            model_pressure: None,
+        };
+        step.openings = vec![opening("in", FLOW), opening("out", -FLOW)];
+        step.volume = VOLUME;
+        step.wall_shear = vec![Vec3::zeros(); self.interface().faces.len()];
+        (self.report)(&mut step);
+        Ok(step)
+    }
+
+    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+        self.fluid.memory()
+    }
+
+    fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
+        self.fluid.recall(memory)
+    }
+}
+
+fn tube(answer: fn(&mut FluidTrial), report: fn(&mut FluidStep)) -> Coupling<Wrong, Structure> {
+    let fluid = Cushion::new();
+    let mut coupling = coupled(Wrong {
+        fluid,
+        answer,
+        report,
+    });
+    coupling.balance = Balance::of(VOLUME);
+    coupling.settings.limits = Limits {
+        residual: 0.1,
+        pressure: 1e4,
+        flow: 1e-3,
+        is_closed: true,
+    };
+    coupling
+}
+
+fn step(answer: fn(&mut FluidTrial), report: fn(&mut FluidStep)) -> Result<Step, CouplingError> {
+    let mut coupling = tube(answer, report);
+    coupling.step(false).map_err(|failed| failed.error)
+}
+
+/// The fluid still has the state before the step.
+fn refused(answer: fn(&mut FluidTrial), words: &str) {
+    match step(answer, |_| ()) {
+        Err(CouplingError::Refused(refusal)) => {
+            let text = refusal.to_string();
+            assert!(text.contains(words), "{text}");
+        }
+        other => panic!("{words}: {other:?}"),
+    }
+}
+
+/// The fluid has kept the step.
+fn refused_too_late(report: fn(&mut FluidStep), words: &str) {
+    match step(|_| (), report) {
+        Err(CouplingError::RefusedTooLate(refusal)) => {
+            let text = refusal.to_string();
+            assert!(text.contains(words), "{text}");
+        }
+        other => panic!("{words}: {other:?}"),
+    }
+}
+
+#[test]
+fn an_answer_that_is_none_is_refused_before_the_fluid_keeps_it() {
+    let healthy = step(|_| (), |_| ()).unwrap();
+    assert_eq!(healthy.mass_lost, 0.0);
+    let mismatch = healthy.iterations.last().unwrap().force_mismatch;
+    assert!(mismatch < 5e-3, "{mismatch:e}");
+
+    refused(
+        |trial| trial.tractions[7].y = f64::NAN,
+        "the load on the wall is non-finite at (2.083e-3,",
+    );
+    refused(
+        |trial| trial.tractions[7].y = f64::INFINITY,
+        "non-finite at (2.083e-3,",
+    );
+    refused(
+        |trial| trial.cost.residual = 0.11,
+        "began with a residual of 0.110, where 0.1 is accepted",
+    );
+    refused(|trial| trial.cost.residual = f64::NAN, "a residual of NaN");
+    assert!(step(|trial| trial.cost.residual = 0.09, |_| ()).is_ok());
+    refused(
+        |trial| trial.tractions[7] *= 6.0,
+        "Pa at (2.083e-3,",
+    );
+}
+
+#[test]
+fn a_report_that_cannot_be_is_refused_and_the_fluid_has_to_go_back() {
+    refused_too_late(
+        |step| step.openings[1].flow = -0.97 * FLOW,
+        "the difference is 3.0 % of what goes through, where 2 % is accepted",
+    );
+    assert!(step(|_| (), |step| step.openings[1].flow = -0.99 * FLOW).is_ok());
+    refused_too_late(
+        |step| step.openings[1].flow = -733.0,
+        "the flow is -7.33e2 m3/s at the opening out",
+    );
+    refused_too_late(
+        |step| step.openings[0].mean_pressure = 7e34,
+        "the pressure is 7.00e34 Pa at the opening in",
+    );
+    refused_too_late(
+        |step| step.openings[0].flow = f64::NAN,
+        "the flow is non-finite at the opening in",
+    );
+    refused_too_late(
+        |step| step.wall_shear[7].x = 1e6,
+        "the wall shear stress is 1.00e6 Pa at (2.083e-3,",
+    );
+    refused_too_late(|step| step.volume = f64::NAN, "the volume is non-finite");
+}
+
+#[test]
+fn a_fluid_with_openings_that_are_not_known_need_not_balance() {
+    let mut coupling = tube(|_| (), |step| step.openings[1].flow = 0.0);
+    coupling.settings.limits.is_closed = false;
+    coupling.step(false).unwrap();
+}
+
+/// Steps of `dt` = 0.1 ms: a volume that grows faster and faster, with flows as second-order schemes have them.
+#[test]
+fn a_second_order_scheme_may_report_flows_that_belong_to_its_own_derivative() {
+    let balanced = |flow: fn(f64) -> f64| {
+        fn volume(t: f64) -> f64 {
+            VOLUME + 1e-3 * t * t * t
+        }
+        let mut balance = Balance::of(VOLUME);
+        let mut largest = 0.0_f64;
+        for i in 1..40 {
+            let t = 0.01 * f64::from(i);
+            let opening = Opening {
+                name: "in".into(),
+                flow: flow(t),
+                mean_pressure: 0.0,
+                model_pressure: None,
+            };
+            let (next, lost) = balance.after(
+                &FluidStep {
+                    time: t,
+                    openings: vec![opening],
+                    volume: volume(t),
+                    wall_shear: Vec::new(),
+                    wall_velocity_mismatch: 0.0,
+                },
+                0.01,
+            );
+            balance = next;
+            largest = largest.max(lost);
+        }
+        largest
+    };
+    // d/dt of the volume at the end of each step, as BDF2 has it to second order
+    assert_eq!(balanced(|t| 3e-3 * t * t), 0.0);
+    // Half of it
+    assert!(balanced(|t| 1.5e-3 * t * t) > 0.3);
+}
