@@ -164,7 +164,9 @@ impl Balance {
     /// The balance after a step of the length `dt` (s), and the share of the flow through the domain that the step lost. What a
     /// time scheme of second order, or flows at the middle of the step, make of a rate that changes is not counted.
     pub fn after(&self, step: &FluidStep, dt: f64) -> (Self, f64) {
-        let rate = self.volume.map_or(0.0, |volume| (step.volume - volume) / dt);
+        let rate = self
+            .volume
+            .map_or(0.0, |volume| (step.volume - volume) / dt);
         let flows = || step.openings.iter().map(|opening| opening.flow);
         let one_way = |sign: f64| flows().map(|flow| (sign * flow).max(0.0)).sum::<f64>();
         let through = one_way(1.0).max(one_way(-1.0)).max(rate.abs());
@@ -238,7 +240,13 @@ impl Limits {
         }
         for (i, shear) in step.wall_shear.iter().enumerate() {
             let place = || Place::Wall(transfer.face_centre(i));
-            self.bounded("the wall shear stress", shear.norm(), self.pressure, "Pa", place)?;
+            self.bounded(
+                "the wall shear stress",
+                shear.norm(),
+                self.pressure,
+                "Pa",
+                place,
+            )?;
         }
         let (next, share) = balance.after(step, dt);
         if self.is_closed && share > LOST {
@@ -312,15 +320,19 @@ fn missing_load<T, L>(
             part[face] = tractions[face];
         }
         let load = transfer.load(&part, &answer.areas);
-        let size = faces.iter().map(|&f| tractions[f].norm() * answer.areas[f].norm());
+        let size = faces
+            .iter()
+            .map(|&f| tractions[f].norm() * answer.areas[f].norm());
         force_mismatch(&part, &answer.areas, &load, wet_areas) * size.sum::<f64>()
     };
     let mut faces: Vec<usize> = (0..tractions.len()).collect();
     let at = |face: usize| transfer.face_centre(face);
     while faces.len() > FEW_FACES {
-        let (low, high) = faces.iter().fold((at(faces[0]), at(faces[0])), |(a, b), &f| {
-            (a.inf(&at(f)), b.sup(&at(f)))
-        });
+        let (low, high) = faces
+            .iter()
+            .fold((at(faces[0]), at(faces[0])), |(a, b), &f| {
+                (a.inf(&at(f)), b.sup(&at(f)))
+            });
         let axis = (high - low).imax();
         faces.sort_by(|&a, &b| at(a)[axis].total_cmp(&at(b)[axis]));
         let upper = faces.split_off(faces.len() / 2);

@@ -233,7 +233,12 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         };
         let accept_seconds = clock.elapsed().as_secs_f64();
         let limits = self.settings.limits;
-        let judged = limits.of_step(&fluid, self.settings.time_step, &self.balance, &self.transfer);
+        let judged = limits.of_step(
+            &fluid,
+            self.settings.time_step,
+            &self.balance,
+            &self.transfer,
+        );
         let mass_lost = match judged {
             Ok((balance, lost)) => {
                 self.balance = balance;

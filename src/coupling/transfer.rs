@@ -76,7 +76,11 @@ impl<L> Transfer<L> {
 
     /// Centre of a face of the fluid's wall at rest, m; the origin if there is no such face.
     pub fn face_centre(&self, face: usize) -> Vec3 {
-        self.wall.face_centres.get(face).copied().unwrap_or_default()
+        self.wall
+            .face_centres
+            .get(face)
+            .copied()
+            .unwrap_or_default()
     }
 
     /// Area vectors (m², out of the fluid) of the fluid's faces after its wall points have moved by `displacement` (m).

@@ -94,9 +94,8 @@ impl Process {
     pub fn died_of_arithmetic(&mut self) -> bool {
         let fpe = Signal::FPE.as_raw();
         let status = self.has_ended().then_some(self.status).flatten();
-        status.is_some_and(|status| {
-            status.signal() == Some(fpe) || status.code() == Some(128 + fpe)
-        })
+        status
+            .is_some_and(|status| status.signal() == Some(fpe) || status.code() == Some(128 + fpe))
     }
 
     /// Its exit code, if it has ended with one.

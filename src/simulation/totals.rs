@@ -80,7 +80,9 @@ impl Totals {
         self.seconds.coupling_s += seconds.coupling_s;
         let mismatch = iterations.last().map_or(0.0, |last| last.force_mismatch);
         self.max_force_mismatch = self.max_force_mismatch.max(mismatch);
-        let left = iterations.last().map_or(0.0, |last| last.fluid_cost.residual);
+        let left = iterations
+            .last()
+            .map_or(0.0, |last| last.fluid_cost.residual);
         self.unfinished_steps += usize::from(left > residual);
         self.max_fluid_residual = self.max_fluid_residual.max(left);
         self.max_mass_lost = self.max_mass_lost.max(step.mass_lost);

@@ -2,12 +2,16 @@
 
 use crate::coupling_loop::{Cushion, coupled};
 use fsi_driver::Vec3;
+use fsi_driver::case::{Case, Preset};
 use fsi_driver::coupling::acceptance::{Balance, Limits};
 use fsi_driver::coupling::{Coupling, CouplingError, Step};
+use fsi_driver::fluid::native::NativeFluid;
 use fsi_driver::fluid::{
     Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial, Opening,
 };
 use fsi_driver::pfem::Structure;
+use fsi_driver::simulation::assembly::{Domain, couple};
+use std::path::Path;
 
 /// Volume of the cushion's domain, m³, which does not change.
 const VOLUME: f64 = 1.0;
@@ -120,10 +124,7 @@ fn an_answer_that_is_none_is_refused_before_the_fluid_keeps_it() {
     );
     refused(|trial| trial.cost.residual = f64::NAN, "a residual of NaN");
     assert!(step(|trial| trial.cost.residual = 0.09, |_| ()).is_ok());
-    refused(
-        |trial| trial.tractions[7] *= 6.0,
-        "Pa at (2.083e-3,",
-    );
+    refused(|trial| trial.tractions[7] *= 6.0, "Pa at (2.083e-3,");
 }
 
 #[test]
@@ -195,4 +196,38 @@ fn a_second_order_scheme_may_report_flows_that_belong_to_its_own_derivative() {
     assert_eq!(balanced(|t| 3e-3 * t * t), 0.0);
     // Half of it
     assert!(balanced(|t| 1.5e-3 * t * t) > 0.3);
+}
+
+/// The limits of a case, with few elements.
+fn limits_of(case: &str) -> Limits {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("openfoam-case")
+        .join(case);
+    let few = [
+        ("structure.p", "1"),
+        ("fluid.native.degree", "3"),
+        ("fluid.native.core", "1"),
+        ("fluid.native.axial_per_section", "2"),
+        ("coupling.surrogate", "none"),
+    ];
+    let few = few.map(|(key, value)| (key.into(), value.into()));
+    let case = Case::load(&folder, Preset::Demo, &few).unwrap();
+    let domain = Domain::new(&case).unwrap();
+    let coupling = couple(&case, &domain, NativeFluid::new(&case).unwrap()).unwrap();
+    coupling.settings.limits
+}
+
+#[test]
+fn pressures_and_flows_are_limited_by_what_drives_them() {
+    // 46 kPa of the windkessel when time begins, 25 kPa that it takes for the largest flow, and what a start within a step of
+    // 2 ms would take; the wall's largest load in a beat is 1.7e4 Pa, the largest flow 1.4e-5 m³/s.
+    let vessel = limits_of("S-0.25");
+    println!("{vessel:?}");
+    assert!((8e6..1.4e7).contains(&vessel.pressure), "{vessel:?}");
+    assert!((2e-4..1e-3).contains(&vessel.flow), "{vessel:?}");
+    assert_eq!(vessel.residual, 0.05);
+
+    // Its templates prescribe a pressure of which the case knows nothing.
+    let tube = limits_of("elastic-tube");
+    assert_eq!((tube.pressure, tube.flow), (2.25e9, f64::INFINITY));
 }

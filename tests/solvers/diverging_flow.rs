@@ -90,7 +90,8 @@ fn templates(folder: &Path, consistent: &str) -> String {
     format!("fluid.templates={}", folder.display())
 }
 
-/// It ended "complete" with 6e29 Pa. With 60 correctors and a residual of 1e-5 the pressures are within 1 % of these.
+/// It ended "complete" with 6e29 Pa. The pressures are those of 60 correctors and a residual of 1e-5, from which three correctors
+/// differ by 2.0 and 0.95 %.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_stenosis_on_a_fine_mesh_converges_with_the_built_in_templates() {
@@ -103,13 +104,16 @@ fn a_stenosis_on_a_fine_mesh_converges_with_the_built_in_templates() {
     assert_eq!(summary["failed_attempts"], 0);
     let [residual, lost] =
         ["max_fluid_residual", "max_mass_lost"].map(|key| summary[key].as_f64().unwrap());
-    println!("residual {residual:e}, mass lost {lost:e}, {:?}", pressures(&out));
+    println!(
+        "residual {residual:e}, mass lost {lost:e}, {:?}",
+        pressures(&out)
+    );
     assert!((0.01..0.02).contains(&residual), "{residual:e}");
     assert!(lost < 6e-4, "{lost:e}");
     let found = pressures(&out);
-    for (time, measured) in [(40, 145.0), (200, 118.0)] {
-        let pressure = found[&time];
-        assert!((pressure / measured - 1.0).abs() < 0.02, "{time} ms: {pressure} Pa");
+    for (time, converged, limit) in [(80, 192.88, 0.03), (200, 117.10, 0.015)] {
+        let error = (found[&time] / converged - 1.0_f64).abs();
+        assert!(error < limit, "{time} ms: {error:e}");
     }
 }
 
@@ -129,7 +133,10 @@ fn dictionaries_that_do_not_converge_get_shorter_steps_or_a_sentence() {
     assert!(summary_of["max_fluid_residual"].as_f64().unwrap() <= 0.05);
     let found = pressures(&rescued);
     println!("{found:?}");
-    assert!(found.values().all(|p| (10.0..250.0).contains(p)), "{found:?}");
+    assert!(
+        found.values().all(|p| (10.0..250.0).contains(p)),
+        "{found:?}"
+    );
 
     let failed = folder.path().join("failed");
     let output = run(&case, &failed, &[&usual, "time.max_halvings=0"]);
@@ -144,5 +151,8 @@ fn dictionaries_that_do_not_converge_get_shorter_steps_or_a_sentence() {
     ] {
         assert!(reason.contains(words), "{reason}");
     }
-    assert_eq!((steps_done(&failed), newest_checkpoint(&failed)), (0, Some(0)));
+    assert_eq!(
+        (steps_done(&failed), newest_checkpoint(&failed)),
+        (0, Some(0))
+    );
 }

@@ -176,8 +176,16 @@ fn what_a_fluid_in_another_process_cannot_mean_ends_the_run_with_its_cause() {
     let Some(python) = python() else { return };
     for (name, deed, said) in [
         ("huge", "tractions = tractions + 1e30", "(t = 0.002000 s)"),
-        ("leaks", "self.ends = self.ends[0], (0.5 * self.ends[1][0], 0.0)", "the fluid loses mass"),
-        ("explodes", "self.ends = (1e300, 0.0), (-1e300, 0.0)", "what drives the flow explains"),
+        (
+            "leaks",
+            "self.ends = self.ends[0], (0.5 * self.ends[1][0], 0.0)",
+            "the fluid loses mass",
+        ),
+        (
+            "explodes",
+            "self.ends = (1e300, 0.0), (-1e300, 0.0)",
+            "what drives the flow explains",
+        ),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("run");
@@ -190,7 +198,10 @@ fn what_a_fluid_in_another_process_cannot_mean_ends_the_run_with_its_cause() {
         assert_eq!(run.status.code(), Some(1), "{name}: {}", text(&run));
         assert!(text(&run).contains(said), "{name}: {}", text(&run));
         let history = column(&out, "Q_out_m3_s");
-        assert!(history.iter().all(|flow| flow.abs() < 1e-5), "{name}: {history:?}");
+        assert!(
+            history.iter().all(|flow| flow.abs() < 1e-5),
+            "{name}: {history:?}"
+        );
     }
 }
 

@@ -23,12 +23,21 @@ type Blood = example::fluid::OneDimensionalFluid;
 #[derive(Clone, Copy)]
 enum Accident {
     Nothing,
-    Died { call: usize },
-    NotSolved { call: usize },
+    Died {
+        call: usize,
+    },
+    NotSolved {
+        call: usize,
+    },
     /// From this call on its equations are not solved, unless it may spend more sweeps than usual.
-    Unfinished { call: usize },
+    Unfinished {
+        call: usize,
+    },
     /// The reports of these steps, counted as often as they are repeated, have lost half of the outflow.
-    Leaks { from: usize, to: usize },
+    Leaks {
+        from: usize,
+        to: usize,
+    },
 }
 
 /// A fluid with an accident.
@@ -188,7 +197,10 @@ fn equations_that_are_not_solved_get_more_sweeps_and_mass_that_is_lost_another_a
     let alike = |other: &Run| {
         assert_eq!(other.observer.rows.len(), 8);
         for (a, b) in other.observer.rows.iter().zip(&straight.observer.rows) {
-            assert!((a.displacement / b.displacement - 1.0).abs() < 1e-4, "{a:?} {b:?}");
+            assert!(
+                (a.displacement / b.displacement - 1.0).abs() < 1e-4,
+                "{a:?} {b:?}"
+            );
         }
     };
 
@@ -197,19 +209,33 @@ fn equations_that_are_not_solved_get_more_sweeps_and_mass_that_is_lost_another_a
     let unfinished = run("unfinished", Accident::Unfinished { call });
     let (fluid, totals) = (&unfinished.coupling.fluid, unfinished.totals());
     assert_eq!((fluid.recalls, totals.unfinished_steps), (0, 0));
-    assert!((3..=5).contains(&totals.failed_attempts), "{}", totals.failed_attempts);
+    assert!(
+        (3..=5).contains(&totals.failed_attempts),
+        "{}",
+        totals.failed_attempts
+    );
     let note = &unfinished.observer.notes[0];
-    for words in ["began with a residual of 0.500", "tried again more carefully"] {
+    for words in [
+        "began with a residual of 0.500",
+        "tried again more carefully",
+    ] {
         assert!(note.contains(words), "{note}");
     }
     alike(&unfinished);
 
     let leaks = run("leaks", Accident::Leaks { from: 4, to: 5 });
     let (fluid, totals) = (&leaks.coupling.fluid, leaks.totals());
-    assert_eq!((fluid.recalls, totals.fluid_restarts, totals.failed_attempts), (2, 0, 2));
+    assert_eq!(
+        (fluid.recalls, totals.fluid_restarts, totals.failed_attempts),
+        (2, 0, 2)
+    );
     assert!(totals.max_mass_lost < 1e-9, "{:e}", totals.max_mass_lost);
     let note = &leaks.observer.notes[1];
-    for words in ["the fluid loses mass", "goes back to", "tries the step again more carefully"] {
+    for words in [
+        "the fluid loses mass",
+        "goes back to",
+        "tries the step again more carefully",
+    ] {
         assert!(note.contains(words), "{note}");
     }
     alike(&leaks);
@@ -219,8 +245,14 @@ fn equations_that_are_not_solved_get_more_sweeps_and_mass_that_is_lost_another_a
 fn a_fluid_that_always_loses_mass_ends_the_run_and_leaves_the_step_before() {
     let case = elastic_tube("0.0008").unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let always = Accident::Leaks { from: 4, to: usize::MAX };
-    let error = try_to_run(&case, folder.path(), always).map(|_| ()).unwrap_err().to_string();
+    let always = Accident::Leaks {
+        from: 4,
+        to: usize::MAX,
+    };
+    let error = try_to_run(&case, folder.path(), always)
+        .map(|_| ())
+        .unwrap_err()
+        .to_string();
     for words in [
         "step 4 (t = 0.000400 s): the fluid loses mass",
         "All 5 attempts at this step failed",
