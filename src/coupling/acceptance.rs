@@ -231,7 +231,12 @@ impl Limits {
     ) -> Result<(Balance, f64), Refusal> {
         let whole = || Place::Domain;
         self.bounded("the volume", step.volume, f64::INFINITY, "m3", whole)?;
-        let most = self.flow.min(EXCHANGES * step.volume.abs() / dt);
+        // A fluid that does not know its volume says 0
+        let exchange = match step.volume {
+            0.0 => f64::INFINITY,
+            volume => EXCHANGES * volume.abs() / dt,
+        };
+        let most = self.flow.min(exchange);
         for opening in &step.openings {
             let place = || Place::Opening(opening.name.clone());
             self.bounded("the flow", opening.flow, most, "m3/s", place)?;
