@@ -1,4 +1,5 @@
-//! Ctrl-C, SIGTERM and SIGHUP: the first one ends the run in order, the second one at once.
+//! Ctrl-C, SIGTERM and SIGHUP: the first one ends the run in order, the second one at once. One that is ignored when the program
+//! starts, as `nohup` has it with SIGHUP, stays ignored.
 
 use super::Failure;
 use crate::output::terminal;
@@ -12,7 +13,24 @@ pub const A_RUN_IS_SAVED: &str = "the time step is finished and a checkpoint wri
 /// What it does as long as it has taken no step.
 pub const THE_START_ENDS: &str = "the start is given up";
 
-const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
+/// The signals that end a run.
+fn signals() -> Vec<i32> {
+    let ignored = ignored_signals();
+    let heeded = |signal: &i32| ignored & (1 << (signal - 1)) == 0;
+    [SIGINT, SIGTERM, SIGHUP]
+        .into_iter()
+        .filter(heeded)
+        .collect()
+}
+
+/// A bit for each signal that this process ignores: handlers that are registered here show none. No signal where the system does not
+/// say.
+fn ignored_signals() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or(0)
+}
 
 /// Whether somebody asked the run to end.
 #[derive(Debug, Clone)]
@@ -31,14 +49,15 @@ impl Interrupt {
 
     fn register(then: Option<&'static str>) -> std::io::Result<Self> {
         let flag = Arc::new(AtomicBool::new(false));
-        for signal in SIGNALS {
+        let signals = signals();
+        for &signal in &signals {
             // Who hangs up may do so more than once: a terminal and its shell, each thread of a study that is killed.
             if signal != SIGHUP {
                 signal_hook::flag::register_conditional_shutdown(signal, 130, flag.clone())?;
             }
             signal_hook::flag::register(signal, flag.clone())?;
         }
-        let mut heard = Signals::new(SIGNALS)?;
+        let mut heard = Signals::new(signals)?;
         let words = Arc::new(Mutex::new(then));
         let said = words.clone();
         std::thread::spawn(move || {
@@ -66,7 +85,7 @@ impl Interrupt {
     /// From now on a signal ends the process at once, as one does that has come already.
     pub fn stop_listening(self) -> Result<(), Failure> {
         let always = Arc::new(AtomicBool::new(true));
-        for signal in SIGNALS {
+        for signal in signals() {
             signal_hook::flag::register_conditional_shutdown(signal, 130, always.clone())
                 .map_err(cannot_listen)?;
         }

@@ -1,6 +1,7 @@
 //! Coupled runs with the driver's own solver for the blood.
 
 use crate::run_support::*;
+use rustix::process::Signal;
 use std::path::Path;
 use std::process::Command;
 
@@ -167,4 +168,37 @@ fn history(run: &Path) -> Vec<Row> {
         .records()
         .map(|record| row(record.unwrap()))
         .collect()
+}
+
+/// `nohup`, or a shell that ignores other signals too: what is ignored at the start does not end the run.
+#[test]
+fn signals_that_are_ignored_at_the_start_stay_ignored() {
+    let folder = tempfile::tempdir().unwrap();
+    for (trap, signals) in [
+        ("HUP", &[Signal::HUP][..]),
+        ("HUP INT TERM", &[Signal::HUP, Signal::INT, Signal::TERM]),
+    ] {
+        let out = folder.path().join(trap.replace(' ', "-"));
+        let alone = driver(&out, 30, &FEW);
+        let mut command = Command::new("sh");
+        command
+            .current_dir(alone.get_current_dir().unwrap())
+            .args(["-c", &format!("trap '' {trap}; exec \"$@\""), "sh"])
+            .arg(alone.get_program())
+            .args(alone.get_args());
+        let mut child = start(&mut command);
+        wait_for_steps(&mut child, &out, 1);
+        for by in signals {
+            signal(child.id() as i32, *by);
+        }
+        let status = child.wait().unwrap();
+        assert!(status.success(), "{trap}: {status}");
+        assert_eq!(steps_done(&out), 30, "{trap}");
+    }
+    // The others still end it.
+    let out = folder.path().join("heeded");
+    let mut child = start(&mut driver(&out, 2000, &FEW));
+    wait_for_steps(&mut child, &out, 1);
+    signal(child.id() as i32, Signal::HUP);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
 }
