@@ -1,9 +1,10 @@
 //! Reads a mesh from the files of a `polyMesh` folder, in OpenFOAM's ascii or binary format.
 
-use super::mesh_file::MeshFileError;
+use super::mesh_file::{MeshFileError, is_a_place};
 use super::poly_mesh::{Patch, PolyMesh};
 use crate::Vec3;
 use std::fs;
+use std::ops::Range;
 use std::path::Path;
 
 impl PolyMesh {
@@ -22,14 +23,7 @@ impl PolyMesh {
         let points = file.points().map_err(|e| MeshFileError::new(&path, e))?;
         let (mut file, path) = File::open(&folder, "faces")?;
         let faces = file.faces().map_err(|e| MeshFileError::new(&path, e))?;
-        let strange = faces.iter().flatten().find(|point| **point >= points.len());
-        if let Some(point) = strange {
-            let reason = format!(
-                "a face has the point {point}, but there are {}",
-                points.len()
-            );
-            return Err(MeshFileError::new(&path, reason));
-        }
+        check_faces(&faces, points.len()).map_err(|e| MeshFileError::new(&path, e))?;
         let (owner, neighbour) = (numbers("owner")?, numbers("neighbour")?);
         if owner.len() != faces.len() || neighbour.len() > faces.len() {
             let reason = format!(
@@ -40,13 +34,11 @@ impl PolyMesh {
             );
             return Err(MeshFileError::new(&folder, reason));
         }
+        check_cells(&owner, &neighbour).map_err(|e| MeshFileError::new(&folder, e))?;
         let (mut file, path) = File::open(&folder, "boundary")?;
         let patches = file.patches().map_err(|e| MeshFileError::new(&path, e))?;
-        let outside = (patches.iter()).find(|patch| patch.start + patch.size > faces.len());
-        if let Some(patch) = outside {
-            let reason = format!("the patch {} has more faces than there are", patch.name);
-            return Err(MeshFileError::new(&path, reason));
-        }
+        check_patches(&patches, neighbour.len()..faces.len())
+            .map_err(|e| MeshFileError::new(&path, e))?;
         Ok(Self {
             points,
             faces,
@@ -54,6 +46,78 @@ impl PolyMesh {
             neighbour,
             patches,
         })
+    }
+}
+
+fn check_faces(faces: &[Vec<usize>], points: usize) -> Result<(), String> {
+    if let Some(point) = faces.iter().flatten().find(|point| **point >= points) {
+        return Err(format!(
+            "a face has the point {point}, but there are {points}"
+        ));
+    }
+    match faces.iter().position(|face| face.len() < 3) {
+        Some(face) => {
+            let corners = faces[face].len();
+            Err(format!(
+                "face {face} has {corners} points: expected three or more"
+            ))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Each cell has at least four faces, between it and another one.
+fn check_cells(owner: &[usize], neighbour: &[usize]) -> Result<(), String> {
+    let sides = || owner.iter().chain(neighbour).copied();
+    let cells = sides().max().map_or(0, |last| last.saturating_add(1));
+    let few = |cell: &dyn std::fmt::Display, count: usize| {
+        Err(format!(
+            "cell {cell} has {count} faces: expected four or more"
+        ))
+    };
+    if cells > owner.len() {
+        return few(
+            &(cells - 1),
+            sides().filter(|cell| *cell == cells - 1).count(),
+        );
+    }
+    let mut counts = vec![0; cells];
+    sides().for_each(|cell| counts[cell] += 1);
+    if let Some(cell) = counts.iter().position(|count| *count < 4) {
+        return few(&cell, counts[cell]);
+    }
+    match owner.iter().zip(neighbour).position(|(a, b)| a == b) {
+        Some(face) => Err(format!(
+            "face {face} lies between cell {} and itself",
+            owner[face]
+        )),
+        None => Ok(()),
+    }
+}
+
+/// The patches are the faces of the boundary.
+fn check_patches(patches: &[Patch], boundary: Range<usize>) -> Result<(), String> {
+    let mut sum = 0_usize;
+    for patch in patches.iter().filter(|patch| patch.size > 0) {
+        let end = patch.start.saturating_add(patch.size);
+        if patch.start < boundary.start || end > boundary.end {
+            return Err(format!(
+                "the patch {} has the faces {} to {}: those of the boundary are {} to {}",
+                patch.name,
+                patch.start,
+                end - 1,
+                boundary.start,
+                boundary.end - 1
+            ));
+        }
+        sum = sum.saturating_add(patch.size);
+    }
+    match sum == boundary.len() {
+        true => Ok(()),
+        false => Err(format!(
+            "its patches have {sum} faces, and the boundary {}",
+            boundary.len()
+        )),
     }
 }
 
@@ -175,7 +239,8 @@ impl File {
             return Ok(Vec::new());
         }
         self.expect("(")?;
-        let bytes = self.bytes[self.at..].get(..N * size);
+        let rest = &self.bytes[self.at..];
+        let bytes = size.checked_mul(N).and_then(|length| rest.get(..length));
         let bytes = bytes.ok_or("it ends before it is complete")?;
         let values = bytes.chunks_exact(N);
         let values = values.map(|chunk| chunk.try_into().expect("chunks have N bytes"));
@@ -203,6 +268,20 @@ impl File {
     }
 
     fn points(&mut self) -> Result<Vec<Vec3>, String> {
+        let points = self.unchecked_points()?;
+        match points.iter().position(|x| !is_a_place(x)) {
+            Some(point) => {
+                let x = points[point];
+                Err(format!(
+                    "point {point} is at ({:e} {:e} {:e})",
+                    x.x, x.y, x.z
+                ))
+            }
+            None => Ok(points),
+        }
+    }
+
+    fn unchecked_points(&mut self) -> Result<Vec<Vec3>, String> {
         let size: usize = self.number()?;
         if self.is_binary {
             let raw = self.raw::<24>(size)?.into_iter();

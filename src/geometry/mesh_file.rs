@@ -1,6 +1,10 @@
 //! What is wrong with a file that holds a mesh.
 
+use crate::Vec3;
 use std::path::{Path, PathBuf};
+
+/// Coordinates (of a file, in its unit) beyond this cannot be meant; their cubes are finite.
+const FARTHEST: f64 = 1e12;
 
 /// What is wrong with a file that holds a mesh, and where.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -20,4 +24,9 @@ impl MeshFileError {
             reason: reason.to_string(),
         }
     }
+}
+
+/// Whether a point of a file can be meant.
+pub(super) fn is_a_place(x: &Vec3) -> bool {
+    x.iter().all(|c| c.abs() <= FARTHEST)
 }

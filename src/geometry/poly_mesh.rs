@@ -52,8 +52,7 @@ impl PolyMesh {
             return Vec::new();
         }
         let planes: Vec<(Vec3, Vec3)> = self.faces.iter().map(|face| self.plane(face)).collect();
-        let count = self.owner.iter().max().map_or(0, |last| last + 1);
-        let mut cells = vec![(f64::INFINITY, f64::NEG_INFINITY, Vec::new()); count];
+        let mut cells = vec![(f64::INFINITY, f64::NEG_INFINITY, Vec::new()); self.cells()];
         for (face, (middle, area)) in planes.iter().enumerate() {
             let neighbour = self.neighbour.get(face).map(|cell| (*cell, -area));
             for (cell, area) in [(self.owner[face], *area)].into_iter().chain(neighbour) {
@@ -161,9 +160,10 @@ impl PolyMesh {
         mesh
     }
 
-    /// Number of cells.
+    /// Number of cells. The last one may be a neighbour of all others beside it, and own no face.
     pub fn cells(&self) -> usize {
-        self.owner.iter().max().map_or(0, |last| last + 1)
+        let cells = self.owner.iter().chain(&self.neighbour);
+        cells.max().map_or(0, |last| last + 1)
     }
 
     /// The patch of that name.

@@ -7,7 +7,7 @@ mod gmsh;
 mod lattice;
 mod vtu;
 
-use super::mesh_file::MeshFileError;
+use super::mesh_file::{MeshFileError, is_a_place};
 use super::{HexFace, HexMesh, HexShape, WallDirections};
 use crate::Vec3;
 use crate::files::read_regular;
@@ -65,6 +65,13 @@ impl WallFile {
         let mut file = file.map_err(wrong)?;
         if file.hexes.is_empty() {
             return Err(wrong("it has no hexahedra".into()));
+        }
+        if let Some(node) = file.nodes.iter().position(|x| !is_a_place(x)) {
+            let x = file.nodes[node];
+            return Err(wrong(format!(
+                "node {node} of its list is at {:?}",
+                [x.x, x.y, x.z]
+            )));
         }
         file.turn_right_handed();
         file.refuse_folded().map_err(wrong)?;
