@@ -4,10 +4,12 @@
 //! holds one may have any entry.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Files that include each other, at most.
 const MAX_DEPTH: usize = 10;
+/// Dictionaries within each other, at most.
+const MAX_NESTING: usize = 100;
 /// Larger files are fields of another mesh.
 const MOST_BYTES: u64 = 16 << 20;
 /// Files that are written when a run begins.
@@ -27,6 +29,17 @@ pub struct DictionaryError {
     pub line: usize,
     /// What is wrong.
     pub message: String,
+}
+
+/// Why a file is not included that lies somewhere else.
+const OUTSIDE: &str =
+    "which lies outside the case: a run keeps a copy of the case, so copy it into the case";
+
+impl DictionaryError {
+    /// Whether a file is included that the copy of the case will not have.
+    pub fn leaves_the_case(&self) -> bool {
+        self.message.ends_with(OUTSIDE)
+    }
 }
 
 /// What a keyword stands for.
@@ -151,6 +164,7 @@ fn read_into(
         case,
         path,
         depth,
+        nesting: 0,
         letters: text.chars().collect(),
         at: 0,
         line: 1,
@@ -173,6 +187,7 @@ struct Parser<'a> {
     case: &'a Path,
     path: &'a Path,
     depth: usize,
+    nesting: usize,
     letters: Vec<char>,
     at: usize,
     line: usize,
@@ -257,8 +272,15 @@ impl Parser<'_> {
             match token {
                 None => return Err(unended(self)),
                 Some(Token::Mark('{')) if first => {
+                    if self.nesting == MAX_NESTING {
+                        let reason =
+                            format!("more than {MAX_NESTING} dictionaries within each other");
+                        return Err(self.error(here, reason));
+                    }
                     let mut dictionary = Dictionary::default();
+                    self.nesting += 1;
                     self.entries(&mut dictionary, Some(here))?;
+                    self.nesting -= 1;
                     return Ok(Entry::Dictionary(dictionary));
                 }
                 Some(Token::Mark(';')) if open.is_empty() => return Ok(Entry::Words(words)),
@@ -313,6 +335,9 @@ impl Parser<'_> {
             }
             None => self.path.with_file_name(file),
         };
+        if path.is_file() && leaves(self.case, &path) {
+            return Err(self.error(line, format!("it includes {file:?}, {OUTSIDE}")));
+        }
         if !path.is_file() {
             return Err(self.error(line, format!("it includes {file:?}, which is not there")));
         }
@@ -440,6 +465,22 @@ impl Parser<'_> {
         self.at = self.at.max(begin + 1).min(self.letters.len());
         self.letters[begin..self.at].iter().collect()
     }
+}
+
+/// Whether a path that begins as that of the case leads out of it.
+fn leaves(case: &Path, path: &Path) -> bool {
+    let Ok(inside) = path.strip_prefix(case) else {
+        return false;
+    };
+    let mut depth = 0;
+    inside.components().any(|part| {
+        depth += match part {
+            Component::ParentDir => -1,
+            Component::Normal(_) => 1,
+            _ => 0,
+        };
+        depth < 0
+    })
 }
 
 fn closing(open: char) -> char {

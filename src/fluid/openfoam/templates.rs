@@ -228,6 +228,40 @@ pub fn copy_but(
     copy_folder(from, to, &target, left_out)
 }
 
+/// Makes a symbolic link to `target`, if there is nothing yet.
+///
+/// # Errors
+/// What the system refuses.
+pub fn link(target: &Path, link: &Path) -> Result<(), (&'static str, PathBuf, std::io::Error)> {
+    match link.symlink_metadata() {
+        Ok(_) => Ok(()),
+        Err(_) => {
+            std::os::unix::fs::symlink(target, link).map_err(|e| ("link", link.to_owned(), e))
+        }
+    }
+}
+
+/// Makes links in `to` to all that lies in `from` and is not left out, found as `seen/name`.
+///
+/// # Errors
+/// What the system refuses.
+pub fn link_others(
+    from: &Path,
+    to: &Path,
+    seen: &Path,
+    left_out: &dyn Fn(&str) -> bool,
+) -> Result<(), (&'static str, PathBuf, std::io::Error)> {
+    fs::create_dir_all(to).map_err(|e| ("make", to.to_owned(), e))?;
+    let read = |e| ("read", from.to_owned(), e);
+    for entry in fs::read_dir(from).map_err(read)? {
+        let name = entry.map_err(read)?.file_name();
+        if !left_out(&name.to_string_lossy()) && !holds_a_run(&from.join(&name)) {
+            link(&seen.join(&name), &to.join(&name))?;
+        }
+    }
+    Ok(())
+}
+
 fn copy_folder(
     from: &Path,
     to: &Path,

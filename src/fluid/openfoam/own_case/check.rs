@@ -59,6 +59,23 @@ impl OwnCaseFiles<'_> {
                 wrong(file, "the case has no such file".into());
             }
         }
+        let displacement = format!("{fields}/pointDisplacement");
+        let others = [
+            "system/blockMeshDict",
+            "constant/dynamicMeshDict",
+            &displacement,
+        ];
+        let included = NEEDED
+            .iter()
+            .copied()
+            .chain(start.iter().map(String::as_str));
+        for file in included.chain(others) {
+            if let Err(error) = Dictionary::read(folder, Path::new(file))
+                && error.leaves_the_case()
+            {
+                wrong(file, format!("line {}: {}", error.line, error.message));
+            }
+        }
         let read = |file: &str| -> Option<Dictionary> {
             let path = folder.join(file);
             (path.is_file() && !is_binary(&path))
@@ -98,7 +115,6 @@ impl OwnCaseFiles<'_> {
                 }
             }
         }
-        let displacement = format!("{fields}/pointDisplacement");
         if let Some(field) = read(&displacement) {
             for patch in &self.keys.patches {
                 if let Some(found) = condition(&field, patch)

@@ -6,8 +6,8 @@
 mod check;
 mod write;
 
-use super::Programs;
 use super::dictionary::Dictionary;
+use super::{Programs, templates};
 use crate::case::OwnFluid;
 use crate::geometry::{MeshFileError, PolyMesh};
 use crate::processes::Process;
@@ -138,11 +138,18 @@ impl OwnCaseFiles<'_> {
         for part in ["system", "constant"] {
             let from = self.folder().join(part);
             if from.is_dir() {
-                super::templates::copy(&from, &root.join(part)).map_err(|(action, path, e)| {
+                templates::copy(&from, &root.join(part)).map_err(|(action, path, e)| {
                     wrong(format!("cannot {action} {}: {e}", path.display()))
                 })?;
             }
         }
+        // Its dictionary may include others from anywhere in the case.
+        let case = self.folder().canonicalize();
+        let case = case.map_err(|e| OwnCaseError::new(self.folder(), e))?;
+        templates::link_others(&case, &root, &case, &|name| {
+            write::is_result(name) || ["system", "constant", "0", "0.orig"].contains(&name)
+        })
+        .map_err(|(action, path, e)| wrong(format!("cannot {action} {}: {e}", path.display())))?;
         make_blocks(&root).map_err(|reason| {
             let root = root.canonicalize().unwrap_or(root.clone());
             wrong(reason.replace(&*root.to_string_lossy(), &self.folder().to_string_lossy()))

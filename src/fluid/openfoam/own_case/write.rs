@@ -7,7 +7,10 @@ use super::{CONSTRAINTS, ORIGINALS, OwnCaseFiles, make_blocks};
 use crate::Vec3;
 use crate::geometry::{Patch, PolyMesh};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// Folders that no dictionary includes a file from, and that may be large.
+const BULKY: [&str; 3] = ["polyMesh", "triSurface", "extendedFeatureEdgeMesh"];
 
 impl OwnCaseFiles<'_> {
     /// Writes the copy into `folder`; what a run has left there at times after 0 stays.
@@ -25,20 +28,7 @@ impl OwnCaseFiles<'_> {
         if fields != "0" {
             templates::copy(&self.folder().join(fields), &folder.join("0")).map_err(refused)?;
         }
-        let originals = folder.join(ORIGINALS);
-        for (from, to) in [
-            ("system", "system"),
-            ("constant", "constant"),
-            (fields, "0"),
-        ] {
-            let from = self.folder().join(from);
-            if from.is_dir() {
-                let bulky = |name: &str| {
-                    ["polyMesh", "triSurface", "extendedFeatureEdgeMesh"].contains(&name)
-                };
-                templates::copy_but(&from, &originals.join(to), &bulky).map_err(refused)?;
-            }
-        }
+        self.keep_originals(folder).map_err(refused)?;
         if self.needs_blocks() && !folder.join("constant/polyMesh/faces").is_file() {
             make_blocks(folder).map_err(|reason| CaseFilesError::Io {
                 action: "make the mesh of",
@@ -68,6 +58,34 @@ impl OwnCaseFiles<'_> {
             write_file(&folder.join("system/decomposeParDict"), &text)?;
         }
         Connection::none().write(folder)
+    }
+
+    /// Copies what the user has written to where extended files include it from. Around it everything else of the case is found,
+    /// since includes in it may name other files from where they stand.
+    fn keep_originals(&self, folder: &Path) -> Result<(), (&'static str, PathBuf, std::io::Error)> {
+        let originals = folder.join(ORIGINALS);
+        let fields = self.start_fields();
+        for (from, to) in [
+            ("system", "system"),
+            ("constant", "constant"),
+            (fields, "0"),
+        ] {
+            let from = self.folder().join(from);
+            if from.is_dir() {
+                let to = originals.join(to);
+                templates::copy_but(&from, &to, &|name| BULKY.contains(&name))?;
+            }
+        }
+        for name in BULKY {
+            let constant = Path::new("constant").join(name);
+            if folder.join(&constant).exists() && originals.join("constant").is_dir() {
+                let target = Path::new("../..").join(&constant);
+                templates::link(&target, &originals.join(&constant))?;
+            }
+        }
+        templates::link_others(self.folder(), &originals, Path::new(".."), &|name| {
+            is_result(name) || ["system", "constant", "0"].contains(&name)
+        })
     }
 
     /// Writes a file that includes the user's and goes on with `more`.
@@ -222,7 +240,7 @@ impl OwnCaseFiles<'_> {
 }
 
 /// What lies in a case that was run: nothing that a new run needs.
-fn is_result(name: &str) -> bool {
+pub(super) fn is_result(name: &str) -> bool {
     let is_time = name.starts_with(|c: char| c.is_ascii_digit())
         && name.parse::<f64>().is_ok_and(|time| time != 0.0);
     is_time || name.starts_with("processor") || name == "postProcessing" || name == ORIGINALS
