@@ -2,6 +2,7 @@
 
 use super::wall::with_wall;
 use super::{CaseArguments, Failure};
+use crate::Vec3;
 use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
@@ -85,11 +86,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         memory / 1e9,
     ))?;
     if let Some(fit) = &fit {
+        terminal::print(extent(fit))?;
         terminal::print(format_args!(
-            "fit     the {} faces of the fluid lie within {:.1e} m of the wall; {:.1} % of the wall's wet surface has none beside it\n",
+            "fit     the {} faces of the fluid lie within {:.1e} m of the wall; {:.1} % of the wall's wet surface has none beside it{}\n",
             fit.faces,
             fit.distance,
-            1e2 * fit.uncovered
+            1e2 * fit.uncovered,
+            fit.bare.map_or(String::new(), bare)
         ))?;
     }
     for (label, text) in expected(&case) {
@@ -257,6 +260,49 @@ fn figures(
             WallFigures::new(wall, Some(perfect), &sections, pressures)
         }),
     })
+}
+
+/// How large the user's mesh of the fluid is, so that a wrong unit is seen.
+fn extent(fit: &Fit) -> String {
+    let [low, high] = fit.bounds;
+    let size = high - low;
+    let openings = fit.openings.iter().filter_map(|(name, diameter)| {
+        Some(format!("{name} {}", length(diameter.as_ref().copied()?)))
+    });
+    let openings = openings.collect::<Vec<_>>().join(", ");
+    let openings = match openings.is_empty() {
+        true => String::new(),
+        false => format!("; hydraulic diameters: {openings}"),
+    };
+    format!(
+        "mesh    {} x {} x {}, from ({:.4}, {:.4}, {:.4}) to ({:.4}, {:.4}, {:.4}) m{openings}\n",
+        length(size.x),
+        length(size.y),
+        length(size.z),
+        low.x,
+        low.y,
+        low.z,
+        high.x,
+        high.y,
+        high.z
+    )
+}
+
+/// A length (m) in the unit that a person would take.
+fn length(metres: f64) -> String {
+    match metres.abs() {
+        size if size > 0.99999 => format!("{metres:.4} m"),
+        size if size >= 1e-3 => format!("{:.2} mm", 1e3 * metres),
+        _ => format!("{:.2} µm", 1e6 * metres),
+    }
+}
+
+/// Where the fluid does not touch the wall.
+fn bare([low, high]: [Vec3; 2]) -> String {
+    format!(
+        " and carries no load, between ({:.4e}, {:.4e}, {:.4e}) and ({:.4e}, {:.4e}, {:.4e}) m",
+        low.x, low.y, low.z, high.x, high.y, high.z
+    )
 }
 
 /// How the user's meshes fit together.

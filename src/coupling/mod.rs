@@ -6,6 +6,7 @@
 
 pub mod acceleration;
 pub mod acceptance;
+pub mod common_refinement;
 pub mod convergence;
 pub(crate) mod diagnosis;
 pub mod fixed_point;

@@ -15,11 +15,12 @@ impl Nearest {
         Self(RTree::bulk_load(numbered.collect()))
     }
 
-    /// The nearest one, of several as near the first; none if there are no points.
-    pub fn to(&self, target: &Vec3) -> Option<usize> {
-        let mut found = self
+    /// The nearest one that `counts`, of several as near the first; none if there is none.
+    pub fn to(&self, target: &Vec3, counts: impl Fn(usize) -> bool) -> Option<usize> {
+        let found = self
             .0
             .nearest_neighbor_iter_with_distance_2((*target).into());
+        let mut found = found.filter(|(point, _)| counts(point.data));
         let (first, nearest) = found.next()?;
         let as_near = found.take_while(|(_, distance)| *distance == nearest);
         let others = as_near.map(|(point, _)| point.data);
@@ -42,8 +43,11 @@ mod tests {
             let distance = |p: &Vec3| (target - p).norm_squared();
             let all = (0..points.len())
                 .min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b])));
-            assert_eq!(nearest.to(&target), all, "{target}");
+            assert_eq!(nearest.to(&target, |_| true), all, "{target}");
+            let odd = (1..points.len()).step_by(2);
+            let odd = odd.min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b])));
+            assert_eq!(nearest.to(&target, |point| point % 2 == 1), odd, "{target}");
         }
-        assert_eq!(Nearest::of(&[]).to(&Vec3::zeros()), None);
+        assert_eq!(Nearest::of(&[]).to(&Vec3::zeros(), |_| true), None);
     }
 }

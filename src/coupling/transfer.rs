@@ -1,10 +1,77 @@
 //! From the fluid's faces to the structure's quadrature points, and from the structure to the fluid's points.
 
-use super::interpolation::Interpolation;
+use super::common_refinement::CommonRefinement;
+use super::interpolation::{Interpolation, Sources};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
 use crate::geometry::CentreShift;
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
+
+/// With a smaller share of the wall's wet surface beside the fluid, the two meshes are taken for a mistake.
+const LEAST_COVERED: f64 = 0.1;
+/// Most of the fluid's wetted area, as a share, that may have no wall beside it.
+const MOST_LOST: f64 = 1e-3;
+/// Meshes are of different units, not of the same wall, if one is so many times as large as the other.
+const OTHER_UNIT: f64 = 5.0;
+
+/// Why the two meshes of the wet surface cannot be related.
+#[derive(Debug, thiserror::Error)]
+pub enum TransferError {
+    /// A point of the fluid does not lie on the wall.
+    #[error(transparent)]
+    Solid(#[from] SolidError),
+    /// They are of different sizes: diagonals (m) of the boxes around them.
+    #[error("the wall's wet surface is {wall:.3e} m large and the fluid's patches there are {fluid:.3e} m, {}", times(*.wall, *.fluid))]
+    Size {
+        /// Of the wall's wet surface.
+        wall: f64,
+        /// Of the fluid's faces on it.
+        fluid: f64,
+    },
+    /// Most of the wall has no fluid beside it, this share of its area.
+    #[error(
+        "{:.1} % of the wall's wet surface has no face of the fluid beside it: the surfaces that the fluid touches are others, or face the other way",
+        1e2 * .0
+    )]
+    Uncovered(f64),
+    /// A part of the fluid's wetted area has no wall beside it, this share.
+    #[error(
+        "{:.1} % of the area of the fluid's wetted patches has no face of the wall beside it, so its load would be lost: the wall's wet surface must reach as far as these patches and face them",
+        1e2 * .0
+    )]
+    Lost(f64),
+}
+
+/// Whether two sizes can be those of the same thing.
+fn is_alike(a: f64, b: f64) -> bool {
+    a < OTHER_UNIT * b && b < OTHER_UNIT * a
+}
+
+/// How many times as long as a metre the units are that explain such a ratio of sizes, and their name.
+pub fn likely_unit(ratio: f64) -> Option<(f64, &'static str)> {
+    let units = [
+        (1e3, "millimetres"),
+        (1e2, "centimetres"),
+        (1e6, "micrometres"),
+        (39.37, "inches"),
+    ];
+    let near = |(unit, _): &&(f64, &str)| (ratio.max(ratio.recip()) / unit).ln().abs() < 0.4;
+    units.iter().find(near).copied()
+}
+
+/// How the size of the wall compares to that of the fluid, with the units that would explain it.
+fn times(wall: f64, fluid: f64) -> String {
+    let ratio = wall / fluid;
+    let (first, second) = match ratio > 1.0 {
+        true => ("wall", "fluid"),
+        false => ("fluid", "wall"),
+    };
+    let cause = likely_unit(ratio).map_or(String::new(), |(_, unit)| {
+        format!(": the {first} seems to be in {unit}, the {second} in metres")
+    });
+    let factor = ratio.max(ratio.recip());
+    format!("so the {first} is {factor:.0} times as large as the {second}{cause}")
+}
 
 /// The two interpolations of equation (13), prepared once in the reference configuration.
 #[derive(Debug, Clone)]
@@ -17,20 +84,59 @@ pub struct Transfer<L> {
 }
 
 impl<L> Transfer<L> {
-    /// Relates the two descriptions of the wet surface.
+    /// Relates two meshes that were made for each other: what is between them is the interpolation's error, of second order.
     ///
     /// # Errors
     /// If a point of the fluid does not lie on the structure's wet surface.
     pub fn new<S: Solid<Location = L>>(
         fluid: &FluidInterface,
         solid: &S,
-    ) -> Result<Self, SolidError> {
-        let wet: Vec<Vec3> = solid.wet_points().iter().map(|p| p.position).collect();
+    ) -> Result<Self, TransferError> {
         Ok(Self {
             points: solid.locate(&fluid.points)?,
-            to_quadrature: Interpolation::linear(&fluid.faces, &fluid.face_centres, &wet),
+            to_quadrature: Sources::made(fluid).linear(solid.wet_points()),
             wall: fluid.clone(),
         })
+    }
+
+    /// Relates any two meshes: the wall gets the fluid's force, whatever they look like. Parts of the wall without the fluid
+    /// beside them carry no load.
+    ///
+    /// # Errors
+    /// If the two meshes do not describe the same wall.
+    pub fn conserving<S: Solid<Location = L>>(
+        fluid: &FluidInterface,
+        solid: &S,
+    ) -> Result<(Self, CommonRefinement), TransferError> {
+        let wet = solid.wet_points();
+        let sizes = || {
+            let on_wall: Vec<Vec3> = wet.iter().map(|point| point.position).collect();
+            [diagonal(&on_wall), diagonal(&fluid.points)]
+        };
+        let apart = |error: SolidError| match sizes() {
+            [wall, fluid] if is_alike(wall, fluid) => error.into(),
+            [wall, fluid] => TransferError::Size { wall, fluid },
+        };
+        let points = solid.locate(&fluid.points).map_err(apart)?;
+        let sources = Sources::any(fluid);
+        let common = CommonRefinement::new(fluid, &sources, &solid.wet_faces(), wet);
+        if 1.0 - common.uncovered() < LEAST_COVERED {
+            let [wall, fluid] = sizes();
+            return Err(match is_alike(wall, fluid) {
+                true => TransferError::Uncovered(common.uncovered()),
+                false => TransferError::Size { wall, fluid },
+            });
+        }
+        if common.lost() > MOST_LOST {
+            return Err(TransferError::Lost(common.lost()));
+        }
+        let pointwise = sources.linear(wet);
+        let transfer = Self {
+            points,
+            to_quadrature: common.conserving(&pointwise, fluid, &sources, wet),
+            wall: fluid.clone(),
+        };
+        Ok((transfer, common))
     }
 
     /// Load at the structure's quadrature points from the tractions (Pa) at the fluid's faces, whose area vectors are
@@ -87,6 +193,15 @@ impl<L> Transfer<L> {
     pub fn face_areas(&self, displacement: &[Vec3]) -> Vec<Vec3> {
         self.wall.face_areas(displacement)
     }
+}
+
+/// Diagonal (m) of a box around these points.
+fn diagonal(points: &[Vec3]) -> f64 {
+    let corner = |pick: fn(f64, f64) -> f64, start: f64| {
+        let corner = |corner: Vec3, x: &Vec3| corner.zip_map(x, pick);
+        points.iter().fold(Vec3::repeat(start), corner)
+    };
+    (corner(f64::max, f64::NEG_INFINITY) - corner(f64::min, f64::INFINITY)).norm()
 }
 
 /// |resultant of the fluid's load - resultant on the structure| over the sum of the fluid's |load| of all faces.

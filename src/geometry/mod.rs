@@ -13,6 +13,7 @@ pub(crate) mod blocks;
 pub(crate) mod centre_shift;
 mod described;
 mod deviation;
+mod extent;
 pub(crate) mod extruded;
 mod feature;
 pub(crate) mod flag;

@@ -48,6 +48,9 @@ pub trait Solid: Sync {
     /// Quadrature points of the wet surface.
     fn wet_points(&self) -> &[SurfacePoint];
 
+    /// Outlines (m) of the faces of the wet surface; the wet points belong to them in order, as many to each.
+    fn wet_faces(&self) -> Vec<Vec<Vec3>>;
+
     /// Finds the closest points of the wet surface in the reference configuration.
     fn locate(&self, points: &[Vec3]) -> Result<Vec<Self::Location>, SolidError>;
 

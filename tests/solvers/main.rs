@@ -31,6 +31,7 @@ mod native_fields;
 mod native_run;
 mod own_case;
 mod own_fluid;
+mod own_mesh;
 #[path = "../pfem_support/mod.rs"]
 mod pfem_support;
 mod probes;

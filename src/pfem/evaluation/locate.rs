@@ -82,6 +82,21 @@ impl Locator {
         }
     }
 
+    /// The samples along the edges of each face, in order around it.
+    pub fn outlines(&self) -> Vec<Vec<Vec3>> {
+        let last = SAMPLES - 1;
+        let edges = [
+            (0..last).map(|i| i * SAMPLES).collect::<Vec<_>>(),
+            (0..last).map(|j| last * SAMPLES + j).collect(),
+            (1..=last).rev().map(|i| i * SAMPLES + last).collect(),
+            (1..=last).rev().collect(),
+        ]
+        .concat();
+        let around =
+            |samples: &Vec<(Vec3, [f64; 2])>| edges.iter().map(|&i| samples[i].0).collect();
+        self.samples.iter().map(around).collect()
+    }
+
     /// The closest point of the surface to `x`.
     pub fn locate(&self, body: &Discretization, x: &Vec3) -> Result<Location, SolidError> {
         let mut candidates: Vec<(f64, usize)> = self

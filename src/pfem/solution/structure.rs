@@ -547,6 +547,10 @@ impl Solid for Structure {
         &self.given.wet_points
     }
 
+    fn wet_faces(&self) -> Vec<Vec<Vec3>> {
+        self.locator.outlines()
+    }
+
     fn locate(&self, points: &[Vec3]) -> Result<Vec<Location>, SolidError> {
         let (locator, body) = (&self.locator, &self.equation.body);
         let located: Vec<_> = (points.par_iter())

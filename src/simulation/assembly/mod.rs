@@ -21,10 +21,11 @@ use crate::Vec3;
 use crate::case::{self, BloodVessel, Case, CaseIdentity, MeshMotion, Problem, TableError};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::acceptance::Balance;
+use crate::coupling::common_refinement::CommonRefinement;
 use crate::coupling::convergence::Criterion;
 use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::predictor::Predictor;
-use crate::coupling::transfer::Transfer;
+use crate::coupling::transfer::{Transfer, TransferError};
 use crate::coupling::{self, Coupling, flatten};
 use crate::fluid::conversation::session::Terms;
 use crate::fluid::external::{ExternalFluid, ExternalSettings, Starter};
@@ -34,9 +35,10 @@ use crate::fluid::openfoam::prepared::{Prepared, Source};
 use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::polygonal_wall::PolygonalWall;
-use crate::fluid::{Fluid, FluidEffort, FluidError, FluidMemory};
+use crate::fluid::{Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory};
 use crate::geometry::{MotionBlend, PolyMesh, WallPolygons};
 use crate::pfem::element::mapping::MappingKind;
+use crate::pfem::evaluation::locate::Location;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::{Formulation, Solid, SolidError, Structure, StructureOptions, discretization};
 use crate::simulation::observer::Observer;
@@ -95,9 +97,12 @@ pub enum AssemblyError {
     /// The fluid did not start.
     #[error(transparent)]
     Fluid(#[from] FluidError),
-    /// The structure is not well posed, or the two meshes do not fit together.
+    /// The structure is not well posed.
     #[error(transparent)]
     Solid(#[from] SolidError),
+    /// The two meshes do not fit together.
+    #[error(transparent)]
+    Transfer(#[from] TransferError),
     /// The surrogate cannot be made.
     #[error("{0}")]
     Surrogate(String),
@@ -199,13 +204,27 @@ pub fn couple<F: Fluid>(
     join(case, fluid, initial_state(case, domain)?.solid)
 }
 
+/// What relates the two meshes of the wet surface: those that are made here are made for each other, those of others may be any.
+fn transfer(
+    case: &Case,
+    interface: &FluidInterface,
+    solid: &Structure,
+) -> Result<(Transfer<Location>, Option<CommonRefinement>), TransferError> {
+    let of_others = case.own().is_some() || case.fluid.solver == case::Solver::External;
+    match of_others && case.has_elastic_wall() {
+        true => Transfer::conserving(interface, solid)
+            .map(|(transfer, common)| (transfer, Some(common))),
+        false => Transfer::new(interface, solid).map(|transfer| (transfer, None)),
+    }
+}
+
 /// Couples a fluid to the structure in the state in which time begins.
 fn join<F: Fluid>(
     case: &Case,
     fluid: F,
     mut solid: Structure,
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
-    let transfer = Transfer::new(fluid.interface(), &solid)?;
+    let (transfer, _) = transfer(case, fluid.interface(), &solid)?;
     let vessel = case.vessel();
     let pressure = vessel.map_or(0.0, |vessel| vessel.equilibrium_pressure());
     let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer, pressure)

@@ -2,13 +2,13 @@
 
 use super::initial_state::{InitialState, initial_state};
 use super::surrogate::stations;
-use super::{Domain, own, prepared, sampling};
+use super::{Domain, own, prepared, sampling, transfer};
 use crate::Vec3;
 use crate::case::{
     Case, CaseErrors, FluidMesh, FluidTimeScheme, InletEnd, Problem, ResolvedCase, Solver, Start,
     SurrogateModel, VesselEnd,
 };
-use crate::coupling::transfer::Transfer;
+use crate::coupling::transfer::{TransferError, likely_unit};
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::{templates, trial};
 use crate::fluid::{Fluid, FluidError, FluidInterface};
@@ -89,11 +89,12 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     match initial_state(case, &domain) {
         Err(error) => errors.push(case.mistake("structure.p", error.to_string())),
         Ok(InitialState { solid, .. }) => {
-            if let Some(interface) = &interface
-                && let Err(error) = Transfer::new(interface, &solid)
-            {
-                let advice = "take more elements around and along, or a higher structure.p";
-                errors.push(case.mistake("structure.p", format!("{error}; {advice}")));
+            let related = interface
+                .as_ref()
+                .map(|interface| transfer(case, interface, &solid));
+            let fits = !matches!(related, Some(Err(_)));
+            if let Some(Err(error)) = related {
+                errors.push(case.mistake(key_of(case, &error), apart(case, &error)));
             }
             let probes = case
                 .output
@@ -102,7 +103,8 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
                 .copied()
                 .map(Vec3::from)
                 .enumerate();
-            let off = probes.filter(|(_, probe)| solid.locate(&[*probe]).is_err());
+            // On a wall in another unit none would lie.
+            let off = probes.filter(|(_, probe)| fits && solid.locate(&[*probe]).is_err());
             let off = off.map(|(i, probe)| off_the_wall(i, probe, interface.as_ref()));
             let key = case.key_of_points("output.probes_m");
             errors.extend(some(off).map(|what| case.mistake(key, what)));
@@ -131,6 +133,40 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         Ok(())
     } else {
         Err(CaseErrors(errors))
+    }
+}
+
+/// The key to change where the two meshes do not fit together.
+fn key_of(case: &Case, error: &TransferError) -> &'static str {
+    match (case.own(), error) {
+        (None, _) => "structure.p",
+        (Some(own), _) if own.wall.file.is_none() => "fluid.patches",
+        (Some(_), TransferError::Size { .. }) => "wall.file.unit_m",
+        (Some(_), TransferError::Solid(_)) => "wall.file.mesh",
+        (Some(_), TransferError::Uncovered(_) | TransferError::Lost(_)) => "wall.file.wet",
+    }
+}
+
+/// Why two meshes do not fit together, and what helps.
+fn apart(case: &Case, error: &TransferError) -> String {
+    match (case.own(), error) {
+        (None, _) => {
+            format!("{error}; take more elements around and along, or a higher structure.p")
+        }
+        (Some(own), TransferError::Size { wall, fluid }) => {
+            let unit = own.wall.file.as_ref().and_then(|file| file.unit);
+            let (unit, ratio) = (unit.unwrap_or(1.0), wall / fluid);
+            let advice = match likely_unit(ratio) {
+                Some((factor, _)) if ratio > 1.0 => unit / factor,
+                Some((factor, _)) => unit * factor,
+                None => unit / ratio,
+            };
+            format!(
+                "{error}; lengths of the wall's file are multiplied by wall.file.unit_m = {unit}: write {advice}, or scale the \
+                 fluid's mesh, which must be in metres (transformPoints)"
+            )
+        }
+        (Some(_), _) => error.to_string(),
     }
 }
 

@@ -1,0 +1,248 @@
+//! Meshes and dictionaries of the user's own as others write them: one cell deep, renumbered, with files that include others.
+
+use crate::run_support::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn project(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let to = to.join(entry.file_name());
+        match entry.path().is_dir() {
+            true => copy(&entry.path(), &to),
+            false => drop(fs::copy(entry.path(), to).unwrap()),
+        }
+    }
+}
+
+fn edit(file: &Path, from: &str, to: &str) {
+    let text = fs::read_to_string(file).unwrap();
+    assert!(text.contains(from), "{} has no {from:?}", file.display());
+    fs::write(file, text.replace(from, to)).unwrap();
+}
+
+fn driver(words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    command.args(words);
+    command
+}
+
+fn run(case: &Path, out: &Path, more: &[&str]) -> Command {
+    let mut command = driver(&["--quiet", "--case"]);
+    command.arg(case).arg("--out").arg(out).args(more);
+    command
+}
+
+fn check(case: &Path, more: &[&str]) -> Output {
+    let mut command = driver(&["check"]);
+    command.arg(case).args(more).output().unwrap()
+}
+
+/// A column of a table.
+fn column(run: &Path, table: &str, name: &str) -> Vec<f64> {
+    let mut reader = csv::Reader::from_path(run.join(table)).unwrap();
+    let at = reader.headers().unwrap().iter().position(|n| n == name);
+    let rows = reader
+        .records()
+        .map(|row| row.unwrap()[at.unwrap()].parse().unwrap());
+    rows.collect()
+}
+
+/// A channel in two dimensions, one cell deep, over an elastic plate: that the cells are 20 times as deep as long makes no difference.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn how_deep_the_cells_of_a_plane_case_are_makes_no_difference() {
+    let folder = tempfile::tempdir().unwrap();
+    for depth in ["1.0", "0.5", "0.2", "0.05"] {
+        let [case, out] = ["case", "run"].map(|name| folder.path().join(format!("{name}-{depth}")));
+        copy(&project("tests/data/deep-single-cell"), &case);
+        edit(
+            &case.join("fluid/system/blockMeshDict"),
+            "depth 1.0;",
+            &format!("depth {depth};"),
+        );
+        let probe = format!(
+            "output.probes_m=[[0.5, 0.0, {}]]",
+            0.5 * depth.parse::<f64>().unwrap()
+        );
+        complete(run(&case, &out, &["--set", &probe]));
+        let u = column(&out, "probes.csv", "uy_m")[4];
+        assert!((u / -1.38582e-3 - 1.0).abs() < 1e-4, "depth {depth}: {u:e}");
+        let lost = column(&out, "history.csv", "force_mismatch");
+        assert!(
+            lost.iter().all(|lost| *lost < 1e-3),
+            "depth {depth}: {lost:?}"
+        );
+    }
+}
+
+/// The flap as published, one cell of 1 m deep, bends as that of 0.1 m does.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_flap_beside_one_cell_of_a_metre_bends_as_beside_one_of_a_tenth() {
+    let folder = tempfile::tempdir().unwrap();
+    let tips = ["flap", "flap-one-cell-deep"].map(|name| {
+        let out = folder.path().join(name);
+        complete(run(
+            &project("examples/own-case").join(name),
+            &out,
+            &["--end-time", "0.03"],
+        ));
+        let lost = column(&out, "history.csv", "force_mismatch");
+        assert!(lost.iter().all(|lost| *lost < 1e-3), "{name}: {lost:?}");
+        column(&out, "probes.csv", "ux_m")[2]
+    });
+    println!("{tips:?}");
+    assert!((tips[1] / tips[0] - 1.0).abs() < 1e-5, "{tips:?}");
+}
+
+/// A wall in millimetres beside a fluid in metres, and one of which a part has no fluid beside it.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_wall_in_another_unit_is_refused_and_one_that_reaches_farther_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let flap = project("examples/own-case/flap-one-cell-deep");
+    for (unit, words) in [
+        (
+            "1000.0",
+            "times as large as the fluid: the wall seems to be in millimetres, the fluid in metres",
+        ),
+        (
+            "0.001",
+            "times as large as the wall: the fluid seems to be in millimetres, the wall in metres",
+        ),
+    ] {
+        let output = check(&flap, &["--set", &format!("wall.file.unit_m={unit}")]);
+        let said = text(&output);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains(words)
+                && said.contains(&format!("unit_m = {unit}: write 1,").replace(".0:", ":")),
+            "{said}"
+        );
+        assert!(!said.contains("structure.p"), "{said}");
+    }
+    let said = text(&check(&flap, &[]));
+    for words in [
+        "0.0 % of the wall's wet surface has none beside it\n",
+        "mesh    6.0000 m x 4.0000 m x 1.0000 m",
+        "hydraulic diameters: inlet 8.0000 m, outlet 8.0000 m",
+    ] {
+        assert!(said.contains(words), "{said}");
+    }
+
+    // The flap is as deep again as the fluid.
+    let deep = folder.path().join("deep");
+    copy(&flap, &deep);
+    let mesh = deep.join("flap.inp");
+    let lines = fs::read_to_string(&mesh).unwrap();
+    let deeper = lines.lines().map(|line| match line.strip_suffix(", 1") {
+        Some(rest) if rest.matches(',').count() == 2 => format!("{rest}, 2\n"),
+        _ => format!("{line}\n"),
+    });
+    fs::write(&mesh, deeper.collect::<String>()).unwrap();
+    let output = check(&deep, &[]);
+    let said = text(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(
+        said.contains("50.0 % of the wall's wet surface has none beside it"),
+        "{said}"
+    );
+}
+
+/// The cell with the largest number owns no face.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_mesh_whose_last_cell_lies_inside_has_all_its_cells() {
+    let folder = tempfile::tempdir().unwrap();
+    let (case, out) = (
+        project("tests/data/last-cell-inside"),
+        folder.path().join("run"),
+    );
+    let said = text(&check(&case, &[]));
+    assert!(said.contains("27 cells"), "{said}");
+    complete(run(&case, &out, &[]));
+    let volume = column(&out, "history.csv", "lumen_volume_m3");
+    assert_eq!(volume.len(), 2);
+    // A cube of 3 mm.
+    assert!((volume[1] / 2.7e-8 - 1.0).abs() < 1e-12, "{volume:?}");
+}
+
+/// OpenFOAM looks for what a file includes beside that file, wherever the case is copied to.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn files_include_others_from_anywhere_in_the_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let [case, plain, out] = ["case", "plain", "run"].map(|name| folder.path().join(name));
+    copy(&project("tests/data/deep-single-cell"), &case);
+    let fluid = case.join("fluid");
+    fs::create_dir(fluid.join("include")).unwrap();
+    fs::write(
+        fluid.join("settings"),
+        "start (0 0 0);\nbothEnds 1.0;\ncellsUp 8;\n",
+    )
+    .unwrap();
+    fs::write(fluid.join("include/again"), "#include \"../settings\"\n").unwrap();
+    fs::write(fluid.join("system/steps"), "correctors 2;\n").unwrap();
+    for (file, from, to) in [
+        (
+            "0/U",
+            "dimensions",
+            "#include \"../settings\"\n#includeEtc \"caseDicts/setConstraintTypes\"\ndimensions",
+        ),
+        ("0/U", "uniform (0 0 0)", "uniform $start"),
+        (
+            "0/p",
+            "dimensions",
+            "#include \"../include/again\"\ndimensions",
+        ),
+        ("0/p", "uniform 1.0", "uniform $bothEnds"),
+        (
+            "system/fvSolution",
+            "solvers\n",
+            "#include \"steps\"\n#include \"$FOAM_CASE/settings\"\nsolvers\n",
+        ),
+        (
+            "system/fvSolution",
+            "nCorrectors 2",
+            "nCorrectors $correctors",
+        ),
+        (
+            "system/controlDict",
+            "application",
+            "#include \"../include/again\"\napplication",
+        ),
+        (
+            "system/blockMeshDict",
+            "convertToMeters",
+            "#include \"../settings\"\nconvertToMeters",
+        ),
+        ("system/blockMeshDict", "20 8 1", "20 $cellsUp 1"),
+    ] {
+        edit(&fluid.join(file), from, to);
+    }
+    let said = text(&check(&case, &[]));
+    assert!(said.contains("can be run"), "{said}");
+    let few = ["--end-time", "0.02"];
+    complete(run(&case, &out, &few));
+    complete(run(&project("tests/data/deep-single-cell"), &plain, &few));
+    assert_same_run(&out, &plain);
+    // As often as one likes, and from a checkpoint.
+    complete(run(&case, &out, &["--end-time", "0.03", "--resume"]));
+
+    // What lies outside is not copied.
+    fs::write(case.join("elsewhere"), "start (0 0 0);\n").unwrap();
+    edit(&fluid.join("0/U"), "../settings", "../../elsewhere");
+    let output = check(&case, &[]);
+    let said = text(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("0/U") && said.contains("which lies outside the case"),
+        "{said}"
+    );
+}
