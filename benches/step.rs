@@ -72,6 +72,7 @@ fn main() {
     let surface =
         Surface::new(&body.numbering, &body.space, &body.mapping, faces, p + 1).expect("regular");
     let rest = Load::Surface {
+        before: None,
         values: load(&surface.points, PRESSURE[0], 0.0),
         surface: &surface,
         kind: LoadKind::Follower,

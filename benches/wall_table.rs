@@ -194,6 +194,7 @@ fn row(name: &str) -> String {
     let surface = new(points);
     let prepared = cpu_seconds();
     let load = Load::Surface {
+        before: None,
         values: SurfaceLoad::uniform_pressure(pressure, surface.points.len()),
         surface: &surface,
         kind: LoadKind::Follower,

@@ -159,6 +159,7 @@ impl Tube {
                 spring: Profile::constant(by.spring),
                 damping: Profile::constant(by.damping),
                 direction: Direction::Radial,
+                ..Foundation::default()
             }));
         }
         self.outer_pressure = by.pressure;
@@ -193,6 +194,7 @@ impl Tube {
     /// A pressure (Pa) on a surface.
     fn load<'a>(&self, surface: &'a Surface, pressure: f64) -> Load<'a> {
         Load::Surface {
+            before: None,
             values: SurfaceLoad::uniform_pressure(pressure, surface.points.len()),
             surface,
             kind: self.kind,

@@ -32,6 +32,8 @@ pub struct Section {
 pub struct WallFigures {
     /// Pressures of the figures, Pa, as far as the wall carries them.
     pub pressures: Vec<f64>,
+    /// Share of each that the tissue around the wall carries; see [`Structure::tissue_share`].
+    pub tissue_shares: Vec<f64>,
     /// In the middle of the graft and of the artery.
     pub sections: Vec<Section>,
     /// Pressure (Pa) at which this wall loses its stability, if below [`Self::reach`].
@@ -144,13 +146,15 @@ impl WallFigures {
             };
         let mut sections: Vec<_> = sections.iter().map(section).collect::<Result<_, _>>()?;
         let (mut reached, mut buckling) = (Vec::new(), None);
+        let mut tissue_shares = Vec::new();
         for &pressure in pressures {
             let found = wall.inflate(pressure)?;
             if let Some(bifurcation) = &found.bifurcation {
-                buckling = Some(bifurcation.factor * pressure);
+                buckling = Some(wall.solid.pressure_at(bifurcation.factor, pressure));
                 break;
             }
             reached.push(pressure);
+            tissue_shares.push(wall.solid.tissue_share(pressure, &found.displacement));
             for (section, x, old) in &mut sections {
                 let (radius, centre) = wall.lumen(*x, &found.displacement)?;
                 section.loaded_radii.push(radius);
@@ -158,10 +162,13 @@ impl WallFigures {
             }
         }
         let reach = REACH * pressures.last().copied().unwrap_or(0.0);
-        let straight = perfect.unwrap_or(wall).inflate(reach)?;
-        let perfect_buckling = straight.bifurcation.map(|found| found.factor * reach);
+        let perfect_wall = perfect.unwrap_or(wall);
+        let straight = perfect_wall.inflate(reach)?;
+        let at = |factor| perfect_wall.solid.pressure_at(factor, reach);
+        let perfect_buckling = straight.bifurcation.map(|found| at(found.factor));
         Ok(Self {
             pressures: reached,
+            tissue_shares,
             sections: sections.into_iter().map(|(section, ..)| section).collect(),
             buckling: buckling.or(perfect_buckling.filter(|_| perfect.is_none())),
             perfect_buckling,

@@ -56,6 +56,13 @@ table! {
             "dampers of the outer surface: force per reference area and velocity", absent "0";
         direction: Option<TissueDirection> = "direction", Kind::Word(TissueDirection::WORDS),
             "which displacement springs and dampers resist", absent "radial", only TISSUE;
+        axial_spring: Option<f64> = "axial_spring_Pa_m", from(0.0, 1e15),
+            "springs along the axis, beside those of direction radial", absent "0";
+        axial_damping: Option<f64> = "axial_damping_Pa_s_m", from(0.0, 1e12),
+            "dampers along the axis, beside those of direction radial", absent "0";
+        at_rest: Option<GivenShape> = "at_rest", Kind::Word(GivenShape::WORDS),
+            "state of the wall in which springs exert nothing; loaded is the given shape that is loaded, or else the equilibrium with which time begins",
+            absent "unloaded", only SPRINGS;
         pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "pressure on the deformed outer surface, at all times",
             absent "0";
         stations: Vec<f64> = "stations_m", Kind::Numbers(1000), "places along x where shares of these values are given",
@@ -71,6 +78,8 @@ words! {
     pub enum TissueDirection {
         /// The distance from the vessel's axis.
         Radial = "radial" (default),
+        /// The displacement along the vessel's axis.
+        Axial = "axial",
         /// All components alike.
         All = "all",
     }
@@ -125,16 +134,18 @@ table! {
             "length of the deformable part between its ends, relative to the unloaded one; the outlet is moved", absent "1";
         shape: Option<GivenShape> = "shape", Kind::Word(GivenShape::WORDS),
             "state of the wall whose sizes the case gives", absent "unloaded";
+        pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "pressure inside in a given shape that is loaded: that of the image",
+            absent "that with which time begins, windkessel.initial_pressure_Pa or outlet.pressure_Pa";
     }
 }
 
 words! {
-    /// State of the wall whose sizes are given.
+    /// A state of the wall: that whose sizes are given, or in which tissue is at rest.
     #[derive(Default)]
     pub enum GivenShape {
         /// Free of stress.
         Unloaded = "unloaded" (default),
-        /// Stretched and under the pressures with which time begins in equilibrium, as images show it.
+        /// Stretched and under pressure, as images show it.
         Loaded = "loaded",
     }
 }
@@ -203,6 +214,18 @@ impl BloodVessel {
         initial
             .and_then(|initial| initial.shape)
             .unwrap_or_default()
+    }
+
+    /// Pressure (Pa) inside in a given shape that is loaded.
+    pub fn image_pressure(&self) -> f64 {
+        let given = self.initial.as_ref().and_then(|initial| initial.pressure);
+        given.unwrap_or_else(|| self.equilibrium_pressure())
+    }
+
+    /// Whether the tissue is at rest in a loaded state of the wall.
+    pub fn tissue_rests_loaded(&self) -> bool {
+        let tissue = self.surroundings.as_ref();
+        tissue.and_then(|tissue| tissue.at_rest) == Some(GivenShape::Loaded)
     }
 
     /// Places (m) along x and what of `value` acts there: a single place if it is the same everywhere.

@@ -160,7 +160,9 @@ fn external(case: &Case, report: &mut Report<'_>) {
     let Some(vessel) = case.vessel() else {
         return;
     };
-    let is_loaded = vessel.equilibrium_pressure() != 0.0 || vessel.axial_stretch() != 1.0;
+    let is_loaded = vessel.equilibrium_pressure() != 0.0
+        || vessel.image_pressure() != 0.0
+        || vessel.axial_stretch() != 1.0;
     for key in ["initial.start", "initial.axial_stretch"] {
         report(
             &[key],

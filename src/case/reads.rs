@@ -64,8 +64,10 @@ pub(super) mod conditions {
             |case, _| described(case, |keys| keys.section.iter().any(|section| section.radius.is_none()));
         USED: "if a layer is of this material", |case, path| is_used(case, path);
         TISSUE: "with surroundings.spring_Pa_m or surroundings.damping_Pa_s_m",
-            |case, _| tissue(case, |[spring, damping, _]| spring || damping);
-        STATIONS: "with surroundings.spring_Pa_m, surroundings.damping_Pa_s_m or surroundings.pressure_Pa",
+            |case, _| tissue(case, |[spring, damping, ..]| spring || damping);
+        SPRINGS: "with springs or dampers of [surroundings]",
+            |case, _| tissue(case, |values| values[..4].contains(&true));
+        STATIONS: "with springs, dampers or a pressure of [surroundings]",
             |case, _| tissue(case, |values| values.contains(&true));
         FLAG: "if the flag yields (flag.rigid)", |case, _| case.has_elastic_wall();
         OWN_ELASTIC: "with wall.mode = \"elastic\"", |case, _| case.has_elastic_wall();
@@ -130,14 +132,20 @@ pub(super) mod conditions {
             .is_none_or(|material| layers.contains(&&material.name))
     }
 
-    fn tissue(case: &Case, holds: impl Fn([bool; 3]) -> bool) -> bool {
+    fn tissue(case: &Case, holds: impl Fn([bool; 5]) -> bool) -> bool {
         let tissue = case
             .vessel()
             .and_then(|vessel| vessel.surroundings.as_ref());
         tissue.is_some_and(|tissue| {
             holds(
-                [tissue.spring, tissue.damping, tissue.pressure]
-                    .map(|value| value.is_some_and(|value| value != 0.0)),
+                [
+                    tissue.spring,
+                    tissue.damping,
+                    tissue.axial_spring,
+                    tissue.axial_damping,
+                    tissue.pressure,
+                ]
+                .map(|value| value.is_some_and(|value| value != 0.0)),
             )
         })
     }

@@ -1,6 +1,8 @@
 //! What a user should know of a case that can be run.
 
-use super::{Case, FlowCurve, Problem, Window};
+use super::{
+    BloodVessel, Case, FlowCurve, GivenShape, OutletCondition, PressureUnit, Problem, Window,
+};
 
 /// A gap of a flow curve is unusual if it is so many times as long as the next longest.
 const LONG_GAP: f64 = 3.0;
@@ -12,7 +14,8 @@ impl Case {
     pub fn warnings(&self, cores: usize) -> Vec<String> {
         let mut warnings = Vec::new();
         if let Problem::Vessel(vessel) = &self.problem {
-            warnings = Window::of(self).warnings(&self.ramp, self.time.period);
+            warnings.extend(image_pressure(vessel));
+            warnings.extend(Window::of(self).warnings(&self.ramp, self.time.period));
             if let Ok(curve) = FlowCurve::new(&vessel.inflow, self.time.period)
                 && let Some([from, to]) = curve.gap(LONG_GAP)
             {
@@ -32,4 +35,22 @@ impl Case {
         }
         warnings
     }
+}
+
+/// That the pressure in a given shape that is loaded is not said.
+fn image_pressure(vessel: &BloodVessel) -> Option<String> {
+    let said = vessel.initial.as_ref()?.pressure;
+    if vessel.given_shape() != GivenShape::Loaded || said.is_some() {
+        return None;
+    }
+    let key = match vessel.outlet_condition() {
+        OutletCondition::Windkessel => "windkessel.initial_pressure_Pa",
+        OutletCondition::Resistance | OutletCondition::Pressure => "outlet.pressure_Pa",
+    };
+    let pressure = vessel.image_pressure();
+    Some(format!(
+        "the case does not say under which pressure its loaded shape was seen: {key} is taken, {:.0} mmHg, and whoever changes it \
+         changes the unloaded wall. Add pressure_Pa = {pressure:?} to [initial]",
+        pressure / PressureUnit::MillimetreMercury.si()
+    ))
 }

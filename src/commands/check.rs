@@ -18,7 +18,7 @@ use crate::output::terminal;
 use crate::pfem::SolidError;
 use crate::processes::machine_memory;
 use crate::run::{Interrupt, warn};
-use crate::simulation::assembly::{Domain, Fit, preflight};
+use crate::simulation::assembly::{Domain, Fit, preflight, wave_speeds};
 use std::path::PathBuf;
 
 /// Options of the check.
@@ -97,6 +97,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     for (label, text) in expected(&case) {
         terminal::print(format_args!("{label:<8}{text}\n"))?;
+    }
+    if let Some(vessel) = case.vessel().filter(|vessel| !vessel.is_rigid()) {
+        terminal::print(waves(&case, vessel))?;
     }
     warn(&case);
     for warning in plausibility::warnings(&case) {
@@ -305,6 +308,29 @@ fn bare([low, high]: [Vec3; 2]) -> String {
     )
 }
 
+/// How fast pulses travel in each section, under the mean pressure to expect.
+fn waves(case: &Case, vessel: &BloodVessel) -> String {
+    let Ok(expected) = Pressures::expected(vessel, case.time.period) else {
+        return String::new();
+    };
+    let whole = Vessel::new(vessel);
+    let line = |section: &Section| {
+        let speeds = match wave_speeds(case, vessel, section, expected.mean) {
+            Ok(speeds) => format!(
+                "{:.2} m/s with the wall held along its axis (Bramwell and Hill), {:.2} m/s where it slides along itself",
+                speeds.held, speeds.sliding
+            ),
+            Err(error) => format!("unknown: {error}"),
+        };
+        format!(
+            "waves   in the {} under {:.0} mmHg: {speeds}\n",
+            section.name,
+            expected.mean / MMHG
+        )
+    };
+    whole.elastic_sections().map(line).collect()
+}
+
 /// How the user's meshes fit together.
 fn fit(case: &Case) -> Result<Fit, Failure> {
     let domain = Domain::new(case).map_err(|e| Failure::Input(e.to_string()))?;
@@ -355,6 +381,16 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
                 1e3 * radius,
                 radius / section.radius,
                 1e3 * shift
+            );
+        }
+    }
+    let tissue = vessel.surroundings.as_ref();
+    if tissue.is_some_and(|tissue| tissue.spring.is_some()) {
+        for (pressure, share) in wall.pressures.iter().zip(&wall.tissue_shares) {
+            text += &format!(
+                "  of {} the tissue around the wall carries {:.1} %\n",
+                mmhg(*pressure),
+                1e2 * share
             );
         }
     }

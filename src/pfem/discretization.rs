@@ -18,7 +18,7 @@ use super::space::shapes::Shapes;
 use super::supports::{self, Support, Supports};
 use crate::Vec3;
 use crate::case::Material;
-use crate::geometry::{HexMesh, WallDirections};
+use crate::geometry::{HexFace, HexMesh, WallDirections};
 use crate::quadrature::Rule;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -241,6 +241,21 @@ impl Discretization {
             .sum()
     }
 
+    /// Force (N) with which springs press the surface `name` inwards, summed over its area.
+    pub fn inward_spring_force(&self, name: &str, displacement: &[f64]) -> f64 {
+        let foundations = self.foundations.iter();
+        foundations
+            .map(|foundation| foundation.inward_force(name, &self.numbering, displacement))
+            .sum()
+    }
+
+    /// Springs whose state of rest was not known yet exert nothing where the body has this displacement (m, all coefficients).
+    pub fn set_tissue_at_rest(&mut self, displacement: &[f64]) {
+        let numbering = &self.numbering;
+        let foundations = self.foundations.iter_mut();
+        foundations.for_each(|foundation| foundation.set_at_rest(numbering, displacement));
+    }
+
     /// Strain energy of the body itself (J) with `points` Gauss points per direction; a fine rule keeps a nearly incompressible material
     /// from hiding errors of the volume between the points.
     pub fn energy(&self, displacement: &[f64], points: [usize; 3]) -> Result<f64, SolidError> {
@@ -443,10 +458,38 @@ impl Discretization {
         Ok(4.0 * f64::EPSILON * diagonal * self.element_size())
     }
 
+    /// Volume, m³.
+    pub fn volume(&self) -> f64 {
+        let points = self.elements.points.iter().flatten();
+        points.map(|point| point.weight).sum()
+    }
+
     /// Edge of a cube with the mean volume of an element, m.
     pub fn element_size(&self) -> f64 {
-        let weights = self.elements.points.iter().flatten().map(|p| p.weight);
-        (weights.sum::<f64>() / self.regions.len() as f64).cbrt()
+        (self.volume() / self.regions.len() as f64).cbrt()
+    }
+
+    /// The force (N) that a part of the boundary is held with: the sum of the internal forces, those of springs included, at a named surface.
+    ///
+    /// # Errors
+    /// If there is no such surface, or the displacement turns an element inside out.
+    pub fn resultant(
+        &self,
+        surface: &[(usize, HexFace)],
+        displacement: &[f64],
+    ) -> Result<Vec3, SolidError> {
+        let forces = self.internal_forces(displacement)?;
+        let on_faces = surface.iter().flat_map(|&(e, face)| {
+            let modes = supports::modes_on_face(&self.numbering, face);
+            modes.filter_map(move |m| {
+                // Only functions of vertices do not vanish in the sum of a constant.
+                let is_vertex = self.numbering.modes[m].iter().all(|&k| k <= 1);
+                self.numbering.of_element[e][m].filter(|_| is_vertex)
+            })
+        });
+        let functions: std::collections::BTreeSet<usize> = on_faces.collect();
+        let force = |f: usize| Vec3::new(forces[3 * f], forces[3 * f + 1], forces[3 * f + 2]);
+        Ok(functions.into_iter().map(force).sum())
     }
 }
 

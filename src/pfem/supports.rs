@@ -3,9 +3,11 @@
 use super::SolidError;
 use super::element::mapping::Mapping;
 use super::space::numbering::Numbering;
-use crate::case::{BloodVessel, InletEnd, TissueDirection, VesselEnd};
+use crate::case::{BloodVessel, GivenShape, InletEnd, TissueDirection, VesselEnd};
+use crate::curve::SpaceCurve;
 use crate::geometry::{HexFace, HexMesh};
 use crate::{Mat3, Vec3};
+use std::sync::Arc;
 
 /// Components of displacement that are held at all functions of a body.
 #[derive(Debug, Clone)]
@@ -31,30 +33,48 @@ pub enum Support {
 
 /// Springs and dampers between a surface and a surrounding at rest; see
 /// [`foundation`](super::element::foundation).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Foundation {
     /// Name of the surface.
     pub surface: String,
-    /// Stiffness of the springs per reference area, Pa/m, along x.
+    /// Stiffness of the springs per area in the state of rest, Pa/m, along the axis.
     pub spring: Profile,
     /// The same of the dampers, Pa s/m.
     pub damping: Profile,
     /// Which displacement they resist.
     pub direction: Direction,
+    /// The state in which springs exert nothing.
+    pub at_rest: AtRest,
+    /// The axis of `direction`; the x-axis if there is none.
+    pub axis: Option<Arc<SpaceCurve>>,
 }
 
 /// Which displacement springs and dampers resist.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Direction {
-    /// The distance from the x-axis, along which a vessel lies.
+    /// The distance from the axis of a vessel.
+    #[default]
     Radial,
-    /// The displacement around the x-axis, across the radius of the undeformed body.
+    /// The displacement around the axis, across the radius of the body at rest.
     Tangential,
+    /// The displacement along the axis.
+    Axial,
     /// All components alike.
     All,
 }
 
-/// A value that varies along the x-axis: given at some places (m, ascending), linear in between, constant before the
+/// The state in which springs exert nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AtRest {
+    /// The reference configuration.
+    #[default]
+    Reference,
+    /// One that is said later: see [`Structure::set_tissue_at_rest`](super::Structure::set_tissue_at_rest). Until then nothing is
+    /// exerted.
+    Loaded,
+}
+
+/// A value that varies along the axis: given at some places (m, ascending), linear in between, constant before the
 /// first and behind the last; zero without any.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Profile(pub Vec<(f64, f64)>);
@@ -90,8 +110,8 @@ pub fn sliding_radially(name: &str) -> [Support; 2] {
     let guide = Foundation {
         surface: name.into(),
         spring: Profile::constant(GUIDE),
-        damping: Profile::default(),
         direction: Direction::Tangential,
+        ..Foundation::default()
     };
     [sliding(name), Support::Foundation(guide)]
 }
@@ -101,13 +121,13 @@ pub fn on_springs(name: &str, spring: f64) -> Support {
     Support::Foundation(Foundation {
         surface: name.into(),
         spring: Profile::constant(spring),
-        damping: Profile::default(),
         direction: Direction::All,
+        ..Foundation::default()
     })
 }
 
-/// What holds the wall of a vessel: its ends, and the tissue around it.
-pub fn of_vessel(vessel: &BloodVessel) -> Vec<Support> {
+/// What holds the wall of a vessel with this centre-line: its ends, and the tissue around it.
+pub fn of_vessel(vessel: &BloodVessel, line: &SpaceCurve) -> Vec<Support> {
     if vessel.is_rigid() {
         // The lumen holds, and what is around it stays with it.
         return ["start", "inner", "end"]
@@ -126,21 +146,51 @@ pub fn of_vessel(vessel: &BloodVessel) -> Vec<Support> {
         VesselEnd::Radial => supports.extend(sliding_radially("end")),
         VesselEnd::Springs => supports.push(on_springs("end", spring)),
     }
-    if let Some(tissue) = &vessel.surroundings {
-        let (spring, damping) = (vessel.along(tissue.spring), vessel.along(tissue.damping));
-        if !spring.is_empty() || !damping.is_empty() {
-            supports.push(Support::Foundation(Foundation {
-                surface: "outer".into(),
-                spring: Profile(spring),
-                damping: Profile(damping),
-                direction: match tissue.direction.unwrap_or_default() {
-                    TissueDirection::Radial => Direction::Radial,
-                    TissueDirection::All => Direction::All,
-                },
-            }));
-        }
-    }
+    supports.extend(tissue(vessel, line).into_iter().map(Support::Foundation));
     supports
+}
+
+/// The springs and dampers around a vessel with this centre-line: of one direction, and of their own along the axis.
+pub fn tissue(vessel: &BloodVessel, line: &SpaceCurve) -> Vec<Foundation> {
+    let Some(tissue) = &vessel.surroundings else {
+        return Vec::new();
+    };
+    let axis = (!is_x_axis(line)).then(|| Arc::new(line.clone()));
+    let direction = match tissue.direction.unwrap_or_default() {
+        TissueDirection::Radial => Direction::Radial,
+        TissueDirection::Axial => Direction::Axial,
+        TissueDirection::All => Direction::All,
+    };
+    let kinds = [
+        (direction, tissue.spring, tissue.damping),
+        (Direction::Axial, tissue.axial_spring, tissue.axial_damping),
+    ];
+    let foundation = |(direction, spring, damping)| Foundation {
+        surface: "outer".into(),
+        spring: Profile(vessel.along(spring)),
+        damping: Profile(vessel.along(damping)),
+        direction,
+        at_rest: match tissue.at_rest.unwrap_or_default() {
+            GivenShape::Unloaded => AtRest::Reference,
+            GivenShape::Loaded => AtRest::Loaded,
+        },
+        axis: axis.clone(),
+    };
+    let all = kinds.into_iter().map(foundation);
+    let none = Profile::default();
+    all.filter(|tissue| tissue.spring != none || tissue.damping != none)
+        .collect()
+}
+
+/// Whether the elastic part of a vessel, from the arc length 0 on, lies on the x-axis.
+fn is_x_axis(line: &SpaceCurve) -> bool {
+    let knots: Vec<f64> = line.knots().into_iter().filter(|s| *s >= 0.0).collect();
+    let middles = knots.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    let mut places = middles.chain(knots.iter().copied());
+    places.all(|s| {
+        let frame = line.frame(s);
+        frame.tangent == Vec3::x() && frame.origin == Vec3::new(s, 0.0, 0.0)
+    })
 }
 
 /// Pressure (Pa) on the outer surface of a vessel, along x.

@@ -40,6 +40,7 @@ mod solid_static;
 mod solid_support;
 mod tissue;
 mod transfer;
+mod unloaded_tubes;
 mod vessel;
 mod vessel_files;
 mod windkessel;

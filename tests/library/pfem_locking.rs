@@ -43,6 +43,7 @@ fn inflate(
     let surface = Surface::new(&body.numbering, &body.space, &body.mapping, faces, p + 1).unwrap();
     let points = surface.points.len();
     let load = Load::Surface {
+        before: None,
         surface: &surface,
         values: SurfaceLoad::uniform_pressure(pressure, points),
         kind: LoadKind::Follower,

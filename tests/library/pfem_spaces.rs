@@ -162,6 +162,7 @@ fn tangent_is_the_derivative_of_the_forces_and_symmetric() {
             spring: Profile(vec![(0.0, 1e12), (3e-3, 3e12)]),
             damping: Profile::default(),
             direction: Direction::Radial,
+            ..Foundation::default()
         }),
     ];
     let choices = KINDS

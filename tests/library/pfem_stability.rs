@@ -37,6 +37,7 @@ fn inflate(body: &Discretization, pressure: f64, at_bifurcation: AtBifurcation) 
     let surface = Surface::new(&body.numbering, &body.space, &body.mapping, faces, 8).unwrap();
     let points = surface.points.len();
     let load = Load::Surface {
+        before: None,
         surface: &surface,
         values: SurfaceLoad::uniform_pressure(pressure, points),
         kind: LoadKind::Follower,

@@ -63,6 +63,7 @@ fn inflate_with(
     let surface = Surface::new(&body.numbering, &space, &body.mapping, faces, points).unwrap();
     let n = surface.points.len();
     let load = Load::Surface {
+        before: None,
         surface: &surface,
         values: SurfaceLoad::uniform_pressure(pressure, n),
         kind,

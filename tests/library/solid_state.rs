@@ -83,6 +83,7 @@ fn stretched_tubes_in_springs_meet_the_semi_analytic_solution() {
         axial_stretch: 1.0,
         outer_pressure: 0.0,
         spring: 0.0,
+        rest: None,
     };
     let mut largest: f64 = 0.0;
     for (i, (radius, layers)) in tubes.iter().enumerate() {
@@ -227,6 +228,7 @@ fn the_curve_begins_with_the_stretched_tube() {
         axial_stretch: 1.2,
         outer_pressure: 0.0,
         spring: 0.0,
+        rest: None,
     };
     let tube = Tube::new(&(text(2e-3, &layers, "mixed") + &loaded(&loading)));
     tube.solve();
@@ -277,6 +279,7 @@ fn ends_that_slide_radially_leave_a_tube_in_plane_strain() {
         axial_stretch: 1.2,
         outer_pressure: 0.0,
         spring: 0.0,
+        rest: None,
     };
     let file = text(2e-3, &layers, "mixed") + &loaded(&loading);
     let summary = Tube::new(&file.replace("[supports]", "[supports]\nends = \"radial\"")).solve();

@@ -317,7 +317,7 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("[[vessel.material]]", "[[vessel.region]]\nname = \"distal\"\nfrom_m = 0.01\nto_m = 0.02\n[[vessel.material]]", "vessel.region[0].name", "a section or another region has this name"),
     ("extends", "initial.axial_stretch = 1.1\nextends", "initial.axial_stretch", "keeps its length"),
     ("extends", "geometry.graft_length_m = 0.03\nextends", "geometry.graft_length_m", "a case with the table [vessel] has no such key"),
-    ("extends", "surroundings.spring_Pa_m = 1e6\nextends", "surroundings.spring_Pa_m", "surroundings.direction = \"all\""),
+    ("extends", "surroundings.axial_spring_Pa_m = 1e6\nsurroundings.direction = \"all\"\nextends", "surroundings.axial_spring_Pa_m", "resists displacements along the axis already"),
 ];
 
 /// Centre-lines that are none.

@@ -143,8 +143,10 @@ pub struct Loading {
     pub axial_stretch: f64,
     /// Pressure outside, Pa.
     pub outer_pressure: f64,
-    /// Springs outside, Pa/m of the reference area.
+    /// Springs outside, Pa/m of the reference area, or of the area where they are at rest.
     pub spring: f64,
+    /// Displacement (m) of the outer surface with which they are at rest in a stretched tube, if that is not the unloaded one.
+    pub rest: Option<f64>,
 }
 
 /// Inflates a tube of layers `(thickness, material)` from the inner radius outward by `pressure`, in plane strain.
@@ -160,6 +162,7 @@ pub fn inflate(
         axial_stretch: 1.0,
         outer_pressure: 0.0,
         spring: 0.0,
+        rest: None,
     };
     solve(inner_radius, layers, &loading)
 }
@@ -171,6 +174,7 @@ pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -
         follower,
         outer_pressure,
         spring,
+        rest,
         ..
     } = *loading;
     let nodes: Vec<f64> = (0..=DEGREE)
@@ -258,8 +262,15 @@ pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -
                     residual[place] -= p * circumference * radius;
                 }
             }
-            let held = spring * circumference * outer_radius;
-            residual[unknowns - 1] += held * u[unknowns - 1];
+            let (at_rest, area) = match rest {
+                None => (0.0, circumference * outer_radius),
+                Some(rest) => (
+                    rest,
+                    circumference * (outer_radius + rest) * loading.axial_stretch,
+                ),
+            };
+            let held = spring * area;
+            residual[unknowns - 1] += held * (u[unknowns - 1] - share * at_rest);
             stiffness[(unknowns - 1, unknowns - 1)] += held;
             let change = stiffness.lu().solve(&residual).expect("regular");
             u -= &change;
@@ -276,4 +287,55 @@ pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -
         energy: evaluate(&u, loading.axial_stretch).0,
         displacement: places,
     }
+}
+
+/// The unloaded inner radius (m) and layers of a tube whose inner radius and layers `(thickness, material)` are these under a
+/// loading, without springs.
+pub fn unload(
+    inner_radius: f64,
+    layers: &[(f64, Material)],
+    loading: &Loading,
+) -> (f64, Vec<(f64, Material)>) {
+    let mut given = vec![inner_radius];
+    layers
+        .iter()
+        .for_each(|(t, _)| given.push(given[given.len() - 1] + t));
+    let layers_of = |radii: &DVector<f64>| -> Vec<(f64, Material)> {
+        let pairs = layers.iter().enumerate();
+        pairs
+            .map(|(k, (_, material))| (radii[k + 1] - radii[k], material.clone()))
+            .collect()
+    };
+    let loaded = |radii: &DVector<f64>| {
+        let tube = solve(radii[0], &layers_of(radii), loading);
+        DVector::from_fn(radii.len(), |k, _| {
+            radii[k] + tube.displacement[k] - given[k]
+        })
+    };
+    // A tube of nearly the same volume that is three quarters as wide, then Newton's method with differences.
+    let volume = |k: usize| given[k].powi(2) - inner_radius.powi(2);
+    let wide =
+        |k: usize| ((0.75 * inner_radius).powi(2) + loading.axial_stretch * volume(k)).sqrt();
+    let mut radii = DVector::from_fn(given.len(), |k, _| wide(k));
+    for iteration in 0.. {
+        assert!(iteration < 50, "the radial reference is not unloaded");
+        let error = loaded(&radii);
+        let step = 1e-7 * inner_radius;
+        let columns: Vec<DVector<f64>> = (0..radii.len())
+            .map(|k| {
+                let mut moved = radii.clone();
+                moved[k] += step;
+                (loaded(&moved) - &error) / step
+            })
+            .collect();
+        let change = (DMatrix::from_columns(&columns).lu())
+            .solve(&error)
+            .expect("regular");
+        let share = f64::min(1.0, 0.05 * inner_radius / change.amax());
+        radii -= share * &change;
+        if change.amax() < 1e-10 * inner_radius {
+            break;
+        }
+    }
+    (radii[0], layers_of(&radii))
 }

@@ -44,6 +44,7 @@ mod simulation;
 mod study;
 mod tables;
 mod terminal;
+mod tethered_wave;
 mod tutorials;
 mod validation;
 mod vessel;

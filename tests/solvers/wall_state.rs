@@ -106,6 +106,43 @@ fn a_wall_that_is_given_loaded_begins_in_its_given_shape_with_both_fluids() {
     assert_same_run(&resumed, &straight);
 }
 
+/// Tissue that is at rest in the given shape, across and along, each with its own stiffness.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_wall_in_tissue_that_rests_in_its_given_shape_stays_there_and_is_resumed_exactly() {
+    let folder = tempfile::tempdir().unwrap();
+    let tissue = [
+        "initial.shape=loaded",
+        "initial.pressure_Pa=1e4",
+        "surroundings.at_rest=loaded",
+        "surroundings.axial_spring_Pa_m=1e8",
+        "surroundings.axial_damping_Pa_s_m=1e3",
+    ];
+    for (name, fluid) in [("native", &NATIVE[..]), ("openfoam", &[])] {
+        let out = folder.path().join(name);
+        complete(run(&out, 3, &[&STILL, &tissue, fluid]));
+        let moved = column(&out, "max_displacement_m");
+        assert!(moved.iter().all(|u| *u < 1e-10), "{name}: {moved:?}");
+    }
+    // From another pressure than that of the given shape, with blood that flows.
+    let higher = ["windkessel.initial_pressure_Pa=1.2e4"];
+    let [straight, resumed] = ["straight", "resumed"].map(|kind| folder.path().join(kind));
+    let state = unless_set(&STATE, &higher);
+    let run = |out: &Path, steps: usize, more: &[&[&str]]| {
+        driver(
+            out,
+            steps,
+            &[&state[..], &NATIVE, &tissue, &higher, &more.concat()].concat(),
+        )
+    };
+    complete(run(&straight, 4, &[]));
+    complete(run(&resumed, 2, &[]));
+    complete(run(&resumed, 4, &[&["--resume"]]));
+    assert_same_run(&resumed, &straight);
+    let moved = column(&straight, "max_displacement_m");
+    assert!(moved[0] > 1e-5, "{moved:?}");
+}
+
 /// Displacement of a point of the outlet's rim along the vessel and across after four steps, with what moves freely there.
 fn outlet_rim(out: &Path, end: &str, fluid: &[&str]) -> [f64; 2] {
     let probe = "output.probes_m=[[0.06, 3.2e-3, 0.0]]";
@@ -211,7 +248,18 @@ fn bad_values_of_the_wall_state_are_refused() {
         ("surroundings.spring_Pa_m=-1.0", "a number from 0.0"),
         ("surroundings.damping_Pa_s_m=-1.0", "a number from 0.0"),
         ("surroundings.pressure_Pa=1e9", "a number from -1e6 to 1e6"),
-        ("surroundings.direction=along", "\"radial\", \"all\""),
+        (
+            "surroundings.direction=along",
+            "\"radial\", \"axial\", \"all\"",
+        ),
+        (
+            "surroundings.at_rest=loaded",
+            "write initial.start = \"equilibrium\"",
+        ),
+        (
+            "initial.pressure_Pa=1e4",
+            "the pressure in a given shape that is loaded",
+        ),
         (
             "initial.shape=loaded",
             "write initial.start = \"equilibrium\"",

@@ -3,8 +3,8 @@
 use super::{Report, material};
 use crate::Vec3;
 use crate::case::{
-    BloodVessel, CurvePiece, Feature, GivenShape, InletEnd, RIGID_SHARE, TissueDirection,
-    VesselDescription, VesselEnd,
+    BloodVessel, CurvePiece, Feature, GivenShape, InletEnd, RIGID_SHARE, VesselDescription,
+    VesselEnd,
 };
 use crate::curve::SpaceCurve;
 
@@ -399,6 +399,14 @@ fn of_yielding_ones(vessel: &BloodVessel, report: &mut Report<'_>) {
             tissue.is_some_and(|tissue| tissue.damping.is_some()),
         ),
         (
+            "surroundings.axial_spring_Pa_m",
+            tissue.is_some_and(|tissue| tissue.axial_spring.is_some()),
+        ),
+        (
+            "surroundings.axial_damping_Pa_s_m",
+            tissue.is_some_and(|tissue| tissue.axial_damping.is_some()),
+        ),
+        (
             "surroundings.pressure_Pa",
             tissue.is_some_and(|tissue| tissue.pressure.is_some()),
         ),
@@ -437,27 +445,6 @@ fn of_straight_ones(vessel: &BloodVessel, keys: &VesselDescription, report: &mut
         ),
         format!("{STRAIGHT}; the ends of this one are \"clamped\", or the outlet on \"springs\""),
     );
-    if let Some(tissue) = &vessel.surroundings {
-        report(
-            &["surroundings.stations_m"],
-            !tissue.stations.is_empty(),
-            format!(
-                "{STRAIGHT}; around this one the tissue is the same everywhere: leave the stations out"
-            ),
-        );
-        let radial = tissue.direction.unwrap_or_default() == TissueDirection::Radial;
-        let key = match tissue.spring {
-            Some(_) => "surroundings.spring_Pa_m",
-            None => "surroundings.damping_Pa_s_m",
-        };
-        report(
-            &[key],
-            radial && (tissue.spring.is_some() || tissue.damping.is_some()),
-            format!(
-                "radial tissue {STRAIGHT}; around this one it resists all displacements: surroundings.direction = \"all\""
-            ),
-        );
-    }
 }
 
 /// Sections, features and the wall on the curve.

@@ -2,7 +2,8 @@
 
 use super::{Report, anastomosis, described, openings};
 use crate::case::{
-    BloodVessel, Case, GivenShape, InletCondition, InletEnd, Shape, Start, VesselEnd,
+    BloodVessel, Case, GivenShape, InletCondition, InletEnd, Shape, Start, TissueDirection,
+    VesselEnd,
 };
 
 pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
@@ -17,7 +18,15 @@ pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) 
         &["initial.shape", "initial.start"],
         vessel.given_shape() == GivenShape::Loaded && vessel.start() != Start::Equilibrium,
         "a shape that is given under pressure needs a start under that pressure: write initial.start = \"equilibrium\", and \
-         the pressure into windkessel.initial_pressure_Pa"
+         that pressure into initial.pressure_Pa"
+            .into(),
+    );
+    report(
+        &["initial.pressure_Pa", "initial.shape"],
+        vessel.given_shape() != GivenShape::Loaded
+            && vessel.initial.as_ref().is_some_and(|initial| initial.pressure.is_some()),
+        "this is the pressure in a given shape that is loaded: write initial.shape = \"loaded\", or leave it out; the pressure \
+         with which time begins is windkessel.initial_pressure_Pa"
             .into(),
     );
     if let Some(degree) = case.structure.p_geometry {
@@ -64,6 +73,30 @@ fn surroundings(vessel: &BloodVessel, report: &mut Report<'_>) {
         &["surroundings.shares"],
         shares.iter().any(|share| *share < 0.0),
         "expected no negative share: springs that push would be no tissue".into(),
+    );
+    let resists_axially = tissue.direction.unwrap_or_default() != TissueDirection::Radial;
+    for (key, is_given) in [
+        (
+            "surroundings.axial_spring_Pa_m",
+            tissue.axial_spring.is_some(),
+        ),
+        (
+            "surroundings.axial_damping_Pa_s_m",
+            tissue.axial_damping.is_some(),
+        ),
+    ] {
+        report(
+            &[key, "surroundings.direction"],
+            is_given && resists_axially,
+            "tissue of this direction resists displacements along the axis already: write surroundings.direction = \"radial\", or \
+             leave this out"
+                .into(),
+        );
+    }
+    report(
+        &["surroundings.at_rest", "initial.start"],
+        vessel.tissue_rests_loaded() && vessel.start() != Start::Equilibrium,
+        "tissue can be at rest in the loaded wall only where time begins with one: write initial.start = \"equilibrium\"".into(),
     );
 }
 

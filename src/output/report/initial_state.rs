@@ -61,6 +61,10 @@ fn state(run: &Results, vessel: &BloodVessel) -> String {
     ];
     if let Some(unloading) = unloading(run) {
         rows.push(vec![
+            "pressure inside in the given shape".into(),
+            format!("{:.1} Pa", unloading.pressure_Pa),
+        ]);
+        rows.push(vec![
             "iterations for the unloaded shape, the given one being the loaded one".into(),
             unloading.iterations.to_string(),
         ]);

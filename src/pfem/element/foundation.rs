@@ -1,20 +1,21 @@
 //! Springs and dampers between a part of the boundary and a surrounding at rest: a Winkler foundation.
 //!
-//! Per reference area they exert the traction `t = -(k u + c v)` on the body in all directions, around the x-axis (across
-//! the radius of the undeformed body), or along the radius of a vessel around the x-axis: with the distance `r` from the axis, `R` before, and the direction `e` away from it,
+//! They count from a state of rest of the body: the reference configuration, or another one that is known once the body is in
+//! equilibrium there. With the displacement `u` from that state, per area in that state, they exert the traction
+//! `t = -(k u + c v)` in all directions, along the vessel's axis, around it (across the radius at rest), or along the radius: with
+//! the distance `r` from the axis, `R` at rest, the axis' direction `t` and the direction `e` away from it,
 //! ```text
 //! energy     k/2 (r - R)²,
 //! traction   -k (r - R) e,
-//! tangent    k (e ⊗ e + (1 - R/r) a ⊗ a),       a = e_x × e
+//! tangent    k (e ⊗ e + (1 - R/r) a ⊗ a),       a = t × e
 //! ```
-//! The direction turns with the point: springs that kept theirs would let a wall under pressure slip around the axis, for
-//! the distance along a fixed direction shrinks as a point turns away from it. Dampers act along the direction before,
-//! `-c (v · e_0) e_0` (after Moireau et al., *External tissue support and fluid-structure simulation in blood flows*,
-//! Biomech. Model. Mechanobiol. 11, 2012).
+//! The axis is the x-axis, or the line that touches a curved centre-line beside the point at rest. The direction turns with the
+//! point: springs that kept theirs would let a wall under pressure slip around the axis, for the distance along a fixed direction
+//! shrinks as a point turns away from it. Dampers act along the direction at rest, `-c (v · e_0) e_0` (after Moireau et al.,
+//! *External tissue support and fluid-structure simulation in blood flows*, Biomech. Model. Mechanobiol. 11, 2012).
 
 use super::super::SolidError;
-use super::super::solid::SurfacePoint;
-use super::super::supports::{Direction, Foundation as Described};
+use super::super::supports::{AtRest, Direction, Foundation as Described};
 use super::PAIRS;
 use super::mapping::Mapping;
 use super::surface::Surface;
@@ -28,17 +29,68 @@ use crate::{Mat3, Vec3};
 pub struct Foundation {
     surface: Surface,
     described: Described,
-    /// `k` times area, N/m, at each point.
+    /// `k` and `c` at the points, Pa/m and Pa s/m.
+    strength: Vec<[f64; 2]>,
+    /// The state of rest; `None` as long as it is not known: then nothing is exerted.
+    rest: Option<Rest>,
+}
+
+/// The state in which springs exert nothing, at the points of the surface.
+#[derive(Debug, Clone)]
+struct Rest {
+    /// Displacement from the reference configuration, m; none where it is that one.
+    displacement: Option<Vec<Vec3>>,
+    places: Vec<Place>,
+    /// `k` times area, N/m.
     springs: Vec<f64>,
-    /// `c` times area and directions, N s/m, at each point.
+    /// `c` times area and directions, N s/m.
     dampers: Vec<Mat3>,
 }
 
-/// Distance of a point from the x-axis, m, and the direction away from it.
-fn radius(x: &Vec3) -> (f64, Vec3) {
-    let off = Vec3::new(0.0, x.y, x.z);
-    let distance = off.norm();
-    (distance, off / distance)
+/// A point at rest, and the axis beside it.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    position: Vec3,
+    /// A point of the axis and its direction.
+    foot: Vec3,
+    tangent: Vec3,
+}
+
+impl Place {
+    /// The axis beside a point at rest.
+    fn new(described: &Described, position: Vec3) -> Self {
+        let (foot, tangent) = match &described.axis {
+            None => (Vec3::zeros(), Vec3::x()),
+            Some(line) => {
+                let frame = line.beside(&position).frame;
+                (frame.origin, frame.tangent)
+            }
+        };
+        Self {
+            position,
+            foot,
+            tangent,
+        }
+    }
+
+    /// Distance of a point from the axis, m, and the direction away from it.
+    fn radius(&self, x: &Vec3) -> (f64, Vec3) {
+        let arm = x - self.foot;
+        let off = arm - self.tangent * self.tangent.dot(&arm);
+        let distance = off.norm();
+        (distance, off / distance)
+    }
+
+    /// The projection onto the directions that are resisted at rest.
+    fn held_directions(&self, direction: Direction) -> Mat3 {
+        let onto = |v: Vec3| v * v.transpose();
+        match direction {
+            Direction::All => Mat3::identity(),
+            Direction::Axial => onto(self.tangent),
+            Direction::Radial => onto(self.radius(&self.position).1),
+            Direction::Tangential => onto(self.tangent.cross(&self.radius(&self.position).1)),
+        }
+    }
 }
 
 impl Foundation {
@@ -53,19 +105,59 @@ impl Foundation {
     ) -> Result<Self, SolidError> {
         let surface = Surface::new(numbering, space, mapping, faces, points)?;
         let given = Surface::new(numbering, space, mapping.given(), faces, points)?;
-        let places = given.points.iter().map(|point| point.position.x);
-        let pairs = || surface.points.iter().zip(places.clone());
-        let damper = |(point, x): (&SurfacePoint, f64)| {
-            let directions = held_directions(described.direction, &point.position);
-            directions * (described.damping.at(x) * point.area)
-        };
-        let spring = |(point, x): (&SurfacePoint, f64)| described.spring.at(x) * point.area;
-        Ok(Self {
-            springs: pairs().map(spring).collect(),
-            dampers: pairs().map(damper).collect(),
-            described: described.clone(),
+        let strength = given.points.iter().map(|point| {
+            let at = match &described.axis {
+                None => point.position.x,
+                Some(line) => line.beside(&point.position).s,
+            };
+            [described.spring.at(at), described.damping.at(at)]
+        });
+        let strength = strength.collect();
+        Ok(Self::with(surface, strength, described.clone()))
+    }
+
+    fn with(surface: Surface, strength: Vec<[f64; 2]>, described: Described) -> Self {
+        let mut foundation = Self {
             surface,
-        })
+            described,
+            strength,
+            rest: None,
+        };
+        if foundation.described.at_rest == AtRest::Reference {
+            let points = foundation.surface.points.iter();
+            let (places, areas) = points.map(|p| (p.position, p.area)).unzip();
+            foundation.rest = Some(foundation.rest(None, places, areas));
+        }
+        foundation
+    }
+
+    fn rest(&self, displacement: Option<Vec<Vec3>>, at: Vec<Vec3>, areas: Vec<f64>) -> Rest {
+        let place = |position| Place::new(&self.described, position);
+        let places: Vec<Place> = at.into_iter().map(place).collect();
+        let strength = || self.strength.iter().zip(&areas);
+        let direction = self.described.direction;
+        let dampers = strength().zip(&places);
+        let dampers =
+            dampers.map(|(([_, c], area), place)| place.held_directions(direction) * (c * area));
+        Rest {
+            displacement,
+            springs: strength().map(|([k, _], area)| k * area).collect(),
+            dampers: dampers.collect(),
+            places,
+        }
+    }
+
+    /// Springs whose state of rest was not known yet exert nothing where the body has this displacement (m, all coefficients).
+    pub fn set_at_rest(&mut self, numbering: &Numbering, displacement: &[f64]) {
+        if self.described.at_rest == AtRest::Reference {
+            return;
+        }
+        let moved = self.surface.values(numbering, displacement);
+        let points = self.surface.points.iter().zip(&moved);
+        let places = points.map(|(point, u)| point.position + u).collect();
+        let areas = self.surface.deformed_areas(numbering, displacement);
+        let areas = areas.iter().map(Vec3::norm).collect();
+        self.rest = Some(self.rest(Some(moved), places, areas));
     }
 
     /// The same around a body of another shape, before or after a displacement.
@@ -75,23 +167,52 @@ impl Foundation {
         space: &Space,
         mapping: &Mapping,
     ) -> Result<Self, SolidError> {
-        let (faces, points) = (&self.surface.faces, self.surface.points_along());
-        Self::new(numbering, space, mapping, faces, points, &self.described)
+        let surface = self.surface.reshaped(numbering, space, mapping)?;
+        let (strength, described) = (self.strength.clone(), self.described.clone());
+        Ok(Self::with(surface, strength, described))
     }
 
     /// Whether it resists a velocity.
     pub fn damps(&self) -> bool {
-        self.dampers.iter().any(|tensor| *tensor != Mat3::zeros())
+        let dampers = self.rest.iter().flat_map(|rest| &rest.dampers);
+        dampers.into_iter().any(|tensor| *tensor != Mat3::zeros())
     }
 
     /// Places (m) and directions that springs hold, as projections onto them.
     pub fn held(&self) -> impl Iterator<Item = (Vec3, Mat3)> + '_ {
-        let points = self.surface.points.iter().zip(&self.springs);
+        let rest = self.rest.iter();
+        let points = rest.flat_map(|rest| rest.places.iter().zip(&rest.springs));
         let stiff = points.filter(|(_, spring)| **spring > 0.0);
-        stiff.map(|(point, _)| {
-            let x = point.position;
-            (x, held_directions(self.described.direction, &x))
-        })
+        let direction = self.described.direction;
+        stiff.map(move |(place, _)| (place.position, place.held_directions(direction)))
+    }
+
+    /// Displacement from the state of rest at the points, m.
+    fn from_rest(&self, rest: &Rest, numbering: &Numbering, displacement: &[f64]) -> Vec<Vec3> {
+        let mut values = self.surface.values(numbering, displacement);
+        let before = rest.displacement.iter().flatten();
+        (values.iter_mut().zip(before)).for_each(|(u, before)| *u -= before);
+        values
+    }
+
+    /// Resistance of the springs at the points, N; none without a state of rest.
+    fn resistance(&self, numbering: &Numbering, displacement: &[f64]) -> Vec<Vec3> {
+        let Some(rest) = &self.rest else {
+            return Vec::new();
+        };
+        let values = self.from_rest(rest, numbering, displacement);
+        let points = rest.places.iter().zip(values).zip(&rest.springs);
+        let resistance = points.map(|((place, u), spring)| match self.described.direction {
+            Direction::All | Direction::Axial | Direction::Tangential => {
+                place.held_directions(self.described.direction) * u * *spring
+            }
+            Direction::Radial => {
+                let before = place.radius(&place.position).0;
+                let (now, e) = place.radius(&(place.position + u));
+                e * (spring * (now - before))
+            }
+        });
+        resistance.collect()
     }
 
     /// Adds the resistance of the springs, N, to `forces`.
@@ -101,26 +222,28 @@ impl Foundation {
         displacement: &[f64],
         forces: &mut [f64],
     ) {
-        let values = self.surface.values(numbering, displacement);
-        let points = self.surface.points.iter().zip(values).zip(&self.springs);
-        let resistance = points.map(|((point, u), spring)| match self.described.direction {
-            Direction::All | Direction::Tangential => {
-                held_directions(self.described.direction, &point.position) * u * *spring
-            }
-            Direction::Radial => {
-                let (before, (now, e)) = (radius(&point.position).0, radius(&(point.position + u)));
-                e * (spring * (now - before))
-            }
-        });
-        let resistance: Vec<Vec3> = resistance.collect();
+        let resistance = self.resistance(numbering, displacement);
         self.surface
             .add_point_forces(numbering, &resistance, forces);
     }
 
+    /// Force (N) with which the springs of the surface `name` press it inwards, summed over the points; zero of another surface.
+    pub fn inward_force(&self, name: &str, numbering: &Numbering, displacement: &[f64]) -> f64 {
+        if self.described.surface != name {
+            return 0.0;
+        }
+        let resistance = self.resistance(numbering, displacement);
+        let pairs = resistance.iter().zip(&self.surface.points);
+        pairs.map(|(force, point)| force.dot(&point.normal)).sum()
+    }
+
     /// Adds the resistance of the dampers, N, to `forces`.
     pub fn add_damper_forces(&self, numbering: &Numbering, velocity: &[f64], forces: &mut [f64]) {
+        let Some(rest) = &self.rest else {
+            return;
+        };
         let values = self.surface.values(numbering, velocity);
-        let pairs = self.dampers.iter().zip(values);
+        let pairs = rest.dampers.iter().zip(values);
         let resistance: Vec<Vec3> = pairs.map(|(tensor, v)| tensor * v).collect();
         self.surface
             .add_point_forces(numbering, &resistance, forces);
@@ -128,15 +251,20 @@ impl Foundation {
 
     /// Energy of the springs, J.
     pub fn energy(&self, numbering: &Numbering, displacement: &[f64]) -> f64 {
-        let values = self.surface.values(numbering, displacement);
-        let points = self.surface.points.iter().zip(values).zip(&self.springs);
-        let energy = points.map(|((point, u), spring)| {
+        let Some(rest) = &self.rest else {
+            return 0.0;
+        };
+        let values = self.from_rest(rest, numbering, displacement);
+        let points = rest.places.iter().zip(values).zip(&rest.springs);
+        let energy = points.map(|((place, u), spring)| {
             let squared = match self.described.direction {
-                Direction::All | Direction::Tangential => {
-                    (held_directions(self.described.direction, &point.position) * u).norm_squared()
+                Direction::All | Direction::Axial | Direction::Tangential => {
+                    (place.held_directions(self.described.direction) * u).norm_squared()
                 }
                 Direction::Radial => {
-                    (radius(&(point.position + u)).0 - radius(&point.position).0).powi(2)
+                    let [now, before] =
+                        [place.position + u, place.position].map(|x| place.radius(&x).0);
+                    (now - before).powi(2)
                 }
             };
             0.5 * spring * squared
@@ -144,21 +272,25 @@ impl Foundation {
         energy.sum()
     }
 
-    /// Derivative of the resistance by the displacement at each point, N/m; `slope` is that of the velocity, 1/s.
+    /// Derivative of the resistance by the displacement at each point, N/m; `slope` is that of the velocity, 1/s. None without a
+    /// state of rest.
     pub fn tangents(&self, numbering: &Numbering, displacement: &[f64], slope: f64) -> Vec<Mat3> {
-        let values = self.surface.values(numbering, displacement);
-        let points = self.surface.points.iter().zip(values);
-        let tangents = points.zip(&self.springs).zip(&self.dampers);
+        let Some(rest) = &self.rest else {
+            return Vec::new();
+        };
+        let values = self.from_rest(rest, numbering, displacement);
+        let points = rest.places.iter().zip(values);
+        let tangents = points.zip(&rest.springs).zip(&rest.dampers);
         tangents
-            .map(|(((point, u), spring), damper)| {
+            .map(|(((place, u), spring), damper)| {
                 let springs = match self.described.direction {
-                    Direction::All | Direction::Tangential => {
-                        held_directions(self.described.direction, &point.position)
+                    Direction::All | Direction::Axial | Direction::Tangential => {
+                        place.held_directions(self.described.direction)
                     }
                     Direction::Radial => {
-                        let before = radius(&point.position).0;
-                        let (now, e) = radius(&(point.position + u));
-                        let around = Vec3::x().cross(&e);
+                        let before = place.radius(&place.position).0;
+                        let (now, e) = place.radius(&(place.position + u));
+                        let around = place.tangent.cross(&e);
                         e * e.transpose() + around * around.transpose() * (1.0 - before / now)
                     }
                 };
@@ -176,6 +308,9 @@ impl Foundation {
         modes: usize,
         blocks: &mut [f64],
     ) {
+        if tangents.is_empty() {
+            return;
+        }
         self.surface.visit(element, |point, functions| {
             for (pair, (i, k)) in PAIRS.into_iter().enumerate() {
                 let block = &mut blocks[pair * modes * modes..(pair + 1) * modes * modes];
@@ -187,20 +322,5 @@ impl Foundation {
                 }
             }
         });
-    }
-}
-
-/// The projection onto the directions that are resisted at a point of the undeformed body.
-fn held_directions(direction: Direction, x: &Vec3) -> Mat3 {
-    match direction {
-        Direction::All => Mat3::identity(),
-        Direction::Radial => {
-            let e = radius(x).1;
-            e * e.transpose()
-        }
-        Direction::Tangential => {
-            let around = Vec3::x().cross(&radius(x).1);
-            around * around.transpose()
-        }
     }
 }

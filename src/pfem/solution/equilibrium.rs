@@ -1,4 +1,7 @@
 //! The static equilibrium in which a structure can be when time begins.
+//!
+//! Where tissue is at rest in a loaded state, that state is an equilibrium which is known: a wall is led from there to other
+//! pressures, not from its unloaded shape, which the tissue would pull open.
 
 use super::super::SolidError;
 use super::super::element::surface::{LoadKind, Surface};
@@ -6,6 +9,16 @@ use super::super::solid::SurfaceLoad;
 use super::statics::{self, Load, StaticOptions};
 use super::structure::{State, Structure};
 use super::unloaded;
+use crate::Vec3;
+use std::sync::Arc;
+
+/// The equilibrium in which the tissue around a wall exerts nothing.
+pub(super) struct TissueAtRest {
+    /// Pressure inside, Pa.
+    pressure: f64,
+    /// Displacement coefficients, m.
+    displacement: Vec<f64>,
+}
 
 impl Structure {
     /// Displacement coefficients in static equilibrium under a pressure (Pa) on the wet surface and the one outside, after
@@ -22,11 +35,19 @@ impl Structure {
         if let Some(bifurcation) = found.bifurcation {
             return Err(SolidError::NoEquilibrium(format!(
                 "it loses its stability and moves aside at {:.2} kPa of {:.2} kPa",
-                1e-3 * bifurcation.factor * pressure,
+                1e-3 * self.pressure_at(bifurcation.factor, pressure),
                 1e-3 * pressure
             )));
         }
         Ok(found.displacement)
+    }
+
+    /// The pressure (Pa) inside at a factor of the load on the way of [`inflate`](Self::inflate) to a pressure.
+    pub fn pressure_at(&self, factor: f64, pressure: f64) -> f64 {
+        match &self.tissue {
+            None => factor * pressure,
+            Some(rest) => rest.pressure + factor * (pressure - rest.pressure),
+        }
     }
 
     /// The same as far as it is stable.
@@ -40,13 +61,11 @@ impl Structure {
         options: &StaticOptions,
     ) -> Result<statics::Equilibrated, SolidError> {
         let body = self.body();
-        let loads: Vec<Load> = (self.pressures(pressure).into_iter())
-            .map(|(surface, values)| Load::Surface {
-                surface,
-                values,
-                kind: LoadKind::Follower,
-            })
-            .collect();
+        let rest = self.tissue.as_ref();
+        let loads = self.loads(pressure, rest);
+        if let Some(rest) = rest {
+            return statics::solve_onto(body, rest.displacement.clone(), &loads, options);
+        }
         let unloaded = match moved {
             None => vec![0.0; body.coefficients()],
             Some(guess) => {
@@ -60,14 +79,78 @@ impl Structure {
         statics::solve_onto(body, unloaded, &loads, options)
     }
 
-    /// The pressure (Pa) on the wet surface and the one outside, if they are not zero.
-    fn pressures(&self, pressure: f64) -> Vec<(&Surface, SurfaceLoad)> {
+    /// The same by Newton's method from a `start` nearby, whose held coefficients are kept: stable or not.
+    ///
+    /// # Errors
+    /// If none is found.
+    pub fn equilibrium_from(&self, pressure: f64, start: Vec<f64>) -> Result<Vec<f64>, SolidError> {
+        let loads = self.loads(pressure, None);
+        let found = statics::solve_from(self.body(), &loads, start, &StaticOptions::default())?;
+        Ok(found.displacement)
+    }
+
+    /// Area of the wet surface at a displacement, m².
+    pub fn wet_area(&self, displacement: &[f64]) -> f64 {
+        let areas = (self.wet_surface()).deformed_areas(&self.body().numbering, displacement);
+        areas.iter().map(Vec3::norm).sum()
+    }
+
+    /// [`Self::pressures`] as loads.
+    fn loads(&self, pressure: f64, rest: Option<&TissueAtRest>) -> Vec<Load<'_>> {
+        let pressures = self.pressures(pressure, rest).into_iter();
+        pressures
+            .map(|(surface, values, before)| Load::Surface {
+                surface,
+                before,
+                values,
+                kind: LoadKind::Follower,
+            })
+            .collect()
+    }
+
+    /// The pressure (Pa) on the wet surface and the one outside, if they are not zero, each with what of it is there where tissue
+    /// is at `rest`.
+    fn pressures(
+        &self,
+        pressure: f64,
+        rest: Option<&TissueAtRest>,
+    ) -> Vec<(&Surface, SurfaceLoad, Option<SurfaceLoad>)> {
         let inner = self.wet_surface();
-        let uniform = SurfaceLoad::uniform_pressure(pressure, inner.points.len());
-        let acting = (pressure != 0.0).then_some((inner, uniform));
+        let uniform = |pressure| SurfaceLoad::uniform_pressure(pressure, inner.points.len());
+        let acts = pressure != 0.0 || rest.is_some_and(|rest| rest.pressure != 0.0);
+        let before = rest.map(|rest| uniform(rest.pressure));
+        let acting = acts.then(|| (inner, uniform(pressure), before));
         let outer = self.outer();
-        let outer = outer.map(|(surface, values)| (surface, values.clone()));
+        let outer =
+            outer.map(|(surface, values)| (surface, values.clone(), rest.map(|_| values.clone())));
         acting.into_iter().chain(outer).collect()
+    }
+
+    /// Share of the pressure (Pa) on the wet surface that the tissue around the wall carries at a displacement: the forces with which its springs press
+    /// the outer surface inwards, over those with which the pressure presses the inner one outwards.
+    pub fn tissue_share(&self, pressure: f64, displacement: &[f64]) -> f64 {
+        let inwards = self.body().inward_spring_force("outer", displacement);
+        inwards / (pressure * self.wet_area(displacement))
+    }
+
+    /// Tissue that is to be at rest in a loaded state is so in the equilibrium under this pressure (Pa) inside, with this displacement
+    /// (m, all coefficients).
+    ///
+    /// # Errors
+    /// If the structure works on a step.
+    pub fn set_tissue_at_rest(
+        &mut self,
+        pressure: f64,
+        displacement: Vec<f64>,
+    ) -> Result<(), SolidError> {
+        let equation = Arc::get_mut(&mut self.equation)
+            .ok_or_else(|| SolidError::Model("the wall is at work".into()))?;
+        equation.body.set_tissue_at_rest(&displacement);
+        self.tissue = Some(TissueAtRest {
+            pressure,
+            displacement,
+        });
+        Ok(())
     }
 
     /// The unloaded shape from which a pressure (Pa) on the wet surface and the one outside lead to the shape of this
@@ -83,7 +166,7 @@ impl Structure {
         let body = self.body();
         let given = vec![0.0; body.coefficients()];
         let mut forces = given.clone();
-        for (surface, load) in self.pressures(pressure) {
+        for (surface, load, _) in self.pressures(pressure, None) {
             surface.add_forces(
                 &body.numbering,
                 &given,

@@ -1,5 +1,6 @@
 //! Equilibria and motions: Newton's method, static analysis with its bifurcations, dynamics.
 
+mod anderson;
 mod equation_of_motion;
 mod equilibrium;
 pub(crate) mod modes;

@@ -41,7 +41,9 @@ pub enum Load<'a> {
     Surface {
         /// Where.
         surface: &'a Surface,
-        /// How much.
+        /// How much there is of it from the beginning, if not nothing.
+        before: Option<SurfaceLoad>,
+        /// How much in the end.
         values: SurfaceLoad,
         /// On which area.
         kind: LoadKind,
@@ -419,11 +421,19 @@ pub fn solve_from(
     })
 }
 
-fn scaled(load: &SurfaceLoad, factor: f64) -> SurfaceLoad {
-    SurfaceLoad {
+/// The load on a surface at a load factor.
+fn at_factor(before: Option<&SurfaceLoad>, load: &SurfaceLoad, factor: f64) -> SurfaceLoad {
+    let mut at = SurfaceLoad {
         pressure: load.pressure.iter().map(|p| factor * p).collect(),
         shear: load.shear.iter().map(|s| s * factor).collect(),
+    };
+    if let Some(before) = before {
+        let pressures = at.pressure.iter_mut().zip(&before.pressure);
+        pressures.for_each(|(p, before)| *p += (1.0 - factor) * before);
+        let shears = at.shear.iter_mut().zip(&before.shear);
+        shears.for_each(|(s, before)| *s += before * (1.0 - factor));
     }
+    at
 }
 
 struct Statics<'a> {
@@ -471,10 +481,11 @@ impl Statics<'_> {
             match load {
                 Load::Surface {
                     surface,
+                    before,
                     values,
                     kind,
                 } => {
-                    let values = scaled(values, self.factor);
+                    let values = at_factor(before.as_ref(), values, self.factor);
                     surface.add_forces(&self.body.numbering, d, &values, *kind, &mut forces);
                 }
                 Load::Forces(full) => {
@@ -523,9 +534,13 @@ impl Equilibrium for Statics<'_> {
             .filter_map(|load| match load {
                 Load::Surface {
                     surface,
+                    before,
                     values,
                     kind: LoadKind::Follower,
-                } => Some((*surface, scaled(values, self.factor))),
+                } => {
+                    let values = at_factor(before.as_ref(), values, self.factor);
+                    Some((*surface, values))
+                }
                 _ => None,
             })
             .collect();

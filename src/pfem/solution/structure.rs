@@ -18,6 +18,7 @@ use super::super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
 use super::super::supports::{self, Profile, Support};
 use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
 pub use super::equation_of_motion::{Linearization, State};
+use super::equilibrium::TissueAtRest;
 use super::modes::{self, NaturalMode};
 use super::newton::{self, Equilibrium, NewtonOptions};
 use super::quasi_newton::{KeptTangent, QuasiNewtonPairs};
@@ -89,7 +90,7 @@ pub struct Trial {
 
 /// A structure in motion.
 pub struct Structure {
-    equation: Arc<EquationOfMotion>,
+    pub(super) equation: Arc<EquationOfMotion>,
     locator: Locator,
     newton: NewtonOptions,
     state: State,
@@ -104,6 +105,8 @@ pub struct Structure {
     watch: StabilityWatch,
     total: Stats,
     given: Given,
+    /// Where the tissue around it is at rest, if that is a loaded state.
+    pub(super) tissue: Option<TissueAtRest>,
     /// Time of the accepted state, s.
     time: f64,
     prescribed: Option<Prescribed>,
@@ -255,6 +258,7 @@ impl Structure {
             locator,
             newton,
             given,
+            tissue: None,
             time: 0.0,
             prescribed: None,
             kept: None,

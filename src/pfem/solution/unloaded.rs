@@ -5,26 +5,33 @@
 //! r(u) = f_int(u; X = x - u) - f_ext(x) = 0
 //! ```
 //! (Govindjee and Mihalic, *Computational methods for inverse finite elastostatics*, Comput. Methods Appl. Mech. Engrg. 136,
-//! 1996). A pressure that follows the surface does not change meanwhile, since it is the given surface that carries it. The
-//! load grows in steps. Each is a fixed-point iteration,
+//! 1996). Forces stand on the given shape, which does not change: neither do pressures that follow the surface. Nor can the body buckle
+//! here, for the moments of these forces are known. The load grows in steps. Each begins with a fixed-point iteration,
 //! ```text
 //! g(u) = -K⁻¹ r(u),      u ← u + g(u),
 //! ```
 //! with the tangent `K` of the internal forces, the unloaded shape fixed, at the end of the step before (what is
 //! extrapolated from there is compressed, so that its stresses are wrong by more than themselves): one step of Newton's
 //! method of the loading in place of all of it, otherwise the iteration of Sellier (*An iterative method for the inverse
-//! elasto-static problem*, J. Fluids Struct. 27, 2011). What `K` leaves out, the change of the unloaded shape, Anderson's acceleration learns from the
-//! iterates: with the differences `ΔU` and `ΔG` of all of them
+//! elasto-static problem*, J. Fluids Struct. 27, 2011). What `K` leaves out, the change of the unloaded shape, [Anderson's
+//! acceleration](super::anderson) learns from the iterates.
+//!
+//! That is cheap, but where fibres stiffen, or loading is close to buckling, `K` has too little to do with the problem. From the step on in
+//! which it fails, Newton's method takes its place,
 //! ```text
-//! u ← u + g - (ΔU + ΔG) γ,       γ = argmin |g - ΔG γ|
+//! J s = -r(u),     u ← u + α s,      J = ∂f_int/∂u - ∂f_int/∂X.
 //! ```
-//! (Walker and Ni, *Anderson acceleration for fixed-point iterations*, SIAM J. Numer. Anal. 49, 2011), which for a linear
-//! problem is GMRES. Without it the iteration diverges near buckling, where loading multiplies any bend.
+//! `J` has no symmetry. What it makes of a vector is the difference of two residuals; GMRES solves the linear system, with `K` at `u` as
+//! preconditioner, which has the stiffness of the volume in common with `J`. A step that makes `|K⁻¹ r|` no smaller is shortened (Deuflhard's
+//! natural monotonicity test: the norm of `r` itself always rises first, since linear steps violate incompressibility by terms of
+//! second order).
 
 use super::super::SolidError;
 use super::super::discretization::Discretization;
 use super::super::linear_algebra::factor::Factorization;
-use nalgebra::{DMatrix, DVector};
+use super::super::linear_algebra::gmres;
+use super::anderson::Anderson;
+use nalgebra::DVector;
 
 /// Steps of the load to begin with.
 const STEPS: f64 = 4.0;
@@ -34,8 +41,18 @@ const SHORTEST: f64 = 1.0 / 256.0;
 const ON_THE_WAY: f64 = 1e-4;
 /// The same of the last.
 const TOLERANCE: f64 = 1e-9;
-/// Most iterations of a step.
+/// Most iterations of a step by fixed-point iterations, and by Newton's method.
 const MOST_ITERATIONS: usize = 60;
+const MOST_NEWTON_ITERATIONS: usize = 20;
+/// Relative error of the linear systems.
+const LINEAR: f64 = 1e-2;
+/// Most applications of `J` for one of them.
+const MOST_APPLICATIONS: usize = 60;
+/// Strain by which residuals are apart from which `J` is a difference: the terms of second order times the bulk modulus are then as
+/// small as rounding, both about 1e-4 of the difference.
+const APART: f64 = 1e-8;
+/// The smallest share of a step of Newton's method.
+const SHORTEST_SHARE: f64 = 1.0 / 64.0;
 
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,16 +85,20 @@ pub fn find(
     let (mut reached, mut increment) = (0.0, 1.0 / STEPS);
     // The step before, by whose direction the next one is begun.
     let mut slope: Option<Vec<f64>> = moved.map(<[f64]>::to_vec);
+    let mut by_newton = false;
     while reached < 1.0 {
         let factor = f64::min(reached + increment, 1.0);
-        let along = slope.iter().flatten();
-        let mut start = found.displacement.clone();
-        (start.iter_mut().zip(along)).for_each(|(u, du)| *u += (factor - reached) * du);
-        if let Some(moved) = moved {
-            let held = body.supports.held().iter().zip(moved);
-            let held = held.map(|(held, value)| held.then_some(factor * value));
-            (start.iter_mut().zip(held)).for_each(|(u, held)| *u = held.unwrap_or(*u));
-        }
+        let begin = |slope: Option<&[f64]>| {
+            let mut start = found.displacement.clone();
+            let along = slope.into_iter().flatten();
+            (start.iter_mut().zip(along)).for_each(|(u, du)| *u += (factor - reached) * du);
+            if let Some(moved) = moved {
+                let held = body.supports.held().iter().zip(moved);
+                let held = held.map(|(held, value)| held.then_some(factor * value));
+                (start.iter_mut().zip(held)).for_each(|(u, held)| *u = held.unwrap_or(*u));
+            }
+            start
+        };
         let goal = Goal {
             body,
             external,
@@ -86,7 +107,15 @@ pub fn find(
             has_reactions: moved.is_some(),
             tolerance: if factor < 1.0 { ON_THE_WAY } else { TOLERANCE },
         };
-        match goal.solve(&found.displacement, start) {
+        let mut result = match by_newton {
+            false => goal.accelerated(&found.displacement, begin(slope.as_deref())),
+            true => goal.newton(&found.displacement, begin(moved)),
+        };
+        if result.is_err() && !by_newton {
+            by_newton = true;
+            result = goal.newton(&found.displacement, begin(moved));
+        }
+        match result {
             Ok((displacement, iterations)) => {
                 let change = displacement.iter().zip(&found.displacement);
                 let scale = 1.0 / (factor - reached);
@@ -99,7 +128,9 @@ pub fn find(
             Err(_) if increment > SHORTEST => increment *= 0.5,
             Err(error) => {
                 return Err(SolidError::NoEquilibrium(format!(
-                    "no unloaded shape was found from which more than {:.1} % of the load lead to the given one: {error}",
+                    "no unloaded shape was found from which more than {:.1} % of the load lead to the given one ({error}). Is the \
+                     pressure right, and the wall as thick and as stiff as that of a vessel which carries it? Elements that are short where \
+                     the ends are clamped, and tissue or prestretch, make it easier to find",
                     100.0 * reached
                 )));
             }
@@ -121,7 +152,7 @@ struct Goal<'a> {
 
 impl Goal<'_> {
     /// The residual of the equations, N, and its norm relative to the forces.
-    fn residual(&self, displacement: &[f64]) -> Result<(Vec<f64>, f64), SolidError> {
+    fn residual(&self, displacement: &[f64]) -> Result<(DVector<f64>, f64), SolidError> {
         let all = self
             .body
             .before(displacement)?
@@ -131,18 +162,19 @@ impl Goal<'_> {
         let residual: Vec<f64> = pairs.map(|(i, e)| i - self.factor * e).collect();
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let size = norm(&residual);
+        if !size.is_finite() {
+            return Err(SolidError::NoEquilibrium("the stresses overflow".into()));
+        }
         let mut scale = self.factor * norm(&external);
         if self.has_reactions {
             scale = scale.max(norm(&all));
         }
-        Ok((
-            residual,
-            if size <= self.floor {
-                0.0
-            } else {
-                size / scale
-            },
-        ))
+        let relative = if size <= self.floor {
+            0.0
+        } else {
+            size / scale
+        };
+        Ok((DVector::from_vec(residual), relative))
     }
 
     /// The tangent of the internal forces in the unloaded shape that a displacement comes from.
@@ -153,80 +185,98 @@ impl Goal<'_> {
         unloaded.factorize(&tangent)
     }
 
+    /// The step of Newton's method from a residual `K⁻¹ r` of the preconditioned equations, linearized at a displacement.
+    fn newton_step(
+        &self,
+        at: &[f64],
+        preconditioner: &Factorization,
+        preconditioned: &DVector<f64>,
+    ) -> Result<DVector<f64>, SolidError> {
+        let (here, _) = self.residual(at)?;
+        let size = self.body.element_size();
+        let apply = |direction: &DVector<f64>| {
+            let apart = APART * size / direction.amax();
+            let (there, _) = self.residual(&self.body.moved(at, direction.as_slice(), apart))?;
+            let mut image = (there - &here) / apart;
+            preconditioner.solve(image.as_mut_slice())?;
+            Ok(image)
+        };
+        let (step, _) = gmres::solve(&-preconditioned, LINEAR, MOST_APPLICATIONS, apply)?;
+        Ok(step)
+    }
+
     /// The displacement, and the iterations that it took, from `start` with the tangent of `before`.
-    fn solve(&self, before: &[f64], start: Vec<f64>) -> Result<(Vec<f64>, usize), SolidError> {
+    fn accelerated(
+        &self,
+        before: &[f64],
+        start: Vec<f64>,
+    ) -> Result<(Vec<f64>, usize), SolidError> {
         let factorization = self.tangent(before)?;
         let mut acceleration = Anderson::default();
         let mut displacement = start;
+        let mut history = Vec::new();
         for iteration in 0..=MOST_ITERATIONS {
-            let (residual, relative) = self.residual(&displacement)?;
+            let (mut step, relative) = self.residual(&displacement)?;
+            history.push(relative);
             if relative <= self.tolerance {
                 return Ok((displacement, iteration));
             }
-            if !relative.is_finite() {
-                break;
-            }
-            let mut step = residual;
-            factorization.solve(&mut step)?;
-            let change = acceleration.step(-DVector::from_vec(step));
+            factorization.solve(step.as_mut_slice())?;
+            let change = acceleration.step(-step);
             displacement = self.body.moved(&displacement, change.as_slice(), 1.0);
         }
-        Err(SolidError::NoEquilibrium(format!(
-            "the iteration for the unloaded shape did not reach {:.0e} in {MOST_ITERATIONS} iterations",
-            self.tolerance
-        )))
+        Err(SolidError::NoEquilibrium(self.diagnosis(&history)))
     }
-}
 
-/// Anderson's acceleration, from the differences of all iterates.
-#[derive(Default)]
-struct Anderson {
-    /// The last fixed-point residual and the change of the iterate that followed.
-    last: Option<(DVector<f64>, DVector<f64>)>,
-    /// `(Δu, Δg)`.
-    differences: Vec<(DVector<f64>, DVector<f64>)>,
-}
-
-impl Anderson {
-    /// The change of the iterate after the fixed-point residual `g`.
-    fn step(&mut self, g: DVector<f64>) -> DVector<f64> {
-        if let Some((before, change)) = self.last.take() {
-            self.differences.push((change, &g - before));
-        }
-        let mut change = g.clone();
-        if !self.differences.is_empty() {
-            let columns: Vec<_> = self.differences.iter().map(|(_, dg)| dg.clone()).collect();
-            let matrix = DMatrix::from_columns(&columns);
-            let (q, r) = matrix.qr().unpack();
-            // Columns that say nothing new make `R` singular: then the plain step remains.
-            if let Some(gamma) = r.solve_upper_triangular(&q.tr_mul(&g)) {
-                for ((du, dg), gamma) in self.differences.iter().zip(gamma.iter()) {
-                    change.axpy(-gamma, du, 1.0);
-                    change.axpy(-gamma, dg, 1.0);
+    /// The same by Newton's method. The first step is linearized `before` the start, where there was
+    /// equilibrium: what is extrapolated from there is compressed, so that its stresses are wrong by more than themselves.
+    fn newton(&self, before: &[f64], start: Vec<f64>) -> Result<(Vec<f64>, usize), SolidError> {
+        let mut displacement = start;
+        let (mut residual, mut relative) = self.residual(&displacement)?;
+        let mut history = vec![relative];
+        for iteration in 0..MOST_NEWTON_ITERATIONS {
+            if relative <= self.tolerance {
+                return Ok((displacement, iteration));
+            }
+            let at = match iteration {
+                0 => before.to_vec(),
+                _ => displacement.clone(),
+            };
+            let preconditioner = self.tangent(&at)?;
+            let preconditioned = |mut residual: DVector<f64>| {
+                preconditioner.solve(residual.as_mut_slice())?;
+                Ok::<_, SolidError>(residual)
+            };
+            let now = preconditioned(residual)?;
+            let step = self.newton_step(&at, &preconditioner, &now)?;
+            let mut share = 1.0;
+            loop {
+                let moved = self.body.moved(&displacement, step.as_slice(), share);
+                if let Ok((new, new_relative)) = self.residual(&moved) {
+                    let next = preconditioned(new.clone())?;
+                    // The first step leads from one load to another.
+                    if iteration == 0 || next.norm() <= (1.0 - 0.25 * share) * now.norm() {
+                        (displacement, residual, relative) = (moved, new, new_relative);
+                        break;
+                    }
+                }
+                share *= 0.5;
+                if share < SHORTEST_SHARE {
+                    return Err(SolidError::NoEquilibrium(self.diagnosis(&history)));
                 }
             }
+            history.push(relative);
         }
-        self.last = Some((g, change.clone()));
-        change
+        Err(SolidError::NoEquilibrium(self.diagnosis(&history)))
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn anderson_solves_a_linear_problem_that_the_plain_iteration_diverges_from() {
-        // u = A u + b with eigenvalues -2, 0.5 and 3 of A.
-        let a = DVector::from_vec(vec![-2.0, 0.5, 3.0]);
-        let b = DVector::from_vec(vec![3.0, 1.0, -4.0]);
-        let mut u = DVector::zeros(3);
-        let mut acceleration = Anderson::default();
-        for _ in 0..4 {
-            let g = a.component_mul(&u) + &b - &u;
-            u += acceleration.step(g);
-        }
-        let exact = DVector::from_vec(vec![1.0, 2.0, 2.0]);
-        assert!((u - exact).norm() < 1e-12);
+    fn diagnosis(&self, history: &[f64]) -> String {
+        let last = history.iter().rev().take(6).rev();
+        let last: Vec<String> = last.map(|r| format!("{r:.1e}")).collect();
+        format!(
+            "relative residuals {} did not reach {:.0e}",
+            last.join(", "),
+            self.tolerance
+        )
     }
 }

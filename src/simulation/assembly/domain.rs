@@ -82,7 +82,7 @@ impl Domain {
             materials: vessel.materials().to_vec(),
             space: Space::isotropic(SpaceKind::Trunk, p),
             wet_surface: "inner",
-            supports: supports::of_vessel(keys),
+            supports: supports::of_vessel(keys, vessel.centre_line()),
             outer_pressure: supports::pressure_around(keys),
             motion: None,
         }

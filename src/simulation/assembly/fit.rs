@@ -34,7 +34,7 @@ impl Fit {
     /// # Errors
     /// If the structure is not well posed or the meshes lie apart.
     pub fn of(case: &Case, domain: &Domain) -> Result<Self, AssemblyError> {
-        let InitialState { solid, .. } = initial_state(case, domain)?;
+        let InitialState { solid, .. } = initial_state(case, domain).map_err(|none| none.error)?;
         let interface = preflight::interface(domain);
         let (_, common) = transfer(case, &interface, &solid)?;
         let places = solid.locate(&interface.points)?;

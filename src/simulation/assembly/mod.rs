@@ -8,10 +8,12 @@ mod own;
 pub mod preflight;
 mod surrogate;
 pub(crate) mod surroundings;
+mod wave_speeds;
 
 pub use domain::{Domain, DomainError};
 pub use fit::Fit;
 pub use initial_state::{UnloadedWall, Unloading, unloaded_wall};
+pub use wave_speeds::{WaveSpeeds, wave_speeds};
 
 use self::initial_state::{InitialState, fitted_lumen, initial_state};
 use super::checkpoint::Store;
@@ -132,7 +134,8 @@ impl CoupledModel {
         memory: Option<&FluidMemory>,
     ) -> Result<Self, AssemblyError> {
         let mut domain = Domain::new(case)?;
-        let InitialState { solid, unloading } = initial_state(case, &domain)?;
+        let InitialState { solid, unloading } =
+            initial_state(case, &domain).map_err(|none| none.error)?;
         match case.fluid.solver {
             case::Solver::OpenFoam => {
                 let mut wall = None;
@@ -201,7 +204,8 @@ pub fn couple<F: Fluid>(
     domain: &Domain,
     fluid: F,
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
-    join(case, fluid, initial_state(case, domain)?.solid)
+    let state = initial_state(case, domain).map_err(|none| none.error)?;
+    join(case, fluid, state.solid)
 }
 
 /// What relates the two meshes of the wet surface: those that are made here are made for each other, those of others may be any.

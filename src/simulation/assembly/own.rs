@@ -427,6 +427,7 @@ fn supports(wall: &OwnWall, mesh: &HexMesh) -> Result<Vec<Support>, String> {
                     spring: Profile::constant(*spring),
                     damping: damping.map_or(Profile::default(), Profile::constant),
                     direction: Direction::All,
+                    ..Foundation::default()
                 }),
             });
         }

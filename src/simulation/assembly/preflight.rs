@@ -87,7 +87,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         Solver::External => (None, Vec::new()),
     };
     match initial_state(case, &domain) {
-        Err(error) => errors.push(case.mistake("structure.p", error.to_string())),
+        Err(none) => errors.push(case.mistake(none.key, none.to_string())),
         Ok(InitialState { solid, .. }) => {
             let related = interface
                 .as_ref()

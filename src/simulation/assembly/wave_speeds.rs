@@ -1,0 +1,197 @@
+//! How fast pulses travel along the wall of a section, from statics of a short ring of it: with the wall held along its axis, and
+//! with a wall that slides along itself.
+//!
+//! Per unloaded length let `A` be the lumen's area, `λ` the axial stretch, `T` the axial force in the wall and `m` its mass. Long
+//! waves `exp(i ω (t - z/c))` of small size on a uniform state under the pressure `p`, with an inviscid blood of density `ρ`, obey
+//! ```text
+//! blood    c² a = (A/ρ) dp,                          wall, across   dp = p_A a + p_λ e,
+//! wall, along   m C² e = T_A a + T_λ e - p a,        C = c/λ
+//! ```
+//! for changes `a` of the area, `e` of the stretch, `dp` of the pressure; subscripts are derivatives by the area at constant stretch
+//! and the other way round. The last term is the pressure on a wall that widens. With `T_A - p = λ p_λ = B`, since both follow
+//! from one energy,
+//! ```text
+//! (C² - C_BH²) (m C² - T_λ) = A B²/(ρ λ³),           C_BH² = A p_A/(ρ λ²)
+//! ```
+//! A wall that is held along its axis has `e = 0` and the speed `λ C_BH` of Bramwell and Hill (1922); one that slides has the
+//! lower root (incremental theory: Atabek and Lew, *Wave propagation through a viscous incompressible fluid contained in an initially
+//! stressed elastic tube*, Biophys. J. 6, 1966).
+
+use super::initial_state::{along_axis, in_state};
+use crate::Vec3;
+use crate::case::{BloodVessel, Case, Material};
+use crate::geometry::{HexFace, Section, Vessel, tube_mesh};
+use crate::pfem::element::mapping::MappingKind;
+use crate::pfem::solution::newton::NewtonOptions;
+use crate::pfem::supports::{self, Direction, Foundation, Profile, Support};
+use crate::pfem::{SolidError, Space, SpaceKind, Structure, StructureOptions, discretization};
+
+/// Degree of the ring's elements: its radii are exact to 1e-4.
+const DEGREE: usize = 4;
+/// Length of the ring, in radii.
+const LENGTH: f64 = 0.5;
+/// Relative changes of pressure and stretch from which derivatives are taken.
+const CHANGE: f64 = 1e-3;
+
+/// Speeds (m/s) of pulses in a section of a vessel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WaveSpeeds {
+    /// With the wall held along its axis, as tissue does: that of Bramwell and Hill.
+    pub held: f64,
+    /// With a wall that slides along itself.
+    pub sliding: f64,
+}
+
+/// A ring of a section in equilibrium.
+struct Ring {
+    solid: Structure,
+    /// Unloaded length, m.
+    length: f64,
+    /// Faces of its end.
+    end: Vec<(usize, HexFace)>,
+    /// Displacement by axial stretch of a ring that keeps its cross-section, m.
+    along: Vec<f64>,
+}
+
+/// Lumen's area (m²) and the axial force in the wall (N) of a ring.
+#[derive(Debug, Clone, Copy)]
+struct State {
+    area: f64,
+    force: f64,
+}
+
+/// Speeds of pulses in a `section` of a vessel under a pressure (Pa), with the tissue in its middle.
+///
+/// # Errors
+/// If the ring finds no equilibrium there.
+pub fn wave_speeds(
+    case: &Case,
+    keys: &BloodVessel,
+    section: &Section,
+    pressure: f64,
+) -> Result<WaveSpeeds, SolidError> {
+    let vessel = Vessel::new(keys);
+    let middle = 0.5 * (section.from + section.to);
+    let radius = vessel.lumen_radius(middle, 0.0);
+    let layers = vessel.layers_of(section);
+    let thicknesses: Vec<f64> = layers.iter().map(|(_, thickness)| *thickness).collect();
+    let materials: Vec<Material> = (layers.iter())
+        .map(|(index, _)| vessel.materials()[*index].clone())
+        .collect();
+    let given_length = LENGTH * radius;
+    let mesh = tube_mesh(radius, &thicknesses, given_length, 1, 4, 1);
+    let mut discretization =
+        discretization::Options::new(Space::isotropic(SpaceKind::Trunk, DEGREE));
+    discretization.mapping = MappingKind::Blended(DEGREE);
+    let options = StructureOptions {
+        discretization,
+        density: case.wall.density,
+        damping: 0.0,
+        time_scheme: case.structure.time_scheme,
+        newton: NewtonOptions::default(),
+        wet_surface: "inner".into(),
+        supports: ring_supports(keys, &vessel, middle),
+        outer_pressure: Profile::constant(supports::pressure_around(keys).at(middle)),
+        gravity: Vec3::zeros(),
+    };
+    let solid = Structure::new(&mesh, &materials, &options)?;
+    let moved = along_axis(keys, solid.body(), &mesh);
+    let (solid, found) = in_state(keys, solid, moved.as_deref())?;
+    let base = solid.equilibrium(pressure, moved.as_deref())?;
+    let stretch = keys.axial_stretch();
+    let length = match found {
+        Some(_) => given_length / stretch,
+        None => given_length,
+    };
+    // The ring begins at x = 0, and so does its unloaded shape.
+    let mut along = vec![0.0; base.len()];
+    for (vertex, &function) in solid.body().numbering.of_vertex.iter().enumerate() {
+        along[3 * function] = mesh.vertices[vertex].x * length / given_length;
+    }
+    let mass = solid.body().volume() / length * case.wall.density;
+    let ring = Ring {
+        end: supports::surface(&mesh, "end")?.to_vec(),
+        solid,
+        length,
+        along,
+    };
+    ring.speeds(&base, pressure, stretch, mass, case.blood.density)
+}
+
+/// Planes at both ends that keep their distance, and what of the tissue acts across.
+fn ring_supports(keys: &BloodVessel, vessel: &Vessel, middle: f64) -> Vec<Support> {
+    let ends = ["start", "end"].map(supports::sliding_radially);
+    let tissue = supports::tissue(keys, vessel.centre_line()).into_iter();
+    let across = tissue.filter(|tissue| tissue.direction != Direction::Axial);
+    let here = across.map(|tissue| {
+        Support::Foundation(Foundation {
+            spring: Profile::constant(tissue.spring.at(middle)),
+            damping: Profile::default(),
+            direction: Direction::Radial,
+            axis: None,
+            ..tissue
+        })
+    });
+    ends.into_iter().flatten().chain(here).collect()
+}
+
+impl Ring {
+    /// The ring under a pressure (Pa), stretched by so much more than in an equilibrium nearby.
+    fn state(
+        &self,
+        near: &[f64],
+        pressure: f64,
+        more: f64,
+        stretch: f64,
+    ) -> Result<State, SolidError> {
+        let start: Vec<f64> = (near.iter().zip(&self.along))
+            .map(|(u, along)| u + more * along)
+            .collect();
+        let found = self.solid.equilibrium_from(pressure, start)?;
+        // Of a tube between planes that are `length` apart.
+        let length = self.length * (stretch + more);
+        let radius = self.solid.wet_area(&found) / (std::f64::consts::TAU * length);
+        Ok(State {
+            area: std::f64::consts::PI * radius * radius,
+            force: self.solid.body().resultant(&self.end, &found)?.x,
+        })
+    }
+
+    /// See the module.
+    fn speeds(
+        &self,
+        base: &[f64],
+        p: f64,
+        stretch: f64,
+        mass: f64,
+        density: f64,
+    ) -> Result<WaveSpeeds, SolidError> {
+        let (dp, dl) = (CHANGE * p, CHANGE * stretch);
+        let differences = |[low, high]: [State; 2], change: f64| {
+            let by = |f: fn(&State) -> f64| (f(&high) - f(&low)) / (2.0 * change);
+            [by(|state| state.area), by(|state| state.force)]
+        };
+        let at = |dp: f64, dl: f64| self.state(base, p + dp, dl, stretch);
+        let here = at(0.0, 0.0)?;
+        // By the pressure at constant stretch, and the other way round.
+        let [area_p, force_p] = differences([at(-dp, 0.0)?, at(dp, 0.0)?], dp);
+        let [area_l, force_l] = differences([at(0.0, -dl)?, at(0.0, dl)?], dl);
+        let (slope, cross) = (1.0 / area_p, -stretch * area_l / area_p);
+        let along = force_l - force_p * area_l / area_p;
+        let held = here.area * slope / (density * stretch.powi(2));
+        let coupling = here.area * cross * cross / (density * stretch.powi(3));
+        // m x² - (m C_BH² + T_λ) x + T_λ C_BH² - A B²/(ρ λ³) = 0 for x = C²; the lower root without cancellation.
+        let (b, c) = (mass * held + along, along * held - coupling);
+        let sliding = 2.0 * c / (b + (b * b - 4.0 * mass * c).sqrt());
+        if !(held > 0.0 && sliding > 0.0) {
+            return Err(SolidError::NoEquilibrium(format!(
+                "waves do not travel under {:.2} kPa: the wall is not stable there",
+                1e-3 * p
+            )));
+        }
+        Ok(WaveSpeeds {
+            held: stretch * held.sqrt(),
+            sliding: stretch * sliding.sqrt(),
+        })
+    }
+}
