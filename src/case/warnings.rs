@@ -1,7 +1,8 @@
 //! What a user should know of a case that can be run.
 
 use super::{
-    BloodVessel, Case, FlowCurve, GivenShape, OutletCondition, PressureUnit, Problem, Window,
+    BloodVessel, Case, FlowCurve, GivenShape, OutletCondition, PressureUnit, Problem, Start,
+    TissueDirection, Window,
 };
 
 /// A gap of a flow curve is unusual if it is so many times as long as the next longest.
@@ -15,6 +16,7 @@ impl Case {
         let mut warnings = Vec::new();
         if let Problem::Vessel(vessel) = &self.problem {
             warnings.extend(image_pressure(vessel));
+            warnings.extend(tissue_at_rest(vessel));
             warnings.extend(Window::of(self).warnings(&self.ramp, self.time.period));
             if let Ok(curve) = FlowCurve::new(&vessel.inflow, self.time.period)
                 && let Some([from, to]) = curve.gap(LONG_GAP)
@@ -52,5 +54,31 @@ fn image_pressure(vessel: &BloodVessel) -> Option<String> {
         "the case does not say under which pressure its loaded shape was seen: {key} is taken, {:.0} mmHg, and whoever changes it \
          changes the unloaded wall. Add pressure_Pa = {pressure:?} to [initial]",
         pressure / PressureUnit::MillimetreMercury.si()
+    ))
+}
+
+/// That tissue counts from an unloaded wall which is not the one that was seen, or that was stretched, if the case does not say so.
+fn tissue_at_rest(vessel: &BloodVessel) -> Option<String> {
+    let tissue = vessel.surroundings.as_ref()?;
+    if tissue.at_rest.is_some() || vessel.start() != Start::Equilibrium {
+        return None;
+    }
+    let axial = match tissue.direction.unwrap_or_default() {
+        TissueDirection::Radial => tissue.axial_spring,
+        TissueDirection::Axial | TissueDirection::All => tissue.spring,
+    };
+    let is_there = |spring: Option<f64>| spring.is_some_and(|spring| spring > 0.0);
+    let why = if vessel.given_shape() == GivenShape::Loaded
+        && (is_there(tissue.spring) || is_there(axial))
+    {
+        "carry a part of the pressure in the given shape (`fsi-driver check --wall` says how much)"
+    } else if vessel.axial_stretch() != 1.0 && is_there(axial) {
+        "pull the wall back to where it was before initial.axial_stretch"
+    } else {
+        return None;
+    };
+    Some(format!(
+        "springs of [surroundings] are at rest in the unloaded wall, so that they {why}: if the tissue is at rest in the loaded wall, add at_rest = \
+         \"loaded\" to [surroundings]; if not, at_rest = \"unloaded\" says so"
     ))
 }

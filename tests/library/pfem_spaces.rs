@@ -277,8 +277,8 @@ fn a_free_rigid_motion_is_named() {
         Support::Foundation(Foundation {
             surface: "outer".into(),
             spring: Profile::constant(1e6),
-            damping: Profile::default(),
             direction,
+            ..Foundation::default()
         })
     };
     let radial = springs(Direction::Radial);

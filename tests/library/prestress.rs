@@ -137,7 +137,8 @@ fn given(settings: &[(&str, &str)]) -> Case {
     let settings: Vec<_> = settings
         .map(|(key, value)| (key.to_string(), value.to_string()))
         .collect();
-    Case::load(folder.path(), Preset::Paper, &settings).unwrap()
+    let case = Case::load(folder.path(), Preset::Paper, &settings);
+    case.unwrap_or_else(|errors| panic!("{errors}")).case
 }
 
 const SHORT: &str = r#"

@@ -63,6 +63,8 @@ pub struct Found {
     pub iterations: usize,
     /// Steps of the load.
     pub steps: usize,
+    /// Share of the load from which on Newton's method was needed, if it was.
+    pub newton_from: Option<f64>,
 }
 
 /// The displacement that leads to the shape of `body` and is in equilibrium with the forces `external` (N) there. Held
@@ -80,12 +82,12 @@ pub fn find(
         displacement: vec![0.0; body.coefficients()],
         iterations: 0,
         steps: 0,
+        newton_from: None,
     };
     let floor = body.round_off()?;
     let (mut reached, mut increment) = (0.0, 1.0 / STEPS);
     // The step before, by whose direction the next one is begun.
     let mut slope: Option<Vec<f64>> = moved.map(<[f64]>::to_vec);
-    let mut by_newton = false;
     while reached < 1.0 {
         let factor = f64::min(reached + increment, 1.0);
         let begin = |slope: Option<&[f64]>| {
@@ -107,13 +109,13 @@ pub fn find(
             has_reactions: moved.is_some(),
             tolerance: if factor < 1.0 { ON_THE_WAY } else { TOLERANCE },
         };
-        let mut result = match by_newton {
-            false => goal.accelerated(&found.displacement, begin(slope.as_deref())),
-            true => goal.newton(&found.displacement, begin(moved)),
-        };
-        if result.is_err() && !by_newton {
-            by_newton = true;
+        let mut result = Err(SolidError::NoEquilibrium(String::new()));
+        if found.newton_from.is_none() {
+            result = goal.accelerated(&found.displacement, begin(slope.as_deref()));
+        }
+        if result.is_err() {
             result = goal.newton(&found.displacement, begin(moved));
+            found.newton_from = found.newton_from.or(Some(reached));
         }
         match result {
             Ok((displacement, iterations)) => {
