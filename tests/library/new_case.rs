@@ -8,7 +8,7 @@ use nalgebra::Rotation3;
 use std::path::Path;
 use std::process::{Command, Output};
 
-fn driver(folder: &Path, arguments: &[&str]) -> Output {
+pub(crate) fn driver(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
         .current_dir(folder)
         .args(arguments)
@@ -16,7 +16,7 @@ fn driver(folder: &Path, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-fn succeeds(folder: &Path, arguments: &[&str]) -> String {
+pub(crate) fn succeeds(folder: &Path, arguments: &[&str]) -> String {
     let output = driver(folder, arguments);
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {error}");
