@@ -147,3 +147,44 @@ pub fn write_over_time(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hemodynamics::WallState;
+    use crate::output::vtu;
+    use crate::output::wall_history::WallHistory;
+
+    #[test]
+    fn the_wall_over_time_is_what_the_history_holds() {
+        let folder = tempfile::tempdir().unwrap();
+        let history = folder.path().join("wall.bin");
+        let points: Vec<Vec3> = (0..4).map(|k| Vec3::new(0.1, f64::from(k), 1.0)).collect();
+        let wall = WetSurface::new(points.clone(), vec![vec![0, 1, 2], vec![1, 2, 3]]);
+        let mut written = WallHistory::create(&history, &wall).unwrap();
+        // Steps of 2 ms, the third one in halves.
+        let times = [0.002, 0.004, 0.005, 0.006, 0.008, 0.01];
+        let at = |time: f64, k: usize| Vec3::new(64.0 * time, k as f64, 0.5);
+        for time in times {
+            let all = |n: usize| -> Vec<Vec3> { (0..n).map(|k| at(time, k)).collect() };
+            let state = WallState::new(time, &all(2), &all(4));
+            written.append(&state).unwrap();
+        }
+        drop(written);
+        let path = folder.path().join("wall-shear-over-time.pvd");
+        write_over_time(&path, &history, [0.002, 0.004]).unwrap();
+        let entries = Series::read(&path).unwrap();
+        let found: Vec<f64> = entries.iter().map(|(time, _)| *time).collect();
+        assert_eq!(found, [0.004, 0.008]);
+        for (time, file) in entries {
+            let file = folder.path().join(file);
+            let moved = vtu::read_vectors(&file, "displacement_m").unwrap();
+            for (k, (x, u)) in moved.iter().enumerate() {
+                // Single precision.
+                assert!((u - at(time, k)).norm() < 1e-6 && (x - points[k] - u).norm() < 1e-12);
+            }
+            let text = std::fs::read_to_string(&file).unwrap();
+            assert!(text.contains("Name=\"wall_shear_Pa\" NumberOfComponents=\"3\""));
+        }
+    }
+}

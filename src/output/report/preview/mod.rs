@@ -320,3 +320,74 @@ fn parts(shown: &Shown<'_>) -> String {
         &rows.collect::<Vec<_>>(),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{Case, Preset};
+    use resvg::tiny_skia::Pixmap;
+
+    fn shown(text: &str) -> Preview {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("case.toml"), text).unwrap();
+        let case = Case::load(folder.path(), Preset::Demo, &[]).unwrap_or_else(|e| panic!("{e}"));
+        Preview::of(&case, "a vessel").unwrap().unwrap()
+    }
+
+    /// The picture stands by itself: with the colours of its legend, a bar of five millimetres, and an arrow.
+    #[test]
+    fn the_picture_has_scale_names_and_direction() {
+        let text = "extends = \"defaults\"\n[vessel]\nradius_m = 3e-3\nupstream_extension_m = 0.01\n[[vessel.piece]]\npiece = \
+                    \"line\"\nlength_m = 0.05\n[[vessel.section]]\nname = \"a\"\nlayers = [\"one\", \"two\"]\nthicknesses_m = [4e-4, \
+                    6e-4]\n[[vessel.material]]\nname = \"one\"\nmaterial = \"neo_hooke\"\nmu_Pa = 1e5\nkappa_Pa = \
+                    1e8\n[[vessel.material]]\nname = \"two\"\nmaterial = \"neo_hooke\"\nmu_Pa = 1e5\nkappa_Pa = 1e8\n";
+        let preview = shown(text);
+        let image = Pixmap::decode_png(&preview.png).unwrap();
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        assert_eq!(width, PIXELS[0]);
+        assert!(height > PIXELS[1] + 30, "{height}");
+        let at = |x: usize, y: usize| {
+            let pixel = image.pixel(x as u32, y as u32).unwrap();
+            [pixel.red(), pixel.green(), pixel.blue()]
+        };
+        let count = |rows: std::ops::Range<usize>, is: &dyn Fn([u8; 3]) -> bool| {
+            let all = rows.flat_map(|y| (0..width).map(move |x| (x, y)));
+            all.filter(|(x, y)| is(at(*x, *y))).count()
+        };
+        // Patches in the legend, and lit surfaces of these colours in the picture.
+        for part in [Part::Layer(0), Part::Layer(1), Part::Lumen, Part::Rigid] {
+            let colour = part.colour();
+            let legend = count(PIXELS[1]..height, &|p| p == colour);
+            assert!(legend > 500, "{part:?}: {legend}");
+            let hue = |p: [u8; 3]| {
+                let light = f64::from(p[0]) / f64::from(colour[0]).max(1.0);
+                let close = |i: usize| (f64::from(p[i]) - light * f64::from(colour[i])).abs() < 4.0;
+                (0.5..=1.01).contains(&light) && (0..3).all(close)
+            };
+            let picture = count(0..PIXELS[1], &hue);
+            assert!(picture > 1000, "{part:?}: {picture}");
+        }
+        // The longest black row of the legend is the bar: 5 mm of the vessel's 60, which fill 96 % of the picture.
+        let black = |p: [u8; 3]| p.iter().all(|c| *c < 60);
+        let longest = |y: usize| {
+            let mut runs = vec![0];
+            for x in 0..width {
+                match black(at(x, y)) {
+                    true => *runs.last_mut().unwrap() += 1,
+                    false => runs.push(0),
+                }
+            }
+            runs.into_iter().max().unwrap_or(0)
+        };
+        let bar = (PIXELS[1]..height).map(longest).max().unwrap();
+        let long = |mm: f64| mm * 0.96 * width as f64 / 60.0;
+        assert!(
+            (0.95 * long(5.0)..1.1 * long(5.0)).contains(&(bar as f64)),
+            "{bar}"
+        );
+        // The arrow is the only black in the picture.
+        assert!(count(0..PIXELS[1], &|p| p == [0; 3]) > 300);
+        assert!(preview.html.contains("The wall with its layers, cut open"));
+        assert!(preview.html.contains("\"name\":\"Material\""));
+    }
+}
