@@ -26,6 +26,7 @@ mod windkessel;
 
 use clap::error::ErrorKind;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::output::terminal;
@@ -45,9 +46,11 @@ use case_arguments::CaseArguments;
 struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
+    /// Folder of the case, with its case.toml, or that file.
+    #[arg(long, value_name = "DIR")]
+    case: Option<PathBuf>,
     #[command(flatten)]
-    run: Option<run::Arguments>,
-    // Beside `run`, not within: clap takes an optional group for absent if another one is nested in it.
+    how: run::How,
     #[command(flatten)]
     chosen: CaseArguments,
 }
@@ -133,7 +136,7 @@ fn parsed() -> clap::error::Result<CommandLine> {
 }
 
 fn execute(line: CommandLine) -> Result<(), Failure> {
-    match (line.command, line.run) {
+    match (line.command, line.case) {
         (Some(Command::Run(arguments)), _) => run::in_folder(&arguments),
         (Some(Command::New(arguments)), _) => new::run(&arguments),
         (Some(Command::Preview(arguments)), _) => preview::run(&arguments),
@@ -154,7 +157,9 @@ fn execute(line: CommandLine) -> Result<(), Failure> {
         (Some(Command::Completions(arguments)), _) => shell::completions(&arguments),
         (Some(Command::Man(arguments)), _) => shell::manual(&arguments),
         (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
-        (None, Some(arguments)) => run::run(&arguments, &line.chosen),
-        (None, None) => unreachable!("clap shows the help when there are no arguments"),
+        (None, Some(case)) => run::run(&case, &line.how, &line.chosen),
+        (None, None) => Err(Failure::Input(
+            "which case? fsi-driver --case DIR runs one; fsi-driver --help lists what else there is".into(),
+        )),
     }
 }

@@ -31,16 +31,16 @@ pub struct Arguments {
     #[arg(long, requires = "from")]
     reverse: bool,
     /// Radius of the lumen, such as 3mm (metres without a unit), if no file knows it.
-    #[arg(long, value_name = "LENGTH", value_parser = quantity::length)]
+    #[arg(long, value_name = "LENGTH", value_parser = quantity::length, allow_hyphen_values = true)]
     radius: Option<f64>,
     /// Thickness of the artery's wall, such as 0.7mm [default: 0.3 of the radius].
-    #[arg(long, value_name = "LENGTH", value_parser = quantity::length)]
+    #[arg(long, value_name = "LENGTH", value_parser = quantity::length, allow_hyphen_values = true)]
     thickness: Option<f64>,
     /// Waves of the centre-line's points of this length are halved [default: one radius, four if the points scatter].
-    #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length)]
+    #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length, allow_hyphen_values = true)]
     smoothing: Option<f64>,
     /// The vessel has its shape under this pressure, such as 80mmHg [default: it is unloaded].
-    #[arg(long, value_name = "PRESSURE", value_parser = quantity::pressure)]
+    #[arg(long, value_name = "PRESSURE", value_parser = quantity::pressure, allow_hyphen_values = true)]
     loaded: Option<f64>,
     /// A windkessel of three elements: a tenth of the resistance before it.
     #[arg(long)]

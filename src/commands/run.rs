@@ -5,17 +5,7 @@ use crate::case::Preset;
 use crate::run::{Earlier, Interrupt, RunRequest, THE_START_ENDS};
 use std::path::{Path, PathBuf};
 
-/// A coupled run of a case.
-#[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// Folder of the case, with its case.toml, or that file.
-    #[arg(long, value_name = "DIR")]
-    case: PathBuf,
-    #[command(flatten)]
-    how: How,
-}
-
-/// The same with the case as the first word.
+/// A coupled run with the case as its first word.
 #[derive(Debug, clap::Args)]
 pub struct InFolder {
     /// Folder of the case, with its case.toml, or that file.
@@ -29,7 +19,7 @@ pub struct InFolder {
 
 /// Options of a coupled run.
 #[derive(Debug, clap::Args)]
-struct How {
+pub struct How {
     /// Folder of the results [default: <case>/run-<preset>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -48,16 +38,12 @@ struct How {
 }
 
 /// Runs a coupled case from its first time step, or from a checkpoint, to its last.
-pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure> {
-    execute(&arguments.case, &arguments.how, chosen)
-}
-
-/// As [`run`].
 pub fn in_folder(arguments: &InFolder) -> Result<(), Failure> {
-    execute(&arguments.case, &arguments.how, &arguments.chosen)
+    run(&arguments.case, &arguments.how, &arguments.chosen)
 }
 
-fn execute(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure> {
+/// The same of the case at `path`.
+pub fn run(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure> {
     let case = chosen.load(path)?;
     let beside = || results_of(path, chosen.preset);
     let out = how.out.clone().unwrap_or_else(beside);

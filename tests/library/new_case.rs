@@ -147,7 +147,7 @@ fn a_case_for_the_examples_files_says_what_it_is() {
         ]
         .concat(),
     );
-    assert!(said.contains("radius 2.30 to 3.20 mm"), "{said}"); // half the area of the bulb
+    assert!(said.contains("radius 2.29 to 3.21 mm"), "{said}"); // half the area of the bulb
     let text = std::fs::read_to_string(folder.path().join("carotid/case.toml")).unwrap();
     assert!(
         text.contains("centre_line = \"lines.vtp\"") && text.contains("feature = \"stenosis\""),
