@@ -3,8 +3,8 @@
 use super::cut_open::{CELL, EDGE, FIBRE, LUMEN, RIGID};
 use super::{Shown, colour, html_colour};
 use crate::Vec3;
-use crate::output::figure::solid::Projection;
 use crate::output::figure::onto_png;
+use crate::output::figure::solid::Projection;
 use std::fmt::Write;
 
 /// Height of a line of the legend, and of its letters, for a picture of 1000 pixels width.
