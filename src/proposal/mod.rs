@@ -176,7 +176,7 @@ impl Proposal {
         Ok(Self {
             text,
             files,
-            remarks: understood,
+            remarks,
         })
     }
 }
