@@ -1,7 +1,7 @@
 #!/bin/sh
-# The nozzle with OpenFOAM on two meshes and the native fluid with two degrees, beside the experiment: openfoam-case/fda-nozzle/validation.sh FOLDER
+# The nozzle with either fluid on two meshes, beside the experiment: openfoam-case/fda-nozzle/validation.sh FOLDER
 #
-# About three quarters of an hour on two cores. What has been computed in FOLDER is kept, so the same line goes on where it ended. In the end
+# Some hours on two cores. What has been computed in FOLDER is kept, so the same line goes on where it ended. In the end
 # the last step of each run is copied to openfoam-case/fda-nozzle/kept, and the tables of the pages are made again.
 set -eu
 [ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
@@ -31,7 +31,7 @@ compute() {
 compute openfoam
 compute openfoam-coarse --set fluid.mesh.core=7 fluid.mesh.radial=5 fluid.mesh.axial_per_section=28
 compute native --fluid native
-compute native-degree-3 --fluid native --set fluid.native.degree=3
+compute native-coarse --fluid native --set fluid.native.core=4
 fsi tables $case/README.md docs/credibility.md
-fsi validate $case/experiment.csv $case/kept/openfoam-coarse $case/kept/openfoam $case/kept/native --figure $case/experiment
+fsi validate $case/experiment.csv $case/kept/openfoam-coarse $case/kept/openfoam $case/kept/native-coarse --figure $case/experiment
 rm $case/experiment.png
