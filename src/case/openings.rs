@@ -2,7 +2,7 @@
 
 use super::schema::{Kind, above, from};
 use super::table::{table, words};
-use super::{BloodVessel, PeriodicTable, Start, TableError};
+use super::{BloodVessel, Case, FlowCurve, PeriodicTable, Start, TableError};
 use crate::tabular::units::{self, Unit};
 use std::path::PathBuf;
 
@@ -217,6 +217,30 @@ impl PressureCurve {
             Self::Constant(pressure) => vec![[0.0, *pressure], [period, *pressure]],
             Self::Table(table) => table.samples(step).collect(),
         }
+    }
+}
+
+impl Case {
+    /// Whether nothing that drives the blood of a vessel changes after the ramp.
+    pub fn is_driven_steadily(&self) -> bool {
+        let Some(vessel) = self.vessel() else {
+            return false;
+        };
+        let period = self.time.period;
+        let constant = |curve: &PressureCurve| matches!(curve, PressureCurve::Constant(_));
+        let inlet = match vessel.inlet_pressure(period) {
+            Ok(Some(curve)) => constant(&curve),
+            Ok(None) => FlowCurve::new(&vessel.inflow, period).is_ok_and(|curve| {
+                let first = curve.flow(0.0);
+                let mut samples = curve.samples(self.time.step);
+                samples.all(|[_, flow]| flow == first)
+            }),
+            Err(_) => false,
+        };
+        inlet
+            && vessel
+                .outlet_pressure(period)
+                .is_ok_and(|curve| constant(&curve))
     }
 }
 

@@ -17,7 +17,9 @@ impl Case {
         if let Problem::Vessel(vessel) = &self.problem {
             warnings.extend(image_pressure(vessel));
             warnings.extend(tissue_at_rest(vessel));
-            warnings.extend(Window::of(self).warnings(&self.ramp, self.time.period));
+            let is_steady = self.is_driven_steadily();
+            let window = Window::of(self);
+            warnings.extend(window.warnings(&self.ramp, self.time.period, is_steady));
             if let Ok(curve) = FlowCurve::new(&vessel.inflow, self.time.period)
                 && let Some([from, to]) = curve.gap(LONG_GAP)
             {

@@ -31,8 +31,9 @@ impl Window {
         time > self.start_s + 0.5 * step && time < self.end_s + 0.5 * step
     }
 
-    /// Why averages over the window may not be those of a beat; empty if nothing is to be said against it.
-    pub fn warnings(self, ramp: &Ramp, period: f64) -> Vec<String> {
+    /// Why averages over the window may not be those of a beat; empty if nothing is to be said against it. A run that is driven
+    /// steadily has no beats.
+    pub fn warnings(self, ramp: &Ramp, period: f64, is_steady: bool) -> Vec<String> {
         let Self { start_s, end_s } = self;
         let mut warnings = Vec::new();
         let rounding = 1e-9 * period;
@@ -47,7 +48,7 @@ impl Window {
         let is_whole =
             periods.round() >= 1.0 && (periods - periods.round()).abs() <= 1e-6 * periods;
         // A run that ends within its first period has no better window.
-        if !is_whole && end_s > period - rounding {
+        if !is_steady && !is_whole && end_s > period - rounding {
             warnings.push(format!(
                 "the window of the hemodynamics, {start_s} to {end_s} s, is no whole number of periods but {} of \
                  them (time.period_s = {period}): its averages depend on where it begins",
@@ -89,7 +90,7 @@ mod tests {
     fn a_window_with_the_ramp_in_it_or_a_part_of_a_period_is_warned_of() {
         let warnings = |start_s, end_s| {
             let ramp = Ramp { duration: 0.5 };
-            Window { start_s, end_s }.warnings(&ramp, 0.8)
+            Window { start_s, end_s }.warnings(&ramp, 0.8, false)
         };
         // Whole periods after the ramp, with the rounding of decimal numbers.
         for (start, end) in [(0.5, 1.3), (1.6, 2.4), (0.7, 0.7 + 3.0 * 0.8)] {
@@ -109,6 +110,12 @@ mod tests {
         );
         assert_eq!(warnings(0.0, 1.0).len(), 2);
         assert!(warnings(0.8, 2.0)[0].contains("but 1.5 of them"));
+        let part = Window {
+            start_s: 0.8,
+            end_s: 1.0,
+        };
+        let steady = part.warnings(&Ramp { duration: 0.5 }, 0.8, true);
+        assert_eq!(steady, Vec::<String>::new());
         assert_eq!(significant(1.0 / 3.0), "0.333");
         assert_eq!(significant(1234.5), "1234");
     }

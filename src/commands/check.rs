@@ -12,6 +12,7 @@ use crate::case::{
 };
 use crate::fluid::openfoam::install;
 use crate::geometry::{Deviation, Section, Vessel};
+use crate::hemodynamics::FlowNumbers;
 use crate::output::progress::human;
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
@@ -85,6 +86,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         case.time.step,
         memory / 1e9,
     ))?;
+    if let Some(numbers) = FlowNumbers::of(&case) {
+        terminal::print(format_args!("flow    {numbers}\n"))?;
+    }
     if let Some(fit) = &fit {
         terminal::print(extent(fit))?;
         terminal::print(format_args!(

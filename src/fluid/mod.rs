@@ -149,6 +149,40 @@ pub struct FluidProbe {
     pub velocity: Vec3,
 }
 
+/// How much of the velocity stands in the polynomials of the highest degree of a fluid's elements, mean squares, m²/s².
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct HighestModes {
+    /// Of that part of the velocity.
+    pub highest: f64,
+    /// Of the velocity.
+    pub all: f64,
+}
+
+impl HighestModes {
+    /// Adds others, times a weight.
+    pub fn add(&mut self, other: &Self, weight: f64) {
+        self.highest += weight * other.highest;
+        self.all += weight * other.all;
+    }
+
+    /// The highest polynomials' part of the velocity, from 0 to about 1: root mean square over that of all; 0 of a fluid at rest.
+    pub fn share(&self) -> f64 {
+        match self.all > 0.0 {
+            true => (self.highest / self.all).sqrt(),
+            false => 0.0,
+        }
+    }
+}
+
+/// How well a fluid's elements resolve the flow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElementModes {
+    /// Of the element at each face of the interface.
+    pub at_wall: Vec<HighestModes>,
+    /// Of the whole domain: mean over its volume.
+    pub domain: HighestModes,
+}
+
 /// The state of a fluid between two time steps, in a form that can be stored.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FluidMemory {
@@ -245,6 +279,11 @@ pub trait Fluid {
         Ok(None)
     }
 
+    /// How well its elements resolve the flow at the end of the last accepted step; none from a solver without polynomials.
+    fn element_modes(&self) -> Option<ElementModes> {
+        None
+    }
+
     /// Seconds of wall-clock time since the solver was started by named part of its work (`momentum`), as far as it
     /// knows them after a step that was accepted with `write`.
     fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
@@ -296,6 +335,10 @@ impl<F: Fluid + ?Sized> Fluid for Box<F> {
 
     fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
         (**self).field()
+    }
+
+    fn element_modes(&self) -> Option<ElementModes> {
+        (**self).element_modes()
     }
 
     fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {

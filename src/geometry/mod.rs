@@ -39,7 +39,9 @@ pub use extruded::{Growth, GrowthError, SurfaceError, WetQuads};
 pub use hex_mesh::{HexFace, HexMesh, HexShape, WallDirections};
 pub use imperfection::{Imperfection, irregular_tube_mesh};
 pub use mesh_file::MeshFileError;
-pub use o_grid::{MotionBlend, WallPolygons, elastic_pieces, fluid_mesh, section_quads};
+pub use o_grid::{
+    MotionBlend, WallPolygons, cell_widths, elastic_pieces, fluid_mesh, section_quads,
+};
 pub use poly_mesh::{Patch, PolyMesh};
 pub use section::Section;
 pub use size::centre_line;

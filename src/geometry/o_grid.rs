@@ -17,6 +17,14 @@ const CORNER: f64 = 0.56;
 /// Shape of the core's sides: 0 straight, 1 arcs of a circle.
 const BULGE: f64 = 0.4;
 
+/// Widths of cells as shares of the radius: of those in the middle, and of those at the wall where they are widest.
+pub fn cell_widths(mesh: &FluidMesh) -> [f64; 2] {
+    let side = CORNER * ((1.0 - BULGE) * FRAC_PI_4.cos() + BULGE);
+    let rings = CrossSection::new(mesh).rings;
+    let before = rings.len().checked_sub(2).map_or(0.0, |i| rings[i]);
+    [2.0 * side / mesh.core as f64, (1.0 - side) * (1.0 - before)]
+}
+
 /// Numbering of the points and cells of one cross-section.
 struct CrossSection<'a> {
     mesh: &'a FluidMesh,

@@ -4,6 +4,7 @@ use super::shear::ShearStatistics;
 use super::wall::{WallState, widened};
 use crate::Vec3;
 use crate::case::Window;
+use crate::fluid::{ElementModes, HighestModes};
 use serde::{Deserialize, Serialize};
 
 /// Integrals over a window, as far as the run has come.
@@ -19,6 +20,10 @@ pub struct WindowStatistics {
     pub shear: ShearStatistics,
     /// Integral of the points' displacement, m s.
     displacement: Vec<Vec3>,
+    /// Integrals of the highest modes of the fluid's element at each face; empty if it has none.
+    pub modes_at_wall: Vec<HighestModes>,
+    /// The same of the whole fluid.
+    pub modes: HighestModes,
 }
 
 impl WindowStatistics {
@@ -30,12 +35,14 @@ impl WindowStatistics {
             reached: 0.0,
             shear: ShearStatistics::new(faces),
             displacement: vec![Vec3::zeros(); points],
+            modes_at_wall: Vec::new(),
+            modes: HighestModes::default(),
         }
     }
 
-    /// Adds the end of a step, if it lies in the window; it began where the one before ended, and is at most
-    /// `longest` (s) long.
-    pub fn add(&mut self, state: &WallState, longest: f64) {
+    /// Adds the end of a step with the highest modes of the fluid's elements, if it has any and the step lies in the window; it began
+    /// where the one before ended, and is at most `longest` (s) long.
+    pub fn add(&mut self, state: &WallState, modes: Option<&ElementModes>, longest: f64) {
         let step = (state.time - self.reached).min(longest);
         self.reached = state.time;
         if !self.window.contains(state.time, step) {
@@ -45,6 +52,13 @@ impl WindowStatistics {
         self.shear.add(&shear, step);
         for (sum, u) in self.displacement.iter_mut().zip(&state.displacement) {
             *sum += widened(u) * step;
+        }
+        if let Some(modes) = modes {
+            self.modes.add(&modes.domain, step);
+            (self.modes_at_wall).resize(modes.at_wall.len(), HighestModes::default());
+            for (sum, modes) in self.modes_at_wall.iter_mut().zip(&modes.at_wall) {
+                sum.add(modes, step);
+            }
         }
         self.steps += 1;
     }

@@ -13,7 +13,7 @@ use crate::case::{Case, Solver, Window};
 use crate::coupling::Iteration;
 use crate::fluid::{Fluid, FluidStep, Opening};
 use crate::geometry::centre_line;
-use crate::hemodynamics::{Monitor, Region, WallState, WetSurface};
+use crate::hemodynamics::{Monitor, Region, Resolution, Steadiness, WallState, WetSurface};
 use crate::pfem::evaluation::samples::StressPeak;
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
@@ -68,6 +68,12 @@ pub struct RunSummary {
     /// Where the unloaded shape of the wall comes from, if it is not the given one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unloading: Option<Unloading>,
+    /// Whether its flow is resolved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<Resolution>,
+    /// Whether it has become steady, if its inputs are constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steadiness: Option<Steadiness>,
     /// Figures of all steps.
     #[serde(flatten)]
     pub totals: Totals,
@@ -306,7 +312,8 @@ impl Observer<Structure> for Record {
         }
         let state = WallState::new(time, &step.fluid.wall_shear, &step.displacement);
         let lumen = step.fluid.volume - self.settings.rigid_volume;
-        self.wall.step(&state, wall.stresses, lumen)?;
+        let modes = accepted.element_modes.as_ref();
+        self.wall.step(&state, modes, wall.stresses, lumen)?;
         let rows = iteration_rows(time, accepted.attempt, &step.iterations);
         self.iterations.append(&rows)?;
         self.history.append(&[self.row(accepted, wall.stresses)])?;
@@ -402,6 +409,10 @@ pub struct Ending {
     pub structure_dofs: usize,
     /// Where the unloaded shape of the wall comes from, if it is not the given one.
     pub unloading: Option<Unloading>,
+    /// Whether its flow is resolved.
+    pub resolution: Option<Resolution>,
+    /// Whether it has become steady, if its inputs are constant.
+    pub steadiness: Option<Steadiness>,
     /// Largest memory of the fluid's processes, as far as seen, bytes.
     pub fluid_peak_memory: f64,
 }
@@ -420,6 +431,8 @@ impl RunSummary {
             fluid_cells: ending.fluid_cells,
             structure_dofs: ending.structure_dofs,
             unloading: ending.unloading,
+            resolution: ending.resolution,
+            steadiness: ending.steadiness,
             mean_coupling_iterations: totals.coupling_iterations as f64 / steps,
             seconds_per_step: totals.wall_s / steps,
             totals,

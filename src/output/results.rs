@@ -10,7 +10,7 @@ use crate::files::{UNFINISHED, named};
 use crate::geometry::{PolyMesh, centre_line};
 use crate::hemodynamics::summary::{Series, WallFields};
 use crate::hemodynamics::{
-    HemodynamicsSummary, Region, RegionExtent, RegionStep, WetSurface, WindowStatistics,
+    HemodynamicsSummary, Region, RegionExtent, RegionStep, Steadiness, WetSurface, WindowStatistics,
 };
 use std::io;
 use std::path::Path;
@@ -41,11 +41,6 @@ pub fn evaluate(
         let rows = wall_fields::rows(wall, fields);
         wall_fields::write_table(&draft.wall_shear_table(), &rows)?;
         wall_fields::write_series(&draft.wall_shear(), statistics.window.end_s, wall, fields)?;
-    }
-    if files.wall_history().is_file() {
-        let times = [case.time.step, case.output.structure_interval];
-        let path = draft.wall_shear_over_time();
-        wall_fields::write_over_time(&path, &files.wall_history(), times)?;
     }
     let json = serde_json::to_string_pretty(&summary).map_err(io::Error::other)?;
     write_atomically(&draft.hemodynamics(), json.as_bytes())?;
@@ -184,8 +179,17 @@ impl Results {
             return Vec::new();
         }
         let window = self.hemodynamics.window;
-        let mut warnings = window.warnings(&self.case.ramp, self.case.time.period);
+        let mut warnings = window.warnings(
+            &self.case.ramp,
+            self.case.time.period,
+            self.case.is_driven_steadily(),
+        );
         warnings.extend(self.hemodynamics.alternates());
+        if let Some(summary) = &self.summary {
+            let findings = summary.resolution.iter().flat_map(|found| &found.findings);
+            warnings.extend(findings.map(|finding| finding.text.clone()));
+            warnings.extend(summary.steadiness.as_ref().and_then(Steadiness::warning));
+        }
         warnings
     }
 

@@ -104,14 +104,14 @@ impl RunFiles {
         self.root.join("wall-shear.csv")
     }
 
+    /// How well the flow is resolved at each face of the wall.
+    pub fn resolution(&self) -> PathBuf {
+        self.root.join("resolution.csv")
+    }
+
     /// Wall shear measures on the wall, for ParaView.
     pub fn wall_shear(&self) -> PathBuf {
         self.root.join("wall-shear.pvd")
-    }
-
-    /// Wall shear stress and displacement over time, for ParaView.
-    pub fn wall_shear_over_time(&self) -> PathBuf {
-        self.root.join("wall-shear-over-time.pvd")
     }
 
     /// Opens everything in ParaView.

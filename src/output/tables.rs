@@ -170,6 +170,19 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> io::Result<Vec<T>> {
     rows.map_err(|e| failed(io::ErrorKind::InvalidData, &e))
 }
 
+/// A row of `resolution.csv`: how well the flow is resolved at a face of the wall.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ResolutionRow {
+    /// Centre of the unloaded face along the axis.
+    pub x_m: f64,
+    /// Around the axis, from +y towards +z.
+    pub phi_deg: f64,
+    /// Difference of its time-averaged wall shear stress from that of the faces beside it, over the mean of the wall; empty at rims.
+    pub jump: Option<f64>,
+    /// Share of the velocity that stands in the highest polynomials of the fluid's element there, if it has any.
+    pub highest_modes: Option<f64>,
+}
+
 /// The rows at whole multiples of `step` (s): where steps were halved, others lie between.
 pub fn whole_steps(history: &[HistoryRow], step: f64) -> Vec<&HistoryRow> {
     let is_whole = |row: &&HistoryRow| {

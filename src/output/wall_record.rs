@@ -3,6 +3,7 @@
 use super::tables::Table;
 use super::wall_history::{WallHistory, WallHistoryError, WallHistoryReader};
 use crate::case::Window;
+use crate::fluid::ElementModes;
 use crate::hemodynamics::{Monitor, WallState, WallStress, WetSurface, WindowStatistics};
 use crate::pfem::evaluation::samples::StressPeak;
 use serde::{Deserialize, Serialize};
@@ -88,14 +89,17 @@ impl WallRecord {
         })
     }
 
-    /// Adds the end of a step with the largest stress of each element and the volume (m³) of the lumen within the wall.
+    /// Adds the end of a step with the highest modes of the fluid's elements, the largest stress of each of the wall's, and the volume
+    /// (m³) of the lumen within the wall.
     pub fn step(
         &mut self,
         state: &WallState,
+        modes: Option<&ElementModes>,
         stresses: &[StressPeak],
         lumen: f64,
     ) -> io::Result<()> {
-        self.statistics.add(state, self.settings.time_step);
+        let longest = self.settings.time_step;
+        self.statistics.add(state, modes, longest);
         if let Some(history) = &mut self.history {
             history.append(state)?;
         }
@@ -152,7 +156,7 @@ pub fn gather(
             .is_some()
         {}
         begun = true;
-        statistics.add(&state, time_step);
+        statistics.add(&state, None, time_step);
     }
     match reached.next() {
         Some(time) => Err(reader.ends_before(time)),

@@ -1,6 +1,7 @@
 //! The end of a run, good or bad.
 
 use super::coupled_run::CoupledRun;
+use super::judgement::Judgement;
 use super::resumption::way_back;
 use super::{Failure, RunFolder, written};
 use crate::case::Solver;
@@ -18,7 +19,12 @@ impl CoupledRun {
             Err(failure @ Failure::Interrupted(_)) => ("interrupted", Some(failure.to_string())),
             Err(failure) => ("failed", Some(failure.to_string())),
         };
+        // A run whose tables cannot be read says so where it evaluates them.
+        let record = &self.simulation.observer.0;
+        let judgement = Judgement::of(&self.case, &self.folder, record).unwrap_or_default();
         let ending = Ending {
+            resolution: judgement.resolution.clone(),
+            steadiness: judgement.steadiness.clone(),
             status,
             reason,
             case: self.case_folder.clone(),
@@ -37,7 +43,9 @@ impl CoupledRun {
         drop(simulation.coupling); // ends the fluid
         let (record, _) = simulation.observer;
         let summary = RunSummary::new(ending, totals);
-        let summarized = summary.write(&folder.summary()).and_then(|()| {
+        let written_down =
+            (summary.write(&folder.summary())).and_then(|()| judgement.write(&folder));
+        let summarized = written_down.and_then(|()| {
             let (wall, statistics) = (record.wall().monitor().wall(), record.wall().statistics());
             results::evaluate(&folder, &folder, &case, wall, statistics)
         });
@@ -46,7 +54,8 @@ impl CoupledRun {
                 let hemodynamics = summarized.map_err(written)?;
                 if !quiet {
                     let closing_text = closing_text(&summary, &folder, case.fluid.solver);
-                    terminal::print(format_args!("{closing_text}\n{hemodynamics}"))?;
+                    let judged = judgement.lines();
+                    terminal::print(format_args!("{closing_text}\n{hemodynamics}{judged}"))?;
                 }
                 Ok(())
             }

@@ -6,6 +6,7 @@ mod coupled_run;
 mod failure;
 mod folder;
 mod interrupt;
+mod judgement;
 mod lock;
 mod new_tables;
 mod resumption;

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use crate::case::{Case, Override, Place, Preset, ResolvedCase};
+use crate::hemodynamics::FlowNumbers;
 use crate::output::terminal;
 use crate::processes::machine_memory;
 use crate::simulation::assembly::preflight;
@@ -79,7 +80,10 @@ impl CaseSelection {
 /// Says on standard error what makes the results of a case doubtful, and what in it does nothing.
 pub fn warn(case: &ResolvedCase) {
     let unread = case.unread.iter().map(ToString::to_string);
-    for warning in case.warnings(cores()).into_iter().chain(unread) {
+    let numbers = FlowNumbers::of(case);
+    let findings = numbers.iter().flat_map(FlowNumbers::findings);
+    let warnings = case.warnings(cores()).into_iter().chain(unread);
+    for warning in warnings.chain(findings.map(|finding| finding.text)) {
         terminal::note(format_args!("warning: {warning}"));
     }
 }

@@ -17,8 +17,7 @@ use crate::files::{FileFingerprint, below};
 use crate::fluid::{Fluid, FluidEffort, FluidError};
 use crate::pfem::{Solid, SolidError};
 use checkpoint::{Checkpoint, Store, StoreError};
-use clock::Clock;
-pub(crate) use clock::is_due;
+use clock::{Clock, is_due};
 use observer::{AcceptedStep, AcceptedWall, Note, Observer};
 use rescue::Trouble;
 use std::io;
@@ -229,6 +228,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         let accepted = AcceptedStep {
             fluid_probes,
             fluid_field,
+            element_modes: self.coupling.fluid.element_modes(),
             number,
             last: self.clock.last(),
             completes,

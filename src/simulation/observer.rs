@@ -2,7 +2,7 @@
 
 use super::clock::is_due;
 use crate::coupling::{Iteration, Step};
-use crate::fluid::{FluidField, FluidProbe};
+use crate::fluid::{ElementModes, FluidField, FluidProbe};
 use crate::pfem::evaluation::samples::StressPeak;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -17,6 +17,8 @@ pub struct AcceptedStep {
     pub fluid_probes: Vec<FluidProbe>,
     /// The flow in its whole domain, where it is due and the fluid does not write it itself.
     pub fluid_field: Option<FluidField>,
+    /// How well the fluid's elements resolve the flow, if it has polynomials.
+    pub element_modes: Option<ElementModes>,
     /// Number of the time step, from 1.
     pub number: usize,
     /// The last one.

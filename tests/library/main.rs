@@ -23,9 +23,7 @@ mod native_failures;
 mod native_flow;
 mod native_tube;
 mod near_buckling;
-mod new_beat;
 mod new_case;
-mod new_shape;
 mod pfem_benchmarks;
 mod pfem_dynamics;
 mod pfem_locking;
@@ -35,6 +33,7 @@ mod pfem_static_tube;
 #[path = "../pfem_support/mod.rs"]
 mod pfem_support;
 mod prestress;
+mod resolution;
 mod solid_bad_input;
 mod solid_dynamic;
 mod solid_state;

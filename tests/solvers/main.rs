@@ -37,6 +37,7 @@ mod pfem_support;
 mod probes;
 mod python_reader;
 mod report;
+mod resolution;
 mod resume;
 mod rigid_vessel;
 mod run_support;

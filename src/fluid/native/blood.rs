@@ -2,10 +2,12 @@
 
 use super::FlowError;
 use super::clock::Part;
+use super::decay::highest_modes;
 use super::ends::{Ends, NativeInlet};
 use super::entering::{Entering, OpenEnd};
 use super::field::field;
 use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
+use super::metric::Metric;
 use super::probes::probe;
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::{Face, Patch};
@@ -14,8 +16,8 @@ use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
 use crate::case::{Case, Problem, Rheology};
 use crate::fluid::{
-    Fluid, FluidCost, FluidEffort, FluidError, FluidField, FluidInterface, FluidMemory, FluidProbe,
-    FluidStep, FluidTrial, Opening,
+    ElementModes, Fluid, FluidCost, FluidEffort, FluidError, FluidField, FluidInterface,
+    FluidMemory, FluidProbe, FluidStep, FluidTrial, HighestModes, Opening,
 };
 use crate::geometry::Vessel;
 use crate::numbers::twelve_digits;
@@ -68,6 +70,8 @@ pub struct NativeFluid {
     rheology: Rheology,
     /// Points whose pressure and velocity are asked for, m.
     watched: Vec<Vec3>,
+    /// Volumes of the elements at rest, m³.
+    element_volumes: Vec<f64>,
 }
 
 impl NativeFluid {
@@ -124,6 +128,7 @@ impl NativeFluid {
             max_iterations: MOST_ITERATIONS,
         };
         let (velocities, pressures) = (3 * space.space.nodes, space.space.pressures);
+        let metric = Metric::new(&space, &positions).map_err(|error| failed(&error))?;
         let flow = Flow::new(space, settings, &fixed, wall.clone(), open, &positions)
             .map_err(|error| failed(&error))?;
         let zeros = |n: usize| [vec![0.0; n], vec![0.0; n]];
@@ -144,6 +149,7 @@ impl NativeFluid {
             trial: None,
             ends,
             initial: still,
+            element_volumes: metric.volumes,
             inlet,
             wall,
             rheology: case.blood.rheology(),
@@ -176,7 +182,7 @@ impl NativeFluid {
     /// Volume (m³) of the mesh when time begins, and of its parts with a rigid wall.
     pub fn volumes(&self) -> Result<[f64; 2], FluidError> {
         let positions = self.mesh.positions(&self.initial);
-        let metric = super::metric::Metric::new(self.flow.space(), &positions)
+        let metric = Metric::new(self.flow.space(), &positions)
             .map_err(|error| FluidError::NotSolved(error.to_string()))?;
         let per_layer = 4 * self.mesh.resolution().core * self.mesh.resolution().radial
             + self.mesh.resolution().core.pow(2);
@@ -220,16 +226,20 @@ impl NativeFluid {
             pressure,
             Some(&self.flow.viscous_reactions(trial)),
         );
+        let parts = self.faces_of_interface();
+        parts.map(|(face, part)| by_element[face][part]).collect()
+    }
+
+    /// The face of an element, and the part of it, that each face of the interface is.
+    fn faces_of_interface(&self) -> impl Iterator<Item = (usize, usize)> {
         let degree = self.mesh.resolution().degree;
         let around = self.mesh.around();
         let parts = around / degree;
-        (0..self.mesh.interface().faces.len())
-            .map(|face| {
-                let (ring, a) = (face / around, face % around);
-                let element = ring / degree * parts + a / degree;
-                by_element[element][ring % degree * degree + a % degree]
-            })
-            .collect()
+        (0..self.mesh.interface().faces.len()).map(move |face| {
+            let (ring, a) = (face / around, face % around);
+            let element = ring / degree * parts + a / degree;
+            (element, ring % degree * degree + a % degree)
+        })
     }
 
     /// Pressure (Pa), mean over the inlet.
@@ -414,6 +424,21 @@ impl Fluid for NativeFluid {
             &pressure[0],
             &self.watched,
         ))
+    }
+
+    fn element_modes(&self) -> Option<ElementModes> {
+        let by_element = highest_modes(self.flow.space(), &self.memory.flow.velocity[0]);
+        let volume: f64 = self.element_volumes.iter().sum();
+        let mut domain = HighestModes::default();
+        for (modes, part) in by_element.iter().zip(&self.element_volumes) {
+            domain.add(modes, part / volume);
+        }
+        let elements = self.faces_of_interface();
+        let at_wall = elements.map(|(face, _)| by_element[self.wall[face].element]);
+        Some(ElementModes {
+            at_wall: at_wall.collect(),
+            domain,
+        })
     }
 
     fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {

@@ -18,6 +18,13 @@ const CORNER: f64 = 0.7;
 /// Shape of the square's sides: 0 straight, 1 arcs of a circle.
 const BULGE: f64 = 0.5;
 
+/// Widths of elements as shares of the radius, for so many along a side of the square and from there to the wall: of those in the
+/// middle, and of those at the wall where they are widest.
+pub(crate) fn element_widths(core: usize, radial: usize) -> [f64; 2] {
+    let side = CORNER * ((1.0 - BULGE) * FRAC_PI_4.cos() + BULGE);
+    [2.0 * side / core as f64, (1.0 - side) / radial as f64]
+}
+
 /// Numbers of elements, and their degree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resolution {

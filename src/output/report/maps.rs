@@ -67,7 +67,7 @@ pub fn places(run: &Results) -> Vec<Place> {
     run.faces.iter().map(place).collect()
 }
 
-fn draw(
+pub(super) fn draw(
     places: &[Place],
     values: &[f64],
     title: &str,

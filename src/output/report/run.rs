@@ -3,7 +3,7 @@
 use super::flow_field::LumenFlow;
 use super::page::{Page, chart, escape, gallery, line, panel, table, warnings};
 use super::surface::Surface;
-use super::{case_table, initial_state, maps, quantities, scene};
+use super::{case_table, initial_state, maps, quantities, resolution, scene};
 use crate::geometry::{Vessel, centre_line};
 use crate::hemodynamics::{Region, RegionExtent, RegionName};
 use crate::numbers::twelve_digits;
@@ -85,6 +85,9 @@ pub fn page(run: &Results) -> io::Result<String> {
         page.section("cuts", "Blood in a longitudinal cut", &gallery(&cuts));
         let sections = super::flow_sections::sections(run, &flow);
         page.section("sections", "Blood in cross-sections", &gallery(&sections));
+    }
+    if let Some(html) = resolution::section(run)? {
+        page.section("resolution", "How well the flow is resolved", &html);
     }
     let html = left_over(run) + &gallery(&effort(run));
     page.section("effort", "Coupling", &html);
