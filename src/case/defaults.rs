@@ -7,6 +7,8 @@ use toml::Value;
 
 /// The file.
 pub const TEXT: &str = include_str!("../../openfoam-case/defaults.toml");
+/// What messages call it.
+pub const SHOWN_AS: &str = "built-in defaults.toml";
 
 words! {
     /// Where a default value comes from.

@@ -34,6 +34,8 @@ pub struct ResolvedCase {
     pub origins: BTreeMap<String, Place>,
     /// What the user has written and this case does not read.
     pub unread: Vec<Unread>,
+    /// What the user has written and was fitted to something else, a sentence each.
+    pub adjusted: Vec<String>,
 }
 
 impl ResolvedCase {
@@ -47,6 +49,12 @@ impl ResolvedCase {
             found: found.map_or("(not given)".into(), |(.., value)| value::shorten(value)),
             message,
         }
+    }
+
+    /// As [`Case::warnings`], and what was adjusted.
+    pub fn warnings(&self, cores: usize) -> Vec<String> {
+        let adjusted = self.adjusted.iter().cloned();
+        adjusted.chain(self.case.warnings(cores)).collect()
     }
 
     /// The key to blame for a point of `key`: that of the file with what was measured, if that alone gives points.
@@ -167,6 +175,7 @@ impl Case {
             if has_own && stack.entry("fluid.solver").is_none() {
                 case.fluid.solver = Solver::External;
             }
+            let adjusted = case.fit_times(&stack);
             case.read_files(&stack, &mut errors);
             check::check(&case, &stack, &mut errors);
             if errors.is_empty() && case.read_lumen(&stack, &mut errors) {
@@ -179,6 +188,7 @@ impl Case {
                     case,
                     origins,
                     unread: Vec::new(),
+                    adjusted,
                 };
                 case.find_unread(&file, extends);
                 return Ok(case);

@@ -26,6 +26,8 @@ pub struct PeriodicTable {
 const SAMPLES: usize = 10_000;
 /// Below this share of the mean magnitude a mean is none.
 const EVEN: f64 = 0.01;
+/// Longer than any period, s.
+const LONGEST: f64 = 1e9;
 
 impl PeriodicTable {
     /// A curve of the flow (m³/s). Those of SimVascular (`.flow`) are in cm³/s where nothing else is said, and either sign may
@@ -68,6 +70,18 @@ impl PeriodicTable {
             };
         }
         Ok(Self::new(curve, file_period.unwrap_or(period), period))
+    }
+
+    /// The period (s) that a curve of the flow shows, if it shows one, and its last time.
+    ///
+    /// # Errors
+    /// What is wrong with the file, with the line.
+    pub fn period_of_flow(
+        path: &Path,
+        unit: Option<FlowUnit>,
+    ) -> Result<(Option<f64>, f64), TableError> {
+        let all = Self::of_flow(path, unit, None, LONGEST)?;
+        Ok((all.shown_period(), all.times[all.times.len() - 1]))
     }
 
     /// A curve of the pressure (Pa).
@@ -160,6 +174,28 @@ impl PeriodicTable {
         self.period
     }
 
+    /// The period (s) that the curve itself shows: up to its last time if that has the value of the first one, or else one more of its
+    /// equal steps; `None` if it ends anywhere and its steps differ. Where the last value is that of the first because blood rests, the period is the
+    /// one that takes fewer digits to write.
+    fn shown_period(&self) -> Option<f64> {
+        let (n, times, values) = (self.times.len(), &self.times, &self.values);
+        let span = times[n - 1] - times[0];
+        let step = span / (n - 1) as f64;
+        let is_even = times
+            .windows(2)
+            .all(|pair| ((pair[1] - pair[0]) / step - 1.0).abs() < 0.02);
+        // What sums of rounded times leave behind the sixth digit is none of the period.
+        let behind = format!("{:.5e}", span + step).parse().unwrap_or(span);
+        let most = values.iter().fold(0.0f64, |most, q| most.max(q.abs()));
+        let closes = (values[n - 1] - values[0]).abs() <= 1e-3 * most;
+        match (closes, is_even) {
+            (true, true) if digits(behind) < digits(span) => Some(behind),
+            (true, _) => Some(span),
+            (false, true) => Some(behind),
+            (false, false) => None,
+        }
+    }
+
     /// The times (s) between which there is no value, from the last to the first in the next period, if they are
     /// more than `times` as far apart as any two others that follow each other.
     pub fn gap(&self, times: f64) -> Option<[f64; 2]> {
@@ -212,4 +248,11 @@ fn monotone_slopes(times: &[f64], values: &[f64], period: f64) -> Vec<f64> {
             (w0 + w1) / (w0 / d1 + w1 / d0)
         })
         .collect()
+}
+
+/// Digits of a number as it is written, without zeros before and behind.
+fn digits(x: f64) -> usize {
+    let text = format!("{x:.8e}");
+    let (mantissa, _) = text.split_once('e').unwrap_or((&text, ""));
+    mantissa.trim_end_matches('0').len()
 }

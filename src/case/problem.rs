@@ -181,7 +181,7 @@ impl Case {
         self.output.measured = None;
         if let Some(vessel) = self.description() {
             (vessel.centre_line, vessel.unit, vessel.branch) = (None, None, None);
-            (vessel.is_reversed, vessel.smoothing) = (None, None);
+            (vessel.is_reversed, vessel.smoothing, vessel.least_bend) = (None, None, None);
             (vessel.lumen, vessel.lumen_unit, vessel.lumen_smoothing) = (None, None, None);
         }
     }

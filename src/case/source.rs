@@ -49,7 +49,7 @@ impl Base {
 
 /// The defaults that are built into the program.
 pub fn read_defaults(errors: &mut Vec<CaseError>) -> Source {
-    let path = Path::new("built-in defaults.toml");
+    let path = Path::new(defaults::SHOWN_AS);
     parse(defaults::TEXT, path, Path::new(""), errors)
 }
 

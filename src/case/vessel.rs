@@ -25,8 +25,10 @@ table! {
             absent "the only one";
         is_reversed: Option<bool> = "reverse", Kind::Flag, "whether the blood flows from the end of the file's line to its beginning", absent "false";
         /// A smoothing spline: waves of three times this length keep 99 %, of a third of it 1 %.
-        smoothing: Option<f64> = "smoothing_m", above(0.0, 1.0), "length of the waves of the centre-line's points (and radii) that are halved",
+        smoothing: Option<f64> = "smoothing_m", above(0.0, 1.0), "length of the waves of the centre-line's points that are halved; radii change by their own scatter at most",
             absent "none: the line passes all points";
+        least_bend: Option<f64> = "least_bend_m", above(0.0, 1.0), "where the centre-line bends with a smaller radius it is smoothed more, until it does not",
+            absent "none: bends stay as they are";
         lumen: Option<PathBuf> = "lumen", Kind::Path, "file with the lumen's surface: STL, or VTK's polydata (.vtp)",
             absent "circles of the radius";
         lumen_unit: Option<LengthUnit> = "lumen_unit", Kind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "vessel.unit";

@@ -12,6 +12,7 @@ mod hemodynamics;
 mod keys;
 mod new;
 mod preview;
+mod quantity;
 mod report;
 mod results_folder;
 mod run;
@@ -24,7 +25,8 @@ mod wall;
 mod windkessel;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::output::terminal;
@@ -44,15 +46,20 @@ use case_arguments::CaseArguments;
 struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
+    /// Folder of the case, with its case.toml, or that file.
+    #[arg(long, value_name = "DIR")]
+    case: Option<PathBuf>,
     #[command(flatten)]
-    run: Option<run::Arguments>,
-    // Beside `run`, not within: clap takes an optional group for absent if another one is nested in it.
+    how: run::How,
     #[command(flatten)]
     chosen: CaseArguments,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Runs a coupled case, as --case DIR does.
+    #[command(hide = true)]
+    Run(run::InFolder),
     /// Writes a commented case for a vessel of your own, from a centre-line and a surface if you have them.
     New(new::Arguments),
     /// Draws a vessel before anything is computed: lumen, wall, sections, layers, fibres and meshes.
@@ -96,7 +103,7 @@ enum Command {
 /// Parses the command line and runs the command. Exit code 0: done; 1: a solver failed; 2: the input or the
 /// installation is at fault, nothing was written; 130: interrupted.
 pub fn main() -> ExitCode {
-    let outcome = match CommandLine::try_parse() {
+    let outcome = match parsed() {
         Ok(line) => execute(line),
         Err(mistake) if mistake.use_stderr() => mistake.exit(),
         Err(help) if help.kind() == ErrorKind::DisplayVersion => shell::version(),
@@ -111,8 +118,26 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// The command line. A number below zero is the value of an option, though hardly ever a good one, and no option.
+fn parsed() -> clap::error::Result<CommandLine> {
+    fn with_numbers(command: clap::Command) -> clap::Command {
+        let names: Vec<String> = (command.get_subcommands())
+            .map(|sub| sub.get_name().to_owned())
+            .collect();
+        let command = command.mut_args(|arg| match arg.get_action().takes_values() {
+            true => arg.allow_negative_numbers(true),
+            false => arg,
+        });
+        (names.iter()).fold(command, |all, name| all.mut_subcommand(name, with_numbers))
+    }
+    let mut command = with_numbers(CommandLine::command());
+    let matches: ArgMatches = command.try_get_matches_from_mut(std::env::args_os())?;
+    CommandLine::from_arg_matches(&matches).map_err(|mistake| mistake.format(&mut command))
+}
+
 fn execute(line: CommandLine) -> Result<(), Failure> {
-    match (line.command, line.run) {
+    match (line.command, line.case) {
+        (Some(Command::Run(arguments)), _) => run::in_folder(&arguments),
         (Some(Command::New(arguments)), _) => new::run(&arguments),
         (Some(Command::Preview(arguments)), _) => preview::run(&arguments),
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
@@ -132,7 +157,9 @@ fn execute(line: CommandLine) -> Result<(), Failure> {
         (Some(Command::Completions(arguments)), _) => shell::completions(&arguments),
         (Some(Command::Man(arguments)), _) => shell::manual(&arguments),
         (Some(Command::Convergence(arguments)), _) => convergence::run(&arguments),
-        (None, Some(arguments)) => run::run(&arguments, &line.chosen),
-        (None, None) => unreachable!("clap shows the help when there are no arguments"),
+        (None, Some(case)) => run::run(&case, &line.how, &line.chosen),
+        (None, None) => Err(Failure::Input(
+            "which case? fsi-driver --case DIR runs one; fsi-driver --help lists what else there is".into(),
+        )),
     }
 }

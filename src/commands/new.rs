@@ -1,6 +1,6 @@
 //! `fsi-driver new DIR`: a commented case for a vessel of one's own.
 
-use super::Failure;
+use super::{Failure, quantity};
 use crate::case::{FlowUnit, LengthUnit};
 use crate::output::terminal;
 use crate::proposal::{Like, NoProposal, Proposal, Wishes};
@@ -30,9 +30,24 @@ pub struct Arguments {
     /// The blood flows from the end of the line to its beginning.
     #[arg(long, requires = "from")]
     reverse: bool,
-    /// Radius of the lumen in metres, if no file knows it.
-    #[arg(long, value_name = "M")]
+    /// Radius of the lumen, such as 3mm (metres without a unit), if no file knows it.
+    #[arg(long, value_name = "LENGTH", value_parser = quantity::length, allow_hyphen_values = true)]
     radius: Option<f64>,
+    /// Thickness of the artery's wall, such as 0.7mm [default: 0.3 of the radius].
+    #[arg(long, value_name = "LENGTH", value_parser = quantity::length, allow_hyphen_values = true)]
+    thickness: Option<f64>,
+    /// Waves of the centre-line's points of this length are halved [default: one radius, four if the points scatter].
+    #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length, allow_hyphen_values = true)]
+    smoothing: Option<f64>,
+    /// The vessel has its shape under this pressure, such as 80mmHg [default: it is unloaded].
+    #[arg(long, value_name = "PRESSURE", value_parser = quantity::pressure, allow_hyphen_values = true)]
+    loaded: Option<f64>,
+    /// A windkessel of three elements: a tenth of the resistance before it.
+    #[arg(long)]
+    rcr: bool,
+    /// Tissue around the wall: springs and dampers.
+    #[arg(long)]
+    tissue: bool,
     /// What the vessel is like.
     #[arg(long, value_enum, default_value_t)]
     like: Like,
@@ -42,12 +57,12 @@ pub struct Arguments {
     /// Unit of the flows in that file [default: that in its header; of a .flow of SimVascular cm3/s].
     #[arg(long, value_name = "UNIT", requires = "flow", value_parser = super::windkessel::unit)]
     flow_unit: Option<FlowUnit>,
-    /// Duration of a period of that file, s: the curve is stretched to the beat [default: --period].
+    /// Duration of a period of that file, s: the curve is stretched to the beat.
     #[arg(long, value_name = "S", requires = "flow")]
     flow_period: Option<f64>,
-    /// Duration of a beat, s.
-    #[arg(long, value_name = "S", default_value_t = 1.0)]
-    period: f64,
+    /// Duration of a beat, s [default: that of the curve in the file of the flow, or 1].
+    #[arg(long, value_name = "S")]
+    period: Option<f64>,
 }
 
 fn unit(word: &str) -> Result<LengthUnit, String> {
@@ -67,25 +82,49 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "{shown} is there already and not an empty folder: choose another name"
         )));
     }
-    if let Some(radius) = arguments.radius
-        && !(1e-5..=0.05).contains(&radius)
-    {
-        return Err(Failure::Input(format!(
-            "--radius {radius}: expected metres, from 1e-5 to 0.05"
-        )));
-    }
-    if !(1e-3..=1e3).contains(&arguments.period) {
-        return Err(Failure::Input(format!(
-            "--period {}: expected a duration from 0.001 to 1000 s",
-            arguments.period
-        )));
-    }
-    if let Some(period) = arguments.flow_period
-        && !(1e-3..=1e3).contains(&period)
-    {
-        return Err(Failure::Input(format!(
-            "--flow-period {period}: expected a duration from 0.001 to 1000 s"
-        )));
+    for (option, value, [least, most], allowed) in [
+        (
+            "--radius",
+            arguments.radius,
+            [1e-5, 0.05],
+            "metres, from 1e-5 to 0.05",
+        ),
+        (
+            "--thickness",
+            arguments.thickness,
+            [1e-6, 0.02],
+            "a length from 1e-6 to 0.02 m",
+        ),
+        (
+            "--smoothing",
+            arguments.smoothing,
+            [0.0, 1.0],
+            "a length from 0 to 1 m",
+        ),
+        (
+            "--loaded",
+            arguments.loaded,
+            [1.0, 1e5],
+            "a pressure from 1 Pa to 100 kPa (750 mmHg)",
+        ),
+        (
+            "--period",
+            arguments.period,
+            [1e-3, 1e3],
+            "a duration from 0.001 to 1000 s",
+        ),
+        (
+            "--flow-period",
+            arguments.flow_period,
+            [1e-3, 1e3],
+            "a duration from 0.001 to 1000 s",
+        ),
+    ] {
+        if let Some(value) = value.filter(|value| !(least..=most).contains(value)) {
+            return Err(Failure::Input(format!(
+                "{option} {value}: expected {allowed}"
+            )));
+        }
     }
     let wishes = Wishes {
         line: arguments.from.clone(),
@@ -100,6 +139,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         flow_unit: arguments.flow_unit,
         flow_period: arguments.flow_period,
         period: arguments.period,
+        smoothing: arguments.smoothing,
+        thickness: arguments.thickness,
+        loaded: arguments.loaded,
+        is_rcr: arguments.rcr,
+        has_tissue: arguments.tissue,
     };
     let proposal = Proposal::new(&wishes).map_err(|reason| match reason {
         NoProposal::Io(error) => Failure::Run(error.to_string()),

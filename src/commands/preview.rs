@@ -29,6 +29,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "the case is not about a vessel along a centre-line, but about a flag or an OpenFOAM case of your own: there is nothing to draw".into(),
         )
     })?;
+    let preview = preview.map_err(|e| Failure::Run(format!("cannot draw the vessel: {e}")))?;
     let beside = match arguments.folder.is_dir() {
         true => arguments.folder.clone(),
         false => arguments

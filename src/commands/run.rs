@@ -1,15 +1,25 @@
 //! `fsi-driver --case DIR`: a coupled run.
 
 use super::{CaseArguments, Failure};
+use crate::case::Preset;
 use crate::run::{Earlier, Interrupt, RunRequest, THE_START_ENDS};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// A coupled run with the case as its first word.
+#[derive(Debug, clap::Args)]
+pub struct InFolder {
+    /// Folder of the case, with its case.toml, or that file.
+    #[arg(value_name = "DIR")]
+    case: PathBuf,
+    #[command(flatten)]
+    how: How,
+    #[command(flatten)]
+    chosen: CaseArguments,
+}
 
 /// Options of a coupled run.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// Folder of the case, with its case.toml.
-    #[arg(long, value_name = "DIR")]
-    case: PathBuf,
+pub struct How {
     /// Folder of the results [default: <case>/run-<preset>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -28,27 +38,64 @@ pub struct Arguments {
 }
 
 /// Runs a coupled case from its first time step, or from a checkpoint, to its last.
-pub fn run(arguments: &Arguments, chosen: &CaseArguments) -> Result<(), Failure> {
-    let case = chosen.load(&arguments.case)?;
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| arguments.case.join(format!("run-{}", chosen.preset)));
-    let earlier = match arguments {
-        Arguments {
+pub fn in_folder(arguments: &InFolder) -> Result<(), Failure> {
+    run(&arguments.case, &arguments.how, &arguments.chosen)
+}
+
+/// The same of the case at `path`.
+pub fn run(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure> {
+    let case = chosen.load(path)?;
+    let beside = || results_of(path, chosen.preset);
+    let out = how.out.clone().unwrap_or_else(beside);
+    let earlier = match how {
+        How {
             new_tables: true, ..
         } => Earlier::ResumeWithoutTables,
-        Arguments { resume: true, .. } => Earlier::Resume,
-        Arguments { force: true, .. } => Earlier::Replace,
+        How { resume: true, .. } => Earlier::Resume,
+        How { force: true, .. } => Earlier::Replace,
         _ => Earlier::Keep,
     };
     let request = RunRequest {
-        path: &arguments.case,
+        path,
         case: &case,
         out: &out,
         earlier,
-        quiet: arguments.quiet,
+        quiet: how.quiet,
     };
-    let interrupt = Interrupt::listen((!arguments.quiet).then_some(THE_START_ENDS))?;
+    let interrupt = Interrupt::listen((!how.quiet).then_some(THE_START_ENDS))?;
     request.execute(interrupt)
+}
+
+/// Where results go if nothing is said: into the folder of the case; those of a file with a name of its own into a folder that tells it.
+fn results_of(path: &Path, preset: Preset) -> PathBuf {
+    if !path.is_file() {
+        return path.join(format!("run-{preset}"));
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = match &*stem {
+        "case" => format!("run-{preset}"),
+        stem => format!("run-{stem}-{preset}"),
+    };
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_lie_beside_the_case() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["case.toml", "closed.toml"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        for (path, results) in [
+            ("", "run-demo"),
+            ("case.toml", "run-demo"),
+            ("closed.toml", "run-closed-demo"),
+        ] {
+            let found = results_of(&folder.path().join(path), Preset::Demo);
+            assert_eq!(found, folder.path().join(results));
+        }
+    }
 }

@@ -1,9 +1,9 @@
 //! Smoothing splines: curves that scatter less than the points they come from.
 
-/// The cubic spline `g` through scattering values that makes `Σ w_i |y_i - g_i|² + λ ∫ |g''|²` smallest, where `w_i` is the
+/// The cubic spline `g` through scattering values that makes `Σ w_i |y_i - g_i|²/λ_i + ∫ |g''|²` smallest, where `w_i` is the
 /// distance for which a value stands (Reinsch, *Smoothing by spline functions*, Numer. Math. 10, 1967). With
-/// `λ = (L/2π)⁴` a wave of the length `L` keeps half of its height, one of three times that 99 %, one of a third 1 %; a
-/// straight line stays what it is.
+/// `λ_i = (L/2π)⁴` a wave of the length `L` keeps half of its height, one of three times that 99 %, one of a third 1 %; a
+/// straight line stays what it is. `L` may differ from place to place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SmoothingSpline<const N: usize> {
     places: Vec<f64>,
@@ -18,9 +18,18 @@ impl<const N: usize> SmoothingSpline<N> {
     /// # Panics
     /// If there are not as many places as values, or fewer than two.
     pub fn new(places: &[f64], values: &[[f64; N]], halved: f64) -> Self {
+        Self::with_lengths(places, values, &vec![halved; places.len()])
+    }
+
+    /// As [`SmoothingSpline::new`], with a length of its own for each place.
+    ///
+    /// # Panics
+    /// If there are not as many places as values and lengths, or fewer than two.
+    pub fn with_lengths(places: &[f64], values: &[[f64; N]], halved: &[f64]) -> Self {
         let n = places.len();
         assert!(n >= 2 && n == values.len(), "a spline needs two values");
-        let lambda = (halved / std::f64::consts::TAU).powi(4);
+        assert_eq!(n, halved.len(), "each value has its length");
+        let lambda = |i: usize| (halved[i] / std::f64::consts::TAU).powi(4);
         let h: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let weight = |i: usize| {
             let before = if i > 0 { h[i - 1] } else { 0.0 };
@@ -34,20 +43,22 @@ impl<const N: usize> SmoothingSpline<N> {
             [before, -before - after, after]
         };
         let columns: Vec<[f64; 3]> = (0..inner).map(column).collect();
-        // (R + λ Qᵀ W⁻¹ Q) γ = Qᵀ y, with two diagonals beside the main one.
+        // (R + Qᵀ Λ W⁻¹ Q) γ = Qᵀ y, with two diagonals beside the main one.
         let product = |j: usize, off: usize| {
-            let shared = (off..3)
-                .map(|row| columns[j][row] * columns[j + off][row - off] / weights[j + row]);
+            let shared = (off..3).map(|row| {
+                let share = lambda(j + row) / weights[j + row];
+                columns[j][row] * columns[j + off][row - off] * share
+            });
             shared.sum::<f64>()
         };
         let mut diagonals = vec![[0.0; 3]; inner];
         for j in 0..inner {
-            diagonals[j][0] = (h[j] + h[j + 1]) / 3.0 + lambda * product(j, 0);
+            diagonals[j][0] = (h[j] + h[j + 1]) / 3.0 + product(j, 0);
             if j + 1 < inner {
-                diagonals[j][1] = h[j + 1] / 6.0 + lambda * product(j, 1);
+                diagonals[j][1] = h[j + 1] / 6.0 + product(j, 1);
             }
             if j + 2 < inner {
-                diagonals[j][2] = lambda * product(j, 2);
+                diagonals[j][2] = product(j, 2);
             }
         }
         let second_difference = |j: usize| -> [f64; N] {
@@ -60,8 +71,9 @@ impl<const N: usize> SmoothingSpline<N> {
         for j in 0..inner {
             bends[j + 1] = curvature[j];
             for k in 0..3 {
+                let share = lambda(j + k) * columns[j][k] / weights[j + k];
                 for c in 0..N {
-                    smooth[j + k][c] -= lambda * columns[j][k] * curvature[j][c] / weights[j + k];
+                    smooth[j + k][c] -= share * curvature[j][c];
                 }
             }
         }
@@ -75,6 +87,19 @@ impl<const N: usize> SmoothingSpline<N> {
     /// The smooth values at the places.
     pub fn values(&self) -> &[[f64; N]] {
         &self.values
+    }
+
+    /// First and second derivative at the place of this number.
+    pub fn derivatives(&self, i: usize) -> [[f64; N]; 2] {
+        let last = self.places.len() - 1;
+        let (a, b) = if i < last { (i, i + 1) } else { (i - 1, i) };
+        let h = self.places[b] - self.places[a];
+        let [near, far] = if i < last { [2.0, 1.0] } else { [-1.0, -2.0] };
+        let slope = std::array::from_fn(|c| {
+            let bends = near * self.bends[a][c] + far * self.bends[b][c];
+            (self.values[b][c] - self.values[a][c]) / h - h / 6.0 * bends
+        });
+        [slope, self.bends[i]]
     }
 
     /// The value at `x`, between the first place and the last.
@@ -176,6 +201,41 @@ mod tests {
         assert_eq!(same.values(), &wave[..]);
         let middle = 0.5 * (places[300] + places[301]);
         assert!((same.at(middle)[0] - middle.sin()).abs() < 2e-5);
+    }
+
+    #[test]
+    fn only_a_part_may_be_smoothed() {
+        let places = places();
+        let wave: Vec<[f64; 1]> = places.iter().map(|x| [(TAU * x / 3.0).sin()]).collect();
+        let halved: Vec<f64> = (0..600).map(|i| if i < 300 { 0.0 } else { 3.0 }).collect();
+        let smooth = SmoothingSpline::with_lengths(&places, &wave, &halved);
+        let height = |part: std::ops::Range<usize>| {
+            let heights = smooth.values()[part].iter().map(|v| v[0].abs());
+            heights.fold(0.0, f64::max)
+        };
+        assert_eq!(smooth.values()[..300], wave[..300]);
+        assert!(
+            (height(400..500) - 0.5).abs() < 0.01,
+            "{}",
+            height(400..500)
+        );
+        // Derivatives of the wave, at both ends of an interval.
+        for i in [100, 200] {
+            let [slope, bend] = smooth.derivatives(i);
+            let x = TAU * places[i] / 3.0;
+            assert!(
+                (slope[0] - TAU / 3.0 * x.cos()).abs() < 0.01,
+                "{i}: {slope:?}"
+            );
+            assert!(
+                (bend[0] + (TAU / 3.0).powi(2) * x.sin()).abs() < 0.15,
+                "{i}: {bend:?}"
+            );
+        }
+        let [slope, bend] = SmoothingSpline::new(&places[..3], &wave[..3], 0.0).derivatives(2);
+        let h = places[2] - places[1];
+        let chord = (wave[2][0] - wave[1][0]) / h;
+        assert!(bend[0] == 0.0 && slope[0] != chord);
     }
 
     #[test]

@@ -114,6 +114,11 @@ impl RunFiles {
         self.root.join("wall-shear.pvd")
     }
 
+    /// Wall shear stress and displacement over time, for ParaView.
+    pub fn wall_shear_over_time(&self) -> PathBuf {
+        self.root.join("wall-shear-over-time.pvd")
+    }
+
     /// Opens everything in ParaView.
     pub fn view(&self) -> PathBuf {
         self.root.join("view.py")

@@ -1,5 +1,6 @@
 //! What is known of the files before a case is made from them.
 
+use super::text::rounded;
 use super::{RADII, RADIUS, Wishes};
 use crate::case::LineSurvey;
 use crate::polydata::{PolyData, Surface};
@@ -11,12 +12,16 @@ const RADII_OF_VESSELS: [f64; 2] = [1e-5, 0.05];
 
 /// Sizes of the vessel, m.
 pub struct Survey {
-    /// Mean radius of the lumen.
+    /// Median radius of the lumen.
     pub radius: f64,
-    /// Length of the centre-line as it stands in the file.
+    /// Smallest and largest one that the file knows, or else that one.
+    pub radii: [f64; 2],
+    /// Length of the smooth centre-line.
     pub length: f64,
-    /// Whether there is such a file.
-    pub is_from_file: bool,
+    /// Length of the waves that are halved in it.
+    pub smoothing: Option<f64>,
+    /// The centre-line's file.
+    pub line: Option<LineSurvey>,
     /// Whether files give the radius.
     pub has_radius: bool,
 }
@@ -31,8 +36,10 @@ pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
         let radius = wishes.radius.unwrap_or(RADIUS);
         return Ok(Survey {
             radius,
+            radii: [radius; 2],
             length: RADII * radius,
-            is_from_file: false,
+            smoothing: None,
+            line: None,
             has_radius: false,
         });
     };
@@ -50,7 +57,7 @@ pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
                 wishes.lumen_unit.unwrap_or(unit).metres(),
             )
             .map_err(wrong)?;
-            Some(surface.area() / (TAU * line.length))
+            Some(surface.area() / (TAU * line.polygon()))
         }
     };
     if wishes.radius.is_some() && surface.is_some() {
@@ -58,27 +65,35 @@ pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
             "--radius: the radius comes from --lumen already; leave out one of the two".into(),
         );
     }
-    let has_radius = wishes.radius.is_none() && (surface.is_some() || line.radius.is_some());
-    let Some(radius) = wishes.radius.or(line.radius).or(surface) else {
+    let has_radius = wishes.radius.is_none() && (surface.is_some() || line.radius().is_some());
+    let Some(radius) = wishes.radius.or(line.radius()).or(surface) else {
         return Err(format!(
             "--from {}: the file has no radii: give --lumen, the surface, or --radius, in metres",
             path.display()
         ));
     };
+    let smoothing = wishes
+        .smoothing
+        .unwrap_or_else(|| rounded(line.smoothing(radius)));
+    let length = line.length(smoothing);
     let [short, long] = LENGTHS;
     let [thin, wide] = RADII_OF_VESSELS;
-    if !(short..=long).contains(&line.length) || !(thin..=wide).contains(&radius) {
+    if !(short..=long).contains(&length) || !(thin..=wide).contains(&radius) {
         return Err(format!(
             "--unit {}: with it the centre-line is {:.3e} m long and the lumen {radius:.3e} m in radius; vessels are {short} to {long} m \
              long and {thin:e} to {wide} m in radius",
             unit.name(),
-            line.length
+            length
         ));
     }
+    let known = line.radii().iter().filter(|_| wishes.radius.is_none());
+    let radii = known.fold([radius; 2], |[low, high], r| [low.min(*r), high.max(*r)]);
     Ok(Survey {
         radius,
-        length: line.length,
-        is_from_file: true,
+        radii,
+        length,
+        smoothing: (smoothing > 0.0).then_some(smoothing),
+        line: Some(line),
         has_radius,
     })
 }

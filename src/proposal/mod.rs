@@ -1,13 +1,20 @@
 //! A case for a vessel of the user's own, written from a centre-line, a surface, or from nothing but a name: meshes, time step
 //! and windkessel follow from the lumen's radius and the flow.
 
+mod beat;
+mod changes;
 mod files;
 mod text;
 mod told;
 
+use crate::analysis::three_elements::ThreeElements;
 use crate::analysis::windkessel::TwoElements;
-use crate::case::{Case, FlowCurve, FlowUnit, FluidMesh, LengthUnit, Preset, ResolvedCase};
+use crate::case::{
+    Case, FlowCurve, FlowUnit, FluidMesh, LengthUnit, Preset, ResolvedCase, TOO_SHARP,
+};
 use crate::geometry::Vessel;
+use beat::Beat;
+use changes::Changes;
 use files::Survey;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
@@ -16,10 +23,15 @@ use text::Numbers;
 /// Pressures that the windkessel is proposed for, mmHg, and their unit, Pa.
 const PRESSURES: [f64; 2] = [80.0, 120.0];
 const MMHG: f64 = 133.322;
-/// Waves of a centre-line from a file that are halved, in radii of the lumen; doubled where the line still scatters, at most
-/// so often.
-const SMOOTHING: f64 = 4.0;
-const DOUBLINGS: usize = 3;
+/// Thickness of an artery's wall, as a share of the radius.
+const THICKNESS: f64 = 0.3;
+/// Where a line bends too sharply for its wall, the least radius of a bend that is tried first, relative to the narrowest outside of the wall,
+/// the last one, relative to the widest, and the ratio of those between.
+const LEAST_BENDS: [f64; 3] = [1.15, 2.0, 1.12];
+/// The resistance before a windkessel of three elements, as a share of the whole.
+const PROXIMAL: [f64; 3] = [0.1, 0.05, 0.02];
+/// The largest step, that of the defaults, s.
+const STEP: f64 = 2e-3;
 /// A vessel without files has this radius (m), and is so many radii long.
 const RADIUS: f64 = 3e-3;
 const RADII: f64 = 16.0;
@@ -73,8 +85,18 @@ pub struct Wishes {
     pub flow_unit: Option<FlowUnit>,
     /// Duration of a period of that file (s), if it is not that of a beat.
     pub flow_period: Option<f64>,
-    /// Duration of a beat, s.
-    pub period: f64,
+    /// Duration of a beat (s), if it is not that of the file.
+    pub period: Option<f64>,
+    /// Length (m) of the waves of the line that are halved, if it is not to be chosen.
+    pub smoothing: Option<f64>,
+    /// Thickness of the artery's wall, m.
+    pub thickness: Option<f64>,
+    /// Pressure (Pa) under which the vessel has the shape of the files.
+    pub loaded: Option<f64>,
+    /// Whether the windkessel has a resistance before it.
+    pub is_rcr: bool,
+    /// Whether tissue surrounds the wall.
+    pub has_tissue: bool,
 }
 
 /// A case that is complete, and what it was made from.
@@ -121,50 +143,99 @@ impl Proposal {
                 .map(|name| name.to_string_lossy().into_owned());
             files.push((name.unwrap_or_default(), path.clone()));
         }
-        let mut numbers = Numbers::new(wishes, &survey);
+        let beat = Beat::of(wishes).map_err(NoProposal::Input)?;
+        let mut numbers = Numbers::new(&survey, beat.period);
         let trial = tempfile::tempdir()?;
         for (name, path) in &files {
             std::fs::copy(path, trial.path().join(name))
                 .map_err(|error| NoProposal::Input(format!("{}: {error}", path.display())))?;
         }
         let case = loaded(trial.path(), wishes, &survey, &mut numbers)?;
-        let (figures, remarks) = Figures::of(&case, wishes)?;
-        understood.extend(remarks);
-        numbers.choose(&case, &figures);
+        understood.extend(beat.remarks);
+        let mut remarks = understood;
+        if let Some(keys) = case.vessel()
+            && let Some(changes) = Changes::of(keys, &survey, wishes).map_err(NoProposal::Input)?
+        {
+            if changes.is_another() && wishes.smoothing.is_none() {
+                return Err(NoProposal::Input(another(&changes)));
+            }
+            remarks.extend(changes.remarks());
+            if let Some(least) = numbers.least_bend {
+                remarks.push(format!(
+                    "take care: bends of less than {:.2} mm are rounded off, because the wall could not follow them; a thinner one \
+                     could (--thickness)",
+                    1e3 * least
+                ));
+            }
+        }
+        let (figures, more) = Figures::of(&case, wishes)?;
+        remarks.extend(more);
+        numbers.choose(&case, &figures, wishes);
         let text = text::case(wishes, &numbers);
         load(trial.path(), &text, wishes)?;
         Ok(Self {
             text,
             files,
-            remarks: understood,
+            remarks,
         })
     }
 }
 
-/// The case with as much smoothing as its line needs.
+/// The case; where its line bends too sharply for the wall, with bends that are rounded off as little as it takes.
 fn loaded(
     folder: &Path,
     wishes: &Wishes,
     survey: &Survey,
     numbers: &mut Numbers,
 ) -> Result<ResolvedCase, NoProposal> {
-    let mut first = None;
-    for _ in 0..=DOUBLINGS {
+    let first = match load(folder, &text::case(wishes, numbers), wishes) {
+        Err(NoProposal::Case(errors)) if errors.contains(TOO_SHARP) && survey.line.is_some() => {
+            errors
+        }
+        other => return other,
+    };
+    let [narrowest, widest, ratio] = LEAST_BENDS;
+    let outside = survey
+        .radii
+        .map(|r| r + wishes.thickness.unwrap_or(THICKNESS * r));
+    let mut least = narrowest * outside[0];
+    while least <= widest * outside[1] {
+        numbers.least_bend = Some(text::rounded(least));
         match load(folder, &text::case(wishes, numbers), wishes) {
-            Err(NoProposal::Case(errors)) if survey.is_from_file => {
-                first.get_or_insert(errors);
-                numbers.smoothing = numbers.smoothing.map(|length| 2.0 * length);
-            }
+            Err(NoProposal::Case(errors)) if errors.contains(TOO_SHARP) => least *= ratio,
             other => return other,
         }
     }
-    Err(first.map_or_else(|| NoProposal::Input("no case".into()), NoProposal::Case))
+    Err(NoProposal::Case(first))
+}
+
+/// Why a line whose points would be moved too far is refused, and what can be done.
+fn another(changes: &Changes) -> String {
+    format!(
+        "--from: to follow this line the wall needs it so smooth that points move by up to {:.3} mm, {:.0} % of the radius, and its length \
+         changes from {:.2} to {:.2} mm. Is the line that of one vessel, in the right unit? A thinner wall bends more sharply \
+         (--thickness); --smoothing {:.0}um takes it as it would be",
+        1e3 * changes.moved[0],
+        100.0 * changes.moved[1],
+        1e3 * changes.lengths[0],
+        1e3 * changes.lengths[1],
+        1e6 * changes.smoothing,
+    )
 }
 
 fn load(folder: &Path, text: &str, wishes: &Wishes) -> Result<ResolvedCase, NoProposal> {
     std::fs::write(folder.join("case.toml"), text)?;
     Case::load(folder, Preset::Paper, &[])
         .map_err(|errors| NoProposal::Case(told::mistakes(&errors, wishes, folder)))
+}
+
+/// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel, the resistance before it, and the pressure at t = 0, Pa.
+#[derive(Debug, Clone)]
+struct Windkessel {
+    resistance: f64,
+    compliance: f64,
+    proximal: Option<f64>,
+    start: f64,
 }
 
 /// What meshes and times follow from.
@@ -186,14 +257,18 @@ impl Figures {
             .ok_or_else(|| input("the case has no vessel"))?;
         let vessel = Vessel::new(keys);
         let end = vessel.end();
-        const PLACES: usize = 200;
         let mean_at = |s: f64| {
             let angles = (0..16).map(|i| vessel.lumen_radius(s, TAU * f64::from(i) / 16.0));
             angles.sum::<f64>() / 16.0
         };
-        let radii: Vec<f64> = (0..=PLACES)
-            .map(|i| mean_at(end * i as f64 / PLACES as f64))
-            .collect();
+        let along = |places: usize| -> Vec<f64> {
+            (0..=places)
+                .map(|i| mean_at(end * i as f64 / places as f64))
+                .collect()
+        };
+        // So close to each other that no narrowing is missed.
+        let narrow = along(200).into_iter().fold(f64::INFINITY, f64::min);
+        let radii = along(((10.0 * end / narrow).ceil() as usize).clamp(200, 5000));
         let range = radii
             .iter()
             .fold([f64::INFINITY, 0.0f64], |[low, high], r| {
@@ -250,13 +325,12 @@ impl Figures {
         Ok((figures, remarks))
     }
 
-    /// Resistance (Pa s/m³) and compliance (m³/Pa) for 80 to 120 mmHg, and the pressure (Pa) at t = 0 from which a ramp of this duration (s) leads into its
-    /// periodic state, the blood left out that fills the vessel meanwhile.
+    /// The windkessel for 80 to 120 mmHg, with the pressure at t = 0 from which a ramp of this duration (s) leads into its periodic state, the blood left out that fills the vessel meanwhile.
     ///
     /// A flow that is too steady for these pressures gets their mean; without a mean flow there is none.
-    fn windkessel(&self, ramp: f64) -> Option<[f64; 3]> {
+    fn windkessel(&self, ramp: f64, is_rcr: bool) -> Option<Windkessel> {
         let [low, high] = PRESSURES.map(|p| p * MMHG);
-        let found = match TwoElements::between(low, high, &self.curve, 0.0) {
+        let mut found = match TwoElements::between(low, high, &self.curve, 0.0) {
             Ok(found) => found,
             Err(_) if self.flows[0] > 0.0 => {
                 let resistance = 0.5 * (low + high) / self.flows[0];
@@ -267,6 +341,15 @@ impl Figures {
             }
             Err(_) => return None,
         };
+        let mut proximal = None;
+        for share in PROXIMAL.into_iter().filter(|_| is_rcr) {
+            let before = share * found.resistance;
+            if let Ok(all) = ThreeElements::between(low, high, &self.curve, before, 0.0) {
+                (found.resistance, found.compliance) = (all.resistance, all.compliance);
+                proximal = Some(before);
+                break;
+            }
+        }
         let tau = found.resistance * found.compliance;
         let step = self.curve.period() / STEPS;
         let march = |from: f64, to: f64, start: f64, share: &dyn Fn(f64) -> f64| {
@@ -285,7 +368,12 @@ impl Figures {
         let rise = |t: f64| 0.5 * (1.0 - (PI * t / ramp).cos());
         let brought = march(0.0, ramp, 0.0, &rise);
         let start = (periodic - brought) * (ramp / tau).exp();
-        Some([found.resistance, found.compliance, start])
+        Some(Windkessel {
+            resistance: found.resistance,
+            compliance: found.compliance,
+            proximal,
+            start,
+        })
     }
 
     /// Rings of cells between core and wall, and their grading, so that the cell at the wall resolves the Stokes layer.

@@ -10,7 +10,7 @@ fn what_a_vessel_is_like_makes_a_case() {
     ] {
         let wishes = Wishes {
             like,
-            period: 0.8,
+            period: Some(0.8),
             ..Wishes::default()
         };
         let made = Proposal::new(&wishes).unwrap_or_else(|e| panic!("{like:?}: {e}"));

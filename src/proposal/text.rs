@@ -1,8 +1,10 @@
 //! The text of a proposed case.
 
+use super::beat::fitting;
 use super::files::Survey;
-use super::{Figures, Like, Wishes};
+use super::{Figures, Like, STEP, THICKNESS, Windkessel, Wishes};
 use crate::case::{LengthUnit, ResolvedCase};
+use crate::numbers::twelve_digits;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -17,47 +19,46 @@ pub struct Numbers {
     pub length: f64,
     pub has_radius: bool,
     pub smoothing: Option<f64>,
+    pub least_bend: Option<f64>,
     pub flow: [f64; 2],
-    pub windkessel: Option<[f64; 3]>,
+    pub windkessel: Option<Windkessel>,
     pub rings: Option<(usize, f64)>,
-    pub step: Option<f64>,
+    /// Duration of a beat and of a step, s.
+    pub period: f64,
+    pub step: f64,
 }
 
 impl Numbers {
-    pub fn new(wishes: &Wishes, survey: &Survey) -> Self {
+    pub fn new(survey: &Survey, period: f64) -> Self {
         let radius = survey.radius;
         let scale = (radius / FLOW.0).powi(2);
         Self {
             radius,
             length: survey.length,
             has_radius: survey.has_radius,
-            smoothing: wishes
-                .line
-                .is_some()
-                .then_some(rounded(super::SMOOTHING * radius)),
+            smoothing: survey.smoothing,
+            least_bend: None,
             flow: FLOW.1.map(|flow| rounded(flow * scale)),
             windkessel: None,
             rings: None,
-            step: None,
+            period,
+            step: fitting(STEP, period),
         }
     }
 
-    pub fn choose(&mut self, case: &ResolvedCase, figures: &Figures) {
-        self.windkessel = figures
-            .windkessel(case.ramp.duration)
-            .map(|chosen| chosen.map(rounded));
+    pub fn choose(&mut self, case: &ResolvedCase, figures: &Figures, wishes: &Wishes) {
+        self.windkessel = figures.windkessel(case.ramp.duration, wishes.is_rcr);
         if let Some(vessel) = case.vessel() {
             let mesh = &vessel.fluid.mesh;
             let rings = figures.rings(mesh);
             self.rings = (rings != (mesh.radial, mesh.wall_grading)).then_some(rings);
-            let step = figures.step(mesh, case.time.step);
-            self.step = (step != case.time.step).then_some(step);
+            self.step = fitting(figures.step(mesh, STEP), self.period);
         }
     }
 }
 
 /// To three digits.
-fn rounded(x: f64) -> f64 {
+pub fn rounded(x: f64) -> f64 {
     format!("{x:.2e}").parse().unwrap_or(x)
 }
 
@@ -106,6 +107,12 @@ fn lumen(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
                  does not scatter"
             );
         }
+        if let Some(least) = numbers.least_bend {
+            let _ = writeln!(
+                text,
+                "least_bend_m = {least:e} # sharper bends are rounded off: the wall could not follow them"
+            );
+        }
     }
     if let Some(path) = &wishes.lumen {
         let _ = writeln!(text, "lumen = {}", name(path));
@@ -136,11 +143,24 @@ fn lumen(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
 
 fn sections(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
     let (r, length) = (numbers.radius, numbers.length);
+    let thicknesses = match wishes.thickness {
+        None => {
+            let half = 0.5 * THICKNESS;
+            format!(
+                "thicknesses = [{half}, {half}]         # of the mean radius; or thicknesses_m, in metres"
+            )
+        }
+        Some(thickness) => {
+            let half = 0.5 * thickness;
+            format!(
+                "thicknesses_m = [{half:e}, {half:e}] # or thicknesses, as shares of the mean radius"
+            )
+        }
+    };
     let artery = |name: &str, part: Option<f64>| {
         let part = part.map_or(String::new(), |part| format!("length_m = {part:e}\n"));
         format!(
-            "\n[[vessel.section]]\nname = \"{name}\"\n{part}layers = [\"media\", \"adventitia\"] # from the inside out\nthicknesses \
-             = [0.15, 0.15]         # of the mean radius; or thicknesses_m, in metres\n"
+            "\n[[vessel.section]]\nname = \"{name}\"\n{part}layers = [\"media\", \"adventitia\"] # from the inside out\n{thicknesses}\n"
         )
     };
     let third = rounded(length / 3.0);
@@ -226,32 +246,80 @@ fn flow(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
             );
         }
     }
-    if let Some([resistance, compliance, initial]) = numbers.windkessel {
+    windkessel(wishes, numbers, text);
+    time(numbers, text);
+}
+
+fn windkessel(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
+    if let Some(found) = &numbers.windkessel {
         let _ = write!(
             text,
             "\n[windkessel] # for 80 to 120 mmHg of this flow, the vessel's own compliance left out\nresistance_Pa_s_m3 = \
-             {resistance:e}\ncompliance_m3_Pa = {compliance:e}\ninitial_pressure_Pa = {initial:e}\n"
+             {:e}\ncompliance_m3_Pa = {:e}\n",
+            rounded(found.resistance),
+            rounded(found.compliance)
         );
-    }
-    if wishes.period != 1.0 {
-        let _ = write!(
-            text,
-            "\n[time]\nperiod_s = {:?}\nend_s = {:?} # three beats\n",
-            wishes.period,
-            3.0 * wishes.period
-        );
-        if let Some(step) = numbers.step {
+        if let Some(before) = found.proximal {
             let _ = writeln!(
                 text,
-                "step_s = {step:e} # the fastest blood passes five cells at most"
+                "proximal_resistance_Pa_s_m3 = {:e} # before these two: RCR",
+                rounded(before)
             );
         }
-    } else if let Some(step) = numbers.step {
+        if wishes.loaded.is_none() {
+            let _ = writeln!(text, "initial_pressure_Pa = {:e}", rounded(found.start));
+        }
+    }
+    if let Some(pressure) = wishes.loaded {
+        if numbers.windkessel.is_none() {
+            *text += "\n[windkessel]\n";
+        }
         let _ = write!(
             text,
-            "\n[time]\nstep_s = {step:e} # the fastest blood passes five cells at most\n"
+            "initial_pressure_Pa = {pressure:?} # under which the vessel has the shape of this file\n\n[initial]\nstart = \
+             \"equilibrium\"\nshape = \"loaded\" # the unloaded shape is computed\n"
         );
     }
+    if wishes.has_tissue {
+        *text += "\n[surroundings] # tissue around the wall, per area of its outside: put your own here\nspring_Pa_m = 1.0e7\n\
+                  damping_Pa_s_m = 1.0e3\n";
+        if wishes.line.is_some() {
+            *text += "direction = \"all\" # or radial, along straight pieces\n";
+        }
+    }
+}
+
+/// Steps of the preset `demo`, and of the interval of its files.
+const DEMO: [f64; 2] = [50.0, 10.0];
+
+fn time(numbers: &Numbers, text: &mut String) {
+    let (period, step) = (numbers.period, numbers.step);
+    if period == 1.0 && step == STEP {
+        return;
+    }
+    *text += "\n[time]\n";
+    if period != 1.0 {
+        let _ = writeln!(
+            text,
+            "period_s = {period:?}\nend_s = {:?} # three beats",
+            twelve_digits(3.0 * period)
+        );
+    }
+    let reason = match step < fitting(STEP, period) {
+        true => "; the fastest blood passes five cells at most",
+        false => "",
+    };
+    let _ = writeln!(
+        text,
+        "step_s = {step:e} # {:.0} of them are a beat{reason}",
+        period / step
+    );
+    let [end, interval] = DEMO.map(|steps| steps * step);
+    let _ = write!(
+        text,
+        "\n[preset.demo] # {:.0} steps\ntime.end_s = {end:e}\noutput.fluid_interval_s = {interval:e}\n",
+        DEMO[0]
+    );
 }
 
 /// What rings in the wall from step to step can grow from beat to beat without any damping in time (docs/coupling.md).

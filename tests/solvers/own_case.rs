@@ -100,9 +100,9 @@ fn the_tube_of_an_openfoam_case_is_the_built_in_one() {
     };
     let widening = difference(&motion(&own, 1), &motion(&built_in, 2));
     println!("flow {flow:.2e}, widening {widening:.2e}");
-    // Measured: 1.37e-2 and 6.6e-3; the elements of the walls are not the same, and 24 sides within the wall enclose 1.1 % less than
-    // the built-in ones.
-    assert!((1.2e-2..1.5e-2).contains(&flow) && (6e-3..7e-3).contains(&widening));
+    // Measured: 2.05e-2 and 9.80e-3; the elements of the walls are not the same, 24 sides within the wall enclose 1.1 % less than
+    // the built-in ones, and here each element gets the force of its faces (pointwise: 1.37e-2 and 6.6e-3).
+    assert!((1.9e-2..2.2e-2).contains(&flow) && (9e-3..1.05e-2).contains(&widening));
     // The case's own function object saw every step, and only these.
     let flow = own.join("openfoam/postProcessing/flow/0/surfaceFieldValue.dat");
     let flow = fs::read_to_string(flow).unwrap();
@@ -411,7 +411,7 @@ fn a_flap_from_gmsh_bends_in_the_flow() {
     println!("{tip:?}");
     assert!(tip.windows(2).all(|pair| pair[1] > pair[0]), "{tip:?}");
     let last = tip[9];
-    assert!((last / 1.25296e-2 - 1.0).abs() < 1e-3, "{last}");
+    assert!((last / 1.35852e-2 - 1.0).abs() < 1e-3, "{last}");
     let across = column(&out, "probes.csv", "uz_m");
     assert!(across.iter().all(|u| u.abs() < 1e-9), "{across:?}");
 }

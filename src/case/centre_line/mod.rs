@@ -1,19 +1,19 @@
 //! Centre-lines from files that people have.
 
 mod file;
+mod smooth;
+mod survey;
 mod swc;
 mod table;
 mod vtp;
 
 use super::vessel::MOST_POINTS;
 use super::{LengthUnit, VesselDescription};
-use crate::interpolation::SmoothingSpline;
 use file::LineFile;
 pub use file::LineReading;
 use std::path::Path;
+pub use survey::LineSurvey;
 
-/// A smooth line has so many points along the length whose waves are halved.
-const POINTS_OF_A_WAVE: f64 = 4.0;
 /// Most branches that a message names.
 const MOST_NAMED: usize = 8;
 
@@ -52,78 +52,6 @@ impl CentreLine {
         }
         line
     }
-
-    /// The smoothing spline in the length of the polygon: waves of the length `halved` keep half of their height. Where there
-    /// are more points than it needs, it is given by fewer.
-    fn smooth(&self, halved: f64) -> Self {
-        let mut places = vec![0.0];
-        for pair in self.points.windows(2) {
-            let step: f64 = (0..3).map(|c| (pair[1][c] - pair[0][c]).powi(2)).sum();
-            places.push(places[places.len() - 1] + step.sqrt());
-        }
-        let length = places[places.len() - 1];
-        let radius = |i: usize| self.radii.get(i).copied().unwrap_or(0.0);
-        let values = self
-            .points
-            .iter()
-            .enumerate()
-            .map(|(i, [x, y, z])| [*x, *y, *z, radius(i)]);
-        let spline = SmoothingSpline::new(&places, &values.collect::<Vec<_>>(), halved);
-        let needed = (length / halved * POINTS_OF_A_WAVE).ceil().max(8.0) as usize;
-        let smooth: Vec<[f64; 4]> = match needed + 1 < places.len() {
-            true => (0..=needed)
-                .map(|i| spline.at(length * i as f64 / needed as f64))
-                .collect(),
-            false => spline.values().to_vec(),
-        };
-        let radii = smooth.iter().map(|[.., r]| *r);
-        Self {
-            points: smooth.iter().map(|[x, y, z, _]| [*x, *y, *z]).collect(),
-            radii: radii
-                .take(if self.radii.is_empty() {
-                    0
-                } else {
-                    smooth.len()
-                })
-                .collect(),
-        }
-    }
-}
-
-/// What a file with a centre-line holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LineSurvey {
-    /// Number of points.
-    pub points: usize,
-    /// Length of the polygon through every tenth of them, m: that through all would be longer where they scatter.
-    pub length: f64,
-    /// Median radius of the lumen (m), if the file knows it.
-    pub radius: Option<f64>,
-}
-
-impl LineSurvey {
-    /// Looks into a file of lengths in `unit`; of several lines into the one that is called `branch`.
-    ///
-    /// # Errors
-    /// What is wrong with the file, in a sentence.
-    pub fn read(path: &Path, branch: Option<&str>, unit: LengthUnit) -> Result<Self, String> {
-        let line = CentreLine::read(path, branch)?;
-        let count = line.points.len();
-        if count < 2 {
-            return Err(format!("expected 2 points at least, found {count}"));
-        }
-        let every = count.div_ceil(20);
-        let chosen = (0..count).step_by(every).chain([count - 1]);
-        let points: Vec<crate::Vec3> = chosen.map(|i| line.points[i].into()).collect();
-        let length = points.windows(2).map(|pair| (pair[1] - pair[0]).norm());
-        let mut radii = line.radii;
-        radii.sort_by(f64::total_cmp);
-        Ok(Self {
-            points: count,
-            length: unit.metres() * length.sum::<f64>(),
-            radius: radii.get(radii.len() / 2).map(|r| unit.metres() * r),
-        })
-    }
 }
 
 /// A few of many, for a message.
@@ -136,6 +64,15 @@ fn listed(names: &[String]) -> String {
 }
 
 impl VesselDescription {
+    fn is_smoothed(&self) -> bool {
+        self.smoothing.is_some() || self.least_bend.is_some()
+    }
+
+    /// Length of the waves that are halved; so short a one changes nothing.
+    fn halved(&self) -> f64 {
+        self.smoothing.unwrap_or(1e-9)
+    }
+
     /// Reads the file of the centre-line, if the case names one, and smooths the line, if it is to be: points and radii then
     /// stand in it.
     ///
@@ -144,16 +81,15 @@ impl VesselDescription {
     pub(super) fn read_file(&mut self) -> Result<(), (&'static str, String)> {
         let key = "vessel.centre_line";
         let Some(path) = self.centre_line.clone() else {
-            if let Some(halved) = self.smoothing
-                && self.points.len() > 2
-            {
+            if self.is_smoothed() && self.points.len() > 2 {
                 let line = CentreLine {
                     points: std::mem::take(&mut self.points),
                     radii: std::mem::take(&mut self.radii),
                 };
                 let fits = line.radii.is_empty() || line.radii.len() == line.points.len();
                 let line = if fits {
-                    line.without_repeated().smooth(halved)
+                    line.without_repeated()
+                        .smooth(self.halved(), self.least_bend)
                 } else {
                     line
                 };
@@ -180,7 +116,7 @@ impl VesselDescription {
         let metres = file.metres(unit).map_err(named)?;
         let mut line = file.line;
         let count = line.points.len();
-        if count < 2 || self.smoothing.is_none() && count > MOST_POINTS {
+        if count < 2 || !self.is_smoothed() && count > MOST_POINTS {
             return Err(named(format!(
                 "expected 2 to {MOST_POINTS} points, found {count}{}",
                 if count < 2 {
@@ -202,10 +138,10 @@ impl VesselDescription {
             line.points.reverse();
             line.radii.reverse();
         }
-        if let Some(halved) = self.smoothing
-            && line.points.len() > 2
-        {
-            line = line.without_repeated().smooth(halved);
+        if self.is_smoothed() && line.points.len() > 2 {
+            line = line
+                .without_repeated()
+                .smooth(self.halved(), self.least_bend);
             if line.points.len() > MOST_POINTS {
                 let message = format!(
                     "leaves {} points, and {MOST_POINTS} are allowed: smooth more",

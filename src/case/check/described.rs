@@ -10,6 +10,8 @@ use crate::curve::SpaceCurve;
 
 /// Places along the vessel that are looked at.
 const SAMPLES: usize = 600;
+/// What is said of a line whose bends are too sharp for the wall.
+pub const TOO_SHARP: &str = "the radius of the bend must be at least";
 /// Lengths of vessels, m.
 const LENGTHS: [f64; 2] = [1e-4, 5.0];
 /// Radii of vessels, m.
@@ -230,11 +232,16 @@ fn table(keys: &VesselDescription, report: &mut Report<'_>) {
             message.into(),
         );
     }
-    report(
-        &["vessel.smoothing_m"],
-        keys.smoothing.is_some() && keys.centre_line.is_none() && keys.points.is_empty(),
-        "smooths points of the centre-line, and there are none: leave it out".into(),
-    );
+    for (key, is_given) in [
+        ("vessel.smoothing_m", keys.smoothing.is_some()),
+        ("vessel.least_bend_m", keys.least_bend.is_some()),
+    ] {
+        report(
+            &[key],
+            is_given && keys.centre_line.is_none() && keys.points.is_empty(),
+            "smooths points of the centre-line, and there are none: leave it out".into(),
+        );
+    }
     for (key, is_given) in [
         ("vessel.lumen_unit", keys.lumen_unit.is_some()),
         ("vessel.lumen_smoothing_m", keys.lumen_smoothing.is_some()),
@@ -628,10 +635,11 @@ fn curvature(
         reaches,
         format!(
             "the centre-line bends with the radius {:.3e} m at {s:.4e} m from its beginning, and the outside of the wall lies \
-             {radius:.3e} m from it: the radius of the bend must be at least {:.3} times that; smooth the line \
-             (vessel.smoothing_m), or make the vessel thinner",
+             {radius:.3e} m from it: {TOO_SHARP} {:.3} times that; round it off \
+             (vessel.least_bend_m = {:.1e}), or make the wall thinner",
             1.0 / curve.curvature(s).norm(),
-            1.0 / MOST_BEND
+            1.0 / MOST_BEND,
+            1.15 * radius
         ),
     );
     reaches

@@ -6,6 +6,8 @@ use std::process::Command;
 
 /// The command that mends every error of this module.
 const REMEDY: &str = "run of-adapter/setup.sh";
+/// What needs no OpenFOAM.
+const INSTEAD: &str = "or compute vessels with --fluid native, which needs none";
 /// The environment variable that names the adapter's library, or the folder or prefix that it is installed in.
 const VARIABLE: &str = "FSI_DRIVER_ADAPTER";
 /// Where `setup.sh --prefix` puts the library, below the prefix.
@@ -19,10 +21,10 @@ pub const PROJECT_FOLDER: &str = "/usr/share/openfoam";
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum InstallError {
     /// A program is missing.
-    #[error("OpenFOAM's `{0}` is not installed here: {REMEDY}")]
+    #[error("OpenFOAM's `{0}` is not installed here: {REMEDY}, {INSTEAD}")]
     Program(String),
     /// The library is missing.
-    #[error("the OpenFOAM adapter is not built: {REMEDY} (looked for {LIBRARY} in {})", list(.0))]
+    #[error("the OpenFOAM adapter is not built: {REMEDY}, {INSTEAD} (looked for {LIBRARY} in {})", list(.0))]
     Library(Vec<PathBuf>),
     /// The library named by the environment is missing.
     #[error("{VARIABLE} names {}, where there is no {LIBRARY}: unset it or {REMEDY}", .0.display())]

@@ -24,7 +24,7 @@ const AXES: [f64; 2] = [360.0, 270.0];
 /// Room around the axes of a panel: left, top, right, bottom.
 const ROOM: [f64; 4] = [66.0, 30.0, 14.0, 46.0];
 /// Pixels of the PNG per pixel of the SVG: 240 dots per inch.
-const PNG_SCALE: f32 = 2.5;
+pub const PNG_SCALE: f32 = 2.5;
 const FONT: &[u8] = include_bytes!("../font/DejaVuSans-subset.ttf");
 const FAMILY: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 
@@ -239,6 +239,17 @@ impl Panel {
 
 /// A text in SVG as PNG, with so many pixels per pixel of the SVG.
 pub fn to_png(svg: &str, scale: f32) -> std::io::Result<Vec<u8>> {
+    onto_png(svg, scale, [0, 0], &[])
+}
+
+/// The same onto the pixels, row by row from the top, of a picture of so many columns and rows in its upper left corner; what lies
+/// beside it stays transparent.
+pub fn onto_png(
+    svg: &str,
+    scale: f32,
+    [columns, rows]: [usize; 2],
+    picture: &[[u8; 3]],
+) -> std::io::Result<Vec<u8>> {
     let mut options = resvg::usvg::Options::default();
     options.fontdb_mut().load_font_data(FONT.to_vec());
     let tree = resvg::usvg::Tree::from_str(svg, &options).map_err(std::io::Error::other)?;
@@ -246,6 +257,13 @@ pub fn to_png(svg: &str, scale: f32) -> std::io::Result<Vec<u8>> {
     let size = [tree.size().width(), tree.size().height()].map(pixels);
     let mut pixels = resvg::tiny_skia::Pixmap::new(size[0], size[1])
         .ok_or_else(|| std::io::Error::other("the figure has no extent"))?;
+    let width = size[0] as usize;
+    let lines = pixels.data_mut().chunks_exact_mut(4 * width).take(rows);
+    for (line, row) in lines.zip(picture.chunks(columns.max(1))) {
+        for (to, [r, g, b]) in line.chunks_exact_mut(4).zip(row) {
+            to.copy_from_slice(&[*r, *g, *b, 255]);
+        }
+    }
     let transform = resvg::tiny_skia::Transform::from_scale(scale, scale);
     resvg::render(&tree, transform, &mut pixels.as_mut());
     pixels.encode_png().map_err(std::io::Error::other)

@@ -72,6 +72,34 @@ fn principal(points: &[Vec3]) -> [Vec3; 3] {
     [first, second, first.cross(&second)]
 }
 
+/// Where points in space lie in a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Projection {
+    /// To the right, up, and towards the eye.
+    axes: [Vec3; 3],
+    /// Middle of the picture along the first two of them (m), and in pixels.
+    middle: [f64; 2],
+    centre: [f64; 2],
+    /// Pixels of a metre.
+    pub scale: f64,
+}
+
+impl Projection {
+    /// Pixels from the left and from the top.
+    pub fn at(&self, point: &Vec3) -> [f64; 2] {
+        let [x, y, _] = self.with_depth(point);
+        [x, y]
+    }
+
+    /// With how far the point is towards the eye, m.
+    fn with_depth(&self, point: &Vec3) -> [f64; 3] {
+        let [right, up, eye] = self.axes.each_ref().map(|axis| axis.dot(point));
+        let x = self.centre[0] + self.scale * (right - self.middle[0]);
+        let y = self.centre[1] - self.scale * (up - self.middle[1]);
+        [x, y, eye]
+    }
+}
+
 /// The colour of a place in a triangle: its number, its corners, their weights.
 pub type Colour<'a> = &'a dyn Fn(usize, [usize; 3], [f64; 3]) -> [u8; 3];
 
@@ -88,26 +116,32 @@ pub struct Solid<'a> {
 }
 
 impl Solid<'_> {
-    /// A picture of so many columns and rows of pixels, row by row from the top.
-    pub fn pixels(&self, view: &View, [columns, rows]: [usize; 2]) -> Vec<[u8; 3]> {
+    /// How it lies in a picture of so many columns and rows of pixels, which it fills.
+    pub fn projection(&self, view: &View, [columns, rows]: [usize; 2]) -> Projection {
         let eye = view.eye();
         let right = view.axes[1].cross(&eye).normalize();
         let up = eye.cross(&right);
-        let seen = |x: &Vec3| [right.dot(x), up.dot(x), eye.dot(x)];
-        let points: Vec<[f64; 3]> = self.points.iter().map(seen).collect();
-        let limits = |d: usize| {
+        let limits = |axis: &Vec3| {
             let ends = (f64::INFINITY, f64::NEG_INFINITY);
-            points
-                .iter()
-                .fold(ends, |(low, high), p| (low.min(p[d]), high.max(p[d])))
+            let places = self.points.iter().map(|p| axis.dot(p));
+            places.fold(ends, |(low, high), p| (low.min(p), high.max(p)))
         };
-        let [(left, end), (floor, top)] = [limits(0), limits(1)];
+        let [(left, end), (floor, top)] = [limits(&right), limits(&up)];
         let scale = (columns as f64 / (end - left)).min(rows as f64 / (top - floor)) * 0.96;
-        let at = |p: &[f64; 3]| {
-            let x = 0.5 * columns as f64 + scale * (p[0] - 0.5 * (left + end));
-            let y = 0.5 * rows as f64 - scale * (p[1] - 0.5 * (floor + top));
-            [x, y, p[2]]
-        };
+        Projection {
+            axes: [right, up, eye],
+            middle: [0.5 * (left + end), 0.5 * (floor + top)],
+            centre: [0.5 * columns as f64, 0.5 * rows as f64],
+            scale,
+        }
+    }
+
+    /// A picture of so many columns and rows of pixels, row by row from the top.
+    pub fn pixels(&self, view: &View, size: [usize; 2]) -> Vec<[u8; 3]> {
+        let [columns, rows] = size;
+        let projection = self.projection(view, size);
+        let eye = projection.axes[2];
+        let at = |p: &Vec3| projection.with_depth(p);
         let mut normals = vec![Vec3::zeros(); self.points.len()];
         for corners in self.triangles {
             let [p, q, r] = corners.map(|p| self.points[p as usize]);
@@ -120,7 +154,7 @@ impl Solid<'_> {
         let mut depths = vec![f64::NEG_INFINITY; columns * rows];
         for (number, triangle) in self.triangles.iter().enumerate() {
             let corner = triangle.map(|p| p as usize);
-            let [a, b, c] = corner.map(|p| at(&points[p]));
+            let [a, b, c] = corner.map(|p| at(&self.points[p]));
             let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
             if area == 0.0 {
                 continue;
@@ -153,7 +187,7 @@ impl Solid<'_> {
         }
         let lift = LIFT * view.size;
         for (ends, colour) in self.lines {
-            let [a, b] = ends.map(|x| at(&seen(&x)));
+            let [a, b] = ends.map(|x| at(&x));
             let steps = (b[0] - a[0]).abs().max((b[1] - a[1]).abs()).ceil().max(1.0) as usize;
             for step in 0..=steps {
                 let t = step as f64 / steps as f64;

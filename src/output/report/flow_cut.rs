@@ -7,7 +7,7 @@ use crate::output::figure::colour::Palette;
 use crate::output::figure::map::{Map, Up};
 use crate::output::results::Results;
 
-/// Cuts through the axis in the plane of y, one a frame.
+/// Cuts along the centre-line through the angles 0 and 180°, one a frame.
 pub fn cuts(run: &Results, flow: &LumenFlow) -> Vec<String> {
     let high = flow
         .frames
@@ -33,7 +33,7 @@ pub fn cuts(run: &Results, flow: &LumenFlow) -> Vec<String> {
         .to_svg();
         figure(
             &svg,
-            "Speed of the blood in the cut z = 0; lengths across are magnified.",
+            "Speed of the blood in the cut along the centre-line at the angles 0° (above) and 180° (below); lengths across are magnified.",
             None,
         )
     };

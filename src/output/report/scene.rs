@@ -43,6 +43,7 @@ pub fn viewer(surface: &Surface, frame: usize) -> String {
             "unit": field.unit,
             "low": "0",
             "high": shown(field.high),
+            "colours": field.kinds.as_ref().map(|kinds| STANDARD.encode(of_kinds(kinds))),
             "values": STANDARD.encode(values),
         })
     };
@@ -66,6 +67,13 @@ pub fn viewer(surface: &Surface, frame: usize) -> String {
          <script type=\"application/json\">{data}</script>\n</div>\n",
         gradient()
     )
+}
+
+/// 256 colours, so that the share of the last kind finds that of its number.
+fn of_kinds(kinds: &[[u8; 3]]) -> Vec<u8> {
+    let last = kinds.len().saturating_sub(1) as f64;
+    let at = |i: u32| kinds[(f64::from(i) / 255.0 * last).round() as usize];
+    (0..256).flat_map(at).collect()
 }
 
 fn gradient() -> String {

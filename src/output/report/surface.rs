@@ -22,6 +22,8 @@ pub struct Field {
     pub values: Vec<Vec<f64>>,
     /// Largest value that is shown as such; the smallest is zero.
     pub high: f64,
+    /// Colours of the values 0, 1, …, if they are numbers of kinds.
+    pub kinds: Option<Vec<[u8; 3]>>,
 }
 
 /// The surface.
@@ -159,6 +161,18 @@ impl Field {
             unit,
             values,
             high: if high > 0.0 { high } else { 1.0 },
+            kinds: None,
+        }
+    }
+
+    /// Kinds with colours, by their numbers.
+    pub fn of_kinds(name: &'static str, numbers: &[usize], colours: &[[u8; 3]]) -> Self {
+        Self {
+            name,
+            unit: "",
+            values: vec![numbers.iter().map(|number| *number as f64).collect()],
+            high: colours.len().saturating_sub(1).max(1) as f64,
+            kinds: Some(colours.to_vec()),
         }
     }
 

@@ -29,7 +29,6 @@
     const positions = new Int16Array(bytes(data.positions)); // frame by frame, in units of data.unit
     const values = data.fields.map((f) => new Uint16Array(bytes(f.values)));
     data.fields.forEach((f, i) => field.add(new Option(f.name, String(i))));
-    const colours = new Uint8Array(bytes(data.colours)); // 256 times red, green, blue
 
     const geometry = new BufferGeometry();
     geometry.setIndex(new BufferAttribute(new Uint32Array(bytes(data.triangles)), 1));
@@ -44,7 +43,9 @@
     scene.add(lamp);
 
     const linear = (c) => ((c /= 255) <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
-    const palette = Float32Array.from(colours, linear);
+    // 256 times red, green, blue; kinds have colours of their own, and no scale.
+    const palettes = data.fields.map((f) => Float32Array.from(new Uint8Array(bytes(f.colours ?? data.colours)), linear));
+    const bar = element.querySelector('.bar');
 
     // A frame between two stored ones is a mixture of both.
     function show(t) {
@@ -54,6 +55,7 @@
       const share = t - before;
       const chosen = data.fields[field.value];
       const shown = values[field.value];
+      const palette = palettes[field.value];
       const frames = shown.length / points;
       for (let i = 0; i < 3 * points; i++) {
         const a = positions[3 * points * before + i];
@@ -70,6 +72,7 @@
       geometry.computeVertexNormals();
       const seconds = (1 - share) * data.times[before] + share * data.times[after];
       label.textContent = data.still ? '' : `t = ${seconds.toFixed(3)} s`;
+      bar.style.visibility = chosen.colours ? 'hidden' : 'visible';
       low.textContent = chosen.low;
       high.textContent = `${chosen.high} ${chosen.unit}`;
       draw();

@@ -113,7 +113,15 @@ fn every(
             let out = out.join(&name);
             match BatchRun::of(name, folder.clone(), out, chosen) {
                 Ok(model) => found.push(model),
-                Err(failure) => wrong.push(format!("{}: {failure}", folder.display())),
+                // What is wrong with all variants alike is said once.
+                Err(failure) => {
+                    let message = format!("{}: {failure}", folder.display());
+                    let new = message
+                        .lines()
+                        .filter(|line| !wrong.contains(&line.to_string()));
+                    let new: Vec<String> = new.map(str::to_owned).collect();
+                    wrong.extend(new);
+                }
             }
         }
     }

@@ -85,13 +85,7 @@ pub fn draw(shown: &Shown<'_>, s: f64) -> String {
             );
         }
     }
-    // A bar of a round length.
-    let power = 10f64.powf((0.5 * widest).log10().floor());
-    let digits = [5.0, 2.0, 1.0].map(|digit| digit * power);
-    let bar = digits
-        .into_iter()
-        .find(|length| *length <= 0.5 * widest)
-        .unwrap_or(power);
+    let bar = super::round_length(0.5 * widest);
     let (x, y) = (10.0, SIDE - 9.0);
     let _ = write!(
         svg,

@@ -1,6 +1,6 @@
 //! The vessel with its wall cut open towards the reader.
 
-use super::{Shown, colour};
+use super::{Shown, colour, legend};
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::Surfaces;
@@ -8,11 +8,11 @@ use crate::output::figure::solid::{Solid, View};
 use std::f64::consts::{PI, TAU};
 
 /// Colours of what is no material.
-const LUMEN: [u8; 3] = [236, 178, 178];
-const RIGID: [u8; 3] = [200, 200, 200];
-const EDGE: [u8; 3] = [70, 70, 70];
-const CELL: [u8; 3] = [196, 128, 128];
-const FIBRE: [u8; 3] = [120, 20, 20];
+pub const LUMEN: [u8; 3] = [236, 178, 178];
+pub const RIGID: [u8; 3] = [200, 200, 200];
+pub const EDGE: [u8; 3] = [70, 70, 70];
+pub const CELL: [u8; 3] = [196, 128, 128];
+pub const FIBRE: [u8; 3] = [120, 20, 20];
 /// Half of the angle of the part that is cut out.
 const OPEN: f64 = 0.36 * PI;
 /// Quadrilaterals along and around of what is drawn, and pieces of a line.
@@ -22,39 +22,107 @@ const PIECES: usize = 10;
 /// Fibres along the vessel in ten radii, and around it.
 const FIBRES: [usize; 2] = [14, 14];
 
-/// Triangles with colours, and lines.
+/// A point of the wall: the number of the surface, arc length (m) and angle.
+pub type WallPlace = (usize, f64, f64);
+
+/// The wall cut open: triangles with what they are, and lines.
 #[derive(Default)]
-struct Drawing {
-    points: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-    colours: Vec<[u8; 3]>,
+pub struct Drawing {
+    pub points: Vec<Vec3>,
+    pub places: Vec<WallPlace>,
+    pub triangles: Vec<[u32; 3]>,
+    /// What each triangle is a part of.
+    pub parts: Vec<Part>,
     lines: Vec<([Vec3; 2], [u8; 3])>,
 }
 
+/// What a triangle is a part of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Part {
+    Lumen,
+    Rigid,
+    /// A layer of this material.
+    Layer(usize),
+}
+
+impl Part {
+    pub fn colour(self) -> [u8; 3] {
+        match self {
+            Self::Lumen => LUMEN,
+            Self::Rigid => RIGID,
+            Self::Layer(material) => colour(material),
+        }
+    }
+}
+
 impl Drawing {
-    /// A surface over a lattice of `at(i, j)`, coloured by its quadrilaterals.
+    /// The lumen, the wall outside the angle that is cut out, from `open` on, the faces of the cut and those of the ends;
+    /// in so many quadrilaterals along and around.
+    pub fn of(shown: &Shown<'_>, [open, closed]: [f64; 2], [along, around]: [usize; 2]) -> Self {
+        let [from, to] = shown.ends;
+        let [start, end] = shown.elastic;
+        let outside = shown.surfaces - 1;
+        let mut drawing = Self::default();
+        let place = |i: usize| from + (to - from) * i as f64 / along as f64;
+        drawing.lattice(
+            shown,
+            [along, around],
+            |i, j| (0, place(i), TAU * j as f64 / around as f64),
+            |i| match place(i) >= start && place(i) < end {
+                true => Part::Lumen,
+                false => Part::Rigid,
+            },
+        );
+        let turn = |j: usize| open + closed * j as f64 / around as f64;
+        for section in shown.vessel.elastic_sections() {
+            let layers = shown.vessel.layers_of(section);
+            let share = (section.to - section.from) / (to - from);
+            let n = (share * along as f64).ceil().max(2.0) as usize;
+            let s = |i: usize| section.from + (section.to - section.from) * i as f64 / n as f64;
+            let last = layers.last().map_or(0, |(material, _)| *material);
+            let skin = |i, j| (outside, s(i), turn(j));
+            drawing.lattice(shown, [n, around], skin, |_| Part::Layer(last));
+            for (layer, (material, _)) in layers.iter().enumerate() {
+                let part = |_| Part::Layer(*material);
+                for phi in [open, open + closed] {
+                    drawing.lattice(shown, [n, 1], |i, j| (layer + j, s(i), phi), part);
+                }
+                // The ends of the elastic part are faces too.
+                for place in [start, end] {
+                    if place == section.from || place == section.to {
+                        let face = |i, j| (layer + i, place, turn(j));
+                        drawing.lattice(shown, [1, around], face, part);
+                    }
+                }
+            }
+        }
+        drawing
+    }
+
+    /// A surface over a lattice of places, each row of quadrilaterals a part of its own.
     fn lattice(
         &mut self,
+        shown: &Shown<'_>,
         [n, m]: [usize; 2],
-        at: impl Fn(usize, usize) -> Vec3,
-        colour: impl Fn(usize, usize) -> [u8; 3],
+        at: impl Fn(usize, usize) -> WallPlace,
+        part: impl Fn(usize) -> Part,
     ) {
         let first = self.points.len() as u32;
-        for i in 0..=n {
-            self.points.extend((0..=m).map(|j| at(i, j)));
+        for (i, j) in (0..=n).flat_map(|i| (0..=m).map(move |j| (i, j))) {
+            let place = at(i, j);
+            self.places.push(place);
+            self.points.push(shown.point(place.0, place.1, place.2));
         }
         let number = |i: usize, j: usize| first + (i * (m + 1) + j) as u32;
-        for i in 0..n {
-            for j in 0..m {
-                let [a, b, c, d] = [
-                    number(i, j),
-                    number(i, j + 1),
-                    number(i + 1, j + 1),
-                    number(i + 1, j),
-                ];
-                self.triangles.extend([[a, b, c], [a, c, d]]);
-                self.colours.extend([colour(i, j); 2]);
-            }
+        for (i, j) in (0..n).flat_map(|i| (0..m).map(move |j| (i, j))) {
+            let [a, b, c, d] = [
+                number(i, j),
+                number(i, j + 1),
+                number(i + 1, j + 1),
+                number(i + 1, j),
+            ];
+            self.triangles.extend([[a, b, c], [a, c, d]]);
+            self.parts.extend([part(i); 2]);
         }
     }
 
@@ -65,10 +133,10 @@ impl Drawing {
     }
 }
 
-pub fn picture(shown: &Shown<'_>, pixels: [usize; 2]) -> Vec<[u8; 3]> {
+/// The view of the vessel, and the angles (rad) where the wall begins and how far it reaches around: what is cut out lies towards the eye.
+pub fn opened(shown: &Shown<'_>) -> (View, [f64; 2]) {
     let [from, to] = shown.ends;
     let [start, end] = shown.elastic;
-    let mut drawing = Drawing::default();
     let outline: Vec<Vec3> = (0..=ALONG)
         .map(|i| from + (to - from) * i as f64 / ALONG as f64)
         .flat_map(|s| (0..8).map(move |j| (s, TAU * f64::from(j) / 8.0)))
@@ -78,61 +146,26 @@ pub fn picture(shown: &Shown<'_>, pixels: [usize; 2]) -> Vec<[u8; 3]> {
     // Where the eye is, in the cross-section in the middle.
     let frame = shown.vessel.centre_line().frame(0.5 * (start + end));
     let [y, z] = frame.across(&view.eye());
-    let open = z.atan2(y) + OPEN;
-    let closed = TAU - 2.0 * OPEN;
-    let outside = shown.surfaces - 1;
+    (view, [z.atan2(y) + OPEN, TAU - 2.0 * OPEN])
+}
 
-    let along = |i: usize| from + (to - from) * i as f64 / ALONG as f64;
-    drawing.lattice(
-        [ALONG, AROUND],
-        |i, j| shown.point(0, along(i), TAU * j as f64 / AROUND as f64),
-        |i, _| match along(i) >= start && along(i) < end {
-            true => LUMEN,
-            false => RIGID,
-        },
-    );
+/// The picture, with a scale, the direction of the flow and the names of the colours below it.
+pub fn picture(shown: &Shown<'_>, pixels: [usize; 2]) -> std::io::Result<Vec<u8>> {
+    let (view, cut) = opened(shown);
+    let mut drawing = Drawing::of(shown, cut, [ALONG, AROUND]);
     for section in shown.vessel.elastic_sections() {
-        let layers = shown.vessel.layers_of(section);
-        let n = ((section.to - section.from) / (to - from) * ALONG as f64)
-            .ceil()
-            .max(2.0) as usize;
-        let s = |i: usize| section.from + (section.to - section.from) * i as f64 / n as f64;
-        let last = layers.last().map_or(0, |(material, _)| *material);
-        drawing.lattice(
-            [n, AROUND],
-            |i, j| shown.point(outside, s(i), open + closed * j as f64 / AROUND as f64),
-            |_, _| colour(last),
-        );
-        for (layer, (material, _)) in layers.iter().enumerate() {
-            for phi in [open, open + closed] {
-                drawing.lattice(
-                    [n, 1],
-                    |i, j| shown.point(layer + j, s(i), phi),
-                    |_, _| colour(*material),
-                );
-            }
-        }
-        // The ends of the elastic part are faces too.
-        for place in [start, end] {
-            if place == section.from || place == section.to {
-                for (layer, (material, _)) in layers.iter().enumerate() {
-                    let at = |i: usize, j: usize| {
-                        shown.point(layer + i, place, open + closed * j as f64 / AROUND as f64)
-                    };
-                    drawing.lattice([1, AROUND], at, |_, _| colour(*material));
-                }
-            }
-        }
-        fibres(shown, section, [open, closed], &mut drawing);
+        fibres(shown, section, cut, &mut drawing);
     }
-    edges(shown, [open, closed], &mut drawing);
+    edges(shown, cut, &mut drawing);
     let solid = Solid {
         points: &drawing.points,
         triangles: &drawing.triangles,
-        colour: &|triangle, _, _| drawing.colours[triangle],
+        colour: &|triangle, _, _| drawing.parts[triangle].colour(),
         lines: &drawing.lines,
     };
-    solid.pixels(&view, pixels)
+    let image = solid.pixels(&view, pixels);
+    let projection = solid.projection(&view, pixels);
+    legend::with_legend(shown, &image, pixels, &projection)
 }
 
 /// Edges of the elements on the outside, and of the cells on the lumen.

@@ -2,6 +2,9 @@
 
 mod cross_section;
 mod cut_open;
+mod legend;
+
+use cut_open::{Drawing, Part};
 
 use super::page::{Page, chart, escape, figure, gallery, line, panel, significant, table};
 use super::scene;
@@ -10,7 +13,6 @@ use crate::Vec3;
 use crate::case::{ResolvedCase, Solver};
 use crate::geometry::{Surfaces, Vessel};
 use crate::hemodynamics::WetSurface;
-use crate::output::figure::png_image;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::f64::consts::TAU;
@@ -87,7 +89,10 @@ fn html_colour([r, g, b]: [u8; 3]) -> String {
 
 impl Preview {
     /// Draws the vessel of a case, which is called `name`; `None` if it has none.
-    pub fn of(case: &ResolvedCase, name: &str) -> Option<Self> {
+    ///
+    /// # Errors
+    /// If the picture cannot be drawn.
+    pub fn of(case: &ResolvedCase, name: &str) -> Option<std::io::Result<Self>> {
         let keys = case.vessel()?;
         let vessel = Vessel::new(keys);
         let sections = vessel.sections();
@@ -99,15 +104,17 @@ impl Preview {
             elastic: [0.0, vessel.end()],
             vessel,
         };
-        let pixels = cut_open::picture(&shown, PIXELS);
-        let png = png_image(PIXELS, &pixels);
+        let png = match cut_open::picture(&shown, PIXELS) {
+            Ok(png) => png,
+            Err(error) => return Some(Err(error)),
+        };
         let at = |i: usize| shown.elastic[1] * (i as f64 + 0.5) / CROSS_SECTIONS as f64;
         let drawn: Vec<String> = (0..CROSS_SECTIONS)
             .map(|i| cross_section::draw(&shown, at(i)))
             .collect();
         let html = page(&shown, name, &png, &drawn);
         let svg = cross_section::beside(&drawn);
-        Some(Self { html, png, svg })
+        Some(Ok(Self { html, png, svg }))
     }
 }
 
@@ -131,19 +138,19 @@ fn page(shown: &Shown<'_>, name: &str, png: &[u8], sections: &[String]) -> Strin
     let mut page = Page::new(&format!("The vessel {name}"), &lead);
     let picture = format!(
         "<figure class=\"whole\">\n<img alt=\"the vessel, its wall cut open\" src=\"data:image/png;base64,{}\">\n<figcaption>{}</figcaption>\n\
-         </figure>\n{}",
+         </figure>\n",
         STANDARD.encode(png),
         escape(
             "The wall is cut open towards the reader: lumen (rose) with the blood's mesh, layers by material, elements of the wall \
              on its outside. Fibres of the innermost layer are drawn on the lumen, those of the outermost one on the outside. Rigid \
              parts are grey."
-        ),
-        legend(shown)
+        )
     );
     page.section("picture", "The wall cut open", &picture);
     let html = format!(
-        "<p>The lumen. Drag to rotate, roll to zoom.</p>\n{}",
-        scene::viewer(&lumen(shown), 0)
+        "<p>The wall with its layers, cut open. Drag to rotate, roll to zoom.</p>\n{}{}",
+        legend(shown),
+        scene::viewer(&wall(shown), 0)
     );
     page.section("view", "In three dimensions", &html);
     page.section("along", "Along the centre-line", &gallery(&along(shown)));
@@ -172,52 +179,64 @@ fn legend(shown: &Shown<'_>) -> String {
     )
 }
 
-/// The lumen with fields on it.
-fn lumen(shown: &Shown<'_>) -> Surface {
-    let [from, to] = shown.ends;
-    let at = |i: usize| from + (to - from) * i as f64 / ALONG as f64;
-    let phi = |j: usize| TAU * j as f64 / AROUND as f64;
-    let mut points = Vec::new();
-    let (mut radius, mut thickness, mut curvature) = (Vec::new(), Vec::new(), Vec::new());
-    for i in 0..=ALONG {
-        let s = at(i);
-        let is_elastic = s >= shown.elastic[0] && s <= shown.elastic[1];
-        let bend = shown.vessel.centre_line().curvature(s).norm();
-        for j in 0..AROUND {
-            points.push(shown.point(0, s, phi(j)));
-            let inner = shown.vessel.radius(0, s, phi(j));
-            radius.push(1e3 * inner);
-            let outer = shown.vessel.radius(shown.surfaces - 1, s, phi(j));
-            thickness.push(if is_elastic {
-                1e3 * (outer - inner)
-            } else {
-                0.0
-            });
-            curvature.push(bend * outer);
-        }
+/// A length of 1, 2 or 5 times a power of ten, at most `most`.
+fn round_length(most: f64) -> f64 {
+    let power = 10f64.powf(most.log10().floor());
+    let digits = [5.0, 2.0, 1.0].map(|digit| digit * power);
+    digits
+        .into_iter()
+        .find(|length| *length <= most)
+        .unwrap_or(power)
+}
+
+/// The wall cut open, with fields on it.
+fn wall(shown: &Shown<'_>) -> Surface {
+    let (_, cut) = cut_open::opened(shown);
+    let drawing = Drawing::of(shown, cut, [ALONG, AROUND]);
+    let outside = shown.surfaces - 1;
+    let value = |of: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+        let all = drawing.places.iter();
+        all.map(|(_, s, phi)| of(*s, *phi)).collect()
+    };
+    let radius = |surface: usize| move |s: f64, phi: f64| shown.vessel.radius(surface, s, phi);
+    let thickness = |s: f64, phi: f64| match (shown.elastic[0]..=shown.elastic[1]).contains(&s) {
+        true => 1e3 * (radius(outside)(s, phi) - radius(0)(s, phi)),
+        false => 0.0,
+    };
+    let bend =
+        |s: f64, phi: f64| shown.vessel.centre_line().curvature(s).norm() * radius(outside)(s, phi);
+    // Colours of materials, then those of lumen and rigid parts.
+    let materials = shown.vessel.material_names().len();
+    let mut colours: Vec<[u8; 3]> = (0..materials).map(colour).collect();
+    colours.extend([Part::Lumen.colour(), Part::Rigid.colour()]);
+    let mut parts = vec![0; drawing.points.len()];
+    for (triangle, part) in drawing.triangles.iter().zip(&drawing.parts) {
+        let number = match part {
+            Part::Layer(material) => *material,
+            Part::Lumen => materials,
+            Part::Rigid => materials + 1,
+        };
+        triangle.iter().for_each(|p| parts[*p as usize] = number);
     }
-    let faces = (0..ALONG).flat_map(|i| {
-        (0..AROUND).map(move |j| {
-            let next = (j + 1) % AROUND;
-            [
-                i * AROUND + j,
-                i * AROUND + next,
-                (i + 1) * AROUND + next,
-                (i + 1) * AROUND + j,
-            ]
-            .map(|p| p as u32)
-            .to_vec()
-        })
-    });
+    let faces = drawing.triangles.iter().map(|triangle| triangle.to_vec());
     Surface {
-        wall: WetSurface::new(points.clone(), faces.collect()),
+        wall: WetSurface::new(drawing.points.clone(), faces.collect()),
         times: vec![0.0],
-        frames: vec![points],
         fields: vec![
-            Field::new("Distance from the centre-line", "mm", vec![radius]),
-            Field::new("Thickness of the wall", "mm", vec![thickness]),
-            Field::new("Radius of the outside times curvature", "", vec![curvature]),
+            Field::of_kinds("Material", &parts, &colours),
+            Field::new(
+                "Distance of the lumen from the centre-line",
+                "mm",
+                vec![value(&|s, phi| 1e3 * radius(0)(s, phi))],
+            ),
+            Field::new("Thickness of the wall", "mm", vec![value(&thickness)]),
+            Field::new(
+                "Radius of the outside times curvature",
+                "",
+                vec![value(&bend)],
+            ),
         ],
+        frames: vec![drawing.points],
     }
 }
 
@@ -300,4 +319,75 @@ fn parts(shown: &Shown<'_>) -> String {
         ],
         &rows.collect::<Vec<_>>(),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{Case, Preset};
+    use resvg::tiny_skia::Pixmap;
+
+    fn shown(text: &str) -> Preview {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("case.toml"), text).unwrap();
+        let case = Case::load(folder.path(), Preset::Demo, &[]).unwrap_or_else(|e| panic!("{e}"));
+        Preview::of(&case, "a vessel").unwrap().unwrap()
+    }
+
+    /// The picture stands by itself: with the colours of its legend, a bar of five millimetres, and an arrow.
+    #[test]
+    fn the_picture_has_scale_names_and_direction() {
+        let text = "extends = \"defaults\"\n[vessel]\nradius_m = 3e-3\nupstream_extension_m = 0.01\n[[vessel.piece]]\npiece = \
+                    \"line\"\nlength_m = 0.05\n[[vessel.section]]\nname = \"a\"\nlayers = [\"one\", \"two\"]\nthicknesses_m = [4e-4, \
+                    6e-4]\n[[vessel.material]]\nname = \"one\"\nmaterial = \"neo_hooke\"\nmu_Pa = 1e5\nkappa_Pa = \
+                    1e8\n[[vessel.material]]\nname = \"two\"\nmaterial = \"neo_hooke\"\nmu_Pa = 1e5\nkappa_Pa = 1e8\n";
+        let preview = shown(text);
+        let image = Pixmap::decode_png(&preview.png).unwrap();
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        assert_eq!(width, PIXELS[0]);
+        assert!(height > PIXELS[1] + 30, "{height}");
+        let at = |x: usize, y: usize| {
+            let pixel = image.pixel(x as u32, y as u32).unwrap();
+            [pixel.red(), pixel.green(), pixel.blue()]
+        };
+        let count = |rows: std::ops::Range<usize>, is: &dyn Fn([u8; 3]) -> bool| {
+            let all = rows.flat_map(|y| (0..width).map(move |x| (x, y)));
+            all.filter(|(x, y)| is(at(*x, *y))).count()
+        };
+        // Patches in the legend, and lit surfaces of these colours in the picture.
+        for part in [Part::Layer(0), Part::Layer(1), Part::Lumen, Part::Rigid] {
+            let colour = part.colour();
+            let legend = count(PIXELS[1]..height, &|p| p == colour);
+            assert!(legend > 500, "{part:?}: {legend}");
+            let hue = |p: [u8; 3]| {
+                let light = f64::from(p[0]) / f64::from(colour[0]).max(1.0);
+                let close = |i: usize| (f64::from(p[i]) - light * f64::from(colour[i])).abs() < 4.0;
+                (0.5..=1.01).contains(&light) && (0..3).all(close)
+            };
+            let picture = count(0..PIXELS[1], &hue);
+            assert!(picture > 1000, "{part:?}: {picture}");
+        }
+        // The longest black row of the legend is the bar: 5 mm of the vessel's 60, which fill 96 % of the picture.
+        let black = |p: [u8; 3]| p.iter().all(|c| *c < 60);
+        let longest = |y: usize| {
+            let mut runs = vec![0];
+            for x in 0..width {
+                match black(at(x, y)) {
+                    true => *runs.last_mut().unwrap() += 1,
+                    false => runs.push(0),
+                }
+            }
+            runs.into_iter().max().unwrap_or(0)
+        };
+        let bar = (PIXELS[1]..height).map(longest).max().unwrap();
+        let long = |mm: f64| mm * 0.96 * width as f64 / 60.0;
+        assert!(
+            (0.95 * long(5.0)..1.1 * long(5.0)).contains(&(bar as f64)),
+            "{bar}"
+        );
+        // The arrow is the only black in the picture.
+        assert!(count(0..PIXELS[1], &|p| p == [0; 3]) > 300);
+        assert!(preview.html.contains("The wall with its layers, cut open"));
+        assert!(preview.html.contains("\"name\":\"Material\""));
+    }
 }
