@@ -667,7 +667,7 @@ fn points_of_an_experiment_are_recorded() {
     let text = refuse(&model, &[(key, &value)]).to_string();
     assert!(
         text.contains("`output.measured`")
-            && text.contains("experiment.csv: CSV deserialize error: record 1 (line: 2"),
+            && text.contains("experiment.csv:2: unknown variant `velocity_m_s`"),
         "{text}"
     );
     let rows = (0..1001).map(|i| format!("a,speed_m_s,{i}e-6,0,0,1\n"));

@@ -337,7 +337,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ("centre_line = \"line.csv\"\nunit = \"mm\"\nlumen = \".\"\n", "vessel.lumen", "ends with .vtp or .stl"),
     ("centre_line = \"line.csv\"\nunit = \"mm\"\nlumen = \"good.vtp\"\n", "vessel.lumen", "the file has no triangles"),
     ("centre_line = \"line.csv\"\nunit = \"mm\"\nlumen = \"cut.stl\"\n", "vessel.lumen", "announces 1920 triangles and has 1918 of them: it is cut off"),
-    ("centre_line = \"line.csv\"\nunit = \"mm\"\nlumen = \"short.stl\"\n", "vessel.lumen", "neither an ASCII STL"),
+    ("centre_line = \"line.csv\"\nunit = \"mm\"\nlumen = \"short.stl\"\n", "vessel.lumen", "the STL has no triangles"),
     ("centre_line = \"line.csv\"\nunit = \"mm\"\nlumen = \"none.stl\"\n", "vessel.lumen", "the STL has no triangles"),
     ("centre_line = \"line.csv\"\nunit = \"mm\"\nlumen = \"nan.stl\"\n", "vessel.lumen", "not a finite number"),
     ("centre_line = \"line.csv\"\nunit = \"mm\"\nlumen = \"word.stl\"\n", "vessel.lumen", "line 3: expected \"vertex\" and three numbers"),

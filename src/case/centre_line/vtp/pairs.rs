@@ -67,21 +67,22 @@ impl<'a> Tree<'a> {
                 )),
             };
         };
-        let unknown = || format!("there is no branch {name:?}; there is {}", self.offered());
-        let (array, value) = name.split_once('=').ok_or_else(unknown)?;
-        let value: i64 = value.trim().parse().map_err(|_| unknown())?;
+        self.find(name)
+            .ok_or_else(|| format!("there is no branch {name:?}; there is {}", self.offered()))
+    }
+
+    /// The points of the branch of this name, downstream.
+    fn find(&self, name: &str) -> Option<Vec<usize>> {
+        let (array, value) = name.split_once('=')?;
+        let value: i64 = value.trim().parse().ok()?;
         match array.trim() {
-            "End" => match usize::try_from(value)
-                .ok()
-                .filter(|end| self.ends.contains(end))
-            {
-                Some(end) => self.way(end),
-                None => Err(unknown()),
-            },
-            WAYS => self
-                .of_value(&format!("{WAYS}:{value}"), 1.0)
-                .ok_or_else(unknown),
-            array => self.of_value(array, value as f64).ok_or_else(unknown),
+            "End" => {
+                let end = usize::try_from(value).ok()?;
+                let is_end = self.ends.contains(&end);
+                is_end.then(|| self.way(end).ok()).flatten()
+            }
+            WAYS => self.of_value(&format!("{WAYS}:{value}"), 1.0),
+            array => self.of_value(array, value as f64),
         }
     }
 
@@ -159,13 +160,13 @@ impl<'a> Tree<'a> {
             values.dedup();
             names.extend(values.iter().map(|value| format!("{name}={value}")));
         }
-        let described = names.iter().map(|name| match self.branch(Some(name)) {
-            Ok(points) => format!(
+        let described = names.iter().map(|name| match self.find(name) {
+            Some(points) => format!(
                 "\"{name}\" ({} points, {:.4} long)",
                 points.len(),
                 self.length(&points)
             ),
-            Err(_) => format!("\"{name}\""),
+            None => format!("\"{name}\""),
         });
         listed(&described.collect::<Vec<_>>())
     }
