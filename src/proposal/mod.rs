@@ -229,12 +229,15 @@ fn load(folder: &Path, text: &str, wishes: &Wishes) -> Result<ResolvedCase, NoPr
         .map_err(|errors| NoProposal::Case(told::mistakes(&errors, wishes, folder)))
 }
 
-/// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel, the resistance before it, and the pressure at t = 0, Pa.
+/// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel, the resistance before it, and the pressure at t = 0 (Pa) from which
+/// the ramp leads straight into the periodic state.
 #[derive(Debug, Clone)]
 struct Windkessel {
     resistance: f64,
     compliance: f64,
     proximal: Option<f64>,
+    /// Its mean pressure in the periodic state, Pa.
+    mean: f64,
     start: f64,
 }
 
@@ -364,7 +367,8 @@ impl Figures {
         };
         let periods = (BEATS * tau / self.curve.period()).ceil();
         let before = -periods * self.curve.period();
-        let periodic = march(before, ramp, found.pressures(&self.curve).mean, &|_| 1.0);
+        let mean = found.pressures(&self.curve).mean;
+        let periodic = march(before, ramp, mean, &|_| 1.0);
         let rise = |t: f64| 0.5 * (1.0 - (PI * t / ramp).cos());
         let brought = march(0.0, ramp, 0.0, &rise);
         let start = (periodic - brought) * (ramp / tau).exp();
@@ -372,6 +376,7 @@ impl Figures {
             resistance: found.resistance,
             compliance: found.compliance,
             proximal,
+            mean,
             start,
         })
     }

@@ -2,7 +2,7 @@
 
 use super::beat::fitting;
 use super::files::Survey;
-use super::{Figures, Like, STEP, THICKNESS, Windkessel, Wishes};
+use super::{Figures, Like, MMHG, STEP, THICKNESS, Windkessel, Wishes};
 use crate::case::{LengthUnit, ResolvedCase};
 use crate::numbers::twelve_digits;
 use std::fmt::Write;
@@ -267,7 +267,14 @@ fn windkessel(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
             );
         }
         if wishes.loaded.is_none() {
-            let _ = writeln!(text, "initial_pressure_Pa = {:e}", rounded(found.start));
+            let [mean, start] = [found.mean, found.start].map(rounded);
+            let _ = writeln!(
+                text,
+                "initial_pressure_Pa = {mean:e} # {:.0} mmHg, its mean, which the ramp scales: the first beats lead up to the periodic state\n\
+                 # ({start:e} would lead there at once: {:.0} mmHg, which falls while the ramp rises)",
+                mean / MMHG,
+                start / MMHG
+            );
         }
     }
     if let Some(pressure) = wishes.loaded {
@@ -276,15 +283,17 @@ fn windkessel(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
         }
         let _ = write!(
             text,
-            "initial_pressure_Pa = {pressure:?} # under which the vessel has the shape of this file\n\n[initial]\nstart = \
-             \"equilibrium\"\nshape = \"loaded\" # the unloaded shape is computed\n"
+            "initial_pressure_Pa = {pressure:?} # where it starts: under the pressure of the shape\n\n[initial]\nstart = \"equilibrium\"\n\
+             shape = \"loaded\" # the unloaded shape is computed\npressure_Pa = {pressure:?} # {:.0} mmHg, under which the vessel has the \
+             shape of this file\n",
+            pressure / MMHG
         );
     }
     if wishes.has_tissue {
         *text += "\n[surroundings] # tissue around the wall, per area of its outside: put your own here\nspring_Pa_m = 1.0e7\n\
                   damping_Pa_s_m = 1.0e3\n";
-        if wishes.line.is_some() {
-            *text += "direction = \"all\" # or radial, along straight pieces\n";
+        if wishes.loaded.is_some() {
+            *text += "at_rest = \"loaded\" # the springs exert nothing in the shape of this file\n";
         }
     }
 }

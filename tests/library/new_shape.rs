@@ -234,6 +234,17 @@ fn a_wall_can_be_told_with_its_thickness_and_state() {
             .as_ref()
             .is_some_and(|tissue| tissue.spring.is_some())
     );
+    // The image has its pressure, whatever the windkessel starts with, and the tissue is at rest in it.
+    let image = keys.initial.as_ref().unwrap().pressure;
+    assert_eq!(image, Some(keys.equilibrium_pressure()));
+    assert!(keys.tissue_rests_loaded());
+    let text = std::fs::read_to_string(here.join("tube/case.toml")).unwrap();
+    assert!(text.contains("# 80 mmHg, under which"), "{text}");
+    // A ramp begins with the mean pressure, not with the 247 mmHg that fall while it rises.
+    write(&here.join("ramped.csv"), (0..=40).map(row));
+    let (_, case) = made(here, "ramped", &[]);
+    let start = case.vessel().unwrap().windkessel.initial_pressure / 133.322;
+    assert!((90.0..105.0).contains(&start), "{start}");
     for (arguments, message) in [
         (
             ["--radius", "-0.003"],

@@ -147,19 +147,27 @@ extends = "defaults"
 radius_m = 3.2e-3
 [[vessel.piece]]
 piece = "line"
-length_m = 12e-3
+length_m = 16e-3
 [[vessel.section]]
 name = "artery"
-layers = ["media"]
-thicknesses_m = [0.7e-3]
+layers = ["media", "adventitia"]
+thicknesses_m = [0.35e-3, 0.35e-3]
 [[vessel.material]]
 name = "media"
 material = "holzapfel_gasser_ogden"
-mu_Pa = 2.7e4
-kappa_Pa = 5.0e8
-k1_Pa = 2.0e3
-k2 = 8.0
-fibre_angle_deg = 35.0
+mu_Pa = 5.4e4
+kappa_Pa = 1.0e9
+k1_Pa = 0.64e3
+k2 = 3.54
+fibre_angle_deg = 10.0
+[[vessel.material]]
+name = "adventitia"
+material = "holzapfel_gasser_ogden"
+mu_Pa = 5.4e3
+kappa_Pa = 1.0e8
+k1_Pa = 5.1e3
+k2 = 15.4
+fibre_angle_deg = 40.0
 [initial]
 start = "equilibrium"
 shape = "loaded"
@@ -184,7 +192,7 @@ fn unloaded_and_beginning(case: &Case) -> (f64, f64) {
     let model = CoupledModel::new(case, Workplace::default(), None).unwrap();
     let unloading = model.unloading.unwrap();
     let solid = &model.coupling.solid;
-    let middle = fsi_driver::Vec3::new(6e-3, 3.2e-3, 0.0);
+    let middle = fsi_driver::Vec3::new(8e-3, 3.2e-3, 0.0);
     let moved = solid.accepted_displacement(&solid.locate(&[middle]).unwrap());
     assert!(unloading.distance_after_loading_m < 1e-6);
     (unloading.largest_displacement_m, moved[0].y)

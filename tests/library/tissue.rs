@@ -173,7 +173,9 @@ fn of_a_line(towards: Option<Vec3>) -> [f64; 2] {
     let case = Case::load(folder.path(), Preset::Paper, &[]).unwrap_or_else(|e| panic!("{e}"));
     let model = CoupledModel::new(&case, Workplace::default(), None).unwrap();
     let solid = model.coupling.solid;
-    let across = axis.cross(&Vec3::z()).normalize();
+    // At the same place of the elements.
+    let vessel = fsi_driver::geometry::Vessel::new(case.vessel().unwrap());
+    let across = vessel.centre_line().frame(4e-3).first;
     let place = axis * 4e-3 + across * 3e-3;
     let moved = solid.accepted_displacement(&solid.locate(&[place]).unwrap())[0];
     [moved.dot(&across), moved.dot(&axis)]
@@ -220,6 +222,6 @@ fn tissue_follows_the_centre_line_wherever_it_leads() {
     // It moves outwards, and towards the inlet, where the tissue is softer.
     assert!(along_x[0] > 1e-5 && along_x[1].abs() > 1e-7, "{along_x:?}");
     for (a, b) in along_x.iter().zip(elsewhere) {
-        assert!((a / b - 1.0).abs() < 1e-3, "{along_x:?} {elsewhere:?}");
+        assert!((a / b - 1.0).abs() < 1e-6, "{along_x:?} {elsewhere:?}");
     }
 }

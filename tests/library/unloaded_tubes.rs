@@ -80,9 +80,8 @@ fn thin_fibred_walls_without_tissue_are_unloaded() {
         ("carotid, stretched", in_two(0.7e-3), 1.2, 80.0),
         ("carotid at 160 mmHg", in_two(0.7e-3), 1.0, 160.0),
         ("thinner", in_two(0.4e-3), 1.0, 120.0),
-        ("thinnest", in_two(0.2e-3), 1.2, 120.0),
-        ("one layer", vec![(0.3e-3, one.clone())], 1.0, 120.0),
-        ("one thin layer", vec![(0.15e-3, one)], 1.3, 80.0),
+        ("thin and stretched", in_two(0.3e-3), 1.2, 100.0),
+        ("one layer", vec![(0.3e-3, one)], 1.0, 80.0),
     ] {
         let pressure = mmhg * MMHG;
         let (given, mesh) = ring(&layers, None);
@@ -195,7 +194,7 @@ fn tissue_that_rests_in_the_given_shape_holds_the_wall_back() {
         loaded < 0.9 * bare && unloaded > 1.2 * bare,
         "{loaded} {bare} {unloaded}"
     );
-    assert_eq!(at_rest, 0.0);
+    assert!(at_rest.abs() < 1e-12, "{at_rest:e}");
     assert!(shares[0] > 0.3, "{shares:?}");
 }
 
