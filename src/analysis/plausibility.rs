@@ -42,7 +42,7 @@ const SLIPS: [(&str, &[Slip]); 11] = [
 /// Names of keys (or how their paths end) with what they mean, how they are shown, their usual range in SI units, and the value to
 /// expect. A value of 0 is none, and as usual.
 #[rustfmt::skip]
-const KEYS: [(&[&str], &str, Shown, [f64; 2], f64); 12] = [
+const KEYS: [(&[&str], &str, Shown, [f64; 2], f64); 13] = [
     (&["blood.density_kg_m3"], "the density of blood", SI, [900.0, 1200.0], 1050.0),
     (&["blood.viscosity_Pa_s"], "the viscosity of blood", SI, [8e-4, 0.015], 3.5e-3),
     (&["wall.density_kg_m3"], "the density of walls", SI, [800.0, 2500.0], 1100.0),
@@ -55,7 +55,8 @@ const KEYS: [(&[&str], &str, Shown, [f64; 2], f64); 12] = [
     (&["surroundings.spring_Pa_m"], "the stiffness of tissue around vessels", SI, [1e5, 1e10], 1e7),
     (&["surroundings.damping_Pa_s_m"], "the damping of tissue around vessels", SI, [10.0, 1e7], 1e4),
     (&["ends.spring_Pa_m"], "the stiffness of springs at an end", SI, [1e5, 1e13], 1e8),
-    (&["inlet.pressure_Pa", "outlet.pressure_Pa", "surroundings.pressure_Pa", "initial.pressure_Pa"], "a pressure in or around vessels", MMHG, [130.0, 3e4], 5e3),
+    (&["surroundings.pressure_Pa"], "the pressure around vessels", MMHG, [130.0, 1e4], 700.0),
+    (&["inlet.pressure_Pa", "outlet.pressure_Pa", "initial.pressure_Pa"], "a pressure in vessels", MMHG, [130.0, 3e4], 1.1e4),
 ];
 
 /// A value beside its range, and the keys that it follows from.

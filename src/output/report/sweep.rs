@@ -98,7 +98,10 @@ pub fn table(runs: &[&Results]) -> Table {
         let given = keys
             .iter()
             .map(|key| case.get(key).cloned().unwrap_or_default());
-        let given = given.map(|value| value.trim_matches('"').to_owned());
+        let given = given.map(|value| match value.parse::<f64>() {
+            Ok(number) => format!("{number:?}"),
+            Err(_) => value.trim_matches('"').to_owned(),
+        });
         let found = measures
             .iter()
             .map(|measure| measure.of(run).map_or(String::new(), seven_digits));

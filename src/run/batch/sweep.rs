@@ -168,7 +168,8 @@ fn in_a_name(text: &str) -> String {
         c if c.is_ascii_alphanumeric() || "._-+".contains(c) => c,
         _ => '-',
     };
-    let name: String = text.chars().map(letter).take(LONGEST).collect();
+    let letters = text.chars().filter(|c| *c != ']');
+    let name: String = letters.map(letter).take(LONGEST).collect();
     name.trim_matches('-').to_owned()
 }
 
