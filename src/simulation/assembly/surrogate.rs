@@ -122,9 +122,10 @@ pub fn surrogate<S: Solid>(
     let answers: Result<Vec<_>, String> = (0..stations.count())
         .map(|station| answer(&|x| stations.share(station, x)))
         .collect();
-    Ok(Box::new(TubeSurrogate::new(
-        stations, &answers?, to_waves, blood, inlet, outlet,
-    )))
+    let mut surrogate = TubeSurrogate::new(stations, &answers?, to_waves, blood, inlet, outlet);
+    // The blood of the state in which time begins.
+    surrogate.finish_step(&rest);
+    Ok(Box::new(surrogate))
 }
 
 /// What happens at the ends of the tube, behind rigid pieces of these lengths (m).
@@ -149,7 +150,7 @@ fn ends(vessel: &BloodVessel, before: f64, behind: f64) -> (End, End) {
             proximal,
             resistance,
             compliance,
-            rigid_length: 0.0,
+            rigid_length: behind,
         },
     };
     (inlet, outlet)
