@@ -8,6 +8,13 @@ use crate::pfem::SolidError;
 const STAGNATION: f64 = 3.0;
 /// A change this many times as large as the one before is a jump.
 const JUMP: f64 = 10.0;
+/// From this many times a change of the displacement on that comes back from the solvers, the blood's added mass is what keeps the iteration from
+/// converging.
+const HEAVY: f64 = 10.0;
+/// A run is slow with more than this many iterations a step ...
+const TIRING: f64 = 8.0;
+/// ... over this many steps.
+const LONG: usize = 20;
 /// A step is slow with more than this many iterations ...
 const MANY: usize = 12;
 /// ... and this many times the usual number.
@@ -16,6 +23,8 @@ const SLOW: f64 = 3.0;
 /// What keeps an iteration from converging.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Finding {
+    /// A change of the displacement comes back so many times as large.
+    AddedMass { times: f64 },
     /// The residual is larger than at the beginning.
     Grows,
     /// It does not fall any more; whether the fluid used all the correctors that it may.
@@ -40,6 +49,10 @@ impl Finding {
         let (Some(first), Some(last)) = (iterations.first(), iterations.last()) else {
             return found;
         };
+        let times = returned(iterations);
+        if times > HEAVY {
+            found.push(Self::AddedMass { times });
+        }
         let grows = residual(last).is_nan() || residual(last) > JUMP * residual(first);
         if grows {
             found.push(Self::Grows);
@@ -73,6 +86,11 @@ impl Finding {
     /// What was seen, and what to try.
     fn advice(self) -> String {
         match self {
+            Self::AddedMass { times } => format!(
+                "a change of the displacement came back {times:.0} times as large, so the blood's added mass is what makes it hard; smaller steps make it \
+                 worse, by their square: try a larger time.step_s, coupling.surrogate = \"tube\" where it is \"none\", or a smaller coupling.e_rel \
+                 (of which the native fluid's accuracy is a share)"
+            ),
             Self::Grows => {
                 "the residual grows; try a smaller coupling.relaxation, or coupling.acceleration = \"iqn_ls\"".into()
             }
@@ -93,10 +111,20 @@ impl Finding {
                 "{dropped} columns were dropped as dependent and {left} are left; try a smaller coupling.filter"
             ),
             Self::FallsSlowly => {
-                "the residual falls slowly; try a larger coupling.reuse_steps or coupling.max_iterations, or a smaller time.step_s".into()
+                "the residual falls slowly; try a larger coupling.reuse_steps or coupling.max_iterations".into()
             }
         }
     }
+}
+
+/// How many times as large as a change of the displacement the solvers' answer was at most: what it added to the residual, at least.
+fn returned(iterations: &[Iteration]) -> f64 {
+    let pairs = iterations.windows(2);
+    let times = pairs.map(|pair| {
+        let [before, now] = [&pair[0], &pair[1]].map(|i| i.measure.residual_rms);
+        (now - before).abs() / pair[0].measure.change_rms
+    });
+    times.filter(|times| times.is_finite()).fold(0.0, f64::max)
 }
 
 /// Says in words how a step failed to converge, and what to try. The fluid may spend `max_sweeps` an iteration.
@@ -129,6 +157,24 @@ pub fn slowness(iterations: &[Iteration], usual: f64, max_sweeps: u32) -> Option
         format!(
             "{count} coupling iterations, {usual:.1} are usual: {}",
             advice(iterations, max_sweeps)
+        )
+    })
+}
+
+/// What to try if a run of so many steps has needed so many iterations, many for long: said after 20 steps, and after 40, 80, ...
+pub fn tiring(
+    steps: usize,
+    coupling_iterations: usize,
+    last: &[Iteration],
+    max_sweeps: u32,
+) -> Option<String> {
+    let mean = coupling_iterations as f64 / steps as f64;
+    let doublings = steps / LONG;
+    let is_due = steps.is_multiple_of(LONG) && doublings.is_power_of_two();
+    (is_due && mean > TIRING).then(|| {
+        format!(
+            "{mean:.1} coupling iterations a step over {steps} steps: {}",
+            advice(last, max_sweeps)
         )
     })
 }
@@ -253,6 +299,34 @@ mod tests {
         let mut forgetful = iterations(&[1e-1, 5e-2, 2e-2, 1e-2]);
         (forgetful[3].columns, forgetful[3].dropped) = (2, 5);
         says(&forgetful, "5 columns were dropped");
+    }
+
+    #[test]
+    fn added_mass_asks_for_larger_steps_never_for_smaller_ones() {
+        let mut heavy = iterations(&[1e-6, 4.1e-5, 2e-5, 3e-5]);
+        heavy.iter_mut().for_each(|i| i.measure.change_rms = 1e-6);
+        says(&heavy, "came back 40 times as large");
+        says(&heavy, "try a larger time.step_s");
+        for light in [&heavy[..1], &iterations(&[1e-1, 5e-2, 2e-2, 1e-2])] {
+            assert!(!diagnosis(light, 3).contains("time.step_s"));
+        }
+    }
+
+    #[test]
+    fn a_run_that_takes_many_iterations_for_long_says_what_to_try() {
+        let last = iterations(&[1e-1, 5e-2, 2e-2, 1e-2]);
+        let said = |steps, all| tiring(steps, all, &last, 3);
+        let text = said(20, 180).unwrap();
+        assert!(
+            text.starts_with("9.0 coupling iterations a step over 20 steps: "),
+            "{text}"
+        );
+        assert!(text.contains("try "), "{text}");
+        assert!(said(20, 160).is_none() && said(19, 190).is_none());
+        let due: Vec<usize> = (1..=200)
+            .filter(|&steps| said(steps, 9 * steps).is_some())
+            .collect();
+        assert_eq!(due, [20, 40, 80, 160]);
     }
 
     #[test]

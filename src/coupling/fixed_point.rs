@@ -82,7 +82,8 @@ impl FixedPoint {
             let d_tilde = problem.image(&d, residual)?; // S∘F
             let d_next = self.acceleration.next(&d, &d_tilde); // A
             let columns = self.acceleration.columns();
-            let measure = (self.criterion).measure(&d, &d_tilde, &d_next, columns.used == 0);
+            let (relaxed, last) = (columns.used == 0, self.predictor.last());
+            let measure = (self.criterion).measure(&d, &d_tilde, &d_next, relaxed, last);
             problem.judged(measure, columns)?;
             if measure.converged {
                 return Ok(Some(d));
@@ -119,6 +120,11 @@ impl FixedPoint {
     pub fn change_time_step(&mut self, ratio: f64) {
         self.predictor.resample(ratio);
         self.acceleration.reset();
+    }
+
+    /// What a user should know of the acceleration and has not been told.
+    pub fn news(&mut self) -> Option<String> {
+        self.acceleration.news()
     }
 
     /// When it ends.

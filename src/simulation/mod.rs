@@ -222,9 +222,10 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             let time = step.fluid.time;
             self.observer.note(&Note::Slow { time, text });
         }
-        if let Some(text) = self.coupling.solid.news() {
+        let news = [self.coupling.fixed_point.news(), self.coupling.solid.news()];
+        for text in news.into_iter().flatten() {
             let time = step.fluid.time;
-            self.observer.note(&Note::Solid { time, text });
+            self.observer.note(&Note::News { time, text });
         }
         let accepted = AcceptedStep {
             fluid_probes,
@@ -275,12 +276,16 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
 
     /// Why the step that has just been accepted was slow, if it was.
     fn slowness(&self, iterations: &[crate::coupling::Iteration]) -> Option<String> {
-        if self.totals.steps == 0 {
-            return None;
-        }
-        let usual = self.totals.coupling_iterations as f64 / self.totals.steps as f64;
+        let Totals {
+            steps,
+            coupling_iterations,
+            ..
+        } = self.totals;
         let limit = self.coupling.settings.fluid_effort.max_sweeps;
-        diagnosis::slowness(iterations, usual, limit)
+        let all = coupling_iterations + iterations.len();
+        let usual = coupling_iterations as f64 / steps as f64;
+        let slow = (steps > 0).then(|| diagnosis::slowness(iterations, usual, limit));
+        (slow.flatten()).or_else(|| diagnosis::tiring(steps + 1, all, iterations, limit))
     }
 
     /// Where it is in time.

@@ -68,8 +68,8 @@ pub enum Note {
         /// How many, and what to try.
         text: String,
     },
-    /// The structure has something to tell after the step that ended at `time` (s).
-    Solid {
+    /// The structure or the coupling has something to tell after the step that ended at `time` (s).
+    News {
         /// Its end, s.
         time: f64,
         /// What.

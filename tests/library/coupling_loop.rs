@@ -159,6 +159,7 @@ pub fn coupled<F: Fluid>(fluid: F) -> Coupling<F, Structure> {
                 quantity: ConvergenceQuantity::Change,
                 relative: 1e-6,
                 absolute: 1e-15,
+                displaced: 0.0,
                 max_iterations: 50,
                 share: 1.0,
             },

@@ -68,6 +68,7 @@ impl Acceleration for Aitken {
         AccelerationMemory {
             factor: Some(self.omega),
             fits: Vec::new(),
+            surrogate: Default::default(),
         }
     }
 

@@ -61,6 +61,11 @@ impl JacobianModel for Hybrid {
         self.remembered.take();
     }
 
+    fn believe(&mut self) {
+        self.current.believe();
+        self.remembered.believe();
+    }
+
     fn columns(&self) -> Columns {
         Columns {
             used: self.current.len() + self.remembered.len(),

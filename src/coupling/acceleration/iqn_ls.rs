@@ -43,6 +43,10 @@ impl JacobianModel for IqnLs {
         self.fit.take();
     }
 
+    fn believe(&mut self) {
+        self.fit.believe();
+    }
+
     fn columns(&self) -> Columns {
         Columns {
             used: self.fit.len(),

@@ -151,6 +151,11 @@ impl LeastSquares {
         self.filtered = false;
     }
 
+    /// Believes all columns.
+    pub fn believe(&mut self) {
+        self.filter.doubt = 0.0;
+    }
+
     /// Keeps the newest `count` columns.
     pub fn truncate(&mut self, count: usize) {
         if count < self.columns.len() {

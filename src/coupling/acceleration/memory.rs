@@ -11,6 +11,17 @@ pub struct AccelerationMemory {
     pub factor: Option<f64>,
     /// The columns of each fit of a quasi-Newton model, newest first.
     pub fits: Vec<Vec<Column>>,
+    /// What its surrogate was worth.
+    pub surrogate: SurrogateRecord,
+}
+
+/// What a surrogate was worth so far.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SurrogateRecord {
+    /// What it left of the first change of each of the last steps, newest first: 0 if it was exact, 1 if it was no better than none.
+    pub left: Vec<f64>,
+    /// Whether it was dropped.
+    pub dropped: bool,
 }
 
 impl AccelerationMemory {

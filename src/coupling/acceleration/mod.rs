@@ -68,6 +68,11 @@ pub trait Acceleration: Send {
     fn columns(&self) -> Columns {
         Columns::default()
     }
+
+    /// What a user should know and has not been told.
+    fn news(&mut self) -> Option<String> {
+        None
+    }
 }
 
 /// AccelerationSettings of all models; each takes what it needs.

@@ -70,6 +70,11 @@ impl JacobianModel for MultiVector {
         self.chain = VecDeque::from([LeastSquares::new(self.filter)]);
     }
 
+    fn believe(&mut self) {
+        self.filter.doubt = 0.0;
+        self.chain.iter_mut().for_each(LeastSquares::believe);
+    }
+
     fn columns(&self) -> Columns {
         Columns {
             used: self.chain.iter().map(LeastSquares::len).sum(),

@@ -1,7 +1,16 @@
 //! The quasi-Newton iteration: its columns come from the trials, its answers from a model of the inverse Jacobian.
 
+use super::memory::SurrogateRecord;
 use super::{Acceleration, AccelerationMemory, Column, Columns, Identity, Surrogate};
 use nalgebra::DVector;
+
+/// Steps by whose first changes the surrogate is judged.
+const JUDGED: usize = 5;
+/// Share of the relaxation factor of an iteration without any column once the surrogate is dropped.
+const CAUTION: f64 = 0.1;
+/// Changes of the residual count for what they are relative to the displacement since the unloaded shape, or to so many
+/// times what the step moves, whichever is less: where little moves, small changes say something too.
+const MOTIONS: f64 = 1e4;
 
 /// What a model says about a residual.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +35,9 @@ pub trait JacobianModel: Send {
     /// Forgets all columns.
     fn reset(&mut self);
 
+    /// Nothing better answers for what the columns do not span: they are doubted no more.
+    fn believe(&mut self);
+
     /// Columns in use and dropped.
     fn columns(&self) -> Columns;
 
@@ -40,12 +52,22 @@ pub trait JacobianModel: Send {
 ///
 /// With remembered columns or with a surrogate the first iteration of a step is a quasi-Newton step as well. Without
 /// any column it is `d + relaxation P r`.
+///
+/// The surrogate is judged by the first change of each step, where it matters most: `|P δr + δd| / |δd|` is 0 if it is exact, and 1 is
+/// what no answer at all would leave. One that usually leaves more, or did so in a step that failed, is dropped.
 pub struct QuasiNewton<M> {
     model: M,
     relaxation: f64,
     surrogate: Box<dyn Surrogate>,
+    record: SurrogateRecord,
+    /// What is to be said of the surrogate.
+    news: Option<String>,
+    /// The displacement that was accepted last.
+    accepted: Option<DVector<f64>>,
     /// `d` and the residual of the last call.
     last: Option<(DVector<f64>, DVector<f64>)>,
+    /// Changes in this step.
+    changes: usize,
 }
 
 impl<M: JacobianModel> QuasiNewton<M> {
@@ -56,7 +78,11 @@ impl<M: JacobianModel> QuasiNewton<M> {
             model,
             relaxation,
             surrogate: Box::new(Identity),
+            record: SurrogateRecord::default(),
+            news: None,
+            accepted: None,
             last: None,
+            changes: 0,
         }
     }
 
@@ -64,18 +90,58 @@ impl<M: JacobianModel> QuasiNewton<M> {
     pub fn with_surrogate(self, surrogate: Box<dyn Surrogate>) -> Self {
         Self { surrogate, ..self }
     }
+
+    /// Judges the surrogate by the first change of a step.
+    fn judge(&mut self, change: &DVector<f64>, answer: &DVector<f64>) {
+        if self.changes > 0 || self.surrogate.is_none() || change.norm() == 0.0 {
+            return;
+        }
+        let left = (self.surrogate.predict(answer) + change).norm() / change.norm();
+        self.record.left.insert(0, left);
+        self.record.left.truncate(JUDGED);
+    }
+
+    /// Goes on without the surrogate, which was worse than none.
+    fn drop_surrogate(&mut self) {
+        self.surrogate = Box::new(Identity);
+        self.model.believe();
+        self.record.dropped = true;
+        self.news = Some(format!(
+            "the surrogate left {:.1} times the first change of a step, where 1 is no better than none: the coupling goes on without it (as \
+             with coupling.surrogate = \"none\")",
+            self.record.left.first().copied().unwrap_or(f64::NAN)
+        ));
+    }
+
+    fn usually_left(&self) -> f64 {
+        let mut left = self.record.left.clone();
+        left.sort_by(f64::total_cmp);
+        left.get(JUDGED / 2)
+            .copied()
+            .filter(|_| left.len() == JUDGED)
+            .unwrap_or(0.0)
+    }
 }
 
 impl<M: JacobianModel> Acceleration for QuasiNewton<M> {
     fn next(&mut self, d: &DVector<f64>, d_tilde: &DVector<f64>) -> DVector<f64> {
         let residual = d_tilde - d;
-        if let Some((d_before, residual_before)) = &self.last {
-            let column = Column::new(d - d_before, &residual - residual_before, d_tilde.norm());
+        let accepted = self.accepted.get_or_insert_with(|| d.clone());
+        let motion = (d_tilde - &*accepted).norm();
+        if let Some((d_before, residual_before)) = self.last.take() {
+            let (change, answer) = (d - d_before, &residual - residual_before);
+            self.judge(&change, &answer);
+            self.changes += 1;
+            let scale = match d_tilde.norm().min(MOTIONS * motion) {
+                0.0 => 1.0,
+                scale => scale,
+            };
+            let column = Column::new(change, answer, scale);
             column.into_iter().for_each(|column| self.model.add(column));
         }
         let Prediction { correction, rest } = self.model.predict(&residual);
         let factor = if self.model.columns().used == 0 {
-            self.relaxation
+            self.relaxation * if self.record.dropped { CAUTION } else { 1.0 }
         } else {
             1.0
         };
@@ -86,14 +152,24 @@ impl<M: JacobianModel> Acceleration for QuasiNewton<M> {
 
     fn finish_step(&mut self) {
         self.model.finish_step();
+        self.changes = 0;
         if let Some((d, _)) = self.last.take() {
             self.surrogate.finish_step(&d);
+            self.accepted = Some(d);
+        }
+        if self.usually_left() > 1.0 && !self.record.dropped {
+            self.drop_surrogate();
         }
     }
 
     fn reset(&mut self) {
         self.model.reset();
         self.last = None;
+        let has_failed = std::mem::take(&mut self.changes) > 0;
+        let left = self.record.left.first();
+        if has_failed && left.is_some_and(|left| *left > 1.0) && !self.record.dropped {
+            self.drop_surrogate();
+        }
     }
 
     fn set_relaxation(&mut self, factor: f64) {
@@ -104,16 +180,102 @@ impl<M: JacobianModel> Acceleration for QuasiNewton<M> {
         AccelerationMemory {
             factor: None,
             fits: self.model.fits(),
+            surrogate: self.record.clone(),
         }
     }
 
     fn recall(&mut self, memory: AccelerationMemory, d: &DVector<f64>) {
         self.last = None;
+        self.changes = 0;
+        self.accepted = Some(d.clone());
         self.model.recall(memory.fits);
         self.surrogate.finish_step(d);
+        self.record = memory.surrogate;
+        if self.record.dropped {
+            self.surrogate = Box::new(Identity);
+            self.model.believe();
+        }
     }
 
     fn columns(&self) -> Columns {
         self.model.columns()
+    }
+
+    fn news(&mut self) -> Option<String> {
+        self.news.take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::reference::{Linear, Reference};
+    use super::super::tests::{error, iterate};
+    use super::super::{Filter, IqnLs};
+    use super::*;
+
+    /// Takes the blood for far lighter than it is, and the wall for softer.
+    struct Wrong;
+
+    impl Surrogate for Wrong {
+        fn predict(&self, residual: &DVector<f64>) -> DVector<f64> {
+            3.0 * residual
+        }
+    }
+
+    fn model(surrogate: Box<dyn Surrogate>) -> QuasiNewton<IqnLs> {
+        let model = IqnLs::new(5, Filter::new(1e-6, 0.0, !surrogate.is_none()), 100);
+        QuasiNewton::new(model, 0.1).with_surrogate(surrogate)
+    }
+
+    /// Iterations of eight steps, the text that was told, and after how many steps.
+    fn run(surrogate: Box<dyn Surrogate>) -> (Vec<usize>, Option<(usize, String)>) {
+        let (mut problem, mut model) = (Linear::new(30, 20.0), model(surrogate));
+        let (mut counted, mut told) = (Vec::new(), None);
+        for step in 1..=8 {
+            let (iterations, d) = iterate(&mut problem, &mut model, 200).unwrap();
+            assert!(error(&problem, step - 1, &d) < 1e-7);
+            counted.push(iterations);
+            told = told.or(model.news().map(|text| (step, text)));
+        }
+        (counted, told)
+    }
+
+    #[test]
+    fn a_surrogate_that_is_worse_than_none_is_dropped_and_that_is_told() {
+        let (counted, told) = run(Box::new(Wrong));
+        let (step, text) = told.expect("it is told");
+        assert_eq!(step, JUDGED);
+        assert!(text.contains("coupling.surrogate = \"none\""), "{text}");
+        let (without, none) = run(Box::new(Identity));
+        assert!(none.is_none());
+        println!("{counted:?}, without {without:?}");
+        assert!(counted[7] <= without[7] + 1);
+    }
+
+    #[test]
+    fn one_that_is_only_rough_is_kept() {
+        let (counted, told) = run(Linear::new(30, 20.0).surrogate());
+        let (without, _) = run(Box::new(Identity));
+        assert!(
+            told.is_none() && counted[0] < without[0],
+            "{counted:?}, {without:?}"
+        );
+    }
+
+    #[test]
+    fn a_step_that_fails_beside_a_wrong_one_is_tried_again_without() {
+        let (mut problem, mut model) = (Linear::new(30, 20.0), model(Box::new(Wrong)));
+        assert!(iterate(&mut problem, &mut model, 3).is_none());
+        model.reset();
+        assert!(
+            model
+                .news()
+                .is_some_and(|text| text.contains("times the first change"))
+        );
+        let mut resumed = self::model(Box::new(Wrong));
+        resumed.recall(model.memory(), &problem.at_rest());
+        let again = iterate(&mut problem.clone(), &mut model, 200);
+        assert!(again.is_some());
+        assert_eq!(again, iterate(&mut problem, &mut resumed, 200));
     }
 }

@@ -34,6 +34,8 @@ pub struct Unloading {
     pub iterations: usize,
     /// Largest distance of a point of the wet surface between the given shape and the unloaded one.
     pub largest_displacement_m: f64,
+    /// Root mean square of that distance.
+    pub rms_displacement_m: f64,
     /// Largest distance of a point of the wet surface between the given shape and what loading the unloaded one leads to.
     pub distance_after_loading_m: f64,
 }
@@ -213,10 +215,11 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
     let loaded = equilibrium(&solid, key_of_image, image)?;
     let wet: Vec<Vec3> = solid.wet_points().iter().map(|p| p.position).collect();
     let places = solid.locate(&wet).map_err(of_mesh)?;
-    let largest = |moved: Vec<Vec3>| moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
-    let largest_displacement_m = largest(solid.accepted_displacement(&places));
+    let largest = |moved: &[Vec3]| moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    let before = solid.accepted_displacement(&places);
+    let squares: f64 = before.iter().map(|u| u.norm_squared()).sum();
     solid.set_at_rest(loaded).map_err(of_mesh)?;
-    let distance_after_loading_m = largest(solid.accepted_displacement(&places));
+    let distance_after_loading_m = largest(&solid.accepted_displacement(&places));
     if distance_after_loading_m > LARGEST_DISTANCE {
         return Err(NoInitialState {
             key: "initial.shape",
@@ -237,7 +240,8 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
         unloading: Some(Unloading {
             pressure_Pa: image,
             iterations: found.iterations,
-            largest_displacement_m,
+            largest_displacement_m: largest(&before),
+            rms_displacement_m: (squares / before.len() as f64).sqrt(),
             distance_after_loading_m,
         }),
     })

@@ -153,7 +153,7 @@ impl CoupledModel {
                     volume: volumes.iter().sum(),
                     rigid_volume: rigid_volume(&volumes, &domain),
                     unloading,
-                    coupling: join(case, fluid, solid)?,
+                    coupling: join(case, fluid, solid, unloading)?,
                     own_mesh: case.own().map(|_| domain.fluid),
                 })
             }
@@ -167,7 +167,7 @@ impl CoupledModel {
                     volume,
                     rigid_volume,
                     unloading,
-                    coupling: join(case, fluid, solid)?,
+                    coupling: join(case, fluid, solid, unloading)?,
                     own_mesh: None,
                 })
             }
@@ -187,7 +187,7 @@ impl CoupledModel {
                     volume,
                     rigid_volume,
                     unloading,
-                    coupling: join(case, fluid, solid)?,
+                    coupling: join(case, fluid, solid, unloading)?,
                     own_mesh: None,
                 })
             }
@@ -204,8 +204,9 @@ pub fn couple<F: Fluid>(
     domain: &Domain,
     fluid: F,
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
-    let state = initial_state(case, domain).map_err(|none| none.error)?;
-    join(case, fluid, state.solid)
+    let InitialState { solid, unloading } =
+        initial_state(case, domain).map_err(|none| none.error)?;
+    join(case, fluid, solid, unloading)
 }
 
 /// What relates the two meshes of the wet surface: those that are made here are made for each other, those of others may be any.
@@ -227,6 +228,7 @@ fn join<F: Fluid>(
     case: &Case,
     fluid: F,
     mut solid: Structure,
+    unloading: Option<Unloading>,
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
     let (transfer, _) = transfer(case, fluid.interface(), &solid)?;
     let vessel = case.vessel();
@@ -247,6 +249,7 @@ fn join<F: Fluid>(
                 quantity: numerics.criterion,
                 relative: numerics.e_rel,
                 absolute: numerics.e_abs,
+                displaced: unloading.map_or(0.0, |found| found.rms_displacement_m),
                 max_iterations: numerics.max_iterations,
                 share: 1.0,
             },

@@ -19,6 +19,11 @@ pub trait Surrogate: Send {
 
     /// A step was accepted with the displacement `d`: time to linearize anew.
     fn finish_step(&mut self, _d: &DVector<f64>) {}
+
+    /// Whether there is none in truth.
+    fn is_none(&self) -> bool {
+        false
+    }
 }
 
 /// No surrogate: `S∘F` does not depend on `d`, so that the residual is the change.
@@ -28,5 +33,9 @@ pub struct Identity;
 impl Surrogate for Identity {
     fn predict(&self, residual: &DVector<f64>) -> DVector<f64> {
         residual.clone()
+    }
+
+    fn is_none(&self) -> bool {
+        true
     }
 }
