@@ -119,6 +119,31 @@ fn two_files_of_any_vessel_become_a_case() {
     }
 }
 
+/// With cells taken for a 4.5th of the narrowest radius the narrow end asked for 0.1 ms, in which the blood's added mass is 6,800 times the wall's.
+#[test]
+fn long_slender_arteries_get_steps_that_the_coupling_can_take() {
+    for (length, radii, expected) in [
+        (130.0, [2.0, 0.55], 0.002),
+        (250.0, [3.0, 0.5], 0.002),
+        (20.0, [2.0, 0.45], 0.0002),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let row = |i: i32| {
+            let share = f64::from(i) / 60.0;
+            let r = radii[0] + share * (radii[1] - radii[0]);
+            format!("{},0,0,{r}\n", share * length)
+        };
+        let line: String = (0..=60).map(row).collect();
+        std::fs::write(folder.path().join("line.csv"), format!("x,y,z,r\n{line}")).unwrap();
+        succeeds(
+            folder.path(),
+            &["new", "slender", "--from", "line.csv", "--unit", "mm"],
+        );
+        let case = Case::load(&folder.path().join("slender"), Preset::Demo, &[]).unwrap();
+        assert_eq!(case.time.step, expected, "{length} mm, {radii:?} mm");
+    }
+}
+
 #[test]
 fn a_case_for_the_examples_files_says_what_it_is() {
     let folder = tempfile::tempdir().unwrap();
