@@ -49,6 +49,7 @@ pub fn example(step: usize) -> Example {
             acceleration: crate::coupling::acceleration::AccelerationMemory {
                 factor: Some(0.1),
                 fits: vec![Vec::new(), column.into_iter().collect()],
+                surrogate: Default::default(),
             },
         },
         observer: (7, vec!["structure/00000.vtu".into()]),
