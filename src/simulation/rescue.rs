@@ -154,7 +154,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         let parts = self.clock.reading().subdivision.parts();
         let mut trouble = Trouble::after(self.trouble, place, parts, dead);
         trouble.of_the_fluid |= of_the_fluid;
-        // Even a solver that dies of an overflow may have been killed by somebody the first time.
+        // Even a solver that dies of an overflow may have been killed from outside the first time.
         if needs_shorter_steps && !(dead && attempt == 1 && trouble.attempt == 1) {
             trouble.cut(parts);
         }
