@@ -197,8 +197,7 @@ impl Limits {
     ) -> Result<(), Refusal> {
         let (load, place) = largest(&answer.flow, transfer);
         let cost = iteration.fluid_cost;
-        // Non-finite residuals are refused, too
-        if !(cost.residual <= self.residual) {
+        if cost.residual.is_nan() || cost.residual > self.residual {
             return Err(Refusal::Unsolved {
                 residual: cost.residual,
                 limit: self.residual,

@@ -152,7 +152,10 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             return self.keep_last_good(number - 1, what);
         }
         let parts = self.clock.reading().subdivision.parts();
-        let mut trouble = Trouble::after(self.trouble, place, parts, dead);
+        let mut trouble = Trouble::after(self.trouble, place, parts, gone);
+        if gone && !dead {
+            trouble.attempt = trouble.attempt.max(2); // no accident
+        }
         trouble.of_the_fluid |= of_the_fluid;
         // Even a solver that dies of an overflow may have been killed from outside the first time.
         if needs_shorter_steps && !(dead && attempt == 1 && trouble.attempt == 1) {

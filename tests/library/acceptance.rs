@@ -124,7 +124,7 @@ fn an_answer_that_is_none_is_refused_before_the_fluid_keeps_it() {
     );
     refused(|trial| trial.cost.residual = f64::NAN, "a residual of NaN");
     assert!(step(|trial| trial.cost.residual = 0.09, |_| ()).is_ok());
-    refused(|trial| trial.tractions[7] *= 6.0, "Pa at (2.083e-3,");
+    refused(|trial| trial.tractions[7] *= 20.0, "Pa at (2.083e-3,");
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn a_fluid_with_openings_that_are_not_known_need_not_balance() {
     coupling.step(false).unwrap();
 }
 
-/// Steps of `dt` = 0.1 ms: a volume that grows faster and faster, with flows as second-order schemes have them.
+/// A volume that grows faster and faster, with flows as second-order schemes have them.
 #[test]
 fn a_second_order_scheme_may_report_flows_that_belong_to_its_own_derivative() {
     let balanced = |flow: fn(f64) -> f64| {
@@ -173,7 +173,11 @@ fn a_second_order_scheme_may_report_flows_that_belong_to_its_own_derivative() {
             let t = 0.01 * f64::from(i);
             let opening = Opening {
                 name: "in".into(),
-                flow: flow(t),
+                // The first step of such a scheme is one of Euler's
+                flow: match i {
+                    1 => (volume(t) - VOLUME) / t,
+                    _ => flow(t),
+                },
                 mean_pressure: 0.0,
                 model_pressure: None,
             };

@@ -175,10 +175,14 @@ fn fluids_that_die_hang_or_lie_end_a_run_with_a_sentence_and_no_orphan() {
 fn what_a_fluid_in_another_process_cannot_mean_ends_the_run_with_its_cause() {
     let Some(python) = python() else { return };
     for (name, deed, said) in [
-        ("huge", "tractions = tractions + 1e30", "(t = 0.002000 s)"),
+        (
+            "huge",
+            "tractions = tractions + 1e30",
+            "attempts at this step failed",
+        ),
         (
             "leaks",
-            "self.ends = self.ends[0], (0.5 * self.ends[1][0], 0.0)",
+            "self.ends = (10 * self.ends[0][0], 0.0), self.ends[1]",
             "the fluid loses mass",
         ),
         (
@@ -199,7 +203,7 @@ fn what_a_fluid_in_another_process_cannot_mean_ends_the_run_with_its_cause() {
         assert!(text(&run).contains(said), "{name}: {}", text(&run));
         let history = column(&out, "Q_out_m3_s");
         assert!(
-            history.iter().all(|flow| flow.abs() < 1e-5),
+            history.iter().all(|flow| flow.abs() < 1e-4),
             "{name}: {history:?}"
         );
     }

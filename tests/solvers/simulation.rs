@@ -33,7 +33,7 @@ enum Accident {
     Unfinished {
         call: usize,
     },
-    /// The reports of these steps, counted as often as they are repeated, have lost half of the outflow.
+    /// The reports of these steps, counted as often as they are repeated, have ten times the inflow.
     Leaks {
         from: usize,
         to: usize,
@@ -89,7 +89,7 @@ impl Fluid for Unlucky {
         if let Accident::Leaks { from, to } = self.accident
             && (from..=to).contains(&self.accepted)
         {
-            step.openings[1].flow *= 0.5;
+            step.openings[0].flow *= 10.0;
         }
         Ok(step)
     }
