@@ -292,7 +292,7 @@ fn a_prestressed_wall_takes_as_few_iterations_as_any() {
         let counted = iterations(CAROTID, 6, &settings);
         println!("{shape}, {surrogate}: {counted:?}");
         assert!(
-            expected.contains(&counted.iter().sum()),
+            expected.contains(&counted.iter().sum::<usize>()),
             "{shape}, {surrogate}: {counted:?}"
         );
     }
