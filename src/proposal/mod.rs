@@ -135,7 +135,7 @@ impl Proposal {
     /// # Errors
     /// What is missing, or all mistakes of the case.
     pub fn new(wishes: &Wishes) -> Result<Self, NoProposal> {
-        let (wishes, mut understood) = told::files(wishes).map_err(NoProposal::Input)?;
+        let (wishes, mut remarks) = told::files(wishes).map_err(NoProposal::Input)?;
         let wishes = &wishes;
         let survey = files::survey(wishes).map_err(NoProposal::Input)?;
         let mut files = Vec::new();
@@ -156,8 +156,7 @@ impl Proposal {
                 .map_err(|error| NoProposal::Input(format!("{}: {error}", path.display())))?;
         }
         let case = loaded(trial.path(), wishes, &survey, &mut numbers)?;
-        understood.extend(beat.remarks);
-        let mut remarks = understood;
+        remarks.extend(beat.remarks);
         if let Some(keys) = case.vessel()
             && let Some(changes) = Changes::of(keys, &survey, wishes).map_err(NoProposal::Input)?
         {

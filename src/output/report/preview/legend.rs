@@ -42,17 +42,17 @@ pub fn with_legend(
             (x, y) = (left, y + LINE * unit);
         }
         let _ = match sign {
-            Sign::Patch(colour) => write!(
+            Sign::Patch(colour) => writeln!(
                 drawn,
-                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\"/>\n",
+                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\"/>",
                 y - 11.0 * unit,
                 18.0 * unit,
                 13.0 * unit,
                 html_colour(colour)
             ),
-            Sign::Stroke(colour) => write!(
+            Sign::Stroke(colour) => writeln!(
                 drawn,
-                "<path d=\"M{x:.1} {:.1}h{:.1}\" stroke=\"{}\" stroke-width=\"{:.1}\"/>\n",
+                "<path d=\"M{x:.1} {:.1}h{:.1}\" stroke=\"{}\" stroke-width=\"{:.1}\"/>",
                 y - 4.5 * unit,
                 18.0 * unit,
                 html_colour(colour),
