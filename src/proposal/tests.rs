@@ -41,6 +41,6 @@ fn what_a_vessel_is_like_makes_a_case() {
             line,
             ..Wishes::default()
         })
-        .contains("--unit mm, m, cm or um")
+        .contains("--from x.csv: No such file")
     );
 }
