@@ -163,7 +163,7 @@ impl Measurements {
         const EXPECTED: &str = "expected the columns series,quantity,x_m,y_m,z_m,value and, as you know them, time_s,sd,lowest,highest";
         let sheet = Sheet::of_words(path, "series").map_err(|fault| match fault.line {
             Some(line) => named(format!(":{line}: {}", fault.message)),
-            None => named(format!(": {}; {EXPECTED}", fault.message)),
+            None => named(format!(": cannot read it: {}; {EXPECTED}", fault.message)),
         })?;
         let names = sheet.columns.iter().map(|column| column.name.as_str());
         let heads = StringRecord::from_iter(names);

@@ -305,18 +305,21 @@ fn new_says_what_it_understood_of_a_file() {
 
     put(
         "backwards.csv",
-        "t (s),Q (ml/s)\n0,-4\n0.3,-6\n0.7,-4\n".into(),
+        "t (s),Q (ml/s)\n0,-4\n0.3,-6\n0.5,-5\n0.7,-4\n".into(),
     );
     put("no-unit.flow", curve(-1000.0));
     put(
         "velocity.csv",
-        "t (s),v (m/s)\n0,0.4\n0.3,0.6\n0.7,0.4\n".into(),
+        "t (s),v (m/s)\n0,0.4\n0.3,0.6\n0.5,0.5\n0.7,0.4\n".into(),
     );
-    put("bare.csv", "0,4e-6\n0.3,6e-6\n0.7,4e-6\n".into());
-    put("huge.csv", "t (s),Q (l/s)\n0,4\n0.3,6\n0.7,4\n".into());
+    put("bare.csv", "0,4e-6\n0.3,6e-6\n0.5,5e-6\n0.7,4e-6\n".into());
+    put(
+        "huge.csv",
+        "t (s),Q (l/s)\n0,4\n0.3,6\n0.5,5\n0.7,4\n".into(),
+    );
     put(
         "doubtful.csv",
-        "t (s),Q (ml/s)\n0,400\n0.3,600\n0.7,400\n".into(),
+        "t (s),Q (ml/s)\n0,400\n0.3,600\n0.5,500\n0.7,400\n".into(),
     );
     for (arguments, message) in [
         (&["--flow", "backwards.csv"][..], "the mean flow is -2"),
