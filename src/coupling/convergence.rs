@@ -100,6 +100,17 @@ impl Criterion {
         }
     }
 
+    /// The residual relative to the displacement from the unloaded shape, which the loads on the wall go with.
+    pub fn share_of_all(&self, measure: &Measure) -> f64 {
+        match self.displaced {
+            0.0 => measure.residual,
+            displaced => {
+                let size = measure.residual_rms / measure.residual;
+                measure.residual_rms / (size + displaced)
+            }
+        }
+    }
+
     /// The norm below which a change or residual counts as nothing, in a step that moves `motion` to a displacement of this `size`; `points` is
     /// the root of their number.
     fn limit(&self, size: f64, motion: f64, points: f64) -> f64 {

@@ -17,7 +17,7 @@ pub trait CoupledProblem {
     type Error;
 
     /// The image `S∘F(d)` of a trial displacement of the interface. `residual` is that of the trial before, relative to
-    /// the displacement: the solvers need not be much more accurate.
+    /// the displacement from the unloaded shape: the solvers need not be much more accurate.
     fn image(&mut self, d: &DVector<f64>, residual: f64) -> Result<DVector<f64>, Self::Error>;
 
     /// Is told how far the trial was from convergence, and which columns the next one was built from. After a measure
@@ -91,7 +91,7 @@ impl FixedPoint {
             if !measure.residual.is_finite() {
                 break;
             }
-            residual = measure.residual;
+            residual = self.criterion.share_of_all(&measure);
             d = d_next;
         }
         Ok(None)
