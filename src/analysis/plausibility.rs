@@ -40,9 +40,11 @@ const SLIPS: [(&str, &[Slip]); 11] = [
 ];
 
 /// Names of keys (or how their paths end) with what they mean, how they are shown, their usual range in SI units, and the value to
-/// expect. A value of 0 is none, and as usual.
+/// expect.
+type Usual = (&'static [&'static str], &'static str, Shown, [f64; 2], f64);
+/// What is usual. A value of 0 is none, and as usual.
 #[rustfmt::skip]
-const KEYS: [(&[&str], &str, Shown, [f64; 2], f64); 13] = [
+const KEYS: [Usual; 13] = [
     (&["blood.density_kg_m3"], "the density of blood", SI, [900.0, 1200.0], 1050.0),
     (&["blood.viscosity_Pa_s"], "the viscosity of blood", SI, [8e-4, 0.015], 3.5e-3),
     (&["wall.density_kg_m3"], "the density of walls", SI, [800.0, 2500.0], 1100.0),

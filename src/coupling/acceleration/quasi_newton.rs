@@ -248,8 +248,10 @@ mod tests {
         assert!(text.contains("coupling.surrogate = \"none\""), "{text}");
         let (without, none) = run(Box::new(Identity));
         assert!(none.is_none());
-        println!("{counted:?}, without {without:?}");
-        assert!(counted[7] <= without[7] + 1);
+        assert!(
+            counted[7] <= without[7] + 1,
+            "{counted:?}, without {without:?}"
+        );
     }
 
     #[test]

@@ -18,8 +18,11 @@ const MOST_PARAMETERS: usize = 4;
 /// A measure of a run: its name with its unit, and its value if the run has it.
 struct Measure {
     name: String,
-    value: Box<dyn Fn(&Results) -> Option<f64>>,
+    value: ValueOf,
 }
+
+/// What a run has of a measure.
+type ValueOf = Box<dyn Fn(&Results) -> Option<f64>>;
 
 type OfVessel = (&'static str, fn(&VesselSummary) -> f64);
 type OfRegion = (&'static str, fn(&RegionSummary) -> f64);

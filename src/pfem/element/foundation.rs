@@ -188,7 +188,7 @@ impl Foundation {
     }
 
     /// Displacement from the state of rest at the points, m.
-    fn from_rest(&self, rest: &Rest, numbering: &Numbering, displacement: &[f64]) -> Vec<Vec3> {
+    fn since_rest(&self, rest: &Rest, numbering: &Numbering, displacement: &[f64]) -> Vec<Vec3> {
         let mut values = self.surface.values(numbering, displacement);
         let before = rest.displacement.iter().flatten();
         (values.iter_mut().zip(before)).for_each(|(u, before)| *u -= before);
@@ -200,7 +200,7 @@ impl Foundation {
         let Some(rest) = &self.rest else {
             return Vec::new();
         };
-        let values = self.from_rest(rest, numbering, displacement);
+        let values = self.since_rest(rest, numbering, displacement);
         let points = rest.places.iter().zip(values).zip(&rest.springs);
         let resistance = points.map(|((place, u), spring)| match self.described.direction {
             Direction::All | Direction::Axial | Direction::Tangential => {
@@ -254,7 +254,7 @@ impl Foundation {
         let Some(rest) = &self.rest else {
             return 0.0;
         };
-        let values = self.from_rest(rest, numbering, displacement);
+        let values = self.since_rest(rest, numbering, displacement);
         let points = rest.places.iter().zip(values).zip(&rest.springs);
         let energy = points.map(|((place, u), spring)| {
             let squared = match self.described.direction {
@@ -278,7 +278,7 @@ impl Foundation {
         let Some(rest) = &self.rest else {
             return Vec::new();
         };
-        let values = self.from_rest(rest, numbering, displacement);
+        let values = self.since_rest(rest, numbering, displacement);
         let points = rest.places.iter().zip(values);
         let tangents = points.zip(&rest.springs).zip(&rest.dampers);
         tangents
