@@ -110,8 +110,8 @@ fn sharp_bends_are_rounded_off_where_they_are() {
         panic!("another vessel");
     };
     let curve = vessel.curve();
-    for x in [5.0, 15.0, 25.0, 35.0, 45.0, 55.0] {
-        let point = 1e-3 * fsi_driver::Vec3::new(x, (0.7 * (x - 30.0) as f64).max(0.0), 0.0);
+    for x in [5.0_f64, 15.0, 25.0, 35.0, 45.0, 55.0] {
+        let point = 1e-3 * fsi_driver::Vec3::new(x, (0.7 * (x - 30.0)).max(0.0), 0.0);
         let beside = curve.beside(&point);
         let away = beside.across[0].hypot(beside.across[1]);
         assert!(away < 5e-6, "{x}: {away}\n{said}");
@@ -164,7 +164,8 @@ fn a_proposal_does_not_depend_on_the_distances_of_points() {
         let r = 4.0 - 2.0 * (1.0 / (1.0 + (-20.0 * (t - 0.4)).exp()));
         [40.0 * sin, 40.0 * (1.0 - cos), 5.0 * t, r]
     };
-    let ways: [(&str, usize, fn(f64) -> f64); 4] = [
+    type Way = (&'static str, usize, fn(f64) -> f64);
+    let ways: [Way; 4] = [
         ("fifty", 50, |t| t),
         ("many", 500, |t| t),
         ("dense-first", 200, |t| t.powi(3)),
