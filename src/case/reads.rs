@@ -43,7 +43,7 @@ pub(super) mod conditions {
         TEMPLATES: "with fluid.solver = \"openfoam\", and not by an OpenFOAM case of your own",
             |case, _| case.fluid.solver == Solver::OpenFoam && case.own().is_none();
         NOT_OWN: "in other cases than an OpenFOAM case of your own", |case, _| case.own().is_none();
-        COUPLED_MESH: "with fluid.solver = \"openfoam\" and a wall that yields",
+        COUPLED_MESH: "with fluid.solver = \"openfoam\" and an elastic wall",
             |case, _| case.fluid.solver == Solver::OpenFoam && case.has_elastic_wall();
         FLOW: "where a flow is prescribed, not with inlet.condition = \"pressure\"", |case, _| is_flow_prescribed(case);
         FORMULA: "without inflow.file", |case, _| inflow(case, |inflow| inflow.file.is_none());

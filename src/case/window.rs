@@ -37,7 +37,10 @@ impl Window {
         let Self { start_s, end_s } = self;
         let mut warnings = Vec::new();
         let rounding = 1e-9 * period;
-        if start_s < ramp.duration - rounding {
+        // A run that ends within its first period has no better window; only a start that fills most of it is worth a word.
+        let is_short = end_s <= period - rounding;
+        let start_counts = !is_short || ramp.duration > 0.5 * (end_s - start_s);
+        if start_s < ramp.duration - rounding && start_counts {
             warnings.push(format!(
                 "the window of the hemodynamics, {start_s} to {end_s} s, contains the smooth start, which ends at \
                  {} s (ramp.duration_s): its averages are not those of a beat",
@@ -47,8 +50,7 @@ impl Window {
         let periods = (end_s - start_s) / period;
         let is_whole =
             periods.round() >= 1.0 && (periods - periods.round()).abs() <= 1e-6 * periods;
-        // A run that ends within its first period has no better window.
-        if !is_steady && !is_whole && end_s > period - rounding {
+        if !is_steady && !is_whole && !is_short {
             warnings.push(format!(
                 "the window of the hemodynamics, {start_s} to {end_s} s, is no whole number of periods but {} of \
                  them (time.period_s = {period}): its averages depend on where it begins",

@@ -235,7 +235,11 @@ impl Limits {
             0.0 => f64::INFINITY,
             volume => EXCHANGES * volume.abs() / dt,
         };
-        let most = self.flow.min(exchange);
+        // A wall that moves drives a flow of its own: one that buckles pushes more blood out than the inlet brings.
+        let pushed = balance
+            .volume
+            .map_or(0.0, |before| (step.volume - before).abs() / dt);
+        let most = (self.flow + pushed).min(exchange);
         for opening in &step.openings {
             let place = || Place::Opening(opening.name.clone());
             self.bounded("the flow", opening.flow, most, "m3/s", place)?;

@@ -205,9 +205,7 @@ fn a_second_order_scheme_may_report_flows_that_belong_to_its_own_derivative() {
 
 /// The limits of a case, with few elements.
 fn limits_of(case: &str) -> Limits {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("openfoam-case")
-        .join(case);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(case);
     let few = [
         ("structure.p", "3"),
         ("fluid.native.degree", "3"),
@@ -226,13 +224,13 @@ fn limits_of(case: &str) -> Limits {
 fn pressures_and_flows_are_limited_by_what_drives_them() {
     // 46 kPa of the windkessel when time begins, 25 kPa that it takes for the largest flow, and what a start within a step of
     // 2 ms would take; the wall's largest load in a beat is 1.7e4 Pa, the largest flow 1.4e-5 m³/s.
-    let vessel = limits_of("S-0.25");
+    let vessel = limits_of("tests/cases/S-0.25");
     println!("{vessel:?}");
     assert!((8e6..1.4e7).contains(&vessel.pressure), "{vessel:?}");
     assert!((2e-4..1e-3).contains(&vessel.flow), "{vessel:?}");
     assert_eq!(vessel.residual, 0.05);
 
     // Its templates prescribe a pressure of which the case knows nothing.
-    let tube = limits_of("elastic-tube");
+    let tube = limits_of("openfoam-case/elastic-tube");
     assert_eq!((tube.pressure, tube.flow), (2.25e9, f64::INFINITY));
 }

@@ -110,7 +110,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "ramp.duration_s", "-0.5", "from 0.0"),
     ("S-0.25", "time.step_s", "0", "above 0.0"),
     ("S-0.25", "time.step_s", "0.003", "whole part of time.period_s"),
-    ("S-0.25", "time.end_s", "0.0009", "a time.step_s = 0.002 at least"),
+    ("S-0.25", "time.end_s", "0.0009", "a time.step_s = 0.01 at least"),
     ("S-0.25", "time.period_s", "0", "above 0.0"),
     ("S-0.25", "time.dt_s", "0.001", "unknown key"),
     ("S-0.25", "structure.step_s", "0.001", "did you mean `time.step_s`?"),

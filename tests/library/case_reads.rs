@@ -185,7 +185,7 @@ fn what_stands_in_the_case_itself_and_is_not_read_is_told_with_its_line() {
         "{sentences}"
     );
 
-    // A rigid wall: what is of walls that yield.
+    // A rigid wall: what elastic walls have.
     let rigid = "extends = \"defaults\"\n[vessel]\nradius_m = 3e-3\n[[vessel.piece]]\npiece = \"line\"\nlength_m = 0.03\n\
                  [[vessel.section]]\nname = \"artery\"\nwall = \"rigid\"\n[wall]\ndensity_kg_m3 = 1000.0\n[coupling]\ne_rel = 1e-6\n";
     std::fs::write(&file, rigid).unwrap();
