@@ -33,6 +33,8 @@ pub struct Limits {
     pub flow: f64,
     /// Whether the fluid leaves the domain through its openings alone, so that mass must balance.
     pub is_closed: bool,
+    /// Whether the wall is elastic, so that the fluid's force must reach it.
+    pub is_elastic: bool,
 }
 
 impl Limits {
@@ -43,6 +45,7 @@ impl Limits {
             pressure: density * 1500.0 * 1500.0,
             flow: f64::INFINITY,
             is_closed: true,
+            is_elastic: true,
         }
     }
 }

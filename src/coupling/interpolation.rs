@@ -164,11 +164,13 @@ impl<'a> Sources<'a> {
             .pseudo_inverse(1e-6 * matrix.norm())
             .expect("the tolerance is positive");
         let fit = DMatrix::from_row_slice(1, 4, &row(offset)) * pseudo_inverse;
-        sources
-            .iter()
-            .enumerate()
-            .map(|(i, &s)| (s, fit[(0, i)] * root[i]))
-            .collect()
+        let mut weights: Vec<f64> = (0..sources.len()).map(|i| fit[(0, i)] * root[i]).collect();
+        // Where directions are cut off a constant is not met exactly by itself.
+        let sum: f64 = weights.iter().sum();
+        if (sum - 1.0).abs() > 1e-9 && sum > 0.5 {
+            weights.iter_mut().for_each(|weight| *weight /= sum);
+        }
+        sources.iter().copied().zip(weights).collect()
     }
 
     /// Unit vectors along which these faces reach far but their centres do not: across a strip one face wide, of which nothing but

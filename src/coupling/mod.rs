@@ -171,7 +171,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
     ) -> Result<Solved<S::Trial>, FailedStep> {
         let dt = self.settings.time_step;
         let foreseen = self.transfer.foreseen(&self.solid, dt);
-        let needs_load = foreseen.is_none();
+        let needs_load = foreseen.is_none() && self.settings.limits.is_elastic;
         let start = match foreseen {
             Some(known) => flatten(&known),
             None => self.fixed_point.predictor().first_guess(),

@@ -1,6 +1,6 @@
 //! How long a beat is, and time steps of which a whole number make one.
 
-use super::Wishes;
+use super::{Wishes, told};
 use crate::case::PeriodicTable;
 
 /// A beat without a curve, s.
@@ -35,8 +35,8 @@ impl Beat {
             return Ok(Self { period, remarks });
         };
         let file = path.display();
-        let (shown, last) =
-            PeriodicTable::period_of_flow(path, wishes.flow_unit).map_err(|e| e.to_string())?;
+        let (shown, last) = PeriodicTable::period_of_flow(path, wishes.flow_unit)
+            .map_err(|e| told::in_options(&e.to_string()))?;
         let period = match (asked, shown) {
             (Some(period), _) if last > period * (1.0 + 1e-9) => {
                 return Err(format!(

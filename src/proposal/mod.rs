@@ -325,8 +325,7 @@ impl Figures {
             ));
         }
         remarks.extend(plausible);
-        let sections = vessel.sections().iter();
-        let lengths = sections.map(|section| section.to.min(end) - section.from.max(0.0));
+        let lengths = (vessel.elastic_sections()).map(|section| section.to - section.from);
         let shortest = lengths.fold(end, f64::min);
         let figures = Self {
             radii: [range[0], mean],

@@ -109,7 +109,7 @@ pub fn mistakes(errors: &CaseErrors, wishes: &Wishes, trial: &Path) -> String {
     told.join("\n")
 }
 
-fn in_options(message: &str) -> String {
+pub(super) fn in_options(message: &str) -> String {
     let replaced = |message: String, (key, option): &(&str, &str)| message.replace(key, option);
     OPTIONS.iter().fold(message.to_owned(), replaced)
 }

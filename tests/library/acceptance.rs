@@ -73,6 +73,7 @@ fn tube(answer: fn(&mut FluidTrial), report: fn(&mut FluidStep)) -> Coupling<Wro
         pressure: 2e3,
         flow: 1e-3,
         is_closed: true,
+        is_elastic: true,
     };
     coupling
 }

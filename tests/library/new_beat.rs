@@ -28,7 +28,7 @@ fn any_period_gets_a_step_that_fits() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     for (i, period) in [
-        0.917, 0.955, 0.821, 0.857, 0.6, 1.1, 0.8571429, 0.7071, 0.9999, 1.0,
+        0.917, 0.955, 0.821, 0.857, 0.6, 1.1, 0.8571429, 0.7093, 0.9999, 1.0,
     ]
     .into_iter()
     .enumerate()

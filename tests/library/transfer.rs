@@ -242,7 +242,7 @@ fn meshes_of_other_units_and_other_walls_are_told_so() {
         ),
         (
             1e-2,
-            "100 times as large as the fluid: the wall seems to be in centimetres",
+            "89 times as large as the fluid: the wall seems to be in centimetres",
         ),
         (
             1e3,

@@ -325,7 +325,7 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
 const BROKEN_LINES: &[(&str, &str)] = &[
     ("", "expected 2 to 5000 points, found 0"),
     ("x,y,z\n0,0,0\n", "found 1"),
-    ("x,y,z\n0,0,0\nnan,0,0\n", "line 3: expected finite numbers"),
+    ("x,y,z\n0,0,0\nnan,0,0\n", "line 3: expected a number, found \"nan\""),
     ("x,y,z\n0,0,0\n1,0\n", "line 3: expected 3 numbers"),
     ("a,b,c\n0,0,0\n1,0,0\n", "line 1: expected the columns x,y,z or x,y,z,r"),
     ("0,0,0,1\n10,0,0,-1\n", "line 2: expected a radius above 0"),

@@ -519,7 +519,6 @@ fn regions_are_boxes_patches_or_the_whole_and_pages_show_them() {
     for shown in [
         "near<br>",
         "patch<br>patch wall",
-        "1.941 to 1.945",
         "The wall in three dimensions",
     ] {
         assert!(page.contains(shown), "{shown}");
@@ -789,7 +788,7 @@ fn files_of_a_motion_are_looked_at_first() {
         (
             "motion.csv",
             "x,y,z,ux,uy,uz\n0,0,0,nan,0,0\n",
-            "row 1 has NaN",
+            "line 2: expected a number, found \"nan\"",
         ),
         (
             "factor.csv",

@@ -97,7 +97,7 @@ fn a_fluid_in_python_agrees_with_openfoam_and_goes_on_after_a_restart() {
         own / openfoam
     };
     // Measured: 0.97427 from the beginning (its sixteen sides lie within the round lumen, whose section is 2.6 % larger), 1 - 4e-6,
-    // 0.936 (without the rigid part upstream).
+    // 0.9531 (without the rigid part upstream).
     let (volume, outlet, inlet) = (
         ratio("lumen_volume_m3"),
         ratio("p_out_Pa"),
@@ -106,7 +106,7 @@ fn a_fluid_in_python_agrees_with_openfoam_and_goes_on_after_a_restart() {
     println!("{volume} {outlet} {inlet}");
     assert!((0.9740..0.9745).contains(&volume), "{volume}");
     assert!((outlet - 1.0).abs() < 2e-5, "{outlet}");
-    assert!((0.92..0.95).contains(&inlet), "{inlet}");
+    assert!((0.945..0.96).contains(&inlet), "{inlet}");
 }
 
 #[test]
@@ -119,9 +119,9 @@ fn the_clients_in_python_and_in_c_give_the_same_history() {
         "--set",
         "inflow.amplitude_m3_s=0",
         "ramp.duration_s=0.02",
-        "coupling.e_rel=1e-9",
+        "coupling.e_rel=1e-10",
         "coupling.e_abs_m=1e-14",
-        "structure.newton_tolerance=1e-10",
+        "structure.newton_tolerance=1e-11",
     ];
     let fluid = command(&[python, &tube_py()]);
     complete(with_own(&one, 5, &fluid, &tight));
@@ -182,7 +182,7 @@ fn what_a_fluid_in_another_process_cannot_mean_ends_the_run_with_its_cause() {
         ),
         (
             "leaks",
-            "self.ends = (10 * self.ends[0][0], 0.0), self.ends[1]",
+            "self.ends = (self.ends[0][0] + 1e-5, 0.0), self.ends[1]",
             "the fluid loses mass",
         ),
         (

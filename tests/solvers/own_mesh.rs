@@ -190,10 +190,11 @@ fn files_include_others_from_anywhere_in_the_case() {
     fs::write(fluid.join("include/again"), "#include \"../settings\"\n").unwrap();
     fs::write(fluid.join("system/steps"), "correctors 2;\n").unwrap();
     for (file, from, to) in [
+        ("0/U", "dimensions", "#include \"../settings\"\ndimensions"),
         (
             "0/U",
-            "dimensions",
-            "#include \"../settings\"\n#includeEtc \"caseDicts/setConstraintTypes\"\ndimensions",
+            "boundaryField\n{",
+            "boundaryField\n{\n    #includeEtc \"caseDicts/setConstraintTypes\"",
         ),
         ("0/U", "uniform (0 0 0)", "uniform $start"),
         (

@@ -120,7 +120,7 @@ fn pages_are_whole_and_comparisons_find_differences() {
     }
     let warnings = between(&html, "<p class=\"warning\">", "</p>");
     let ramp = |warning: &&str| warning.contains("contains the smooth start");
-    assert!(warnings.iter().any(|warning| ramp(warning)), "{warnings:?}");
+    assert!(warnings.iter().any(ramp), "{warnings:?}");
     // The radius after steps 1, 2 and 4 of these five, and views that begin where the wall has moved.
     let radii = between(&html, "<section id=\"radius\">", "</section>")[0];
     assert_eq!(between(radii, "<figure>", "</figure>").len(), 3);

@@ -121,6 +121,7 @@ impl CoupledModel {
         memory: Option<&FluidMemory>,
     ) -> Result<Self, AssemblyError> {
         let mut model = Self::assembled(case, workplace, memory)?;
+        model.coupling.settings.limits.is_elastic = case.has_elastic_wall();
         model.coupling.balance = Balance::of(model.volume);
         if let (Some(own), Some(mesh)) = (case.own(), &model.own_mesh) {
             model.coupling.settings.limits.is_closed = own::all_openings_are_known(own, mesh);
