@@ -19,6 +19,8 @@ const LOST: f64 = 0.02;
 const MISSING: f64 = 0.01;
 /// A step resolves no flow that exchanges the whole domain more often than this; healthy ones exchange it once at most.
 const EXCHANGES: f64 = 1e3;
+/// A loss below this share of the largest flow that the drive explains is none.
+const NEGLIGIBLE: f64 = 1e-6;
 /// Where a missing force acts is told for as many faces as this.
 const FEW_FACES: usize = 8;
 
@@ -260,6 +262,15 @@ impl Limits {
             )?;
         }
         let (next, share) = balance.after(step, dt);
+        // What is lost counts against what drives the flow: when it begins from rest, next to nothing goes through.
+        let negligible = match self.flow.is_finite() {
+            true => NEGLIGIBLE * self.flow,
+            false => 0.0,
+        };
+        let share = match share * next.through > negligible {
+            true => share,
+            false => 0.0,
+        };
         if self.is_closed && share > LOST {
             return Err(Refusal::MassLost {
                 inflow: step.inflow(),

@@ -42,10 +42,10 @@ pub fn evaluate(
         wall_fields::write_table(&draft.wall_shear_table(), &rows)?;
         wall_fields::write_series(&draft.wall_shear(), statistics.window.end_s, wall, fields)?;
     }
-    if files.wall_history().is_file() {
+    let history = files.wall_history();
+    if history.try_exists().map_err(named(&history))? {
         let times = [case.time.step, case.output.structure_interval];
-        let path = draft.wall_shear_over_time();
-        wall_fields::write_over_time(&path, &files.wall_history(), times)?;
+        wall_fields::write_over_time(&draft.wall_shear_over_time(), &history, times)?;
     }
     let json = serde_json::to_string_pretty(&summary).map_err(io::Error::other)?;
     write_atomically(&draft.hemodynamics(), json.as_bytes())?;
