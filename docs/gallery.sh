@@ -22,7 +22,6 @@ picture() {
 
 picture S-0.25 openfoam-case/S-0.25 time.end_s=1.0 --preset coarse
 picture H-0.5 openfoam-case/H-0.5 time.end_s=0.4 --preset coarse
-picture stenosis examples/vessels/stenosis time.end_s=0.4 --preset demo
 picture aneurysm examples/vessels/aneurysm time.end_s=0.4 --preset demo
 picture curved examples/vessels/curved time.end_s=0.4 --preset demo
 picture carotid examples/vessels/carotid time.end_s=0.4 --preset demo
