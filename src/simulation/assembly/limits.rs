@@ -32,7 +32,11 @@ pub(super) fn limits(case: &Case) -> Result<Limits, TableError> {
     Ok(match drive.pressure > 0.0 {
         true => Limits {
             pressure: (PRESSURES * drive.pressure).min(any.pressure),
-            flow: VELOCITIES * drive.speed * drive.area,
+            // Without a flow that is prescribed only the pressures drive: they are bounded.
+            flow: match drive.speed > 0.0 {
+                true => VELOCITIES * drive.speed * drive.area,
+                false => any.flow,
+            },
             ..any
         },
         false => any,
