@@ -21,8 +21,6 @@ const MISSING: f64 = 0.01;
 const EXCHANGES: f64 = 1e3;
 /// A loss below this share of the largest flow that the drive explains is none.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Blood is still if a step exchanges less than this share of its volume.
-const STILL: f64 = 1e-8;
 /// Where a missing force acts is told for as many faces as this.
 const FEW_FACES: usize = 8;
 
@@ -265,10 +263,9 @@ impl Limits {
         }
         let (next, share) = balance.after(step, dt);
         // What is lost counts against what drives the flow: when it begins from rest, next to nothing goes through.
-        let still = STILL * step.volume.abs() / dt;
         let negligible = match self.flow.is_finite() {
-            true => still.max(NEGLIGIBLE * self.flow),
-            false => still,
+            true => NEGLIGIBLE * self.flow,
+            false => 0.0,
         };
         let share = match share * next.through > negligible {
             true => share,

@@ -29,17 +29,23 @@ pub(super) fn limits(case: &Case) -> Result<Limits, TableError> {
         Problem::Vessel(vessel) if is_known => of_vessel(case, vessel)?,
         _ => return Ok(any),
     };
-    Ok(match drive.pressure > 0.0 {
+    let pressure = match drive.pressure > 0.0 {
+        true => (PRESSURES * drive.pressure).min(any.pressure),
+        false => any.pressure,
+    };
+    Ok(match drive.speed > 0.0 {
         true => Limits {
-            pressure: (PRESSURES * drive.pressure).min(any.pressure),
-            // Without a flow that is prescribed only the pressures drive: they are bounded.
-            flow: match drive.speed > 0.0 {
-                true => VELOCITIES * drive.speed * drive.area,
-                false => any.flow,
-            },
+            pressure,
+            flow: VELOCITIES * drive.speed * drive.area,
             ..any
         },
-        false => any,
+        // Still blood: residuals and losses are shares of next to nothing.
+        false => Limits {
+            pressure,
+            residual: f64::INFINITY,
+            is_closed: false,
+            ..any
+        },
     })
 }
 
