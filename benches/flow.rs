@@ -1,6 +1,6 @@
-//! Seconds of a coupling iteration of the driver's own flow solver: `cargo bench --bench flow`, `RAYON_NUM_THREADS=1` for one
-//! thread. S-0.25 with a prescribed motion of its wall, two trials a step that differ as those of a coupled run do. `CASES=3`
-//! takes degree 6 as well.
+//! Seconds of a coupling iteration of the driver's own flow solver: `cargo bench --bench flow`, `RAYON_NUM_THREADS=1`
+//! for one thread. S-0.25 with a prescribed motion of its wall, two trials a step that differ as those of a coupled run
+//! do. `CASES=3` takes degree 6 as well.
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};

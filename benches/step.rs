@@ -1,8 +1,8 @@
 //! CPU seconds of the wall's time steps, without blood: `cargo bench --bench step -- [p] [mixed|displacement] [steps]`.
 //!
-//! The wall of S-0.25 on the mesh of `paper` beats under a given pressure, 10.6 to 15.7 kPa, with the study's time step, its
-//! tolerance and its damping. Each step is solved four times, as the coupling asks: the pressure comes closer to its
-//! last value by a factor of ten from one iteration to the next.
+//! The wall of S-0.25 on the mesh of `paper` beats under a given pressure, 10.6 to 15.7 kPa, with the study's time
+//! step, its tolerance and its damping. Each step is solved four times, as the coupling asks: the pressure comes closer
+//! to its last value by a factor of ten from one iteration to the next.
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};

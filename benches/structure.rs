@@ -1,5 +1,5 @@
-//! CPU seconds of one Newton iteration on the two-layer tube: `cargo bench --bench structure`, `RAYON_NUM_THREADS=1` for
-//! one thread. The smallest of several repetitions counts, since other programs disturb.
+//! CPU seconds of one Newton iteration on the two-layer tube: `cargo bench --bench structure`, `RAYON_NUM_THREADS=1`
+//! for one thread. The smallest of several repetitions counts, since other programs disturb.
 
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::paper::convergence::cases::TestCase;

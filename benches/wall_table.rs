@@ -1,22 +1,24 @@
-//! Errors of the wall against degrees of freedom and CPU seconds, a row of a table for each choice of form, mesh and degree:
-//! `cargo bench --bench wall_table -- FILE [ROW ...]`. Rows that `FILE` has already are left alone, so that a table can be
-//! interrupted. A row is `WALL:Pa:FORM:AXIALxAROUNDxRADIAL:p[:POINTS]`, such as `S-0.5:15700:mixed:16x8x2:4`; without any,
-//! the rows of `docs/wall.md` are computed. `FORM` is `mixed` or `pure`, in the trunk space, or with `-tensor` behind it in
-//! that of all products. `WALL` is
+//! Errors of the wall against degrees of freedom and CPU seconds, a row of a table for each choice of form, mesh and
+//! degree: `cargo bench --bench wall_table -- FILE [ROW ...]`. Rows that `FILE` has already are left alone, so that a
+//! table can be interrupted. A row is `WALL:Pa:FORM:AXIALxAROUNDxRADIAL:p[:POINTS]`, such as
+//! `S-0.5:15700:mixed:16x8x2:4`; without any, the rows of `docs/wall.md` are computed. `FORM` is `mixed` or `pure`, in
+//! the trunk space, or with `-tensor` behind it in that of all products. `WALL` is
 //!
 //! - `tube`: the two-layer artery of table 1, inner radius 3 mm, layers of 0.5 mm, 6 mm long between planes; its radial
 //!   displacement is known (`tests/library/pfem_static_tube.rs`);
-//! - `irregular`: 12 mm of the same artery with the imperfection of `tests/library/near_buckling.rs`, 0.5 mm deep, over its whole length,
-//!   between planes;
+//! - `irregular`: 12 mm of the same artery with the imperfection of `tests/library/near_buckling.rs`, 0.5 mm deep, over
+//!   its whole length, between planes;
 //! - a model of `openfoam-case`, clamped, elements along graft and artery together;
-//! - such a model with `narrow-` before its name: with the sizes of `tests/library/near_buckling.rs`, which buckle at 15.3 kPa.
+//! - such a model with `narrow-` before its name: with the sizes of `tests/library/near_buckling.rs`, which buckle at
+//!   15.3 kPa.
 //!
-//! Columns: seconds are CPU time of the whole program (`RAYON_NUM_THREADS=1` for one thread), for the preparation and for the
-//! statics. Displacement, von Mises and largest principal stress (smooth and raw) are the largest on a lattice of 7³ points
-//! an element; those with `middle` are within 3 mm of the middle of the artery, or 1.5 mm of that of a tube; means are over
-//! the lattice there. `pressure_jump` is the root mean square of the jump of the mean Cauchy stress at points that
-//! elements of the same material share. The last two are the largest smooth von Mises stress of the evaluated part of a model's artery,
-//! within 11.25 mm of its middle: on the lattice, and in the elements' centres alone, where the paper's convergence study takes it.
+//! Columns: seconds are CPU time of the whole program (`RAYON_NUM_THREADS=1` for one thread), for the preparation and
+//! for the statics. Displacement, von Mises and largest principal stress (smooth and raw) are the largest on a lattice
+//! of 7³ points an element; those with `middle` are within 3 mm of the middle of the artery, or 1.5 mm of that of a
+//! tube; means are over the lattice there. `pressure_jump` is the root mean square of the jump of the mean Cauchy
+//! stress at points that elements of the same material share. The last two are the largest smooth von Mises stress of
+//! the evaluated part of a model's artery, within 11.25 mm of its middle: on the lattice, and in the elements' centres
+//! alone, where the paper's convergence study takes it.
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Material, Preset};
@@ -143,7 +145,8 @@ fn wall(name: &str, [axial, around, radial]: [usize; 3]) -> Wall {
     }
 }
 
-/// Root mean square, over the points that several elements of a material share, of the largest difference of the mean stress.
+/// Root mean square, over the points that several elements of a material share, of the largest difference of the mean
+/// stress.
 fn jump(points: &[(Vec3, usize, f64)]) -> f64 {
     let mut shared: HashMap<(usize, [i64; 3]), (usize, f64, f64)> = HashMap::new();
     for &(x, region, stress) in points.iter().filter(|point| point.2.is_finite()) {

@@ -1,18 +1,32 @@
 #!/bin/sh
-# Checks the language of the project: spelling everywhere (codespell), and phrases that are refused.
+# Checks the language of the project: spelling everywhere (codespell), phrases that are refused, and the width of prose.
 set -eu
 cd "$(dirname "$0")/.."
-files() { git ls-files README.md CONTRIBUTING.md ARCHITECTURE.md docs src of-adapter examples openfoam-case tests; }
+files() { git ls-files README.md CONTRIBUTING.md ARCHITECTURE.md docs src of-adapter examples openfoam-case tests benches; }
 text() { files | grep -E '\.(md|rs|C|H|toml|py|sh|c|h)$' | grep -v -e '^docs/results/first/' -e '/vendor/'; }
 failed=0
 text | xargs codespell --ignore-words docs/known-words.txt || failed=1
 tab=$(printf '\t')
 while IFS=$tab read -r phrase instead; do
     case $phrase in '#'* | '') continue ;; esac
-    found=$(text | grep -v -x -e CONTRIBUTING.md | xargs grep -n -i -E -e "$phrase" || true)
+    found=$(text | grep -v -x -e CONTRIBUTING.md | xargs grep -n -i -P -e "$phrase" || true)
     if [ -n "$found" ]; then
         printf '%s\nlanguage.sh: write %s instead of "%s"\n' "$found" "$instead" "$phrase" >&2
         failed=1
     fi
 done <docs/refused-phrases.txt
+# Prose in Markdown and lines of comments have at most 120 characters. Code and tables may be wider, and addresses do
+# not count.
+wide=$(text | grep -E '\.(md|rs|C|H|py|sh|c|h)$' | xargs perl -CSDA -ne '
+    chomp;
+    $code = !$code if m{^[\s/!]*```};
+    my $prose = $ARGV =~ /\.md$/ ? !/^(\s*\||<!--)/
+        : $ARGV =~ /\.(py|sh)$/ ? /^\s*#/ : m{^\s*(//(?![/!] \|)|\* )};
+    my $words = s/\]\([^)]*\)|https?:\S+|\(crate::\S+\)|\(super::\S+\)//gr;
+    print "$ARGV:$.: ", length $words, " characters\n" if $prose && !$code && length $words > 120;
+    if (eof) { $code = 0; close ARGV }')
+if [ -n "$wide" ]; then
+    printf '%s\nlanguage.sh: break these lines before column 120\n' "$wide" >&2
+    failed=1
+fi
 exit $failed

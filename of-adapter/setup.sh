@@ -1,9 +1,10 @@
 #!/bin/sh
-# Makes OpenFOAM ready for fsi-driver on Debian 12: installs what is missing, builds the adapter library, proves it loads.
+# Prepares OpenFOAM for fsi-driver on Debian 12: installs what is missing, builds the adapter, checks that it loads.
 #
 #   of-adapter/setup.sh            as root, or as a user with sudo (only asked for if a package is missing)
 #   of-adapter/setup.sh --force    builds again even if nothing changed
-#   of-adapter/setup.sh --tests    installs what tests and the book need as well: numpy, a spell checker, equations as MathML
+#   of-adapter/setup.sh --tests    installs what tests and the book need as well: numpy, a spell checker,
+#                                  equations as MathML
 #   of-adapter/setup.sh --prefix DIR
 #                                  installs the library in DIR/lib/fsi-driver/ as well, so that the source tree is not
 #                                  needed any more: fsi-driver finds it below its own prefix (~/.cargo for

@@ -6,8 +6,8 @@
 use serde::de::{Error, Visitor};
 use serde::{Deserializer, Serializer};
 
-/// A time (s) in 12 digits, as OpenFOAM spells it in the names of folders (`timePrecision`): 0.018 where sums of time steps
-/// give 0.018000000000000002. The adapter makes it OpenFOAM's own time before the next step.
+/// A time (s) in 12 digits, as OpenFOAM spells it in the names of folders (`timePrecision`): 0.018 where sums of time
+/// steps give 0.018000000000000002. The adapter makes it OpenFOAM's own time before the next step.
 pub fn twelve_digits(time: f64) -> f64 {
     let text = format!("{time:.11e}");
     text.parse().unwrap_or(time)

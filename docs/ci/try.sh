@@ -1,7 +1,7 @@
 #!/bin/sh
-# Carries out the container's recipe without a container: docs/ci/try.sh DIR makes a plain Debian 12 in DIR (debootstrap, as
-# root) and runs the RUN lines of Containerfile in it, one by one. With RUST=DIR (a folder with .cargo and .rustup,
-# such as $HOME) that toolchain is used in place of rustup's download.
+# Runs the container's recipe without a container: docs/ci/try.sh DIR makes a plain Debian 12 in DIR (debootstrap, as
+# root) and runs the RUN lines of Containerfile in it, one by one. RUST=DIR (a folder with .cargo and .rustup, such as
+# $HOME) uses that toolchain instead of downloading one with rustup.
 set -eu
 [ $# = 1 ] || { echo "usage: docs/ci/try.sh DIR" >&2; exit 2; }
 here=$(cd "$(dirname "$0")" && pwd)

@@ -3,7 +3,8 @@
 #
 #   native       the twelve models with the native fluid (about ten minutes a model on one core)
 #   openfoam     the same with OpenFOAM
-#   paper        the twelve at the resolution of the paper with the native fluid, six of them with OpenFOAM, five of these with a finer mesh
+#   paper        the twelve at the resolution of the paper with the native fluid, six of them with OpenFOAM, five of
+#                these with a finer mesh
 #   experiments  what the page tries besides: other flows, surfaces and paths, stretched walls in tissue
 #   refinement   H-0.5 with finer steps, fluid, wall and tolerance, and with second order in time
 #   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
@@ -54,7 +55,8 @@ experiments() {
     # Gentler still.
     study gentler-paths H-0.0 $at_once --set geometry.helix_radius_m=1.5e-3
     study gentler-paths A-0.0 $at_once --set geometry.arc_angle_deg=30
-    # What could raise the largest wall shear of a smooth artery: one that buckles at 0.64 times its highest pressure; a narrower graft.
+    # What could raise the largest wall shear of a smooth artery: one that buckles at 0.64 times its highest pressure; a
+    # narrower graft.
     study beyond-buckling 'H-0.0,H-0.75' $at_once --set geometry.artery_inner_radius_m=2e-3 geometry.media_thickness_m=4e-4 \
         geometry.adventitia_thickness_m=4e-4 geometry.graft_inner_radius_m=2.5e-3 geometry.graft_thickness_m=3.1e-4 \
         inflow.base_m3_s=1.22e-6 inflow.amplitude_m3_s=2.2e-6 windkessel.resistance_Pa_s_m3=7.31e9 windkessel.compliance_m3_Pa=0.447e-10

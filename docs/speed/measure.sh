@@ -11,7 +11,8 @@
 #   large      200,000 and a million cells on two ranks, a wall of 200,000 degrees of freedom
 #   kernels    cargo bench --bench structure
 #
-# Without a part: all of them. Figures that are in FOLDER already are not measured again; what was interrupted begins anew.
+# Without a part: all of them. Figures that are in FOLDER already are not measured again; an interrupted part
+# starts again.
 set -eu
 [ $# -gt 0 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
 out=$(mkdir -p "$1" && cd "$1" && pwd)
@@ -22,7 +23,8 @@ cargo build --release --quiet
 fsi=$PWD/target/release/fsi-driver
 at_once='initial.start=equilibrium ramp.duration_s=0.1 windkessel.initial_pressure_Pa=1.3e4'
 
-# steps NAME WARM N FROM OPTIONS...: N steps of S-0.25 from FROM on, their figures in NAME.json; the warm run WARM may serve several
+# steps NAME WARM N FROM OPTIONS...: N steps of S-0.25 from FROM on, their figures in NAME.json; several may share the
+# warm run WARM
 steps() {
     name=$1 warm=$2 count=$3 from=$4
     shift 4

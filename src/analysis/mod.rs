@@ -1,7 +1,7 @@
 //! Analyses of tubes under internal pressure, without a fluid: what `fsi-driver solid` computes.
 //!
-//! [`solid_file`] reads the description of a tube, [`tube`] inflates it and measures, [`motion`] lets the pressure vary in
-//! time.
+//! [`solid_file`] reads the description of a tube, [`tube`] inflates it and measures, [`motion`] lets the pressure vary
+//! in time.
 
 pub(crate) mod case_figures;
 pub(crate) mod motion;

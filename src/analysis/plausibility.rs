@@ -1,7 +1,7 @@
 //! Whether the values of a vessel's case are those of vessels, and which unit was probably meant where they are not.
 //!
-//! Ranges are wide: what people have, with some room for benchmarks. A value outside makes no run impossible; it is told with the
-//! unit that would bring it into its range.
+//! Ranges are wide: what people have, with some room for benchmarks. A value outside makes no run impossible; it is
+//! told with the unit that would bring it into its range.
 
 use super::case_figures::CaseFigures;
 use crate::case::schema::Key;
@@ -23,7 +23,8 @@ const NEAR: f64 = 1.1;
 /// How much nearer, in powers of e, what a unit gives has to be than what the one before it in its list gives.
 const RARER: f64 = 0.8;
 
-/// Units, the usual ones first, by the SI unit that the name of a key ends with. Stiffness stands apart from pressure: nobody has it in mmHg.
+/// Units, the usual ones first, by the SI unit that the name of a key ends with. Stiffness stands apart from pressure:
+/// nobody has it in mmHg.
 #[rustfmt::skip]
 const SLIPS: [(&str, &[Slip]); 11] = [
     ("Pa", &[MMHG, KPA, ("dyn/cm2", 0.1)]),
@@ -39,8 +40,8 @@ const SLIPS: [(&str, &[Slip]); 11] = [
     ("Pa s/m", &[("kPa s/m", 1e3), ("dyn s/cm3", 10.0), ("Pa s/mm", 1e3)]),
 ];
 
-/// Names of keys (or how their paths end) with what they mean, how they are shown, their usual range in SI units, and the value to
-/// expect.
+/// Names of keys (or how their paths end) with what they mean, how they are shown, their usual range in SI units, and
+/// the value to expect.
 type Usual = (&'static [&'static str], &'static str, Shown, [f64; 2], f64);
 /// What is usual. A value of 0 is none, and as usual.
 #[rustfmt::skip]
@@ -408,8 +409,8 @@ fn off(value: f64, [low, high]: [f64; 2]) -> f64 {
 }
 
 impl Judged<'_> {
-    /// The unit that was probably meant: one that brings the value near its range, the nearer to what is to be expected the better,
-    /// and rather one that many use.
+    /// The unit that was probably meant: one that brings the value near its range, the nearer to what is to be expected
+    /// the better, and rather one that many use.
     fn slip(&self) -> Option<Slip> {
         let now = off(self.value, self.usual);
         // Of what is only a little off no unit is to blame.

@@ -235,8 +235,8 @@ impl Tube {
         Ok(found.complete()?.displacement)
     }
 
-    /// Static equilibrium; `body` is [`Tube::discretize`]d with `options`. First the ends are moved, then both pressures
-    /// grow together. From a `start` all is tried at once, and the steps only if that fails.
+    /// Static equilibrium; `body` is [`Tube::discretize`]d with `options`. First the ends are moved, then both
+    /// pressures grow together. From a `start` all is tried at once, and the steps only if that fails.
     pub fn inflate(
         &self,
         body: &Discretization,
@@ -295,9 +295,9 @@ impl Tube {
     }
 }
 
-/// `u_x = 0` at both ends, and in the x-y and x-z planes no displacement out of them. Where the mesh has no nodes in the
-/// x-z plane (it has if four divides the number of elements around) one vertex is held in y instead: nothing
-/// pulls there, so that stresses are the same, but the tube moves sideways as it widens.
+/// `u_x = 0` at both ends, and in the x-y and x-z planes no displacement out of them. Where the mesh has no nodes in
+/// the x-z plane (it has if four divides the number of elements around) one vertex is held in y instead: nothing pulls
+/// there, so that stresses are the same, but the tube moves sideways as it widens.
 fn sliding_and_symmetric(mesh: &HexMesh, circumferential: usize) -> Vec<Support> {
     let ends = ["start", "end"].map(supports::sliding);
     let mut supports: Vec<Support> = ends.into();

@@ -1,8 +1,8 @@
 //! Pressure and radius of a long straight tube of hyperelastic layers: what a wall does before anything is meshed.
 //!
-//! The wall keeps its volume, `r² = r_i² + (R² - R_i²)/λ_z`, and its radial stress is small beside the one around, as in a
-//! membrane; each material finds its radial stretch from that. Virtual work then gives the pressure `p = ∫ P_θθ/r dR`, exact for
-//! incompressible layers and right to the first order in the thickness for others.
+//! The wall keeps its volume, `r² = r_i² + (R² - R_i²)/λ_z`, and its radial stress is small beside the one around, as
+//! in a membrane; each material finds its radial stretch from that. Virtual work then gives the pressure `p = ∫ P_θθ/r
+//! dR`, exact for incompressible layers and right to the first order in the thickness for others.
 
 use crate::Mat3;
 use crate::Vec3;
@@ -31,7 +31,8 @@ pub struct TubeLaw {
 }
 
 impl TubeLaw {
-    /// The middle of a section of a vessel; `None` if it has no layers, or is loaded in a way that no tube of these materials is.
+    /// The middle of a section of a vessel; `None` if it has no layers, or is loaded in a way that no tube of these
+    /// materials is.
     pub fn of(vessel: &BloodVessel, geometry: &Vessel, section: &Section) -> Option<Self> {
         let layers = geometry.layers_of(section);
         if layers.is_empty() {
@@ -147,8 +148,8 @@ impl TubeLaw {
         Some(0.5 * (narrow + wide))
     }
 
-    /// Speed of pulse waves (m/s) under a pressure (Pa) in blood of this density (kg/m³), the wall held along its axis: Bramwell
-    /// and Hill (1922), `c² = (A/ρ) dp/dA`.
+    /// Speed of pulse waves (m/s) under a pressure (Pa) in blood of this density (kg/m³), the wall held along its axis:
+    /// Bramwell and Hill (1922), `c² = (A/ρ) dp/dA`.
     pub fn wave_speed(&self, pressure: f64, density: f64) -> Option<f64> {
         let r = self.radius(pressure)?;
         let h = 1e-4 * r;
@@ -164,7 +165,8 @@ pub fn mean_radius(geometry: &Vessel, s: f64) -> f64 {
     (0..AROUND).map(at).sum::<f64>() / AROUND as f64
 }
 
-/// First Piola-Kirchhoff stress around (Pa) of a material stretched along and around by so much, without stress through the wall.
+/// First Piola-Kirchhoff stress around (Pa) of a material stretched along and around by so much, without stress through
+/// the wall.
 fn hoop_stress(material: &dyn HyperelasticMaterial, along: f64, around: f64) -> f64 {
     let axes = WallAxes {
         axial: Vec3::x(),

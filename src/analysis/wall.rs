@@ -1,5 +1,5 @@
-//! The wall of a case in figures, without blood: how wide it stands under the pressures that its windkessel will make, and
-//! how far they are from buckling.
+//! The wall of a case in figures, without blood: how wide it stands under the pressures that its windkessel will make,
+//! and how far they are from buckling.
 
 use crate::Vec3;
 use crate::curve::SpaceCurve;
@@ -57,7 +57,8 @@ pub struct InflatableWall<'a> {
 }
 
 impl InflatableWall<'_> {
-    /// Equilibrium under a pressure (Pa) inside and the one around, which grow together, or up to where stability is lost.
+    /// Equilibrium under a pressure (Pa) inside and the one around, which grow together, or up to where stability is
+    /// lost.
     fn inflate(&self, pressure: f64) -> Result<statics::Equilibrated, SolidError> {
         let options = StaticOptions {
             tolerance: 1e-6,
@@ -120,8 +121,8 @@ impl InflatableWall<'_> {
 }
 
 impl WallFigures {
-    /// A wall with these sections under these `pressures` (Pa, ascending); `perfect` is the same without its imperfection, if it
-    /// has one.
+    /// A wall with these sections under these `pressures` (Pa, ascending); `perfect` is the same without its
+    /// imperfection, if it has one.
     ///
     /// # Errors
     /// If the wall finds no equilibrium.
@@ -186,8 +187,8 @@ pub struct Storage {
     pub volume: f64,
 }
 
-/// Volume that the lumen of a vessel gains by pressure between `lowest` and `highest` (Pa), per pressure, m³/Pa. `None` if
-/// its wall buckles on the way.
+/// Volume that the lumen of a vessel gains by pressure between `lowest` and `highest` (Pa), per pressure, m³/Pa. `None`
+/// if its wall buckles on the way.
 ///
 /// # Errors
 /// If the wall finds no equilibrium.

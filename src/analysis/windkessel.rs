@@ -49,8 +49,8 @@ impl Pressures {
         }
     }
 
-    /// Those to expect in a vessel, in the periodic state of beats of `period` (s) and without the vessel's own compliance: of what
-    /// is prescribed at the outlet for the flow, or of the pressure at the inlet.
+    /// Those to expect in a vessel, in the periodic state of beats of `period` (s) and without the vessel's own
+    /// compliance: of what is prescribed at the outlet for the flow, or of the pressure at the inlet.
     ///
     /// # Errors
     /// If a curve cannot be read.

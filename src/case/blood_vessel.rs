@@ -9,8 +9,8 @@ use super::{
 use serde::{Deserialize, Serialize};
 
 table! {
-    /// A vessel with blood that flows through. Its tables stand at the root of a file, and some of them hold keys that every
-    /// case has as well.
+    /// A vessel with blood that flows through. Its tables stand at the root of a file, and some of them hold keys that
+    /// every case has as well.
     pub struct BloodVessel {
         [shape: Shape, "shape and materials"]
         [inflow: Inflow, "flow at the inlet", only FLOW]
@@ -113,8 +113,8 @@ words! {
 }
 
 words! {
-    /// What holds the end of the wall at the inlet. It moves only where the blood enters under a pressure: a flow is prescribed on an
-    /// inlet at rest, and a rigid extension is fixed to the wall.
+    /// What holds the end of the wall at the inlet. It moves only where the blood enters under a pressure: a flow is
+    /// prescribed on an inlet at rest, and a rigid extension is fixed to the wall.
     #[derive(Default)]
     pub enum InletEnd {
         /// No displacement.
@@ -156,7 +156,8 @@ words! {
     pub enum Start {
         /// Time begins without pressure inside; inflow and outlet pressure are ramped.
         Ramp = "ramp" (default),
-        /// Time begins in static equilibrium at `windkessel.initial_pressure_Pa`, or `outlet.pressure_Pa`; only the inlet is ramped.
+        /// Time begins in static equilibrium at `windkessel.initial_pressure_Pa`, or `outlet.pressure_Pa`; only the
+        /// inlet is ramped.
         Equilibrium = "equilibrium",
     }
 }

@@ -124,8 +124,9 @@ impl CurveFile {
     }
 }
 
-/// Reads a curve. Times increase and lie within one period, `file_period` or else `period` (s); if both its ends are among them,
-/// their values must be the same. The size of the unit is that of the case, of the header or of a comment, or else `assumed`.
+/// Reads a curve. Times increase and lie within one period, `file_period` or else `period` (s); if both its ends are
+/// among them, their values must be the same. The size of the unit is that of the case, of the header or of a comment,
+/// or else `assumed`.
 pub fn read(
     path: &Path,
     quantity: &Quantity,

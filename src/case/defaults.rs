@@ -73,7 +73,8 @@ struct Line {
     remark_of_table: String,
 }
 
-/// The lines of all keys outside the presets. A comment goes on in the lines below that hold nothing else and are indented.
+/// The lines of all keys outside the presets. A comment goes on in the lines below that hold nothing else and are
+/// indented.
 fn lines() -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
     let (mut table, mut remark_of_table) = (String::new(), String::new());

@@ -7,7 +7,8 @@ use super::{Case, defaults, templates};
 const METHOD: [&str; 5] = ["time", "structure", "fluid", "coupling", "output"];
 
 impl Case {
-    /// Reads the text of a `case.resolved.toml`. Settings of the method that came later than the run have their defaults.
+    /// Reads the text of a `case.resolved.toml`. Settings of the method that came later than the run have their
+    /// defaults.
     ///
     /// # Errors
     /// If a value of the physics is missing, or one cannot be read.

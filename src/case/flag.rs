@@ -5,9 +5,10 @@ use super::schema::{Kind, above, from, whole};
 use super::table::table;
 
 table! {
-    /// An elastic flag that is clamped to a rigid cylinder in a plane channel, after Turek and Hron, *Proposal for numerical
-    /// benchmarking of fluid-structure interaction*, 2006. The channel begins at x = 0 and its lower wall is y = 0; the flag
-    /// points downstream. Plane strain: nothing depends on z, along which there is one cell and one element.
+    /// An elastic flag that is clamped to a rigid cylinder in a plane channel, after Turek and Hron, *Proposal for
+    /// numerical benchmarking of fluid-structure interaction*, 2006. The channel begins at x = 0 and its lower wall is
+    /// y = 0; the flag points downstream. Plane strain: nothing depends on z, along which there is one cell and one
+    /// element.
     pub struct Flag {
         channel_length: f64 = "channel_length_m", above(0.0, 1e3), "length of the channel";
         channel_height: f64 = "channel_height_m", above(0.0, 1e3), "height of the channel";
@@ -43,7 +44,8 @@ impl Flag {
         self.cylinder_x + self.cylinder_radius + self.length
     }
 
-    /// Degrees of freedom of the flag in the trunk space of degree `p` in its plane and 1 across, the held ones included.
+    /// Degrees of freedom of the flag in the trunk space of degree `p` in its plane and 1 across, the held ones
+    /// included.
     pub fn degrees_of_freedom(&self, p: usize) -> usize {
         let n = self.mesh.elements;
         let (vertices, edges) = (4 * (n + 1), 2 * (3 * n + 1));

@@ -52,8 +52,9 @@ impl FlowCurve {
         }
     }
 
-    /// One period as pairs of time (s) and flow (m³/s) to interpolate linearly, from 0 to the period's end: ten thousand
-    /// or more, among them every multiple of the time `step` (s), of its half, its quarter, …, if it divides the period.
+    /// One period as pairs of time (s) and flow (m³/s) to interpolate linearly, from 0 to the period's end: ten
+    /// thousand or more, among them every multiple of the time `step` (s), of its half, its quarter, …, if it divides
+    /// the period.
     pub fn samples(&self, step: f64) -> impl Iterator<Item = [f64; 2]> {
         samples(self.period(), step, |t| self.flow(t))
     }

@@ -27,7 +27,8 @@ pub enum Quantity {
     /// Pressure in the blood.
     #[serde(rename = "pressure_Pa")]
     Pressure,
-    /// The same, less that at the first point of its series: for experiments that know their pressure but for a constant.
+    /// The same, less that at the first point of its series: for experiments that know their pressure but for a
+    /// constant.
     #[serde(rename = "pressure_difference_Pa")]
     PressureDifference,
     /// Pressure of the blood on the wall.

@@ -2,9 +2,9 @@
 //!
 //! In the files every name carries its unit (`mu_Pa`, `time.step_s`); in these types all values are SI.
 //!
-//! A case is a stack of layers, and what lies on top counts: the file that `extends` names (all parameters with unit and
-//! origin: `openfoam-case/defaults.toml`, which is built into the program as "defaults"), the preset found there, the
-//! case's own values, `--set key=value`. A vessel of your own is a folder anywhere with a file `case.toml`:
+//! A case is a stack of layers, and what lies on top counts: the file that `extends` names (all parameters with unit
+//! and origin: `openfoam-case/defaults.toml`, which is built into the program as "defaults"), the preset found there,
+//! the case's own values, `--set key=value`. A vessel of your own is a folder anywhere with a file `case.toml`:
 //! ```toml
 //! extends = "defaults"
 //!

@@ -7,8 +7,8 @@ use crate::tabular::units::{self, Unit};
 use std::path::PathBuf;
 
 table! {
-    /// Flow at the inlet: `base + amplitude sin²(pi (t/systole)^exponent)` for t < systole within a period, then `base`;
-    /// or a curve from a file with a column of times and one of flows over one period.
+    /// Flow at the inlet: `base + amplitude sin²(pi (t/systole)^exponent)` for t < systole within a period, then
+    /// `base`; or a curve from a file with a column of times and one of flows over one period.
     pub struct Inflow {
         base: f64 = "base_m3_s", from(-1.0, 1.0), "flow outside systole", only FORMULA;
         amplitude: f64 = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base", only FORMULA;
@@ -279,7 +279,8 @@ impl BloodVessel {
             .unwrap_or_default()
     }
 
-    /// The pressure that is prescribed at the outlet or behind its resistance, for beats of `period` (s); zero with a windkessel.
+    /// The pressure that is prescribed at the outlet or behind its resistance, for beats of `period` (s); zero with a
+    /// windkessel.
     ///
     /// # Errors
     /// If its file cannot be read.

@@ -6,8 +6,8 @@ use super::table::{choice, table, words};
 use std::path::PathBuf;
 
 table! {
-    /// An OpenFOAM case of the user's own: its mesh, boundary conditions and models, with an elastic wall on some of its
-    /// patches.
+    /// An OpenFOAM case of the user's own: its mesh, boundary conditions and models, with an elastic wall on some of
+    /// its patches.
     pub struct OwnCase {
         [fluid: OwnFluid, "the OpenFOAM case"]
         [wall: OwnWall, "the elastic wall"]
@@ -63,7 +63,8 @@ words! {
 }
 
 table! {
-    /// The displacement of each point of a wall: that of the nearest row of one file, times a factor over time from another.
+    /// The displacement of each point of a wall: that of the nearest row of one file, times a factor over time from
+    /// another.
     pub struct WallMotion {
         displacements: PathBuf = "displacements", Kind::Path, "CSV file with the columns x,y,z,ux,uy,uz (m); each point of the wet patches takes the nearest row";
         factors: PathBuf = "factors", Kind::Path, "CSV file with the columns time_s,factor, from 0,0 on; linear in between, then constant";
@@ -110,8 +111,8 @@ table! {
 }
 
 choice! {
-    /// Something that holds surfaces of the wall. An extruded wall has the surfaces `inner` and `outer`, and its rims are called
-    /// as the patches that the wet ones end at; those of a file have its names.
+    /// Something that holds surfaces of the wall. An extruded wall has the surfaces `inner` and `outer`, and its rims
+    /// are called as the patches that the wet ones end at; those of a file have its names.
     pub enum WallSupport by "support", "what holds these surfaces of the wall" {
         /// No displacement.
         Clamped = "clamped" {

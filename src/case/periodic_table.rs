@@ -30,8 +30,8 @@ const EVEN: f64 = 0.01;
 const LONGEST: f64 = 1e9;
 
 impl PeriodicTable {
-    /// A curve of the flow (m³/s). Those of SimVascular (`.flow`) are in cm³/s where nothing else is said, and either sign may
-    /// be that of what enters: on average it is what enters.
+    /// A curve of the flow (m³/s). Those of SimVascular (`.flow`) are in cm³/s where nothing else is said, and either
+    /// sign may be that of what enters: on average it is what enters.
     ///
     /// # Errors
     /// What is wrong with the file, with the line.
@@ -163,8 +163,8 @@ impl PeriodicTable {
         values[i] * (1.0 - q) + values[j] * q + h * s * r * (r * slopes[i] - s * slopes[j])
     }
 
-    /// One period as pairs of time (s) and value to interpolate linearly, from 0 to the period's end: ten thousand or more, among
-    /// them every multiple of the time `step` (s), of its half, its quarter, …, if it divides the period.
+    /// One period as pairs of time (s) and value to interpolate linearly, from 0 to the period's end: ten thousand or
+    /// more, among them every multiple of the time `step` (s), of its half, its quarter, …, if it divides the period.
     pub fn samples(&self, step: f64) -> impl Iterator<Item = [f64; 2]> {
         samples(self.period, step, |t| self.value(t))
     }
@@ -174,9 +174,9 @@ impl PeriodicTable {
         self.period
     }
 
-    /// The period (s) that the curve itself shows: up to its last time if that has the value of the first one, or else one more of its
-    /// equal steps; `None` if it ends anywhere and its steps differ. Where the last value is that of the first because blood rests, the period is the
-    /// one that takes fewer digits to write.
+    /// The period (s) that the curve itself shows: up to its last time if that has the value of the first one, or else
+    /// one more of its equal steps; `None` if it ends anywhere and its steps differ. Where the last value is that of
+    /// the first because blood rests, the period is the one that takes fewer digits to write.
     fn shown_period(&self) -> Option<f64> {
         let (n, times, values) = (self.times.len(), &self.times, &self.values);
         let span = times[n - 1] - times[0];

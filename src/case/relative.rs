@@ -1,4 +1,5 @@
-//! Values of the command line that follow from those of the case: `*0.8` of what it has, and tables of lists by their names.
+//! Values of the command line that follow from those of the case: `*0.8` of what it has, and tables of lists by their
+//! names.
 
 use super::error::CaseError;
 use super::schema::Kind;

@@ -127,8 +127,8 @@ impl Schema {
         }
     }
 
-    /// The same in the order in which `text`, a file with all the tables, has its tables at the root. Keys of a table stand
-    /// together, those that only one kind of case has last.
+    /// The same in the order in which `text`, a file with all the tables, has its tables at the root. Keys of a table
+    /// stand together, those that only one kind of case has last.
     pub(super) fn in_the_order_of(mut self, text: &str) -> Self {
         let root = |key: &Key| {
             let name = key.path.split('.').next().unwrap_or_default();

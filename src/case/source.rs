@@ -115,8 +115,8 @@ fn parse(text: &str, path: &Path, folder: &Path, errors: &mut Vec<CaseError>) ->
     source
 }
 
-/// Reads a value of the command line, such as that of `--set key=value`: it is TOML, or else a word. Relative paths start
-/// from the current folder.
+/// Reads a value of the command line, such as that of `--set key=value`: it is TOML, or else a word. Relative paths
+/// start from the current folder.
 pub fn read_option(place: Place, key: &str, value: &str) -> Entry {
     let value = toml::from_str::<toml::Table>(&format!("value = {value}\n"))
         .ok()

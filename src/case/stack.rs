@@ -66,8 +66,8 @@ impl Stack {
         key.is_foreign_to(self.kind)
     }
 
-    /// The paths that may stand where `path` stands, without those of other kinds of cases and those in optional tables that
-    /// nobody mentions.
+    /// The paths that may stand where `path` stands, without those of other kinds of cases and those in optional tables
+    /// that nobody mentions.
     fn alternatives(&self, path: &str) -> Vec<String> {
         let mut paths = self.schema.alternatives(path);
         paths.retain(|path| {
@@ -102,8 +102,8 @@ impl Stack {
         self.layers += 1;
     }
 
-    /// Drops the keys of other kinds of cases that stand in layers below the one that says which kind it is, such as those
-    /// of the vessel in the defaults; above, nobody can want them.
+    /// Drops the keys of other kinds of cases that stand in layers below the one that says which kind it is, such as
+    /// those of the vessel in the defaults; above, nobody can want them.
     pub(crate) fn sort_out_kinds(&mut self, errors: &mut Vec<CaseError>) {
         let top = std::mem::take(&mut self.top).into_iter();
         let (others, top): (BTreeMap<_, _>, _) = top.partition(|(path, _)| {
@@ -180,8 +180,8 @@ impl Stack {
         Some((*choice, self.chosen_since[&path]))
     }
 
-    /// Drops the keys of a choice, such as the parameters of a material, that was replaced in a higher layer; others must
-    /// fit the choice.
+    /// Drops the keys of a choice, such as the parameters of a material, that was replaced in a higher layer; others
+    /// must fit the choice.
     pub(crate) fn sort_out_choices(&mut self, errors: &mut Vec<CaseError>) {
         let mut dropped = Vec::new();
         for (path, (rank, entry)) in &self.top {

@@ -1,5 +1,5 @@
-//! How a key is declared: once, with its field, its name in the file, its range and its meaning. From that line come the
-//! type, the check of what a file says, the file of record, `fsi-driver keys` and the schema for editors.
+//! How a key is declared: once, with its field, its name in the file, its range and its meaning. From that line come
+//! the type, the check of what a file says, the file of record, `fsi-driver keys` and the schema for editors.
 
 /// An enumeration whose variants are words of a file; their docs are the words' meanings.
 macro_rules! words {
@@ -40,9 +40,9 @@ macro_rules! words {
     };
 }
 
-/// A table of a file as a type. A key is a line
-/// `field: Type = "name_unit", kind, "meaning";`, with `, absent "what counts then"` if it may be and `, only CONDITION` if not
-/// every case reads it (`case/reads.rs`); a table in it is a line `[field: Type, "meaning"]`, perhaps with `, only CONDITION`.
+/// A table of a file as a type. A key is a line `field: Type = "name_unit", kind, "meaning";`, with `, absent "what
+/// counts then"` if it may be and `, only CONDITION` if not every case reads it (`case/reads.rs`); a table in it is a
+/// line `[field: Type, "meaning"]`, perhaps with `, only CONDITION`.
 macro_rules! table {
     (
         $(#[$meta:meta])*
@@ -97,7 +97,8 @@ macro_rules! table {
     };
 }
 
-/// A table of which there are several kinds, each with keys of its own, as an enumeration: one key, the tag, says which.
+/// A table of which there are several kinds, each with keys of its own, as an enumeration: one key, the tag, says
+/// which.
 macro_rules! choice {
     (
         $(#[$meta:meta])*

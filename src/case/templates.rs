@@ -1,7 +1,7 @@
 //! The OpenFOAM dictionaries that are built into the program, so that a case needs no other files.
 //!
-//! OpenFOAM, and whoever looks at a case, reads files: they are unpacked into the user's cache, in a folder that is named
-//! by their content and so belongs to no program version.
+//! OpenFOAM, and whoever looks at a case, reads files: they are unpacked into the user's cache, in a folder that is
+//! named by their content and so belongs to no program version.
 
 use super::FluidSettings;
 use std::io;

@@ -124,8 +124,8 @@ fn absolute(path: &str, entry: &Entry) -> Option<Value> {
     absolute.to_str().map(Value::from)
 }
 
-/// A program and its arguments. What is the name of a file beside the one that the words stand in becomes its path; so does
-/// a program with a slash in its name, the others are looked for in `PATH`.
+/// A program and its arguments. What is the name of a file beside the one that the words stand in becomes its path; so
+/// does a program with a slash in its name, the others are looked for in `PATH`.
 fn read_command(words: &[Value], entry: &Entry) -> Option<Value> {
     let word = |(i, word): (usize, &Value)| {
         let word = word.as_str().filter(|word| !word.contains('\0'))?;

@@ -14,8 +14,8 @@ const MOST_ROWS: usize = 1000;
 const MOST_ANGLES: usize = 200;
 
 table! {
-    /// A vessel along any path. Its centre-line comes from a file, from points or from pieces; the arc length `s` is counted
-    /// downstream from where the first elastic section begins.
+    /// A vessel along any path. Its centre-line comes from a file, from points or from pieces; the arc length `s` is
+    /// counted downstream from where the first elastic section begins.
     pub struct VesselDescription {
         /// It counts as if its points and radii stood in the case.
         centre_line: Option<PathBuf> = "centre_line", Kind::Path, "file with the centre-line: CSV with the columns x,y,z or x,y,z,r, VTK's polydata (.vtp), or SWC",

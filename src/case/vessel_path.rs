@@ -8,8 +8,8 @@ use crate::interpolation::MonotoneCubic;
 /// A curve that leaves its chord by less than this share of its length counts as straight.
 const STRAIGHT: f64 = 1e-3;
 
-/// Thickness of the wall of a vessel that is rigid throughout, as a share of the mean radius of its sections: it has a mesh that
-/// does not move.
+/// Thickness of the wall of a vessel that is rigid throughout, as a share of the mean radius of its sections: it has a
+/// mesh that does not move.
 pub const RIGID_SHARE: f64 = 0.1;
 
 impl VesselSection {
@@ -25,8 +25,8 @@ impl VesselDescription {
         !self.section.is_empty() && self.section.iter().all(|section| !section.is_elastic())
     }
 
-    /// Whether a section is of the part that is evaluated, between whose ends the wall has a mesh: an elastic one, and any of a
-    /// vessel that is rigid throughout.
+    /// Whether a section is of the part that is evaluated, between whose ends the wall has a mesh: an elastic one, and
+    /// any of a vessel that is rigid throughout.
     pub fn is_evaluated(&self, section: &VesselSection) -> bool {
         section.is_elastic() || self.is_rigid()
     }
@@ -79,8 +79,8 @@ impl VesselDescription {
         SpaceCurve::of_pieces(Frame::along_x(), &pieces.collect::<Vec<_>>())
     }
 
-    /// The radius of the lumen along a centre-line, from s = 0 on; that of a section without one of its own. Where it depends
-    /// on the angle, its mean.
+    /// The radius of the lumen along a centre-line, from s = 0 on; that of a section without one of its own. Where it
+    /// depends on the angle, its mean.
     pub fn radius_law(&self, curve: &SpaceCurve) -> MonotoneCubic {
         if let Some([mean, _]) = self.table_laws(curve.ends()[1]) {
             return mean;
@@ -95,8 +95,8 @@ impl VesselDescription {
         }
     }
 
-    /// Ends of the sections on a centre-line of this length (m), each from its beginning: the section without a length takes
-    /// what the others leave.
+    /// Ends of the sections on a centre-line of this length (m), each from its beginning: the section without a length
+    /// takes what the others leave.
     pub fn places(&self, length: f64) -> Vec<[f64; 2]> {
         let given: f64 = self
             .section

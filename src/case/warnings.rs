@@ -59,7 +59,8 @@ fn image_pressure(vessel: &BloodVessel) -> Option<String> {
     ))
 }
 
-/// That tissue counts from an unloaded wall which is not the one that was seen, or that was stretched, if the case does not say so.
+/// That tissue counts from an unloaded wall which is not the one that was seen, or that was stretched, if the case does
+/// not say so.
 fn tissue_at_rest(vessel: &BloodVessel) -> Option<String> {
     let tissue = vessel.surroundings.as_ref()?;
     if tissue.at_rest.is_some() || vessel.start() != Start::Equilibrium {

@@ -31,13 +31,14 @@ impl Window {
         time > self.start_s + 0.5 * step && time < self.end_s + 0.5 * step
     }
 
-    /// Why averages over the window may not be those of a beat; empty if nothing is to be said against it. A run that is driven
-    /// steadily has no beats.
+    /// Why averages over the window may not be those of a beat; empty if nothing is to be said against it. A run that
+    /// is driven steadily has no beats.
     pub fn warnings(self, ramp: &Ramp, period: f64, is_steady: bool) -> Vec<String> {
         let Self { start_s, end_s } = self;
         let mut warnings = Vec::new();
         let rounding = 1e-9 * period;
-        // A run that ends within its first period has no better window; only a start that fills most of it is worth a word.
+        // A run that ends within its first period has no better window; only a start that fills most of it is worth a
+        // word.
         let is_short = end_s <= period - rounding;
         let start_counts = !is_short || ramp.duration > 0.5 * (end_s - start_s);
         if start_s < ramp.duration - rounding && start_counts {

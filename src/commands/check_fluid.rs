@@ -11,8 +11,8 @@ use std::path::PathBuf;
 /// Options of the check.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Folder of a case, whose wall and values the solver is given, and whose fluid.command is checked where none follows
-    /// [default: the straight vessel of the defaults].
+    /// Folder of a case, whose wall and values the solver is given, and whose fluid.command is checked where none
+    /// follows [default: the straight vessel of the defaults].
     #[arg(long = "case", value_name = "DIR")]
     folder: Option<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,5 @@
-//! `fsi-driver cross-check CASE…`: the same cases with both solvers for the blood, and how far they are from each other.
+//! `fsi-driver cross-check CASE…`: the same cases with both solvers for the blood, and how far they are from each
+//! other.
 
 use super::compare::Limits;
 use super::{CaseArguments, Failure};
@@ -18,8 +19,8 @@ use std::path::{Path, PathBuf};
 const SOLVERS: [&str; 2] = ["openfoam", "native"];
 /// The same on finer meshes.
 const FINER: [&str; 2] = ["openfoam-finer", "native-finer"];
-/// The cells of OpenFOAM's finer mesh are shorter by this factor, as far as whole numbers allow; the native solver's elements
-/// have a degree more.
+/// The cells of OpenFOAM's finer mesh are shorter by this factor, as far as whole numbers allow; the native solver's
+/// elements have a degree more.
 const RATIO: f64 = 1.5;
 /// The table of a comparison, in the folder of its case.
 const TABLE: &str = "compare.csv";

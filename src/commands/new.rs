@@ -12,7 +12,8 @@ pub struct Arguments {
     /// Folder to write, which must not exist or be empty.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Centre-line: a table (.csv, .txt, .dat: x,y,z or x,y,z,r), .vtp of VMTK or SimVascular, or .swc [default: a straight one].
+    /// Centre-line: a table (.csv, .txt, .dat: x,y,z or x,y,z,r), .vtp of VMTK or SimVascular, or .swc [default: a
+    /// straight one].
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
     /// Surface of the lumen: .stl, .vtp, .vtk, .ply or .obj [default: circles of the centre-line's radii].
@@ -51,7 +52,8 @@ pub struct Arguments {
     /// What the vessel is like.
     #[arg(long, value_enum, default_value_t)]
     like: Like,
-    /// Flow at the inlet over a period: a table with times and flows, or SimVascular's .flow (cm³/s unless it says otherwise).
+    /// Flow at the inlet over a period: a table with times and flows, or SimVascular's .flow (cm³/s unless it says
+    /// otherwise).
     #[arg(long, value_name = "FILE")]
     flow: Option<PathBuf>,
     /// Unit of the flows in that file [default: that in its header; of a .flow of SimVascular cm3/s].

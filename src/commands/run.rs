@@ -66,7 +66,8 @@ pub fn run(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure
     request.execute(interrupt)
 }
 
-/// Where results go if nothing is said: into the folder of the case; those of a file with a name of its own into a folder that tells it.
+/// Where results go if nothing is said: into the folder of the case; those of a file with a name of its own into a
+/// folder that tells it.
 fn results_of(path: &Path, preset: Preset) -> PathBuf {
     if !path.is_file() {
         return path.join(format!("run-{preset}"));

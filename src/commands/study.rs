@@ -19,12 +19,13 @@ pub struct Arguments {
     /// Folder with the folders of the models, or that of one case.
     #[arg(long, value_name = "DIR", default_value = "openfoam-case")]
     cases: PathBuf,
-    /// Names of the models, with * for anything, ? for any letter and [ab] for one of them; several with commas. One case
-    /// needs none.
+    /// Names of the models, with * for anything, ? for any letter and [ab] for one of them; several with commas. One
+    /// case needs none.
     #[arg(long, value_name = "PATTERN", default_value = "[SHA]-*")]
     models: String,
-    /// Runs each model with each of these values, such as 'vessel.material[media].k1_Pa=500,1000' or '…=*0.8,*1.2' of what the case
-    /// has; 'KEY+KEY=…' changes keys together, to one value or to 'VALUE:VALUE'. Given several times, with all combinations.
+    /// Runs each model with each of these values, such as 'vessel.material[media].k1_Pa=500,1000' or '…=*0.8,*1.2' of
+    /// what the case has; 'KEY+KEY=…' changes keys together, to one value or to 'VALUE:VALUE'. Given several times,
+    /// with all combinations.
     #[arg(long = "sweep", value_name = "KEY=VALUE,VALUE…")]
     sweeps: Vec<String>,
     /// Runs each model as it is, and with each value of each --sweep alone, not in all combinations.

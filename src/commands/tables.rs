@@ -201,7 +201,8 @@ fn named<'a>(runs: &'a [Results], name: &str) -> Option<&'a Results> {
     runs.iter().find(|run| run.name() == name)
 }
 
-/// Of `first:BEFORE,AFTER` or `second:BEFORE,AFTER` whether it is the first solver (0) or the second, and the two studies.
+/// Of `first:BEFORE,AFTER` or `second:BEFORE,AFTER` whether it is the first solver (0) or the second, and the two
+/// studies.
 fn besides_of(text: &str) -> Result<(usize, &str, &str), Failure> {
     let solver = |word| ["first", "second"].iter().position(|name| *name == word);
     let parts = text.split_once(':').and_then(|(word, studies)| {
@@ -215,8 +216,8 @@ fn besides_of(text: &str) -> Result<(usize, &str, &str), Failure> {
     })
 }
 
-/// Runs of the same name in all four studies: two meshes with one solver, two with the other; with those of that name before and
-/// after something else was refined with either.
+/// Runs of the same name in all four studies: two meshes with one solver, two with the other; with those of that name
+/// before and after something else was refined with either.
 fn agreement_of(
     studies: [&[Results]; 4],
     besides: &[Vec<[Vec<Results>; 2]>; 2],

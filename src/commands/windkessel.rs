@@ -35,7 +35,8 @@ pub struct Arguments {
     /// Elements of the windkessel: 3 has a resistance before it, at which waves of the vessel do not come back.
     #[arg(long, value_name = "2|3", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
     elements: u8,
-    /// The resistance before a windkessel of three elements, Pa s/m³ [default: the characteristic impedance of the case's vessel].
+    /// The resistance before a windkessel of three elements, Pa s/m³ [default: the characteristic impedance of the
+    /// case's vessel].
     #[arg(long, value_name = "PA_S_M3")]
     proximal: Option<f64>,
     /// Folder of a case, whose wall takes a share of the compliance: its statics, up to a minute.

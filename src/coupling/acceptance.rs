@@ -1,5 +1,5 @@
-//! Whether a converged step is an answer: the fluid's equations were solved, mass balances, the wall got the fluid's force, and
-//! nothing lies beyond what drives the flow.
+//! Whether a converged step is an answer: the fluid's equations were solved, mass balances, the wall got the fluid's
+//! force, and nothing lies beyond what drives the flow.
 //!
 //! The limits were measured on the cases of this project: `docs/coupling.md`, "When a step is accepted".
 
@@ -10,8 +10,9 @@ use crate::fluid::{FluidStep, FluidTrial};
 use crate::pfem::Solid;
 use serde::{Deserialize, Serialize};
 
-/// Largest residual with which the fluid's last sweep may begin, unless the case asks for a larger one. Where OpenFOAM uses up its
-/// correctors in a healthy step it is 0.037 at most, and the pressure 1.5 % off; with 0.074 that is 16 % off.
+/// Largest residual with which the fluid's last sweep may begin, unless the case asks for a larger one. Where OpenFOAM
+/// uses up its correctors in a healthy step it is 0.037 at most, and the pressure 1.5 % off; with 0.074 that is 16 %
+/// off.
 const UNSOLVED: f64 = 0.05;
 /// Largest share of the flow through the domain that a step may lose. Healthy steps lose 5e-3 at most.
 const LOST: f64 = 0.02;
@@ -166,8 +167,9 @@ impl Balance {
         }
     }
 
-    /// The balance after a step of the length `dt` (s), and the share of the flow through the domain that the step lost. What a
-    /// time scheme of second order, or flows at the middle of the step, make of a rate that changes is not counted.
+    /// The balance after a step of the length `dt` (s), and the share of the flow through the domain that the step
+    /// lost. What a time scheme of second order, or flows at the middle of the step, make of a rate that changes is not
+    /// counted.
     pub fn after(&self, step: &FluidStep, dt: f64) -> (Self, f64) {
         let rate = self
             .volume
@@ -224,8 +226,8 @@ impl Limits {
         Ok(())
     }
 
-    /// Judges what the fluid reports of a step of the length `dt` (s) that it has kept. Returns the balance after it, and the
-    /// share of the flow that it lost.
+    /// Judges what the fluid reports of a step of the length `dt` (s) that it has kept. Returns the balance after it,
+    /// and the share of the flow that it lost.
     pub(super) fn of_step<L>(
         &self,
         step: &FluidStep,
@@ -328,8 +330,8 @@ fn largest<L>(flow: &FluidTrial, transfer: &Transfer<L>) -> (f64, Place) {
     (load, Place::Wall(transfer.face_centre(face)))
 }
 
-/// Where most of a missing force acts: the faces are halved again and again, and the half kept that misses more. Returns their
-/// middle at rest and how far they are from it, m.
+/// Where most of a missing force acts: the faces are halved again and again, and the half kept that misses more.
+/// Returns their middle at rest and how far they are from it, m.
 fn missing_load<T, L>(
     answer: &Answer<T>,
     transfer: &Transfer<L>,

@@ -1,10 +1,10 @@
 //! The common refinement of two meshes of one surface, and an interpolation between them that conserves forces.
 //!
-//! Each face of the wall is cut with the faces of the fluid beside it, in the plane of its mean normal. The force of a face of the
-//! fluid is divided between the faces of the wall in proportion to the areas that they share, so the forces on the wall add up to
-//! those of the fluid, whatever the meshes (Jaiman, Jiao, Geubelle, Loth, *Conservative load transfer along curved fluid-solid
-//! interface with non-matching meshes*, J. Comput. Phys. 218, 2006). Within a face of the wall the load varies as the pointwise
-//! interpolation says.
+//! Each face of the wall is cut with the faces of the fluid beside it, in the plane of its mean normal. The force of a
+//! face of the fluid is divided between the faces of the wall in proportion to the areas that they share, so the forces
+//! on the wall add up to those of the fluid, whatever the meshes (Jaiman, Jiao, Geubelle, Loth, *Conservative load
+//! transfer along curved fluid-solid interface with non-matching meshes*, J. Comput. Phys. 218, 2006). Within a face of
+//! the wall the load varies as the pointwise interpolation says.
 
 use super::interpolation::{AGREEMENT, Interpolation, Row, Sources};
 use crate::Vec3;
@@ -16,8 +16,8 @@ use std::ops::Range;
 
 /// Faces lie beside each other if they are not farther apart than this share of the size of the larger one.
 const BESIDE: f64 = 0.25;
-/// A face of the wall counts as covered if its area differs by at most this share from that of the fluid's faces beside it:
-/// facets differ a little from the curved face that they stand for.
+/// A face of the wall counts as covered if its area differs by at most this share from that of the fluid's faces beside
+/// it: facets differ a little from the curved face that they stand for.
 const COVERED: f64 = 1e-2;
 /// With less than this share covered, the load is taken for constant on a face: the interpolation would extrapolate.
 const MOSTLY: f64 = 0.9;
@@ -60,8 +60,8 @@ struct Piece {
 }
 
 impl CommonRefinement {
-    /// Of the fluid's faces and those of the wall with these `outlines`, to which the quadrature `points` belong in order, as many
-    /// to each.
+    /// Of the fluid's faces and those of the wall with these `outlines`, to which the quadrature `points` belong in
+    /// order, as many to each.
     pub(super) fn new(
         fluid: &FluidInterface,
         sources: &Sources,
@@ -130,8 +130,8 @@ impl CommonRefinement {
         self.lost / self.areas.iter().sum::<f64>()
     }
 
-    /// The `pointwise` interpolation to the wall's quadrature `points`, with what its mean on each face of the wall lacks of the
-    /// mean of the fluid's faces beside it.
+    /// The `pointwise` interpolation to the wall's quadrature `points`, with what its mean on each face of the wall
+    /// lacks of the mean of the fluid's faces beside it.
     pub(super) fn conserving(
         &self,
         pointwise: &Interpolation,
@@ -170,8 +170,8 @@ impl CommonRefinement {
         }
     }
 
-    /// Adds the mean of the load on the pieces beside a face of the wall. On a face of the fluid that lies beside several, the load
-    /// is taken for linear, about the middle of all its pieces (`centres`).
+    /// Adds the mean of the load on the pieces beside a face of the wall. On a face of the fluid that lies beside
+    /// several, the load is taken for linear, about the middle of all its pieces (`centres`).
     fn add_mean(
         &self,
         face: &WallFace,

@@ -10,14 +10,16 @@ const MISTRUST: f64 = 2.0;
 
 /// A step has not converged while its error is more than this share of what it moves, however small both are.
 const SHARE_OF_MOTION: f64 = 0.1;
-/// The solvers answer to this share of the relative limit, of all that the wall is displaced: nothing smaller is asked of them.
+/// The solvers answer to this share of the relative limit, of all that the wall is displaced: nothing smaller is asked
+/// of them.
 const ANSWERED: f64 = 1e-2;
 /// Nor is this share of the absolute limit, where the wall does not move at all.
 const NOTHING: f64 = 1e-4;
 
-/// When a coupling iteration counts as converged: `|x| / |d_k| < relative`, or the root mean square of `x` over the points
-/// below `absolute`, where `x` is the change `d_{k+1} - d_k` (14) or the residual `S∘F(d_k) - d_k`. A change counts only while the residual does
-/// not contradict it, and both limits only as far as they are a small share of what the step moves.
+/// When a coupling iteration counts as converged: `|x| / |d_k| < relative`, or the root mean square of `x` over the
+/// points below `absolute`, where `x` is the change `d_{k+1} - d_k` (14) or the residual `S∘F(d_k) - d_k`. A change
+/// counts only while the residual does not contradict it, and both limits only as far as they are a small share of what
+/// the step moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criterion {
     /// Which of the two.
@@ -26,7 +28,8 @@ pub struct Criterion {
     pub relative: f64,
     /// e_abs of equation (14) as root mean square over the points, m.
     pub absolute: f64,
-    /// Root mean square over the points of how far the wall is from its unloaded shape where the displacement is zero, m.
+    /// Root mean square over the points of how far the wall is from its unloaded shape where the displacement is zero,
+    /// m.
     pub displaced: f64,
     /// Most iterations of a step.
     pub max_iterations: usize,
@@ -66,8 +69,8 @@ impl Criterion {
         }
     }
 
-    /// Measures the iteration that went from `d` by `d_tilde = S∘F(d)` to `d_next`, which is `relaxed` or was found by a
-    /// quasi-Newton model. The step begins at the displacement `last`.
+    /// Measures the iteration that went from `d` by `d_tilde = S∘F(d)` to `d_next`, which is `relaxed` or was found by
+    /// a quasi-Newton model. The step begins at the displacement `last`.
     pub fn measure(
         &self,
         d: &DVector<f64>,
@@ -111,8 +114,8 @@ impl Criterion {
         }
     }
 
-    /// The norm below which a change or residual counts as nothing, in a step that moves `motion` to a displacement of this `size`; `points` is
-    /// the root of their number.
+    /// The norm below which a change or residual counts as nothing, in a step that moves `motion` to a displacement of
+    /// this `size`; `points` is the root of their number.
     fn limit(&self, size: f64, motion: f64, points: f64) -> f64 {
         let answered = ANSWERED * self.relative * (size + self.displaced * points);
         let nothing = NOTHING * self.absolute * points;

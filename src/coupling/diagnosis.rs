@@ -8,8 +8,8 @@ use crate::pfem::SolidError;
 const STAGNATION: f64 = 3.0;
 /// A change this many times as large as the one before is a jump.
 const JUMP: f64 = 10.0;
-/// From this many times a change of the displacement on that comes back from the solvers, the blood's added mass is what keeps the iteration from
-/// converging.
+/// From this many times a change of the displacement on that comes back from the solvers, the blood's added mass is
+/// what keeps the iteration from converging.
 const HEAVY: f64 = 10.0;
 /// A run is slow with more than this many iterations a step ...
 const TIRING: f64 = 8.0;
@@ -117,7 +117,8 @@ impl Finding {
     }
 }
 
-/// How many times as large as a change of the displacement the solvers' answer was at most: what it added to the residual, at least.
+/// How many times as large as a change of the displacement the solvers' answer was at most: what it added to the
+/// residual, at least.
 fn returned(iterations: &[Iteration]) -> f64 {
     let pairs = iterations.windows(2);
     let times = pairs.map(|pair| {
@@ -161,7 +162,8 @@ pub fn slowness(iterations: &[Iteration], usual: f64, max_sweeps: u32) -> Option
     })
 }
 
-/// What to try if a run of so many steps has needed so many iterations, many for long: said after 20 steps, and after 40, 80, ...
+/// What to try if a run of so many steps has needed so many iterations, many for long: said after 20 steps, and after
+/// 40, 80, ...
 pub fn tiring(
     steps: usize,
     coupling_iterations: usize,

@@ -1,4 +1,5 @@
-//! The iteration of equation (13), whatever the two solvers are: `d_{k+1} = A(d_k, S∘F(d_k))` until criterion (14) is met.
+//! The iteration of equation (13), whatever the two solvers are: `d_{k+1} = A(d_k, S∘F(d_k))` until criterion (14) is
+//! met.
 
 use super::acceleration::{Acceleration, AccelerationMemory, Columns};
 use super::convergence::{Criterion, Measure};

@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, Matrix3};
 use rayon::prelude::*;
 use std::ops::{AddAssign, Mul};
 
-/// Faces belong together, and to a point of the wall, if the cosine between their normals is at least this: pressures on the two
-/// sides of a sharp edge have nothing in common.
+/// Faces belong together, and to a point of the wall, if the cosine between their normals is at least this: pressures
+/// on the two sides of a sharp edge have nothing in common.
 pub(super) const AGREEMENT: f64 = 0.25;
 /// Centres that are spread so little (variance over that of the faces' corners) say nothing of a gradient.
 const NO_EXTENT: f64 = 1e-4;
@@ -122,8 +122,8 @@ impl<'a> Sources<'a> {
         }
     }
 
-    /// Weights for the value at `at` of a linear least-squares fit to the faces around `face`, of which those near `about` count
-    /// most.
+    /// Weights for the value at `at` of a linear least-squares fit to the faces around `face`, of which those near
+    /// `about` count most.
     pub fn weights(&self, face: usize, about: &Vec3, at: &Vec3) -> Row {
         let sources = &self.around[face];
         let mut offsets: Vec<Vec3> = (sources.iter())
@@ -173,8 +173,8 @@ impl<'a> Sources<'a> {
         sources.iter().copied().zip(weights).collect()
     }
 
-    /// Unit vectors along which these faces reach far but their centres do not: across a strip one face wide, of which nothing but
-    /// a constant can be known.
+    /// Unit vectors along which these faces reach far but their centres do not: across a strip one face wide, of which
+    /// nothing but a constant can be known.
     fn idle_directions(&self, faces: &[usize], covariance: &Matrix3<f64>) -> Vec<Vec3> {
         if self.agreement == f64::NEG_INFINITY {
             return Vec::new();

@@ -96,7 +96,8 @@ pub enum CouplingError {
 pub struct FailedStep {
     /// The coupling iterations that were done.
     pub iterations: Vec<Iteration>,
-    /// Of the last trial or of the last accepted displacement, whichever is farther aside; `None` if the wall is no tube.
+    /// Of the last trial or of the last accepted displacement, whichever is farther aside; `None` if the wall is no
+    /// tube.
     pub centre_shift: Option<Box<CentreShift>>,
     /// Why it failed.
     pub error: CouplingError,
@@ -115,8 +116,8 @@ pub struct StepSettings {
     pub limits: Limits,
 }
 
-/// The structure's Newton iteration may end at this share of the last coupling residual: its error must be far below what
-/// the acceleration learns from.
+/// The structure's Newton iteration may end at this share of the last coupling residual: its error must be far below
+/// what the acceleration learns from.
 const EASE: f64 = 1e-3;
 /// From this many times the limit of the criterion on it must not end early: this iteration may be the last one.
 const NEAR: f64 = 30.0;
@@ -163,8 +164,8 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         self.solve_beside(|_| ())
     }
 
-    /// The same, and on another thread what is still to be done with the structure at the beginning of the step, while the
-    /// fluid works at its first trial and the structure waits.
+    /// The same, and on another thread what is still to be done with the structure at the beginning of the step, while
+    /// the fluid works at its first trial and the structure waits.
     pub fn solve_beside(
         &mut self,
         beside: impl FnOnce(&S) + Send,
@@ -290,8 +291,8 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         }
     }
 
-    /// Makes the next step a more careful attempt, the `attempt`-th (from 2), at the one that failed: from the old state
-    /// of the fluid, and as [`FixedPoint::back_off`] says.
+    /// Makes the next step a more careful attempt, the `attempt`-th (from 2), at the one that failed: from the old
+    /// state of the fluid, and as [`FixedPoint::back_off`] says.
     pub fn back_off(&mut self, attempt: usize) {
         self.fluid.forget_trial();
         self.fixed_point.back_off(attempt);

@@ -84,7 +84,8 @@ pub struct Transfer<L> {
 }
 
 impl<L> Transfer<L> {
-    /// Relates two meshes that were made for each other: what is between them is the interpolation's error, of second order.
+    /// Relates two meshes that were made for each other: what is between them is the interpolation's error, of second
+    /// order.
     ///
     /// # Errors
     /// If a point of the fluid does not lie on the structure's wet surface.
@@ -99,8 +100,8 @@ impl<L> Transfer<L> {
         })
     }
 
-    /// Relates any two meshes: the wall gets the fluid's force, whatever they look like. Parts of the wall without the fluid
-    /// beside them carry no load.
+    /// Relates any two meshes: the wall gets the fluid's force, whatever they look like. Parts of the wall without the
+    /// fluid beside them carry no load.
     ///
     /// # Errors
     /// If the two meshes do not describe the same wall.
@@ -165,7 +166,8 @@ impl<L> Transfer<L> {
         solid.accepted_displacement(&self.points)
     }
 
-    /// Displacement (m) of the fluid's wall points after a step of length `dt` (s), where it does not depend on the load.
+    /// Displacement (m) of the fluid's wall points after a step of length `dt` (s), where it does not depend on the
+    /// load.
     pub fn foreseen<S: Solid<Location = L>>(&self, solid: &S, dt: f64) -> Option<Vec<Vec3>> {
         solid.foreseen(dt, &self.points)
     }

@@ -1,8 +1,9 @@
 //! Curves in space by arc length, with cross-sections that are swept along them without twist.
 //!
 //! A curve consists of pieces of constant curvature and torsion (lines, arcs, helices), or passes through points as a
-//! cubic spline. Beyond its ends it goes on straight. Each place has a [`Frame`]: of all frames that follow the tangent,
-//! those of a curve turn about it as little as possible (Bishop, *There is more than one way to frame a curve*, 1975).
+//! cubic spline. Beyond its ends it goes on straight. Each place has a [`Frame`]: of all frames that follow the
+//! tangent, those of a curve turn about it as little as possible (Bishop, *There is more than one way to frame a
+//! curve*, 1975).
 
 mod piece;
 mod spline;
@@ -130,8 +131,8 @@ impl SpaceCurve {
         Self::of(Law::Pieces(pieces.into()), [-length, end])
     }
 
-    /// The natural cubic spline through points (m), of which neighbours differ; `first` is the direction of the angle 0 at
-    /// its beginning, or as close to it as is perpendicular.
+    /// The natural cubic spline through points (m), of which neighbours differ; `first` is the direction of the angle 0
+    /// at its beginning, or as close to it as is perpendicular.
     ///
     /// # Panics
     /// If there are fewer than two points.

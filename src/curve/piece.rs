@@ -62,8 +62,8 @@ impl Piece {
         self.bend.curvature == 0.0
     }
 
-    /// Arc length of the point of a straight piece that is closest to `point`, if it lies on the piece, or beyond it where
-    /// the whole curve, between these ends, ends with it.
+    /// Arc length of the point of a straight piece that is closest to `point`, if it lies on the piece, or beyond it
+    /// where the whole curve, between these ends, ends with it.
     pub fn foot(&self, point: &Vec3, ends: [f64; 2]) -> Option<f64> {
         let s = self.anchor + (point - self.start.origin).dot(&self.start.tangent);
         let inside =

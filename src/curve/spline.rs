@@ -143,8 +143,8 @@ impl Spline {
         half * parts.map(|(x, weight)| weight * speed(*x)).sum::<f64>()
     }
 
-    /// A frame carried to the parameter `u` by double reflection: fourth order (Wang, Jüttler, Zheng and Liu, *Computation of
-    /// rotation minimizing frames*, ACM Trans. Graph. 27, 2008).
+    /// A frame carried to the parameter `u` by double reflection: fourth order (Wang, Jüttler, Zheng and Liu,
+    /// *Computation of rotation minimizing frames*, ACM Trans. Graph. 27, 2008).
     fn carried(&self, frame: &Frame, u: f64) -> Frame {
         let [origin, slope, _] = self.at(u);
         let tangent = slope.normalize();

@@ -12,7 +12,8 @@ use std::path::Path;
 /// How the names of files and folders begin whose contents are to take the place of others once they are whole.
 pub const UNFINISHED: &str = ".tmp";
 
-/// The error of a file or folder with its name, which the system does not say: `RUN/history.csv: No space left on device`.
+/// The error of a file or folder with its name, which the system does not say: `RUN/history.csv: No space left on
+/// device`.
 pub fn named(path: &Path) -> impl Fn(io::Error) -> io::Error {
     move |error| io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
@@ -64,8 +65,8 @@ pub fn write_atomically(path: &Path, contents: &[u8]) -> io::Result<()> {
     write().map(drop).map_err(named(path))
 }
 
-/// Removes what a process has left in `folder` that was ended, or hindered by the system, amid [`write_atomically`] or in a
-/// temporary folder.
+/// Removes what a process has left in `folder` that was ended, or hindered by the system, amid [`write_atomically`] or
+/// in a temporary folder.
 ///
 /// # Errors
 /// They name the file.

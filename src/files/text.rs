@@ -36,8 +36,8 @@ pub fn stranger(bytes: &[u8]) -> Option<&'static str> {
     found.map(|(_, what)| *what)
 }
 
-/// The text of a file: UTF-8 or UTF-16 by its byte order mark, which is left out; otherwise UTF-8, or Latin-1 if it is not
-/// that.
+/// The text of a file: UTF-8 or UTF-16 by its byte order mark, which is left out; otherwise UTF-8, or Latin-1 if it is
+/// not that.
 ///
 /// # Errors
 /// If it is no text, in a sentence.

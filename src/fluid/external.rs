@@ -1,7 +1,8 @@
 //! Blood by anybody's solver: a program that speaks the protocol of `of-adapter/PROTOCOL.md`.
 //!
 //! It is started with the way to the driver in its environment ([`ExternalFluid::start`]), or waited for while somebody
-//! starts it elsewhere. Its state between two steps are the bytes that it hands over with ACCEPTED and gets back with WELCOME.
+//! starts it elsewhere. Its state between two steps are the bytes that it hands over with ACCEPTED and gets back with
+//! WELCOME.
 
 use super::conversation::partner::{Beginning, Partner};
 use super::conversation::session::{Session, Terms};

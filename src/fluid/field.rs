@@ -3,8 +3,8 @@
 use super::lagrange_cell::{Extent, LagrangeCell, find};
 use crate::Vec3;
 
-/// The flow in the whole domain at the end of a step, in hexahedra on which all fields are polynomials of one degree in each
-/// of the local coordinates.
+/// The flow in the whole domain at the end of a step, in hexahedra on which all fields are polynomials of one degree in
+/// each of the local coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FluidField {
     /// The degree.

@@ -1,9 +1,9 @@
 //! How a prescribed flow is spread over an inlet: uniformly, as a parabola, or as Womersley's solution for each of its
 //! harmonics.
 //!
-//! The velocity into the vessel, times the area of the inlet, is a sum of terms that are each a shape times a factor in time,
-//! and a shape `rest` for whatever flow these terms do not bring: all of it with a plug or a parabola. So the flow through
-//! any mesh of the inlet is the prescribed one.
+//! The velocity into the vessel, times the area of the inlet, is a sum of terms that are each a shape times a factor in
+//! time, and a shape `rest` for whatever flow these terms do not bring: all of it with a plug or a parabola. So the
+//! flow through any mesh of the inlet is the prescribed one.
 
 use crate::case::{FlowCurve, InletProfile};
 use nalgebra::Complex;
@@ -54,8 +54,8 @@ impl InletVelocity {
         self.frequency
     }
 
-    /// The shape of what the terms do not bring, at a point whose distance from the middle is this share of the radius: the
-    /// velocity relative to the mean one.
+    /// The shape of what the terms do not bring, at a point whose distance from the middle is this share of the radius:
+    /// the velocity relative to the mean one.
     pub fn rest(&self, share: f64) -> f64 {
         match self.profile {
             InletProfile::Plug | InletProfile::Womersley => 1.0,
@@ -114,8 +114,8 @@ fn harmonics(curve: &FlowCurve) -> Vec<Complex<f64>> {
     all
 }
 
-/// Womersley's (1955) velocity relative to its mean over the section, for a Womersley number and time as `exp(i omega t)`:
-/// `(1 - J0(Λ r)/J0(Λ)) / (1 - 2 J1(Λ)/(Λ J0(Λ)))` with `Λ = i^1.5 alpha`, at a share r of the radius.
+/// Womersley's (1955) velocity relative to its mean over the section, for a Womersley number and time as `exp(i omega
+/// t)`: `(1 - J0(Λ r)/J0(Λ)) / (1 - 2 J1(Λ)/(Λ J0(Λ)))` with `Λ = i^1.5 alpha`, at a share r of the radius.
 fn womersley(alpha: f64, share: f64) -> Complex<f64> {
     let lambda = Complex::from_polar(alpha, 3.0 * FRAC_PI_4);
     let [wall, slope] = bessel(lambda);
@@ -124,8 +124,8 @@ fn womersley(alpha: f64, share: f64) -> Complex<f64> {
     (Complex::from(1.0) - inner / wall * decay) / (Complex::from(1.0) - slope / wall * 2.0 / lambda)
 }
 
-/// Bessel's functions J0 and J1 times `exp(-|Im z|)`: by their series, for large z by Hankel's (Abramowitz and Stegun 9.1.10 and
-/// 9.2.5).
+/// Bessel's functions J0 and J1 times `exp(-|Im z|)`: by their series, for large z by Hankel's (Abramowitz and Stegun
+/// 9.1.10 and 9.2.5).
 fn bessel(z: Complex<f64>) -> [Complex<f64>; 2] {
     let scale = (-z.im.abs()).exp();
     if z.norm() < 25.0 {

@@ -165,7 +165,8 @@ impl HighestModes {
         self.all += weight * other.all;
     }
 
-    /// The highest polynomials' part of the velocity, from 0 to about 1: root mean square over that of all; 0 of a fluid at rest.
+    /// The highest polynomials' part of the velocity, from 0 to about 1: root mean square over that of all; 0 of a
+    /// fluid at rest.
     pub fn share(&self) -> f64 {
         match self.all > 0.0 {
             true => (self.highest / self.all).sqrt(),
@@ -236,8 +237,8 @@ pub trait Fluid {
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError>;
 
-    /// Makes the next [`Fluid::solve`] start from the state at the beginning of the step instead of from the last trial:
-    /// slower, but the way back from a trial that went astray. Solvers that always do so need not know.
+    /// Makes the next [`Fluid::solve`] start from the state at the beginning of the step instead of from the last
+    /// trial: slower, but the way back from a trial that went astray. Solvers that always do so need not know.
     fn forget_trial(&mut self) {}
 
     /// Keeps the last trial as the new state. `write` asks the solver to leave its fields on disk, for the user and so
@@ -273,13 +274,14 @@ pub trait Fluid {
         Ok(Vec::new())
     }
 
-    /// The flow in the whole domain at the end of the last accepted step; none from a solver that leaves its fields on disk
-    /// itself.
+    /// The flow in the whole domain at the end of the last accepted step; none from a solver that leaves its fields on
+    /// disk itself.
     fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
         Ok(None)
     }
 
-    /// How well its elements resolve the flow at the end of the last accepted step; none from a solver without polynomials.
+    /// How well its elements resolve the flow at the end of the last accepted step; none from a solver without
+    /// polynomials.
     fn element_modes(&self) -> Option<ElementModes> {
         None
     }

@@ -1,8 +1,8 @@
 //! A fluid with plane faces in a round wall, which may be loaded already when time begins.
 //!
-//! Everybody else knows the points of the fluid's wall as points of the unloaded wall that move with it. Those of the mesh are
-//! the corners of [polygons](WallPolygons) that enclose as much as the wall does, and have been moved with it before time
-//! begins.
+//! Everybody else knows the points of the fluid's wall as points of the unloaded wall that move with it. Those of the
+//! mesh are the corners of [polygons](WallPolygons) that enclose as much as the wall does, and have been moved with it
+//! before time begins.
 
 use super::{
     Fluid, FluidEffort, FluidError, FluidField, FluidInterface, FluidMemory, FluidProbe, FluidStep,
@@ -73,8 +73,8 @@ impl<F: Fluid> PolygonalWall<F> {
         points
     }
 
-    /// Tractions (Pa) whose part along the normals of the mesh's faces goes along those of the wall: the sides of a wider polygon are
-    /// a little steeper, and what presses there is not to shear the wall.
+    /// Tractions (Pa) whose part along the normals of the mesh's faces goes along those of the wall: the sides of a
+    /// wider polygon are a little steeper, and what presses there is not to shear the wall.
     fn turn(&self, tractions: &mut [Vec3], displacement: &[Vec3], in_mesh: &[Vec3]) {
         let of_mesh = face_areas(&self.unloaded.faces, |point| in_mesh[self.on_wall[point]]);
         let of_wall = self.unloaded.face_areas(displacement);

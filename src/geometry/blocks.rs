@@ -36,8 +36,8 @@ impl Side {
     }
 }
 
-/// A block with as many cells as its sides have segments. South and north run from west to east, west and east from south
-/// to north, and turning from east to north is counter-clockwise.
+/// A block with as many cells as its sides have segments. South and north run from west to east, west and east from
+/// south to north, and turning from east to north is counter-clockwise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// The side where the second local coordinate is 0.
@@ -59,8 +59,8 @@ impl Block {
         cells
     }
 
-    /// Point `(i, j)`: on the sides theirs, inside by Coons' transfinite interpolation in the mean arc lengths of opposite
-    /// sides.
+    /// Point `(i, j)`: on the sides theirs, inside by Coons' transfinite interpolation in the mean arc lengths of
+    /// opposite sides.
     fn point(&self, i: usize, j: usize) -> Point {
         let [n, m] = self.cells();
         let [south, north, west, east] =
@@ -98,12 +98,12 @@ fn share(line: &[Point], i: usize) -> f64 {
     length(&line[..=i]) / length(line)
 }
 
-/// One layer of cells between z = 0 and `depth` (m) over the blocks, with the given patches (name, OpenFOAM's type) and,
-/// as the last one, `sides` of the type `empty`.
+/// One layer of cells between z = 0 and `depth` (m) over the blocks, with the given patches (name, OpenFOAM's type)
+/// and, as the last one, `sides` of the type `empty`.
 ///
 /// # Panics
-/// If opposite sides of a block have different numbers of cells, or a side without a patch has no neighbour: mistakes of
-/// the program that calls.
+/// If opposite sides of a block have different numbers of cells, or a side without a patch has no neighbour: mistakes
+/// of the program that calls.
 pub fn extruded(
     blocks: &[Block],
     depth: f64,

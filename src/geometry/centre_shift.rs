@@ -22,8 +22,8 @@ pub struct CentreShift {
 }
 
 impl CentreShift {
-    /// Looks at a surface with these `points` (m) that have moved by `displacement` (m), in slices about one radius long
-    /// across its long axis. `None` if most of its slices do not go round, as those of a tube do.
+    /// Looks at a surface with these `points` (m) that have moved by `displacement` (m), in slices about one radius
+    /// long across its long axis. `None` if most of its slices do not go round, as those of a tube do.
     pub fn of(points: &[Vec3], displacement: &[Vec3]) -> Option<Self> {
         let count = points.len() as f64;
         let middle = points.iter().sum::<Vec3>() / count;

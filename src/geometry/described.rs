@@ -100,8 +100,8 @@ impl Vessel {
     }
 }
 
-/// Distances of a section's surfaces from its lumen, and the materials between them, in so many `layers`: of a wall with
-/// fewer the thickest one is split.
+/// Distances of a section's surfaces from its lumen, and the materials between them, in so many `layers`: of a wall
+/// with fewer the thickest one is split.
 fn wall(
     keys: &VesselDescription,
     section: &VesselSection,

@@ -1,4 +1,5 @@
-//! How far the lumen of a mesh is from the one that a case describes: between the places where the mesh takes its radii.
+//! How far the lumen of a mesh is from the one that a case describes: between the places where the mesh takes its
+//! radii.
 
 use super::{Span, Vessel};
 use crate::case::{Case, Solver};
@@ -33,7 +34,8 @@ impl Deviation {
 }
 
 impl Vessel {
-    /// Of a mesh with these pieces along it, whose radii are polynomials through those at the `nodes` (from -1 to 1) of each piece.
+    /// Of a mesh with these pieces along it, whose radii are polynomials through those at the `nodes` (from -1 to 1) of
+    /// each piece.
     pub fn deviation(&self, spans: &[Span], nodes: &[f64]) -> Deviation {
         let mut found = Deviation {
             radius: 0.0,

@@ -14,8 +14,9 @@ impl PolyMesh {
         (self.points.iter()).fold([first; 2], |[low, high], x| [low.inf(x), high.sup(x)])
     }
 
-    /// Area (m²) of a patch, and four times that over the length of its edge, as far as that lies at no plane of symmetry: the
-    /// hydraulic diameter (m), which is the diameter of a circle, and twice the height of a plane channel. None if it has no edge.
+    /// Area (m²) of a patch, and four times that over the length of its edge, as far as that lies at no plane of
+    /// symmetry: the hydraulic diameter (m), which is the diameter of a circle, and twice the height of a plane
+    /// channel. None if it has no edge.
     pub fn opening_size(&self, name: &str) -> (f64, Option<f64>) {
         let edges_of = |face: &Vec<usize>| -> Vec<[usize; 2]> {
             let next = face.iter().cycle().skip(1);

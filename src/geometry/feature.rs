@@ -16,7 +16,8 @@ pub enum Feature {
     Lumen(LumenTable),
 }
 
-/// A part of a vessel where the cross-sections of the lumen are circles of another radius, which may lie off the centre.
+/// A part of a vessel where the cross-sections of the lumen are circles of another radius, which may lie off the
+/// centre.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bump {
     /// Arc length of its middle, m.
@@ -106,8 +107,8 @@ impl Bump {
 }
 
 impl Feature {
-    /// By how much surface `index` of `surfaces`, counted from the lumen outward, lies further inside at `s` (m) and `phi`,
-    /// m; without features the lumen has the radius `r` (m) there.
+    /// By how much surface `index` of `surfaces`, counted from the lumen outward, lies further inside at `s` (m) and
+    /// `phi`, m; without features the lumen has the radius `r` (m) there.
     pub fn inward(&self, index: usize, surfaces: usize, s: f64, phi: f64, r: f64) -> f64 {
         match self {
             Self::Imperfection(imperfection) => {

@@ -66,8 +66,8 @@ impl Flag {
         }
     }
 
-    /// One layer of cells around the flag: patches `inlet`, `outlet`, `wallRigid` (the channel), `cylinder`, `wallFsi` (the
-    /// flag) and `sides` (empty), in this order.
+    /// One layer of cells around the flag: patches `inlet`, `outlet`, `wallRigid` (the channel), `cylinder`, `wallFsi`
+    /// (the flag) and `sides` (empty), in this order.
     pub fn fluid_mesh(&self) -> PolyMesh {
         let patches = [
             ("inlet", "patch"),
@@ -88,8 +88,8 @@ impl Flag {
         cells.sum()
     }
 
-    /// Four blocks around the cylinder, of which the flag cuts the one behind it in two; above and below the flag; three
-    /// behind it; one in front.
+    /// Four blocks around the cylinder, of which the flag cuts the one behind it in two; above and below the flag;
+    /// three behind it; one in front.
     fn blocks(&self) -> Vec<Block> {
         let sizes = &self.mesh;
         let grown =

@@ -11,8 +11,8 @@ impl PolyMesh {
     /// Reads the mesh of the OpenFOAM case `case`, `constant/polyMesh`. Lengths are metres.
     ///
     /// # Errors
-    /// The file that is missing or damaged, or in a format that is not read: compressed, or of other sizes of numbers than
-    /// OpenFOAM's default on 64 bits.
+    /// The file that is missing or damaged, or in a format that is not read: compressed, or of other sizes of numbers
+    /// than OpenFOAM's default on 64 bits.
     pub fn read(case: &Path) -> Result<Self, MeshFileError> {
         let folder = case.join("constant/polyMesh");
         let numbers = |name: &str| -> Result<Vec<usize>, MeshFileError> {

@@ -25,16 +25,16 @@ pub enum WallDirections {
     /// Local coordinate 0 runs along the vessel, 1 around it.
     #[default]
     Local,
-    /// The direction along the vessel at the vertices of each element, trilinear in between; what of it lies in the surface of
-    /// the local coordinates 0 and 1 counts.
+    /// The direction along the vessel at the vertices of each element, trilinear in between; what of it lies in the
+    /// surface of the local coordinates 0 and 1 counts.
     Axial(Vec<[Vec3; 8]>),
     /// Directions along the vessel and around it in each element.
     Given(Vec<[Vec3; 2]>),
 }
 
 impl WallDirections {
-    /// Two tangents at the point `xi` of an element whose local coordinates 0 and 1 run along `g0` and `g1`: the first along
-    /// the vessel, the second to that side of it to which the way around goes.
+    /// Two tangents at the point `xi` of an element whose local coordinates 0 and 1 run along `g0` and `g1`: the first
+    /// along the vessel, the second to that side of it to which the way around goes.
     pub fn tangents(&self, element: usize, xi: [f64; 3], g0: Vec3, g1: Vec3) -> [Vec3; 2] {
         match self {
             Self::Local => [g0, g1],

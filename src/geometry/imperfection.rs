@@ -22,8 +22,8 @@ impl Imperfection {
     /// Share of `d` by which lumen, media's outer surface and adventitia's outer surface move inward.
     pub const SHARE: [f64; 3] = [1.0, 1.0 / 3.0, 0.0];
 
-    /// Interpolates `support` (rows along x, columns around) over the axial `range` (m) with the largest value `d_max` (m).
-    /// Support values that are all zero give no imperfection, whatever `d_max`.
+    /// Interpolates `support` (rows along x, columns around) over the axial `range` (m) with the largest value `d_max`
+    /// (m). Support values that are all zero give no imperfection, whatever `d_max`.
     pub fn new(support: &[Vec<f64>], range: [f64; 2], d_max: f64) -> Self {
         let surface = BicubicSurface::new(support);
         let (largest, ..) = surface.maximum();

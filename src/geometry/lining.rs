@@ -1,5 +1,5 @@
-//! A thin layer of hexahedra on faces of any number of corners: a wall that has no shape of its own, since it is rigid or its
-//! motion is prescribed.
+//! A thin layer of hexahedra on faces of any number of corners: a wall that has no shape of its own, since it is rigid
+//! or its motion is prescribed.
 
 use super::{HexFace, HexMesh, HexShape, PolyMesh, SurfaceError, WallDirections};
 use crate::Vec3;
@@ -24,9 +24,9 @@ impl HexShape for Straight {
 }
 
 impl PolyMesh {
-    /// A layer on the outer side of the patches of these `names`, with the surfaces `inner` and `outer`. Over a quadrilateral stands
-    /// one hexahedron; if any face has another number of corners, over each corner of each face one. The first half of the
-    /// vertices is that of the inner side, the second that above it, in the same order.
+    /// A layer on the outer side of the patches of these `names`, with the surfaces `inner` and `outer`. Over a
+    /// quadrilateral stands one hexahedron; if any face has another number of corners, over each corner of each face
+    /// one. The first half of the vertices is that of the inner side, the second that above it, in the same order.
     ///
     /// # Errors
     /// If a patch is missing or empty.

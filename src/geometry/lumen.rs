@@ -3,9 +3,9 @@
 use crate::interpolation::{BicubicSurface, Ends};
 use std::f64::consts::{PI, TAU};
 
-/// The radius `r(s, φ)` between equally spaced cross-sections and angles: a bicubic spline, natural along the vessel and
-/// periodic around it. Beyond its ends the last cross-section becomes a circle of its mean radius, by half a cosine over one
-/// diameter.
+/// The radius `r(s, φ)` between equally spaced cross-sections and angles: a bicubic spline, natural along the vessel
+/// and periodic around it. Beyond its ends the last cross-section becomes a circle of its mean radius, by half a cosine
+/// over one diameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LumenTable {
     surface: BicubicSurface,

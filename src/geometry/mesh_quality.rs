@@ -4,8 +4,8 @@ use super::PolyMesh;
 use crate::Vec3;
 
 impl PolyMesh {
-    /// Largest angle (degrees) between the normal of a face and the line between the centres of its two cells, as OpenFOAM's
-    /// `checkMesh` has it; 0 where there is one cell.
+    /// Largest angle (degrees) between the normal of a face and the line between the centres of its two cells, as
+    /// OpenFOAM's `checkMesh` has it; 0 where there is one cell.
     pub fn non_orthogonality_deg(&self) -> f64 {
         let cells = self.cell_geometry();
         let angle = |(face, &neighbour): (usize, &usize)| {
@@ -16,8 +16,9 @@ impl PolyMesh {
         angles.fold(0.0, f64::max).to_degrees()
     }
 
-    /// The diagonal of Laplace's operator, mean of all cells, 1/m²: areas of a cell's faces to others over the distances of the
-    /// centres and the cell's volume. By a kinematic viscosity and a time step it is how far momentum diffuses in the step, in cells.
+    /// The diagonal of Laplace's operator, mean of all cells, 1/m²: areas of a cell's faces to others over the
+    /// distances of the centres and the cell's volume. By a kinematic viscosity and a time step it is how far momentum
+    /// diffuses in the step, in cells.
     pub fn laplacian_diagonal(&self) -> f64 {
         let cells = self.cell_geometry();
         let mut sums = vec![0.0; cells.len()];

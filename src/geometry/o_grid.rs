@@ -115,8 +115,9 @@ impl<'a> CrossSection<'a> {
         at
     }
 
-    /// How the points of a cross-section, which lie `at`, follow those of its wall: all go with their mean, and with what is
-    /// beyond that the less the nearer they are to the middle. Places around the wall with their shares, by point.
+    /// How the points of a cross-section, which lie `at`, follow those of its wall: all go with their mean, and with
+    /// what is beyond that the less the nearer they are to the middle. Places around the wall with their shares, by
+    /// point.
     fn shares(&self, at: &[Vec3]) -> Vec<Vec<(usize, f64)>> {
         let n = self.mesh.core;
         let on_wall = |a| at[self.ring_point(self.mesh.radial, a)];
@@ -170,9 +171,9 @@ impl<'a> CrossSection<'a> {
 
 /// The cross-sections of a vessel's wall as an O-grid has them: polygons.
 ///
-/// One whose corners lie on a circle encloses less than it, by 1.6 % with twenty sides, and the flow, its pressure drop and
-/// the wall shear stress are off by as much and more. So the corners of a polygon stand a little outside, where it encloses
-/// what the round wall does.
+/// One whose corners lie on a circle encloses less than it, by 1.6 % with twenty sides, and the flow, its pressure drop
+/// and the wall shear stress are off by as much and more. So the corners of a polygon stand a little outside, where it
+/// encloses what the round wall does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallPolygons {
     /// Points of each polygon.
@@ -233,8 +234,8 @@ impl WallPolygons {
         }
     }
 
-    /// The points (m) of the O-grid that these polygons are of, whose wall then goes through the points `on_wall` (m, by
-    /// number; those of other points do not matter).
+    /// The points (m) of the O-grid that these polygons are of, whose wall then goes through the points `on_wall` (m,
+    /// by number; those of other points do not matter).
     pub fn fit(&self, grid: &PolyMesh, mesh: &FluidMesh, on_wall: &[Vec3]) -> Vec<Vec3> {
         let mut corners = on_wall.to_vec();
         self.widen(&mut corners);
@@ -246,8 +247,8 @@ impl WallPolygons {
     }
 }
 
-/// How the points of a mesh follow those of its wall: each goes with the mean of one ring of them, and by shares with what
-/// points of it do beyond that.
+/// How the points of a mesh follow those of its wall: each goes with the mean of one ring of them, and by shares with
+/// what points of it do beyond that.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionBlend {
     /// Points of the wall, ring by ring.
@@ -276,8 +277,8 @@ impl MotionBlend {
 
 impl Vessel {
     /// The O-grid of the lumen: patches `inlet`, `outlet`, `wallRigid` and `wallFsi`, in this order. The points of the
-    /// walls lie on the lumen's surface (see [`WallPolygons`] for those of a fluid); cells are numbered cross-section by
-    /// cross-section, downstream.
+    /// walls lie on the lumen's surface (see [`WallPolygons`] for those of a fluid); cells are numbered cross-section
+    /// by cross-section, downstream.
     pub fn fluid_mesh(&self, mesh: &FluidMesh) -> PolyMesh {
         let section = CrossSection::new(mesh);
         let line = self.centre_line();

@@ -19,7 +19,8 @@ pub struct Patch {
     pub size: usize,
 }
 
-/// A mesh as OpenFOAM's `polyMesh` folder holds it: internal faces first in upper-triangular order, then patch by patch.
+/// A mesh as OpenFOAM's `polyMesh` folder holds it: internal faces first in upper-triangular order, then patch by
+/// patch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PolyMesh {
     /// Positions of the points, m.

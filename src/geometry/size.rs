@@ -17,8 +17,8 @@ impl Native {
         self.core * (self.core + 4 * self.radial)
     }
 
-    /// Pairs of a node of the pressure and one of the velocity in an element: what the matrix of the divergence has before
-    /// elements share nodes.
+    /// Pairs of a node of the pressure and one of the velocity in an element: what the matrix of the divergence has
+    /// before elements share nodes.
     fn node_pairs(&self) -> usize {
         self.degree.pow(3) * (self.degree + 1).pow(3)
     }
@@ -95,8 +95,8 @@ impl Case {
         }
     }
 
-    /// Seconds that the fluid takes for a time step on the machine of `docs/speed.md`, as far as they can be told from the number of
-    /// cells alone; absent for a fluid or a mesh of the user's own.
+    /// Seconds that the fluid takes for a time step on the machine of `docs/speed.md`, as far as they can be told from
+    /// the number of cells alone; absent for a fluid or a mesh of the user's own.
     pub fn fluid_seconds(&self) -> Option<f64> {
         let cells = Some(self.fluid_cells()).filter(|&cells| cells > 0)? as f64;
         Some(match (&self.problem, self.fluid.solver) {
@@ -107,8 +107,8 @@ impl Case {
         })
     }
 
-    /// Seconds that a run takes on that machine while nothing else works there, as far as they can be told beforehand: the first beat, or
-    /// a coupling that needs more than two iterations a step, takes longer.
+    /// Seconds that a run takes on that machine while nothing else works there, as far as they can be told beforehand:
+    /// the first beat, or a coupling that needs more than two iterations a step, takes longer.
     pub fn run_seconds(&self) -> Option<f64> {
         let wall = match self.has_elastic_wall() {
             true => self.structure_degrees_of_freedom() as f64,
@@ -119,8 +119,8 @@ impl Case {
         Some(self.steps() as f64 * (self.fluid_seconds()? + structure))
     }
 
-    /// Bytes that a run leaves on the disk: the wall at each step, fields of blood and wall, two checkpoints. Measured with the
-    /// presets; absent for a mesh of the user's own.
+    /// Bytes that a run leaves on the disk: the wall at each step, fields of blood and wall, two checkpoints. Measured
+    /// with the presets; absent for a mesh of the user's own.
     pub fn disk(&self) -> Option<f64> {
         let cells = Some(self.fluid_cells()).filter(|&cells| cells > 0)? as f64;
         let degrees_of_freedom = self.structure_degrees_of_freedom() as f64;
@@ -169,10 +169,10 @@ impl Case {
         }
     }
 
-    /// Memory that a run takes, bytes, within a quarter for the presets: 98 MB for each `pimpleFoam` and 2.1 kB a cell, or
-    /// 150 kB an element of the driver's own solver and 130 bytes for each pair of a node of the pressure and one of the velocity
-    /// in it; 10 MB for the driver and, for the factors of the tangent, a power of the degrees of freedom n (nested dissection
-    /// of a body: n^(4/3)). All factors measured.
+    /// Memory that a run takes, bytes, within a quarter for the presets: 98 MB for each `pimpleFoam` and 2.1 kB a cell,
+    /// or 150 kB an element of the driver's own solver and 130 bytes for each pair of a node of the pressure and one of
+    /// the velocity in it; 10 MB for the driver and, for the factors of the tangent, a power of the degrees of freedom
+    /// n (nested dissection of a body: n^(4/3)). All factors measured.
     pub fn memory(&self) -> f64 {
         self.memory_of().into_iter().map(|(bytes, _)| bytes).sum()
     }

@@ -15,18 +15,17 @@ use std::sync::Arc;
 const LUMEN: usize = 0;
 /// A described vessel has as many elements or cells as its keys say along this many radii.
 const RADII: f64 = 10.0;
-/// Share of an element by which a vessel may be longer than a whole number of them: radii of a file are never exact, and what
-/// is one ten-thousandth thinner is to have the same mesh.
+/// Share of an element by which a vessel may be longer than a whole number of them: radii of a file are never exact,
+/// and what is one ten-thousandth thinner is to have the same mesh.
 const SPARE: f64 = 0.01;
 /// Cells next to a rim of the elastic part that `fluid.mesh.rim_parts` divides.
 const RIM_CELLS: usize = 4;
 
 /// A vessel: rigid sections upstream, elastic ones from s = 0 on, rigid ones downstream of those.
 ///
-/// With the shares `w_i(s)` of the sections, cosine blends from 0 to 1, the radius of surface `k` is
-/// `r_k = (1 - w_i) r_k + w_i r_{k,i}` for one section `i` after the other, and then what each feature takes off:
-/// for the paper's vessel equation (17), where graft and artery follow each other and the shares in the imperfection are
-/// (1, 1/3, 0).
+/// With the shares `w_i(s)` of the sections, cosine blends from 0 to 1, the radius of surface `k` is `r_k = (1 - w_i)
+/// r_k + w_i r_{k,i}` for one section `i` after the other, and then what each feature takes off: for the paper's vessel
+/// equation (17), where graft and artery follow each other and the shares in the imperfection are (1, 1/3, 0).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vessel {
     pub(super) line: SpaceCurve,
@@ -65,8 +64,8 @@ pub struct AxialNumbers {
     pub rims: Rims,
 }
 
-/// How elements or cells next to the rims of the elastic part are divided: where a wall is held its displacement, and with it
-/// the flow's shear, bends within a wall's thickness.
+/// How elements or cells next to the rims of the elastic part are divided: where a wall is held its displacement, and
+/// with it the flow's shear, bends within a wall's thickness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rims {
     /// So many next to each rim ...
@@ -194,8 +193,8 @@ impl Vessel {
         self.radius(LUMEN, s, phi)
     }
 
-    /// How far a point of the cross-section where the vessel begins is from the centre-line, relative to the radius of the
-    /// lumen in this direction.
+    /// How far a point of the cross-section where the vessel begins is from the centre-line, relative to the radius of
+    /// the lumen in this direction.
     pub fn inlet_share(&self, point: &Vec3) -> f64 {
         let s = self.sections[0].from;
         let frame = self.line.frame(s);
@@ -205,7 +204,8 @@ impl Vessel {
 
     /// Volume (m³) of the unloaded lumen between two cross-sections.
     pub fn lumen_volume(&self, from: f64, to: f64) -> f64 {
-        // V = ∫∫ (r²/2 - κ·e r³/3) dφ ds; the periodic trapezoidal rule around, Gauss' two points in many short pieces along.
+        // V = ∫∫ (r²/2 - κ·e r³/3) dφ ds; the periodic trapezoidal rule around, Gauss' two points in many short pieces
+        // along.
         const AROUND: usize = 180;
         let pieces = 400;
         let h = (to - from) / pieces as f64;

@@ -1,7 +1,7 @@
 //! Wall shear stress measures, lumen volumes and periodicity; does not know where the fields came from.
 //!
-//! A [`WetSurface`] is the wet surface as a list of faces; [`WindowStatistics`] grow step by step over a window of time;
-//! [`HemodynamicsSummary`] says what is largest, where, and what the mean is, in each [`Region`] of the vessel.
+//! A [`WetSurface`] is the wet surface as a list of faces; [`WindowStatistics`] grow step by step over a window of
+//! time; [`HemodynamicsSummary`] says what is largest, where, and what the mean is, in each [`Region`] of the vessel.
 
 pub(crate) mod monitor;
 pub(crate) mod periodicity;

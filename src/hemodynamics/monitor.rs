@@ -109,8 +109,9 @@ impl Monitor {
         &self.wall
     }
 
-    /// Every region at the end of a step, with the stresses of all its parts. Flat faces enclose less than the fluid's curved
-    /// ones: of the volume `lumen` (m³) of the whole vessel each region between cross-sections has the share that it has of theirs.
+    /// Every region at the end of a step, with the stresses of all its parts. Flat faces enclose less than the fluid's
+    /// curved ones: of the volume `lumen` (m³) of the whole vessel each region between cross-sections has the share
+    /// that it has of theirs.
     pub fn observe(
         &self,
         state: &WallState,

@@ -105,9 +105,10 @@ impl Region {
         }
     }
 
-    /// The regions of a case: the elastic sections of a vessel and what it names besides, or bypass, artery and its middle. The last of these begins where the blend of the cross-sections ends, and ends as far from the
-    /// outlet; there is none if the artery is too short for it. Those of an OpenFOAM case of the user's own are boxes and patches, or its whole
-    /// wall. A flag is no vessel and has no regions.
+    /// The regions of a case: the elastic sections of a vessel and what it names besides, or bypass, artery and its
+    /// middle. The last of these begins where the blend of the cross-sections ends, and ends as far from the outlet;
+    /// there is none if the artery is too short for it. Those of an OpenFOAM case of the user's own are boxes and
+    /// patches, or its whole wall. A flag is no vessel and has no regions.
     pub fn of(case: &Case) -> Vec<Self> {
         let vessel = match &case.problem {
             Problem::Vessel(vessel) => vessel,
@@ -158,8 +159,8 @@ impl Region {
         }
     }
 
-    /// Volume (m³) of the fluid within at rest: of the cells whose centres lie in the box, or of all. There is none in a patch, and
-    /// in a box without cells; between two cross-sections it follows from the wall.
+    /// Volume (m³) of the fluid within at rest: of the cells whose centres lie in the box, or of all. There is none in
+    /// a patch, and in a box without cells; between two cross-sections it follows from the wall.
     pub fn volume_at_rest(&self, fluid: &PolyMesh) -> Option<f64> {
         match &self.extent {
             RegionExtent::Along { .. } | RegionExtent::Patch { .. } => None,

@@ -18,9 +18,9 @@ const STRAIGHT: f64 = 1e-6;
 const BENT: [f64; 3] = [1e-5, 1e-4, 1e-3];
 
 impl Rings {
-    /// Sorts the faces; `None` if they do not lie in rings. On a bent vessel the centres of a ring's faces do not lie in one
-    /// cross-section exactly: what is apart by less than [`BENT`] of the wall's length counts as one ring if all rings have as
-    /// many faces, or what is numbered ring by ring.
+    /// Sorts the faces; `None` if they do not lie in rings. On a bent vessel the centres of a ring's faces do not lie
+    /// in one cross-section exactly: what is apart by less than [`BENT`] of the wall's length counts as one ring if all
+    /// rings have as many faces, or what is numbered ring by ring.
     pub fn new(places: &[Place]) -> Option<Self> {
         let straight = Self::within(places, STRAIGHT)?;
         let is_fine =

@@ -40,8 +40,8 @@ impl WindowStatistics {
         }
     }
 
-    /// Adds the end of a step with the highest modes of the fluid's elements, if it has any and the step lies in the window; it began
-    /// where the one before ended, and is at most `longest` (s) long.
+    /// Adds the end of a step with the highest modes of the fluid's elements, if it has any and the step lies in the
+    /// window; it began where the one before ended, and is at most `longest` (s) long.
     pub fn add(&mut self, state: &WallState, modes: Option<&ElementModes>, longest: f64) {
         let step = (state.time - self.reached).min(longest);
         self.reached = state.time;

@@ -36,7 +36,8 @@ pub struct Steadiness {
 }
 
 impl Steadiness {
-    /// Of the measures of a run, which began to be constant at the time `begin` (s); none where there are too few steps.
+    /// Of the measures of a run, which began to be constant at the time `begin` (s); none where there are too few
+    /// steps.
     pub fn of(measures: &[Measure], begin: f64) -> Option<Self> {
         let end = measures.iter().find_map(|m| m.values.last())?[0];
         let over = LAST * (end - begin);

@@ -237,8 +237,8 @@ impl HemodynamicsSummary {
         }
     }
 
-    /// A sentence about what alternates from step to step, if it is more than 1 % of the mean wall shear of a region; of whole
-    /// periods only, because a start from rest is not smooth.
+    /// A sentence about what alternates from step to step, if it is more than 1 % of the mean wall shear of a region;
+    /// of whole periods only, because a start from rest is not smooth.
     pub fn alternates(&self) -> Option<String> {
         if !(self.complete && self.whole_periods) {
             return None;

@@ -1,5 +1,5 @@
-//! The wet surface as a list of faces, in the vessel's coordinates: x along the centre-line, φ around it from its frame's
-//! first direction (+y on the x-axis) towards the second (+z).
+//! The wet surface as a list of faces, in the vessel's coordinates: x along the centre-line, φ around it from its
+//! frame's first direction (+y on the x-axis) towards the second (+z).
 
 use super::region::{Region, RegionExtent, is_in_box, share};
 use super::rings::Rings;
@@ -63,8 +63,9 @@ pub struct WetSurface {
 }
 
 /// Area (m²) of a face, and its part of the surface integral of `F·n` (m³), which gives the volume between two
-/// cross-sections by the divergence theorem: with the coordinates `y`, `z` in the cross-section, and `q = κ·(y, z)` for the
-/// curvature `κ` of the centre-line, `F = (y, z) (1/2 - q/3)/(1 - q)` lies in the cross-section and has the divergence 1.
+/// cross-sections by the divergence theorem: with the coordinates `y`, `z` in the cross-section, and `q = κ·(y, z)` for
+/// the curvature `κ` of the centre-line, `F = (y, z) (1/2 - q/3)/(1 - q)` lies in the cross-section and has the
+/// divergence 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extent {
     /// Area, m².
@@ -98,8 +99,8 @@ impl WetSurface {
         }
     }
 
-    /// The same surface, which consists of these patches of a fluid's `mesh` at rest: each face is of the patch that has a face
-    /// with its points, or the nearest one.
+    /// The same surface, which consists of these patches of a fluid's `mesh` at rest: each face is of the patch that
+    /// has a face with its points, or the nearest one.
     #[must_use]
     pub fn on_patches(self, mesh: &PolyMesh, names: &[String]) -> Self {
         let corners = |points: &mut dyn Iterator<Item = &Vec3>| {
@@ -218,8 +219,9 @@ impl WetSurface {
         within
     }
 
-    /// Volume (m³) that each face has swept outward on the straight ways of its points from rest, in triangles between each side
-    /// and the middle. Exact: while its corners move at constant speeds, the area vector of a triangle is quadratic in time.
+    /// Volume (m³) that each face has swept outward on the straight ways of its points from rest, in triangles between
+    /// each side and the middle. Exact: while its corners move at constant speeds, the area vector of a triangle is
+    /// quadratic in time.
     pub fn swept(&self, displacement: &[[f32; 3]]) -> Vec<f64> {
         let swept = |face: &Vec<u32>| {
             let corner = |i: usize| {
@@ -248,8 +250,8 @@ impl WetSurface {
         pairs.map(|(x, u)| x + widened(u)).collect()
     }
 
-    /// Distance (m) of each face from the centre of its cross-section, with the points at `positions` (m). The centre moves
-    /// sideways where the vessel bends; it is the x-axis if the faces do not lie in rings.
+    /// Distance (m) of each face from the centre of its cross-section, with the points at `positions` (m). The centre
+    /// moves sideways where the vessel bends; it is the x-axis if the faces do not lie in rings.
     pub fn radii(&self, positions: &[Vec3]) -> Vec<f64> {
         let at = |p: &u32| positions[*p as usize];
         let mut middles = vec![Vec3::zeros(); self.faces.len()];

@@ -18,8 +18,8 @@ pub enum Ends {
 
 /// Matrix that turns values at `n` support points of unit distance into the second derivatives of their cubic spline.
 fn second_derivatives(n: usize, ends: Ends) -> DMatrix<f64> {
-    // M_{i-1} + 4 M_i + M_{i+1} = 6 (v_{i-1} - 2 v_i + v_{i+1}); with a flat end 2 M_0 + M_1 = 6 (v_1 - v_0), with a natural
-    // one M_0 = 0.
+    // M_{i-1} + 4 M_i + M_{i+1} = 6 (v_{i-1} - 2 v_i + v_{i+1}); with a flat end 2 M_0 + M_1 = 6 (v_1 - v_0), with a
+    // natural one M_0 = 0.
     let (mut left, mut right) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     for i in 0..n {
         if ends == Ends::Natural && (i == 0 || i == n - 1) {
@@ -88,8 +88,8 @@ impl MonotoneCubic {
         Self::new(vec![0.0], vec![value])
     }
 
-    /// Through values at ascending places, without overshooting: cubic Hermite polynomials with the slopes of Fritsch and
-    /// Butland (SIAM J. Sci. Stat. Comput. 5, 1984), straight with two places; beyond the ends constant.
+    /// Through values at ascending places, without overshooting: cubic Hermite polynomials with the slopes of Fritsch
+    /// and Butland (SIAM J. Sci. Stat. Comput. 5, 1984), straight with two places; beyond the ends constant.
     pub fn new(places: Vec<f64>, values: Vec<f64>) -> Self {
         let n = places.len();
         let secant = |i: usize| (values[i + 1] - values[i]) / (places[i + 1] - places[i]);

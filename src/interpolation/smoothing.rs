@@ -1,9 +1,9 @@
 //! Smoothing splines: curves that scatter less than the points they come from.
 
-/// The cubic spline `g` through scattering values that makes `Σ w_i |y_i - g_i|²/λ_i + ∫ |g''|²` smallest, where `w_i` is the
-/// distance for which a value stands (Reinsch, *Smoothing by spline functions*, Numer. Math. 10, 1967). With
-/// `λ_i = (L/2π)⁴` a wave of the length `L` keeps half of its height, one of three times that 99 %, one of a third 1 %; a
-/// straight line stays what it is. `L` may differ from place to place.
+/// The cubic spline `g` through scattering values that makes `Σ w_i |y_i - g_i|²/λ_i + ∫ |g''|²` smallest, where `w_i`
+/// is the distance for which a value stands (Reinsch, *Smoothing by spline functions*, Numer. Math. 10, 1967). With
+/// `λ_i = (L/2π)⁴` a wave of the length `L` keeps half of its height, one of three times that 99 %, one of a third 1 %;
+/// a straight line stays what it is. `L` may differ from place to place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SmoothingSpline<const N: usize> {
     places: Vec<f64>,
@@ -119,8 +119,8 @@ impl<const N: usize> SmoothingSpline<N> {
     }
 }
 
-/// Solves a symmetric positive definite system with the main diagonal and two beside it, by `L D Lᵀ`; the right-hand side
-/// becomes the solution.
+/// Solves a symmetric positive definite system with the main diagonal and two beside it, by `L D Lᵀ`; the right-hand
+/// side becomes the solution.
 fn solve_banded<const N: usize>(diagonals: &mut [[f64; 3]], right: &mut [[f64; N]]) {
     let n = diagonals.len();
     for j in 0..n {
@@ -154,8 +154,8 @@ fn solve_banded<const N: usize>(diagonals: &mut [[f64; 3]], right: &mut [[f64; N
     }
 }
 
-/// Smooths values in equal angles around a circle of the circumference `around`, as a periodic [`SmoothingSpline`] of many
-/// values does: the wave with `k` turns keeps the share `1/(1 + (k halved/around)⁴)`.
+/// Smooths values in equal angles around a circle of the circumference `around`, as a periodic [`SmoothingSpline`] of
+/// many values does: the wave with `k` turns keeps the share `1/(1 + (k halved/around)⁴)`.
 pub fn smooth_periodic(values: &[f64], around: f64, halved: f64) -> Vec<f64> {
     let n = values.len();
     let angle = |i: usize, k: usize| std::f64::consts::TAU * ((i * k) % n) as f64 / n as f64;

@@ -129,7 +129,8 @@ fn scaled(
     })
 }
 
-/// CPU seconds of a fluid in processes of its own; one within the driver's shares that one's, and has wall-clock seconds.
+/// CPU seconds of a fluid in processes of its own; one within the driver's shares that one's, and has wall-clock
+/// seconds.
 fn fluid_seconds(report: &BudgetReport) -> f64 {
     let Budget {
         fluid_cpu_s,

@@ -1,5 +1,5 @@
-//! What coupled steps cost: the seconds of a step by part, how they grow with the meshes, and what the acceleration models
-//! make of them.
+//! What coupled steps cost: the seconds of a step by part, how they grow with the meshes, and what the acceleration
+//! models make of them.
 
 mod budget;
 pub mod growth;

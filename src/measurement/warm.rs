@@ -36,8 +36,8 @@ pub struct Warm {
     pub _root: TempDir,
 }
 
-/// Finds the checkpoint at the end of the run of `case` in `folder`, which is started or continued if it has not come so
-/// far, and copies it.
+/// Finds the checkpoint at the end of the run of `case` in `folder`, which is started or continued if it has not come
+/// so far, and copies it.
 pub fn state(
     path: &Path,
     case: &ResolvedCase,

@@ -1,4 +1,5 @@
-//! Differences between two runs: of the same model, on different meshes or by different solvers, or of models with other parameters.
+//! Differences between two runs: of the same model, on different meshes or by different solvers, or of models with
+//! other parameters.
 
 use super::figure::colour::Palette;
 use super::figure::map::{Map, Up};
@@ -155,7 +156,8 @@ impl Comparison {
     /// Compares two runs; the limits of histories, of fields, and of the oscillating shear index.
     ///
     /// # Errors
-    /// If one is about a vessel and the other is not, or they have no common time, or were evaluated over different windows.
+    /// If one is about a vessel and the other is not, or they have no common time, or were evaluated over different
+    /// windows.
     pub fn new(
         a: &Results,
         b: &Results,

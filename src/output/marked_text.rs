@@ -1,5 +1,5 @@
-//! Places in a text that a program fills: between `<!-- table: WORDS -->` and `<!-- end of table -->`, each on a line of its
-//! own, which pages of Markdown do not show.
+//! Places in a text that a program fills: between `<!-- table: WORDS -->` and `<!-- end of table -->`, each on a line
+//! of its own, which pages of Markdown do not show.
 
 const BEGIN: &str = "<!-- table:";
 const CLOSE: &str = "-->";

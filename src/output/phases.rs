@@ -29,7 +29,8 @@ const QUANTITIES: [Quantity; 9] = [
     ("max_von_mises_Pa", |row| row.max_von_mises_Pa),
 ];
 
-/// Averages a run over the beats of a window, at each of `count` phases of the period, and writes both files `into` a folder.
+/// Averages a run over the beats of a window, at each of `count` phases of the period, and writes both files `into` a
+/// folder.
 pub fn write(
     files: &RunFiles,
     into: &RunFiles,

@@ -1,9 +1,9 @@
 //! Two meshes of each of two solvers: what refinement changes, and where it leads.
 //!
-//! Of the first solver, whose error falls like a power of the cells' size, the value at cells of no size is extrapolated
-//! (Richardson), with the grid convergence index of two meshes as its uncertainty (Roache 1994: factor of safety 3). Of the second,
-//! whose error falls faster than any power with the degree, the finer value counts, and what the last degree changed is its
-//! uncertainty.
+//! Of the first solver, whose error falls like a power of the cells' size, the value at cells of no size is
+//! extrapolated (Richardson), with the grid convergence index of two meshes as its uncertainty (Roache 1994: factor of
+//! safety 3). Of the second, whose error falls faster than any power with the degree, the finer value counts, and what
+//! the last degree changed is its uncertainty.
 
 use super::comparison::{Comparison, Difference};
 use super::write_atomically;
@@ -18,8 +18,8 @@ const SAFETY: f64 = 3.0;
 /// Factor of safety for the observed order of three meshes.
 const SAFETY_OF_THREE: f64 = 1.25;
 
-/// Slowest decay of changes that is continued: with the step halved that is order one half, below which an observed order says nothing (Eça
-/// and Hoekstra 2014).
+/// Slowest decay of changes that is continued: with the step halved that is order one half, below which an observed
+/// order says nothing (Eça and Hoekstra 2014).
 const SLOWEST_DECAY: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Where a value goes as the mesh becomes finer, and how well that is known.
@@ -49,9 +49,9 @@ impl Limit {
         }
     }
 
-    /// From a series that was refined by the same factor each time, from coarse to fine. If its last two changes have the same sign and
-    /// decrease fast enough, they go on as a geometric series (Richardson's extrapolation with the observed order); otherwise the last value counts,
-    /// and the range of the last three is what is not known.
+    /// From a series that was refined by the same factor each time, from coarse to fine. If its last two changes have
+    /// the same sign and decrease fast enough, they go on as a geometric series (Richardson's extrapolation with the
+    /// observed order); otherwise the last value counts, and the range of the last three is what is not known.
     ///
     /// # Panics
     /// If there are fewer than two values.
@@ -80,7 +80,8 @@ impl Limit {
         }
     }
 
-    /// The same after something else was refined once, which has `changed` the value: by so much it moves, and so much is not known of it.
+    /// The same after something else was refined once, which has `changed` the value: by so much it moves, and so much
+    /// is not known of it.
     pub fn with(self, changed: f64) -> Self {
         Self {
             value: self.value + changed,
@@ -126,8 +127,8 @@ pub struct Refined {
 }
 
 impl Refined {
-    /// From the comparisons on the coarser and on the finer meshes; the first solver's cells are `ratio` times as long on the
-    /// coarser one.
+    /// From the comparisons on the coarser and on the finer meshes; the first solver's cells are `ratio` times as long
+    /// on the coarser one.
     fn of(coarse: &Difference, fine: &Difference, ratio: f64) -> Self {
         let [coarse_a, fine_a] = [coarse.mean_a, fine.mean_a];
         let [coarse_b, fine_b] = [coarse.mean_b, fine.mean_b];

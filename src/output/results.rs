@@ -15,8 +15,8 @@ use crate::hemodynamics::{
 use std::io;
 use std::path::Path;
 
-/// Evaluates a run over a window: writes `hemodynamics.json` and the fields on the wall `into` a folder, perhaps the run's own. If
-/// no step of the window was seen there are no fields, and an earlier evaluation stays as it is.
+/// Evaluates a run over a window: writes `hemodynamics.json` and the fields on the wall `into` a folder, perhaps the
+/// run's own. If no step of the window was seen there are no fields, and an earlier evaluation stays as it is.
 pub fn evaluate(
     files: &RunFiles,
     into: &RunFiles,
@@ -123,8 +123,8 @@ pub struct Results {
 }
 
 impl Results {
-    /// What its case is called: its `output.title`, or else the name of the run's folder, or of the case's where the run
-    /// lies within it.
+    /// What its case is called: its `output.title`, or else the name of the run's folder, or of the case's where the
+    /// run lies within it.
     pub fn name(&self) -> String {
         if let Some(title) = &self.case.output.title {
             return title.clone();
@@ -140,7 +140,8 @@ impl Results {
         }
     }
 
-    /// What its case is called by itself: its `output.title`, or the folder (or the file) that was run, wherever the results are.
+    /// What its case is called by itself: its `output.title`, or the folder (or the file) that was run, wherever the
+    /// results are.
     pub fn case_name(&self) -> String {
         let ran = self
             .summary
@@ -177,8 +178,8 @@ impl Results {
         placed(wall, &self.case, &self.files).map(Some)
     }
 
-    /// Why its averages may not be those of a beat, and whether it alternates from step to step, a sentence each; what an OpenFOAM
-    /// case of the user's own prescribes need not have any.
+    /// Why its averages may not be those of a beat, and whether it alternates from step to step, a sentence each; what
+    /// an OpenFOAM case of the user's own prescribes need not have any.
     pub fn warnings(&self) -> Vec<String> {
         if self.vessel.is_none() {
             return Vec::new();

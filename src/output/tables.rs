@@ -1,5 +1,5 @@
-//! `history.csv` (one row per time step), `iterations.csv` (one row per coupling iteration)
-//! `probes.csv` and `fluid-probes.csv` (one row per time step and probe), `openings.csv` (one row per time step and opening).
+//! `history.csv` (one row per time step), `iterations.csv` (one row per coupling iteration) `probes.csv` and
+//! `fluid-probes.csv` (one row per time step and probe), `openings.csv` (one row per time step and opening).
 
 use crate::files::named;
 use serde::de::DeserializeOwned;
@@ -177,7 +177,8 @@ pub struct ResolutionRow {
     pub x_m: f64,
     /// Around the axis, from +y towards +z.
     pub phi_deg: f64,
-    /// Difference of its time-averaged wall shear stress from that of the faces beside it, over the mean of the wall; empty at rims.
+    /// Difference of its time-averaged wall shear stress from that of the faces beside it, over the mean of the wall;
+    /// empty at rims.
     pub jump: Option<f64>,
     /// Share of the velocity that stands in the highest polynomials of the fluid's element there, if it has any.
     pub highest_modes: Option<f64>,

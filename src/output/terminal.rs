@@ -1,7 +1,7 @@
 //! All that is printed: to standard output by [`print()`], to standard error by [`note`].
 //!
-//! Whoever reads may stop, and a disk may be full, at any moment: neither is a reason to panic. In a terminal, lines are
-//! broken between words; elsewhere they are left as they are.
+//! Whoever reads may stop, and a disk may be full, at any moment: neither is a reason to panic. In a terminal, lines
+//! are broken between words; elsewhere they are left as they are.
 
 use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};

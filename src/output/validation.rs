@@ -61,9 +61,9 @@ impl Validation {
         Ok(Self { measured, runs })
     }
 
-    /// A row for each series: how much was measured, how far measurements scatter, and how far each run is from them: root mean
-    /// square of the difference, and in brackets its mean and how many points lie within what was measured. Shares are those of the
-    /// largest measured value.
+    /// A row for each series: how much was measured, how far measurements scatter, and how far each run is from them:
+    /// root mean square of the difference, and in brackets its mean and how many points lie within what was measured.
+    /// Shares are those of the largest measured value.
     pub fn summary(&self) -> Table {
         let heads = ["measured", "points", "largest", "standard deviation"].map(str::to_owned);
         let names = self.runs.iter().map(|run| run.name.clone());
@@ -128,7 +128,8 @@ impl Validation {
         Ok(table)
     }
 
-    /// A panel for each series: what was measured, within dashed lines between which the measurements lie, and each run.
+    /// A panel for each series: what was measured, within dashed lines between which the measurements lie, and each
+    /// run.
     pub fn figure(&self) -> Figure {
         let panel = |(i, series): (usize, &MeasuredSeries)| {
             let (along, at) = series.abscissa();
@@ -203,7 +204,8 @@ impl MeasuredSeries {
         }
     }
 
-    /// Where the points lie, in mm: those coordinates that differ among them, or all; with times, if the file gives any.
+    /// Where the points lie, in mm: those coordinates that differ among them, or all; with times, if the file gives
+    /// any.
     fn places(&self) -> Vec<String> {
         let first = self.points[0].place;
         let differs = [0, 1, 2].map(|i| self.points.iter().any(|point| point.place[i] != first[i]));
@@ -219,7 +221,8 @@ impl MeasuredSeries {
         self.points.iter().map(show).collect()
     }
 
-    /// What its points differ in most, as the label of an axis, and its value at each: a coordinate (mm) or the time (s).
+    /// What its points differ in most, as the label of an axis, and its value at each: a coordinate (mm) or the time
+    /// (s).
     fn abscissa(&self) -> (String, Vec<f64>) {
         let coordinate = |i: usize| -> Vec<f64> {
             let points = self.points.iter();

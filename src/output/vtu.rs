@@ -36,8 +36,8 @@ pub enum Cells<'a> {
     Hexes(&'a [[usize; 8]]),
     /// Polygons.
     Polygons(&'a [Vec<u32>]),
-    /// Hexahedra with polynomials of a degree, known at equally spaced points: `(degree + 1)³` of each, fastest along the
-    /// first of its right-handed axes.
+    /// Hexahedra with polynomials of a degree, known at equally spaced points: `(degree + 1)³` of each, fastest along
+    /// the first of its right-handed axes.
     Lagrange {
         /// The degree.
         degree: usize,
@@ -125,8 +125,8 @@ impl Grid<'_> {
     }
 }
 
-/// The points of a Lagrange hexahedron in VTK's order, as places in the order fastest along the first axis: corners, edges,
-/// faces, inside. For files of version 1.0; from 2.2 on two of the upright edges change places.
+/// The points of a Lagrange hexahedron in VTK's order, as places in the order fastest along the first axis: corners,
+/// edges, faces, inside. For files of version 1.0; from 2.2 on two of the upright edges change places.
 pub fn lagrange_order(degree: usize) -> Vec<usize> {
     let n = degree;
     let at = |i: usize, j: usize, k: usize| i + (n + 1) * (j + (n + 1) * k);

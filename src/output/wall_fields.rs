@@ -1,4 +1,5 @@
-//! The wall's measures over the window, `wall-shear.csv` and `wall-shear.pvd`, and over time, `wall-shear-over-time.pvd`.
+//! The wall's measures over the window, `wall-shear.csv` and `wall-shear.pvd`, and over time,
+//! `wall-shear-over-time.pvd`.
 
 use super::vtu::{Cells, Grid, Series, Values};
 use super::wall_history::WallHistoryReader;
@@ -118,8 +119,8 @@ pub fn write_series(
     Series::resume(path.to_owned(), Vec::new())?.add(time, &grid)
 }
 
-/// Writes the wall of the steps of `time_step` (s) that end about every `interval` (s), from the file `history`, as a series at `path`: where it is then, its
-/// displacement, and the wall shear stress.
+/// Writes the wall of the steps of `time_step` (s) that end about every `interval` (s), from the file `history`, as a
+/// series at `path`: where it is then, its displacement, and the wall shear stress.
 pub fn write_over_time(
     path: &Path,
     history: &Path,

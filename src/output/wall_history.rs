@@ -13,11 +13,13 @@
 //! | | | zeros, so that H is a multiple of 8 |
 //! | H - 4 | u32 | CRC-32 (as of zip and PNG) of all bytes before it |
 //!
-//! Then a record for each step; `numpy` reads all of them in a line:
+//! Then a record for each step; `numpy` reads all of them:
 //!
 //! ```python
 //! P, F, V, H = numpy.fromfile("wall.bin", "<u4", 4, offset=8)
-//! steps = numpy.fromfile("wall.bin", [("time_s", "<f8"), ("number", "<u4"), ("wall_shear_Pa", "<f4", (F, 3)), ("displacement_m", "<f4", (P, 3)), ("checksum", "<u4")], offset=H)
+//! step = [("time_s", "<f8"), ("number", "<u4"), ("wall_shear_Pa", "<f4", (F, 3)), ("displacement_m", "<f4", (P, 3)),
+//!         ("checksum", "<u4")]
+//! steps = numpy.fromfile("wall.bin", step, offset=H)
 //! ```
 //!
 //! Records are numbered from 0, and each ends with the CRC-32 of its bytes before. Wall shear stress is that of each

@@ -89,8 +89,8 @@ impl WallRecord {
         })
     }
 
-    /// Adds the end of a step with the highest modes of the fluid's elements, the largest stress of each of the wall's, and the volume
-    /// (m³) of the lumen within the wall.
+    /// Adds the end of a step with the highest modes of the fluid's elements, the largest stress of each of the wall's,
+    /// and the volume (m³) of the lumen within the wall.
     pub fn step(
         &mut self,
         state: &WallState,

@@ -1,5 +1,5 @@
-//! What exists for the paper alone: its twelve models and the page that judges its findings by them, and its convergence
-//! study.
+//! What exists for the paper alone: its twelve models and the page that judges its findings by them, and its
+//! convergence study.
 
 pub mod convergence;
 pub(crate) mod findings;

@@ -33,8 +33,9 @@ pub fn vessel(run: &Results) -> &Anastomosis {
     (run.case.anastomosis()).expect("a study holds runs of the models only")
 }
 
-/// Whether a run is one of the models: called as the paper calls it, with that extension and imperfection, a graft and an
-/// artery as long as the paper's and made of its materials. What the paper leaves open (radii, flow, windkessel) may differ.
+/// Whether a run is one of the models: called as the paper calls it, with that extension and imperfection, a graft and
+/// an artery as long as the paper's and made of its materials. What the paper leaves open (radii, flow, windkessel) may
+/// differ.
 pub fn is_model(run: &Results) -> bool {
     let Some(Anastomosis {
         model,

@@ -143,7 +143,8 @@ impl Discretization {
         })
     }
 
-    /// The elements with the lattice `axis`³ of local coordinates in place of their quadrature, for values that are looked at.
+    /// The elements with the lattice `axis`³ of local coordinates in place of their quadrature, for values that are
+    /// looked at.
     pub fn elements_at(&self, axis: &[f64]) -> Result<Elements, SolidError> {
         let rule = Rule {
             points: axis.to_vec(),
@@ -159,8 +160,8 @@ impl Discretization {
         )
     }
 
-    /// The body before `displacement` (m, all coefficients) led it to the shape that is given: the same numbers of functions
-    /// and equations, another reference configuration.
+    /// The body before `displacement` (m, all coefficients) led it to the shape that is given: the same numbers of
+    /// functions and equations, another reference configuration.
     ///
     /// # Errors
     /// If the displacement turns an element inside out.
@@ -249,15 +250,16 @@ impl Discretization {
             .sum()
     }
 
-    /// Springs whose state of rest was not known yet exert nothing where the body has this displacement (m, all coefficients).
+    /// Springs whose state of rest was not known yet exert nothing where the body has this displacement (m, all
+    /// coefficients).
     pub fn set_tissue_at_rest(&mut self, displacement: &[f64]) {
         let numbering = &self.numbering;
         let foundations = self.foundations.iter_mut();
         foundations.for_each(|foundation| foundation.set_at_rest(numbering, displacement));
     }
 
-    /// Strain energy of the body itself (J) with `points` Gauss points per direction; a fine rule keeps a nearly incompressible material
-    /// from hiding errors of the volume between the points.
+    /// Strain energy of the body itself (J) with `points` Gauss points per direction; a fine rule keeps a nearly
+    /// incompressible material from hiding errors of the volume between the points.
     pub fn energy(&self, displacement: &[f64], points: [usize; 3]) -> Result<f64, SolidError> {
         self.quadrature(points)?.energy(self.body(), displacement)
     }
@@ -469,7 +471,8 @@ impl Discretization {
         (self.volume() / self.regions.len() as f64).cbrt()
     }
 
-    /// The force (N) that a part of the boundary is held with: the sum of the internal forces, those of springs included, at a named surface.
+    /// The force (N) that a part of the boundary is held with: the sum of the internal forces, those of springs
+    /// included, at a named surface.
     ///
     /// # Errors
     /// If there is no such surface, or the displacement turns an element inside out.
@@ -493,8 +496,8 @@ impl Discretization {
     }
 }
 
-/// The equations in the better one of two orders of elimination, minimum degree (for long tubes) and nested dissection (for
-/// high degrees), and the structure of their factor.
+/// The equations in the better one of two orders of elimination, minimum degree (for long tubes) and nested dissection
+/// (for high degrees), and the structure of their factor.
 fn ordered(
     numbering: &Numbering,
     held: &[bool],

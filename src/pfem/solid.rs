@@ -35,8 +35,8 @@ impl SurfaceLoad {
     }
 }
 
-/// A structural solver that can repeat a time step from the same old state with different loads. Its accepted state can be
-/// looked at from other threads.
+/// A structural solver that can repeat a time step from the same old state with different loads. Its accepted state can
+/// be looked at from other threads.
 pub trait Solid: Sync {
     /// The solution of one time step; thrown away, or handed to [`Solid::accept`].
     type Trial;
@@ -64,7 +64,8 @@ pub trait Solid: Sync {
         start: Option<&Self::Trial>,
     ) -> Result<Self::Trial, SolidError>;
 
-    /// Displacement (m) at located points at the end of a step of length `dt` (s), where it does not depend on the load.
+    /// Displacement (m) at located points at the end of a step of length `dt` (s), where it does not depend on the
+    /// load.
     fn foreseen(&self, _dt: f64, _at: &[Self::Location]) -> Option<Vec<Vec3>> {
         None
     }

@@ -33,8 +33,8 @@ pub struct PolyData {
 }
 
 impl PolyData {
-    /// Reads a file by its ending: `.vtp` (VTK's polydata in XML: ASCII, base64 or raw, compressed by zlib or not), `.vtk` (the
-    /// same in VTK's old format), `.stl` (ASCII or binary), `.ply` or `.obj`.
+    /// Reads a file by its ending: `.vtp` (VTK's polydata in XML: ASCII, base64 or raw, compressed by zlib or not),
+    /// `.vtk` (the same in VTK's old format), `.stl` (ASCII or binary), `.ply` or `.obj`.
     ///
     /// # Errors
     /// What is wrong with the file, in a sentence.

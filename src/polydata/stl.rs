@@ -1,6 +1,6 @@
-//! Triangles in STL, the format of stereolithography: ASCII (`facet normal … outer loop vertex x y z …`) or binary (80 bytes
-//! of comment, the number of triangles as u32, 50 bytes for each: normal and corners as f32, two bytes of attributes; all
-//! little-endian).
+//! Triangles in STL, the format of stereolithography: ASCII (`facet normal … outer loop vertex x y z …`) or binary (80
+//! bytes of comment, the number of triangles as u32, 50 bytes for each: normal and corners as f32, two bytes of
+//! attributes; all little-endian).
 
 use super::PolyData;
 use crate::files::text::{lines, stranger};

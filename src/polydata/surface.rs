@@ -16,8 +16,8 @@ pub struct Surface {
 pub struct Crossing {
     /// Distance from the beginning of the ray, m.
     pub radius: f64,
-    /// Component of the triangle's unit normal perpendicular to the plane: 0 where the surface stands upright on it, 1 where
-    /// it lies in it.
+    /// Component of the triangle's unit normal perpendicular to the plane: 0 where the surface stands upright on it, 1
+    /// where it lies in it.
     pub slant: f64,
     /// Length (m) of what the plane cuts out of the triangle.
     pub chord: f64,
@@ -92,8 +92,9 @@ fn weld(points: &[[f64; 3]]) -> (Vec<usize>, Vec<[f64; 3]>) {
 }
 
 impl Surface {
-    /// The triangles of a file whose lengths are to be multiplied by `metres`. Points closer to each other than a hundred-thousandth of the
-    /// surface's size become one, so that hairline cracks close, and triangles without area are left out.
+    /// The triangles of a file whose lengths are to be multiplied by `metres`. Points closer to each other than a
+    /// hundred-thousandth of the surface's size become one, so that hairline cracks close, and triangles without area
+    /// are left out.
     ///
     /// # Errors
     /// If there are none, in words.
@@ -198,8 +199,8 @@ impl Surface {
         all
     }
 
-    /// Rays from `origin` (m) in the plane of the unit vectors `first` and `second`, in equal angles from the one to the
-    /// other: where each of them meets the surface first.
+    /// Rays from `origin` (m) in the plane of the unit vectors `first` and `second`, in equal angles from the one to
+    /// the other: where each of them meets the surface first.
     pub fn rays(
         &self,
         origin: &Vec3,

@@ -1,5 +1,5 @@
-//! VTK's polydata in XML, as VMTK, SimVascular, 3D Slicer and ParaView write it: numbers in ASCII, in base64 or as raw bytes
-//! behind the XML, compressed by zlib or not (*VTK File Formats*, kitware.com).
+//! VTK's polydata in XML, as VMTK, SimVascular, 3D Slicer and ParaView write it: numbers in ASCII, in base64 or as raw
+//! bytes behind the XML, compressed by zlib or not (*VTK File Formats*, kitware.com).
 
 mod data;
 mod grid;

@@ -71,7 +71,8 @@ impl Process {
         true
     }
 
-    /// Ends it: waits for `grace`, then SIGTERM, at last SIGKILL, to all of its group: it may be a script around the solver.
+    /// Ends it: waits for `grace`, then SIGTERM, at last SIGKILL, to all of its group: it may be a script around the
+    /// solver.
     pub fn end(&mut self, grace: Duration) {
         if self.wait(grace) {
             return;

@@ -10,7 +10,8 @@ pub const ALLOWED: [f64; 2] = [1e-3, 1e3];
 const OF_HEARTS: [f64; 2] = [0.15, 3.0];
 /// A curve may end so much before the beat does, as a share of it.
 const GAP: f64 = 0.02;
-/// A beat has a multiple of so many steps, so that files that are written every tenth one meet the same times in each beat.
+/// A beat has a multiple of so many steps, so that files that are written every tenth one meet the same times in each
+/// beat.
 const STEPS: f64 = 10.0;
 
 /// A beat.
@@ -80,8 +81,8 @@ impl Beat {
     }
 }
 
-/// The largest step (s) up to `most`, and hardly less than that, of which a whole number make a period: `most` itself, or a number of steps
-/// that ends with a zero.
+/// The largest step (s) up to `most`, and hardly less than that, of which a whole number make a period: `most` itself,
+/// or a number of steps that ends with a zero.
 pub fn fitting(most: f64, period: f64) -> f64 {
     let steps = period / most;
     if steps >= 1.0 && (steps - steps.round()).abs() < 1e-6 * steps {

@@ -1,5 +1,5 @@
-//! A case for a vessel of the user's own, written from a centre-line, a surface, or from nothing but a name: meshes, time step
-//! and windkessel follow from the lumen's radius and the flow.
+//! A case for a vessel of the user's own, written from a centre-line, a surface, or from nothing but a name: meshes,
+//! time step and windkessel follow from the lumen's radius and the flow.
 
 mod beat;
 mod changes;
@@ -25,8 +25,8 @@ const PRESSURES: [f64; 2] = [80.0, 120.0];
 const MMHG: f64 = 133.322;
 /// Thickness of an artery's wall, as a share of the radius.
 const THICKNESS: f64 = 0.3;
-/// Where a line bends too sharply for its wall, the least radius of a bend that is tried first, relative to the narrowest outside of the wall,
-/// the last one, relative to the widest, and the ratio of those between.
+/// Where a line bends too sharply for its wall, the least radius of a bend that is tried first, relative to the
+/// narrowest outside of the wall, the last one, relative to the widest, and the ratio of those between.
 const LEAST_BENDS: [f64; 3] = [1.15, 2.0, 1.12];
 /// The resistance before a windkessel of three elements, as a share of the whole.
 const PROXIMAL: [f64; 3] = [0.1, 0.05, 0.02];
@@ -41,8 +41,8 @@ const LAYER: f64 = 0.25;
 const COURANT: f64 = 5.0;
 /// Speed of a pulse in an artery, m/s.
 const PULSE: f64 = 5.0;
-/// The blood's added mass returns the longest wave of a wall of length L about (L/(π c dt))² times as large within a step (130 mm in 0.1 ms: 6,800
-/// times). Steps are not so small that it is more than this.
+/// The blood's added mass returns the longest wave of a wall of length L about (L/(π c dt))² times as large within a
+/// step (130 mm in 0.1 ms: 6,800 times). Steps are not so small that it is more than this.
 const ADDED_MASS: f64 = 100.0;
 /// Steps of a beat, and time constants, in which a windkessel is brought into its periodic state.
 const STEPS: f64 = 2000.0;
@@ -233,8 +233,8 @@ fn load(folder: &Path, text: &str, wishes: &Wishes) -> Result<ResolvedCase, NoPr
         .map_err(|errors| NoProposal::Case(told::mistakes(&errors, wishes, folder)))
 }
 
-/// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel, the resistance before it, and the pressure at t = 0 (Pa) from which
-/// the ramp leads straight into the periodic state.
+/// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel, the resistance before it, and the pressure at t = 0
+/// (Pa) from which the ramp leads straight into the periodic state.
 #[derive(Debug, Clone)]
 struct Windkessel {
     resistance: f64,
@@ -337,7 +337,8 @@ impl Figures {
         Ok((figures, remarks))
     }
 
-    /// The windkessel for 80 to 120 mmHg, with the pressure at t = 0 from which a ramp of this duration (s) leads into its periodic state, the blood left out that fills the vessel meanwhile.
+    /// The windkessel for 80 to 120 mmHg, with the pressure at t = 0 from which a ramp of this duration (s) leads into
+    /// its periodic state, the blood left out that fills the vessel meanwhile.
     ///
     /// A flow that is too steady for these pressures gets their mean; without a mean flow there is none.
     fn windkessel(&self, ramp: f64, is_rcr: bool) -> Option<Windkessel> {

@@ -8,8 +8,8 @@ use crate::numbers::twelve_digits;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Flow of a vessel of this radius (m) in the defaults, m³/s: base and amplitude. In arteries from the coronary ones to the
-/// aorta velocities differ little, so that flow goes with the radius squared.
+/// Flow of a vessel of this radius (m) in the defaults, m³/s: base and amplitude. In arteries from the coronary ones to
+/// the aorta velocities differ little, so that flow goes with the radius squared.
 const FLOW: (f64, [f64; 2]) = (2.7e-3, [3.5e-6, 4.5e-6]);
 
 /// What is chosen for a case.

@@ -1,5 +1,5 @@
-//! What `new` says of the user's files and of mistakes in them, in the words of its options: the case with the keys is not
-//! written yet.
+//! What `new` says of the user's files and of mistakes in them, in the words of its options: the case with the keys is
+//! not written yet.
 
 use super::Wishes;
 use crate::case::{CaseError, CaseErrors, FlowCurve, FlowUnit, LineReading, PeriodicTable};
@@ -114,7 +114,8 @@ pub(super) fn in_options(message: &str) -> String {
     OPTIONS.iter().fold(message.to_owned(), replaced)
 }
 
-/// What is remarkable about a flow (largest, m³/s) in a lumen of this mean radius (m), and what was understood of its file.
+/// What is remarkable about a flow (largest, m³/s) in a lumen of this mean radius (m), and what was understood of its
+/// file.
 ///
 /// # Errors
 /// If it cannot be meant.

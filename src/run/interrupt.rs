@@ -1,5 +1,5 @@
-//! Ctrl-C, SIGTERM and SIGHUP: the first one ends the run in order, the second one at once. One that is ignored when the program
-//! starts, as `nohup` has it with SIGHUP, stays ignored.
+//! Ctrl-C, SIGTERM and SIGHUP: the first one ends the run in order, the second one at once. One that is ignored when
+//! the program starts, as `nohup` has it with SIGHUP, stays ignored.
 
 use super::Failure;
 use crate::output::terminal;
@@ -23,8 +23,8 @@ fn signals() -> Vec<i32> {
         .collect()
 }
 
-/// A bit for each signal that this process ignores: handlers that are registered here show none. No signal where the system does not
-/// say.
+/// A bit for each signal that this process ignores: handlers that are registered here show none. No signal where the
+/// system does not say.
 fn ignored_signals() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -41,8 +41,8 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Listens from now on, and then says what is done first, if there is something to say (see also [`Self::then`]). (When the process ends at
-    /// once, OpenFOAM ends by itself.)
+    /// Listens from now on, and then says what is done first, if there is something to say (see also [`Self::then`]).
+    /// (When the process ends at once, OpenFOAM ends by itself.)
     pub fn listen(then: Option<&'static str>) -> Result<Self, Failure> {
         Self::register(then).map_err(cannot_listen)
     }

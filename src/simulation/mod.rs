@@ -193,8 +193,8 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         Ok(())
     }
 
-    /// Takes one step, or a part of it, and writes a checkpoint if one is due. The observer is told of it while the fluid works at
-    /// the next one, or at once where a checkpoint follows or no other step.
+    /// Takes one step, or a part of it, and writes a checkpoint if one is due. The observer is told of it while the
+    /// fluid works at the next one, or at once where a checkpoint follows or no other step.
     fn step(&mut self, interrupted: &dyn Fn() -> bool) -> Result<(), Stop> {
         let (started, attempt) = (Instant::now(), self.attempt());
         let (number, length) = (self.clock.steps() + 1, self.clock.part());
@@ -315,7 +315,8 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         reading.subdivision.done() == 0 && checkpoints.store.path(reading.steps).exists()
     }
 
-    /// Writes a checkpoint of the last accepted step, which the fluid has written, and removes what nobody needs any more.
+    /// Writes a checkpoint of the last accepted step, which the fluid has written, and removes what nobody needs any
+    /// more.
     ///
     /// # Errors
     /// If it cannot be written; the checkpoints before it stay.

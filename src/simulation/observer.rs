@@ -87,8 +87,8 @@ pub struct AcceptedWall<'a, S> {
     pub stresses: &'a [StressPeak],
 }
 
-/// Watches a simulation, from another thread where the fluid works at the next step already. Pairs of observers are one,
-/// and `()` is one that does nothing.
+/// Watches a simulation, from another thread where the fluid works at the next step already. Pairs of observers are
+/// one, and `()` is one that does nothing.
 pub trait Observer<S>: Send {
     /// What it needs to continue after the last accepted step.
     type Memory: Clone + Serialize + DeserializeOwned;

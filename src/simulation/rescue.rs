@@ -12,7 +12,8 @@ use std::time::Duration;
 const ATTEMPTS: usize = 3;
 /// A residual that is still too large after so many sweeps does not fall: more of them would not help.
 const ENOUGH_SWEEPS: u32 = 10;
-/// Sweeps that the fluid may spend in the second attempt and in later ones, times those of the first, where it is to blame.
+/// Sweeps that the fluid may spend in the second attempt and in later ones, times those of the first, where it is to
+/// blame.
 const MORE_SWEEPS: [u32; 2] = [4, 10];
 /// Deaths of the fluid without a step beyond all earlier ones.
 const DEATHS: usize = 4;

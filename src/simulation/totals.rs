@@ -62,8 +62,8 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Counts an accepted step, or a part of one, that took `wall_seconds` in all; `steps` are done now, and the fluid was asked
-    /// for this residual.
+    /// Counts an accepted step, or a part of one, that took `wall_seconds` in all; `steps` are done now, and the fluid
+    /// was asked for this residual.
     pub(super) fn add(&mut self, step: &Step, steps: usize, wall_seconds: f64, residual: f64) {
         let seconds = Seconds::of(step, wall_seconds);
         let iterations = &step.iterations;

@@ -1,8 +1,8 @@
 //! Tables of numbers as other programs and people write them.
 //!
-//! Columns are separated by tabs, semicolons, bars, commas or blanks; decimals by points or commas. Before the rows there may be
-//! comments, titles, a line of names, a line of units and a line of counts. [`Sheet::read`] finds out which of these a file has;
-//! what its columns mean is for those to say who asked for it.
+//! Columns are separated by tabs, semicolons, bars, commas or blanks; decimals by points or commas. Before the rows
+//! there may be comments, titles, a line of names, a line of units and a line of counts. [`Sheet::read`] finds out
+//! which of these a file has; what its columns mean is for those to say who asked for it.
 
 mod header;
 mod sniff;
@@ -80,8 +80,8 @@ impl Fault {
 }
 
 impl Sheet {
-    /// Reads a table whose rows have `least` numbers or more. A comment counts as the line of names only if `is_header` knows
-    /// the names in it.
+    /// Reads a table whose rows have `least` numbers or more. A comment counts as the line of names only if `is_header`
+    /// knows the names in it.
     ///
     /// # Errors
     /// What is wrong, with the line.

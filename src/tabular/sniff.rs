@@ -95,7 +95,8 @@ fn trim(cell: &str) -> &str {
     cell.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}' || c == '\u{200b}')
 }
 
-/// A number with a decimal point, or with a comma if there may be some; also with Fortran's `D` and a typographic minus.
+/// A number with a decimal point, or with a comma if there may be some; also with Fortran's `D` and a typographic
+/// minus.
 pub fn number(cell: &str, has_commas: bool) -> Option<f64> {
     if let Ok(number) = cell.parse() {
         return Some(number);

@@ -164,7 +164,8 @@ pub fn offered(dimension: Dimension) -> &'static str {
 }
 
 impl Unit {
-    /// Understands products and quotients of symbols with powers, in brackets or not, with letters and digits of any alphabet.
+    /// Understands products and quotients of symbols with powers, in brackets or not, with letters and digits of any
+    /// alphabet.
     pub fn parse(text: &str) -> Option<Self> {
         let text = plain(text);
         let mut unit = Self {

@@ -633,8 +633,8 @@ fn a_compressible_neo_hookean_wall_is_accepted() {
     assert!(case.is_ok(), "{case:?}");
 }
 
-/// Points of an experiment are recorded beside those that the case gives, each once; a file that holds none, and a run that would
-/// record too many, are refused.
+/// Points of an experiment are recorded beside those that the case gives, each once; a file that holds none, and a run
+/// that would record too many, are refused.
 #[test]
 fn points_of_an_experiment_are_recorded() {
     let scratch = tempfile::tempdir().unwrap();

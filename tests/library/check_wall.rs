@@ -32,7 +32,8 @@ fn the_walls_figures_are_those_of_long_tubes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let said = check(&[]);
 
-    // Resistance times mean flow; where base + amplitude sin² of the inflow is largest, its windkessel is not far from its highest.
+    // Resistance times mean flow; where base + amplitude sin² of the inflow is largest, its windkessel is not far from
+    // its highest.
     let pressure: f64 = between(&said, "the windkessel makes ", " kPa")
         .parse()
         .unwrap();
@@ -61,7 +62,8 @@ fn the_walls_figures_are_those_of_long_tubes() {
         println!("{name}: {found} mm, long tube {long:.4} mm");
         found / long - 1.0
     });
-    // Measured. The joint moves, for graft and artery pull differently: one becomes shorter and wider, the other longer.
+    // Measured. The joint moves, for graft and artery pull differently: one becomes shorter and wider, the other
+    // longer.
     for (wider, measured) in wider.iter().zip([5.7e-3, -1.8e-3]) {
         assert!((wider - measured).abs() < 4e-4, "{wider:?}");
     }

@@ -79,7 +79,8 @@ fn the_findings_for_the_circular_artery_hold() {
         assert!(2 * needed[0] < needed[1], "{needed:?}");
     }
 
-    // Degree 3 through the wall is enough for 1e-4 in the tensor product space, lower ones are not, and it sets a limit.
+    // Degree 3 through the wall is enough for 1e-4 in the tensor product space, lower ones are not, and it sets a
+    // limit.
     let thin = |p, p_thickness| {
         study
             .row(choice(TensorProduct, p).thickness(p_thickness))
@@ -170,8 +171,8 @@ fn the_irregular_artery_needs_the_refined_mesh() {
         let choice = Choice::isotropic(TestCase::Irregular, mesh, Trunk, p);
         rows.iter().find(|row| row.is_of(&choice)).unwrap()
     };
-    // Of the full study (docs/convergence): trunk space of degree 10 on the refined mesh. The reference of this quick form,
-    // degree 4 on that mesh, has 4.9 % too much energy itself.
+    // Of the full study (docs/convergence): trunk space of degree 10 on the refined mesh. The reference of this quick
+    // form, degree 4 on that mesh, has 4.9 % too much energy itself.
     let reference = 0.001798466468;
     for (mesh, p, error) in [
         (Mesh::Initial, 4, 0.21786),

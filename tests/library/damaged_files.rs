@@ -87,7 +87,8 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Reads a file with `read` after each of many ways to damage it. Both, files that are read and files that are refused, occur.
+/// Reads a file with `read` after each of many ways to damage it. Both, files that are read and files that are refused,
+/// occur.
 fn survives(file: &Path, share: usize, read: impl Fn() -> Result<(), String>) {
     let good = fs::read(file).unwrap();
     read().unwrap_or_else(|reason| panic!("{} as it was: {reason}", file.display()));

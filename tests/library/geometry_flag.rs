@@ -20,7 +20,8 @@ fn flag(set: &[(&str, &str)]) -> Flag {
     }
 }
 
-/// Turek and Hron's geometry on a coarse mesh, and one that differs in everything: off-centre, long, thick, near the wall.
+/// Turek and Hron's geometry on a coarse mesh, and one that differs in everything: off-centre, long, thick, near the
+/// wall.
 fn flags() -> [Flag; 2] {
     let coarse = ("flag.mesh.cell_size_m", "5e-3");
     let other = [

@@ -99,7 +99,8 @@ fn the_volume_tends_to_the_lumens() {
     assert_relative_eq!(coarse / fine, 4.0, max_relative = 0.1); // second order
 }
 
-/// Polygons that enclose what the wall does: of a round wall exactly, wherever it goes, of others to the order of their sides.
+/// Polygons that enclose what the wall does: of a round wall exactly, wherever it goes, of others to the order of their
+/// sides.
 #[test]
 fn polygons_enclose_what_the_wall_does() {
     let case = load("S-0.75");

@@ -117,7 +117,8 @@ fn the_imperfection_is_between_zero_and_d_max_and_vanishes_at_the_ends() {
     }
 }
 
-/// What the surface was chosen by: the narrowest place lies well inside the evaluated part, which ends at 33.75 and 56.25 mm.
+/// What the surface was chosen by: the narrowest place lies well inside the evaluated part, which ends at 33.75 and
+/// 56.25 mm.
 #[test]
 fn the_imperfection_is_deepest_in_the_middle_of_the_evaluated_part() {
     let vessel = Vessel::new(&load("S-0.5"));

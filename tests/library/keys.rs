@@ -164,8 +164,8 @@ fn json(text: &str) -> Value {
     serde_json::to_value(toml::from_str::<toml::Table>(text).unwrap()).unwrap()
 }
 
-/// Every case of the project, and what is refused of a case key by key, is so by the schema, too. A real validator says the
-/// same of the same documents where Python has one.
+/// Every case of the project, and what is refused of a case key by key, is so by the schema, too. A real validator says
+/// the same of the same documents where Python has one.
 #[test]
 fn the_json_schema_says_what_check_says() {
     let schema: Value = serde_json::from_str(&said(&["keys", "--json-schema"])).unwrap();

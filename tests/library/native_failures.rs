@@ -1,5 +1,5 @@
-//! What the driver's own solver for the blood says when it finds no solution: what failed, and where. It lives, and finds the
-//! next one.
+//! What the driver's own solver for the blood says when it finds no solution: what failed, and where. It lives, and
+//! finds the next one.
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};

@@ -1,5 +1,5 @@
-//! The spectral elements for the blood against exact solutions: a free stream, Kovasznay, Ethier and Steinman, Poiseuille,
-//! Womersley.
+//! The spectral elements for the blood against exact solutions: a free stream, Kovasznay, Ethier and Steinman,
+//! Poiseuille, Womersley.
 
 use fsi_driver::Vec3;
 use fsi_driver::case::Rheology;
@@ -41,8 +41,8 @@ fn field(vectors: impl Iterator<Item = Vec3> + Clone) -> Vec<f64> {
 }
 
 impl Box3 {
-    /// `cells` elements of the unit cube, which `shape` maps into space; all sides have the exact velocity but the one at
-    /// ξ = 1, which has the exact traction.
+    /// `cells` elements of the unit cube, which `shape` maps into space; all sides have the exact velocity but the one
+    /// at ξ = 1, which has the exact traction.
     fn new(
         cells: [usize; 3],
         degree: usize,
@@ -127,7 +127,8 @@ impl Box3 {
         iterations
     }
 
-    /// Largest errors of velocity and pressure at the nodes; the pressure's nodes that are no nodes of the velocity are left out.
+    /// Largest errors of velocity and pressure at the nodes; the pressure's nodes that are no nodes of the velocity are
+    /// left out.
     fn errors(&self, exact: &dyn Exact) -> [f64; 2] {
         let space = self.flow.space();
         let t = self.state.time;

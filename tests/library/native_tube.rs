@@ -129,8 +129,8 @@ impl Tube {
         iterations
     }
 
-    /// Axial component of the wall shear stress on the wall of the deformable part, smallest and largest, Pa: from the forces on
-    /// the wall, or from gradients.
+    /// Axial component of the wall shear stress on the wall of the deformable part, smallest and largest, Pa: from the
+    /// forces on the wall, or from gradients.
     fn wall_shear(&self, method: Method) -> [f64; 2] {
         let faces = self
             .flow
@@ -228,8 +228,9 @@ fn bessel(z: Complex<f64>) -> [Complex<f64>; 2] {
     sums
 }
 
-/// Largest errors of the wall shear stress, from gradients and from forces on the wall, over a third of a period, relative to its amplitude. In discrete time d/dt becomes a
-/// complex number, and Womersley's solution holds with it: what is left is the error in space.
+/// Largest errors of the wall shear stress, from gradients and from forces on the wall, over a third of a period,
+/// relative to its amplitude. In discrete time d/dt becomes a complex number, and Womersley's solution holds with it:
+/// what is left is the error in space.
 fn womersley(degree: usize, scheme: TimeScheme) -> [f64; 2] {
     let (dt, omega, gradient) = (0.02, TAU * 2.0, 2000.0);
     let back = Complex::new(0.0, -omega * dt).exp();
@@ -328,8 +329,8 @@ const SHEAR: f64 = 1.5;
 const PIECES: usize = 4000;
 
 impl Developed {
-    /// Stress rises linearly from the axis to the wall; the rate of shear at a stress follows from the model by bisection, and
-    /// the velocity by the trapezoidal rule.
+    /// Stress rises linearly from the axis to the wall; the rate of shear at a stress follows from the model by
+    /// bisection, and the velocity by the trapezoidal rule.
     fn of(blood: Rheology) -> Self {
         let stress = |i: usize| SHEAR * i as f64 / PIECES as f64;
         let rate = |i: usize| {
@@ -357,8 +358,9 @@ impl Developed {
         (1.0 - share) * self.table[i] + share * self.table[i + 1]
     }
 
-    /// Errors after eight steps of 20 ms from the exact velocity: the largest of the velocity, relative to that on the axis, and those of
-    /// the pressure drop and of the wall shear stress from forces (the largest) relative to themselves; and the iterations of all steps.
+    /// Errors after eight steps of 20 ms from the exact velocity: the largest of the velocity, relative to that on the
+    /// axis, and those of the pressure drop and of the wall shear stress from forces (the largest) relative to
+    /// themselves; and the iterations of all steps.
     fn errors(&self, degree: usize) -> ([f64; 3], usize) {
         let velocity = |r: f64| self.velocity(r);
         let scheme = TimeScheme::ImplicitEuler;

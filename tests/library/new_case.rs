@@ -1,4 +1,5 @@
-//! `fsi-driver new` and `preview`: from files that are not in the project to a case that can be run, and pictures of it.
+//! `fsi-driver new` and `preview`: from files that are not in the project to a case that can be run, and pictures of
+//! it.
 
 use crate::vessel_files::shapes::Tube;
 use fsi_driver::Vec3;
@@ -119,7 +120,8 @@ fn two_files_of_any_vessel_become_a_case() {
     }
 }
 
-/// With cells taken for a 4.5th of the narrowest radius the narrow end asked for 0.1 ms, in which the blood's added mass is 6,800 times the wall's.
+/// With cells taken for a 4.5th of the narrowest radius the narrow end asked for 0.1 ms, in which the blood's added
+/// mass is 6,800 times the wall's.
 #[test]
 fn long_slender_arteries_get_steps_that_the_coupling_can_take() {
     for (length, radii, expected) in [

@@ -38,7 +38,8 @@ fn narrowest(case: &ResolvedCase) -> f64 {
     radii.fold(f64::INFINITY, f64::min)
 }
 
-/// A straight line of 60 mm, 3 mm wide, with a narrowing to a tenth of the area over `long` millimetres, in points `apart` mm.
+/// A straight line of 60 mm, 3 mm wide, with a narrowing to a tenth of the area over `long` millimetres, in points
+/// `apart` mm.
 fn stenosis(long: f64, apart: f64, noise: f64) -> impl Iterator<Item = [f64; 4]> {
     let depth = 3.0 * (1.0 - 0.1f64.sqrt());
     (0..=(60.0 / apart) as usize).map(move |i| {
@@ -78,7 +79,8 @@ fn a_stenosis_of_the_radii_stays_as_narrow_as_it_is() {
     }
 }
 
-/// A wave of 0.4 mm in a vessel of 0.5 mm radius, whose bends are sharper than its wall: 34.7 mm became 30.7 mm, without a word.
+/// A wave of 0.4 mm in a vessel of 0.5 mm radius, whose bends are sharper than its wall: 34.7 mm became 30.7 mm,
+/// without a word.
 #[test]
 fn sharp_bends_are_rounded_off_where_they_are() {
     let folder = tempfile::tempdir().unwrap();

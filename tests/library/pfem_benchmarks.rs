@@ -12,8 +12,8 @@ use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, Sur
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The elastic beam of Turek and Hron behind their cylinder: 0.02 m high, it begins on the circle of radius 0.05 m around
-/// (0.2, 0.2) m and ends at x = 0.6 m. One element thick.
+/// The elastic beam of Turek and Hron behind their cylinder: 0.02 m high, it begins on the circle of radius 0.05 m
+/// around (0.2, 0.2) m and ends at x = 0.6 m. One element thick.
 struct Beam {
     stations: Vec<f64>,
 }
@@ -58,8 +58,8 @@ fn beam(stations: Vec<f64>) -> HexMesh {
     }
 }
 
-/// CSM1 and CSM2 of Turek and Hron, *Proposal for numerical benchmarking of fluid-structure interaction*, 2006: the beam
-/// under its own weight, static, and the same four times as stiff.
+/// CSM1 and CSM2 of Turek and Hron, *Proposal for numerical benchmarking of fluid-structure interaction*, 2006: the
+/// beam under its own weight, static, and the same four times as stiff.
 #[test]
 fn csm1_beam_under_its_own_weight() {
     assert_tip(1.4e6, [-7.187e-3, -66.10e-3]);

@@ -247,13 +247,14 @@ fn a_step_can_be_repeated_and_a_run_resumed_bit_by_bit() {
     }
 }
 
-/// Forty steps of an artery under a growing, pulsating pressure, the last ones after the memory was handed over to a new
-/// structure if `resume`.
+/// Forty steps of an artery under a growing, pulsating pressure, the last ones after the memory was handed over to a
+/// new structure if `resume`.
 fn pulsate(newton: NewtonOptions, resume: bool) -> (Structure, usize) {
     pulsate_to(newton, 1e-8, 1.0, resume.then_some(33))
 }
 
-/// The same with solutions to this relative residual, beside a fluid of so many seconds, handed over before the step `resumed`.
+/// The same with solutions to this relative residual, beside a fluid of so many seconds, handed over before the step
+/// `resumed`.
 fn pulsate_to(
     newton: NewtonOptions,
     tolerance: f64,

@@ -1,7 +1,8 @@
-//! The wall of the study's models in the mixed form: no locking where the pure displacement form locks, and one buckling load
-//! whatever the degree. `docs/wall.md` has the finer meshes.
+//! The wall of the study's models in the mixed form: no locking where the pure displacement form locks, and one
+//! buckling load whatever the degree. `docs/wall.md` has the finer meshes.
 //!
-//! The sizes are [`NEAR_BUCKLING`]: bending, which a wall amplifies that stands near its buckling pressure, is what locking shows in.
+//! The sizes are [`NEAR_BUCKLING`]: bending, which a wall amplifies that stands near its buckling pressure, is what
+//! locking shows in.
 
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::geometry::solid_mesh;
@@ -69,8 +70,8 @@ fn measures(model: &str, p: usize, formulation: Formulation) -> [f64; 2] {
     [largest.fold(0.0, f64::max), stress.fold(0.0, f64::max)]
 }
 
-/// Root mean square, over the points of the artery that several elements of a material share, of the largest difference of
-/// the mean Cauchy stress there, relative to the root mean square of the von Mises stress.
+/// Root mean square, over the points of the artery that several elements of a material share, of the largest difference
+/// of the mean Cauchy stress there, relative to the root mean square of the von Mises stress.
 fn pressure_jump(p: usize, formulation: Formulation) -> f64 {
     let (body, found) = inflate("S-0.5", p, formulation, 1.2e4);
     let sampler = Sampler::new(&body, 5).unwrap();

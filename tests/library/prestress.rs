@@ -187,7 +187,8 @@ axial_per_section = 2
 surrogate = "none"
 "#;
 
-/// Where the unloaded wall lies, and where time begins: displacement of the lumen in the middle from the given shape, m.
+/// Where the unloaded wall lies, and where time begins: displacement of the lumen in the middle from the given shape,
+/// m.
 fn unloaded_and_beginning(case: &Case) -> (f64, f64) {
     let model = CoupledModel::new(case, Workplace::default(), None).unwrap();
     let unloading = model.unloading.unwrap();

@@ -1,5 +1,5 @@
-//! Files that `fsi-driver solid` refuses: all mistakes at once, each with line, key, what was found and what is allowed,
-//! exit code 2, and nothing written.
+//! Files that `fsi-driver solid` refuses: all mistakes at once, each with line, key, what was found and what is
+//! allowed, exit code 2, and nothing written.
 
 use crate::solid_support::{Tube, example, with};
 

@@ -148,8 +148,8 @@ fn springs_around_a_curve_have_the_forces_and_the_tangent_of_their_energy() {
     }
 }
 
-/// A straight artery in tissue under 10 kPa, along x and along a line of points that looks elsewhere: how far a point of its lumen moves
-/// away from the axis and along it, m.
+/// A straight artery in tissue under 10 kPa, along x and along a line of points that looks elsewhere: how far a point
+/// of its lumen moves away from the axis and along it, m.
 fn of_a_line(towards: Option<Vec3>) -> [f64; 2] {
     let folder = tempfile::tempdir().unwrap();
     let axis = towards.unwrap_or(Vec3::x());

@@ -57,7 +57,8 @@ fn plate(elements: [usize; 2], degree: usize) -> Structure {
     Structure::new(&mesh, &[rubber], &options).unwrap()
 }
 
-/// Faces below the plate between x from `begin` to `end`, in rows; every second row is shifted by a share of a face's length.
+/// Faces below the plate between x from `begin` to `end`, in rows; every second row is shifted by a share of a face's
+/// length.
 fn faces(
     begin: f64,
     end: f64,

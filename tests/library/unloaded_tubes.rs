@@ -1,5 +1,5 @@
-//! Tubes that are given as they are under pressure, against the radial boundary value problem: unloaded shapes of thin walls, and
-//! tissue that is at rest in the given shape.
+//! Tubes that are given as they are under pressure, against the radial boundary value problem: unloaded shapes of thin
+//! walls, and tissue that is at rest in the given shape.
 
 use crate::pfem_support::artery;
 use crate::pfem_support::radial::{self, Loading};
@@ -119,8 +119,8 @@ fn thin_fibred_walls_without_tissue_are_unloaded() {
     }
 }
 
-/// What the wall widens by between 80 and 120 mmHg: without tissue, in tissue at rest in the unloaded wall, and at rest in the
-/// given shape.
+/// What the wall widens by between 80 and 120 mmHg: without tissue, in tissue at rest in the unloaded wall, and at rest
+/// in the given shape.
 #[test]
 fn tissue_that_rests_in_the_given_shape_holds_the_wall_back() {
     let layers = in_two(0.7e-3);

@@ -1,6 +1,7 @@
-//! The thick-walled tube between planes that keep their distance, in a surrounding of springs, as a boundary value problem in the radius alone, solved without any of the
-//! library's code: the radius `r(R)` of each layer is a polynomial through Chebyshev points, equilibrium is the
-//! vanishing first variation of the energy, integrated with many Gauss points (Golub-Welsch), Newton's method does the rest.
+//! The thick-walled tube between planes that keep their distance, in a surrounding of springs, as a boundary value
+//! problem in the radius alone, solved without any of the library's code: the radius `r(R)` of each layer is a
+//! polynomial through Chebyshev points, equilibrium is the vanishing first variation of the energy, integrated with
+//! many Gauss points (Golub-Welsch), Newton's method does the rest.
 
 #![allow(non_snake_case)]
 
@@ -145,7 +146,8 @@ pub struct Loading {
     pub outer_pressure: f64,
     /// Springs outside, Pa/m of the reference area, or of the area where they are at rest.
     pub spring: f64,
-    /// Displacement (m) of the outer surface with which they are at rest in a stretched tube, if that is not the unloaded one.
+    /// Displacement (m) of the outer surface with which they are at rest in a stretched tube, if that is not the
+    /// unloaded one.
     pub rest: Option<f64>,
 }
 
@@ -289,8 +291,8 @@ pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -
     }
 }
 
-/// The unloaded inner radius (m) and layers of a tube whose inner radius and layers `(thickness, material)` are these under a
-/// loading, without springs.
+/// The unloaded inner radius (m) and layers of a tube whose inner radius and layers `(thickness, material)` are these
+/// under a loading, without springs.
 pub fn unload(
     inner_radius: f64,
     layers: &[(f64, Material)],

@@ -23,8 +23,9 @@ const COARSE: [&str; 5] = [
 /// Young's modulus (Pa) and Poisson's ratio of the case.
 const WALL: [f64; 2] = [1e6, 0.3];
 
-/// What was computed over what theory says behind the front, in a wall of this Young's modulus (Pa) and Poisson's ratio: the displacement 20 mm behind the inlet and the inflow, both means
-/// from 6 to 12 ms (or the end), in which the wall rings; the mean number of coupling iterations; and the inflow of the last 4 ms.
+/// What was computed over what theory says behind the front, in a wall of this Young's modulus (Pa) and Poisson's
+/// ratio: the displacement 20 mm behind the inlet and the inflow, both means from 6 to 12 ms (or the end), in which the
+/// wall rings; the mean number of coupling iterations; and the inflow of the last 4 ms.
 fn behind_the_front(wall: [f64; 2], settings: &[&str]) -> [f64; 4] {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -65,8 +66,8 @@ fn history(run: &Path) -> Vec<HashMap<String, f64>> {
     table.deserialize().map(Result::unwrap).collect()
 }
 
-/// The radial displacement (m) of the tube under the pressure at rest, plane strain, and the flow (m³/s) behind a front that has
-/// left this cross-section behind it: in its frame mass and Bernoulli's sum are kept, `A0 U = A1 (U - u)` and
+/// The radial displacement (m) of the tube under the pressure at rest, plane strain, and the flow (m³/s) behind a front
+/// that has left this cross-section behind it: in its frame mass and Bernoulli's sum are kept, `A0 U = A1 (U - u)` and
 /// `p = rho/2 (U² - (U - u)²)`.
 fn exact(wall: [f64; 2]) -> (f64, f64) {
     let [mu, kappa] = parameters(wall);
@@ -109,8 +110,8 @@ fn a_front_widens_the_tube_as_its_pressure_does_at_rest() {
     check(WALL, &settings, [1.0014, 0.9705, 5.76, 0.9705]);
 }
 
-/// Until the front has come back from the outlet as suction and starts anew. What was rough in the blood that enters used to grow:
-/// at 18 ms the inflow ran away.
+/// Until the front has come back from the outlet as suction and starts anew. What was rough in the blood that enters
+/// used to grow: at 18 ms the inflow ran away.
 #[test]
 fn with_the_native_fluid_too_and_it_stays_calm() {
     let native = ["fluid.solver=native", "time.end_s=0.024"];
@@ -118,8 +119,8 @@ fn with_the_native_fluid_too_and_it_stays_calm() {
     check(WALL, &settings, [1.0015, 0.9586, 4.64, 1.6133]);
 }
 
-/// The inflow is that of the theory once the two things are gone that this leaves out: friction, and a wall that moves along itself
-/// because it becomes shorter where it is wide.
+/// The inflow is that of the theory once the two things are gone that this leaves out: friction, and a wall that moves
+/// along itself because it becomes shorter where it is wide.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn without_friction_and_poissons_effect_the_inflow_is_that_of_the_theory() {

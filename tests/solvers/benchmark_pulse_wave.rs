@@ -32,7 +32,8 @@ fn a_pulse_comes_back_from_a_closed_end_where_its_pressure_doubles() {
     let pressure = rows.iter().map(|row| row["p_out_Pa"]).fold(0.0, f64::max);
     let leaves = rows.iter().map(|row| row["Q_out_m3_s"].abs());
     println!("{speed} m/s, {ratio} of the height, {pressure} Pa at the end");
-    // 3.873 m/s, the height that it had, and twice 100 Pa; measured 3.837, 0.9906, 197.4, and with half the step 3.900, 0.9998, 199.5.
+    // 3.873 m/s, the height that it had, and twice 100 Pa; measured 3.837, 0.9906, 197.4, and with half the step 3.900,
+    // 0.9998, 199.5.
     assert!((speed - 3.837).abs() < 4e-3, "{speed}");
     assert!((ratio - 0.9906).abs() < 2e-3, "{ratio}");
     assert!((pressure - 197.37).abs() < 0.3, "{pressure}");

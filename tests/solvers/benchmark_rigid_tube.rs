@@ -120,8 +120,8 @@ impl RigidTube {
     }
 }
 
-/// Errors of the steady state with their signs: of the pressure drop `8 mu L Q / (pi r⁴)`, and of the mean wall shear stress
-/// `r dp / (2 L)`.
+/// Errors of the steady state with their signs: of the pressure drop `8 mu L Q / (pi r⁴)`, and of the mean wall shear
+/// stress `r dp / (2 L)`.
 fn poiseuille_errors(core: usize, radial: usize) -> [f64; 2] {
     let mesh = [("fluid.mesh.core", core), ("fluid.mesh.radial", radial)];
     let case = load("poiseuille", &mesh);
@@ -151,8 +151,8 @@ fn poiseuille_errors(core: usize, radial: usize) -> [f64; 2] {
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn steady_flow_is_poiseuilles() {
-    // The benchmark's own mesh, and those of the presets `paper`, `coarse` and `demo`. The shear is too low for the drop, since a
-    // polygon has a longer side than the circle of its area.
+    // The benchmark's own mesh, and those of the presets `paper`, `coarse` and `demo`. The shear is too low for the
+    // drop, since a polygon has a longer side than the circle of its area.
     let meshes = [(12, 8), (8, 5), (5, 4), (4, 4)];
     let found = meshes.map(|(core, radial)| poiseuille_errors(core, radial));
     println!("{found:?}");
@@ -168,8 +168,8 @@ fn steady_flow_is_poiseuilles() {
     }
 }
 
-/// Errors of the steady state with blood of this viscosity (Pa s, by the rate of shear), with their signs: of the flow for the pressure
-/// drop, and of the mean wall shear stress `r dp / (2 L)`.
+/// Errors of the steady state with blood of this viscosity (Pa s, by the rate of shear), with their signs: of the flow
+/// for the pressure drop, and of the mean wall shear stress `r dp / (2 L)`.
 fn shear_thinning_errors(
     case: &Case,
     change: fn(&Path),
@@ -213,8 +213,8 @@ fn shear_thinning_errors(
     [last.inflow() / flow - 1.0, found / shear - 1.0]
 }
 
-/// Blood of Bird and Carreau, chosen in the templates: the viscosity follows the rate of shear, in the flow as in the load
-/// on the wall.
+/// Blood of Bird and Carreau, chosen in the templates: the viscosity follows the rate of shear, in the flow as in the
+/// load on the wall.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn steady_flow_of_shear_thinning_blood_is_that_of_the_generalized_newtonian_tube() {

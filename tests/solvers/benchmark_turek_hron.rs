@@ -1,4 +1,5 @@
-//! Turek and Hron's benchmark in its cheapest forms, whose solutions are steady: see openfoam-case/turek-hron/README.md.
+//! Turek and Hron's benchmark in its cheapest forms, whose solutions are steady: see
+//! openfoam-case/turek-hron/README.md.
 
 use crate::benchmark_support::{probes, run};
 use std::path::Path;
@@ -34,8 +35,8 @@ fn fsi1_bends_the_flag_as_published() {
     let [_, ux, uy, uz] = *probes(&out)[0].last().unwrap();
     let [drag, lift] = force(&out).map(|newtons| newtons / 0.01);
     println!("tip {ux} m, {uy} m, drag {drag} N/m, lift {lift} N/m");
-    // Published, and by how much these cells of 5 mm miss it. The vertical displacement, a small difference of large forces,
-    // converges slowest: -5.6 % with 4 mm, second order.
+    // Published, and by how much these cells of 5 mm miss it. The vertical displacement, a small difference of large
+    // forces, converges slowest: -5.6 % with 4 mm, second order.
     for (name, found, published, measured) in [
         ("ux", ux, 0.0227e-3, 0.017),
         ("uy", uy, 0.8209e-3, -0.088),

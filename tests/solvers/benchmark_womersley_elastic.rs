@@ -26,8 +26,8 @@ fn a_hundred_steps_a_period() {
     check(0.005, &["time.step_s=0.005"], [0.00029, -0.00331]);
 }
 
-/// Two periods with sixteen and with 32 steps each, on a coarse mesh of OpenFOAM's: what the scheme and the step do to the wave is
-/// what they do to Womersley's, and the mesh's own error stays the same.
+/// Two periods with sixteen and with 32 steps each, on a coarse mesh of OpenFOAM's: what the scheme and the step do to
+/// the wave is what they do to Womersley's, and the mesh's own error stays the same.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn waves_with_openfoam_have_the_error_of_the_time_scheme() {
@@ -61,7 +61,8 @@ fn waves_with_openfoam_have_the_error_of_the_time_scheme() {
     }
 }
 
-/// Cells for the blood and elements for the wall that take seconds; correctors until nothing but the mesh and the step matter.
+/// Cells for the blood and elements for the wall that take seconds; correctors until nothing but the mesh and the step
+/// matter.
 const COARSE_CELLS: [&str; 10] = [
     "time.end_s=1.0",
     "fluid.solver=openfoam",
@@ -135,8 +136,8 @@ fn wave_number(pressures: &[Complex<f64>]) -> Complex<f64> {
     }
 }
 
-/// Womersley (1957) for a tube that does not move along its axis and has no Poisson effect: `γ = s/(c0 √(1 - F10))` for fields like
-/// `exp(s t)`. The wall is as thick as it is: `c0² = E (b² - a²)/(2 ρ (a² + b²))`, from Lamé's solution.
+/// Womersley (1957) for a tube that does not move along its axis and has no Poisson effect: `γ = s/(c0 √(1 - F10))` for
+/// fields like `exp(s t)`. The wall is as thick as it is: `c0² = E (b² - a²)/(2 ρ (a² + b²))`, from Lamé's solution.
 fn womersley(rate: Complex<f64>) -> Complex<f64> {
     let lambda = (-rate * DENSITY / VISCOSITY).sqrt() * INNER;
     let [j0, j1] = bessel(lambda);

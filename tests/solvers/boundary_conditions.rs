@@ -40,7 +40,8 @@ fn run(out: &Path, steps: usize, native: bool, set: &[&str]) -> Vec<[f64; 6]> {
     courses(out)
 }
 
-/// `C dp/dt + p/R = Q` by implicit Euler or, where it is of second order, by BDF2 from the second step on, and `p + R_p Q` at the outlet.
+/// `C dp/dt + p/R = Q` by implicit Euler or, where it is of second order, by BDF2 from the second step on, and `p + R_p
+/// Q` at the outlet.
 fn three_elements(native: bool, second_order: bool, within: f64) {
     let folder = tempfile::tempdir().unwrap();
     let [straight, resumed] = ["straight", "resumed"].map(|name| folder.path().join(name));
@@ -164,7 +165,8 @@ fn pressures(native: bool, within: f64) {
     ];
     let rows = run(&out, 3, native, &set);
     for [t, inflow, _, at_inlet, at_outlet, _] in rows {
-        // Between the first two points of the files, which are a quarter and a half of the beat apart: zero slopes at both.
+        // Between the first two points of the files, which are a quarter and a half of the beat apart: zero slopes at
+        // both.
         let cubic = |s: f64| s * s * (3.0 - 2.0 * s);
         let expected = [
             133.322 * (1.0 + cubic(t / 0.25)),

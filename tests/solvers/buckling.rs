@@ -61,8 +61,8 @@ fn a_tube_that_buckles_is_told_from_one_that_needs_smaller_steps() {
         .unwrap();
     let said = text(&run);
     assert_eq!(run.status.code(), Some(1), "{said}");
-    // The tangent is looked at every 20 steps. Without imperfection the wall stands by itself up to 6.2 kPa; the second look is
-    // under 13.40 kPa, and what it finds is told once.
+    // The tangent is looked at every 20 steps. Without imperfection the wall stands by itself up to 6.2 kPa; the second
+    // look is under 13.40 kPa, and what it finds is told once.
     let warnings: Vec<&str> = said.split("under a mean pressure of ").skip(1).collect();
     let [warning] = warnings[..] else {
         panic!("{said}")
@@ -86,7 +86,8 @@ fn a_tube_that_buckles_is_told_from_one_that_needs_smaller_steps() {
     for advice in ["take smaller steps", "try a smaller"] {
         assert!(!last.contains(advice), "{last}");
     }
-    // Measured 15.5 mm at x = 22.9 to 27.1 mm, where the mesh gives way; blended it follows the wall further. A motion that runs away ends somewhere, but in the middle and far out.
+    // Measured 15.5 mm at x = 22.9 to 27.1 mm, where the mesh gives way; blended it follows the wall further. A motion
+    // that runs away ends somewhere, but in the middle and far out.
     let number = |before: &str, after: &str| -> f64 {
         let found = last
             .split(before)

@@ -189,8 +189,8 @@ fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
     );
 }
 
-/// The smooth artery at 107 mmHg, where its fibres carry the load: filled from the windkessel within a ramp of 0.1 s, then
-/// compared with the boundary value problem of the radius in plane strain.
+/// The smooth artery at 107 mmHg, where its fibres carry the load: filled from the windkessel within a ramp of 0.1 s,
+/// then compared with the boundary value problem of the radius in plane strain.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
@@ -242,8 +242,8 @@ fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
     assert!((4.0..6.0).contains(&iterations), "{iterations}");
 }
 
-/// With tolerances so tight that the order of the sums in the linear solvers no longer matters (measured: 2e-8), and not tighter:
-/// displacements of 7 µm, as in the first step, have a round-off of 1e-13 m.
+/// With tolerances so tight that the order of the sums in the linear solvers no longer matters (measured: 2e-8), and
+/// not tighter: displacements of 7 µm, as in the first step, have a round-off of 1e-13 m.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn one_and_two_ranks_and_both_transports_agree() {

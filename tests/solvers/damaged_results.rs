@@ -1,5 +1,5 @@
-//! Results that were damaged, lost, or asked for beyond what was computed: refused with their place, and nothing that is
-//! good is replaced.
+//! Results that were damaged, lost, or asked for beyond what was computed: refused with their place, and nothing that
+//! is good is replaced.
 
 use crate::run_support::*;
 use fsi_driver::output::wall_history::{WallHistory, WallHistoryReader};

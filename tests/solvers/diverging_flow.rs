@@ -90,8 +90,8 @@ fn templates(folder: &Path, consistent: &str) -> String {
     format!("fluid.templates={}", folder.display())
 }
 
-/// It ended "complete" with 6e29 Pa. The pressures are those of 60 correctors and a residual of 1e-5, from which three correctors
-/// differ by 2.0 and 0.95 %.
+/// It ended "complete" with 6e29 Pa. The pressures are those of 60 correctors and a residual of 1e-5, from which three
+/// correctors differ by 2.0 and 0.95 %.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_stenosis_on_a_fine_mesh_converges_with_the_built_in_templates() {
@@ -117,7 +117,8 @@ fn a_stenosis_on_a_fine_mesh_converges_with_the_built_in_templates() {
     }
 }
 
-/// With the usual pressure correction, which does not converge here: the steps are repeated until they are short enough.
+/// With the usual pressure correction, which does not converge here: the steps are repeated until they are short
+/// enough.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn dictionaries_that_do_not_converge_get_shorter_steps_or_a_sentence() {

@@ -36,7 +36,8 @@ fn a_step_that_is_halved_after_a_trial_counts_as_a_short_one_in_the_next() {
     }
 }
 
-/// Sum over the faces of the viscous traction along a wall that slides to and fro along itself as `1 - cos(2πt/T)`, at t = T/8.
+/// Sum over the faces of the viscous traction along a wall that slides to and fro along itself as `1 - cos(2πt/T)`, at
+/// t = T/8.
 fn friction(step_of: usize, condition: &str) -> f64 {
     let period = 0.08;
     let channel = Channel::new(true);

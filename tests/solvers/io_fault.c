@@ -2,14 +2,14 @@
  *
  *     io_fault REPORT FOLDERS WHOSE KIND K COMMAND...
  *
- * Counted are the system calls of one KIND (open, read, write, sync, rename, folder, stat) on files below one of the FOLDERS
- * (separated by colons), of the COMMAND's own program (WHOSE: driver) or of all others that it starts (solver). The K-th fails
- * with "no space left on device", or "input/output error" where nothing is written; with K = 0 none does. REPORT gets a line for
- * each call that was counted, or for the one that failed, and one for what the command left: `left a process`, `took too long`.
- * The exit code is the command's.
+ * It counts the system calls of one KIND (open, read, write, sync, rename, folder, stat) on files below one of the
+ * FOLDERS (separated by colons), of the COMMAND's own program (WHOSE: driver) or of all others that it starts (solver).
+ * The K-th fails with "no space left on device", or "input/output error" where nothing is written; with K = 0 none
+ * does. REPORT gets a line for each counted call, or for the one that failed, and one for what the command left: `left
+ * a process`, `took too long`. The exit code is the command's.
  *
- * System calls are stopped by seccomp and changed by ptrace: replaced functions of the C library (LD_PRELOAD) would see neither
- * the renames of rustix, which calls the kernel itself, nor what the C library's own streams do.
+ * seccomp stops the system calls and ptrace changes them: replaced functions of the C library (LD_PRELOAD) would see
+ * neither the renames of rustix, which calls the kernel itself, nor what the C library's own streams do.
  */
 
 #define _GNU_SOURCE

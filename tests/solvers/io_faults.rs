@@ -1,6 +1,6 @@
-//! Each call by which driver or solver uses a file fails once, as on a full disk or a broken one (`io_fault.c`): either the run
-//! is none the worse for it, or it ends with a sentence that names the file, leaves no process behind, and goes on by
-//! `--resume` to the results of a run that nothing has hindered, to the last digit.
+//! Each call by which driver or solver uses a file fails once, as on a full disk or a broken one (`io_fault.c`): either
+//! the run is none the worse for it, or it ends with a sentence that names the file, leaves no process behind, and goes
+//! on by `--resume` to the results of a run that nothing has hindered, to the last digit.
 //!
 //! The whole campaign, `cargo test --release --test solvers io_faults -- --ignored`, fails every call.
 
@@ -124,7 +124,8 @@ impl Bench {
         for table in ["probes.csv", "fluid-probes.csv"] {
             assert_eq!(rows(&out.join(table)), rows(&straight.join(table)));
         }
-        // Each start of OpenFOAM has a folder of its own for its probes; nobody reads the state of its function objects.
+        // Each start of OpenFOAM has a folder of its own for its probes; nobody reads the state of its function
+        // objects.
         let is_result = |name: &PathBuf| {
             let name = name.to_string_lossy();
             !name.contains("openfoam/postProcessing") && !name.contains("functionObject")
@@ -166,7 +167,8 @@ impl Bench {
         how
     }
 
-    /// Fails those of the calls that are `chosen` by their number among all of their kind, from 0, and their name and file.
+    /// Fails those of the calls that are `chosen` by their number among all of their kind, from 0, and their name and
+    /// file.
     fn campaign(&self, whose: &str, kinds: &[&str], chosen: &dyn Fn(usize, &str) -> bool) {
         let (mut wrong, mut before) = (Vec::new(), 0);
         for kind in kinds {

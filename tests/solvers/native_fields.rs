@@ -1,4 +1,5 @@
-//! The flow of the driver's own solver in the whole lumen: files for ParaView, and what the page of a run makes of them.
+//! The flow of the driver's own solver in the whole lumen: files for ParaView, and what the page of a run makes of
+//! them.
 
 use crate::run_support::*;
 use fsi_driver::output::vtu::Series;
@@ -62,8 +63,8 @@ fn cells(path: &Path) -> Cells {
     }
 }
 
-/// Where VTK has the point (i, j, n) of a Lagrange hexahedron of the degree n: `vtkLagrangeHexahedron::PointIndexFromIJK` of
-/// VTK 9.0, for the upper side.
+/// Where VTK has the point (i, j, n) of a Lagrange hexahedron of the degree n:
+/// `vtkLagrangeHexahedron::PointIndexFromIJK` of VTK 9.0, for the upper side.
 fn on_the_upper_side(i: usize, j: usize) -> usize {
     let n = DEGREE;
     let (edge_i, edge_j) = (i == 0 || i == n, j == 0 || j == n);
@@ -168,7 +169,8 @@ fn files_for_paraview_hold_the_flow_of_the_history_and_the_page_shows_it() {
             pressure / value(row, "p_out_Pa") - 1.0,
         ];
         assert!((errors[0] + 1.876e-4).abs() < 1e-6, "area: {errors:?}");
-        // What the end sweeps does not count as outflow: 1.5e-9, for its rim is clamped to the accuracy of the points' places.
+        // What the end sweeps does not count as outflow: 1.5e-9, for its rim is clamped to the accuracy of the points'
+        // places.
         assert!(errors[1].abs() < 4e-9, "flow: {errors:?}");
         // That of the outlet is what the model behind it prescribes, on the mean: 1.6e-3, 3e-5 and 5e-4 off, measured.
         assert!(errors[2].abs() < 2e-3, "pressure: {errors:?}");

@@ -90,8 +90,8 @@ fn both_solvers_give_the_same_flow_up_to_the_error_of_openfoams_mesh() {
         regions_have_the_volume_of_the_whole(run);
     }
     let [native, openfoam] = [native, openfoam].map(|run| history(&run).pop().unwrap());
-    // A wall of sixteen facets that enclose what the round one does. All three are measured: the inlet's is that of the first steps,
-    // whose layers at the wall are thinner than a cell.
+    // A wall of sixteen facets that enclose what the round one does. All three are measured: the inlet's is that of the
+    // first steps, whose layers at the wall are thinner than a cell.
     let expected = [
         ("volume", native.volume / openfoam.volume, 1.0001, 5e-5),
         ("outflow", native.outflow / openfoam.outflow, 1.0046, 1e-3),

@@ -76,8 +76,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     apart.fold(0.0, f64::max) / size
 }
 
-/// The elastic tube from OpenFOAM's side, beside the one that the driver makes, on meshes with as many faces: the pulse on its way
-/// past the first quarter of the tube.
+/// The elastic tube from OpenFOAM's side, beside the one that the driver makes, on meshes with as many faces: the pulse
+/// on its way past the first quarter of the tube.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_tube_of_an_openfoam_case_is_the_built_in_one() {
@@ -100,8 +100,8 @@ fn the_tube_of_an_openfoam_case_is_the_built_in_one() {
     };
     let widening = difference(&motion(&own, 1), &motion(&built_in, 2));
     println!("flow {flow:.2e}, widening {widening:.2e}");
-    // Measured: 2.05e-2 and 9.80e-3; the elements of the walls are not the same, 24 sides within the wall enclose 1.1 % less than
-    // the built-in ones, and here each element gets the force of its faces (pointwise: 1.37e-2 and 6.6e-3).
+    // Measured: 2.05e-2 and 9.80e-3; the elements of the walls are not the same, 24 sides within the wall enclose 1.1 %
+    // less than the built-in ones, and here each element gets the force of its faces (pointwise: 1.37e-2 and 6.6e-3).
     assert!((1.9e-2..2.2e-2).contains(&flow) && (9e-3..1.05e-2).contains(&widening));
     // The case's own function object saw every step, and only these.
     let flow = own.join("openfoam/postProcessing/flow/0/surfaceFieldValue.dat");
@@ -416,7 +416,8 @@ fn a_flap_from_gmsh_bends_in_the_flow() {
     assert!(across.iter().all(|u| u.abs() < 1e-9), "{across:?}");
 }
 
-/// Parts of the wall by box and by patch, and the whole: their volumes, what the tables say of them, pages and comparisons.
+/// Parts of the wall by box and by patch, and the whole: their volumes, what the tables say of them, pages and
+/// comparisons.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn regions_are_boxes_patches_or_the_whole_and_pages_show_them() {
@@ -709,7 +710,8 @@ fn motion(case: &Path, widening: f64, factors: &str) -> f64 {
     mesh.volume()
 }
 
-/// The whole tube widens, its ends with it: volume, flow and displacement are known, and the run goes on from where it was stopped.
+/// The whole tube widens, its ends with it: volume, flow and displacement are known, and the run goes on from where it
+/// was stopped.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_prescribed_motion_moves_the_mesh_exactly_so() {

@@ -1,4 +1,5 @@
-//! Fluid solvers of the user's own, in processes that speak the protocol: the clients of `examples/` and what can go wrong.
+//! Fluid solvers of the user's own, in processes that speak the protocol: the clients of `examples/` and what can go
+//! wrong.
 
 use crate::python_reader::python;
 use crate::run_support::*;
@@ -96,8 +97,8 @@ fn a_fluid_in_python_agrees_with_openfoam_and_goes_on_after_a_restart() {
         let [own, openfoam] = [&straight, &openfoam].map(|run| column(run, name).pop().unwrap());
         own / openfoam
     };
-    // Measured: 0.97427 from the beginning (its sixteen sides lie within the round lumen, whose section is 2.6 % larger), 1 - 4e-6,
-    // 0.9531 (without the rigid part upstream).
+    // Measured: 0.97427 from the beginning (its sixteen sides lie within the round lumen, whose section is 2.6 %
+    // larger), 1 - 4e-6, 0.9531 (without the rigid part upstream).
     let (volume, outlet, inlet) = (
         ratio("lumen_volume_m3"),
         ratio("p_out_Pa"),
@@ -114,7 +115,8 @@ fn the_clients_in_python_and_in_c_give_the_same_history() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let [one, other] = ["python", "c"].map(|name| folder.path().join(name));
-    // What the two clients differ by must not be drowned by where iterations end, nor the load by the round-off of the wall's forces.
+    // What the two clients differ by must not be drowned by where iterations end, nor the load by the round-off of the
+    // wall's forces.
     let tight = [
         "--set",
         "inflow.amplitude_m3_s=0",

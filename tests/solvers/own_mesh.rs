@@ -1,4 +1,5 @@
-//! Meshes and dictionaries of the user's own as others write them: one cell deep, renumbered, with files that include others.
+//! Meshes and dictionaries of the user's own as others write them: one cell deep, renumbered, with files that include
+//! others.
 
 use crate::run_support::*;
 use std::fs;
@@ -53,7 +54,8 @@ fn column(run: &Path, table: &str, name: &str) -> Vec<f64> {
     rows.collect()
 }
 
-/// A channel in two dimensions, one cell deep, over an elastic plate: that the cells are 20 times as deep as long makes no difference.
+/// A channel in two dimensions, one cell deep, over an elastic plate: that the cells are 20 times as deep as long makes
+/// no difference.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn how_deep_the_cells_of_a_plane_case_are_makes_no_difference() {

@@ -94,8 +94,9 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
         let mean = number(step, "Q_in_m3_s") / (std::f64::consts::PI * 16e-6);
         let ratio = number(&probes[0], "ux_m_s") / mean;
         assert!((1.0..1.3).contains(&ratio), "{ratio}");
-        // 7.5 mm before the outlet, through which blood enters at first: measured 0.46 to 0.76 of its pressure, the rest accelerates
-        // the blood that the ramp presses in from there, and 0.63 to 0.91 of its velocity, the rest has widened the wall.
+        // 7.5 mm before the outlet, through which blood enters at first: measured 0.46 to 0.76 of its pressure, the
+        // rest accelerates the blood that the ramp presses in from there, and 0.63 to 0.91 of its velocity, the rest
+        // has widened the wall.
         let [near, outlet] = [number(&probes[1], "p_Pa"), number(step, "p_out_Pa")];
         assert!(
             (0.44..0.78).contains(&(near / outlet)),

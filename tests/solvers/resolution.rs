@@ -81,7 +81,8 @@ fn a_run_that_is_driven_by_pulses_says_nothing_of_steadiness() {
     assert!(!said.contains("steady"), "{said}");
 }
 
-/// The axisymmetric solution of others on 227 x 22 elements, whose mesh error is 0.2 %: places on the axis (m) and velocities (m/s).
+/// The axisymmetric solution of others on 227 x 22 elements, whose mesh error is 0.2 %: places on the axis (m) and
+/// velocities (m/s).
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 #[test]
 fn the_fda_nozzle_on_a_wedge_meets_the_axisymmetric_solution() {

@@ -64,8 +64,8 @@ fn distal(t: f64, resistance: f64, compliance: f64) -> f64 {
     at(t) - at(0.0) * (-t / tau).exp()
 }
 
-/// Largest errors of the pressure at the outlet, `p + R_p Q`, and of that of the windkessel, relative to the largest; at the times of the
-/// coarsest step.
+/// Largest errors of the pressure at the outlet, `p + R_p Q`, and of that of the windkessel, relative to the largest;
+/// at the times of the coarsest step.
 fn windkessel_errors(folder: &Path, scheme: &str, step: f64, more: &[&str]) -> Vec<[f64; 2]> {
     let (resistance, compliance, proximal) = (4.0e9, 5.0e-11, 1.0e9);
     let case = tube(
@@ -141,7 +141,8 @@ fn a_windkessel_of_three_elements_is_its_differential_equation() {
     assert!((5e-7..1e-6).contains(&found), "{found:e}");
 }
 
-/// OpenFOAM's pressure follows the flux from corrector to corrector; with enough of them only the time scheme's error is left.
+/// OpenFOAM's pressure follows the flux from corrector to corrector; with enough of them only the time scheme's error
+/// is left.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_windkessel_has_the_order_of_the_time_scheme_with_openfoam() {
@@ -199,8 +200,9 @@ fn driving_pressure(t: f64, period: f64) -> f64 {
     LENGTH * mean * (8.0 * VISCOSITY / (RADIUS * RADIUS) - inertia.re)
 }
 
-/// Largest differences in the last of some beats from Womersley's velocity, relative to the largest one: in the cross-sections half a radius
-/// behind the inlet, in the middle, and half a radius before the outlet. `inlet` are lines of the case.
+/// Largest differences in the last of some beats from Womersley's velocity, relative to the largest one: in the
+/// cross-sections half a radius behind the inlet, in the middle, and half a radius before the outlet. `inlet` are lines
+/// of the case.
 fn profile_errors(folder: &Path, inlet: &str, beats: u32, more: &[&str]) -> [f64; 3] {
     let period = 0.2;
     let case = tube(
@@ -263,7 +265,8 @@ fn womersleys_profile_is_there_from_the_first_slice_on() {
     assert!(plug[0] > 0.2 && plug[2] > 0.05, "{plug:?}");
 }
 
-/// Under a pressure at the inlet blood enters as it flows farther in, so that its profile is there as well, as in a tube without beginning.
+/// Under a pressure at the inlet blood enters as it flows farther in, so that its profile is there as well, as in a
+/// tube without beginning.
 #[test]
 fn womersleys_profile_enters_under_its_pressure() {
     let folder = tempfile::tempdir().unwrap();
@@ -328,8 +331,8 @@ fn womersleys_profile_is_there_from_the_first_slice_on_with_openfoam() {
     }
 }
 
-/// A bent vessel without any elastic wall is a case like any other: nothing moves, each step takes one iteration, and tables,
-/// checkpoints and the page are there.
+/// A bent vessel without any elastic wall is a case like any other: nothing moves, each step takes one iteration, and
+/// tables, checkpoints and the page are there.
 #[test]
 fn a_rigid_vessel_runs_is_resumed_and_reported() {
     let folder = tempfile::tempdir().unwrap();

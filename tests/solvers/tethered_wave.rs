@@ -1,10 +1,11 @@
-//! Pulses along an artery that is stretched and under pressure: with a wall that slides along itself, and with one that tissue holds
-//! along its axis.
+//! Pulses along an artery that is stretched and under pressure: with a wall that slides along itself, and with one that
+//! tissue holds along its axis.
 
 use crate::run_support::*;
 use std::path::Path;
 
-/// The artery of the defaults, 120 mm of it, at 100 mmHg and 1.2 times its length, with 2 mmHg more for 10 ms at the inlet.
+/// The artery of the defaults, 120 mm of it, at 100 mmHg and 1.2 times its length, with 2 mmHg more for 10 ms at the
+/// inlet.
 const CASE: &str = r#"
 extends = "defaults"
 [vessel]
@@ -69,7 +70,8 @@ fluid_interval_s = 0.05
 probes_m = [[0.03, 3.2e-3, 0.0], [0.07, 3.2e-3, 0.0]]
 "#;
 
-/// When the pulse passes the probes, s: where the parabola through the largest radial displacement and its neighbours has its peak.
+/// When the pulse passes the probes, s: where the parabola through the largest radial displacement and its neighbours
+/// has its peak.
 fn passes(out: &Path) -> [f64; 2] {
     let mut table = csv::Reader::from_path(out.join("probes.csv")).unwrap();
     let headers = table.headers().unwrap().clone();
@@ -125,8 +127,8 @@ fn tissue_along_the_axis_makes_pulses_as_fast_as_bramwell_and_hill_say() {
             "surroundings.at_rest=loaded",
         ],
     );
-    // A long tube that slides carries them at 5.41 m/s; this one is clamped at both ends, near which it slides less. Held along its
-    // axis: 8.76 m/s. Measured 7.097 and 8.914.
+    // A long tube that slides carries them at 5.41 m/s; this one is clamped at both ends, near which it slides less.
+    // Held along its axis: 8.76 m/s. Measured 7.097 and 8.914.
     assert!((sliding - 7.097).abs() < 0.07, "{sliding}");
     assert!((held - 8.914).abs() < 0.07, "{held}");
     assert!((held / 8.76 - 1.0).abs() < 0.03, "{held}");

@@ -55,8 +55,8 @@ fn driver(arguments: &[&str], folder: &Path) -> Output {
         .unwrap()
 }
 
-/// Poiseuille's parabola as an experiment that is 1 % too high, with a range that holds the exact value at two of three points; and
-/// his wall shear and pressures without an error.
+/// Poiseuille's parabola as an experiment that is 1 % too high, with a range that holds the exact value at two of three
+/// points; and his wall shear and pressures without an error.
 fn experiment() -> String {
     let largest = 2.0 * FLOW / (std::f64::consts::PI * RADIUS * RADIUS);
     let mut text = String::from("series,quantity,x_m,y_m,z_m,value,sd,lowest,highest\n");
@@ -147,7 +147,8 @@ fn a_run_stands_beside_what_was_measured() {
     ] {
         assert!(svg.contains(text), "{text}");
     }
-    // Measured, its lower and upper limit, and the run in the first panel; without limits in the others; and two names in each legend.
+    // Measured, its lower and upper limit, and the run in the first panel; without limits in the others; and two names
+    // in each legend.
     assert_eq!(svg.matches("<polyline").count(), 4 + 2 + 2 + 3 * 2);
 
     // The same table on a page.

@@ -42,8 +42,8 @@ fn the_examples_of_vessels_run_with_either_fluid_and_can_be_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mut shares = Vec::new();
     for (name, expected) in EXAMPLES {
-        // Measured: at most 4e-8 and 5.1e-5. The adapter lets 5e-5 of what goes through the whole boundary be lost, which is
-        // a little more than the rate where parts of the wall move inward.
+        // Measured: at most 4e-8 and 5.1e-5. The adapter lets 5e-5 of what goes through the whole boundary be lost,
+        // which is a little more than the rate where parts of the wall move inward.
         let outflow = [("native", 1e-7), ("openfoam", 5.3e-5)].map(|(fluid, within)| {
             let out = folder.path().join(format!("{name}-{fluid}"));
             complete(example(name, &out, &["--fluid", fluid]));
@@ -158,8 +158,9 @@ fn a_straight_vessel_by_pieces_a_file_an_arc_or_its_own_surface_has_the_same_his
         )
     };
     let exact = history(&line);
-    // The arc leaves the axis by 4.5e-10 m; of 180 flat sides of 3 mm every second ray meets a corner, and the others the middle, 0.46 µm, 1.5e-4
-    // of the radius, within the circle. Measured with the arc: 8e-6, 3e-6, 2e-10, 2e-5; with the surface: 4.8e-6, 1.2e-6, 4.0e-6, 8.1e-6. All have the same meshes.
+    // The arc leaves the axis by 4.5e-10 m; of 180 flat sides of 3 mm every second ray meets a corner, and the others
+    // the middle, 0.46 µm, 1.5e-4 of the radius, within the circle. Measured with the arc: 8e-6, 3e-6, 2e-10, 2e-5;
+    // with the surface: 4.8e-6, 1.2e-6, 4.0e-6, 8.1e-6. All have the same meshes.
     for (name, case, within) in [
         ("csv", csv, [1e-5, 1e-5, 1e-9, 1e-5]),
         ("arc", arc, [3e-5, 2e-5, 1e-9, 6e-5]),

@@ -143,7 +143,8 @@ fn a_wall_in_tissue_that_rests_in_its_given_shape_stays_there_and_is_resumed_exa
     assert!(moved[0] > 1e-5, "{moved:?}");
 }
 
-/// Displacement of a point of the outlet's rim along the vessel and across after four steps, with what moves freely there.
+/// Displacement of a point of the outlet's rim along the vessel and across after four steps, with what moves freely
+/// there.
 fn outlet_rim(out: &Path, end: &str, fluid: &[&str]) -> [f64; 2] {
     let probe = "output.probes_m=[[0.06, 3.2e-3, 0.0]]";
     let outlet = format!("ends.outlet={end}");

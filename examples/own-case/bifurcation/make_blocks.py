@@ -42,8 +42,8 @@ DISCS = {
     "middle": ((0.0, 0.0, 1.0), CROTCH, (1.0, 0.0, 0.0)),
 }
 WIDTH = 0.5 * (PARENT + DAUGHTER)
-# Tubes: axis away from the middle, radius, length, half discs with the sense of their normals into the tube and the direction of
-# that half at the tube's end.
+# Tubes: axis away from the middle, radius, length, half discs with the sense of their normals into the tube and the
+# direction of that half at the tube's end.
 TUBES = {
     "inlet": (
         (0.0, 0.0, -1.0),

@@ -73,8 +73,8 @@ impl VesselDescription {
         self.smoothing.unwrap_or(1e-9)
     }
 
-    /// Reads the file of the centre-line, if the case names one, and smooths the line, if it is to be: points and radii then
-    /// stand in it.
+    /// Reads the file of the centre-line, if the case names one, and smooths the line, if it is to be: points and radii
+    /// then stand in it.
     ///
     /// # Errors
     /// The key to blame, and what is wrong.

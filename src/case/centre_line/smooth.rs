@@ -3,13 +3,13 @@
 use super::CentreLine;
 use crate::interpolation::{MonotoneCubic, SmoothingSpline};
 
-/// A smooth line has so many points along the length whose waves are halved, along the least radius of a bend, and along the
-/// narrowest radius of the lumen.
+/// A smooth line has so many points along the length whose waves are halved, along the least radius of a bend, and
+/// along the narrowest radius of the lumen.
 const POINTS_OF_A_WAVE: f64 = 4.0;
 const POINTS_OF_A_BEND: f64 = 4.0;
 const POINTS_OF_A_RADIUS: f64 = 6.0;
-/// Where a line bends too sharply it is smoothed by so much more in a round, at most so often, and within so many of the least
-/// radii around.
+/// Where a line bends too sharply it is smoothed by so much more in a round, at most so often, and within so many of
+/// the least radii around.
 const MORE: f64 = 1.06;
 const ROUNDS: usize = 150;
 const AROUND: f64 = 2.0;
@@ -29,9 +29,9 @@ impl CentreLine {
         places
     }
 
-    /// The smoothing spline in the length of the polygon: waves of the path of the length `halved` keep half of their height, and
-    /// where it bends with less than the radius `least_bend` it is smoothed as much more as it takes. Radii change by their own
-    /// scatter at most. Where there are more points than that needs, the line is given by fewer.
+    /// The smoothing spline in the length of the polygon: waves of the path of the length `halved` keep half of their
+    /// height, and where it bends with less than the radius `least_bend` it is smoothed as much more as it takes. Radii
+    /// change by their own scatter at most. Where there are more points than that needs, the line is given by fewer.
     pub(super) fn smooth(&self, halved: f64, least_bend: Option<f64>) -> Self {
         let places = self.places();
         let length = places[places.len() - 1];
@@ -68,8 +68,8 @@ impl CentreLine {
     }
 }
 
-/// The path with waves of the length `halved` halved, and longer ones around the places where it bends with less than the radius
-/// `least`: as little as takes the curvature there below `1/least`.
+/// The path with waves of the length `halved` halved, and longer ones around the places where it bends with less than
+/// the radius `least`: as little as takes the curvature there below `1/least`.
 fn rounded_off(places: &[f64], points: &[[f64; 3]], halved: f64, least: f64) -> SmoothingSpline<3> {
     let mut lengths = vec![halved; places.len()];
     let mut spline = SmoothingSpline::with_lengths(places, points, &lengths);
@@ -100,8 +100,8 @@ fn curvature(spline: &SmoothingSpline<3>, i: usize) -> f64 {
     slope.cross(&bend).norm() / slope.norm().powi(3)
 }
 
-/// Radii whose waves are halved up to a length at which they change by their own scatter, none of them by more than three times
-/// that.
+/// Radii whose waves are halved up to a length at which they change by their own scatter, none of them by more than
+/// three times that.
 fn smooth_radii(places: &[f64], radii: &[f64]) -> Vec<f64> {
     let Some(scatter) = scatter(places, radii).filter(|scatter| *scatter > 0.0) else {
         return radii.to_vec();
@@ -125,8 +125,9 @@ fn smooth_radii(places: &[f64], radii: &[f64]) -> Vec<f64> {
     radii.to_vec()
 }
 
-/// Standard deviation of what scatters in values at ascending places: how far each is from the cubic through the two before and
-/// the two behind it, of which the median counts, so that a narrowing is no scatter. `None` of fewer than eight.
+/// Standard deviation of what scatters in values at ascending places: how far each is from the cubic through the two
+/// before and the two behind it, of which the median counts, so that a narrowing is no scatter. `None` of fewer than
+/// eight.
 fn scatter(places: &[f64], values: &[f64]) -> Option<f64> {
     if values.len() < 8 {
         return None;

@@ -63,7 +63,8 @@ impl LineSurvey {
         Some(median(&places, radii))
     }
 
-    /// Length of the waves (m) to be halved around a lumen of this radius (m): that of a radius, or of several if the points scatter.
+    /// Length of the waves (m) to be halved around a lumen of this radius (m): that of a radius, or of several if the
+    /// points scatter.
     pub fn smoothing(&self, radius: f64) -> f64 {
         let places = self.line.places();
         let points = &self.line.points;

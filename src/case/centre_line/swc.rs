@@ -1,5 +1,5 @@
-//! Trees of points in SWC: rows of `id type x y z radius parent`, where the root has a parent that there is not, -1 or 0. A
-//! branch is the way from the root to an end, by whose number it is called.
+//! Trees of points in SWC: rows of `id type x y z radius parent`, where the root has a parent that there is not, -1
+//! or 0. A branch is the way from the root to an end, by whose number it is called.
 
 use super::file::LineFile;
 use super::{CentreLine, listed};

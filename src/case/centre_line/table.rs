@@ -1,5 +1,5 @@
-//! Tables of points: `x,y,z` or `x,y,z,r`, whatever the columns are called and whatever separates them, as spreadsheets,
-//! ParaView and VMTK (`vmtkcenterlines -ofile line.dat`) write them.
+//! Tables of points: `x,y,z` or `x,y,z,r`, whatever the columns are called and whatever separates them, as
+//! spreadsheets, ParaView and VMTK (`vmtkcenterlines -ofile line.dat`) write them.
 
 use super::file::LineFile;
 use crate::tabular::units::{self, Unit};
@@ -16,7 +16,8 @@ const POSITIONS: [&str; 7] = [
     "position",
     "pos",
 ];
-/// Points of several lines in one table jump back: a step of more than so many usual ones that ends so close to an earlier point.
+/// Points of several lines in one table jump back: a step of more than so many usual ones that ends so close to an
+/// earlier point.
 const JUMP: f64 = 20.0;
 
 /// A width of the lumen and what makes a radius of it.

@@ -1,6 +1,7 @@
-//! Lines in VTK's polydata, as VMTK writes them: each target has a line from its source, and `MaximumInscribedSphereRadius`
-//! says how wide the lumen is; after `vmtkbranchextractor` they are cut into tracts with `CenterlineIds`, `TractIds`,
-//! `GroupIds` and `Blanking`. Lines of two points each, as SimVascular's reduced-order models have them, are a tree (`pairs`).
+//! Lines in VTK's polydata, as VMTK writes them: each target has a line from its source, and
+//! `MaximumInscribedSphereRadius` says how wide the lumen is; after `vmtkbranchextractor` they are cut into tracts with
+//! `CenterlineIds`, `TractIds`, `GroupIds` and `Blanking`. Lines of two points each, as SimVascular's reduced-order
+//! models have them, are a tree (`pairs`).
 
 mod pairs;
 

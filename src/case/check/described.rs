@@ -423,8 +423,8 @@ fn of_yielding_ones(vessel: &BloodVessel, report: &mut Report<'_>) {
     }
 }
 
-/// What is for vessels along the x-axis alone, where the arc length is x: a line from the origin on, with the first elastic
-/// section at its beginning.
+/// What is for vessels along the x-axis alone, where the arc length is x: a line from the origin on, with the first
+/// elastic section at its beginning.
 fn of_straight_ones(vessel: &BloodVessel, keys: &VesselDescription, report: &mut Report<'_>) {
     let is_line = |piece: &CurvePiece| matches!(piece, CurvePiece::Line { .. });
     let pieces = keys.piece.as_deref().unwrap_or_default();

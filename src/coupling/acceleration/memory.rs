@@ -18,15 +18,16 @@ pub struct AccelerationMemory {
 /// What a surrogate was worth so far.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SurrogateRecord {
-    /// What it left of the first change of each of the last steps, newest first: 0 if it was exact, 1 if it was no better than none.
+    /// What it left of the first change of each of the last steps, newest first: 0 if it was exact, 1 if it was no
+    /// better than none.
     pub left: Vec<f64>,
     /// Whether it was dropped.
     pub dropped: bool,
 }
 
 impl AccelerationMemory {
-    /// Whether it was learnt on an interface with `unknowns` components, and holds nothing but finite numbers and residuals
-    /// of length 1.
+    /// Whether it was learnt on an interface with `unknowns` components, and holds nothing but finite numbers and
+    /// residuals of length 1.
     pub fn fits_to(&self, unknowns: usize) -> bool {
         let fits_to = |column: &Column| {
             let vectors = [&column.residual, &column.trial];

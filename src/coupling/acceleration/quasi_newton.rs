@@ -53,8 +53,9 @@ pub trait JacobianModel: Send {
 /// With remembered columns or with a surrogate the first iteration of a step is a quasi-Newton step as well. Without
 /// any column it is `d + relaxation P r`.
 ///
-/// The surrogate is judged by the first change of each step, where it matters most: `|P δr + δd| / |δd|` is 0 if it is exact, and 1 is
-/// what no answer at all would leave. One that usually leaves more, or did so in a step that failed, is dropped.
+/// The surrogate is judged by the first change of each step, where it matters most: `|P δr + δd| / |δd|` is 0 if it is
+/// exact, and 1 is what no answer at all would leave. One that usually leaves more, or did so in a step that failed, is
+/// dropped.
 pub struct QuasiNewton<M> {
     model: M,
     relaxation: f64,

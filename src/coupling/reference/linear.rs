@@ -5,9 +5,9 @@ use crate::coupling::acceleration::Surrogate;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 
-/// `d_tilde = b(t) - A d`, where `A` has the spectrum of an added-mass operator: its eigenvectors are waves, that of the
-/// greatest length has the eigenvalue `added_mass`, the k-th `added_mass/k²`. Plain fixed-point iteration diverges if
-/// `added_mass` is above 1.
+/// `d_tilde = b(t) - A d`, where `A` has the spectrum of an added-mass operator: its eigenvectors are waves, that of
+/// the greatest length has the eigenvalue `added_mass`, the k-th `added_mass/k²`. Plain fixed-point iteration diverges
+/// if `added_mass` is above 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linear {
     added_mass: f64,

@@ -157,8 +157,8 @@ impl Tube {
             .collect()
     }
 
-    /// A surrogate with at most `most` stations and a wall that is stiffer than the right one by the factor `error`. It knows
-    /// nothing of convection.
+    /// A surrogate with at most `most` stations and a wall that is stiffer than the right one by the factor `error`. It
+    /// knows nothing of convection.
     pub fn surrogate_of(&self, most: usize, error: f64) -> TubeSurrogate {
         let fluid = &self.setup.fluid;
         let length = self.setup.cells as f64 * fluid.cell;

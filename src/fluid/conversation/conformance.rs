@@ -1,8 +1,8 @@
 //! Plays the driver to a fluid solver and looks whether it keeps to `of-adapter/PROTOCOL.md`.
 //!
-//! Every check has processes of its own, so that one mistake does not hide the next. The wall is bulged a little, with its
-//! rim held, which is enough to tell the direction of normals, volumes, the conservation of mass, and whether a repeated trial
-//! is the same trial.
+//! Every check has processes of its own, so that one mistake does not hide the next. The wall is bulged a little, with
+//! its rim held, which is enough to tell the direction of normals, volumes, the conservation of mass, and whether a
+//! repeated trial is the same trial.
 
 use super::protocol::{FRAME_SIZE, Kind, ToFluid, message};
 use super::session::Session;

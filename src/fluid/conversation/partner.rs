@@ -1,4 +1,5 @@
-//! A flow solver in a process of its own and the conversation with it: started, waited for, asked, ended, never orphaned.
+//! A flow solver in a process of its own and the conversation with it: started, waited for, asked, ended, never
+//! orphaned.
 
 use super::session::{Session, Terms};
 use super::transport::{Listener, Patience, TransportError};

@@ -92,8 +92,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Hears the fluid's HELLO, compares it with the driver's terms, and answers WELCOME, with the `state` that the fluid is to
-    /// take up (empty: the one that it starts in), or FAILURE.
+    /// Hears the fluid's HELLO, compares it with the driver's terms, and answers WELCOME, with the `state` that the
+    /// fluid is to take up (empty: the one that it starts in), or FAILURE.
     pub fn shake_hands(
         mut transport: Transport,
         terms: &Terms,

@@ -2,8 +2,8 @@
 
 use crate::quadrature::Rule;
 
-/// Lagrange polynomials on Gauss-Lobatto points, for velocity and geometry of degree `N` and pressure of degree `N - 1`,
-/// with the Gauss points at which all integrals but the mass are taken.
+/// Lagrange polynomials on Gauss-Lobatto points, for velocity and geometry of degree `N` and pressure of degree `N -
+/// 1`, with the Gauss points at which all integrals but the mass are taken.
 ///
 /// `3N/2` (rounded up; at least `N + 2`) Gauss points integrate the convective term of a straight-sided element
 /// exactly, so it is not aliased, and volumes and areas of curved ones too.

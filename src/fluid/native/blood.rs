@@ -24,8 +24,8 @@ use crate::numbers::twelve_digits;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Size of the estimated error at which a solution ends, relative to that of the flow and to the change of the displacement
-/// at which the coupling ends: smaller than what the coupling takes for converged.
+/// Size of the estimated error at which a solution ends, relative to that of the flow and to the change of the
+/// displacement at which the coupling ends: smaller than what the coupling takes for converged.
 const TOLERANCE: f64 = 1e-2;
 /// No solution is more accurate than this.
 const MOST_ACCURATE: f64 = 1e-11;
@@ -41,7 +41,8 @@ const INLET: usize = 1;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Memory {
     flow: FlowState,
-    /// Pressure of the windkessel (without one, that behind the outlet) at the end of the last step and of the one before, Pa.
+    /// Pressure of the windkessel (without one, that behind the outlet) at the end of the last step and of the one
+    /// before, Pa.
     windkessel: [f64; 2],
 }
 
@@ -193,9 +194,9 @@ impl NativeFluid {
         Ok([metric.volume, rigid])
     }
 
-    /// Load per area of each face of the displaced interface, Pa. The pressure acts along the normal of the face, not along
-    /// that of the curved part in its middle: a pressure would otherwise pull along the face by the sine of the angle between
-    /// them, and uniform pressures, which hold a wall in equilibrium, would move it.
+    /// Load per area of each face of the displaced interface, Pa. The pressure acts along the normal of the face, not
+    /// along that of the curved part in its middle: a pressure would otherwise pull along the face by the sine of the
+    /// angle between them, and uniform pressures, which hold a wall in equilibrium, would move it.
     fn tractions(&self, displacement: &[Vec3], loads: &[WallLoad]) -> Vec<Vec3> {
         let FluidInterface { points, faces, .. } = self.mesh.interface();
         let at = |i: u32| points[i as usize] + displacement[i as usize];

@@ -1,17 +1,17 @@
-//! How much of the velocity stands in the highest polynomials of the elements: where that is much, the next ones would matter too
-//! (Mavriplis 1989; Willberg's and others' error indicators of spectral elements).
+//! How much of the velocity stands in the highest polynomials of the elements: where that is much, the next ones would
+//! matter too (Mavriplis 1989; Willberg's and others' error indicators of spectral elements).
 
 use super::spectral_elements::SpectralElements;
 use crate::fluid::HighestModes;
 use rayon::prelude::*;
 
-/// Mean squares of the velocity (one component after the other, m/s) in each element: of its Legendre polynomials of the highest
-/// degree along any local axis, and of all of it. In local coordinates, by the nodes' own rule.
+/// Mean squares of the velocity (one component after the other, m/s) in each element: of its Legendre polynomials of
+/// the highest degree along any local axis, and of all of it. In local coordinates, by the nodes' own rule.
 pub fn highest_modes(space: &SpectralElements, velocity: &[f64]) -> Vec<HighestModes> {
     let rule = &space.basis.nodes;
     let (n, degree) = (rule.len(), space.basis.degree());
-    // The coefficient of the highest polynomial on a line is the sum of these times the nodal values: the nodes' rule takes its square
-    // to be 2/N, where it is 2/(2N + 1).
+    // The coefficient of the highest polynomial on a line is the sum of these times the nodal values: the nodes' rule
+    // takes its square to be 2/N, where it is 2/(2N + 1).
     let onto: Vec<f64> = (rule.points.iter().zip(&rule.weights))
         .map(|(&x, w)| 0.5 * degree as f64 * w * legendre(degree, x))
         .collect();

@@ -1,5 +1,5 @@
-//! What is prescribed where the blood enters and leaves: flow with a profile or pressure at the inlet; a windkessel, a resistance
-//! or a pressure at the outlet.
+//! What is prescribed where the blood enters and leaves: flow with a profile or pressure at the inlet; a windkessel, a
+//! resistance or a pressure at the outlet.
 
 use super::FlowError;
 use super::spectral_elements::SpectralElements;
@@ -19,8 +19,8 @@ pub enum NativeInlet {
     Pressure(PressureCurve),
 }
 
-/// A prescribed flow. Fields hold a velocity into the vessel on the inlet, one component after the other, zero elsewhere and on
-/// its rim.
+/// A prescribed flow. Fields hold a velocity into the vessel on the inlet, one component after the other, zero
+/// elsewhere and on its rim.
 pub struct FlowInlet {
     curve: FlowCurve,
     velocity: InletVelocity,
@@ -118,16 +118,17 @@ impl FlowInlet {
     }
 }
 
-/// What the blood finds at the outlet: `p + R_p Q` with the pressure `p` of the windkessel `C dp/dt + p/R = Q`, or with a
-/// prescribed one.
+/// What the blood finds at the outlet: `p + R_p Q` with the pressure `p` of the windkessel `C dp/dt + p/R = Q`, or with
+/// a prescribed one.
 pub struct NativeOutlet {
     elements: OutletElements,
     pressure: PressureCurve,
 }
 
 impl NativeOutlet {
-    /// Pressure behind the proximal resistance at the end of a step that ends at the time `t` (s): a constant (Pa), and a part
-    /// for each unit of outflow (Pa s/m³). `last` are the pressures at the ends of the last step and of the one before.
+    /// Pressure behind the proximal resistance at the end of a step that ends at the time `t` (s): a constant (Pa), and
+    /// a part for each unit of outflow (Pa s/m³). `last` are the pressures at the ends of the last step and of the one
+    /// before.
     pub fn behind(&self, t: f64, w: Weights, last: [f64; 2]) -> [f64; 2] {
         let Some((resistance, compliance)) = self.elements.distal else {
             return [self.pressure.pressure(t), 0.0];
@@ -151,7 +152,8 @@ pub struct Ends {
     /// The outlet.
     pub outlet: NativeOutlet,
     ramp: Ramp,
-    /// Whether the pressures are ramped from zero as the inflow is; if not, from that of the equilibrium (Pa) at the start.
+    /// Whether the pressures are ramped from zero as the inflow is; if not, from that of the equilibrium (Pa) at the
+    /// start.
     equilibrium: Option<f64>,
 }
 

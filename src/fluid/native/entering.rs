@@ -23,11 +23,12 @@ pub struct OpenEnd {
 /// What the fluid brings that enters at an open end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Entering {
-    /// No energy: it comes from a place at rest, whose pressure the prescribed one is then (directional do-nothing condition:
-    /// Braack and Mucha 2014).
+    /// No energy: it comes from a place at rest, whose pressure the prescribed one is then (directional do-nothing
+    /// condition: Braack and Mucha 2014).
     NoEnergy,
-    /// The velocity along the normal that it has behind the first elements, as if the vessel went on in front of the end, and across
-    /// it that of the end itself. The prescribed pressure is the static one, and nothing grows: see [`along_normal`].
+    /// The velocity along the normal that it has behind the first elements, as if the vessel went on in front of the
+    /// end, and across it that of the end itself. The prescribed pressure is the static one, and nothing grows: see
+    /// [`along_normal`].
     AlongNormal,
 }
 
@@ -55,7 +56,8 @@ pub struct Moving<'a> {
 }
 
 impl OpenEnd {
-    /// Where fluid enters through the end, whose nodes' shares of the area point out of the fluid (`flux`, m²), and what it brings.
+    /// Where fluid enters through the end, whose nodes' shares of the area point out of the fluid (`flux`, m²), and
+    /// what it brings.
     pub fn entries(
         &self,
         space: &SpectralElements,
@@ -81,14 +83,15 @@ impl OpenEnd {
     }
 }
 
-/// Gives entries the velocity `w + (ū + f - f̄) n`: **w** is that of the end, `f` the velocity along its normal **n** behind the first
-/// elements, and the bar a mean over what enters.
+/// Gives entries the velocity `w + (ū + f - f̄) n`: **w** is that of the end, `f` the velocity along its normal **n**
+/// behind the first elements, and the bar a mean over what enters.
 ///
-/// With the velocity `u` of the fluid at the node itself in place of `ū + f - f̄` the equations would say nothing of what enters. What is
-/// rough in it then grows, as fast as the fluid passes an element, where viscosity does not stop it. With that from behind the elements,
-/// what grows differs from what is brought, and the pressure resists it. `f` is smooth, the polynomial nearest to the velocity over
-/// the cross-section: with all that is found there what is rough would come back through the elements as strong as it was. What flows
-/// as it would in a long tube is brought as it is. The means leave the force of the prescribed pressure on the end as it is.
+/// With the velocity `u` of the fluid at the node itself in place of `ū + f - f̄` the equations would say nothing of
+/// what enters. What is rough in it then grows, as fast as the fluid passes an element, where viscosity does not stop
+/// it. With that from behind the elements, what grows differs from what is brought, and the pressure resists it. `f` is
+/// smooth, the polynomial nearest to the velocity over the cross-section: with all that is found there what is rough
+/// would come back through the elements as strong as it was. What flows as it would in a long tube is brought as it is.
+/// The means leave the force of the prescribed pressure on the end as it is.
 fn along_normal(
     space: &SpectralElements,
     faces: &[Face],

@@ -8,8 +8,8 @@ use crate::Vec3;
 use crate::fluid::FluidField;
 use crate::fluid::field::equally_spaced;
 
-/// The newest fields of a state: the same polynomials, known by their values at other points. Elements that meet have the
-/// same values where they do.
+/// The newest fields of a state: the same polynomials, known by their values at other points. Elements that meet have
+/// the same values where they do.
 pub fn field(space: &SpectralElements, state: &FlowState) -> FluidField {
     let degree = space.basis.degree();
     let places = equally_spaced(degree);

@@ -1,7 +1,7 @@
 //! A time step of the incompressible Navier-Stokes equations on a moving mesh.
 //!
-//! In ALE form, with the mesh's velocity **w**: `rho (∂u/∂t|mesh + (u - w)·∇u) = -∇p + mu Δu`, `div u = 0`. Velocity and
-//! pressure of a step are found together, without splitting; convection is linearized by extrapolation in time.
+//! In ALE form, with the mesh's velocity **w**: `rho (∂u/∂t|mesh + (u - w)·∇u) = -∇p + mu Δu`, `div u = 0`. Velocity
+//! and pressure of a step are found together, without splitting; convection is linearized by extrapolation in time.
 
 use super::FlowError;
 use super::clock::{Clock, Part};
@@ -36,7 +36,8 @@ pub struct FlowSettings {
     pub max_iterations: usize,
 }
 
-/// What the fluid is at the end of a step, and what it was a step earlier. Fields are stored one component after the other.
+/// What the fluid is at the end of a step, and what it was a step earlier. Fields are stored one component after the
+/// other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FlowState {
     /// Time, s.
@@ -58,7 +59,8 @@ pub struct FlowState {
 pub struct BoundaryConditions {
     /// Velocities of which those at fixed nodes count, m/s.
     pub velocity: Vec<f64>,
-    /// Pressure at each open end: a constant (Pa) and a part for each unit of flow out of it (Pa s/m³). Zero where there is none.
+    /// Pressure at each open end: a constant (Pa) and a part for each unit of flow out of it (Pa s/m³). Zero where
+    /// there is none.
     pub pressures: Vec<[f64; 2]>,
     /// Forces on the nodes, N; empty if there are none.
     pub load: Vec<f64>,
@@ -104,9 +106,9 @@ pub struct Flow {
 }
 
 impl Flow {
-    /// With prescribed velocity on the faces of `fixed`; where these are among `moving_walls` as well the velocity is the
-    /// wall's, and the fluid makes room for what it sweeps to the last digit. The rest of the boundary is open: under
-    /// the pressures of the `open` ends, and without any where it belongs to none.
+    /// With prescribed velocity on the faces of `fixed`; where these are among `moving_walls` as well the velocity is
+    /// the wall's, and the fluid makes room for what it sweeps to the last digit. The rest of the boundary is open:
+    /// under the pressures of the `open` ends, and without any where it belongs to none.
     pub fn new(
         space: SpectralElements,
         settings: FlowSettings,
@@ -180,9 +182,9 @@ impl Flow {
         flux
     }
 
-    /// `mu ∂u/∂n` (Pa) at the nodes of the mantle, one component after the other and zero elsewhere, from the forces that hold the
-    /// velocity there: consistent with the equations of momentum, and more accurate than the gradient of the velocity
-    /// (Gresho, Lee, Sani, Maslanik and Eaton 1987). The nodes' own rule spreads the forces over the wall.
+    /// `mu ∂u/∂n` (Pa) at the nodes of the mantle, one component after the other and zero elsewhere, from the forces
+    /// that hold the velocity there: consistent with the equations of momentum, and more accurate than the gradient of
+    /// the velocity (Gresho, Lee, Sani, Maslanik and Eaton 1987). The nodes' own rule spreads the forces over the wall.
     pub fn viscous_reactions(&self, solution: &FlowSolution) -> Vec<f64> {
         let (space, positions) = (&self.space, &solution.positions);
         let mut forces = solution.reactions.clone();
@@ -216,8 +218,8 @@ impl Flow {
         forces
     }
 
-    /// Solves a step of the length `time_step` (s) from `state`, with the nodes at `positions` (m) in the end. `start` is
-    /// an earlier trial of this step to start the iteration from.
+    /// Solves a step of the length `time_step` (s) from `state`, with the nodes at `positions` (m) in the end. `start`
+    /// is an earlier trial of this step to start the iteration from.
     pub fn solve(
         &mut self,
         state: &FlowState,
@@ -426,8 +428,8 @@ impl Flow {
         Ok(())
     }
 
-    /// Sources at the moving walls, m³/s, that make up for the difference between the rate at which they sweep volume and
-    /// the flow of the mesh's velocity through them in the end: so outflow less inflow is the change of the volume.
+    /// Sources at the moving walls, m³/s, that make up for the difference between the rate at which they sweep volume
+    /// and the flow of the mesh's velocity through them in the end: so outflow less inflow is the change of the volume.
     fn swept_sources(
         &self,
         state: &FlowState,
@@ -472,7 +474,8 @@ impl Flow {
         rates
     }
 
-    /// Volumes (m³) that the surroundings of a face's Gauss points sweep on straight ways, by Simpson's rule, which is exact.
+    /// Volumes (m³) that the surroundings of a face's Gauss points sweep on straight ways, by Simpson's rule, which is
+    /// exact.
     fn swept(&self, face: Face, from: &[f64], to: &[f64]) -> Vec<f64> {
         let middle: Vec<f64> = from.iter().zip(to).map(|(a, b)| 0.5 * (a + b)).collect();
         let [first, half, last] =

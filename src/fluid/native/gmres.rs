@@ -95,8 +95,8 @@ pub fn norm(weights: &[f64], a: &[f64]) -> f64 {
     products(weights, &[], a)[0].sqrt()
 }
 
-/// Makes `a` orthogonal to `others`, which are so to each other: shares of these, and the norm of what remains. Classical
-/// Gram-Schmidt, a second time where much was lost (Daniel, Gragg, Kaufman and Stewart 1976).
+/// Makes `a` orthogonal to `others`, which are so to each other: shares of these, and the norm of what remains.
+/// Classical Gram-Schmidt, a second time where much was lost (Daniel, Gragg, Kaufman and Stewart 1976).
 fn orthogonalize(weights: &[f64], others: &[Vec<f64>], a: &mut [f64]) -> (Vec<f64>, f64) {
     let mut shares = vec![0.0; others.len()];
     let mut found = products(weights, others, a);
@@ -120,12 +120,12 @@ fn orthogonalize(weights: &[f64], others: &[Vec<f64>], a: &mut [f64]) -> (Vec<f6
     }
 }
 
-/// The residual is computed anew in the end, and the iteration goes on where that is needed, if it was to fall by more than
-/// this factor: the preconditioner has the round-off of single precision.
+/// The residual is computed anew in the end, and the iteration goes on where that is needed, if it was to fall by more
+/// than this factor: the preconditioner has the round-off of single precision.
 const TRUSTED: f64 = 1e-5;
 
-/// Improves `x`, whose preconditioned residual is `first`, until the norm of that is below `tolerance`, with at most `most`
-/// products.
+/// Improves `x`, whose preconditioned residual is `first`, until the norm of that is below `tolerance`, with at most
+/// `most` products.
 pub fn solve(
     system: &mut impl System,
     x: &mut [f64],

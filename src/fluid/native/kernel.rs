@@ -6,8 +6,8 @@
 //! ```text
 //! momentum:    ∫ rho v·(a·∇)u + mu ∇v:∇u - p div v,      continuity:   -∫ q div u.
 //! ```
-//! [`LANES`] elements are worked on side by side: all arrays hold the values of the first component at the first point, of
-//! all of these elements, then those at the next point, and so on; then the next component.
+//! [`LANES`] elements are worked on side by side: all arrays hold the values of the first component at the first point,
+//! of all of these elements, then those at the next point, and so on; then the next component.
 
 use super::basis::Basis;
 use super::contraction::{
@@ -48,7 +48,8 @@ pub struct Scratch {
     divergence: Vec<f64>,
 }
 
-/// The working memory as registers: `contracted` for products in progress, the others with the values of all Gauss points.
+/// The working memory as registers: `contracted` for products in progress, the others with the values of all Gauss
+/// points.
 struct Views<'a, V> {
     contracted: [&'a mut [V]; 2],
     values: &'a mut [V],

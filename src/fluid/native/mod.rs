@@ -1,12 +1,15 @@
 //! Blood by spectral elements: a solver of the incompressible Navier-Stokes equations on a moving mesh, without any
 //! program but this one.
 //!
-//! From one dimension to a time step: [`basis`] has the polynomials of an element, [`contraction`] their products, [`kernel`] its operations, [`taylor_hood_space`] the
-//! numbering of the unknowns and [`spectral_elements`] all of these together; [`vessel_mesh`] is the lumen of a vessel and how
-//! it follows the wall, [`metric`] the geometry of the elements at a moment, [`surface`] integrals over the boundary. The
-//! equations of a step are [`oseen`], solved by [`gmres`] with the [`preconditioner`] and its Schur complement of the [`pressure`] (factorized by [`plane_cholesky`]); [`flow`] takes the
-//! step with one of the [`time_scheme`]s, [`wall_traction`] says what it does to the wall, [`decay`] how well the elements resolve it, [`probes`] what it is at chosen points, and [`field`] everywhere. [`ends`] is what is prescribed
-//! at inlet and outlet and [`entering`] the blood that enters there, [`clock`] knows where the seconds go, and [`blood`] puts it all into a [`Fluid`](super::Fluid).
+//! From one dimension to a time step: [`basis`] has the polynomials of an element, [`contraction`] their products,
+//! [`kernel`] its operations, [`taylor_hood_space`] the numbering of the unknowns and [`spectral_elements`] all of
+//! these together; [`vessel_mesh`] is the lumen of a vessel and how it follows the wall, [`metric`] the geometry of the
+//! elements at a moment, [`surface`] integrals over the boundary. The equations of a step are [`oseen`], solved by
+//! [`gmres`] with the [`preconditioner`] and its Schur complement of the [`pressure`] (factorized by
+//! [`plane_cholesky`]); [`flow`] takes the step with one of the [`time_scheme`]s, [`wall_traction`] says what it does
+//! to the wall, [`decay`] how well the elements resolve it, [`probes`] what it is at chosen points, and [`field`]
+//! everywhere. [`ends`] is what is prescribed at inlet and outlet and [`entering`] the blood that enters there,
+//! [`clock`] knows where the seconds go, and [`blood`] puts it all into a [`Fluid`](super::Fluid).
 //!
 //! The method, where it comes from, and what was measured: `docs/native-fluid.md`.
 

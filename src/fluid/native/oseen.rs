@@ -10,7 +10,8 @@ use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// `A u + Bᵀ p = f`, `B u = g` at one moment. Vectors hold the velocity, one component after the other, then the pressure.
+/// `A u + Bᵀ p = f`, `B u = g` at one moment. Vectors hold the velocity, one component after the other, then the
+/// pressure.
 pub struct Oseen<'a> {
     /// The elements.
     pub space: &'a SpectralElements,
@@ -89,8 +90,8 @@ impl Oseen<'_> {
         self.clock.add(Part::Products, begin);
     }
 
-    /// Forces (N) that hold the velocity of the fixed nodes, one component after the other: what the equations of momentum lack
-    /// there.
+    /// Forces (N) that hold the velocity of the fixed nodes, one component after the other: what the equations of
+    /// momentum lack there.
     pub fn reactions(&mut self, x: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; x.len()];
         self.full_product(x, &mut forces);

@@ -1,5 +1,5 @@
-//! Cholesky factor, in single precision, of a matrix whose unknowns lie in planes along a sweep and meet those of the next
-//! few planes only.
+//! Cholesky factor, in single precision, of a matrix whose unknowns lie in planes along a sweep and meet those of the
+//! next few planes only.
 //!
 //! Planes are eliminated from both ends towards the middle, so that two threads work side by side, and each block that
 //! meets another is kept as a dense matrix: a solution reads every number of the factor twice, one after the other. The
@@ -87,8 +87,8 @@ pub struct PlaneCholesky {
 }
 
 impl PlaneCholesky {
-    /// Of the symmetric matrix with these rows of its lower triangle, for planes of `size` unknowns in the order of their
-    /// numbers.
+    /// Of the symmetric matrix with these rows of its lower triangle, for planes of `size` unknowns in the order of
+    /// their numbers.
     ///
     /// # Errors
     /// If the matrix is not positive definite.
@@ -273,8 +273,8 @@ fn eliminate(
     })
 }
 
-/// Planes from both ends towards the middle, and how many there are of either; those of one end do not meet the other's.
-/// `first` is the first plane that meets each one.
+/// Planes from both ends towards the middle, and how many there are of either; those of one end do not meet the
+/// other's. `first` is the first plane that meets each one.
 fn from_both_ends(first: &[usize]) -> (Vec<usize>, [usize; 2]) {
     let planes = first.len();
     // The last one that it or any before it meets
@@ -292,7 +292,8 @@ fn from_both_ends(first: &[usize]) -> (Vec<usize>, [usize; 2]) {
     (order.collect(), [from, planes - to])
 }
 
-/// Forward or backward substitution over some columns, whose unknowns are `own`; those of the middle are not among them.
+/// Forward or backward substitution over some columns, whose unknowns are `own`; those of the middle are not among
+/// them.
 struct Sweep<'a> {
     columns: &'a [Column],
     first: usize,

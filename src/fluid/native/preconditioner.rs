@@ -1,5 +1,5 @@
-//! What the preconditioner is made for, and when it is made anew: that depends on the state at the beginning of a step alone,
-//! so that a resumed run repeats the uninterrupted one.
+//! What the preconditioner is made for, and when it is made anew: that depends on the state at the beginning of a step
+//! alone, so that a resumed run repeats the uninterrupted one.
 
 use super::FlowError;
 use super::flow::{FlowSettings, FlowState};

@@ -1,7 +1,7 @@
 //! The flow at points that stay where they are, while the mesh moves over them.
 //!
-//! A point is looked for in the elements near it by Newton's method on the mapping `x(ξ) = Σ lᵢ(ξ) xᵢ`; where all `|ξ_d| <= 1`,
-//! velocity and pressure are the values of their own polynomials there.
+//! A point is looked for in the elements near it by Newton's method on the mapping `x(ξ) = Σ lᵢ(ξ) xᵢ`; where all
+//! `|ξ_d| <= 1`, velocity and pressure are the values of their own polynomials there.
 
 use super::spectral_elements::SpectralElements;
 use crate::Vec3;

@@ -1,8 +1,8 @@
-//! Blood whose viscosity depends on the rate of shear `γ = sqrt(2 D:D)`: the viscosity at the Gauss points, and the part of the
-//! viscous stress that the operator of a constant viscosity leaves out.
+//! Blood whose viscosity depends on the rate of shear `γ = sqrt(2 D:D)`: the viscosity at the Gauss points, and the
+//! part of the viscous stress that the operator of a constant viscosity leaves out.
 //!
-//! `div(2 mu D) = div(mu ∇u) + (∇u)ᵀ ∇mu` where `div u = 0`; the second term is a force, known from the extrapolated velocity as
-//! the viscosity is. It vanishes in developed flow, also where that leaves through an outlet.
+//! `div(2 mu D) = div(mu ∇u) + (∇u)ᵀ ∇mu` where `div u = 0`; the second term is a force, known from the extrapolated
+//! velocity as the viscosity is. It vanishes in developed flow, also where that leaves through an outlet.
 
 use super::contraction::LANES;
 use super::metric::Metric;

@@ -1,7 +1,7 @@
 //! Numbering of the unknowns: plane quadrilaterals, swept along a line.
 //!
-//! The local coordinates of an element are ξ and η in the plane and ζ along the sweep, in this order right-handed; local
-//! indices run fastest along ξ. Nodes are numbered layer by layer along the sweep.
+//! The local coordinates of an element are ξ and η in the plane and ζ along the sweep, in this order right-handed;
+//! local indices run fastest along ξ. Nodes are numbered layer by layer along the sweep.
 
 /// A side of an element, by the local coordinate that is constant there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -111,7 +111,8 @@ pub struct TaylorHoodSpace {
 }
 
 impl TaylorHoodSpace {
-    /// Sweeps a plane mesh over `layers` elements; `velocity` has the nodes of degree `degree`, `pressure` those of one less.
+    /// Sweeps a plane mesh over `layers` elements; `velocity` has the nodes of degree `degree`, `pressure` those of one
+    /// less.
     pub fn swept(velocity: &Plane, pressure: &Plane, degree: usize, layers: usize) -> Self {
         let quads = velocity.quads.len();
         let of_element = swept(velocity, degree, layers);

@@ -1,8 +1,8 @@
 //! Elements in the lumen of a vessel: an O-grid of a few quadrilaterals, swept along the centre-line.
 //!
-//! All nodes of a cross-section follow from those on the wall, by a fixed blend: rings of nodes lie between the wall and
-//! the section's centre, the square in the middle is spanned by its four sides. The same blend makes the unloaded mesh and
-//! moves it, so the mesh depends on the wall's displacement alone, not on the way there.
+//! All nodes of a cross-section follow from those on the wall, by a fixed blend: rings of nodes lie between the wall
+//! and the section's centre, the square in the middle is spanned by its four sides. The same blend makes the unloaded
+//! mesh and moves it, so the mesh depends on the wall's displacement alone, not on the way there.
 
 use super::basis::{Basis, lagrange};
 use super::taylor_hood_space::{Plane, Side, TaylorHoodSpace};
@@ -18,8 +18,8 @@ const CORNER: f64 = 0.7;
 /// Shape of the square's sides: 0 straight, 1 arcs of a circle.
 const BULGE: f64 = 0.5;
 
-/// Widths of elements as shares of the radius, for so many along a side of the square and from there to the wall: of those in the
-/// middle, and of those at the wall where they are widest.
+/// Widths of elements as shares of the radius, for so many along a side of the square and from there to the wall: of
+/// those in the middle, and of those at the wall where they are widest.
 pub(crate) fn element_widths(core: usize, radial: usize) -> [f64; 2] {
     let side = CORNER * ((1.0 - BULGE) * FRAC_PI_4.cos() + BULGE);
     [2.0 * side / core as f64, (1.0 - side) / radial as f64]
@@ -73,7 +73,8 @@ impl Section {
         j * (self.side + 1) + i
     }
 
-    /// Node `a` around ring `ring`; ring 0 is the border of the square. Counted from the corner at -45°, counter-clockwise.
+    /// Node `a` around ring `ring`; ring 0 is the border of the square. Counted from the corner at -45°,
+    /// counter-clockwise.
     fn ring_node(&self, ring: usize, a: usize) -> usize {
         let n = self.side;
         let a = a % self.around();
@@ -287,8 +288,8 @@ impl VesselMesh {
         self.resolution
     }
 
-    /// The deformable wall as a lattice, ring by ring downstream; its faces have the elements' own order: all around, then
-    /// the next ring.
+    /// The deformable wall as a lattice, ring by ring downstream; its faces have the elements' own order: all around,
+    /// then the next ring.
     pub fn interface(&self) -> &FluidInterface {
         &self.interface
     }

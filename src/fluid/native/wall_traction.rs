@@ -26,8 +26,8 @@ pub fn middles(degree: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The load at the middles of the parts of each face (see [`middles`]), fastest along the face's first axis. All faces lie
-/// on the outer side of the first local axis. `reactions` is `mu ∂u/∂n` at the nodes
+/// The load at the middles of the parts of each face (see [`middles`]), fastest along the face's first axis. All faces
+/// lie on the outer side of the first local axis. `reactions` is `mu ∂u/∂n` at the nodes
 /// ([`Flow::viscous_reactions`](super::Flow::viscous_reactions)); without it, it is taken from the gradients within the
 /// elements.
 pub fn wall_loads(

@@ -15,16 +15,16 @@ use std::{fs, io};
 
 /// A ramp of no duration, s.
 const NO_RAMP: f64 = 1e-9;
-/// From this non-orthogonality (degrees) on the part of a gradient that is not along the line between two cells is limited and
-/// corrected for twice: in the steep expansion of the FDA's nozzle flow diverges otherwise, with 56° (78,400 cells) and with 44.5° (237,440
-/// cells; with 100,700 it did not). The paper's vessels have less.
+/// From this non-orthogonality (degrees) on the part of a gradient that is not along the line between two cells is
+/// limited and corrected for twice: in the steep expansion of the FDA's nozzle flow diverges otherwise, with 56°
+/// (78,400 cells) and with 44.5° (237,440 cells; with 100,700 it did not). The paper's vessels have less.
 const STEEP_DEG: f64 = 40.0;
 
-/// From this diffusion number on the pressure's corrections leave out only what neighbours do not follow (`consistent`, SIMPLEC). In
-/// the usual ones a smooth error of the pressure comes back from each outer corrector times the diffusion number. Elastic walls, S-0.25
-/// with dt = 2 ms: it converges with 0.18 (30,240 cells), takes 7.9 correctors a step instead of 6.3 with 0.53 (199,680), and diverges
-/// with 1.58 (1,003,860). Rigid walls, a stenosis of 75 %: it takes 5 to 7 correctors a step
-/// instead of 1 or 2 with 0.83, and diverges with 1.55.
+/// From this diffusion number on the pressure's corrections leave out only what neighbours do not follow (`consistent`,
+/// SIMPLEC). In the usual ones a smooth error of the pressure comes back from each outer corrector times the diffusion
+/// number. Elastic walls, S-0.25 with dt = 2 ms: it converges with 0.18 (30,240 cells), takes 7.9 correctors a step
+/// instead of 6.3 with 0.53 (199,680), and diverges with 1.58 (1,003,860). Rigid walls, a stenosis of 75 %: it takes 5
+/// to 7 correctors a step instead of 1 or 2 with 0.83, and diverges with 1.55.
 const DIFFUSIVE: f64 = 0.4;
 
 /// The parameter by which templates take the time scheme of the case.
@@ -84,8 +84,8 @@ pub struct CaseFiles<'a> {
     pub ranks: usize,
     /// Largest non-orthogonality of the mesh at rest, degrees.
     pub non_orthogonality_deg: f64,
-    /// Diffusion number `ν dt/h²` of the mesh at rest: kinematic viscosity times time step times the mean diagonal of Laplace's
-    /// operator.
+    /// Diffusion number `ν dt/h²` of the mesh at rest: kinematic viscosity times time step times the mean diagonal of
+    /// Laplace's operator.
     pub diffusion_number: f64,
     /// How the points of the mesh follow its wall; by Laplace's equation if not by shares.
     pub blend: Option<MotionBlend>,
@@ -232,8 +232,8 @@ impl CaseFiles<'_> {
     }
 }
 
-/// Two lists for the adapter (`blendedMotionSolver`): points of each ring; for each point of the mesh its ring and points of that,
-/// with their shares.
+/// Two lists for the adapter (`blendedMotionSolver`): points of each ring; for each point of the mesh its ring and
+/// points of that, with their shares.
 fn file_of(blend: &MotionBlend) -> String {
     let mut text = format!(
         "// How points follow the wall; written by fsi-driver, do not edit\n{}\n(\n",

@@ -5,8 +5,8 @@ use crate::Vec3;
 use std::io;
 use std::path::Path;
 
-/// The times (s) whose velocity was written, with its file, by time. None of a run with several ranks, whose fields lie in
-/// one folder a rank.
+/// The times (s) whose velocity was written, with its file, by time. None of a run with several ranks, whose fields lie
+/// in one folder a rank.
 pub fn velocities(case: &Path) -> io::Result<Vec<(f64, std::path::PathBuf)>> {
     let of_the_case = |written: &WrittenTime| written.folder.parent() == Some(case);
     let times = times::written(case)?.into_iter().filter(of_the_case);

@@ -90,8 +90,9 @@ pub fn check_path(path: &Path) -> Result<(), InstallError> {
     }
 }
 
-/// What makes OpenFOAM accept blanks in `paths`, if there are any: the content of its own `etc/controlDict`, with a switch,
-/// for the environment variable `FOAM_CONTROLDICT`. (It then ignores a `controlDict` in the user's `~/.OpenFOAM`.)
+/// What makes OpenFOAM accept blanks in `paths`, if there are any: the content of its own `etc/controlDict`, with a
+/// switch, for the environment variable `FOAM_CONTROLDICT`. (It then ignores a `controlDict` in the user's
+/// `~/.OpenFOAM`.)
 pub fn with_blanks(paths: &[&Path]) -> Option<String> {
     let blank = |path: &&Path| path.as_os_str().as_encoded_bytes().contains(&b' ');
     paths.iter().any(blank).then_some(())?;

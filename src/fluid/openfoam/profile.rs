@@ -31,7 +31,8 @@ pub fn seconds_by_part(files: &[PathBuf]) -> io::Result<Vec<(String, f64)>> {
     Ok(parts.into())
 }
 
-/// Entries are dictionaries with a `description` and a `totalTime`; sections that appear below several others are added.
+/// Entries are dictionaries with a `description` and a `totalTime`; sections that appear below several others are
+/// added.
 fn parse(text: &str) -> Profile {
     let mut profile = Profile::new();
     let mut section = None;

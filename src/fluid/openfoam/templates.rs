@@ -36,8 +36,8 @@ pub enum TemplateError {
     Dictionary(#[from] DictionaryError),
 }
 
-/// What OpenFOAM would refuse of the templates in `folder`, for a mesh with these `patches` on so many `ranks`; empty if
-/// nothing is known against them.
+/// What OpenFOAM would refuse of the templates in `folder`, for a mesh with these `patches` on so many `ranks`; empty
+/// if nothing is known against them.
 pub fn check(folder: &Path, patches: &[&str], ranks: usize) -> Vec<TemplateError> {
     let mut errors = Vec::new();
     let mut needed = NEEDED.to_vec();
@@ -78,8 +78,8 @@ pub fn check_equilibrium_start(folder: &Path) -> Option<TemplateError> {
     )
 }
 
-/// What an end of the wall that moves, at this `opening` ("inlet" or "outlet"), misses in the templates in `folder`: a parameter
-/// that `0/pointDisplacement` must read.
+/// What an end of the wall that moves, at this `opening` ("inlet" or "outlet"), misses in the templates in `folder`: a
+/// parameter that `0/pointDisplacement` must read.
 pub fn check_moving_end(folder: &Path, opening: &str) -> Option<TemplateError> {
     let effect = format!("the {opening} goes with the end of the wall (ends.{opening})");
     let parameter = format!("{opening}Motion");

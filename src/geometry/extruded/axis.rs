@@ -1,6 +1,6 @@
-//! The direction along a vessel at each point of its wall: that in which a potential grows that is 0 where the blood enters, 1
-//! where it leaves, and solves Laplace's equation on the surface in between, as heat would flow. On a tube it is the axis, and
-//! at a branching it follows all branches.
+//! The direction along a vessel at each point of its wall: that in which a potential grows that is 0 where the blood
+//! enters, 1 where it leaves, and solves Laplace's equation on the surface in between, as heat would flow. On a tube it
+//! is the axis, and at a branching it follows all branches.
 
 use super::WetQuads;
 use crate::Vec3;
@@ -10,8 +10,8 @@ use std::collections::HashMap;
 const TOLERANCE: f64 = 1e-10;
 
 impl WetQuads {
-    /// The directions, of length 1, from the rims at the patches `from` to those at the patches `to`; none if the wall has no
-    /// rim at some of either.
+    /// The directions, of length 1, from the rims at the patches `from` to those at the patches `to`; none if the wall
+    /// has no rim at some of either.
     pub fn axes(&self, from: &[String], to: &[String], normals: &[Vec3]) -> Option<Vec<Vec3>> {
         let mut fixed = vec![None; self.quads.points.len()];
         for (value, patches) in [(0.0, from), (1.0, to)] {
@@ -30,8 +30,8 @@ impl WetQuads {
         Some(self.gradients(&potential, normals))
     }
 
-    /// Solves Laplace's equation with the `fixed` values. Fluxes run along edges, each through half of the width of the faces
-    /// beside it: exact on rectangles.
+    /// Solves Laplace's equation with the `fixed` values. Fluxes run along edges, each through half of the width of the
+    /// faces beside it: exact on rectangles.
     fn potential(&self, fixed: &[Option<f64>]) -> Vec<f64> {
         let points = &self.quads.points;
         let mut weights: HashMap<(usize, usize), f64> = HashMap::new();

@@ -1,9 +1,10 @@
 //! Quadrilaterals of a surface in groups of n by n, as elements with curved sides need them.
 //!
-//! Each quadrilateral has a place `(a, b)` in its group, counted along its own first and last edge. A place decides those of
-//! its neighbours: across an edge lies the next place, or the first one of another group. So one place decides all those of a
-//! connected surface, and a surface can be grouped if going around leads to no contradiction: around vertices where not four
-//! quadrilaterals meet, which must be corners of groups, and around closed rows, whose length must be a multiple of n.
+//! Each quadrilateral has a place `(a, b)` in its group, counted along its own first and last edge. A place decides
+//! those of its neighbours: across an edge lies the next place, or the first one of another group. So one place decides
+//! all those of a connected surface, and a surface can be grouped if going around leads to no contradiction: around
+//! vertices where not four quadrilaterals meet, which must be corners of groups, and around closed rows, whose length
+//! must be a multiple of n.
 
 use crate::Vec3;
 use std::collections::HashMap;
@@ -190,8 +191,8 @@ fn spread(
     Ok(places)
 }
 
-/// How many faces of its group lie between a face and the side of the group behind its edge `k`, and how many before it along
-/// that side.
+/// How many faces of its group lie between a face and the side of the group behind its edge `k`, and how many before it
+/// along that side.
 fn seen_from([a, b]: [usize; 2], k: usize, n: usize) -> [usize; 2] {
     let last = n - 1;
     [[b, a], [last - a, b], [last - b, last - a], [a, last - b]][k]

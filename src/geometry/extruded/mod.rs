@@ -1,9 +1,9 @@
 //! A wall that grows outward from quadrilaterals: layers of hexahedra over any surface, with branches or without.
 //!
-//! Over each group of n by n faces stands a stack of elements. Its inner side passes through all points of the group: it is
-//! their interpolation of degree n in both directions. The outer surfaces lie at the distances of the thicknesses along the
-//! normals, which are interpolated likewise. A group of a single face has curved sides as well: cubics that leave its corners
-//! at right angles to the normals there.
+//! Over each group of n by n faces stands a stack of elements. Its inner side passes through all points of the group:
+//! it is their interpolation of degree n in both directions. The outer surfaces lie at the distances of the thicknesses
+//! along the normals, which are interpolated likewise. A group of a single face has curved sides as well: cubics that
+//! leave its corners at right angles to the normals there.
 
 mod axis;
 mod grouping;
@@ -35,8 +35,8 @@ pub struct Growth {
     pub regions: Vec<usize>,
     /// Outward unit normals at the points of the surface.
     pub normals: Vec<Vec3>,
-    /// Directions along the vessel at the points; if there are none, elements follow the rows of faces along which the surface
-    /// bends less.
+    /// Directions along the vessel at the points; if there are none, elements follow the rows of faces along which the
+    /// surface bends less.
     pub axes: Option<Vec<Vec3>>,
 }
 
@@ -277,8 +277,8 @@ pub(super) fn equidistant(n: usize) -> Vec<f64> {
     (0..=n).map(|i| 2.0 * i as f64 / n as f64 - 1.0).collect()
 }
 
-/// Points and unit normals of a face with curved sides at a lattice of nodes: cubics along the sides (Vlachos and others,
-/// *Curved PN triangles*, 2001), blended (Coons); normals blended from the corners.
+/// Points and unit normals of a face with curved sides at a lattice of nodes: cubics along the sides (Vlachos and
+/// others, *Curved PN triangles*, 2001), blended (Coons); normals blended from the corners.
 fn curved_face(corners: [(Vec3, Vec3); 4], nodes: &[f64]) -> Vec<(Vec3, Vec3)> {
     let side = |a: usize, b: usize, s: f64| {
         let ((x, m), (y, n)) = (corners[a], corners[b]);

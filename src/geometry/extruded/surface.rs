@@ -120,9 +120,9 @@ impl WetQuads {
         })
     }
 
-    /// Outward unit normals at the points, with weights that are exact for points on a sphere: Max, *Weights for computing
-    /// vertex normals from facet normals*, J. Graphics Tools 4 (1999); then `passes` times averaged with those of the points
-    /// at the other ends of edges, which count half.
+    /// Outward unit normals at the points, with weights that are exact for points on a sphere: Max, *Weights for
+    /// computing vertex normals from facet normals*, J. Graphics Tools 4 (1999); then `passes` times averaged with
+    /// those of the points at the other ends of edges, which count half.
     pub fn normals(&self, passes: usize) -> Vec<Vec3> {
         let (points, faces) = (&self.quads.points, &self.quads.faces);
         let mut sums = vec![Vec3::zeros(); points.len()];
@@ -164,8 +164,8 @@ impl WetQuads {
         around
     }
 
-    /// Radius (m) of the largest ball that touches the surface at each point from within and holds no other point of it: the
-    /// radius of a tube, and about that of the lumen where there is none.
+    /// Radius (m) of the largest ball that touches the surface at each point from within and holds no other point of
+    /// it: the radius of a tube, and about that of the lumen where there is none.
     pub fn radii(&self, normals: &[Vec3]) -> Vec<f64> {
         let points = &self.quads.points;
         let radius = |(x, n): (&Vec3, &Vec3)| {

@@ -84,8 +84,8 @@ pub const VTK: Order = Order {
 };
 
 impl Lattice {
-    /// From all `(q + 1)³` nodes in the order of a format: corners, nodes inside edges, faces, the volume; where there are
-    /// several, each part in the order of a smaller one of its kind.
+    /// From all `(q + 1)³` nodes in the order of a format: corners, nodes inside edges, faces, the volume; where there
+    /// are several, each part in the order of a smaller one of its kind.
     pub fn full(order: usize, listed: &[usize], format: &Order) -> Self {
         let n = order + 1;
         let mut nodes = vec![0; n * n * n];

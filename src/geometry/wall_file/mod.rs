@@ -149,8 +149,8 @@ impl WallFile {
         }
     }
 
-    /// The wall with lengths in units of `unit` (m); `material` tells the region of the structure for a name. The surfaces
-    /// `wet` become one, called so.
+    /// The wall with lengths in units of `unit` (m); `material` tells the region of the structure for a name. The
+    /// surfaces `wet` become one, called so.
     ///
     /// # Errors
     /// What does not fit together.

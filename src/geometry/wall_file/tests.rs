@@ -2,8 +2,8 @@ use super::*;
 use crate::quadrature::Rule;
 use std::f64::consts::PI;
 
-/// Meshes of an eighth of a hollow cylinder, radii 2 and 3, height 2, that Gmsh has made of `block.geo` (2 by 3 by 2 elements, two
-/// regions), and meshio has turned into VTK's format.
+/// Meshes of an eighth of a hollow cylinder, radii 2 and 3, height 2, that Gmsh has made of `block.geo` (2 by 3 by 2
+/// elements, two regions), and meshio has turned into VTK's format.
 fn block(file: &str) -> WallFile {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/walls");
     let file = WallFile::read(&Path::new(folder).join(file));
@@ -47,8 +47,8 @@ fn volume(mesh: &HexMesh, region: usize) -> (f64, f64) {
     (sum, smallest)
 }
 
-/// Nodes on arcs of 30 degrees: straight edges lose 4.507 % of the volume, parabolas 1.553e-4, cubics gain 2.276e-5: computed by
-/// themselves.
+/// Nodes on arcs of 30 degrees: straight edges lose 4.507 % of the volume, parabolas 1.553e-4, cubics gain 2.276e-5:
+/// computed by themselves.
 #[test]
 fn hexahedra_of_all_orders_and_formats_have_the_shape_of_the_body() {
     let exact = PI / 4.0 * (9.0 - 4.0);
@@ -246,7 +246,8 @@ fn parts_of_abaqus_come_to_lie_where_their_instances_are() {
     let mesh = file
         .mesh(1.0, &["WET".into()], |_| Ok(0))
         .unwrap_or_else(|e| panic!("{e}"));
-    // Block-2 stands on Block-1, turned by 90 degrees about the axis through the origin: they share no face, but an edge of nodes.
+    // Block-2 stands on Block-1, turned by 90 degrees about the axis through the origin: they share no face, but an
+    // edge of nodes.
     assert_eq!((mesh.hexes.len(), mesh.vertices.len()), (2, 14));
     let centre = |element: usize| mesh.shape.position(element, [0.0; 3]);
     assert!((centre(0) - Vec3::new(0.5, 0.5, 0.5)).norm() < 1e-12);

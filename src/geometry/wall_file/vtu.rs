@@ -1,5 +1,5 @@
-//! VTK's unstructured grids: hexahedra with 8, 20 or 27 nodes; quadrilaterals as surfaces. The cell data `region` numbers
-//! both, and its numbers are the names of regions and surfaces.
+//! VTK's unstructured grids: hexahedra with 8, 20 or 27 nodes; quadrilaterals as surfaces. The cell data `region`
+//! numbers both, and its numbers are the names of regions and surfaces.
 
 use super::gmsh::weighted;
 use super::lattice::{Lattice, VTK as ORDER};

@@ -12,9 +12,10 @@ const STATIONS: usize = 400;
 const AROUND: usize = 16;
 /// Flow in a straight tube may be turbulent from this Reynolds number on.
 const TUBE: f64 = 2000.0;
-/// Downstream of a narrow place it is sooner: share of the area that is lost in it, and Reynolds number of the wide part. With half of the area
-/// or less lost, disturbances were weak up to 1000 (Ahmed and Giddens 1983, J. Biomech. 16); 75 % become unstable at 722 in steady and at 389
-/// in pulsatile flow (Sherwin and Blackburn 2005, J. Fluid Mech. 533).
+/// Downstream of a narrow place it is sooner: share of the area that is lost in it, and Reynolds number of the wide
+/// part. With half of the area or less lost, disturbances were weak up to 1000 (Ahmed and Giddens 1983, J. Biomech.
+/// 16); 75 % become unstable at 722 in steady and at 389 in pulsatile flow (Sherwin and Blackburn 2005, J. Fluid Mech.
+/// 533).
 const WIDENING: [(f64, f64); 3] = [(0.25, TUBE), (0.5, 1000.0), (0.75, 400.0)];
 /// A vessel that widens over more of its wider radii has no jet.
 const JET_LENGTH: f64 = 10.0;
@@ -24,7 +25,8 @@ const JET_REDUCTION: f64 = 0.5;
 const JET_REYNOLDS: f64 = 50.0;
 /// Cells from the axis to the edge of a jet: it is shorter than it should be by 0.9/n².
 const JET_CELLS: f64 = 4.0;
-/// The same for distances of nodes, on average: with 5.0, 3.3, 2.5, 2.1 and 1.7 velocities on the axis were off by 0.2, 1.4, 6, 6 and 8 %.
+/// The same for distances of nodes, on average: with 5.0, 3.3, 2.5, 2.1 and 1.7 velocities on the axis were off by 0.2,
+/// 1.4, 6, 6 and 8 %.
 const JET_NODES: f64 = 3.0;
 /// Cells in the layer at the wall: with 2.8, 1.4, 0.7 and 0.4 the mean wall shear was 5, 8, 20 and 42 % too low.
 const LAYER_CELLS: f64 = 2.5;
@@ -59,8 +61,8 @@ pub struct FlowNumbers {
     pub reynolds: f64,
     /// Where that is, along the centre-line.
     pub reynolds_at_m: f64,
-    /// Frequency with which the flow swings, a full turn of a sine: root mean squares of its slope over its deviation from the mean.
-    /// Absent where it is steady.
+    /// Frequency with which the flow swings, a full turn of a sine: root mean squares of its slope over its deviation
+    /// from the mean. Absent where it is steady.
     pub frequency_1_s: Option<f64>,
     /// Thickness `sqrt(2 nu/omega)` of Stokes' layer at that frequency, or half the least radius if that is thinner.
     pub layer_m: Option<f64>,
@@ -359,7 +361,8 @@ fn mean_radius(vessel: &Vessel, s: f64) -> f64 {
     ((0..AROUND).map(square).sum::<f64>() / AROUND as f64).sqrt()
 }
 
-/// The Reynolds number of the wide part from which on flow behind a place that loses this share of the area is doubtful.
+/// The Reynolds number of the wide part from which on flow behind a place that loses this share of the area is
+/// doubtful.
 fn laminar_limit(reduction: f64) -> f64 {
     let [first, .., last] = WIDENING;
     if reduction <= first.0 {

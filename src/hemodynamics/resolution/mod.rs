@@ -1,7 +1,7 @@
 //! Whether the meshes and the time step of a run resolve its flow, and whether laminar flow is what there would be.
 //!
-//! [`FlowNumbers`] are known before a run; [`Resolution`] adds what its solution shows. A [`Finding`] is a sentence about what is
-//! doubtful. All limits were measured against finer meshes: `docs/resolution.md`.
+//! [`FlowNumbers`] are known before a run; [`Resolution`] adds what its solution shows. A [`Finding`] is a sentence
+//! about what is doubtful. All limits were measured against finer meshes: `docs/resolution.md`.
 
 mod flow_numbers;
 mod solution;

@@ -11,8 +11,9 @@ use std::collections::HashMap;
 const AT_WALL: f64 = 0.025;
 /// ... and of all elements.
 const IN_DOMAIN: f64 = 0.02;
-/// Root mean square of the difference between the wall shear of a face and that of its neighbours, as a share of its mean. Cells
-/// have such jumps at the corners of their square (0.5 in a stenosis whose mean is known to 1 %), and are not judged by them.
+/// Root mean square of the difference between the wall shear of a face and that of its neighbours, as a share of its
+/// mean. Cells have such jumps at the corners of their square (0.5 in a stenosis whose mean is known to 1 %), and are
+/// not judged by them.
 const JUMP: f64 = 0.3;
 
 /// `summary.json`: how well the flow of a run is resolved.
@@ -21,7 +22,8 @@ pub struct Resolution {
     /// Sizes of the flow; absent where there is no vessel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub numbers: Option<FlowNumbers>,
-    /// Root mean square of the highest polynomials' part of the velocity in the elements at the wall, relative to that of all.
+    /// Root mean square of the highest polynomials' part of the velocity in the elements at the wall, relative to that
+    /// of all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub highest_modes_at_wall: Option<f64>,
     /// The same in the whole domain.
@@ -115,8 +117,8 @@ impl Resolution {
     }
 }
 
-/// Difference between the time-averaged wall shear stress of each face and the mean of the faces beside it, as a share of the mean
-/// over the wall; none of faces at a rim.
+/// Difference between the time-averaged wall shear stress of each face and the mean of the faces beside it, as a share
+/// of the mean over the wall; none of faces at a rim.
 pub fn jumps(wall: &WetSurface, fields: &WallFields) -> Vec<Option<f64>> {
     let mut sides: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
     let side = |face: &[u32], i: usize| {

@@ -52,8 +52,8 @@ struct Row {
 }
 
 impl Plan<'_> {
-    /// Checks all runs first, then computes those that are missing, and writes `<name>.csv` and `<name>.md` of each case
-    /// after every row.
+    /// Checks all runs first, then computes those that are missing, and writes `<name>.csv` and `<name>.md` of each
+    /// case after every row.
     pub fn run(&self, cases: &[PathBuf]) -> Result<(), Failure> {
         let mut runs = Vec::new();
         for path in cases {

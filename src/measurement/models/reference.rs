@@ -27,8 +27,8 @@ struct Row<'a> {
     difference_to_exact: f64,
 }
 
-/// Runs every combination of settings on every problem until the relative residual of each step is below the `tolerance`;
-/// prints mean and largest numbers of iterations, writes the table and the plots into the folder `out`.
+/// Runs every combination of settings on every problem until the relative residual of each step is below the
+/// `tolerance`; prints mean and largest numbers of iterations, writes the table and the plots into the folder `out`.
 ///
 /// # Errors
 /// If something cannot be written.

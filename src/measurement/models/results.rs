@@ -33,7 +33,8 @@ pub struct ByResidual {
     pub mean: f64,
     /// Largest number of a step.
     pub most: usize,
-    /// Steps that were accepted before; they count as one iteration more, which is the least that they would have needed.
+    /// Steps that were accepted before; they count as one iteration more, which is the least that they would have
+    /// needed.
     pub open: usize,
 }
 

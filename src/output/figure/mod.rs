@@ -242,8 +242,8 @@ pub fn to_png(svg: &str, scale: f32) -> std::io::Result<Vec<u8>> {
     onto_png(svg, scale, [0, 0], &[])
 }
 
-/// The same onto the pixels, row by row from the top, of a picture of so many columns and rows in its upper left corner; what lies
-/// beside it stays transparent.
+/// The same onto the pixels, row by row from the top, of a picture of so many columns and rows in its upper left
+/// corner; what lies beside it stays transparent.
 pub fn onto_png(
     svg: &str,
     scale: f32,

@@ -104,8 +104,8 @@ pub struct LumenFlow {
 }
 
 impl LumenFlow {
-    /// Times spread over the window; none if there is no centre-line, or the fields are not there (they lie in one folder a rank in a run with
-    /// several).
+    /// Times spread over the window; none if there is no centre-line, or the fields are not there (they lie in one
+    /// folder a rank in a run with several).
     pub fn of(run: &Results) -> io::Result<Option<Self>> {
         let Some(keys) = &run.vessel else {
             return Ok(None);
@@ -151,8 +151,8 @@ impl LumenFlow {
         all.copied().fold(0.0, f64::max)
     }
 
-    /// Velocity (m/s) along the centre-line and in the cross-section at a point (m) of the deformed lumen; none outside. In
-    /// OpenFOAM's mesh, the same share of the radius as in the unloaded lumen belongs to the same cell.
+    /// Velocity (m/s) along the centre-line and in the cross-section at a point (m) of the deformed lumen; none
+    /// outside. In OpenFOAM's mesh, the same share of the radius as in the unloaded lumen belongs to the same cell.
     pub fn velocity(&self, frame: &Snapshot, x: f64, y: f64, z: f64) -> Option<Vec3> {
         let section = self.vessel.centre_line().frame(x);
         let components = |vector: &Vec3| {

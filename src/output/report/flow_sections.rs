@@ -11,8 +11,9 @@ use crate::output::results::Results;
 /// Arrows along the diameter.
 const ARROWS: usize = 13;
 
-/// Places along the vessel: at the beginning of the graft, at the joint, in the middle of the artery and at the end of its
-/// evaluated part; in other vessels the middle of each section, or what lies a fifth from either end of a single one.
+/// Places along the vessel: at the beginning of the graft, at the joint, in the middle of the artery and at the end of
+/// its evaluated part; in other vessels the middle of each section, or what lies a fifth from either end of a single
+/// one.
 fn places(run: &Results) -> Vec<(f64, String)> {
     let Some(vessel) = run.vessel.as_ref().map(Vessel::new) else {
         return Vec::new();

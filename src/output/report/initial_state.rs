@@ -9,8 +9,8 @@ use crate::output::vtu::{self, Series};
 use crate::simulation::assembly::Unloading;
 use std::io;
 
-/// A point lies in the cut if its angle (rad) differs by less from 0 or π, and points are of one cross-section if they lie closer along the
-/// centre-line, relative to their distance from it. Sampled points lie much further apart.
+/// A point lies in the cut if its angle (rad) differs by less from 0 or π, and points are of one cross-section if they
+/// lie closer along the centre-line, relative to their distance from it. Sampled points lie much further apart.
 const NEAR: f64 = 0.02;
 
 /// Edges of the wall at the angles 0 and π: arc length and distance from the centre-line, mm, for each edge.
@@ -85,7 +85,8 @@ fn unloading(run: &Results) -> Option<Unloading> {
     run.summary.as_ref().and_then(|summary| summary.unloading)
 }
 
-/// The outer and inner edge at the angle 0, and the inner and outer one at π, of the wall in a shape, cut where it is `given`.
+/// The outer and inner edge at the angle 0, and the inner and outer one at π, of the wall in a shape, cut where it is
+/// `given`.
 fn edges(
     vessel: &BloodVessel,
     points: &[(Vec3, Vec3)],

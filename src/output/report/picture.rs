@@ -18,7 +18,8 @@ use std::io;
 
 /// Pixels of the vessel.
 const PIXELS: [usize; 2] = [920, 314];
-/// This share of the values has colours of its own; the largest ones, beside clamped ends, would leave none for the others.
+/// This share of the values has colours of its own; the largest ones, beside clamped ends, would leave none for the
+/// others.
 const SHOWN: f64 = 0.97;
 /// Half of the angle that is cut out of the wall, towards the reader.
 const OPEN: f64 = 0.36 * PI;

@@ -188,8 +188,8 @@ pub struct Series {
     pub runs: Vec<Results>,
 }
 
-/// What refining one thing at a time says of the run `base`: by how much each moves a figure where it leads to, and the figure with
-/// all of that, whose uncertainty is the root of the sum of squares of all.
+/// What refining one thing at a time says of the run `base`: by how much each moves a figure where it leads to, and the
+/// figure with all of that, whose uncertainty is the root of the sum of squares of all.
 pub fn uncertainty(base: &Results, series: &[Series]) -> Table {
     let heads = ["figure".to_owned(), base.name()].into_iter();
     let heads = heads.chain(series.iter().map(|series| series.name.clone()));

@@ -257,8 +257,8 @@ const IN_THE_WALL: [InTheWall; 5] = [
     },
 ];
 
-/// The fields [`IN_THE_WALL`] at the surface's points at each of the times, as far as the run has kept them; zero where there
-/// are no fibres.
+/// The fields [`IN_THE_WALL`] at the surface's points at each of the times, as far as the run has kept them; zero where
+/// there are no fibres.
 fn in_the_wall(
     run: &Results,
     series: &[(f64, std::path::PathBuf)],

@@ -1,9 +1,9 @@
 //! The three test cases of section 3.1.
 //!
-//! Materials and pressure are those of the paper. Sizes are assumed, as the paper leaves them to a source of its own: inner
-//! radius 3 mm; two layers of 0.5 mm (artery), one of 0.5 mm (graft). A length of 6 mm is enough where nothing
-//! varies along the axis. The irregular artery is 12 mm long, so that its bumps are about as long as they are wide; they are
-//! those of the artery of the FSI models, with the amplitude 1 mm.
+//! Materials and pressure are those of the paper. Sizes are assumed, as the paper leaves them to a source of its own:
+//! inner radius 3 mm; two layers of 0.5 mm (artery), one of 0.5 mm (graft). A length of 6 mm is enough where nothing
+//! varies along the axis. The irregular artery is 12 mm long, so that its bumps are about as long as they are wide;
+//! they are those of the artery of the FSI models, with the amplitude 1 mm.
 
 use crate::Vec3;
 use crate::analysis::tube::{Ends, Grid, Tube, nearest_vertex};
@@ -145,9 +145,9 @@ impl TestCase {
     }
 }
 
-/// `u_x = 0` at the ends, and at x = 0 three components of vertices of the outer surface: two in z on opposite sides, one in
-/// y between them. The load is in equilibrium by itself, so these carry nothing. (The paper holds two nodes with one
-/// component each; a third one is needed to stop both translations and the rotation.)
+/// `u_x = 0` at the ends, and at x = 0 three components of vertices of the outer surface: two in z on opposite sides,
+/// one in y between them. The load is in equilibrium by itself, so these carry nothing. (The paper holds two nodes with
+/// one component each; a third one is needed to stop both translations and the rotation.)
 fn statically_determinate(mesh: &HexMesh) -> Vec<Support> {
     let sliding = |name: &str| Support::Surface(name.into(), [true, false, false]);
     let outer = INNER_RADIUS + 2.0 * THICKNESS;

@@ -52,8 +52,8 @@ pub fn compute(choice: &Choice) -> Result<Computed, SolidError> {
     })
 }
 
-/// Walls that lock buckle from element to element, which the study shows as an error like any other: the symmetric solution
-/// is followed to the end.
+/// Walls that lock buckle from element to element, which the study shows as an error like any other: the symmetric
+/// solution is followed to the end.
 fn statics(tolerance: f64) -> StaticOptions {
     StaticOptions {
         tolerance,

@@ -5,8 +5,8 @@ use crate::pfem::discretization::Options;
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::{Formulation, Space, SpaceKind};
 
-/// Degree of the reference solutions, which are in the trunk space: in the tensor product space one of this degree needs
-/// more than 20 GB on the initial mesh already.
+/// Degree of the reference solutions, which are in the trunk space: in the tensor product space one of this degree
+/// needs more than 20 GB on the initial mesh already.
 pub const REFERENCE_DEGREE: usize = 10;
 
 /// How many Gauss points.

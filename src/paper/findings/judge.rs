@@ -78,8 +78,8 @@ struct Decay {
     r2: f64,
 }
 
-/// The decay of values (s, any unit) of a run whose smooth start ends at `ramp` (s); `None` if no phase of the beat has two
-/// differences after it that are larger than `floor`.
+/// The decay of values (s, any unit) of a run whose smooth start ends at `ramp` (s); `None` if no phase of the beat has
+/// two differences after it that are larger than `floor`.
 fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64, floor: f64) -> Option<Decay> {
     let beat = (period / step).round() as usize;
     let part = period / PHASES as f64;
@@ -114,8 +114,8 @@ fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64, floor: f64) -
     })
 }
 
-/// Error of an accepted displacement in tolerances of the coupling, as measured with the defaults (docs/coupling.md: 1.9e-5 of
-/// the largest displacement for 1e-5).
+/// Error of an accepted displacement in tolerances of the coupling, as measured with the defaults (docs/coupling.md:
+/// 1.9e-5 of the largest displacement for 1e-5).
 const IN_TOLERANCES: f64 = 2.0;
 
 /// Successive periods.

@@ -202,7 +202,8 @@ impl Elements {
         Ok(self.forces_from(body, displacement, None)?.0)
     }
 
-    /// The same with the pressure that the step from its `origin` predicts ([`super::predicted_pressure`]), and the volumes.
+    /// The same with the pressure that the step from its `origin` predicts ([`super::predicted_pressure`]), and the
+    /// volumes.
     pub fn forces_from(
         &self,
         body: Body,
@@ -262,7 +263,8 @@ impl Elements {
         Ok(predicted.map(|(_, _, volumes)| volumes))
     }
 
-    /// The groups of an element with these gradients `H`, which stand in the order of the groups, component by component.
+    /// The groups of an element with these gradients `H`, which stand in the order of the groups, component by
+    /// component.
     pub(super) fn deformed_groups(
         &self,
         body: Body,

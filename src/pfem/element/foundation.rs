@@ -1,18 +1,20 @@
 //! Springs and dampers between a part of the boundary and a surrounding at rest: a Winkler foundation.
 //!
-//! They count from a state of rest of the body: the reference configuration, or another one that is known once the body is in
-//! equilibrium there. With the displacement `u` from that state, per area in that state, they exert the traction
-//! `t = -(k u + c v)` in all directions, along the vessel's axis, around it (across the radius at rest), or along the radius: with
-//! the distance `r` from the axis, `R` at rest, the axis' direction `t` and the direction `e` away from it,
+//! They count from a state of rest of the body: the reference configuration, or another one that is known once the body
+//! is in equilibrium there. With the displacement `u` from that state, per area in that state, they exert the traction
+//! `t = -(k u + c v)` in all directions, along the vessel's axis, around it (across the radius at rest), or along the
+//! radius: with the distance `r` from the axis, `R` at rest, the axis' direction `t` and the direction `e` away from
+//! it,
 //! ```text
 //! energy     k/2 (r - R)²,
 //! traction   -k (r - R) e,
 //! tangent    k (e ⊗ e + (1 - R/r) a ⊗ a),       a = t × e
 //! ```
-//! The axis is the x-axis, or the line that touches a curved centre-line beside the point at rest. The direction turns with the
-//! point: springs that kept theirs would let a wall under pressure slip around the axis, for the distance along a fixed direction
-//! shrinks as a point turns away from it. Dampers act along the direction at rest, `-c (v · e_0) e_0` (after Moireau et al.,
-//! *External tissue support and fluid-structure simulation in blood flows*, Biomech. Model. Mechanobiol. 11, 2012).
+//! The axis is the x-axis, or the line that touches a curved centre-line beside the point at rest. The direction turns
+//! with the point: springs that kept theirs would let a wall under pressure slip around the axis, for the distance
+//! along a fixed direction shrinks as a point turns away from it. Dampers act along the direction at rest, `-c (v ·
+//! e_0) e_0` (after Moireau et al., *External tissue support and fluid-structure simulation in blood flows*, Biomech.
+//! Model. Mechanobiol. 11, 2012).
 
 use super::super::SolidError;
 use super::super::supports::{AtRest, Direction, Foundation as Described};
@@ -147,7 +149,8 @@ impl Foundation {
         }
     }
 
-    /// Springs whose state of rest was not known yet exert nothing where the body has this displacement (m, all coefficients).
+    /// Springs whose state of rest was not known yet exert nothing where the body has this displacement (m, all
+    /// coefficients).
     pub fn set_at_rest(&mut self, numbering: &Numbering, displacement: &[f64]) {
         if self.described.at_rest == AtRest::Reference {
             return;
@@ -227,7 +230,8 @@ impl Foundation {
             .add_point_forces(numbering, &resistance, forces);
     }
 
-    /// Force (N) with which the springs of the surface `name` press it inwards, summed over the points; zero of another surface.
+    /// Force (N) with which the springs of the surface `name` press it inwards, summed over the points; zero of another
+    /// surface.
     pub fn inward_force(&self, name: &str, numbering: &Numbering, displacement: &[f64]) -> f64 {
         if self.described.surface != name {
             return 0.0;
@@ -272,8 +276,8 @@ impl Foundation {
         energy.sum()
     }
 
-    /// Derivative of the resistance by the displacement at each point, N/m; `slope` is that of the velocity, 1/s. None without a
-    /// state of rest.
+    /// Derivative of the resistance by the displacement at each point, N/m; `slope` is that of the velocity, 1/s. None
+    /// without a state of rest.
     pub fn tangents(&self, numbering: &Numbering, displacement: &[f64], slope: f64) -> Vec<Mat3> {
         let Some(rest) = &self.rest else {
             return Vec::new();

@@ -7,9 +7,9 @@
 //! ```
 //! `B_e` the product of the two linear functions that are one on the edge, `V_v` the trilinear function of a vertex
 //! (each vertex lies on three edges). [`Mapping::Exact`] interpolates the shape in the whole element with degree
-//! [`EXACT_DEGREE`]; for a quarter of a circle the interpolation error is below 1e-15 of the radius. [`Mapping::Before`] is
-//! `X = x - u`: a shape `x` that is given after a displacement `u` of the ansatz space. It fits together across elements as
-//! both of them do, and `u` leads back to `x` without an error of interpolation.
+//! [`EXACT_DEGREE`]; for a quarter of a circle the interpolation error is below 1e-15 of the radius.
+//! [`Mapping::Before`] is `X = x - u`: a shape `x` that is given after a displacement `u` of the ansatz space. It fits
+//! together across elements as both of them do, and `u` leads back to `x` without an error of interpolation.
 
 use super::super::space::numbering::Numbering;
 use super::super::space::shapes::Shapes;

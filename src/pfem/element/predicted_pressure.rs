@@ -1,17 +1,17 @@
 //! Newton's method with the pressure as an unknown of its own.
 //!
-//! In a nearly incompressible body the pressure `p̄ = Π U'(Π J(d))` of an iterate is wrong by the bulk modulus times the terms of
-//! second order of the step before. The three-field form has the pressure as an unknown, which changes by what the
-//! linearized equations say, and is eliminated from them again (Simo, Taylor, Pister 1985). With a tangent that was assembled
-//! at `d_0`, the step from the iterate `d_k` to the next one leads to
+//! In a nearly incompressible body the pressure `p̄ = Π U'(Π J(d))` of an iterate is wrong by the bulk modulus times
+//! the terms of second order of the step before. The three-field form has the pressure as an unknown, which changes by
+//! what the linearized equations say, and is eliminated from them again (Simo, Taylor, Pister 1985). With a tangent
+//! that was assembled at `d_0`, the step from the iterate `d_k` to the next one leads to
 //! ```text
 //! p_{k+1} = p̄_k + κ Π(∂J/∂F|_0 : (F_{k+1} - F_k)),            κ = U''(1)
 //! r_{k+1} = ∫ (∂W_rest/∂F + p_{k+1} ∂J/∂F + (p̄_{k+1} - p_{k+1}) ∂J/∂F|_0) : δF dV - …
 //! ```
-//! whose last term is what the elimination makes of the defect of the pressure. Where the iteration ends, `p = p̄`, and the
-//! forces are the derivatives of the energy. On the way the defect, which is multiplied by the bulk modulus, acts in the
-//! very directions that the kept tangent knows to be stiff; taken along `∂J/∂F` of the iterate, it leads a tangent that is older
-//! astray, by the bulk modulus times what the wall has strained since.
+//! whose last term is what the elimination makes of the defect of the pressure. Where the iteration ends, `p = p̄`, and
+//! the forces are the derivatives of the energy. On the way the defect, which is multiplied by the bulk modulus, acts
+//! in the very directions that the kept tangent knows to be stiff; taken along `∂J/∂F` of the iterate, it leads a
+//! tangent that is older astray, by the bulk modulus times what the wall has strained since.
 
 use super::super::SolidError;
 use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor};
@@ -101,7 +101,8 @@ impl Elements {
         })
     }
 
-    /// Gives the groups of an element the predicted pressure in place of their own; what is left of that, Pa, and the volumes.
+    /// Gives the groups of an element the predicted pressure in place of their own; what is left of that, Pa, and the
+    /// volumes.
     pub(super) fn predict_pressure(
         &self,
         body: Body,

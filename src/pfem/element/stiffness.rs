@@ -11,12 +11,12 @@ use faer::{Accum, MatMut, MatRef, Par};
 impl Elements {
     /// The blocks `K^{ik}` of [`PAIRS`] of one element, each modes times modes, one after the other.
     ///
-    /// If the displacement is the result of a step of Newton's method from `linearized_at`, the volumetric stress is the
-    /// one that the linearized equations gave, `U'(J_0) + U''(J_0) J_0 F_0⁻ᵀ : (F - F_0)` (all of it projected in the
-    /// mixed form), and not yet `U'(J)`, which
-    /// the terms of second order of a long step spoil in a nearly incompressible material (Magisano, Leonetti, Garcea:
-    /// *How to improve efficiency and robustness of the Newton method in geometrically non-linear structural problem
-    /// discretized via displacement-based finite elements*, 2017).
+    /// If the displacement is the result of a step of Newton's method from `linearized_at`, the volumetric stress is
+    /// the one that the linearized equations gave, `U'(J_0) + U''(J_0) J_0 F_0⁻ᵀ : (F - F_0)` (all of it projected in
+    /// the mixed form), and not yet `U'(J)`, which the terms of second order of a long step spoil in a nearly
+    /// incompressible material (Magisano, Leonetti, Garcea: *How to improve efficiency and robustness of the Newton
+    /// method in geometrically non-linear structural problem discretized via displacement-based finite elements*,
+    /// 2017).
     pub fn stiffness(
         &self,
         body: Body,

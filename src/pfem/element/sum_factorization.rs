@@ -8,8 +8,8 @@
 //! K_{ii'jj'kk'}        = Σ_{q_2} R2_{kk'}(q_2) T2_{ii'jj'}(q_2)
 //! ```
 //! they cost `O(p^7)` instead of `O(p^9)` operations, all of them matrix products. `R_{ii'}` are products of two
-//! functions, of a function and a derivative, or of two derivatives, as `α` and `β` demand. All six blocks of an element
-//! are done at once. (Melenk, Gerdes, Schwab: *Fully discrete hp-finite elements: fast quadrature*, 2001.)
+//! functions, of a function and a derivative, or of two derivatives, as `α` and `β` demand. All six blocks of an
+//! element are done at once. (Melenk, Gerdes, Schwab: *Fully discrete hp-finite elements: fast quadrature*, 2001.)
 
 use super::super::space::basis::BasisTable;
 use super::super::space::{Mode, Space};

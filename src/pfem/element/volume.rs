@@ -11,8 +11,8 @@
 //! K  = ∫ δF : (∂²W_rest/∂F² + p̄ ∂²J/∂F²) : δF dV + Bᵀ M⁻¹ D M⁻¹ B,
 //! M = ∫ ψ ψᵀ dV,    D = ∫ U''(J̄) ψ ψᵀ dV,    B = ∫ ψ ∂J/∂F : δF dV
 //! ```
-//! All integrals are sums over the same quadrature points, so that forces and tangent are the derivatives of the energy that
-//! is computed: displacements are the only unknowns, and the tangent is symmetric.
+//! All integrals are sums over the same quadrature points, so that forces and tangent are the derivatives of the energy
+//! that is computed: displacements are the only unknowns, and the tangent is symmetric.
 
 use super::super::material::lanes::{LANES, Lanes, Real};
 use super::super::material::{Volumetric, inverse_transpose};
@@ -30,11 +30,11 @@ use nalgebra::DMatrix;
 /// Degree from which on the trunk space has internal modes.
 const INTERNAL: usize = 6;
 
-/// Products of Legendre polynomials that span dilatation and pressure in an element of a space, with the largest degree `p`:
-/// those of total degree `p - 1` (`Q_p`-`P_{p-1}` with the tensor product space), and of `p - 2` in a trunk space, which has
-/// too few modes for more: it would lock, and where it has internal ones the pressure would jump between elements. With these,
-/// powers `p - 1` of each single direction can be added, which tubes need. In each direction less than its own degree.
-/// Measured in `docs/wall.md`.
+/// Products of Legendre polynomials that span dilatation and pressure in an element of a space, with the largest degree
+/// `p`: those of total degree `p - 1` (`Q_p`-`P_{p-1}` with the tensor product space), and of `p - 2` in a trunk space,
+/// which has too few modes for more: it would lock, and where it has internal ones the pressure would jump between
+/// elements. With these, powers `p - 1` of each single direction can be added, which tubes need. In each direction less
+/// than its own degree. Measured in `docs/wall.md`.
 pub fn modes(space: &Space) -> Vec<Mode> {
     let p = space.max_degree();
     let total = match space.kind {
@@ -153,8 +153,8 @@ impl Projection {
         }
     }
 
-    /// Replaces a field at the points of an element by its projection; points lie side by side, in groups with these weights, and a
-    /// field is zero where there is none.
+    /// Replaces a field at the points of an element by its projection; points lie side by side, in groups with these
+    /// weights, and a field is zero where there is none.
     pub(super) fn project_groups(
         &self,
         element: usize,

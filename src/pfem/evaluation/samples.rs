@@ -76,8 +76,8 @@ pub struct Samples {
     pub displacement: Vec<Vec3>,
     /// Stresses and strains as the displacement has them.
     pub raw: Vec<StressState>,
-    /// The same strains with smooth stresses: projected onto polynomials of the total degree of the displacement in each
-    /// element, and the mean of neighbouring elements of the same material.
+    /// The same strains with smooth stresses: projected onto polynomials of the total degree of the displacement in
+    /// each element, and the mean of neighbouring elements of the same material.
     pub smooth: Vec<StressState>,
 }
 

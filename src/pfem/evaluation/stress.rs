@@ -90,7 +90,8 @@ pub fn eigenvalues(A: &Mat3) -> [f64; 3] {
     [at(angle), at(angle - third), at(angle + third)]
 }
 
-/// What the largest eigenvalue of a symmetric matrix does not exceed: that of `[2, -1, -1]` with the same deviator's norm.
+/// What the largest eigenvalue of a symmetric matrix does not exceed: that of `[2, -1, -1]` with the same deviator's
+/// norm.
 pub fn largest_eigenvalue_bound(A: &Mat3) -> f64 {
     let (mean, _, radius) = split(A);
     mean + 2.0 * radius

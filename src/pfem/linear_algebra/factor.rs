@@ -162,7 +162,8 @@ fn parallelism() -> Par {
 }
 
 impl Factorization {
-    /// Number of negative eigenvalues of the matrix: of negative entries of `D` in `L D Lᵀ` (Sylvester's law of inertia).
+    /// Number of negative eigenvalues of the matrix: of negative entries of `D` in `L D Lᵀ` (Sylvester's law of
+    /// inertia).
     pub fn negative_eigenvalues(&self) -> usize {
         match (&self.values, self.kind) {
             (_, Kind::Llt) => 0,
@@ -171,8 +172,8 @@ impl Factorization {
         }
     }
 
-    /// The same with the factor rounded to single precision: half the memory, and half the time of a solution, which waits
-    /// for memory. Good enough for an iteration that measures its residual in double precision.
+    /// The same with the factor rounded to single precision: half the memory, and half the time of a solution, which
+    /// waits for memory. Good enough for an iteration that measures its residual in double precision.
     pub fn rounded(self) -> Self {
         let values = match self.values {
             Values::Double(values) => values.iter().map(|&v| v as f32).collect(),

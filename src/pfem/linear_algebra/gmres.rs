@@ -3,8 +3,8 @@
 use super::super::SolidError;
 use nalgebra::{DMatrix, DVector};
 
-/// Finds `x` with `|b - A x| <= tolerance |b|`, or as good as `most` applications of `apply`, `x ↦ A x`, make it (Saad and Schultz,
-/// *GMRES*, SIAM J. Sci. Stat. Comput. 7, 1986). Returns it with the number of applications.
+/// Finds `x` with `|b - A x| <= tolerance |b|`, or as good as `most` applications of `apply`, `x ↦ A x`, make it (Saad
+/// and Schultz, *GMRES*, SIAM J. Sci. Stat. Comput. 7, 1986). Returns it with the number of applications.
 ///
 /// # Errors
 /// Those of `apply`.

@@ -1,10 +1,10 @@
 //! Orders of elimination, on which the size of the factor depends.
 //!
-//! **Minimum degree** eliminates next what has the fewest neighbours left. **Nested dissection**: The elements are cut in two halves across the axis that leaves the fewest functions on the cut, the halves again, down
-//! to single elements. A function
-//! belongs to the smallest part that contains all its elements; parts are eliminated before the larger part that contains
-//! them. So internal modes come first, and the functions on a cut, which separate two halves, last (George: *Nested
-//! dissection of a regular finite element mesh*, 1973).
+//! **Minimum degree** eliminates next what has the fewest neighbours left. **Nested dissection**: The elements are cut
+//! in two halves across the axis that leaves the fewest functions on the cut, the halves again, down to single
+//! elements. A function belongs to the smallest part that contains all its elements; parts are eliminated before the
+//! larger part that contains them. So internal modes come first, and the functions on a cut, which separate two halves,
+//! last (George: *Nested dissection of a regular finite element mesh*, 1973).
 
 use super::super::SolidError;
 use super::super::space::numbering::Numbering;
@@ -34,8 +34,8 @@ fn amd_order(blocks: SymbolicSparseColMatRef<'_, usize>) -> Result<Vec<usize>, S
     Ok(order)
 }
 
-/// The functions that have rows: those of two halves of the mesh by approximate minimum degree, then those that the halves
-/// have in common. The halves are independent of each other, for two threads.
+/// The functions that have rows: those of two halves of the mesh by approximate minimum degree, then those that the
+/// halves have in common. The halves are independent of each other, for two threads.
 pub fn two_halves(
     pattern: &Pattern,
     numbering: &Numbering,

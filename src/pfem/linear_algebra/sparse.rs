@@ -78,8 +78,8 @@ fn expand(starts: &[usize], rows: &[usize]) -> SymbolicSparseColMat<usize> {
 }
 
 impl Pattern {
-    /// The pattern of all element matrices; `held[3 f + i]` says whether component `i` of function `f` is fixed, `order`
-    /// has the functions in the order of their rows.
+    /// The pattern of all element matrices; `held[3 f + i]` says whether component `i` of function `f` is fixed,
+    /// `order` has the functions in the order of their rows.
     pub fn new(numbering: &Numbering, held: &[bool], order: &[usize]) -> Self {
         let active = |f: usize| !(held[3 * f] && held[3 * f + 1] && held[3 * f + 2]);
         let functions: Vec<usize> = order.iter().copied().filter(|&f| active(f)).collect();

@@ -1,8 +1,8 @@
 //! Forward and backward substitution with a supernodal Cholesky factor on several threads.
 //!
-//! A column of the factor changes only its ancestors in the elimination tree (Liu: *The role of elimination trees in sparse
-//! factorization*, 1990), so disjoint subtrees go side by side: forwards before the columns that they have in common,
-//! backwards after them. Which subtrees depends on the matrix alone, and so does the result.
+//! A column of the factor changes only its ancestors in the elimination tree (Liu: *The role of elimination trees in
+//! sparse factorization*, 1990), so disjoint subtrees go side by side: forwards before the columns that they have in
+//! common, backwards after them. Which subtrees depends on the matrix alone, and so does the result.
 
 use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
 use faer::traits::RealField;

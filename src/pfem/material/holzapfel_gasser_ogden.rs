@@ -10,10 +10,11 @@ use multiversion::multiversion;
 
 /// Ground substance and two families of fibres:
 /// `W = k1/(2 k2) Σ_f (exp(k2 (IV_f - 1)²) - 1) + mu/2 (J^{-2/3} I_C - 3) + kappa/2 (J - 1)²`
-/// with `IV_f = a_f · C a_f`. Where directions are dispersed by `κ` about the mean (Gasser, Ogden, Holzapfel: *Hyperelastic
-/// modelling of arterial layers with distributed collagen fibre orientations*, J. R. Soc. Interface 3, 2006, equation
-/// (4.7)), `κ (I_C - 3) + (1 - 3 κ) (IV_f - 1)` takes the place of `IV_f - 1`. As in the paper, the fibres see the full `C`, not its isochoric part, and resist
-/// compression as well unless `tension_only` is set.
+/// with `IV_f = a_f · C a_f`. Where directions are dispersed by `κ` about the mean (Gasser, Ogden, Holzapfel:
+/// *Hyperelastic modelling of arterial layers with distributed collagen fibre orientations*, J. R. Soc. Interface 3,
+/// 2006, equation (4.7)), `κ (I_C - 3) + (1 - 3 κ) (IV_f - 1)` takes the place of `IV_f - 1`. As in the
+/// paper, the fibres see the full `C`, not its isochoric part, and resist compression as well unless `tension_only` is
+/// set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HolzapfelGasserOgden {
     /// Shear modulus of the ground substance, Pa.
@@ -43,8 +44,8 @@ impl HolzapfelGasserOgden {
         ]
     }
 
-    /// Mean strain `E = κ (I_C - 3) + (1 - 3 κ) (IV - 1)` of the fibres about the direction `a`, and half of its derivative
-    /// by `F`: `κ F + (1 - 3 κ) (F a) ⊗ a`.
+    /// Mean strain `E = κ (I_C - 3) + (1 - 3 κ) (IV - 1)` of the fibres about the direction `a`, and half of its
+    /// derivative by `F`: `κ F + (1 - 3 κ) (F a) ⊗ a`.
     fn strain(&self, F: &Mat3, a: &Vec3) -> (f64, Mat3) {
         let (Fa, aligned) = (F * a, 1.0 - 3.0 * self.dispersion);
         let E = self.dispersion * (F.norm_squared() - 3.0) + aligned * (Fa.norm_squared() - 1.0);
@@ -159,7 +160,8 @@ impl HyperelasticMaterial for HolzapfelGasserOgden {
 
     /// With `G = F⁻ᵀ`:
     /// `A_ijkl = mu J^{-2/3} (δ_ik δ_jl - 2/3 (F_ij G_kl + G_ij F_kl) + 2/9 I_C G_ij G_kl + I_C/3 G_il G_kj)
-    /// + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj + Σ_f 4 psi'' M_ij M_kl + 2 psi' δ_ik (κ δ_jl + (1 - 3 κ) a_j a_l)`.
+    /// + (U'' J² + U' J) G_ij G_kl - U' J G_il G_kj + Σ_f 4 psi'' M_ij M_kl
+    /// + 2 psi' δ_ik (κ δ_jl + (1 - 3 κ) a_j a_l)`.
     fn tangent_with(&self, F: &Mat3, frame: &WallAxes, U: &Volumetric) -> Tensor4 {
         let (G, J) = inverse_transpose(F);
         let mu = self.mu * J.cbrt().powi(-2);

@@ -1,8 +1,8 @@
 //! Formulas for one point or for several side by side, which a processor computes with the same instructions.
 //!
-//! The loops over points that call them are compiled for several kinds of processor ([`multiversion`]). Only what is inlined into
-//! such a function is compiled with it: all that is called for each point has to be an `#[inline(always)]` function with
-//! loops. A closure that is given to `map` is none.
+//! The loops over points that call them are compiled for several kinds of processor ([`multiversion`]). Only what is
+//! inlined into such a function is compiled with it: all that is called for each point has to be an `#[inline(always)]`
+//! function with loops. A closure that is given to `map` is none.
 
 use crate::Mat3;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -159,7 +159,8 @@ impl Real for Lanes {
         Self::of(1.0) / self
     }
 
-    /// `2^k e^r` with a whole number `k` and `|r| <= ln(2)/2`, by the series of `e^r`, whose first term left out is below 1e-17.
+    /// `2^k e^r` with a whole number `k` and `|r| <= ln(2)/2`, by the series of `e^r`, whose first term left out is
+    /// below 1e-17.
     #[inline(always)]
     fn exponential(self) -> Self {
         /// Added to a number it leaves the nearest whole one in the last bits.
@@ -187,8 +188,8 @@ impl Real for Lanes {
         Self(result)
     }
 
-    /// Near one: `y²` with `y = x^(-1/3)` by Newton's method for `1 - x y³`, whose error becomes twice its square, from a
-    /// series that errs by less than 1e-4.
+    /// Near one: `y²` with `y = x^(-1/3)` by Newton's method for `1 - x y³`, whose error becomes twice its square, from
+    /// a series that errs by less than 1e-4.
     #[inline(always)]
     fn power_minus_two_thirds(self) -> Self {
         let change = self - Self::of(1.0);
@@ -272,7 +273,8 @@ pub fn volume_change<T: Real>(H: &Tensor<T>) -> T {
     (H[0][0] + H[1][1] + H[2][2]) + (C[0][0] + C[1][1] + C[2][2]) + third
 }
 
-/// `ln(1 + x)` with all digits of a small `x`: `2 artanh s` with `s = x/(2 + x)`, by its series where seven terms are enough.
+/// `ln(1 + x)` with all digits of a small `x`: `2 artanh s` with `s = x/(2 + x)`, by its series where seven terms are
+/// enough.
 #[inline(always)]
 pub fn ln_1p(x: Lanes) -> Lanes {
     if !x.all_within(0.15) {

@@ -34,8 +34,9 @@ impl NeoHooke {
     }
 }
 
-/// The term `-mu ln J` depends on the volume ratio alone, too, but belongs to the rest: without it the rest is not positive
-/// definite in the reference configuration, and modes whose volume change a projection does not see would be unstable.
+/// The term `-mu ln J` depends on the volume ratio alone, too, but belongs to the rest: without it the rest is not
+/// positive definite in the reference configuration, and modes whose volume change a projection does not see would be
+/// unstable.
 impl HyperelasticMaterial for NeoHooke {
     fn energy_with(&self, F: &Mat3, _: &WallAxes, U: &Volumetric) -> f64 {
         0.5 * self.mu * (F.norm_squared() - 3.0) - self.mu * F.determinant().ln() + U.energy

@@ -1,9 +1,10 @@
-//! Anderson's acceleration of a fixed-point iteration `u ← u + g(u)`: with the differences `ΔU` and `ΔG` of all iterates
+//! Anderson's acceleration of a fixed-point iteration `u ← u + g(u)`: with the differences `ΔU` and `ΔG` of all
+//! iterates
 //! ```text
 //! u ← u + g - (ΔU + ΔG) γ,       γ = argmin |g - ΔG γ|
 //! ```
-//! (Walker and Ni, *Anderson acceleration for fixed-point iterations*, SIAM J. Numer. Anal. 49, 2011), which for a linear
-//! problem is GMRES.
+//! (Walker and Ni, *Anderson acceleration for fixed-point iterations*, SIAM J. Numer. Anal. 49, 2011), which for a
+//! linear problem is GMRES.
 
 use nalgebra::{DMatrix, DVector};
 

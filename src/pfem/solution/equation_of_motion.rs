@@ -102,7 +102,8 @@ impl EquationOfMotion {
         Ok(self.body.factorize(&values)?.negative_eigenvalues() == 0)
     }
 
-    /// Factorizes a tangent that was assembled at `d`. Inertia keeps it well enough conditioned for a factor in single precision.
+    /// Factorizes a tangent that was assembled at `d`. Inertia keeps it well enough conditioned for a factor in single
+    /// precision.
     fn factorize(&self, d: &[f64], tangent: &[f64]) -> Result<KeptTangent, SolidError> {
         let factorization = self.body.factorize(tangent)?.rounded();
         Ok(KeptTangent::new(
@@ -111,8 +112,8 @@ impl EquationOfMotion {
         ))
     }
 
-    /// Acceleration of all coefficients (m/s²) by the weight alone, when the body is let go: `M a = f`. Newmark's method begins with it,
-    /// and without it would never forget half a step of that velocity.
+    /// Acceleration of all coefficients (m/s²) by the weight alone, when the body is let go: `M a = f`. Newmark's
+    /// method begins with it, and without it would never forget half a step of that velocity.
     pub fn acceleration_by_weight(&self) -> Result<Vec<f64>, SolidError> {
         let body = &self.body;
         let still = vec![0.0; body.coefficients()];
@@ -133,7 +134,8 @@ impl EquationOfMotion {
     }
 }
 
-/// What the body answered to a displacement: a coupling iteration starts where the last one ended, with another load only.
+/// What the body answered to a displacement: a coupling iteration starts where the last one ended, with another load
+/// only.
 #[derive(Debug, Clone)]
 pub struct InternalForces {
     displacement: Vec<f64>,

@@ -1,7 +1,7 @@
 //! The static equilibrium in which a structure can be when time begins.
 //!
-//! Where tissue is at rest in a loaded state, that state is an equilibrium which is known: a wall is led from there to other
-//! pressures, not from its unloaded shape, which the tissue would pull open.
+//! Where tissue is at rest in a loaded state, that state is an equilibrium which is known: a wall is led from there to
+//! other pressures, not from its unloaded shape, which the tissue would pull open.
 
 use super::super::SolidError;
 use super::super::element::surface::{LoadKind, Surface};
@@ -21,8 +21,9 @@ pub(super) struct TissueAtRest {
 }
 
 impl Structure {
-    /// Displacement coefficients in static equilibrium under a pressure (Pa) on the wet surface and the one outside, after
-    /// held coefficients were moved to the values in `moved`, which are those of a guess of the whole displacement.
+    /// Displacement coefficients in static equilibrium under a pressure (Pa) on the wet surface and the one outside,
+    /// after held coefficients were moved to the values in `moved`, which are those of a guess of the whole
+    /// displacement.
     ///
     /// # Errors
     /// If there is no stable one; the text says how far it went.
@@ -108,8 +109,8 @@ impl Structure {
             .collect()
     }
 
-    /// The pressure (Pa) on the wet surface and the one outside, if they are not zero, each with what of it is there where tissue
-    /// is at `rest`.
+    /// The pressure (Pa) on the wet surface and the one outside, if they are not zero, each with what of it is there
+    /// where tissue is at `rest`.
     fn pressures(
         &self,
         pressure: f64,
@@ -126,15 +127,16 @@ impl Structure {
         acting.into_iter().chain(outer).collect()
     }
 
-    /// Share of the pressure (Pa) on the wet surface that the tissue around the wall carries at a displacement: the forces with which its springs press
-    /// the outer surface inwards, over those with which the pressure presses the inner one outwards.
+    /// Share of the pressure (Pa) on the wet surface that the tissue around the wall carries at a displacement: the
+    /// forces with which its springs press the outer surface inwards, over those with which the pressure presses the
+    /// inner one outwards.
     pub fn tissue_share(&self, pressure: f64, displacement: &[f64]) -> f64 {
         let inwards = self.body().inward_spring_force("outer", displacement);
         inwards / (pressure * self.wet_area(displacement))
     }
 
-    /// Tissue that is to be at rest in a loaded state is so in the equilibrium under this pressure (Pa) inside, with this displacement
-    /// (m, all coefficients).
+    /// Tissue that is to be at rest in a loaded state is so in the equilibrium under this pressure (Pa) inside, with
+    /// this displacement (m, all coefficients).
     ///
     /// # Errors
     /// If the structure works on a step.

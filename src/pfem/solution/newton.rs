@@ -12,14 +12,16 @@ use std::sync::Arc;
 
 /// A system of nonlinear equations `r(d) = 0` with a symmetric tangent.
 pub trait Equilibrium {
-    /// Residual at `d`, which is solved with a kept tangent, if there is one, and which a step with it led to from the residual `before`.
+    /// Residual at `d`, which is solved with a kept tangent, if there is one, and which a step with it led to from the
+    /// residual `before`.
     fn residual(
         &self,
         d: &[f64],
         kept: Option<&KeptTangent>,
         before: Option<&Residual>,
     ) -> Result<Residual, SolidError>;
-    /// Assembles the tangent `∂r/∂d` at `d`, which is a full step of Newton's method away from `linearized_at`, if known.
+    /// Assembles the tangent `∂r/∂d` at `d`, which is a full step of Newton's method away from `linearized_at`, if
+    /// known.
     fn tangent(&self, d: &[f64], linearized_at: Option<&[f64]>) -> Result<Vec<f64>, SolidError>;
     /// Factorizes a tangent that was assembled at `d`.
     fn factorize(&self, d: &[f64], tangent: &[f64]) -> Result<KeptTangent, SolidError>;
@@ -86,8 +88,8 @@ pub struct Solution {
     pub stats: Stats,
 }
 
-/// Solves `problem` from `start` to the relative residual `tolerance`. `kept` is a tangent from earlier solutions, replaced
-/// when it has become too old.
+/// Solves `problem` from `start` to the relative residual `tolerance`. `kept` is a tangent from earlier solutions,
+/// replaced when it has become too old.
 pub fn solve(
     problem: &impl Equilibrium,
     start: Vec<f64>,

@@ -1,9 +1,9 @@
 //! The inverse of the tangent, approximated by an old factorization and what the iterations since have shown.
 //!
-//! Each iteration moves by a step `s` and so changes the residual by `y`. The BFGS formula corrects the inverse `H` of the
-//! factorized tangent, by as little as possible, such that it stays symmetric, positive definite, and `H y = s` for the
-//! pairs that are remembered (Matthies, Strang: *The solution of nonlinear finite element equations*, 1979; the product by
-//! two loops over the pairs: Nocedal, *Updating quasi-Newton matrices with limited storage*, 1980).
+//! Each iteration moves by a step `s` and so changes the residual by `y`. The BFGS formula corrects the inverse `H` of
+//! the factorized tangent, by as little as possible, such that it stays symmetric, positive definite, and `H y = s` for
+//! the pairs that are remembered (Matthies, Strang: *The solution of nonlinear finite element equations*, 1979; the
+//! product by two loops over the pairs: Nocedal, *Updating quasi-Newton matrices with limited storage*, 1980).
 
 use super::super::SolidError;
 use super::super::element::predicted_pressure::{Origin, VolumeGradients, Volumes};
@@ -52,14 +52,15 @@ impl KeptTangent {
         }
     }
 
-    /// Whence the iterate comes that a step with this tangent led to from one with the volumes `before`; none if no pressure is predicted.
+    /// Whence the iterate comes that a step with this tangent led to from one with the volumes `before`; none if no
+    /// pressure is predicted.
     pub fn origin<'a>(&'a self, before: Option<&'a Volumes>) -> Option<Origin<'a>> {
         let gradients = self.volume_gradients.as_ref()?;
         Some(Origin { gradients, before })
     }
 
-    /// Whether the pressure is predicted with it. Then there is nothing to learn from iterations: what the residual changes by is not a
-    /// matter of the step alone, but of the pressure's defect before it as well.
+    /// Whether the pressure is predicted with it. Then there is nothing to learn from iterations: what the residual
+    /// changes by is not a matter of the step alone, but of the pressure's defect before it as well.
     pub fn predicts_pressure(&self) -> bool {
         self.volume_gradients.is_some()
     }

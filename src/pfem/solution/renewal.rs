@@ -1,7 +1,8 @@
 //! A new tangent, factorized on another thread while the fluid works.
 //!
-//! When it takes the place of the old one is decided by counts alone, never by clocks, so that a run can be repeated to the last
-//! digit. Whether it will be ready by then is estimated: a wall that is large beside its fluid would wait for it.
+//! When it takes the place of the old one is decided by counts alone, never by clocks, so that a run can be repeated to
+//! the last digit. Whether it will be ready by then is estimated: a wall that is large beside its fluid would wait for
+//! it.
 
 use super::super::SolidError;
 use super::super::discretization::Discretization;
@@ -11,8 +12,9 @@ use super::stats::{Stats, timed};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
-/// Solutions after which a tangent is renewed, for each step that the renewal has time for. Sooner, the quasi-Newton pairs of the
-/// last one would still be worth more; later, iterations would cost more than the factorization (both measured).
+/// Solutions after which a tangent is renewed, for each step that the renewal has time for. Sooner, the quasi-Newton
+/// pairs of the last one would still be worth more; later, iterations would cost more than the factorization (both
+/// measured).
 pub const WORN: usize = 3;
 
 /// A tangent that is kept, and what it was assembled from.

@@ -1,14 +1,14 @@
 //! Static analysis: the load grows in steps from zero to its full value.
 //!
-//! Each step starts from the solution of the one before; its first Newton iteration is the extrapolation along the tangent
-//! of the path. A step that finds no equilibrium is cut in half; after a step that needs few iterations the next ones
-//! grow. (To extrapolate displacements through earlier solutions was tried: in a nearly incompressible wall the terms of
-//! second order then make the start worse, and three times as many iterations are needed.)
+//! Each step starts from the solution of the one before; its first Newton iteration is the extrapolation along the
+//! tangent of the path. A step that finds no equilibrium is cut in half; after a step that needs few iterations the
+//! next ones grow. (To extrapolate displacements through earlier solutions was tried: in a nearly incompressible wall
+//! the terms of second order then make the start worse, and three times as many iterations are needed.)
 //!
-//! An equilibrium whose tangent has negative eigenvalues is unstable. The step is then cut too, since a long one may have
-//! led past a stable path that turns; if that does not help, the path has lost its stability, and
-//! [`AtBifurcation`] says what to do. The stable path that branches off is reached with a small force in the
-//! direction of the buckling mode, which is taken away behind the bifurcation.
+//! An equilibrium whose tangent has negative eigenvalues is unstable. The step is then cut too, since a long one may
+//! have led past a stable path that turns; if that does not help, the path has lost its stability, and
+//! [`AtBifurcation`] says what to do. The stable path that branches off is reached with a small force in the direction
+//! of the buckling mode, which is taken away behind the bifurcation.
 
 use super::super::SolidError;
 use super::super::discretization::Discretization;
@@ -24,8 +24,8 @@ use std::cell::OnceCell;
 const FEW_ITERATIONS: usize = 5;
 /// Share of the full load within which a bifurcation is enclosed before its place is interpolated.
 const ENCLOSURE: f64 = 2e-3;
-/// Eigenvalues above minus this share of the unloaded body's lowest one are not negative: those of a straight tube's bend
-/// are zero in any direction across it.
+/// Eigenvalues above minus this share of the unloaded body's lowest one are not negative: those of a straight tube's
+/// bend are zero in any direction across it.
 const INDIFFERENT: f64 = 1e-3;
 /// Share of the critical load at which the force is applied that leads to the stable branch.
 const BELOW: f64 = 0.9;
@@ -146,8 +146,8 @@ pub fn solve_onto(
     follow(body, loads, unloaded, None, options)
 }
 
-/// Equilibrium without loads of a body whose held coefficients are moved to the values in `guess`; each step begins with
-/// its share of the whole guess, so that no element has to take up all of it.
+/// Equilibrium without loads of a body whose held coefficients are moved to the values in `guess`; each step begins
+/// with its share of the whole guess, so that no element has to take up all of it.
 ///
 /// # Errors
 /// If there is none, or the body buckles on the way.

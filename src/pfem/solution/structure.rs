@@ -7,8 +7,9 @@
 //! r(d) = M (a + α v) + C v + f_int(d) - f_ext(d) = 0,
 //! K    = ∂(f_int - f_ext)/∂d + γ/(β dt) C + (1/(β dt²) + α γ/(β dt)) M
 //! ```
-//! where `f_ext` holds the loads and the weight, `C` are the dampers around the body and `α` is the mass-proportional damping (section 2.1). Other parameters damp high frequencies, see
-//! [`TimeScheme`]; with implicit Euler (first order, damps much) `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
+//! where `f_ext` holds the loads and the weight, `C` are the dampers around the body and `α` is the mass-proportional
+//! damping (section 2.1). Other parameters damp high frequencies, see [`TimeScheme`]; with implicit Euler (first order,
+//! damps much) `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
 
 use super::super::discretization::{self, Discretization};
 use super::super::element::surface::Surface;
@@ -204,8 +205,9 @@ impl Structure {
         Self::unmoved(equation, locator, options.newton, given)
     }
 
-    /// The structure before `displacement` (m, all coefficients) led it to the shape that is given, unloaded and at rest
-    /// there. Points of the wet surface are found, and their displacements counted, in the given shape all the same.
+    /// The structure before `displacement` (m, all coefficients) led it to the shape that is given, unloaded and at
+    /// rest there. Points of the wet surface are found, and their displacements counted, in the given shape all the
+    /// same.
     ///
     /// # Errors
     /// If the displacement turns an element inside out.
@@ -270,16 +272,17 @@ impl Structure {
         })
     }
 
-    /// The same structure beside a fluid that needs about so many `seconds` for a time step, on the machine for which the costs of the
-    /// structure are known. Of a large wall beside a small fluid a tangent is given several steps to be made.
+    /// The same structure beside a fluid that needs about so many `seconds` for a time step, on the machine for which
+    /// the costs of the structure are known. Of a large wall beside a small fluid a tangent is given several steps to
+    /// be made.
     #[must_use]
     pub fn beside(self, seconds: f64) -> Self {
         let lead = renewal::lead(&self.equation.body, seconds);
         Self { lead, ..self }
     }
 
-    /// The same structure, but moved as prescribed whatever loads it, from time 0 on; in a space of degree 1, whose functions are
-    /// those of the vertices. It has no stresses.
+    /// The same structure, but moved as prescribed whatever loads it, from time 0 on; in a space of degree 1, whose
+    /// functions are those of the vertices. It has no stresses.
     #[must_use]
     pub fn moving_as(self, motion: &PrescribedMotion) -> Self {
         let body = &self.equation.body;

@@ -40,9 +40,9 @@ impl TimeScheme {
         (0..d.len()).map(pair).unzip()
     }
 
-    /// The acceleration (m/s²) that the equation of motion is to balance, from those at both ends of a step. Bossak's method
-    /// goes beyond the end, `(1 + α) a - α a_old`, which with its β and γ damps and stays of second order (Wood, Bossak and
-    /// Zienkiewicz, *Int. J. Numer. Methods Eng.* 15, 1980); with the other methods it is that at the end.
+    /// The acceleration (m/s²) that the equation of motion is to balance, from those at both ends of a step. Bossak's
+    /// method goes beyond the end, `(1 + α) a - α a_old`, which with its β and γ damps and stays of second order (Wood,
+    /// Bossak and Zienkiewicz, *Int. J. Numer. Methods Eng.* 15, 1980); with the other methods it is that at the end.
     pub(super) fn balanced(self, old: &State, a: Vec<f64>) -> Vec<f64> {
         match self {
             Self::Bossak => (a.iter().zip(&old.a))

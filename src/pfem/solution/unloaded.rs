@@ -4,27 +4,28 @@
 //! ```text
 //! r(u) = f_int(u; X = x - u) - f_ext(x) = 0
 //! ```
-//! (Govindjee and Mihalic, *Computational methods for inverse finite elastostatics*, Comput. Methods Appl. Mech. Engrg. 136,
-//! 1996). Forces stand on the given shape, which does not change: neither do pressures that follow the surface. Nor can the body buckle
-//! here, for the moments of these forces are known. The load grows in steps. Each begins with a fixed-point iteration,
+//! (Govindjee and Mihalic, *Computational methods for inverse finite elastostatics*, Comput. Methods Appl. Mech. Engrg.
+//! 136, 1996). Forces stand on the given shape, which does not change: neither do pressures that follow the surface.
+//! Nor can the body buckle here, for the moments of these forces are known. The load grows in steps. Each begins with a
+//! fixed-point iteration,
 //! ```text
 //! g(u) = -K⁻¹ r(u),      u ← u + g(u),
 //! ```
 //! with the tangent `K` of the internal forces, the unloaded shape fixed, at the end of the step before (what is
 //! extrapolated from there is compressed, so that its stresses are wrong by more than themselves): one step of Newton's
-//! method of the loading in place of all of it, otherwise the iteration of Sellier (*An iterative method for the inverse
-//! elasto-static problem*, J. Fluids Struct. 27, 2011). What `K` leaves out, the change of the unloaded shape, [Anderson's
-//! acceleration](super::anderson) learns from the iterates.
+//! method of the loading in place of all of it, otherwise the iteration of Sellier (*An iterative method for the
+//! inverse elasto-static problem*, J. Fluids Struct. 27, 2011). What `K` leaves out, the change of the unloaded shape,
+//! [Anderson's acceleration](super::anderson) learns from the iterates.
 //!
-//! That is cheap, but where fibres stiffen, or loading is close to buckling, `K` has too little to do with the problem. From the step on in
-//! which it fails, Newton's method takes its place,
+//! That is cheap, but where fibres stiffen, or loading is close to buckling, `K` has too little to do with the problem.
+//! From the step on in which it fails, Newton's method takes its place,
 //! ```text
 //! J s = -r(u),     u ← u + α s,      J = ∂f_int/∂u - ∂f_int/∂X.
 //! ```
-//! `J` has no symmetry. What it makes of a vector is the difference of two residuals; GMRES solves the linear system, with `K` at `u` as
-//! preconditioner, which has the stiffness of the volume in common with `J`. A step that makes `|K⁻¹ r|` no smaller is shortened (Deuflhard's
-//! natural monotonicity test: the norm of `r` itself always rises first, since linear steps violate incompressibility by terms of
-//! second order).
+//! `J` has no symmetry. What it makes of a vector is the difference of two residuals; GMRES solves the linear system,
+//! with `K` at `u` as preconditioner, which has the stiffness of the volume in common with `J`. A step that makes `|K⁻¹
+//! r|` no smaller is shortened (Deuflhard's natural monotonicity test: the norm of `r` itself always rises first, since
+//! linear steps violate incompressibility by terms of second order).
 
 use super::super::SolidError;
 use super::super::discretization::Discretization;
@@ -48,8 +49,8 @@ const MOST_NEWTON_ITERATIONS: usize = 20;
 const LINEAR: f64 = 1e-2;
 /// Most applications of `J` for one of them.
 const MOST_APPLICATIONS: usize = 60;
-/// Strain by which residuals are apart from which `J` is a difference: the terms of second order times the bulk modulus are then as
-/// small as rounding, both about 1e-4 of the difference.
+/// Strain by which residuals are apart from which `J` is a difference: the terms of second order times the bulk modulus
+/// are then as small as rounding, both about 1e-4 of the difference.
 const APART: f64 = 1e-8;
 /// The smallest share of a step of Newton's method.
 const SHORTEST_SHARE: f64 = 1.0 / 64.0;
@@ -187,7 +188,8 @@ impl Goal<'_> {
         unloaded.factorize(&tangent)
     }
 
-    /// The step of Newton's method from a residual `K⁻¹ r` of the preconditioned equations, linearized at a displacement.
+    /// The step of Newton's method from a residual `K⁻¹ r` of the preconditioned equations, linearized at a
+    /// displacement.
     fn newton_step(
         &self,
         at: &[f64],
@@ -230,8 +232,8 @@ impl Goal<'_> {
         Err(SolidError::NoEquilibrium(self.diagnosis(&history)))
     }
 
-    /// The same by Newton's method. The first step is linearized `before` the start, where there was
-    /// equilibrium: what is extrapolated from there is compressed, so that its stresses are wrong by more than themselves.
+    /// The same by Newton's method. The first step is linearized `before` the start, where there was equilibrium: what
+    /// is extrapolated from there is compressed, so that its stresses are wrong by more than themselves.
     fn newton(&self, before: &[f64], start: Vec<f64>) -> Result<(Vec<f64>, usize), SolidError> {
         let mut displacement = start;
         let (mut residual, mut relative) = self.residual(&displacement)?;

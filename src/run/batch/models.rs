@@ -59,8 +59,8 @@ impl BatchRun {
     }
 }
 
-/// The models in the folder `cases` whose names fit one of the patterns, by name, or the one case that the folder is; each in
-/// all variants, which add something to its name. All cases must be right.
+/// The models in the folder `cases` whose names fit one of the patterns, by name, or the one case that the folder is;
+/// each in all variants, which add something to its name. All cases must be right.
 pub fn find(
     cases: &Path,
     patterns: &str,

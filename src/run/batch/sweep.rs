@@ -173,7 +173,8 @@ fn in_a_name(text: &str) -> String {
     name.trim_matches('-').to_owned()
 }
 
-/// The variants of a table: a column a key (linked ones with `+`), perhaps one with a `name`; an empty cell leaves the case's own value.
+/// The variants of a table: a column a key (linked ones with `+`), perhaps one with a `name`; an empty cell leaves the
+/// case's own value.
 fn samples(
     path: &Path,
     selection: &CaseSelection,

@@ -48,8 +48,8 @@ impl Worker {
             command.env("RAYON_NUM_THREADS", threads.to_string());
         }
         let log = model.log();
-        // Should this process be killed, the run ends in order by itself. The kernel then sends the signal once for each
-        // thread of this process, and a second SIGTERM would end the run at once.
+        // Should this process be killed, the run ends in order by itself. The kernel then sends the signal once for
+        // each thread of this process, and a second SIGTERM would end the run at once.
         let process = Process::start(command, &log, Signal::HUP)
             .map_err(|e| format!("cannot be started: {e}"))?;
         Ok(Self {

@@ -36,7 +36,8 @@ pub struct Unloading {
     pub largest_displacement_m: f64,
     /// Root mean square of that distance.
     pub rms_displacement_m: f64,
-    /// Largest distance of a point of the wet surface between the given shape and what loading the unloaded one leads to.
+    /// Largest distance of a point of the wet surface between the given shape and what loading the unloaded one leads
+    /// to.
     pub distance_after_loading_m: f64,
 }
 
@@ -72,8 +73,8 @@ pub fn unloaded_wall(case: &Case, domain: &Domain) -> Result<UnloadedWall, Solid
     })
 }
 
-/// Displacement of the vertices by the axial stretch of a vessel, evenly along x, if it is stretched: at held coefficients those
-/// to which they are moved.
+/// Displacement of the vertices by the axial stretch of a vessel, evenly along x, if it is stretched: at held
+/// coefficients those to which they are moved.
 pub(super) fn along_axis(
     vessel: &BloodVessel,
     body: &Discretization,
@@ -92,8 +93,8 @@ pub(super) fn along_axis(
     (stretch != 1.0).then_some(guess)
 }
 
-/// The wall of a vessel, which is given in the shape of the case, in its unloaded one, with its tissue at rest where it is to
-/// be; and how the shape was found, if it is not the given one.
+/// The wall of a vessel, which is given in the shape of the case, in its unloaded one, with its tissue at rest where it
+/// is to be; and how the shape was found, if it is not the given one.
 ///
 /// # Errors
 /// If no unloaded shape is found, or no equilibrium for the tissue to be at rest in.

@@ -5,8 +5,8 @@ use crate::coupling::acceptance::Limits;
 use crate::geometry::Vessel;
 use std::f64::consts::{PI, TAU};
 
-/// Pressures may be so many times what drives the flow: errors that grow from step to step pass that within a few steps, and no flow
-/// that is driven does.
+/// Pressures may be so many times what drives the flow: errors that grow from step to step pass that within a few
+/// steps, and no flow that is driven does.
 const PRESSURES: f64 = 100.0;
 /// Velocities, whose squares are pressures, likewise.
 const VELOCITIES: f64 = 10.0;

@@ -77,7 +77,8 @@ pub struct CoupledModel {
     pub rigid_volume: f64,
     /// Where the unloaded shape of the wall comes from, if it is not the given one.
     pub unloading: Option<Unloading>,
-    /// Mesh of the fluid at rest, of an OpenFOAM case of the user's own: its patches and cells are what regions are made of.
+    /// Mesh of the fluid at rest, of an OpenFOAM case of the user's own: its patches and cells are what regions are
+    /// made of.
     pub own_mesh: Option<PolyMesh>,
 }
 
@@ -210,7 +211,8 @@ pub fn couple<F: Fluid>(
     join(case, fluid, solid, unloading)
 }
 
-/// What relates the two meshes of the wet surface: those that are made here are made for each other, those of others may be any.
+/// What relates the two meshes of the wet surface: those that are made here are made for each other, those of others
+/// may be any.
 fn transfer(
     case: &Case,
     interface: &FluidInterface,

@@ -40,8 +40,8 @@ pub(super) fn all_openings_are_known(own: &OwnCase, mesh: &PolyMesh) -> bool {
     keys.openings.is_empty() || mesh.patches.iter().all(is_known)
 }
 
-/// The patches at which a wall ends whose rim moves there: that of an extruded wall unless it is held, that of a prescribed motion
-/// where it moves. Those of a wall from a file are not known.
+/// The patches at which a wall ends whose rim moves there: that of an extruded wall unless it is held, that of a
+/// prescribed motion where it moves. Those of a wall from a file are not known.
 fn moving_patches(own: &OwnCase, domain: &Domain) -> BTreeMap<String, PatchMotion> {
     let mesh = &domain.fluid;
     let others = mesh
@@ -288,7 +288,8 @@ fn axes(
     }
 }
 
-/// The hexahedra of a file. Its regions are of the materials of their names; if there is a single material, all are of it.
+/// The hexahedra of a file. Its regions are of the materials of their names; if there is a single material, all are of
+/// it.
 fn from_file(wall: &OwnWall, keys: &WallFile) -> Result<HexMesh, DomainError> {
     let wrong = |reason: String| DomainError {
         key: "wall.file.mesh",
@@ -322,8 +323,8 @@ fn factors(path: &Path, points: &[Vec3]) -> Result<Vec<f64>, String> {
         .collect())
 }
 
-/// The rows of a table with these columns, one at least; all numbers are finite. Lengths count in metres, unless a column's
-/// name says another unit.
+/// The rows of a table with these columns, one at least; all numbers are finite. Lengths count in metres, unless a
+/// column's name says another unit.
 fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]>, String> {
     let wrong = |what: String| format!("{}: {what}", path.display());
     let place = |names: &[String], wanted: &str| {

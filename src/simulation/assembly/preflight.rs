@@ -182,8 +182,8 @@ pub enum TrialError {
 }
 
 /// Starts OpenFOAM, if the case asks for it, for trial on the mesh and the templates of the case, in a folder that is
-/// gone afterwards, also if `interrupt` is set meanwhile. A fine mesh of a vessel is replaced by a coarse one with the same
-/// patches: the templates are read alike, and a trial on a million cells would take a minute.
+/// gone afterwards, also if `interrupt` is set meanwhile. A fine mesh of a vessel is replaced by a coarse one with the
+/// same patches: the templates are read alike, and a trial on a million cells would take a minute.
 ///
 /// # Errors
 /// What OpenFOAM refuses, or that there was an interrupt.

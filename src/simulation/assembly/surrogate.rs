@@ -25,14 +25,14 @@ const PROBE_TOLERANCE: f64 = 1e-3;
 const MOST_STATIONS: usize = 63;
 /// Most periods of a wave around the circumference.
 const MOST_PERIODS: usize = 8;
-/// Waves are left out from that number of periods on where the blood's added mass is below this share of what the wall sets
-/// against it: they hardly disturb the iteration.
+/// Waves are left out from that number of periods on where the blood's added mass is below this share of what the wall
+/// sets against it: they hardly disturb the iteration.
 const LEAST_ADDED_MASS: f64 = 0.2;
 /// The wall's answer to such waves is felt up to half so many radii from where they press.
 const FELT: f64 = 2.0;
 
-/// The surrogate that the case asks for. Its wall is what `solid`, which is at rest under a `pressure` (Pa), answers to a
-/// little more within a time step.
+/// The surrogate that the case asks for. Its wall is what `solid`, which is at rest under a `pressure` (Pa), answers to
+/// a little more within a time step.
 pub fn surrogate<S: Solid>(
     case: &Case,
     interface: &FluidInterface,

@@ -1,4 +1,5 @@
-//! What the fluid of a case needs around it and what it leaves in its folder: asked here, answered by the fluid's own room.
+//! What the fluid of a case needs around it and what it leaves in its folder: asked here, answered by the fluid's own
+//! room.
 
 use crate::Vec3;
 use crate::case::{Case, Solver};
@@ -59,8 +60,8 @@ pub fn unchanging(solver: Solver, folder: &Path) -> Vec<PathBuf> {
     }
 }
 
-/// The file by which ParaView opens all fields of a fluid that leaves them in its folder; none of one that hands them over
-/// ([`Fluid::field`](crate::fluid::Fluid::field)).
+/// The file by which ParaView opens all fields of a fluid that leaves them in its folder; none of one that hands them
+/// over ([`Fluid::field`](crate::fluid::Fluid::field)).
 pub fn fields_to_open(solver: Solver, folder: &Path) -> Option<PathBuf> {
     match solver {
         Solver::OpenFoam => Some(folder.join("fluid.foam")),

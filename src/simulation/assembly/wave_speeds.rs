@@ -1,21 +1,22 @@
-//! How fast pulses travel along the wall of a section, from statics of a short ring of it: with the wall held along its axis, and
-//! with a wall that slides along itself.
+//! How fast pulses travel along the wall of a section, from statics of a short ring of it: with the wall held along its
+//! axis, and with a wall that slides along itself.
 //!
-//! Per unloaded length let `A` be the lumen's area, `λ` the axial stretch, `T` the axial force in the wall and `m` its mass. Long
-//! waves `exp(i ω (t - z/c))` of small size on a uniform state under the pressure `p`, with an inviscid blood of density `ρ`, obey
+//! Per unloaded length let `A` be the lumen's area, `λ` the axial stretch, `T` the axial force in the wall and `m` its
+//! mass. Long waves `exp(i ω (t - z/c))` of small size on a uniform state under the pressure `p`, with an inviscid
+//! blood of density `ρ`, obey
 //! ```text
 //! blood    c² a = (A/ρ) dp,                          wall, across   dp = p_A a + p_λ e,
 //! wall, along   m C² e = T_A a + T_λ e - p a,        C = c/λ
 //! ```
-//! for changes `a` of the area, `e` of the stretch, `dp` of the pressure; subscripts are derivatives by the area at constant stretch
-//! and the other way round. The last term is the pressure on a wall that widens. With `T_A - p = λ p_λ = B`, since both follow
-//! from one energy,
+//! for changes `a` of the area, `e` of the stretch, `dp` of the pressure; subscripts are derivatives by the area at
+//! constant stretch and the other way round. The last term is the pressure on a wall that widens. With `T_A - p = λ p_λ
+//! = B`, since both follow from one energy,
 //! ```text
 //! (C² - C_BH²) (m C² - T_λ) = A B²/(ρ λ³),           C_BH² = A p_A/(ρ λ²)
 //! ```
-//! A wall that is held along its axis has `e = 0` and the speed `λ C_BH` of Bramwell and Hill (1922); one that slides has the
-//! lower root (incremental theory: Atabek and Lew, *Wave propagation through a viscous incompressible fluid contained in an initially
-//! stressed elastic tube*, Biophys. J. 6, 1966).
+//! A wall that is held along its axis has `e = 0` and the speed `λ C_BH` of Bramwell and Hill (1922); one that slides
+//! has the lower root (incremental theory: Atabek and Lew, *Wave propagation through a viscous incompressible fluid
+//! contained in an initially stressed elastic tube*, Biophys. J. 6, 1966).
 
 use super::initial_state::{along_axis, in_state};
 use crate::Vec3;

@@ -18,8 +18,8 @@ use crate::fluid::FluidMemory;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// The state of a simulation after an accepted time step, or before the first; `S` is that of the structure, `O` that of
-/// the observer.
+/// The state of a simulation after an accepted time step, or before the first; `S` is that of the structure, `O` that
+/// of the observer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint<S, O> {
     /// The case.

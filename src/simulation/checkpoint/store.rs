@@ -112,8 +112,8 @@ impl Store {
         Ok(sync_folder(&folder)?)
     }
 
-    /// Removes the checkpoints before the last two until the one after `step` steps, and newer ones, of a future that is
-    /// done again; returns the steps of those that are there now, newest first.
+    /// Removes the checkpoints before the last two until the one after `step` steps, and newer ones, of a future that
+    /// is done again; returns the steps of those that are there now, newest first.
     pub fn tidy(&self, step: usize) -> Result<Vec<usize>, StoreError> {
         let (newer, mut kept): (Vec<_>, Vec<_>) =
             self.steps()?.into_iter().partition(|other| *other > step);

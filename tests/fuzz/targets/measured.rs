@@ -1,4 +1,5 @@
-//! The CSV file of an experiment: what is accepted has finite numbers, and no more points than a run records where it is used.
+//! The CSV file of an experiment: what is accepted has finite numbers, and no more points than a run records where it
+//! is used.
 #![no_main]
 
 use fsi_driver::case::measured::Measurements;

@@ -1,7 +1,7 @@
 //! Vessels from the files that people have: centre-lines of VMTK and in SWC, surfaces in STL and VTP.
 //!
-//! The files `*.vtp` beside this one were written by VTK 9 in each of its encodings: two noisy centre-lines from one inlet,
-//! cut into tracts as `vmtkbranchextractor` does.
+//! The files `*.vtp` beside this one were written by VTK 9 in each of its encodings: two noisy centre-lines from one
+//! inlet, cut into tracts as `vmtkbranchextractor` does.
 
 mod others;
 pub(crate) mod shapes;

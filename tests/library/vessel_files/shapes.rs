@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// A tube along a straight line or an arc (m), from the origin along +x, bending to +y; `radius(s, φ)` with φ from -y (the
-/// outside of the bend) for the arc, and from +y for the line.
+/// A tube along a straight line or an arc (m), from the origin along +x, bending to +y; `radius(s, φ)` with φ from -y
+/// (the outside of the bend) for the arc, and from +y for the line.
 pub struct Tube {
     length: f64,
     /// Curvature, 1/m.

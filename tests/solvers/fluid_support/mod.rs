@@ -190,7 +190,8 @@ impl Channel {
     }
 }
 
-/// Kinematic viscosity (m²/s) at rest and at high rates of shear, time constant (s) and exponent of [`use_bird_carreau`].
+/// Kinematic viscosity (m²/s) at rest and at high rates of shear, time constant (s) and exponent of
+/// [`use_bird_carreau`].
 pub const BIRD_CARREAU: [f64; 4] = [5.33e-5, 3.29e-6, 3.313, 0.3568];
 
 /// Blood of Bird and Carreau in a case.

@@ -1,6 +1,6 @@
-//! Trees of lines that join two points each. SimVascular's reduced-order models tell the branches apart by numbers of the
-//! points: `CenterlineId` has a component for each outlet, 1 for points on the way there; `BranchId` numbers the tracts between
-//! bifurcations, where it is -1.
+//! Trees of lines that join two points each. SimVascular's reduced-order models tell the branches apart by numbers of
+//! the points: `CenterlineId` has a component for each outlet, 1 for points on the way there; `BranchId` numbers the
+//! tracts between bifurcations, where it is -1.
 
 use super::listed;
 use crate::polydata::PolyData;

@@ -14,7 +14,8 @@ use nalgebra::DVector;
 
 /// An initial inverse Jacobian of the residual `r(d) = S∘F(d) - d`.
 pub trait Surrogate: Send {
-    /// The change of the displacement that would remove the residual if the surrogate were exact: `-(dr/dd)⁻¹ residual`.
+    /// The change of the displacement that would remove the residual if the surrogate were exact: `-(dr/dd)⁻¹
+    /// residual`.
     fn predict(&self, residual: &DVector<f64>) -> DVector<f64>;
 
     /// A step was accepted with the displacement `d`: time to linearize anew.

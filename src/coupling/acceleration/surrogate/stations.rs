@@ -1,5 +1,5 @@
-//! Stations along a tube: from displacements of wall points to radial displacements of cross-sections, and from pressures
-//! of cross-sections to the wall.
+//! Stations along a tube: from displacements of wall points to radial displacements of cross-sections, and from
+//! pressures of cross-sections to the wall.
 
 use crate::Vec3;
 use crate::curve::SpaceCurve;
@@ -200,8 +200,8 @@ impl Stations {
         self.axis.length
     }
 
-    /// What the blood sees of a displacement with these amplitudes at the stations: the matrix that averages over the faces
-    /// around each point; of waves that are long beside them almost everything.
+    /// What the blood sees of a displacement with these amplitudes at the stations: the matrix that averages over the
+    /// faces around each point; of waves that are long beside them almost everything.
     pub fn smoothing(&self) -> DMatrix<f64> {
         DMatrix::from_fn(self.count(), self.count(), |i, j| match i.abs_diff(j) {
             0 => 1.0 - 2.0 * self.smoothing,
@@ -210,8 +210,8 @@ impl Stations {
         })
     }
 
-    /// Arc lengths (m) of the stations of each piece, those that it shares with its neighbours included, and the number of
-    /// the first of them; 0 is the tube's beginning.
+    /// Arc lengths (m) of the stations of each piece, those that it shares with its neighbours included, and the number
+    /// of the first of them; 0 is the tube's beginning.
     pub fn pieces(&self) -> impl Iterator<Item = (usize, &[f64])> {
         let last = self.arcs.len() - 1;
         let starts = (0..last).step_by(self.degree);

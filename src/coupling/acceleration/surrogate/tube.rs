@@ -1,16 +1,16 @@
 //! A tube as surrogate: potential flow, linearized, in the structure's own wall.
 //!
-//! Within a time step the blood answers to a radial acceleration of the wall, `x/dt²` where the wall has moved by `x`, by a
-//! pressure whose Laplacian is zero. It is expanded in waves around the circumference and in powers of the distance from the
-//! axis, of which two are enough, between stations along the tube:
+//! Within a time step the blood answers to a radial acceleration of the wall, `x/dt²` where the wall has moved by `x`,
+//! by a pressure whose Laplacian is zero. It is expanded in waves around the circumference and in powers of the
+//! distance from the axis, of which two are enough, between stations along the tube:
 //! ```text
 //! p(s, ξ, θ) = Σ_m Σ_k a_mk(s) ξ^(m + 2k) cos mθ  (and sin mθ),   ξ = distance/r,  k = 0, 1
 //! ∫ ∇p·∇q dV = -rho/dt² ∮ x q dS - rho/dt Σ_ends C mean(p) mean(q)    for all q of this kind
 //! x = residual + S p                                                  at the wall
 //! ```
-//! with the flow `C p` out of an end (Galerkin's method; implicit Euler in time). The mean pressure of a cross-section also overcomes Poiseuille's
-//! friction. The added mass of a wave along the tube is `rho I_m(kr)/(k I_m'(kr))` then (Hughes and Lubliner 1973 for long ones): good to 3 % up to
-//! `kr = 4` for m = 0.
+//! with the flow `C p` out of an end (Galerkin's method; implicit Euler in time). The mean pressure of a cross-section
+//! also overcomes Poiseuille's friction. The added mass of a wave along the tube is `rho I_m(kr)/(k I_m'(kr))` then
+//! (Hughes and Lubliner 1973 for long ones): good to 3 % up to `kr = 4` for m = 0.
 
 use super::{Stations, Surrogate};
 use crate::pfem::element::mapping::lagrange;
@@ -26,8 +26,8 @@ pub struct SurrogateBlood {
     pub density: f64,
     /// Dynamic viscosity, Pa s.
     pub viscosity: f64,
-    /// Displacement over velocity, and velocity over acceleration, of what happens within a time step: its length with implicit
-    /// Euler, s.
+    /// Displacement over velocity, and velocity over acceleration, of what happens within a time step: its length with
+    /// implicit Euler, s.
     pub time_step: f64,
     /// Whether the radial inertia of the blood is taken into account (a three-dimensional fluid has it).
     pub radial_inertia: bool,
@@ -63,8 +63,8 @@ pub enum End {
     },
 }
 
-/// Beside an end that holds the flow, and a wall that holds the volume, no pressure would be determined: so little, relative to
-/// the tube itself, flows out of any end.
+/// Beside an end that holds the flow, and a wall that holds the volume, no pressure would be determined: so little,
+/// relative to the tube itself, flows out of any end.
 const LEAK: f64 = 1e-9;
 
 /// Sweeps over the waves: each takes most of the error away.
@@ -115,9 +115,10 @@ impl Comb {
 
 /// The surrogate: stations, the wall's answer to a pressure at each, and the ends.
 ///
-/// The answer is that of the structure within a time step, inertia included, to the pressure that is 1 Pa at one station and
-/// falls linearly to zero at the next ([`Stations::share`]): the displacement of all wall points. To waves around the circumference
-/// the wall answers near by only, so that several stations are asked at once ([`Comb`]). What stations and waves cannot express passes.
+/// The answer is that of the structure within a time step, inertia included, to the pressure that is 1 Pa at one
+/// station and falls linearly to zero at the next ([`Stations::share`]): the displacement of all wall points. To waves
+/// around the circumference the wall answers near by only, so that several stations are asked at once ([`Comb`]). What
+/// stations and waves cannot express passes.
 pub struct TubeSurrogate {
     stations: Stations,
     blood: SurrogateBlood,
@@ -131,14 +132,14 @@ pub struct TubeSurrogate {
     outlet: End,
     /// By periods around the circumference: from amplitudes of the displacement to those of the pressure, Pa/m.
     pressure: Vec<DMatrix<f64>>,
-    /// By periods around the circumference, cosine and sine together: 1 less the pressure that the wall's answer to a pressure
-    /// causes.
+    /// By periods around the circumference, cosine and sine together: 1 less the pressure that the wall's answer to a
+    /// pressure causes.
     both: Vec<LU<f64, Dyn, Dyn>>,
 }
 
 impl TubeSurrogate {
-    /// A surrogate about the reference configuration; `answers` (m/Pa) has one displacement of all points for each station,
-    /// `to_waves` combs of all stations for each wave but the first.
+    /// A surrogate about the reference configuration; `answers` (m/Pa) has one displacement of all points for each
+    /// station, `to_waves` combs of all stations for each wave but the first.
     pub fn new(
         stations: Stations,
         answers: &[DVector<f64>],
@@ -212,8 +213,8 @@ impl TubeSurrogate {
         (1.0 / (rigid_length * inertance + impedance)).clamp(leak, most)
     }
 
-    /// Pressure at the stations (Pa) that the blood in a tube of the given radii (m) answers to a radial displacement (m) of each,
-    /// for waves of so many periods around the circumference.
+    /// Pressure at the stations (Pa) that the blood in a tube of the given radii (m) answers to a radial displacement
+    /// (m) of each, for waves of so many periods around the circumference.
     fn response(&self, periods: usize, radius: &[f64]) -> DMatrix<f64> {
         let SurrogateBlood {
             density, time_step, ..
@@ -295,7 +296,8 @@ impl TubeSurrogate {
     }
 
     /// The pressure at each station that removes a residual with these amplitudes (m), all stations of wave 0 first: by
-    /// Gauss and Seidel's method, since a wall of few elements, or one that is not round, answers to a wave by others too, but less.
+    /// Gauss and Seidel's method, since a wall of few elements, or one that is not round, answers to a wave by others
+    /// too, but less.
     fn pressures(&self, residual: &DVector<f64>) -> DVector<f64> {
         let (n, waves) = (self.stations.count(), self.stations.waves());
         let mut pressures = DVector::zeros(n * waves);
@@ -325,7 +327,8 @@ impl TubeSurrogate {
         }
     }
 
-    /// The pressures (Pa) that the blood answers to these amplitudes (m) of the waves of so many periods, column by column.
+    /// The pressures (Pa) that the blood answers to these amplitudes (m) of the waves of so many periods, column by
+    /// column.
     fn caused(&self, periods: usize, widening: &DMatrix<f64>) -> DMatrix<f64> {
         let n = self.stations.count();
         let mut caused = widening.clone();

@@ -163,8 +163,8 @@ impl VesselOpenings {
         all
     }
 
-    /// Names and contents of the files in `constant`, for steps of this length (s). OpenFOAM interpolates linearly between the
-    /// rows of curves and repeats them.
+    /// Names and contents of the files in `constant`, for steps of this length (s). OpenFOAM interpolates linearly
+    /// between the rows of curves and repeats them.
     pub fn files(&self, step: f64) -> Vec<(&'static str, String)> {
         let mut files = Vec::new();
         match &self.inlet {

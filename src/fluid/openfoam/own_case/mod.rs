@@ -1,7 +1,7 @@
 //! An OpenFOAM case of the user's own: a copy of it, and in the copy what coupling needs.
 //!
-//! Nothing of the user's is edited. A file that needs more than it says is copied to `user/`, and one that includes it and
-//! adds the rest takes its place: OpenFOAM merges entries of the same name, the last one counts.
+//! Nothing of the user's is edited. A file that needs more than it says is copied to `user/`, and one that includes it
+//! and adds the rest takes its place: OpenFOAM merges entries of the same name, the last one counts.
 
 mod check;
 mod write;
@@ -157,8 +157,8 @@ impl OwnCaseFiles<'_> {
         Ok(PolyMesh::read(&root)?)
     }
 
-    /// Where it flows in or out: the patches that the user names, or all of the type `patch`, one that is called `inlet…`
-    /// first.
+    /// Where it flows in or out: the patches that the user names, or all of the type `patch`, one that is called
+    /// `inlet…` first.
     pub fn openings(&self, mesh: &PolyMesh) -> Vec<String> {
         if !self.keys.openings.is_empty() {
             return self.keys.openings.clone();

@@ -60,8 +60,8 @@ impl OwnCaseFiles<'_> {
         Connection::none().write(folder)
     }
 
-    /// Copies what the user has written to where extended files include it from. Around it everything else of the case is found,
-    /// since includes in it may name other files from where they stand.
+    /// Copies what the user has written to where extended files include it from. Around it everything else of the case
+    /// is found, since includes in it may name other files from where they stand.
     fn keep_originals(&self, folder: &Path) -> Result<(), (&'static str, PathBuf, std::io::Error)> {
         let originals = folder.join(ORIGINALS);
         let fields = self.start_fields();
@@ -185,7 +185,8 @@ impl OwnCaseFiles<'_> {
         text + "}\n"
     }
 
-    /// The displacement of points, of patches of which the user's does not say it: they rest, or go with the rim of the wall.
+    /// The displacement of points, of patches of which the user's does not say it: they rest, or go with the rim of the
+    /// wall.
     fn displacement(&self, folder: &Path, mesh: &PolyMesh) -> Result<(), CaseFilesError> {
         let file = "0/pointDisplacement";
         let is_there = folder.join(file).is_file();

@@ -13,8 +13,8 @@ pub struct Line {
     pub place: String,
 }
 
-/// All lines of a file, those of `*INCLUDE` and of data in files of their own in their places; a keyword that goes on after a
-/// comma is one line.
+/// All lines of a file, those of `*INCLUDE` and of data in files of their own in their places; a keyword that goes on
+/// after a comma is one line.
 pub fn read(path: &Path) -> Result<Vec<Line>, String> {
     let mut lines = Vec::new();
     add(path, "", 0, &mut lines)?;

@@ -1,5 +1,5 @@
-//! Abaqus' input files: C3D8, C3D20 and C3D27 of any kind, in parts and instances or without; sets of elements as regions;
-//! surfaces of elements, sets of nodes, and sets of quadrilaterals (which Gmsh writes) as surfaces.
+//! Abaqus' input files: C3D8, C3D20 and C3D27 of any kind, in parts and instances or without; sets of elements as
+//! regions; surfaces of elements, sets of nodes, and sets of quadrilaterals (which Gmsh writes) as surfaces.
 
 mod data;
 mod lines;

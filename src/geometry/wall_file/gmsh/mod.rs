@@ -1,5 +1,5 @@
-//! Gmsh's MSH of the versions 2 and 4.1, in ASCII or binary: hexahedra of the orders 1 to 3, physical groups as regions and
-//! surfaces.
+//! Gmsh's MSH of the versions 2 and 4.1, in ASCII or binary: hexahedra of the orders 1 to 3, physical groups as regions
+//! and surfaces.
 
 mod cursor;
 

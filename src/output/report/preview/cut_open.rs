@@ -56,8 +56,8 @@ impl Part {
 }
 
 impl Drawing {
-    /// The lumen, the wall outside the angle that is cut out, from `open` on, the faces of the cut and those of the ends;
-    /// in so many quadrilaterals along and around.
+    /// The lumen, the wall outside the angle that is cut out, from `open` on, the faces of the cut and those of the
+    /// ends; in so many quadrilaterals along and around.
     pub fn of(shown: &Shown<'_>, [open, closed]: [f64; 2], [along, around]: [usize; 2]) -> Self {
         let [from, to] = shown.ends;
         let [start, end] = shown.elastic;
@@ -133,7 +133,8 @@ impl Drawing {
     }
 }
 
-/// The view of the vessel, and the angles (rad) where the wall begins and how far it reaches around: what is cut out lies towards the eye.
+/// The view of the vessel, and the angles (rad) where the wall begins and how far it reaches around: what is cut out
+/// lies towards the eye.
 pub fn opened(shown: &Shown<'_>) -> (View, [f64; 2]) {
     let [from, to] = shown.ends;
     let [start, end] = shown.elastic;
