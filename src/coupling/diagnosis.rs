@@ -8,6 +8,9 @@ use crate::pfem::SolidError;
 const STAGNATION: f64 = 3.0;
 /// A change this many times as large as the one before is a jump.
 const JUMP: f64 = 10.0;
+/// A residual that had fallen this far below the first, and that rose by as much of it again, met the accuracy of the
+/// solvers.
+const REBOUND: f64 = 1e3;
 /// From this many times a change of the displacement on that comes back from the solvers, the blood's added mass is
 /// what keeps the iteration from converging.
 const HEAVY: f64 = 10.0;
@@ -25,6 +28,8 @@ const SLOW: f64 = 3.0;
 enum Finding {
     /// A change of the displacement comes back so many times as large.
     AddedMass { times: f64 },
+    /// It had fallen to this, m, and rose again.
+    Rebounds { smallest: f64 },
     /// The residual is larger than at the beginning.
     Grows,
     /// It does not fall any more; whether the fluid used all the correctors that it may.
@@ -53,6 +58,14 @@ impl Finding {
         if times > HEAVY {
             found.push(Self::AddedMass { times });
         }
+        let smallest = iterations
+            .iter()
+            .map(residual)
+            .fold(f64::INFINITY, f64::min);
+        let rebounds = residual(first) > REBOUND * smallest && residual(last) > REBOUND * smallest;
+        if rebounds {
+            found.push(Self::Rebounds { smallest });
+        }
         let grows = residual(last).is_nan() || residual(last) > JUMP * residual(first);
         if grows {
             found.push(Self::Grows);
@@ -71,7 +84,8 @@ impl Finding {
                 change: at.measure.change,
             });
         }
-        if last.dropped > last.columns {
+        // Columns made of noise are rightly dropped.
+        if last.dropped > last.columns && !rebounds {
             found.push(Self::ForgetsColumns {
                 dropped: last.dropped,
                 left: last.columns,
@@ -88,8 +102,11 @@ impl Finding {
         match self {
             Self::AddedMass { times } => format!(
                 "a change of the displacement came back {times:.0} times as large, so the blood's added mass is what makes it hard; smaller steps make it \
-                 worse, by their square: try a larger time.step_s, coupling.surrogate = \"tube\" where it is \"none\", or a smaller coupling.e_rel \
-                 (of which the native fluid's accuracy is a share)"
+                 worse, by their square: try a larger time.step_s, or coupling.surrogate = \"tube\" where it is \"none\""
+            ),
+            Self::Rebounds { smallest } => format!(
+                "the residual had fallen to {smallest:.1e} m and rose again, since below that the solvers' answers are noise; try a larger \
+                 coupling.e_rel, or a smaller fluid.pressure_residual and structure.newton_tolerance"
             ),
             Self::Grows => {
                 "the residual grows; try a smaller coupling.relaxation, or coupling.acceleration = \"iqn_ls\"".into()
@@ -202,9 +219,11 @@ fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String {
             " (in coupling iteration 1: the load on the predicted displacement is too much; try coupling.predictor = \"constant\" or a smaller time.step_s)".into()
         }
         (CouplingError::Solid(_), Some(last)) => format!(
-            " (in coupling iteration {}, for a trial that had changed by {:.1e} of the displacement; try a smaller coupling.relaxation or time.step_s)",
+            " (in coupling iteration {}, for a trial that had changed by {:.1e} of the displacement; try a smaller coupling.relaxation{})",
             last.number + 1,
-            last.measure.change
+            last.measure.change,
+            // Smaller steps make the added mass heavier.
+            if returned(iterations) > HEAVY { "" } else { " or time.step_s" }
         ),
         _ => String::new(),
     }
@@ -297,6 +316,11 @@ mod tests {
 
         let jump = iterations(&[1e-1, 1e-2, 5.0, 1e-2, 1e-4, 1e-7]);
         says(&jump, "in iteration 3 the trial jumped by 5.0e0");
+
+        let mut rebounding = iterations(&[1e-1, 1e-3, 1e-9, 1e-5]);
+        rebounding[3].dropped = 5;
+        says(&rebounding, "had fallen to 1.0e-9 m and rose again");
+        assert!(!diagnosis(&rebounding, 3).contains("coupling.filter"));
 
         let mut forgetful = iterations(&[1e-1, 5e-2, 2e-2, 1e-2]);
         (forgetful[3].columns, forgetful[3].dropped) = (2, 5);

@@ -129,6 +129,23 @@ fn an_answer_that_is_none_is_refused_before_the_fluid_keeps_it() {
     refused(|trial| trial.tractions[7] *= 6.0, "Pa at (2.083e-3,");
 }
 
+/// All of the load on one face of many, which interpolation to the wall's points cannot carry.
+#[test]
+fn a_load_that_does_not_reach_the_wall_is_refused_with_its_place() {
+    let concentrated = |trial: &mut FluidTrial| {
+        for (face, traction) in trial.tractions.iter_mut().enumerate() {
+            if face != 7 {
+                traction.fill(0.0);
+            }
+        }
+    };
+    refused(
+        concentrated,
+        "13.0 % of the fluid's force does not reach the wall, where 1 % is accepted",
+    );
+    refused(concentrated, "within 3.63e-3 m of (3.472e-3,");
+}
+
 #[test]
 fn a_report_that_cannot_be_is_refused_and_the_fluid_has_to_go_back() {
     refused_too_late(
