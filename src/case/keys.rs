@@ -154,6 +154,21 @@ table! {
         answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for the fluid's answer, or 50 times its longest so far", only NOT_NATIVE;
         max_correctors: u32 = "max_correctors", whole(1, 1000), "most outer correctors in a coupling iteration", only NOT_NATIVE;
         pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "first pressure residual that ends the correctors", only NOT_NATIVE;
+        convection: ConvectionScheme = "convection", Kind::Word(ConvectionScheme::WORDS),
+            "how the blood's velocity is interpolated to the faces that carry it", absent "linear_upwind", only TEMPLATES;
+    }
+}
+
+words! {
+    /// How OpenFOAM interpolates the velocity that is convected.
+    #[derive(Default)]
+    pub enum ConvectionScheme {
+        /// Upwind with the gradient: second order, smooths what few cells resolve.
+        LinearUpwind = "linear_upwind" (default),
+        /// Three quarters linear, one quarter linear_upwind: a quarter of its numerical diffusion, for jets.
+        Lust = "lust",
+        /// Between the two cells: no numerical diffusion, and wiggles where cells are too large.
+        Linear = "linear",
     }
 }
 

@@ -7,7 +7,7 @@
 pub use self::vessel_openings::VesselOpenings;
 
 use super::{own_case, probes, templates};
-use crate::case::{Blood, Flag, FluidTimeScheme, Ramp, Rheology, Time};
+use crate::case::{Blood, ConvectionScheme, Flag, FluidTimeScheme, Ramp, Rheology, Time};
 use crate::geometry::MotionBlend;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -29,6 +29,8 @@ const DIFFUSIVE: f64 = 0.4;
 
 /// The parameter by which templates take the time scheme of the case.
 pub(super) const TIME_DERIVATIVE: &str = "timeDerivative";
+/// The parameter by which templates take the scheme of convection.
+pub(super) const CONVECTION: &str = "convectionScheme";
 
 /// Why the case could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -80,6 +82,8 @@ pub struct CaseFiles<'a> {
     pub ramp: &'a Ramp,
     /// Time axis.
     pub time: &'a Time,
+    /// How the convected velocity is interpolated.
+    pub convection: ConvectionScheme,
     /// MPI ranks.
     pub ranks: usize,
     /// Largest non-orthogonality of the mesh at rest, degrees.
@@ -208,6 +212,12 @@ impl CaseFiles<'_> {
             FluidTimeScheme::Bdf2 => "backward",
         };
         let _ = writeln!(text, "{:<23} {derivative};", TIME_DERIVATIVE);
+        let convection = match self.convection {
+            ConvectionScheme::LinearUpwind => "linearUpwind grad(U)",
+            ConvectionScheme::Lust => "LUST grad(U)",
+            ConvectionScheme::Linear => "linear",
+        };
+        let _ = writeln!(text, "{CONVECTION:<23} {convection};");
         let (gradient, correctors) = match self.non_orthogonality_deg < STEEP_DEG {
             true => ("corrected", 0),
             false => ("limited corrected 0.33", 2),

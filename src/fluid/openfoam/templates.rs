@@ -1,6 +1,6 @@
 //! The templates of an OpenFOAM case: what there must be, and that OpenFOAM can read it.
 
-use super::case_files::TIME_DERIVATIVE;
+use super::case_files::{CONVECTION, TIME_DERIVATIVE};
 use super::dictionary::{Dictionary, DictionaryError};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -90,6 +90,13 @@ pub fn check_moving_end(folder: &Path, opening: &str) -> Option<TemplateError> {
 pub fn check_second_order(folder: &Path) -> Option<TemplateError> {
     let effect = "time derivatives are of second order (time.scheme = \"bdf2\")";
     check_reads(folder, "system/fvSchemes", &[TIME_DERIVATIVE], effect)
+}
+
+/// What another scheme of convection than their own misses in the templates in `folder`: a parameter that
+/// `system/fvSchemes` must read.
+pub fn check_convection(folder: &Path) -> Option<TemplateError> {
+    let effect = "velocities are interpolated (fluid.convection)";
+    check_reads(folder, "system/fvSchemes", &[CONVECTION], effect)
 }
 
 /// Says which `parameters` a `file` of the templates does not read, and what they would do.
@@ -408,11 +415,12 @@ mod tests {
     fn templates_that_would_ignore_what_the_case_asks_for_are_named() {
         type Check = fn(&Path) -> Option<TemplateError>;
         let moving = "0/pointDisplacement";
-        let checks: [(Check, &str, &str); 4] = [
+        let checks: [(Check, &str, &str); 5] = [
             (check_equilibrium_start, "0/p", "initialPressure"),
             (|t| check_moving_end(t, "inlet"), moving, "inletMotion"),
             (|t| check_moving_end(t, "outlet"), moving, "outletMotion"),
             (check_second_order, "system/fvSchemes", TIME_DERIVATIVE),
+            (check_convection, "system/fvSchemes", CONVECTION),
         ];
         for (check, file, parameter) in checks {
             let folder = tempfile::tempdir().unwrap();

@@ -402,6 +402,7 @@ fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, Tabl
         },
         ramp: &case.ramp,
         time: &case.time,
+        convection: case.fluid.convection,
         ranks: case.fluid.ranks,
         non_orthogonality_deg: mesh.non_orthogonality_deg(),
         diffusion_number: case.blood.viscosity / case.blood.density

@@ -5,8 +5,8 @@ use super::surrogate::stations;
 use super::{Domain, own, prepared, sampling, transfer};
 use crate::Vec3;
 use crate::case::{
-    Case, CaseErrors, FluidMesh, FluidTimeScheme, InletEnd, Problem, ResolvedCase, Solver, Start,
-    SurrogateModel, VesselEnd,
+    Case, CaseErrors, ConvectionScheme, FluidMesh, FluidTimeScheme, InletEnd, Problem,
+    ResolvedCase, Solver, Start, SurrogateModel, VesselEnd,
 };
 use crate::coupling::transfer::{TransferError, likely_unit};
 use crate::fluid::native::NativeFluid;
@@ -53,6 +53,9 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             let folder = &case.fluid.templates;
             if case.time.scheme == FluidTimeScheme::Bdf2 {
                 found.extend(templates::check_second_order(folder));
+            }
+            if case.fluid.convection != ConvectionScheme::LinearUpwind {
+                found.extend(templates::check_convection(folder));
             }
             if let Some(vessel) = case.vessel() {
                 if vessel.start() == Start::Equilibrium {

@@ -8,6 +8,7 @@ fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> Case
         openings: Openings::Vessel(openings(inflow)),
         ramp: &Ramp { duration: 0.0 },
         time,
+        convection: ConvectionScheme::Lust,
         ranks: 2,
         non_orthogonality_deg: 20.0,
         diffusion_number: 0.2,
@@ -81,6 +82,29 @@ fn the_pressure_of_a_fine_mesh_is_corrected_consistently() {
     };
     assert!(of(0.18).contains("consistentPressure      no; // diffusion number 0.18"));
     assert!(of(1.58).contains("consistentPressure      yes; // diffusion number 1.58"));
+}
+
+#[test]
+fn the_scheme_of_convection_is_that_of_the_case() {
+    let (inflow, templates) = (inflow(), Path::new("nowhere"));
+    let of = |convection| {
+        let files = CaseFiles {
+            convection,
+            ..files(&inflow, &TIME, templates)
+        };
+        files.parameters()
+    };
+    for (scheme, line) in [
+        (ConvectionScheme::LinearUpwind, "linearUpwind grad(U);"),
+        (ConvectionScheme::Lust, "LUST grad(U);"),
+        (ConvectionScheme::Linear, "linear;"),
+    ] {
+        let text = of(scheme);
+        assert!(
+            text.contains(&format!("convectionScheme        {line}")),
+            "{text}"
+        );
+    }
 }
 
 #[test]
