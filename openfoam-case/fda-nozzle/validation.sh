@@ -31,7 +31,6 @@ compute() {
 compute openfoam
 compute openfoam-coarse --set fluid.mesh.core=7 fluid.mesh.radial=5 fluid.mesh.axial_per_section=28
 compute native --fluid native
-compute native-coarse --fluid native --set fluid.native.core=4
 fsi tables $case/README.md docs/credibility.md
-fsi validate $case/experiment.csv $case/kept/openfoam-coarse $case/kept/openfoam $case/kept/native-coarse --figure $case/experiment
+fsi validate $case/experiment.csv $case/kept/openfoam-coarse $case/kept/openfoam $case/kept/native --figure $case/experiment
 rm $case/experiment.png

@@ -57,6 +57,7 @@ impl RigidTube {
             )),
             ramp: &case.ramp,
             time: &case.time,
+            convection: case.fluid.convection,
             ranks: 1,
             non_orthogonality_deg: mesh.non_orthogonality_deg(),
             diffusion_number: case.blood.viscosity / case.blood.density

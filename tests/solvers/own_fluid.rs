@@ -139,7 +139,7 @@ fn the_clients_in_python_and_in_c_give_the_same_history() {
         let largest = other.iter().fold(0.0_f64, |most, y| most.max(y.abs()));
         for (x, y) in one.iter().zip(&other) {
             println!("{name}: {:e}", (x - y).abs() / largest);
-            // A change of the displacement comes back as up to 51 times as much pressure (added mass), so that iterations
+            // A change of the displacement comes back as up to 51 times as much pressure (added mass), so iterations
             // that end at 1e-9 agree within 5e-8. Measured: 1.5e-9 (flow), 1e-8 (pressure at the inlet).
             assert!((x - y).abs() < 5e-8 * largest, "{name}: {x} {y}");
         }

@@ -3,7 +3,8 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{
-    Blood, FlowCurve, FluidTimeScheme, Inflow, Ramp, Time, TransportKind, Windkessel,
+    Blood, ConvectionScheme, FlowCurve, FluidTimeScheme, Inflow, Ramp, Time, TransportKind,
+    Windkessel,
 };
 use fsi_driver::fluid::conversation::session::Terms;
 use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings, VesselOpenings};
@@ -77,6 +78,7 @@ impl Channel {
                 max_halvings: 0,
                 scheme: FluidTimeScheme::ImplicitEuler,
             },
+            convection: ConvectionScheme::default(),
             ranks: 2,
             non_orthogonality_deg: 0.0,
             diffusion_number: 0.0,
