@@ -5,6 +5,7 @@ use crate::Vec3;
 use crate::curve::SpaceCurve;
 use crate::geometry::{HexFace, HexMesh, Section as VesselSection};
 use crate::pfem::element::surface::on_face;
+use crate::pfem::solution::stability::Bifurcation;
 use crate::pfem::solution::statics::{self, StaticOptions};
 use crate::pfem::{SolidError, Structure, supports};
 use nalgebra::Vector2;
@@ -67,6 +68,15 @@ impl InflatableWall<'_> {
         self.solid.inflate(pressure, self.moved, &options)
     }
 
+    /// The way to equilibrium under a pressure (Pa), from which those under lower ones are found.
+    fn path(&self, pressure: f64) -> Result<Path<'_>, SolidError> {
+        Ok(Path {
+            wall: self,
+            pressure,
+            found: self.inflate(pressure)?,
+        })
+    }
+
     /// Volume (m³) between the lumen's surface and the origin, for a displacement: by the theorem of Gauss that of the
     /// lumen, but for what the clamped ends close, which no displacement changes.
     fn lumen_volume(&self, displacement: &[f64]) -> Result<f64, SolidError> {
@@ -120,6 +130,59 @@ impl InflatableWall<'_> {
     }
 }
 
+/// Equilibria of a wall under pressures that rise.
+struct Path<'a> {
+    wall: &'a InflatableWall<'a>,
+    /// The highest, Pa.
+    pressure: f64,
+    found: statics::Equilibrated,
+}
+
+impl Path<'_> {
+    /// Displacement under a pressure (Pa) on the way; `None` behind the bifurcation.
+    fn at(&self, pressure: f64) -> Result<Option<Vec<f64>>, SolidError> {
+        let (solid, found) = (self.wall.solid, &self.found);
+        let start = solid.pressure_at(0.0, self.pressure);
+        let factor = (pressure - start) / (self.pressure - start);
+        let is_lost = |at: &Bifurcation| at.factor <= factor;
+        if found.bifurcation.as_ref().is_some_and(is_lost) {
+            return Ok(None);
+        }
+        if factor == 1.0 {
+            return Ok(Some(found.displacement.clone()));
+        }
+        let unloaded = (0.0, &found.unloaded);
+        let steps = found
+            .steps
+            .iter()
+            .map(|step| (step.factor, &step.displacement));
+        let known: Vec<(f64, &Vec<f64>)> = [unloaded].into_iter().chain(steps).collect();
+        let behind = known.iter().position(|(at, _)| *at > factor);
+        // Tissue that rests under a higher pressure has the way begin there.
+        let near = match behind {
+            None | Some(0) => None,
+            Some(i) => {
+                let [(a, before), (b, behind)] = [known[i - 1], known[i]];
+                let share = (factor - a) / (b - a);
+                let pairs = before.iter().zip(behind);
+                let start = pairs.map(|(before, behind)| before + share * (behind - before));
+                solid.equilibrium_from(pressure, start.collect()).ok()
+            }
+        };
+        let directly = || -> Result<_, SolidError> {
+            let found = self.wall.inflate(pressure)?;
+            Ok(found.bifurcation.is_none().then_some(found.displacement))
+        };
+        near.map_or_else(directly, |near| Ok(Some(near)))
+    }
+
+    /// Where stability is lost, Pa.
+    fn buckling(&self) -> Option<f64> {
+        let at = |found: &Bifurcation| self.wall.solid.pressure_at(found.factor, self.pressure);
+        self.found.bifurcation.as_ref().map(at)
+    }
+}
+
 impl WallFigures {
     /// A wall with these sections under these `pressures` (Pa, ascending); `perfect` is the same without its
     /// imperfection, if it has one.
@@ -148,25 +211,26 @@ impl WallFigures {
         let mut sections: Vec<_> = sections.iter().map(section).collect::<Result<_, _>>()?;
         let (mut reached, mut buckling) = (Vec::new(), None);
         let mut tissue_shares = Vec::new();
+        let highest = pressures.last().copied().unwrap_or(0.0);
+        let reach = REACH * highest;
+        let path = wall.path(if perfect.is_some() { highest } else { reach })?;
         for &pressure in pressures {
-            let found = wall.inflate(pressure)?;
-            if let Some(bifurcation) = &found.bifurcation {
-                buckling = Some(wall.solid.pressure_at(bifurcation.factor, pressure));
+            let Some(displacement) = path.at(pressure)? else {
+                buckling = path.buckling();
                 break;
-            }
+            };
             reached.push(pressure);
-            tissue_shares.push(wall.solid.tissue_share(pressure, &found.displacement));
+            tissue_shares.push(wall.solid.tissue_share(pressure, &displacement));
             for (section, x, old) in &mut sections {
-                let (radius, centre) = wall.lumen(*x, &found.displacement)?;
+                let (radius, centre) = wall.lumen(*x, &displacement)?;
                 section.loaded_radii.push(radius);
                 section.shifts.push((centre - *old).norm());
             }
         }
-        let reach = REACH * pressures.last().copied().unwrap_or(0.0);
-        let perfect_wall = perfect.unwrap_or(wall);
-        let straight = perfect_wall.inflate(reach)?;
-        let at = |factor| perfect_wall.solid.pressure_at(factor, reach);
-        let perfect_buckling = straight.bifurcation.map(|found| at(found.factor));
+        let perfect_buckling = match perfect {
+            Some(perfect) => perfect.path(reach)?.buckling(),
+            None => path.buckling(),
+        };
         Ok(Self {
             pressures: reached,
             tissue_shares,
@@ -197,13 +261,13 @@ pub fn compliance(
     lowest: f64,
     highest: f64,
 ) -> Result<Option<Storage>, SolidError> {
+    let path = wall.path(highest)?;
     let mut volumes = [0.0; 2];
     for (volume, pressure) in volumes.iter_mut().zip([lowest, highest]) {
-        let found = wall.inflate(pressure)?;
-        if found.bifurcation.is_some() {
+        let Some(displacement) = path.at(pressure)? else {
             return Ok(None);
-        }
-        *volume = wall.lumen_volume(&found.displacement)?;
+        };
+        *volume = wall.lumen_volume(&displacement)?;
     }
     Ok(Some(Storage {
         compliance: (volumes[1] - volumes[0]) / (highest - lowest),

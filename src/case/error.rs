@@ -1,5 +1,6 @@
 //! What can be wrong with a case.
 
+use super::times::is_built_in;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -18,6 +19,16 @@ pub enum Place {
     Absent,
     /// The command itself, whatever the user said: a benchmark ends when it ends.
     Command,
+}
+
+impl Place {
+    /// The same in messages: nobody has the lines of what is built into the program.
+    pub(super) fn told(&self) -> &dyn fmt::Display {
+        match is_built_in(self) {
+            true => &Self::Absent,
+            false => self,
+        }
+    }
 }
 
 impl fmt::Display for Place {
@@ -76,7 +87,7 @@ pub enum CaseError {
         second: (Place, String),
     },
     /// A value of the wrong type or out of range.
-    #[error("{place}: `{key}` = {found}: expected {allowed} ({about}){}", suggestion.as_ref().map(|s| format!("; did you mean \"{s}\"?")).unwrap_or_default())]
+    #[error("{}: `{key}` = {found}: expected {allowed} ({about}){}", place.told(), suggestion.as_ref().map(|s| format!("; did you mean \"{s}\"?")).unwrap_or_default())]
     Value {
         /// Where.
         place: Place,
@@ -117,7 +128,7 @@ pub enum CaseError {
         first: String,
     },
     /// Values that are allowed one by one but make no sense together.
-    #[error("{place}: `{key}` = {found}: {message}")]
+    #[error("{}: `{key}` = {found}: {message}", place.told())]
     Nonsense {
         /// Where.
         place: Place,
@@ -128,6 +139,9 @@ pub enum CaseError {
         /// What is wrong and what would be right.
         message: String,
     },
+    /// What no single key is to blame for.
+    #[error("{0}")]
+    Whole(String),
 }
 
 /// "; did you mean `a`, `b` or `c`?"

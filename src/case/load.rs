@@ -6,7 +6,7 @@ use super::schema::Schema;
 use super::source::{self, Base, Entry, Source};
 use super::stack::Stack;
 use super::table::words;
-use super::{Case, Solver, check, defaults, relative, spelling, value};
+use super::{Case, Solver, check, defaults, relative, spelling, times, value};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
@@ -43,12 +43,27 @@ impl ResolvedCase {
     pub fn mistake(&self, key: &str, message: String) -> CaseError {
         let values = self.case.values();
         let found = values.iter().find(|(path, ..)| path == key);
+        // A list of tables has no line of its own, but its first key has.
+        let is_within = |(path, _): &(&String, &Place)| {
+            path.strip_prefix(key)
+                .is_some_and(|rest| rest.starts_with(['[', '.']))
+        };
+        let place = self.origins.get(key);
+        let place = place.or_else(|| self.origins.iter().find(is_within).map(|(_, place)| place));
+        if let (Some(place), None) = (place, found) {
+            return CaseError::Whole(format!("{}: `{key}`: {message}", place.told()));
+        }
         CaseError::Nonsense {
-            place: self.origins.get(key).cloned().unwrap_or(Place::Absent),
+            place: place.cloned().unwrap_or(Place::Absent),
             key: key.to_owned(),
             found: found.map_or("(not given)".into(), |(.., value)| value::shorten(value)),
             message,
         }
+    }
+
+    /// Whether the value of `key` is that of the defaults in the program.
+    pub fn is_built_in(&self, key: &str) -> bool {
+        self.origins.get(key).is_none_or(times::is_built_in)
     }
 
     /// As [`Case::warnings`], and what was adjusted.

@@ -161,6 +161,8 @@ impl Measurements {
     /// What is wrong with it, in words that name file and line.
     pub fn read(path: &Path) -> Result<Self, String> {
         let named = |reason: String| format!("{}{reason}", path.display());
+        const WORDS: [&str; 2] = ["series", "quantity"];
+        const NEEDED: [&str; 4] = ["x_m", "y_m", "z_m", "value"];
         const EXPECTED: &str = "expected the columns series,quantity,x_m,y_m,z_m,value and, as you know them, time_s,sd,lowest,highest";
         let sheet = Sheet::of_words(path, "series").map_err(|fault| match fault.line {
             Some(line) => named(format!(":{line}: {}", fault.message)),
@@ -170,6 +172,23 @@ impl Measurements {
         let heads = StringRecord::from_iter(names);
         let mut series: Vec<MeasuredSeries> = Vec::new();
         for Row { line, cells } in &sheet.rows {
+            let numbers = heads
+                .iter()
+                .zip(cells)
+                .filter(|(head, _)| !WORDS.contains(head));
+            for (head, cell) in numbers {
+                let is_needed = NEEDED.contains(&head);
+                if is_needed && cell.is_empty() {
+                    return Err(named(format!(
+                        ":{line}: {head}: found nothing, expected a number"
+                    )));
+                }
+                if !cell.is_empty() && cell.parse::<f64>().is_err() {
+                    return Err(named(format!(
+                        ":{line}: {head}: found {cell:?}, expected a number"
+                    )));
+                }
+            }
             let record = StringRecord::from_iter(cells);
             let row: MeasuredRow = (record.deserialize(Some(&heads)))
                 .map_err(|e| named(format!(":{line}: {}; {EXPECTED}", reason(&e))))?;
@@ -316,7 +335,10 @@ mod tests {
                 "a,velocity_m_s,0,0,0,1,,,",
                 "unknown variant `velocity_m_s`",
             ),
-            ("a,speed_m_s,0,0,0,one,,,", "invalid float literal"),
+            (
+                "a,speed_m_s,0,0,0,one,,,",
+                "measured.csv:3: value: found \"one\"",
+            ),
             ("a,speed_m_s,0,0,0,NaN,,,", "measured.csv:3: found NaN"),
             ("a,speed_m_s,0,0,0,1,-1,,", "measured.csv:3: sd: found -1"),
             (
@@ -336,7 +358,7 @@ mod tests {
                 "a,pressure_difference_Pa,0,0,0,1,,,",
                 "measured.csv:3: value: found 1 at the first",
             ),
-            ("a,speed_m_s,0,0,0", "measured.csv:3: field 5: cannot parse"),
+            ("a,speed_m_s,0,0,0", "measured.csv:3: value: found nothing"),
         ] {
             let reason = read(&format!("{HEAD}b,speed_m_s,0,0,0,1,,,\n{row}\n")).unwrap_err();
             assert!(reason.contains(expected), "{row}: {reason}");

@@ -13,7 +13,7 @@ use crate::case::{
 use crate::fluid::openfoam::install;
 use crate::geometry::{Deviation, Section, Vessel};
 use crate::hemodynamics::FlowNumbers;
-use crate::output::progress::human;
+use crate::output::progress::{human, tell_statics};
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
 use crate::pfem::SolidError;
@@ -38,6 +38,7 @@ pub struct Arguments {
 
 /// Loads and checks a case and prints its size.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    tell_statics();
     let case = arguments.case.load(&arguments.folder)?;
     let openfoam = match (case.fluid.solver, install::check(case.fluid.ranks)) {
         (Solver::Native | Solver::External, _) => "is not needed".to_owned(),

@@ -2,7 +2,8 @@
 
 use super::{CaseArguments, Failure};
 use crate::case::Preset;
-use crate::run::{Earlier, Interrupt, RunRequest, THE_START_ENDS};
+use crate::output::progress::tell_statics;
+use crate::run::{Earlier, Interrupt, RunFolder, RunRequest, THE_START_ENDS};
 use std::path::{Path, PathBuf};
 
 /// A coupled run with the case as its first word.
@@ -44,7 +45,6 @@ pub fn in_folder(arguments: &InFolder) -> Result<(), Failure> {
 
 /// The same of the case at `path`.
 pub fn run(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure> {
-    let case = chosen.load(path)?;
     let beside = || results_of(path, chosen.preset);
     let out = how.out.clone().unwrap_or_else(beside);
     let earlier = match how {
@@ -55,6 +55,11 @@ pub fn run(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure
         How { force: true, .. } => Earlier::Replace,
         _ => Earlier::Keep,
     };
+    RunFolder::look(&out, earlier)?;
+    if !how.quiet {
+        tell_statics();
+    }
+    let case = chosen.load(path)?;
     let request = RunRequest {
         path,
         case: &case,

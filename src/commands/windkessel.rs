@@ -7,6 +7,7 @@ use crate::analysis::wall;
 use crate::analysis::windkessel::TwoElements;
 use crate::case::{FlowCurve, FlowUnit, Inflow};
 use crate::geometry::Vessel;
+use crate::output::progress::tell_statics;
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
 use std::path::PathBuf;
@@ -55,6 +56,7 @@ pub(super) fn unit(word: &str) -> Result<FlowUnit, String> {
 
 /// Prints the keys to put into `case.toml`, and the pressures to expect.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    tell_statics();
     let wrong = |why: String| Failure::Input(why);
     for (name, value) in [
         ("--systolic", arguments.systolic),

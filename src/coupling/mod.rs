@@ -103,6 +103,13 @@ pub struct FailedStep {
     pub error: CouplingError,
 }
 
+impl FailedStep {
+    /// Whether it was given up because the run is to end.
+    pub fn is_interrupt(&self) -> bool {
+        matches!(self.error, CouplingError::Fluid(FluidError::Interrupted))
+    }
+}
+
 /// Numerical settings of the loop that are not part of its building blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSettings {

@@ -46,6 +46,54 @@ pub struct RegionStep {
     /// Largest stretch of fibres, where there are any.
     #[serde(default)]
     pub max_fibre_stretch: Option<f64>,
+    /// Where the wall shear stress is largest, in space.
+    #[serde(default)]
+    pub max_wall_shear_at_x_m: Option<f64>,
+    /// Likewise.
+    #[serde(default)]
+    pub max_wall_shear_at_y_m: Option<f64>,
+    /// Likewise.
+    #[serde(default)]
+    pub max_wall_shear_at_z_m: Option<f64>,
+    /// Where the von Mises stress is largest, in space.
+    #[serde(default)]
+    pub max_von_mises_at_x_m: Option<f64>,
+    /// Likewise.
+    #[serde(default)]
+    pub max_von_mises_at_y_m: Option<f64>,
+    /// Likewise.
+    #[serde(default)]
+    pub max_von_mises_at_z_m: Option<f64>,
+}
+
+impl RegionStep {
+    /// Where the wall shear stress is largest.
+    pub fn place_of_wall_shear(&self) -> Place {
+        Place {
+            position_m: point([
+                self.max_wall_shear_at_x_m,
+                self.max_wall_shear_at_y_m,
+                self.max_wall_shear_at_z_m,
+            ]),
+            ..Place::on_tube(self.max_wall_shear_x_m, self.max_wall_shear_phi_deg)
+        }
+    }
+
+    /// Where the von Mises stress is largest.
+    pub fn place_of_von_mises(&self) -> Place {
+        Place {
+            position_m: point([
+                self.max_von_mises_at_x_m,
+                self.max_von_mises_at_y_m,
+                self.max_von_mises_at_z_m,
+            ]),
+            ..Place::on_tube(self.max_von_mises_x_m, self.max_von_mises_phi_deg)
+        }
+    }
+}
+
+fn point([x, y, z]: [Option<f64>; 3]) -> Option<[f64; 3]> {
+    Some([x?, y?, z?])
 }
 
 /// Largest stresses and stretches of a part of the wall, an element for example.
@@ -181,6 +229,12 @@ impl Monitor {
                 max_hoop_stress_Pa: largest(|peak| Some(peak.max_hoop)).unwrap_or(0.0),
                 max_axial_stress_Pa: largest(|peak| Some(peak.max_axial)).unwrap_or(0.0),
                 max_fibre_stretch: largest(|peak| peak.max_fibre_stretch),
+                max_wall_shear_at_x_m: most.1.position_m.map(|at| at[0]),
+                max_wall_shear_at_y_m: most.1.position_m.map(|at| at[1]),
+                max_wall_shear_at_z_m: most.1.position_m.map(|at| at[2]),
+                max_von_mises_at_x_m: stress.map(|_| at.x),
+                max_von_mises_at_y_m: stress.map(|_| at.y),
+                max_von_mises_at_z_m: stress.map(|_| at.z),
             }
         };
         self.regions.iter().map(observe).collect()

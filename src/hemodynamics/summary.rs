@@ -2,7 +2,7 @@
 
 use super::monitor::RegionStep;
 use super::periodicity::{Difference, alternating, differences};
-use super::region::{Region, RegionName};
+use super::region::{Region, RegionExtent, RegionName};
 use super::statistics::WindowStatistics;
 use super::wall::{Place, WetSurface};
 use crate::Vec3;
@@ -338,23 +338,26 @@ fn region_summary(
         RRT_1_Pa: field(&fields.residence),
         mean_wall_shear_Pa: course(|row| row.mean_wall_shear_Pa)?,
         alternating_wall_shear_Pa: alternating(&values(|row| row.mean_wall_shear_Pa)),
-        max_wall_shear_Pa: peak(
-            |row| row.max_wall_shear_Pa,
-            |row| Place {
-                x_m: row.max_wall_shear_x_m,
-                phi_deg: row.max_wall_shear_phi_deg,
-            },
-        )?,
-        max_von_mises_Pa: peak(
-            |row| row.max_von_mises_Pa,
-            |row| Place {
-                x_m: row.max_von_mises_x_m,
-                phi_deg: row.max_von_mises_phi_deg,
-            },
-        )?,
+        max_wall_shear_Pa: peak(|row| row.max_wall_shear_Pa, RegionStep::place_of_wall_shear)?,
+        max_von_mises_Pa: peak(|row| row.max_von_mises_Pa, RegionStep::place_of_von_mises)?,
         lumen_volume_m3: course(|row| row.lumen_volume_m3).filter(|volume| !volume.mean.is_nan()),
         max_displacement_m: course(|row| row.max_displacement_m)?,
     })
+}
+
+impl RegionSummary {
+    /// A place as people find it: along and around a tube, in space where the wall is none.
+    pub fn told(&self, at: Place) -> String {
+        match (&self.region.extent, at.position_m) {
+            (RegionExtent::Along { .. }, _) | (_, None) => {
+                format!("x = {:.1} mm, φ = {:.0}°", 1e3 * at.x_m, at.phi_deg)
+            }
+            (_, Some(at)) => {
+                let [x, y, z] = at.map(|x| 1e3 * x);
+                format!("({x:.1}, {y:.1}, {z:.1}) mm")
+            }
+        }
+    }
 }
 
 impl std::fmt::Display for HemodynamicsSummary {
@@ -371,14 +374,13 @@ impl std::fmt::Display for HemodynamicsSummary {
             let (tawss, osi) = (region.TAWSS_Pa, region.OSI);
             writeln!(
                 f,
-                "{:<11} TAWSS {:.4} Pa (at most {:.4}), OSI {:.5} (at most {:.5} at x = {:.4} m, {:.0}°)",
+                "{:<11} TAWSS {:.4} Pa (at most {:.4}), OSI {:.5} (at most {:.5} at {})",
                 region.region.name.to_string(),
                 tawss.mean,
                 tawss.max,
                 osi.mean,
                 osi.max,
-                osi.max_at.x_m,
-                osi.max_at.phi_deg
+                region.told(osi.max_at)
             )?;
         }
         match self.alternates() {

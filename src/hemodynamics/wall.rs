@@ -16,6 +16,20 @@ pub struct Place {
     pub x_m: f64,
     /// Around it, from -180 to 180.
     pub phi_deg: f64,
+    /// In space, where that is known: branching walls have no other place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<[f64; 3]>,
+}
+
+impl Place {
+    /// Along the centre-line and around it.
+    pub fn on_tube(x_m: f64, phi_deg: f64) -> Self {
+        Self {
+            x_m,
+            phi_deg,
+            position_m: None,
+        }
+    }
 }
 
 /// What the fluid does to the wall, and where the wall is, at the end of a step. In single precision, as it is stored:
@@ -153,6 +167,7 @@ impl WetSurface {
         let place = Place {
             x_m: found.s,
             phi_deg: z.atan2(y).to_degrees(),
+            position_m: Some((*point).into()),
         };
         (place, y.hypot(z))
     }

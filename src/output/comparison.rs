@@ -130,10 +130,7 @@ struct WallOf {
 
 impl WallOf {
     fn new(run: &Results) -> Result<Self, ComparisonError> {
-        let place = |row: &FaceRow| Place {
-            x_m: row.x_m,
-            phi_deg: row.phi_deg,
-        };
+        let place = |row: &FaceRow| Place::on_tube(row.x_m, row.phi_deg);
         let places: Vec<Place> = run.faces.iter().map(place).collect();
         let rings = Rings::new(&places).ok_or_else(|| {
             ComparisonError(format!(

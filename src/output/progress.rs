@@ -1,10 +1,12 @@
 //! The line of progress: one that updates in a terminal, plain lines elsewhere.
 
 use super::terminal;
+use crate::pfem::solution::listener;
 use crate::simulation::observer::{AcceptedStep, AcceptedWall, Note, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::VecDeque;
 use std::io::stderr;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Steps over which the speed is averaged: steps differ (ramp, systole), so only the last ones say what comes.
@@ -27,14 +29,9 @@ pub struct Progress {
 impl Progress {
     /// Progress of `steps` steps; `quiet` shows nothing.
     pub fn new(steps: u64, quiet: bool) -> Self {
-        let bar = terminal::columns(&stderr()).filter(|_| !quiet).map(|_| {
-            let style = ProgressStyle::with_template("{msg}").expect("the template is valid");
-            ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr())
-                .with_style(style)
-        });
         Self {
             quiet,
-            bar,
+            bar: bar(Some(steps)).filter(|_| !quiet),
             steps,
             done: 0,
             recent: VecDeque::new(),
@@ -90,6 +87,60 @@ impl Progress {
             bar.abandon();
         }
     }
+}
+
+/// Shows how far the statics of walls have come that take long.
+pub fn tell_statics() {
+    listener::listen(tell);
+}
+
+/// What is being solved, and since when.
+struct Statics {
+    what: &'static str,
+    begin: Instant,
+    last_line: Instant,
+    bar: Option<ProgressBar>,
+}
+
+fn tell(what: &'static str, share: f64) {
+    static NOW: Mutex<Option<Statics>> = Mutex::new(None);
+    let Ok(mut now) = NOW.lock() else { return };
+    if now.as_ref().is_none_or(|now| now.what != what) {
+        // The first share is done already: of how long it took nothing is known.
+        let begin = Instant::now();
+        *now = Some(Statics {
+            what,
+            begin,
+            last_line: begin,
+            bar: bar(None),
+        });
+    }
+    let Some(statics) = &mut *now else { return };
+    let done = share >= 1.0;
+    let seconds = statics.begin.elapsed().as_secs_f64();
+    let text = format!("{what}: {:.0} % of the load", 100.0 * share);
+    match &statics.bar {
+        Some(bar) => bar.set_message(text),
+        None if !done && statics.last_line.elapsed() >= PLAIN_INTERVAL => {
+            terminal::note(format_args!("{text}, {} so far", human(seconds)));
+            statics.last_line = Instant::now();
+        }
+        None => {}
+    }
+    if done {
+        if let Some(bar) = &statics.bar {
+            bar.finish_and_clear();
+        }
+        *now = None;
+    }
+}
+
+/// A line that changes, if standard error is a terminal.
+fn bar(steps: Option<u64>) -> Option<ProgressBar> {
+    terminal::columns(&stderr()).map(|_| {
+        let style = ProgressStyle::with_template("{msg}").expect("the template is valid");
+        ProgressBar::with_draw_target(steps, ProgressDrawTarget::stderr()).with_style(style)
+    })
 }
 
 /// What the line says.

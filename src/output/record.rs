@@ -14,6 +14,7 @@ use crate::coupling::Iteration;
 use crate::fluid::{Fluid, FluidStep, Opening};
 use crate::geometry::centre_line;
 use crate::hemodynamics::{Monitor, Region, Resolution, Steadiness, WallState, WetSurface};
+use crate::numbers::twelve_digits;
 use crate::pfem::evaluation::samples::StressPeak;
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
@@ -269,8 +270,8 @@ impl Record {
             time_s: fluid.time,
             coupling_iterations: step.iterations.len(),
             residual: last.map_or(0.0, |last| last.measure.residual),
-            fluid_s: seconds.fluid_s,
-            structure_s: seconds.structure_s,
+            fluid_s: twelve_digits(seconds.fluid_s),
+            structure_s: twelve_digits(seconds.structure_s),
             Q_in_m3_s: fluid.inflow(),
             Q_out_m3_s: fluid.outflow(),
             p_in_Pa: fluid.inlet_pressure(),
@@ -422,6 +423,20 @@ impl RunSummary {
     pub fn new(ending: Ending, mut totals: Totals) -> Self {
         let s = &mut totals.seconds;
         s.rest_s = totals.wall_s - s.fluid_s - s.structure_s - s.coupling_s;
+        let parts = [
+            &mut s.fluid_s,
+            &mut s.structure_s,
+            &mut s.coupling_s,
+            &mut s.rest_s,
+        ];
+        let wholes = [
+            &mut totals.steps_s,
+            &mut totals.wall_s,
+            &mut totals.checkpoint_s,
+        ];
+        for seconds in parts.into_iter().chain(wholes) {
+            *seconds = twelve_digits(*seconds);
+        }
         let steps = totals.steps.max(1) as f64;
         Self {
             version: env!("CARGO_PKG_VERSION").into(),

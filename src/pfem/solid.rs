@@ -110,7 +110,7 @@ pub enum SolidError {
     NoEquilibrium(String),
     /// An element is, or became, inside out.
     #[error(
-        "element {element} has the Jacobian {jacobian:.3e} at {position:?} m: the mesh is too coarse for its shape, or the load too large for one step"
+        "element {element} of the wall is inside out at {position:?} m (Jacobian {jacobian:.3e})"
     )]
     Inverted {
         /// Index of the element.

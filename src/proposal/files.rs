@@ -2,13 +2,17 @@
 
 use super::text::rounded;
 use super::{RADII, RADIUS, Wishes};
-use crate::case::LineSurvey;
+use crate::case::{LengthUnit, LineReading, LineSurvey};
 use crate::polydata::{PolyData, Surface};
 use std::f64::consts::TAU;
 
 /// Lengths and radii of vessels, m, as a case allows them.
 const LENGTHS: [f64; 2] = [1e-4, 5.0];
 const RADII_OF_VESSELS: [f64; 2] = [1e-5, 0.05];
+
+/// Those of most.
+const USUAL_LENGTHS: [f64; 2] = [2e-3, 1.5];
+const USUAL_RADII: [f64; 2] = [1e-4, 0.025];
 
 /// Sizes of the vessel, m.
 pub struct Survey {
@@ -67,8 +71,10 @@ pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
     }
     let has_radius = wishes.radius.is_none() && (surface.is_some() || line.radius().is_some());
     let Some(radius) = wishes.radius.or(line.radius()).or(surface) else {
+        let seen = LineReading::of(path, wishes.branch.as_deref());
+        let seen = seen.map_or(String::new(), |seen| format!(" ({})", seen.understood));
         return Err(format!(
-            "--from {}: the file has no radii: give --lumen, the surface, or --radius, in metres",
+            "--from {}: the file has no radii{seen}: give --lumen, the surface, or --radius, such as --radius 3mm",
             path.display()
         ));
     };
@@ -79,9 +85,20 @@ pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
     let [short, long] = LENGTHS;
     let [thin, wide] = RADII_OF_VESSELS;
     if !(short..=long).contains(&length) || !(thin..=wide).contains(&radius) {
+        // The radius has another unit if it is given by itself.
+        let would_fit = |other: &LengthUnit| {
+            let factor = other.metres() / unit.metres();
+            let of_file = if has_radius { factor } else { 1.0 };
+            (USUAL_LENGTHS[0]..=USUAL_LENGTHS[1]).contains(&(factor * length))
+                && (USUAL_RADII[0]..=USUAL_RADII[1]).contains(&(of_file * radius))
+        };
+        let advice = match LengthUnit::ALL.into_iter().find(would_fit) {
+            Some(other) => format!("--unit {} would fit", other.name()),
+            None => "no unit fits both: are points and radii in different ones?".to_owned(),
+        };
         return Err(format!(
             "--unit {}: with it the centre-line is {:.3e} m long and the lumen {radius:.3e} m in radius; vessels are {short} to {long} m \
-             long and {thin:e} to {wide} m in radius",
+             long and {thin:e} to {wide} m in radius; {advice}",
             unit.name(),
             length
         ));

@@ -122,7 +122,7 @@ pub enum NoProposal {
     #[error("{0}")]
     Input(String),
     /// The vessel makes no case.
-    #[error("the vessel cannot be used as it is:\n{0}")]
+    #[error("no case can be made from this:\n{0}")]
     Case(String),
     /// Nothing can be written.
     #[error("cannot write a case for a trial: {0}")]

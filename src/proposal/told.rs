@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 /// Parts of messages about keys, and what they are among the options.
-const OPTIONS: [(&str, &str); 10] = [
+const OPTIONS: [(&str, &str); 11] = [
     (
         "vessel.lumen_unit, or vessel.unit of the line",
         "--lumen-unit, or --unit of the line",
@@ -25,6 +25,7 @@ const OPTIONS: [(&str, &str); 10] = [
     ("vessel.lumen names", "--lumen takes"),
     ("vessel.lumen_unit", "--lumen-unit"),
     ("vessel.unit", "--unit"),
+    ("vessel.smoothing_m", "--smoothing"),
 ];
 /// Mean velocities (m/s) in the lumen at the peak of the flow that vessels have.
 const VELOCITIES: [f64; 2] = [5e-3, 5.0];
@@ -97,9 +98,12 @@ pub fn mistakes(errors: &CaseErrors, wishes: &Wishes, trial: &Path) -> String {
             .flatten()
             .filter_map(|path| path.file_name());
         let message = names.fold(message, |message, name| {
-            let name = format!("{}: ", name.to_string_lossy());
-            match message.strip_prefix(&name) {
-                Some(rest) if !option.is_empty() => rest.to_owned(),
+            let rest = message.strip_prefix(&*name.to_string_lossy());
+            let rest = rest.and_then(|rest| rest.strip_prefix(':'));
+            match rest.map(|rest| rest.strip_prefix(' ').ok_or(rest)) {
+                Some(Ok(rest)) if !option.is_empty() => rest.to_owned(),
+                // The number of a line follows.
+                Some(Err(rest)) if !option.is_empty() => format!("line {rest}"),
                 _ => message,
             }
         });

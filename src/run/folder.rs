@@ -43,12 +43,11 @@ impl std::ops::Deref for RunFolder {
 }
 
 impl RunFolder {
-    /// Locks the folder and prepares it.
+    /// Whether a run has been in the folder that never began, for a look before the work of a start.
     ///
     /// # Errors
-    /// If another process works there, if there is something that `earlier` does not allow to touch, or nothing where
-    /// there should be an earlier run.
-    pub fn open(root: &Path, earlier: Earlier) -> Result<Self, Failure> {
+    /// If there is something that `earlier` does not allow to touch, or nothing where there should be an earlier run.
+    pub fn look(root: &Path, earlier: Earlier) -> Result<bool, Failure> {
         let shown = root.display();
         let input = |text: String| Err(Failure::Input(text));
         let entries = contents(root)
@@ -61,23 +60,26 @@ impl RunFolder {
                 .all(|name| OF_A_START.iter().any(|n| name == n));
         let occupied = !never_begun && entries.iter().any(|name| name != LOCK);
         match earlier {
-            Earlier::Resume | Earlier::ResumeWithoutTables if !ours => {
-                return input(format!(
-                    "{shown} holds no run to resume; start it without --resume"
-                ));
-            }
-            Earlier::Keep if occupied => {
-                return input(format!(
-                    "{shown} exists already; continue the run in it with --resume, replace it with --force, or choose another folder with --out"
-                ));
-            }
-            Earlier::Replace if occupied && !ours => {
-                return input(format!(
-                    "{shown} is not the folder of a run (it holds no {MARK}), so --force does not remove it; remove it yourself or choose another folder with --out"
-                ));
-            }
-            _ => {}
+            Earlier::Resume | Earlier::ResumeWithoutTables if !ours => input(format!(
+                "{shown} holds no run to resume; start it without --resume"
+            )),
+            Earlier::Keep if occupied => input(format!(
+                "{shown} exists already; continue the run in it with --resume, replace it with --force, or choose another folder with --out"
+            )),
+            Earlier::Replace if occupied && !ours => input(format!(
+                "{shown} is not the folder of a run (it holds no {MARK}), so --force does not remove it; remove it yourself or choose another folder with --out"
+            )),
+            _ => Ok(never_begun),
         }
+    }
+
+    /// Locks the folder and prepares it.
+    ///
+    /// # Errors
+    /// As [`Self::look`], or if another process works there.
+    pub fn open(root: &Path, earlier: Earlier) -> Result<Self, Failure> {
+        let never_begun = Self::look(root, earlier)?;
+        let shown = root.display();
         fs::create_dir_all(root)
             .map_err(|e| Failure::Input(format!("cannot create {shown}: {e}")))?;
         let folder = Self {

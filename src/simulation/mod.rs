@@ -12,6 +12,7 @@ pub(crate) mod subdivision;
 pub(crate) mod totals;
 
 use crate::case::CaseIdentity;
+use crate::coupling::fixed_point::FixedPointMemory;
 use crate::coupling::{Coupling, FailedStep, diagnosis};
 use crate::files::{FileFingerprint, below};
 use crate::fluid::{Fluid, FluidEffort, FluidError};
@@ -24,6 +25,9 @@ use rescue::Trouble;
 use std::io;
 use std::time::Instant;
 use totals::Totals;
+
+/// From so long a step on (s) what a checkpoint needs is kept while the next one is solved.
+const SLOW: f64 = 1.0;
 
 /// Choices of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,6 +99,10 @@ pub struct Simulation<F, S: Solid, O> {
     trouble: Option<Trouble>,
     /// The step after which the run ends with a checkpoint, and why, if the next one has been given up.
     last_good: Option<(usize, String)>,
+    /// What the checkpoint needs of structure and coupling if the step that is being solved is given up; kept where steps take long.
+    beginning: Option<(S::Memory, FixedPointMemory)>,
+    /// Wall-clock time of the last step, s.
+    pace: f64,
     /// When the last checkpoint was written.
     saved: Instant,
     /// Since when wall-clock time is not in the totals yet.
@@ -135,6 +143,8 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             untold: None,
             trouble: None,
             last_good: None,
+            beginning: None,
+            pace: 0.0,
             saved: Instant::now(),
             started: Instant::now(),
             fluid_peak_memory: 0.0,
@@ -183,6 +193,10 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             }
             match self.step(interrupted) {
                 Ok(()) => {}
+                Err(Stop::Step(failed)) if failed.is_interrupt() => {
+                    self.keep_beginning()?;
+                    return Err(SimulationError::Interrupted);
+                }
                 Err(Stop::Step(failed)) => {
                     let what = self.rescue(*failed)?;
                     self.observer.note(&Note::Rescue(what));
@@ -200,6 +214,14 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         let (number, length) = (self.clock.steps() + 1, self.clock.part());
         let completes = self.clock.completes();
         let (mut told, untold) = (Ok(()), self.untold.take());
+        let is_slow = self.pace > SLOW && attempt == 1 && self.checkpoints.is_some();
+        let memories = || {
+            (
+                self.coupling.solid.memory(),
+                self.coupling.fixed_point.memory(),
+            )
+        };
+        self.beginning = is_slow.then(memories);
         let solved = self.coupling.solve_beside(|solid| {
             if let Some(step) = untold {
                 told = tell(&mut self.observer, &step, solid);
@@ -246,6 +268,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             tell(&mut self.observer, &accepted, &self.coupling.solid)?;
         }
         let seconds = started.elapsed().as_secs_f64();
+        self.pace = seconds;
         let steps = self.clock.steps();
         (self.totals).add(&accepted.step, steps, seconds, self.effort.residual);
         let memory = self.coupling.fluid.usage().peak_memory;
@@ -321,6 +344,28 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
     /// # Errors
     /// If it cannot be written; the checkpoints before it stay.
     pub fn save(&mut self) -> Result<(), SimulationError> {
+        let memories = (
+            self.coupling.solid.memory(),
+            self.coupling.fixed_point.memory(),
+        );
+        self.save_with(memories)
+    }
+
+    /// Writes a checkpoint of the last accepted step after the next one has been given up, if what that needs was kept; the newest
+    /// one serves otherwise.
+    fn keep_beginning(&mut self) -> Result<(), SimulationError> {
+        match self.beginning.take() {
+            Some(memories) if self.clock.reading().subdivision.done() == 0 && !self.is_saved() => {
+                self.save_with(memories)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn save_with(
+        &mut self,
+        (structure, coupling): (S::Memory, FixedPointMemory),
+    ) -> Result<(), SimulationError> {
         let clock = Instant::now();
         let Some(checkpoints) = &self.checkpoints else {
             return Ok(());
@@ -346,8 +391,8 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             clock: self.clock.reading(),
             totals: self.totals(),
             fluid,
-            structure: self.coupling.solid.memory(),
-            coupling: self.coupling.fixed_point.memory(),
+            structure,
+            coupling,
             balance: self.coupling.balance.clone(),
             observer,
         };

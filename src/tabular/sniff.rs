@@ -239,7 +239,7 @@ pub fn parse(
     {
         return Err(Fault::at(
             row.line,
-            format!("expected {count} numbers, found {} fields", row.cells.len()),
+            format!("expected {count} numbers, found {}", row.cells.len()),
         ));
     }
     if let Some(row) = rows.get(MOST_ROWS) {

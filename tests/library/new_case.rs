@@ -371,6 +371,139 @@ fn new_says_what_it_understood_of_a_file() {
     );
 }
 
+/// Files of kinds that people have, with what `new` says of them; refused are those that begin with an exclamation mark.
+#[test]
+fn odd_files_are_read_rightly_or_told_rightly() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let line = |separator: &str, head: &str, width: f64| -> String {
+        let row = |i: i32| {
+            let s = f64::from(i);
+            let cells = [s, 0.02 * s, 100.0, width];
+            cells.map(|x| format!("{x:.3}")).join(separator) + "\n"
+        };
+        head.to_owned() + "\n" + &(0..=40).map(row).collect::<String>()
+    };
+    let curve = |head: &str, unit: f64, more: f64| -> String {
+        let row = |i: i32| {
+            let t = f64::from(i) / 20.0;
+            let flow = 5.0 + 4.0 * (std::f64::consts::TAU * t).sin();
+            format!("{},{}\n", unit * t + more, flow)
+        };
+        head.to_owned() + "\n" + &(0..=20).map(row).collect::<String>()
+    };
+    let path_point = |i: i32| {
+        format!("<path_point id=\"{i}\">\n<pos x=\"{i}\" y=\"0\" z=\"1.5e1\" />\n</path_point>\n")
+    };
+    let path = |foot: &str| {
+        let points: String = (0..=40).map(path_point).collect();
+        format!(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\" ?>\n<format version=\"1.0\" />\n<path id=\"1\">\n<timestep id=\"0\">\n<path_element>\n\
+             <control_points>\n<point id=\"0\" x=\"9\" y=\"9\" z=\"9\" />\n</control_points>\n<path_points>\n{points}{foot}"
+        )
+    };
+    let mm = ["--unit", "mm"];
+    let with_radius = ["--unit", "mm", "--radius", "3mm"];
+    let lines: [(&str, Vec<u8>, &[&str], &str); 8] = [
+        (
+            "deutsch.csv",
+            line(";", "Länge X [mm];Y [mm];Z [mm];Durchmesser [mm]", 6.0)
+                .replace('.', ",")
+                .chars()
+                .map(|c| c as u8) // Latin-1
+                .collect(),
+            &[],
+            "radius 3.00 to 3.00 mm",
+        ),
+        (
+            "path.pth",
+            path("</path_points>\n</path_element>\n</timestep>\n</path>\n").into(),
+            &with_radius,
+            "SimVascular's path: 41 points, no radii",
+        ),
+        (
+            "cut.pth",
+            path("").into(),
+            &with_radius,
+            "!--from cut.pth: the file ends within its points",
+        ),
+        (
+            "none.pth",
+            "<path></path>".into(),
+            &with_radius,
+            "!no path of SimVascular",
+        ),
+        (
+            "width.csv",
+            line(",", "x,y,z,w", 3.0).into(),
+            &mm,
+            "!the file has no radii (41 rows, columns separated by commas; x, y, z in \"x\", \"y\", \"z\", no radii; \"w\" left out): give",
+        ),
+        (
+            "metres.csv",
+            line(",", "x,y,z,r", 3.0).into(),
+            &["--unit", "um"],
+            "!--unit mm would fit",
+        ),
+        (
+            "radii-in-um.csv",
+            line(",", "x,y,z,r", 3000.0).into(),
+            &mm,
+            "!no unit fits both: are points and radii in different ones?",
+        ),
+        (
+            "back.csv",
+            (line(",", "x,y,z,r", 3.0) + "3,0.06,100,3\n").into(),
+            &mm,
+            "!What scatters is smoothed by --smoothing",
+        ),
+    ];
+    let flows = [
+        (
+            "phase.csv",
+            curve("phase [%],Q [ml/s]", 100.0, 0.0),
+            "!\"phase [%]\" has no times: write seconds",
+        ),
+        (
+            "later.csv",
+            curve("t [s],Q [ml/s]", 1.0, 3.0),
+            "!--flow later.csv: line 2: the time 3.0 s is outside the period",
+        ),
+        (
+            "minutes.csv",
+            curve("t [min],Q [ml/s]", 1.0 / 60.0, 0.0),
+            "times in \"t [min]\" (min)",
+        ),
+        (
+            "gap.csv",
+            "t [s],Q [ml/s]\n0,5\n0.5,\n1,5\n".into(),
+            "!gap.csv:3: expected 2 numbers, found 1",
+        ),
+    ];
+    let lines = lines
+        .map(|(name, text, more, said)| (name, text, [&["--from", name], more].concat(), said));
+    let flows =
+        flows.map(|(name, text, said)| (name, text.into_bytes(), vec!["--flow", name], said));
+    for (name, text, options, expected) in lines.into_iter().chain(flows) {
+        std::fs::write(here.join(name), text).unwrap();
+        let case = format!("of-{name}");
+        let output = driver(here, &[&["new", &case], &options[..]].concat());
+        let is_refused = expected.starts_with('!');
+        let said = [&output.stdout, &output.stderr][usize::from(is_refused)];
+        let said = String::from_utf8_lossy(said);
+        assert_eq!(
+            output.status.code(),
+            Some(if is_refused { 2 } else { 0 }),
+            "{name}: {said}"
+        );
+        assert!(
+            said.contains(expected.trim_start_matches('!')),
+            "{name}: {said}"
+        );
+        assert_eq!(here.join(&case).exists(), !is_refused, "{name}");
+    }
+}
+
 #[test]
 fn what_is_refused_leaves_no_folder() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,6 +4,7 @@ use crate::run_support::*;
 use rustix::process::Signal;
 use std::path::Path;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 /// Few elements of degree 3.
 pub const FEW: [&str; 7] = [
@@ -201,4 +202,100 @@ fn signals_that_are_ignored_at_the_start_stay_ignored() {
     wait_for_steps(&mut child, &out, 1);
     signal(child.id() as i32, Signal::HUP);
     assert_eq!(child.wait().unwrap().code(), Some(130));
+}
+
+/// The run is asked to end while it takes a step that lasts longer than it may: thousands of coupling iterations.
+#[test]
+fn a_step_that_takes_long_is_given_up_at_a_signal() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let endless = [
+        "coupling.acceleration=constant",
+        "coupling.surrogate=none",
+        "coupling.relaxation=1e-5",
+        "coupling.max_iterations=10000",
+        "coupling.e_rel=1e-9",
+    ];
+    let mut child = start(&mut driver(&out, 2, &[&FEW[..], &endless].concat()));
+    let first = out.join("checkpoints/00000000.checkpoint");
+    let begun = Instant::now();
+    while !first.exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    // It has begun with the step.
+    std::thread::sleep(Duration::from_secs(1));
+    let asked = Instant::now();
+    signal(child.id() as i32, Signal::TERM);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let waited = asked.elapsed().as_secs_f64();
+    assert!((4.0..20.0).contains(&waited), "{waited} s");
+    assert_eq!(steps_done(&out), 0);
+    // An existing run is told before anything is computed, or read.
+    let mut again = driver(&out, 2, &FEW);
+    let refused = again.args(["--set", "time.step_s=-1"]).output().unwrap();
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(
+        said.contains("continue the run in it with --resume"),
+        "{said}"
+    );
+}
+
+/// Whether a time (s), of the run or of the clock on the wall, has at most twelve digits.
+fn is_round(time: f64) -> bool {
+    format!("{time:.11e}").parse() == Ok(time)
+}
+
+fn is_time(name: &str) -> bool {
+    let is_rate = ["m_s", "m3_s", "1_s", "Pa_s"]
+        .iter()
+        .any(|unit| name.ends_with(unit));
+    name.ends_with("_s") && !is_rate
+}
+
+/// Times (s) of all keys of a JSON file.
+fn times_within(value: &serde_json::Value, name: &str, found: &mut Vec<f64>) {
+    match value {
+        serde_json::Value::Object(all) => {
+            all.iter()
+                .for_each(|(key, value)| times_within(value, key, found));
+        }
+        serde_json::Value::Array(all) => {
+            all.iter()
+                .for_each(|value| times_within(value, name, found));
+        }
+        number => found.extend(number.as_f64().filter(|_| is_time(name))),
+    }
+}
+
+/// 0.018, not 0.018000000000000002.
+#[test]
+fn times_in_tables_and_json_have_no_rounding_of_sums() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    complete(alone(&out, 9, &[]));
+    let mut seen = 0;
+    for entry in std::fs::read_dir(&out).unwrap() {
+        let path = entry.unwrap().path();
+        let mut times = Vec::new();
+        match path.extension().and_then(|end| end.to_str()) {
+            Some("csv") => {
+                let mut reader = csv::Reader::from_path(&path).unwrap();
+                let names = reader.headers().unwrap().clone();
+                for record in reader.records().map(Result::unwrap) {
+                    let cells = names.iter().zip(&record).filter(|(name, _)| is_time(name));
+                    times.extend(cells.map(|(_, cell)| cell.parse::<f64>().unwrap()));
+                }
+            }
+            Some("json") => {
+                let value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+                times_within(&value, "", &mut times);
+            }
+            _ => continue,
+        }
+        let odd: Vec<f64> = times.iter().copied().filter(|t| !is_round(*t)).collect();
+        assert!(odd.is_empty(), "{}: {odd:?}", path.display());
+        seen += times.len();
+    }
+    assert!(seen > 100, "{seen}");
 }

@@ -1,6 +1,6 @@
 //! A centre-line as it stands in a file.
 
-use super::{CentreLine, swc, table, vtp};
+use super::{CentreLine, pth, swc, table, vtp};
 use crate::case::LengthUnit;
 use std::path::Path;
 
@@ -31,8 +31,9 @@ impl LineFile {
             (Some(end), None) if TABLES.contains(&end) => table::read(path),
             (Some("vtp" | "vtk"), _) => vtp::read(path, branch),
             (Some("swc"), _) => swc::read(path, branch),
+            (Some("pth"), _) => pth::read(path),
             _ => Err(
-                "expected a file that ends with .csv, .vtp or .swc (or .txt, .dat, .vtk)"
+                "expected a file that ends with .csv, .vtp or .swc (or .txt, .dat, .vtk, .pth)"
                     .to_owned(),
             ),
         }?;

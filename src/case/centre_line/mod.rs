@@ -1,6 +1,7 @@
 //! Centre-lines from files that people have.
 
 mod file;
+mod pth;
 mod smooth;
 mod survey;
 mod swc;

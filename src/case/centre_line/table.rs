@@ -16,6 +16,10 @@ const POSITIONS: [&str; 7] = [
     "position",
     "pos",
 ];
+/// Parts of the names of widths.
+const RADII: [&str; 6] = ["radius", "radii", "rayon", "radio", "raggio", "halbmesser"];
+const DIAMETERS: [&str; 4] = ["diam", "diám", "diàm", "durchmesser"];
+const AREAS: [&str; 4] = ["area", "aire", "fläche", "querschnitt"];
 /// Points of several lines in one table jump back: a step of more than so many usual ones that ends so close to an
 /// earlier point.
 const JUMP: f64 = 20.0;
@@ -111,26 +115,30 @@ fn columns(sheet: &Sheet) -> Result<([usize; 3], Option<Width>), Fault> {
     )
     .or_else(|| {
         width(
-            |name| tokens(name).contains(&"r") || name.contains("radius") || name.contains("radii"),
+            |name| tokens(name).contains(&"r") || is_one_of(name, &RADII),
             "radius",
             |r| r,
         )
     })
     .or_else(|| {
         width(
-            |name| tokens(name).contains(&"d") || name.contains("diam"),
+            |name| tokens(name).contains(&"d") || is_one_of(name, &DIAMETERS),
             "diameter",
             |d| 0.5 * d,
         )
     })
     .or_else(|| {
         width(
-            |name| name.contains("area"),
+            |name| is_one_of(name, &AREAS),
             "area",
             |a| (a / std::f64::consts::PI).sqrt(),
         )
     });
     Ok((position, width))
+}
+
+fn is_one_of(name: &str, words: &[&str]) -> bool {
+    words.iter().any(|word| name.contains(word))
 }
 
 fn tokens(name: &str) -> Vec<&str> {

@@ -6,6 +6,8 @@ use crate::tabular::{Fault, Sheet};
 
 /// Beginnings of the names of times, in small letters.
 const TIMES: [&str; 6] = ["time", "zeit", "temps", "tiempo", "tempo", "sec"];
+/// Parts of the names of what grows as times do, in small letters.
+const NO_TIMES: [&str; 5] = ["%", "percent", "phase", "frame", "t/t"];
 /// Parts of the names of what accompanies values.
 const SPREAD: [&str; 9] = [
     "sd", "std", "sem", "err", "dev", "var", "lower", "upper", "conf",
@@ -27,6 +29,16 @@ pub fn columns(sheet: &Sheet, quantity: &Quantity) -> Result<[usize; 2], Fault> 
         });
     }
     let time = named.unwrap_or(0);
+    let small = names[time].to_lowercase();
+    if NO_TIMES.iter().any(|word| small.contains(word)) {
+        return Err(Fault {
+            line: sheet.header.as_ref().map(|(line, _)| *line),
+            message: format!(
+                "{} has no times: write seconds in a column called t (s)",
+                sheet.listed([time])
+            ),
+        });
+    }
     let others: Vec<usize> = (0..count).filter(|i| *i != time).collect();
     if let [value] = others[..] {
         return Ok([time, value]);

@@ -22,6 +22,8 @@ use crate::fluid::{
 use crate::geometry::Vessel;
 use crate::numbers::twelve_digits;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Size of the estimated error at which a solution ends, relative to that of the flow and to the change of the
@@ -129,7 +131,15 @@ impl NativeFluid {
             max_iterations: MOST_ITERATIONS,
         };
         let (velocities, pressures) = (3 * space.space.nodes, space.space.pressures);
-        let metric = Metric::new(&space, &positions).map_err(|error| failed(&error))?;
+        let metric = Metric::new(&space, &positions).map_err(|error| match error {
+            FlowError::Inverted {
+                element, position, ..
+            } => failed(&format!(
+                "element {element} of its mesh is inside out at {position:?} m: the vessel bends or narrows too sharply there; \
+                 gentler bends or more elements along it (fluid.native.axial_per_section) help"
+            )),
+            error => failed(&error),
+        })?;
         let flow = Flow::new(space, settings, &fixed, wall.clone(), open, &positions)
             .map_err(|error| failed(&error))?;
         let zeros = |n: usize| [vec![0.0; n], vec![0.0; n]];
@@ -161,6 +171,11 @@ impl NativeFluid {
                 .map(|x| (*x).into())
                 .collect(),
         })
+    }
+
+    /// A step that takes long is given up once this flag is set.
+    pub fn give_up_at(&mut self, interrupt: Arc<AtomicBool>) {
+        self.flow.give_up_at(interrupt);
     }
 
     /// Number of elements.
@@ -315,7 +330,10 @@ impl Fluid for NativeFluid {
         self.flow.clock_mut().add(Part::Geometry, begin);
         let trial = (self.flow)
             .solve(&self.memory.flow, time_step, positions, &boundary, start)
-            .map_err(|error: FlowError| FluidError::NotSolved(error.to_string()))?;
+            .map_err(|error: FlowError| match error {
+                FlowError::Interrupted => FluidError::Interrupted,
+                error => FluidError::NotSolved(error.to_string()),
+            })?;
         let begin = Instant::now();
         let loads = self.loads(&trial);
         let tractions = self.tractions(displacement, &loads);

@@ -9,6 +9,7 @@ use super::entering::{Moving, OpenEnd};
 use super::gmres::{self, System, Workspace};
 use super::metric::Metric;
 use super::oseen::{Local, Oseen, OseenViscosity};
+use super::patience::Patience;
 use super::preconditioner::{MadeFor, Preconditioner};
 use super::shear_thinning::VariableViscosity;
 use super::spectral_elements::SpectralElements;
@@ -19,6 +20,8 @@ use crate::Vec3;
 use crate::case::Rheology;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// The fluid, and how its equations are solved.
@@ -103,6 +106,7 @@ pub struct Flow {
     workspace: Workspace,
     local: Local,
     clock: Clock,
+    patience: Patience,
 }
 
 impl Flow {
@@ -138,6 +142,7 @@ impl Flow {
             preconditioner: None,
             workspace: Workspace::default(),
             clock: Clock::default(),
+            patience: Patience::default(),
         })
     }
 
@@ -149,6 +154,11 @@ impl Flow {
     /// For those who have more to add.
     pub fn clock_mut(&mut self) -> &mut Clock {
         &mut self.clock
+    }
+
+    /// Solutions that take long are given up once this flag is set.
+    pub fn give_up_at(&mut self, interrupt: Arc<AtomicBool>) {
+        self.patience = Patience::until(interrupt);
     }
 
     /// The elements.
@@ -262,6 +272,7 @@ impl Flow {
             workspace,
             local,
             clock,
+            patience,
             ..
         } = self;
         let (space, fixed) = (&*space, &*fixed);
@@ -344,6 +355,7 @@ impl Flow {
             metric: &metric,
             space,
             clock,
+            patience,
         };
         system.clock.add(Part::Geometry, begin);
         let (begin, then) = (Instant::now(), *system.clock);
@@ -368,6 +380,9 @@ impl Flow {
             workspace,
         );
         system.clock.add_rest(Part::Orthogonalization, begin, &then);
+        if system.patience.is_over() {
+            return Err(FlowError::Interrupted);
+        }
         if outcome.residual.is_nan() || outcome.residual > tolerance {
             system.preconditioned_residual(&x, &mut first);
             let share = |i: &usize| system.weights[*i] * first[*i] * first[*i];

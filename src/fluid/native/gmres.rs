@@ -13,6 +13,11 @@ pub trait System {
 
     /// Weights of the squares of the unknowns in the norm.
     fn weights(&self) -> &[f64];
+
+    /// Whether nobody waits for the solution any more.
+    fn is_given_up(&self) -> bool {
+        false
+    }
 }
 
 /// What an iteration did.
@@ -153,7 +158,7 @@ pub fn solve(
         // QR factorization of the Hessenberg matrix by Givens' rotations
         let (mut columns, mut rotations): (Vec<Vec<f64>>, Vec<[f64; 2]>) = Default::default();
         let mut rhs = vec![size];
-        while columns.len() < RESTART && iterations < most {
+        while columns.len() < RESTART && iterations < most && !system.is_given_up() {
             let k = columns.len();
             grow(basis, k + 2, n);
             let (known, next) = basis.split_at_mut(k + 1);
@@ -185,7 +190,7 @@ pub fn solve(
                 break;
             }
         }
-        if columns.is_empty() {
+        if columns.is_empty() || system.is_given_up() {
             return Outcome {
                 iterations,
                 residual: f64::NAN,

@@ -9,7 +9,8 @@
 //! [`plane_cholesky`]); [`flow`] takes the step with one of the [`time_scheme`]s, [`wall_traction`] says what it does
 //! to the wall, [`decay`] how well the elements resolve it, [`probes`] what it is at chosen points, and [`field`]
 //! everywhere. [`ends`] is what is prescribed at inlet and outlet and [`entering`] the blood that enters there,
-//! [`clock`] knows where the seconds go, and [`blood`] puts it all into a [`Fluid`](super::Fluid).
+//! [`clock`] knows where the seconds go, [`patience`] when a solution is given up, and [`blood`] puts it all into a
+//! [`Fluid`](super::Fluid).
 //!
 //! The method, where it comes from, and what was measured: `docs/native-fluid.md`.
 
@@ -26,6 +27,7 @@ pub(crate) mod gmres;
 pub(crate) mod kernel;
 pub mod metric;
 pub(crate) mod oseen;
+pub(crate) mod patience;
 pub(crate) mod plane_cholesky;
 pub mod preconditioner;
 pub(crate) mod pressure;
@@ -74,6 +76,9 @@ pub enum FlowError {
         /// The node whose velocity is the worst, m.
         position: [f64; 3],
     },
+    /// Nobody waits for the solution any more.
+    #[error("interrupted")]
+    Interrupted,
     /// What is known is no number.
     #[error(
         "the fluid's velocity is not a finite number at {position:?} m: it has been lost before this solution"

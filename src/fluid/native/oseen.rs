@@ -5,6 +5,7 @@ use super::contraction::LANES;
 use super::gmres::System;
 use super::kernel::{AtGauss, Viscosity};
 use super::metric::Metric;
+use super::patience::Patience;
 use super::pressure::SchurComplement;
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
@@ -43,6 +44,8 @@ pub struct Oseen<'a> {
     pub local: &'a mut Local,
     /// Seconds by part.
     pub clock: &'a mut Clock,
+    /// How long a solution is waited for.
+    pub patience: &'a Patience,
 }
 
 /// Dynamic viscosity, Pa s.
@@ -249,5 +252,9 @@ impl System for Oseen<'_> {
 
     fn weights(&self) -> &[f64] {
         &self.weights
+    }
+
+    fn is_given_up(&self) -> bool {
+        self.patience.is_over()
     }
 }

@@ -22,6 +22,12 @@ pub fn read(path: &Path) -> Result<WallFile, String> {
         ..WallFile::default()
     };
     let numbers = NUMBERS.iter().find_map(|name| grid.of_cells.get(*name));
+    if numbers.is_none() && grid.kinds.iter().any(|kind| QUADRILATERALS.contains(kind)) {
+        return Err(format!(
+            "its cells have no numbers of regions and surfaces: expected an array {} of the cells",
+            NUMBERS.join(", ")
+        ));
+    }
     let fibres = (grid.of_cells.get("axial")).zip(grid.of_cells.get("circumferential"));
     let mut directions = Vec::new();
     for (cell, (listed, kind)) in grid.cells.iter().zip(&grid.kinds).enumerate() {

@@ -60,10 +60,7 @@ pub fn map(run: &Results, field: Field, title: &str, x: [f64; 2], range: [f64; 2
 
 /// Centres of the faces.
 pub fn places(run: &Results) -> Vec<Place> {
-    let place = |f: &FaceRow| Place {
-        x_m: f.x_m,
-        phi_deg: f.phi_deg,
-    };
+    let place = |f: &FaceRow| Place::on_tube(f.x_m, f.phi_deg);
     run.faces.iter().map(place).collect()
 }
 

@@ -16,8 +16,8 @@ pub struct Quantity {
 }
 
 /// A place as people read it.
-pub fn place(at: Place) -> String {
-    format!("x = {:.1} mm, φ = {:.0}°", 1e3 * at.x_m, at.phi_deg).replace('-', "\u{2212}")
+fn place(region: &RegionSummary, at: Place) -> String {
+    region.told(at).replace('-', "\u{2212}")
 }
 
 fn four(value: f64) -> String {
@@ -30,16 +30,24 @@ pub fn all() -> Vec<Quantity> {
     vec![
         quantity("TAWSS, mean / Pa", |r| four(r.TAWSS_Pa.mean)),
         quantity("TAWSS, largest / Pa", |r| {
-            format!("{}<br>{}", four(r.TAWSS_Pa.max), place(r.TAWSS_Pa.max_at))
+            format!(
+                "{}<br>{}",
+                four(r.TAWSS_Pa.max),
+                place(r, r.TAWSS_Pa.max_at)
+            )
         }),
         quantity("TAWSS, smallest / Pa", |r| four(r.TAWSS_Pa.min)),
         quantity("OSI, mean", |r| four(r.OSI.mean)),
         quantity("OSI, largest", |r| {
-            format!("{}<br>{}", four(r.OSI.max), place(r.OSI.max_at))
+            format!("{}<br>{}", four(r.OSI.max), place(r, r.OSI.max_at))
         }),
         quantity("RRT, mean / (1/Pa)", |r| four(r.RRT_1_Pa.mean)),
         quantity("RRT, largest / (1/Pa)", |r| {
-            format!("{}<br>{}", four(r.RRT_1_Pa.max), place(r.RRT_1_Pa.max_at))
+            format!(
+                "{}<br>{}",
+                four(r.RRT_1_Pa.max),
+                place(r, r.RRT_1_Pa.max_at)
+            )
         }),
         quantity("wall shear stress, largest in time and space / Pa", |r| {
             let peak = r.max_wall_shear_Pa;
@@ -47,7 +55,7 @@ pub fn all() -> Vec<Quantity> {
                 "{}<br>t = {:.3} s, {}",
                 four(peak.max),
                 peak.time_s,
-                place(peak.at)
+                place(r, peak.at)
             )
         }),
         quantity("von Mises stress, largest in time and space / kPa", |r| {
@@ -56,7 +64,7 @@ pub fn all() -> Vec<Quantity> {
                 "{}<br>t = {:.3} s, {}",
                 four(1e-3 * peak.max),
                 peak.time_s,
-                place(peak.at)
+                place(r, peak.at)
             )
         }),
         quantity("displacement, largest / mm", |r| {

@@ -102,10 +102,7 @@ fn map(run: &Results, faces: &[ResolutionRow]) -> String {
         .map(|face| 100.0 * value(face).unwrap_or(0.0))
         .collect();
     let places: Vec<Place> = (faces.iter())
-        .map(|face| Place {
-            x_m: face.x_m,
-            phi_deg: face.phi_deg,
-        })
+        .map(|face| Place::on_tube(face.x_m, face.phi_deg))
         .collect();
     let range = [0.0, values.iter().copied().fold(0.0, f64::max)];
     let title = format!("{}, resolution", run.name());

@@ -135,6 +135,8 @@ fn measures(run: &Results) -> String {
 }
 
 const MILLILITRE: f64 = 1e-6;
+/// Colours of the openings on a page, the inlet first and then the outlets.
+const OPENINGS: [usize; 6] = [2, 1, 4, 3, 5, 6];
 
 /// Flow in and out, and their difference beside the rate of change of the lumen volume.
 pub(super) fn flow_panel(run: &Results) -> Panel {
@@ -148,8 +150,8 @@ pub(super) fn flow_panel(run: &Results) -> Panel {
         .map(|w| (w[1].0, (w[2].1 - w[0].1) / (w[2].0 - w[0].0)))
         .collect();
     let curves = vec![
-        line("inflow", 2, inflow),
-        line("outflow", 1, outflow),
+        line("inflow", OPENINGS[0], inflow),
+        line("outflow", OPENINGS[1], outflow),
         line("inflow − outflow", 3, gap),
         Curve {
             open: true,
@@ -163,8 +165,8 @@ pub(super) fn flow_panel(run: &Results) -> Panel {
 pub(super) fn pressure_panel(run: &Results) -> Panel {
     let pressure = |value| column(run, value, quantities::MMHG);
     let curves = vec![
-        line("inlet", 2, pressure(|row| row.p_in_Pa)),
-        line("outlet", 1, pressure(|row| row.p_out_Pa)),
+        line("inlet", OPENINGS[0], pressure(|row| row.p_in_Pa)),
+        line("outlet", OPENINGS[1], pressure(|row| row.p_out_Pa)),
     ];
     panel("pressure", "time / s", "pressure / mmHg", curves)
 }
@@ -238,7 +240,7 @@ fn openings(run: &Results) -> io::Result<Vec<String>> {
             let rows = rows.iter().filter(|row| row.opening == **name);
             line(
                 name,
-                1 + number % 6,
+                OPENINGS[number % OPENINGS.len()],
                 rows.map(|row| (row.time_s, value(row))).collect(),
             )
         };
@@ -283,10 +285,14 @@ pub(crate) fn periodicity(run: &Results) -> Vec<String> {
             .collect()
     };
     let curves = vec![
-        line("outflow", 2, against_the_beat_before(|row| row.Q_out_m3_s)),
+        line(
+            "outflow",
+            OPENINGS[1],
+            against_the_beat_before(|row| row.Q_out_m3_s),
+        ),
         line(
             "largest displacement",
-            1,
+            0,
             against_the_beat_before(|row| row.max_displacement_m),
         ),
     ];

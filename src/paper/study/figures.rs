@@ -9,7 +9,6 @@ use crate::output::report::maps::{self, OSI, RADIUS, TAWSS};
 use crate::output::report::page::{
     chart, escape, figure, file_name, line, panel, significant, table,
 };
-use crate::output::report::quantities::place;
 use crate::output::report::study::pictures;
 use crate::output::results::Results;
 use crate::paper::findings::series;
@@ -106,7 +105,7 @@ pub fn largest(study: &Study) -> Vec<String> {
         let cells = [
             significant(peak.max, 4),
             format!("{:.3}", peak.time_s),
-            place(peak.at),
+            run.hemodynamics.region(MidArtery)?.told(peak.at),
         ];
         Some(std::iter::once(escape(&run.name())).chain(cells).collect())
     };

@@ -3,6 +3,7 @@
 mod anderson;
 mod equation_of_motion;
 mod equilibrium;
+pub mod listener;
 pub(crate) mod modes;
 pub mod newton;
 pub(crate) mod quasi_newton;

@@ -14,6 +14,7 @@ use super::super::SolidError;
 use super::super::discretization::Discretization;
 use super::super::element::surface::{LoadKind, Surface};
 use super::super::solid::SurfaceLoad;
+use super::listener;
 use super::newton::{self, Equilibrium, NewtonOptions, Residual};
 use super::quasi_newton::KeptTangent;
 use super::stability::{self, AtBifurcation, Bifurcation, LowestMode};
@@ -328,6 +329,7 @@ impl Path<'_> {
             displacement: solution.d.clone(),
         });
         (self.factor, self.displacement) = (factor, solution.d);
+        listener::tell("loading the wall", factor);
     }
 
     /// The bifurcation between the present load and the one at which the mode `beyond` has a negative eigenvalue.

@@ -32,6 +32,7 @@ use super::super::discretization::Discretization;
 use super::super::linear_algebra::factor::Factorization;
 use super::super::linear_algebra::gmres;
 use super::anderson::Anderson;
+use super::listener;
 use nalgebra::DVector;
 
 /// Steps of the load to begin with.
@@ -127,6 +128,7 @@ pub fn find(
                 found.iterations += iterations;
                 found.steps += 1;
                 reached = factor;
+                listener::tell("unloading the wall", reached);
             }
             Err(_) if increment > SHORTEST => increment *= 0.5,
             Err(error) => {

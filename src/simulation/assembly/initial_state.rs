@@ -3,7 +3,7 @@
 use super::domain::WALL;
 use super::{Domain, structure};
 use crate::Vec3;
-use crate::case::{BloodVessel, Case, GivenShape, OutletCondition};
+use crate::case::{BloodVessel, Case, GivenShape, OutletCondition, Problem};
 use crate::fluid::polygonal_wall::RoundWall;
 use crate::geometry::{HexMesh, PolyMesh, WallPolygons};
 use crate::pfem::solution::stability::AtBifurcation;
@@ -12,6 +12,7 @@ use crate::pfem::solution::unloaded;
 use crate::pfem::supports::Profile;
 use crate::pfem::{Discretization, Solid, SolidError, Structure};
 use serde::{Deserialize, Serialize};
+use std::sync::{Mutex, PoisonError};
 
 /// Largest distance (m) between a shape that is given as loaded, and what loading leads to from the unloaded one.
 const LARGEST_DISTANCE: f64 = 1e-6;
@@ -65,12 +66,52 @@ pub fn unloaded_wall(case: &Case, domain: &Domain) -> Result<UnloadedWall, Solid
         });
     };
     let moved = along_axis(vessel, solid.body(), &domain.solid);
-    let (solid, found) = in_state(vessel, solid, moved.as_deref())?;
+    let known = known(case).map(|known| known.unloaded);
+    let is_new = known.is_none();
+    let (solid, unloaded) = in_state(vessel, solid, moved.as_deref(), known)?;
+    let found = unloaded.found.clone();
+    if is_new {
+        remember(Known {
+            case: case.clone(),
+            unloaded,
+            beginning: None,
+        });
+    }
     Ok(UnloadedWall {
         solid,
         moved,
         found,
     })
+}
+
+/// What the statics of a wall in its unloaded shape have led to.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Unloaded {
+    /// How the shape was found, if it is not the given one.
+    pub(super) found: Option<unloaded::Found>,
+    /// Pressure (Pa) and displacement (m) in which the tissue is at rest, if that is a loaded state.
+    tissue: Option<(f64, Vec<f64>)>,
+}
+
+/// What is known of the wall of a case: a command that checks it and then works with it solves its statics once.
+#[derive(Debug, Clone)]
+struct Known {
+    case: Case,
+    unloaded: Unloaded,
+    /// Displacement (m) in which time begins, and how the unloaded shape was found.
+    beginning: Option<(Vec<f64>, Option<Unloading>)>,
+}
+
+/// The last case.
+static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
+
+fn known(case: &Case) -> Option<Known> {
+    let known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    known.as_ref().filter(|known| known.case == *case).cloned()
+}
+
+fn remember(known: Known) {
+    *KNOWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(known);
 }
 
 /// Displacement of the vertices by the axial stretch of a vessel, evenly along x, if it is stretched: at held
@@ -94,7 +135,7 @@ pub(super) fn along_axis(
 }
 
 /// The wall of a vessel, which is given in the shape of the case, in its unloaded one, with its tissue at rest where it
-/// is to be; and how the shape was found, if it is not the given one.
+/// is to be; and what led there, which may be `known`.
 ///
 /// # Errors
 /// If no unloaded shape is found, or no equilibrium for the tissue to be at rest in.
@@ -102,17 +143,22 @@ pub(super) fn in_state(
     vessel: &BloodVessel,
     mut solid: Structure,
     moved: Option<&[f64]>,
-) -> Result<(Structure, Option<unloaded::Found>), SolidError> {
-    let mut found = None;
+    known: Option<Unloaded>,
+) -> Result<(Structure, Unloaded), SolidError> {
+    let mut unloaded = known.unwrap_or_default();
     if vessel.given_shape() == GivenShape::Loaded {
-        let shape = solid.unloaded_shape(vessel.image_pressure(), moved)?;
+        let shape = match unloaded.found {
+            Some(found) => found,
+            None => solid.unloaded_shape(vessel.image_pressure(), moved)?,
+        };
         solid = solid.before(shape.displacement.clone())?;
-        found = Some(shape);
+        unloaded.found = Some(shape);
     }
     if vessel.tissue_rests_loaded() {
-        let (pressure, displacement) = match &found {
-            Some(found) => (vessel.image_pressure(), found.displacement.clone()),
-            None => {
+        let (pressure, displacement) = match (unloaded.tissue, &unloaded.found) {
+            (Some(known), _) => known,
+            (None, Some(found)) => (vessel.image_pressure(), found.displacement.clone()),
+            (None, None) => {
                 let pressure = vessel.equilibrium_pressure();
                 // Whether it is stable is asked once the tissue is there.
                 let options = StaticOptions {
@@ -123,19 +169,39 @@ pub(super) fn in_state(
                 (pressure, bare.displacement)
             }
         };
-        solid.set_tissue_at_rest(pressure, displacement)?;
+        solid.set_tissue_at_rest(pressure, displacement.clone())?;
+        unloaded.tissue = Some((pressure, displacement));
     }
-    Ok((solid, found))
+    Ok((solid, unloaded))
 }
 
 /// Why there is no state for time to begin in.
 #[derive(Debug, thiserror::Error)]
 #[error("{error}")]
 pub struct NoInitialState {
-    /// The key to blame.
-    pub key: &'static str,
+    /// The key to blame, if changing it is the cure.
+    pub key: Option<&'static str>,
     /// What is wrong, and what helps.
     pub error: SolidError,
+}
+
+/// A wall that cannot be built, or not be held.
+fn not_built(case: &Case, error: SolidError) -> NoInitialState {
+    let (key, advice) = match (&case.problem, &error) {
+        (Problem::Own(own), SolidError::Inverted { .. }) if own.wall.file.is_some() => {
+            (Some("wall.file.mesh"), "")
+        }
+        (Problem::Vessel(_), SolidError::Inverted { .. }) => (
+            None,
+            ": the vessel bends or changes too sharply there for its wall; gentler bends, a thinner wall, or more elements \
+             (structure.axial_per_section, structure.circumferential) help",
+        ),
+        _ => (None, ""),
+    };
+    NoInitialState {
+        key,
+        error: SolidError::Model(format!("the wall cannot be built: {error}{advice}")),
+    }
 }
 
 /// What keeps an artery straight that would move aside under a pressure (Pa) that is right.
@@ -145,7 +211,7 @@ fn buckled(key: &'static str, pressure: f64, stretch: f64, error: &SolidError) -
         _ => "",
     };
     NoInitialState {
-        key,
+        key: Some(key),
         error: SolidError::Model(format!(
             "there is no state for time to begin in under {:.1} kPa ({key}{from_ramp}): {error}. If the pressure is right, what \
              keeps arteries straight is missing or too weak: prestretch (initial.axial_stretch, here {stretch:?}) or tissue around \
@@ -174,10 +240,7 @@ fn pressure_keys(vessel: &BloodVessel) -> [&'static str; 2] {
 /// # Errors
 /// If the structure is not well posed, or there is no stable equilibrium; the text says what helps.
 pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoInitialState> {
-    let of_mesh = |error| NoInitialState {
-        key: "structure.p",
-        error,
-    };
+    let of_mesh = |error| not_built(case, error);
     let at_rest = |solid| InitialState {
         solid,
         unloading: None,
@@ -196,19 +259,35 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
         mut solid,
         moved,
         found,
-    } = unloaded_wall(case, domain).map_err(|error| NoInitialState {
-        key: match (vessel.given_shape(), &error) {
-            (GivenShape::Loaded, SolidError::NoEquilibrium(_)) => "initial.shape",
-            _ => "structure.p",
-        },
-        error,
+    } = unloaded_wall(case, domain).map_err(|error| match error {
+        SolidError::NoEquilibrium(_) if vessel.given_shape() == GivenShape::Loaded => {
+            let key = Some("initial.shape");
+            NoInitialState { key, error }
+        }
+        SolidError::NoEquilibrium(_) => buckled(key, pressure, stretch, &error),
+        error => of_mesh(error),
     })?;
+    if let Some(Known {
+        beginning: Some((displacement, unloading)),
+        ..
+    }) = known(case)
+    {
+        solid.set_at_rest(displacement).map_err(of_mesh)?;
+        return Ok(InitialState { solid, unloading });
+    }
+    let begins = |displacement: &[f64], unloading: Option<Unloading>| {
+        if let Some(known) = known(case) {
+            let beginning = Some((displacement.to_vec(), unloading));
+            remember(Known { beginning, ..known });
+        }
+    };
     let equilibrium = |solid: &Structure, key, pressure| {
         let found = solid.equilibrium(pressure, moved.as_deref());
         found.map_err(|error| buckled(key, pressure, stretch, &error))
     };
     let Some(found) = found else {
         let loaded = equilibrium(&solid, key, pressure)?;
+        begins(&loaded, None);
         solid.set_at_rest(loaded).map_err(of_mesh)?;
         return Ok(at_rest(solid));
     };
@@ -223,7 +302,7 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
     let distance_after_loading_m = largest(&solid.accepted_displacement(&places));
     if distance_after_loading_m > LARGEST_DISTANCE {
         return Err(NoInitialState {
-            key: "initial.shape",
+            key: Some("initial.shape"),
             error: SolidError::Model(format!(
                 "the unloaded shape that was found leads, loaded, to a shape {distance_after_loading_m:.1e} m away from the given \
                  one: another equilibrium, since the wall is close to buckling; more prestretch (initial.axial_stretch) or tissue \
@@ -235,17 +314,16 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
         true => found.displacement,
         false => equilibrium(&solid, key, pressure)?,
     };
+    let unloading = Some(Unloading {
+        pressure_Pa: image,
+        iterations: found.iterations,
+        largest_displacement_m: largest(&before),
+        rms_displacement_m: (squares / before.len() as f64).sqrt(),
+        distance_after_loading_m,
+    });
+    begins(&beginning, unloading);
     solid.set_at_rest(beginning).map_err(of_mesh)?;
-    Ok(InitialState {
-        solid,
-        unloading: Some(Unloading {
-            pressure_Pa: image,
-            iterations: found.iterations,
-            largest_displacement_m: largest(&before),
-            rms_displacement_m: (squares / before.len() as f64).sqrt(),
-            distance_after_loading_m,
-        }),
-    })
+    Ok(InitialState { solid, unloading })
 }
 
 /// The mesh of a vessel's lumen in the shape of its wall, and how the two are related.
@@ -275,4 +353,61 @@ pub fn fitted_lumen(
         polygons: polygons.renumbered(|point| numbers.binary_search(&point).ok()),
     };
     Ok((fitted, wall))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Preset;
+
+    /// What is planted where the statics of a case are kept is found there again, so that they are not solved once more.
+    #[test]
+    fn the_statics_of_a_case_are_solved_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = "extends = \"defaults\"\n[vessel]\npoints_m = [[0.0, 0.0, 0.0], [0.02, 0.0, 0.0]]\nradius_m = 3e-3\n\
+                    [[vessel.section]]\nname = \"artery\"\nlayers = [\"wall\"]\nthicknesses = [0.3]\n[[vessel.material]]\nname = \"wall\"\n\
+                    material = \"neo_hooke\"\nmu_Pa = 3e5\nkappa_Pa = 1e7\n[initial]\nstart = \"equilibrium\"\nshape = \"loaded\"\n\
+                    pressure_Pa = 1e4\n[windkessel]\ninitial_pressure_Pa = 1.1e4\n[structure]\np = 3\naxial_per_section = 2\n\
+                    circumferential = 4\n";
+        std::fs::write(folder.path().join("case.toml"), text).unwrap();
+        let case = Case::load(folder.path(), Preset::Demo, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let domain = Domain::new(&case).unwrap();
+        let first = initial_state(&case, &domain).unwrap_or_else(|e| panic!("{e}"));
+        let mut planted = known(&case).unwrap();
+        let iterations = |state: &InitialState| state.unloading.unwrap().iterations;
+        assert_eq!(
+            planted.beginning.as_ref().unwrap().1.unwrap().iterations,
+            iterations(&first)
+        );
+        planted
+            .beginning
+            .as_mut()
+            .unwrap()
+            .1
+            .as_mut()
+            .unwrap()
+            .iterations = 12345;
+        planted.unloaded.found.as_mut().unwrap().iterations = 54321;
+        remember(planted);
+        let again = initial_state(&case, &domain).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(iterations(&again), 12345);
+        let wall = unloaded_wall(&case, &domain).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(wall.found.unwrap().iterations, 54321);
+        let wet: Vec<Vec3> = first
+            .solid
+            .wet_points()
+            .iter()
+            .map(|p| p.position)
+            .collect();
+        let [a, b] = [&first, &again].map(|state| {
+            let places = state.solid.locate(&wet).unwrap();
+            state.solid.accepted_displacement(&places)
+        });
+        assert_eq!(a, b, "to the last digit");
+
+        // Another case has its own.
+        let mut other = case.case.clone();
+        other.wall.density *= 2.0;
+        assert!(known(&other).is_none());
+    }
 }

@@ -182,6 +182,7 @@ impl CoupledModel {
                 if let Some(memory) = memory {
                     fluid.recall(memory)?;
                 }
+                fluid.give_up_at(workplace.interrupt);
                 let [volume, rigid_volume] = fluid.volumes()?;
                 let (fluid_cells, fluid) = (fluid.elements(), Box::new(fluid) as Box<dyn Fluid>);
                 Ok(Self {

@@ -5,7 +5,7 @@ use super::surrogate::stations;
 use super::{Domain, own, prepared, sampling, transfer};
 use crate::Vec3;
 use crate::case::{
-    Case, CaseErrors, ConvectionScheme, FluidMesh, FluidTimeScheme, InletEnd, Problem,
+    Case, CaseError, CaseErrors, ConvectionScheme, FluidMesh, FluidTimeScheme, InletEnd, Problem,
     ResolvedCase, Solver, Start, SurrogateModel, VesselEnd,
 };
 use crate::coupling::transfer::{TransferError, likely_unit};
@@ -81,23 +81,22 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
                 (Some(fluid.interface().clone()), inside.collect())
             }
             Err(error) => {
-                let advice = "take more elements (fluid.native.axial_extension, …)";
-                let mistake = case.mistake("fluid.native.degree", format!("{error}; {advice}"));
-                return Err(CaseErrors(vec![mistake]));
+                let reason = format!("the native fluid cannot be made: {error}");
+                return Err(CaseErrors(vec![CaseError::Whole(reason)]));
             }
         },
         // Its wall is not known before it has started.
         Solver::External => (None, Vec::new()),
     };
     match initial_state(case, &domain) {
-        Err(none) => errors.push(case.mistake(none.key, none.to_string())),
+        Err(none) => errors.push(blamed(case, none.key, none.to_string())),
         Ok(InitialState { solid, .. }) => {
             let related = interface
                 .as_ref()
                 .map(|interface| transfer(case, interface, &solid));
             let fits = !matches!(related, Some(Err(_)));
             if let Some(Err(error)) = related {
-                errors.push(case.mistake(key_of(case, &error), apart(case, &error)));
+                errors.push(blamed(case, key_of(case, &error), apart(case, &error)));
             }
             let probes = case
                 .output
@@ -139,14 +138,22 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     }
 }
 
-/// The key to change where the two meshes do not fit together.
-fn key_of(case: &Case, error: &TransferError) -> &'static str {
+/// A mistake, with its key if there is one whose change is the cure.
+fn blamed(case: &ResolvedCase, key: Option<&str>, reason: String) -> CaseError {
+    match key {
+        Some(key) => case.mistake(key, reason),
+        None => CaseError::Whole(reason),
+    }
+}
+
+/// The key to change where the two meshes do not fit together, if it is one.
+fn key_of(case: &Case, error: &TransferError) -> Option<&'static str> {
     match (case.own(), error) {
-        (None, _) => "structure.p",
-        (Some(own), _) if own.wall.file.is_none() => "fluid.patches",
-        (Some(_), TransferError::Size { .. }) => "wall.file.unit_m",
-        (Some(_), TransferError::Solid(_)) => "wall.file.mesh",
-        (Some(_), TransferError::Uncovered(_) | TransferError::Lost(_)) => "wall.file.wet",
+        (None, _) => None,
+        (Some(own), _) if own.wall.file.is_none() => Some("fluid.patches"),
+        (Some(_), TransferError::Size { .. }) => Some("wall.file.unit_m"),
+        (Some(_), TransferError::Solid(_)) => Some("wall.file.mesh"),
+        (Some(_), TransferError::Uncovered(_) | TransferError::Lost(_)) => Some("wall.file.wet"),
     }
 }
 
@@ -154,7 +161,9 @@ fn key_of(case: &Case, error: &TransferError) -> &'static str {
 fn apart(case: &Case, error: &TransferError) -> String {
     match (case.own(), error) {
         (None, _) => {
-            format!("{error}; take more elements around and along, or a higher structure.p")
+            format!(
+                "{error}; take more elements of the wall around and along (structure), or more cells (fluid)"
+            )
         }
         (Some(own), TransferError::Size { wall, fluid }) => {
             let unit = own.wall.file.as_ref().and_then(|file| file.unit);
@@ -201,13 +210,17 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
     let domain = Domain::new(&coarse).map_err(|e| refused(e.key, e.reason))?;
     let prepared = prepared(&coarse, &domain);
     let prepared = prepared.map_err(|e| refused("inflow.file", e.to_string()))?;
+    // The templates that come with the program are nobody's mistake.
     let key = match case.own() {
-        Some(_) => "fluid.case",
-        None => "fluid.templates",
+        Some(_) => Some("fluid.case"),
+        None => (!case.is_built_in("fluid.templates")).then_some("fluid.templates"),
     };
     trial::start(&prepared, sampling(case), interrupt).map_err(|error| match error {
         FluidError::Interrupted => TrialError::Interrupted,
-        reason => refused(key, format!("OpenFOAM refuses it: {reason}")),
+        reason => {
+            let reason = format!("OpenFOAM refuses the case: {reason}");
+            TrialError::Refused(CaseErrors(vec![blamed(case, key, reason)]))
+        }
     })
 }
 

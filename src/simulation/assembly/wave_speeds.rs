@@ -97,10 +97,10 @@ pub fn wave_speeds(
     };
     let solid = Structure::new(&mesh, &materials, &options)?;
     let moved = along_axis(keys, solid.body(), &mesh);
-    let (solid, found) = in_state(keys, solid, moved.as_deref())?;
+    let (solid, unloaded) = in_state(keys, solid, moved.as_deref(), None)?;
     let base = solid.equilibrium(pressure, moved.as_deref())?;
     let stretch = keys.axial_stretch();
-    let length = match found {
+    let length = match unloaded.found {
         Some(_) => given_length / stretch,
         None => given_length,
     };

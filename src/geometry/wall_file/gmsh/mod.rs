@@ -86,6 +86,7 @@ pub fn read(bytes: &[u8]) -> Result<WallFile, String> {
         };
         match (section, version) {
             ("MeshFormat", _) => version = Some(format(&mut cursor)?),
+            ("Comments", _) => cursor.skip(section),
             (_, None) => break,
             ("PhysicalNames", _) => reader.physical_names(&mut cursor)?,
             ("Entities", Some(4)) => reader.entities(&mut cursor)?,
