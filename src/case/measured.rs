@@ -161,7 +161,9 @@ impl Measurements {
     /// What is wrong with it, in words that name file and line.
     pub fn read(path: &Path) -> Result<Self, String> {
         let named = |reason: String| format!("{}{reason}", path.display());
-        const WORDS: [&str; 2] = ["series", "quantity"];
+        const NUMBERS: [&str; 8] = [
+            "x_m", "y_m", "z_m", "value", "time_s", "sd", "lowest", "highest",
+        ];
         const NEEDED: [&str; 4] = ["x_m", "y_m", "z_m", "value"];
         const EXPECTED: &str = "expected the columns series,quantity,x_m,y_m,z_m,value and, as you know them, time_s,sd,lowest,highest";
         let sheet = Sheet::of_words(path, "series").map_err(|fault| match fault.line {
@@ -175,7 +177,7 @@ impl Measurements {
             let numbers = heads
                 .iter()
                 .zip(cells)
-                .filter(|(head, _)| !WORDS.contains(head));
+                .filter(|(head, _)| NUMBERS.contains(head));
             for (head, cell) in numbers {
                 let is_needed = NEEDED.contains(&head);
                 if is_needed && cell.is_empty() {

@@ -6,6 +6,7 @@ use super::schema::Kind;
 use super::source::Entry;
 use super::stack::Stack;
 use super::value::shorten;
+use crate::numbers::twelve_digits;
 use toml::Value;
 
 /// The entry with indices for names, `vessel.material[media].mu_Pa`, and a value for a factor.
@@ -95,7 +96,8 @@ fn scaled(entry: &Entry, stack: &Stack) -> Result<Value, String> {
 
 fn times(value: &Value, factor: f64) -> Option<Value> {
     Some(match value {
-        Value::Float(x) => Value::Float(x * factor),
+        // 2.475e8, not 2.4750000000000003e8
+        Value::Float(x) => Value::Float(twelve_digits(x * factor)),
         Value::Integer(i) => {
             let product = *i as f64 * factor;
             match (product - product.round()).abs() < 1e-9 {

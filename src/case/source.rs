@@ -164,15 +164,40 @@ pub fn split_tables(entry: Entry) -> Vec<Entry> {
     }
 }
 
+/// The line of a text with the byte `at`.
+fn line_at(text: &str, at: usize) -> &str {
+    let at = text.floor_char_boundary(at.min(text.len()));
+    let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+    text[start..].lines().next().unwrap_or_default()
+}
+
+/// What else people write, and TOML does not know.
+fn hint(line: &str) -> &'static str {
+    let value = line.split_once('=').map_or("", |(_, value)| value.trim());
+    let is_decimal = |(before, behind): (&str, &str)| {
+        before.trim_start_matches(['+', '-']).parse::<u64>().is_ok()
+            && behind.starts_with(|c: char| c.is_ascii_digit())
+    };
+    if line.contains(['“', '”', '„', '‘', '’', '«', '»']) {
+        "; quotation marks must be straight: \""
+    } else if value.split_once(',').is_some_and(is_decimal) {
+        "; decimals have a point, not a comma"
+    } else {
+        ""
+    }
+}
+
 type Flat = Vec<(Vec<String>, Value, Place)>;
 
 fn flatten(text: &str, place: &dyn Fn(Range<usize>) -> Place, errors: &mut Vec<CaseError>) -> Flat {
     let (spanned, mistakes) = DeTable::parse_recoverable(text);
     for mistake in &mistakes {
         let message = mistake.message().replace('\n', ", ");
+        let span = mistake.span().unwrap_or(0..0);
+        let hint = hint(line_at(text, span.start));
         errors.push(CaseError::Syntax {
-            place: place(mistake.span().unwrap_or(0..0)),
-            message,
+            place: place(span),
+            message: message + hint,
         });
     }
     let mut flat = Flat::new();

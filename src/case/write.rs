@@ -2,11 +2,30 @@
 
 use super::schema::{self, Key, Kind};
 use super::{Case, ResolvedCase, templates};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 use toml::Value;
 
 impl Case {
+    /// All values by paths in which tables of lists have their names: `vessel.material[media].mu_Pa`.
+    pub fn values_by_name(&self) -> BTreeMap<String, Value> {
+        let values = self.values();
+        let name_of = |list: &str| {
+            let key = format!("{list}.name");
+            let found = values.iter().find(|(path, ..)| *path == key);
+            found.and_then(|(.., name)| name.as_str())
+        };
+        let named = |path: &String| {
+            let (list, rest) = path.split_once(']')?;
+            let name = name_of(&format!("{list}]"))?;
+            Some(format!("{}[{name}]{rest}", list.split_once('[')?.0))
+        };
+        let all = values.iter();
+        all.map(|(path, _, value)| (named(path).unwrap_or_else(|| path.clone()), value.clone()))
+            .collect()
+    }
+
     /// The keys that this case has, in the order of a file, with their paths and values; those of lists of tables have
     /// indices in their paths.
     pub fn values(&self) -> Vec<(String, &'static Key, Value)> {

@@ -1,7 +1,7 @@
 //! `fsi-driver new DIR`: a commented case for a vessel of one's own.
 
 use super::{Failure, quantity};
-use crate::case::{FlowUnit, LengthUnit};
+use crate::case::{FlowUnit, LengthUnit, Preset};
 use crate::output::terminal;
 use crate::proposal::{Like, NoProposal, Proposal, Wishes};
 use std::path::{Path, PathBuf};
@@ -65,6 +65,9 @@ pub struct Arguments {
     /// Duration of a beat, s [default: that of the curve in the file of the flow, or 1].
     #[arg(long, value_name = "S")]
     period: Option<f64>,
+    /// Preset with which the commands that come next are shown: a new case has all of them.
+    #[arg(long, value_enum, default_value_t = Preset::Demo)]
+    preset: Preset,
 }
 
 fn unit(word: &str) -> Result<LengthUnit, String> {
@@ -152,12 +155,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         other => Failure::Input(other.to_string()),
     })?;
     write(folder, &proposal).map_err(|e| Failure::Run(format!("cannot write {shown}: {e}")))?;
-    let remarks = proposal.remarks.join("\n");
+    let (remarks, preset) = (proposal.remarks.join("\n"), arguments.preset);
     Ok(terminal::print(format_args!(
         "{}\n{remarks}\n\n\
          next:     fsi-driver preview {shown}\n          \
-         fsi-driver --case {shown} --preset demo      (--fluid native without OpenFOAM)\n          \
-         fsi-driver report {shown}/run-demo --open\n",
+         fsi-driver --case {shown} --preset {preset}      (--fluid native without OpenFOAM)\n          \
+         fsi-driver report {shown}/run-{preset} --open\n",
         folder.join("case.toml").display()
     ))?)
 }

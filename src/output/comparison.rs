@@ -476,10 +476,9 @@ fn differing(first: &Results, second: &Results) -> Result<Vec<String>, Compariso
         return Ok(Vec::new());
     }
     let values = |case: &Case| -> BTreeMap<String, String> {
-        let all = case.values().into_iter();
+        let all = case.values_by_name().into_iter();
         let all = all.filter(|(path, ..)| !path.starts_with("output."));
-        all.map(|(path, _, value)| (path, shorten(&value)))
-            .collect()
+        all.map(|(path, value)| (path, shorten(&value))).collect()
     };
     let [a, b] = [values(a), values(b)];
     let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();

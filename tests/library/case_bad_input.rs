@@ -270,6 +270,14 @@ fn files_that_are_no_case_are_refused() {
             b"[model]\nd_max_m = 1\nd_max_m = 2\n",
             "case.toml:3: not valid TOML",
         ),
+        (
+            b"[model]\nd_max_m = 0,001\n",
+            "decimals have a point, not a comma",
+        ),
+        (
+            "[model]\nextension = “arc”\n".as_bytes(),
+            "quotation marks must be straight",
+        ),
         (b"\xff\xfe\x00", "not UTF-8"),
         (b"", "write `extends = "),
         (b"[model]\nextension = \"arc\"\n", "keys are missing"),

@@ -267,9 +267,9 @@ fn differences(runs: &[&Results]) -> String {
 
 /// All values of a case by their dotted keys.
 pub(super) fn values(case: &Case) -> BTreeMap<String, String> {
-    let values = case.values().into_iter();
+    let values = case.values_by_name().into_iter();
     values
-        .map(|(path, _, value)| (path, value.to_string()))
+        .map(|(path, value)| (path, value.to_string()))
         .collect()
 }
 

@@ -48,12 +48,13 @@ impl Table {
         page::table(&heads, &rows)
     }
 
-    /// Comma-separated, each cell in quotes.
+    /// Comma-separated, each cell in quotes that is no number.
     pub fn to_csv(&self) -> String {
         let line = |cells: &Vec<String>| {
-            let quoted = cells
-                .iter()
-                .map(|cell| format!("\"{}\"", cell.replace('"', "\"\"")));
+            let quoted = cells.iter().map(|cell| match cell.parse::<f64>() {
+                Ok(number) if number.is_finite() => cell.clone(),
+                _ => format!("\"{}\"", cell.replace('"', "\"\"")),
+            });
             quoted.collect::<Vec<_>>().join(",") + "\n"
         };
         std::iter::once(&self.heads)
