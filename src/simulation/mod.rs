@@ -99,7 +99,8 @@ pub struct Simulation<F, S: Solid, O> {
     trouble: Option<Trouble>,
     /// The step after which the run ends with a checkpoint, and why, if the next one has been given up.
     last_good: Option<(usize, String)>,
-    /// What the checkpoint needs of structure and coupling if the step that is being solved is given up; kept where steps take long.
+    /// What the checkpoint needs of structure and coupling if the step that is being solved is given up; kept where
+    /// steps take long.
     beginning: Option<(S::Memory, FixedPointMemory)>,
     /// Wall-clock time of the last step, s.
     pace: f64,
@@ -351,8 +352,8 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         self.save_with(memories)
     }
 
-    /// Writes a checkpoint of the last accepted step after the next one has been given up, if what that needs was kept; the newest
-    /// one serves otherwise.
+    /// Writes a checkpoint of the last accepted step after the next one has been given up, if what that needs was kept;
+    /// the newest one serves otherwise.
     fn keep_beginning(&mut self) -> Result<(), SimulationError> {
         match self.beginning.take() {
             Some(memories) if self.clock.reading().subdivision.done() == 0 && !self.is_saved() => {

@@ -371,7 +371,7 @@ fn new_says_what_it_understood_of_a_file() {
     );
 }
 
-/// Files of kinds that people have, with what `new` says of them; refused are those that begin with an exclamation mark.
+/// Files of kinds that people have, with what `new` says of them; an exclamation mark is before what is refused.
 #[test]
 fn odd_files_are_read_rightly_or_told_rightly() {
     let folder = tempfile::tempdir().unwrap();

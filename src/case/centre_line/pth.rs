@@ -1,4 +1,5 @@
-//! Paths of SimVascular (`Paths/NAME.pth`): XML with the points that were clicked, and those of the spline through them.
+//! Paths of SimVascular (`Paths/NAME.pth`): XML with the points that were clicked, and those of the spline through
+//! them.
 
 use super::CentreLine;
 use super::file::LineFile;

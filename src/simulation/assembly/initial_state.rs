@@ -360,7 +360,7 @@ mod tests {
     use super::*;
     use crate::case::Preset;
 
-    /// What is planted where the statics of a case are kept is found there again, so that they are not solved once more.
+    /// What is planted where the statics of a case are kept is found there again: they are not solved once more.
     #[test]
     fn the_statics_of_a_case_are_solved_once() {
         let folder = tempfile::tempdir().unwrap();
