@@ -177,3 +177,28 @@ impl fmt::Display for CaseErrors {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::defaults::SHOWN_AS;
+    use super::*;
+
+    /// Nobody has the lines of what is built in.
+    #[test]
+    fn a_value_of_the_built_in_defaults_has_no_line() {
+        let mistake = |path: &str| {
+            let mistake = CaseError::Nonsense {
+                place: Place::File(path.into(), 273),
+                key: "time.step_s".into(),
+                found: "0.002".into(),
+                message: "why".into(),
+            };
+            mistake.to_string()
+        };
+        assert_eq!(mistake(SHOWN_AS), "by default: `time.step_s` = 0.002: why");
+        assert_eq!(
+            mistake("case.toml"),
+            "case.toml:273: `time.step_s` = 0.002: why"
+        );
+    }
+}

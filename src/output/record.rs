@@ -495,9 +495,9 @@ fn iteration_rows(time: f64, attempt: usize, iterations: &[Iteration]) -> Vec<It
             correctors: fluid_cost.sweeps,
             pressure_residual: fluid_cost.residual,
             force_mismatch: iteration.force_mismatch,
-            fluid_s: iteration.fluid_seconds,
-            structure_s: iteration.structure_seconds,
-            coupling_s: iteration.coupling_seconds,
+            fluid_s: twelve_digits(iteration.fluid_seconds),
+            structure_s: twelve_digits(iteration.structure_seconds),
+            coupling_s: twelve_digits(iteration.coupling_seconds),
         }
     };
     iterations.iter().map(row).collect()

@@ -207,12 +207,6 @@ fn the_last_layer_wins() {
             .to_string()
             .contains("defaults.toml:")
     );
-    // Nobody has the lines of what is built in.
-    let blamed = case.mistake("time.step_s", "why".into()).to_string();
-    assert!(
-        blamed.starts_with("by default: `time.step_s` = "),
-        "{blamed}"
-    );
     let coarse = load(
         scratch.path(),
         Preset::Coarse,

@@ -453,7 +453,7 @@ fn odd_files_are_read_rightly_or_told_rightly() {
         ),
         (
             "back.csv",
-            (line(",", "x,y,z,r", 3.0) + "3,0.06,100,3\n").into(),
+            (line(",", "x,y,z,r", 3.0) + "39.5,0.79,100,3\n").into(),
             &mm,
             "!What scatters is smoothed by --smoothing",
         ),
