@@ -166,9 +166,11 @@ pub fn split_tables(entry: Entry) -> Vec<Entry> {
 
 /// The line of a text with the byte `at`.
 fn line_at(text: &str, at: usize) -> &str {
-    let at = text.floor_char_boundary(at.min(text.len()));
-    let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
-    text[start..].lines().next().unwrap_or_default()
+    let bytes = text.as_bytes();
+    let before = bytes[..at.min(bytes.len())]
+        .iter()
+        .filter(|byte| **byte == b'\n');
+    text.split('\n').nth(before.count()).unwrap_or_default()
 }
 
 /// What else people write, and TOML does not know.
