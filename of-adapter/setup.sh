@@ -136,15 +136,22 @@ check_run() {
     cp "$here/check/blockMeshDict" "$check/system/"
     cat >"$check/system/fsiParameters" <<-END
 	density 1050; kinematicViscosity 3.3e-6; timeStep 0.002; rampDuration 0.01; ranks 1;
-	windkesselResistance 2.85e9; windkesselCompliance 1.2e-10; windkesselPressure 11000;
-	pressureRampStart 0; initialPressure 0; inletMotion fixedValue; outletMotion fixedValue; meshMotion referenceLaplacian; proximalResistance 0;
-	transportModel Newtonian; inletCondition plug; outletCondition windkessel;
+	initialPressure 0; meshMotion referenceLaplacian; transportModel Newtonian; openings (inlet outlet);
 	normalGradient corrected; nonOrthogonalCorrectors 0; consistentPressure no; timeDerivative Euler;
 	END
     cat >"$check/system/fsiConnection" <<-END
 	libs ("$build/libfsiAdapter.so"); fsiStartTime 0; fsiTransport none; fsiAddress none; fsiDriver 0;
 	END
-    echo '((0 3e-6) (1 3e-6))' >"$check/constant/inflow"
+    mkdir "$check/system/fsiOpenings"
+    cat >"$check/system/fsiOpenings/p" <<-END
+	inlet { type zeroGradient; }
+	outlet { type windkesselPressure; resistance 2.85e9; compliance 1.2e-10; pressure 11000; density 1050; }
+	END
+    cat >"$check/system/fsiOpenings/U" <<-END
+	inlet { type flowRateInletVelocity; volumetricFlowRate 3e-6; value uniform (0 0 0); }
+	outlet { type inletOutlet; inletValue uniform (0 0 0); value uniform (0 0 0); }
+	END
+    echo '"(inlet|outlet)" { type fixedValue; value uniform (0 0 0); }' >"$check/system/fsiOpenings/pointDisplacement"
     echo 'endTime 0.002; #remove functions' >>"$check/system/controlDict"
     echo 'dynamicFvMesh staticFvMesh;' >>"$check/constant/dynamicMeshDict"
     cd "$check"

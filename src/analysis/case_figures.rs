@@ -2,7 +2,7 @@
 
 use super::tube_law::{self, TubeLaw};
 use super::windkessel::{Pressures, STEPS};
-use crate::case::{Case, FlowCurve, InletCondition, Solver};
+use crate::case::{Case, FlowCurve, Solver, VesselSide};
 use crate::geometry::Vessel;
 use std::f64::consts::{PI, TAU};
 
@@ -71,16 +71,8 @@ impl CaseFigures {
         let fold = |start, pick: fn(f64, f64) -> f64| radii.iter().copied().fold(start, pick);
         let radii = [fold(f64::INFINITY, f64::min), mean, fold(0.0, f64::max)];
         let nu = case.blood.viscosity / case.blood.density;
-        let is_driven =
-            keys.inlet.as_ref().and_then(|inlet| inlet.condition) == Some(InletCondition::Pressure);
-        let flow = match is_driven {
-            true => None,
-            false => Some(FlowFigures::new(
-                &FlowCurve::new(&keys.inflow, case.time.period).ok()?,
-                radii,
-                nu,
-            )),
-        };
+        let inlet = keys.prescribed_at(VesselSide::Start, case.time.period);
+        let flow = (inlet.ok()?.flow()).map(|curve| FlowFigures::new(curve, radii, nu));
         let pressures = Pressures::expected(keys, case.time.period).ok()?;
         let walls = tube_law::of_sections(case);
         let wall = |(section, law): &(_, TubeLaw)| {

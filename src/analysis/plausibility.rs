@@ -5,7 +5,7 @@
 
 use super::case_figures::CaseFigures;
 use crate::case::schema::Key;
-use crate::case::{Case, ResolvedCase, Start};
+use crate::case::{Case, Condition, ResolvedCase, Start, VesselSide};
 
 /// A unit that is written by mistake: its name, and its size in the SI unit.
 type Slip = (&'static str, f64);
@@ -200,46 +200,53 @@ fn of_flow(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<'s
     else {
         return;
     };
-    let inflow = &vessel.inflow;
-    let (keys, example): (&[&str], _) = match (&inflow.file, inflow.base) {
-        (Some(_), _) => (&["inflow.file"], None),
-        (None, 0.0) => (&["inflow.amplitude_m3_s"], Some(inflow.amplitude)),
-        (None, base) => (&["inflow.base_m3_s", "inflow.amplitude_m3_s"], Some(base)),
+    let inlet = vessel.condition_at(VesselSide::Start);
+    let Some(inflow) = inlet.inflow(case.time.period) else {
+        return;
     };
+    let (names, example): (&[&str], _) = match (&inflow.file, inflow.base) {
+        (Some(_), _) => (&["flow_file"], None),
+        (None, 0.0) => (&["amplitude_m3_s"], Some(inflow.amplitude)),
+        (None, base) => (&["base_m3_s", "amplitude_m3_s"], Some(base)),
+    };
+    let key = |name: &&str| vessel.opening_key(VesselSide::Start, name);
+    let keys: Vec<String> = names.iter().map(key).collect();
+    let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
     let what = "the highest velocity of the blood, on average over a cross-section,";
     let velocity = following(what, flow.velocity[1], [2e-3, 4.0], 0.4, VELOCITY);
-    found.push(velocity.from(keys, "m³/s", example));
+    found.push(velocity.from(&keys, "m³/s", example));
 }
 
 fn of_outlet(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<'static>>) {
     let Some(vessel) = case.vessel() else {
         return;
     };
-    let elements = vessel.outlet_elements();
-    let mean_flow = figures.flow.map_or(0.0, |flow| flow.mean);
-    let (resistance, key) = match elements.distal {
-        Some((resistance, _)) => (resistance, "windkessel.resistance_Pa_s_m3"),
-        None => (elements.proximal, "outlet.resistance_Pa_s_m3"),
+    let outlet = vessel.prescribed_at(VesselSide::End, case.time.period);
+    let Ok(Condition::Pressure(elements)) = outlet else {
+        return;
     };
+    let mean_flow = figures.flow.map_or(0.0, |flow| flow.mean);
+    let resistance = (elements.distal).map_or(elements.proximal, |(resistance, _)| resistance);
+    let key = |name| vessel.opening_key(VesselSide::End, name);
     if let (Some(pressures), true) = (figures.pressures, mean_flow != 0.0 && resistance > 0.0) {
         let what = "the mean pressure to be expected, all resistances times the mean flow,";
         let mean = following(what, pressures.mean, [1.3e3, 2.7e4], 1.25e4, MMHG);
         found.push(Judged {
             depends: &["inflow.file", "inflow.base_m3_s", "inflow.amplitude_m3_s"],
-            ..mean.from(&[key], "Pa s/m³", Some(resistance))
+            ..mean.from(&[&key("resistance_Pa_s_m3")], "Pa s/m³", Some(resistance))
         });
     }
     let Some((resistance, compliance)) = elements.distal else {
         return;
     };
-    let start = vessel.windkessel.initial_pressure;
+    let start = elements.initial;
     let high = match vessel.start() {
         Start::Equilibrium => 2.7e4,
         // A ramp scales it, and draws on it: it may be far above what follows.
         Start::Ramp => 1e5,
     };
     let start = following("", start, [1.3e3, high], 1.1e4, MMHG).from(
-        &["windkessel.initial_pressure_Pa"],
+        &[&key("initial_pressure_Pa")],
         "Pa",
         Some(start),
     );
@@ -254,10 +261,8 @@ fn of_outlet(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<
         0.1,
         SI,
     );
-    let keys = [
-        "windkessel.proximal_resistance_Pa_s_m3",
-        "windkessel.resistance_Pa_s_m3",
-    ];
+    let keys = ["proximal_resistance_Pa_s_m3", "resistance_Pa_s_m3"].map(key);
+    let keys = [&*keys[0], &*keys[1]];
     found.push(share.from(&keys, "Pa s/m³", Some(elements.proximal)));
     let beats = resistance * compliance / case.time.period;
     let beats = following(
@@ -267,10 +272,8 @@ fn of_outlet(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<
         1.0,
         SI,
     );
-    let keys = [
-        "windkessel.compliance_m3_Pa",
-        "windkessel.resistance_Pa_s_m3",
-    ];
+    let keys = ["compliance_m3_Pa", "resistance_Pa_s_m3"].map(key);
+    let keys = [&*keys[0], &*keys[1]];
     found.push(Judged {
         depends: &["time.period_s"],
         ..beats.from(&keys, "m³/Pa", Some(compliance))

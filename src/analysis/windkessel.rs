@@ -1,7 +1,9 @@
 //! A two-element windkessel in the periodic state, and the one that makes given pressures of a given flow.
 
 use super::three_elements::ThreeElements;
-use crate::case::{BloodVessel, FlowCurve, OutletElements, TableError, Windkessel};
+use crate::case::{
+    BloodVessel, Condition, FlowCurve, PressureModel, TableError, VesselSide, Windkessel,
+};
 
 /// Steps in which a period is integrated.
 pub(super) const STEPS: usize = 2000;
@@ -56,20 +58,35 @@ impl Pressures {
     /// If a curve cannot be read.
     pub fn expected(vessel: &BloodVessel, period: f64) -> Result<Self, TableError> {
         let times = (0..STEPS).map(|i| period * i as f64 / STEPS as f64);
-        if let Some(curve) = vessel.inlet_pressure(period)? {
-            return Ok(Self::of(
-                &times.map(|t| curve.pressure(t)).collect::<Vec<_>>(),
-            ));
-        }
-        let curve = FlowCurve::new(&vessel.inflow, period)?;
-        let OutletElements { proximal, distal } = vessel.outlet_elements();
+        let [inlet, outlet] = [
+            vessel.prescribed_at(VesselSide::Start, period)?,
+            vessel.prescribed_at(VesselSide::End, period)?,
+        ];
+        let (curve, model) = match (inlet, outlet) {
+            (Condition::Flow(curve, _), Condition::Pressure(model)) => (curve, model),
+            (Condition::Pressure(PressureModel { behind, .. }), _) => {
+                return Ok(Self::of(
+                    &times.map(|t| behind.pressure(t)).collect::<Vec<_>>(),
+                ));
+            }
+            _ => unreachable!("one of the openings of a checked case is under a pressure"),
+        };
+        let PressureModel {
+            proximal,
+            distal,
+            behind,
+            ..
+        } = model;
         let Some((resistance, compliance)) = distal else {
-            let behind = vessel.outlet_pressure(period)?;
             let at = |t: f64| behind.pressure(t) + proximal * curve.flow(t);
             return Ok(Self::of(&times.map(at).collect::<Vec<_>>()));
         };
         if proximal == 0.0 {
-            return Ok(TwoElements::from(&vessel.windkessel).pressures(&curve));
+            let two = TwoElements {
+                resistance,
+                compliance,
+            };
+            return Ok(two.pressures(&curve));
         }
         let all = ThreeElements {
             proximal,

@@ -3,8 +3,8 @@
 use super::schema::{Kind, Schema, Table, above, from, whole};
 use super::table::{table, words};
 use super::{
-    Anastomosis, FluidTimeScheme, Inflow, Inlet, Outlet, ProblemKind, Time, VesselDescription,
-    Windkessel,
+    Anastomosis, FluidTimeScheme, Inflow, Inlet, OpeningKeys, Outlet, ProblemKind, Time,
+    VesselDescription, Windkessel,
 };
 use serde::{Deserialize, Serialize};
 
@@ -14,9 +14,10 @@ table! {
     pub struct BloodVessel {
         [shape: Shape, "shape and materials"]
         [inflow: Inflow, "flow at the inlet", only FLOW]
-        [inlet: Option<Inlet>, "what drives the blood at the inlet"]
+        [inlet: Option<Inlet>, "what drives the blood at the inlet", only INLET]
         [windkessel: Windkessel, "windkessel at the outlet", only WINDKESSEL]
-        [outlet: Option<Outlet>, "what the blood finds at the outlet"]
+        [outlet: Option<Outlet>, "what the blood finds at the outlet", only OUTLET]
+        [opening: Option<Vec<OpeningKeys>>, "what is prescribed at an end, in place of the tables of inlet or outlet"]
         [structure: WallMesh, "mesh of the wall", only ELASTIC]
         [surroundings: Option<Surroundings>, "tissue around the vessel"]
         [ends: Option<VesselEnds>, "what holds the ends of the wall"]

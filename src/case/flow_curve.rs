@@ -52,6 +52,37 @@ impl FlowCurve {
         }
     }
 
+    /// No flow at all times, with a period (s).
+    pub fn none(period: f64) -> Self {
+        Self::Pulse {
+            inflow: Inflow {
+                base: 0.0,
+                amplitude: 0.0,
+                systole: period,
+                exponent: 1.0,
+                file: None,
+                unit: None,
+                file_period: None,
+            },
+            period,
+        }
+    }
+
+    /// The curve times a factor.
+    pub fn times(&self, factor: f64) -> Self {
+        match self {
+            Self::Pulse { inflow, period } => Self::Pulse {
+                inflow: Inflow {
+                    base: factor * inflow.base,
+                    amplitude: factor * inflow.amplitude,
+                    ..inflow.clone()
+                },
+                period: *period,
+            },
+            Self::Table(table) => Self::Table(table.times(factor)),
+        }
+    }
+
     /// One period as pairs of time (s) and flow (m³/s) to interpolate linearly, from 0 to the period's end: ten
     /// thousand or more, among them every multiple of the time `step` (s), of its half, its quarter, …, if it divides
     /// the period.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Keys (or tables) that may change when a run is resumed: they have no influence on the steps that were done, or,
 /// like the files, are compared by their content.
@@ -115,7 +115,7 @@ fn compare_tables(
 /// The files that a case names.
 fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
     let mut found = Vec::new();
-    let mut single = Vec::new();
+    let mut single: Vec<(String, PathBuf)> = Vec::new();
     match &case.problem {
         Problem::Own(own) => {
             // What else lies there are results, perhaps those of this run.
@@ -126,17 +126,20 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
                 }
             }
             let mesh = own.wall.file.as_ref().map(|file| &file.mesh);
-            single.extend(mesh.map(|file| ("wall.file.mesh", file)));
+            single.extend(mesh.map(|file| ("wall.file.mesh".into(), file.clone())));
             let factors = own.wall.extrude.as_ref().and_then(|e| e.factors.as_ref());
-            single.extend(factors.map(|file| ("wall.extrude.factors", file)));
+            single.extend(factors.map(|file| ("wall.extrude.factors".into(), file.clone())));
             for motion in own
                 .wall
                 .motion
                 .iter()
                 .filter(|_| own.wall.mode() == WallMode::Prescribed)
             {
-                single.push(("wall.motion.displacements", &motion.displacements));
-                single.push(("wall.motion.factors", &motion.factors));
+                single.push((
+                    "wall.motion.displacements".into(),
+                    motion.displacements.clone(),
+                ));
+                single.push(("wall.motion.factors".into(), motion.factors.clone()));
             }
         }
         Problem::Vessel(_) | Problem::Flag(_) => {
@@ -144,17 +147,15 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
         }
     }
     if let Problem::Vessel(vessel) = &case.problem {
-        let curve = vessel.inflow.file.as_ref();
-        single.extend(curve.map(|file| ("inflow.file", file)));
-        let inlet = vessel.inlet.as_ref().and_then(|inlet| inlet.file.as_ref());
-        single.extend(inlet.map(|file| ("inlet.file", file)));
-        let outlet = vessel.outlet.as_ref();
-        let outlet = outlet.and_then(|outlet| outlet.file.as_ref());
-        single.extend(outlet.map(|file| ("outlet.file", file)));
+        for opening in vessel.opening_keys() {
+            if let Some((name, path)) = opening.condition.file() {
+                single.push((vessel.opening_key(opening.end, name), path.clone()));
+            }
+        }
     }
     for (key, path) in single {
-        let mut file = FileFingerprint::of(Path::new(""), path, None)?;
-        file.path = key.into();
+        let mut file = FileFingerprint::of(Path::new(""), &path, None)?;
+        file.path = key;
         found.push(file);
     }
     found.sort_by(|a, b| a.path.cmp(&b.path));

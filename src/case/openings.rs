@@ -1,8 +1,9 @@
-//! The keys of where the blood enters and leaves a vessel: what is prescribed there, curves in files, and their units.
+//! The tables of where the blood enters and leaves a vessel of two openings, which are another way to write the list of
+//! `opening.rs`; curves of pressure, and units.
 
 use super::schema::{Kind, above, from};
 use super::table::{table, words};
-use super::{BloodVessel, Case, FlowCurve, PeriodicTable, Start, TableError};
+use super::{Case, PeriodicTable, TableError};
 use crate::tabular::units::{self, Unit};
 use std::path::PathBuf;
 
@@ -25,6 +26,7 @@ table! {
 
 table! {
     /// What drives the blood at the inlet.
+    #[derive(Default)]
     pub struct Inlet {
         condition: Option<InletCondition> = "condition", Kind::Word(InletCondition::WORDS),
             "what is prescribed at the inlet", absent "flow";
@@ -66,6 +68,7 @@ words! {
 
 table! {
     /// What the blood finds at the outlet.
+    #[derive(Default)]
     pub struct Outlet {
         condition: Option<OutletCondition> = "condition", Kind::Word(OutletCondition::WORDS),
             "what is prescribed at the outlet", absent "windkessel";
@@ -188,7 +191,8 @@ pub enum PressureCurve {
 }
 
 impl PressureCurve {
-    fn new(
+    /// Of the keys of an opening.
+    pub(super) fn new(
         file: Option<&PathBuf>,
         unit: Option<PressureUnit>,
         file_period: Option<f64>,
@@ -223,127 +227,12 @@ impl PressureCurve {
 impl Case {
     /// Whether nothing that drives the blood of a vessel changes after the ramp.
     pub fn is_driven_steadily(&self) -> bool {
-        let Some(vessel) = self.vessel() else {
+        let openings = self
+            .vessel()
+            .map(|vessel| vessel.openings(self.time.period));
+        let Some(Ok(openings)) = openings else {
             return false;
         };
-        let period = self.time.period;
-        let constant = |curve: &PressureCurve| matches!(curve, PressureCurve::Constant(_));
-        let inlet = match vessel.inlet_pressure(period) {
-            Ok(Some(curve)) => constant(&curve),
-            Ok(None) => FlowCurve::new(&vessel.inflow, period).is_ok_and(|curve| {
-                let first = curve.flow(0.0);
-                let mut samples = curve.samples(self.time.step);
-                samples.all(|[_, flow]| flow == first)
-            }),
-            Err(_) => false,
-        };
-        inlet
-            && vessel
-                .outlet_pressure(period)
-                .is_ok_and(|curve| constant(&curve))
-    }
-}
-
-impl BloodVessel {
-    /// How a prescribed flow is spread over the inlet.
-    pub fn inlet_profile(&self) -> InletProfile {
-        let inlet = self.inlet.as_ref();
-        inlet.and_then(|inlet| inlet.profile).unwrap_or_default()
-    }
-
-    /// The pressure that is prescribed at the inlet, if it is one, for beats of `period` (s).
-    ///
-    /// # Errors
-    /// If its file cannot be read.
-    pub fn inlet_pressure(&self, period: f64) -> Result<Option<PressureCurve>, TableError> {
-        let inlet = self.inlet.as_ref();
-        let Some(inlet) = inlet.filter(|inlet| inlet.condition == Some(InletCondition::Pressure))
-        else {
-            return Ok(None);
-        };
-        let Inlet {
-            file,
-            unit,
-            file_period,
-            pressure,
-            ..
-        } = inlet;
-        PressureCurve::new(file.as_ref(), *unit, *file_period, *pressure, period).map(Some)
-    }
-
-    /// What is prescribed at the outlet.
-    pub fn outlet_condition(&self) -> OutletCondition {
-        let outlet = self.outlet.as_ref();
-        outlet
-            .and_then(|outlet| outlet.condition)
-            .unwrap_or_default()
-    }
-
-    /// The pressure that is prescribed at the outlet or behind its resistance, for beats of `period` (s); zero with a
-    /// windkessel.
-    ///
-    /// # Errors
-    /// If its file cannot be read.
-    pub fn outlet_pressure(&self, period: f64) -> Result<PressureCurve, TableError> {
-        let Some(outlet) = &self.outlet else {
-            return Ok(PressureCurve::Constant(0.0));
-        };
-        let Outlet {
-            file,
-            unit,
-            file_period,
-            pressure,
-            ..
-        } = outlet;
-        PressureCurve::new(file.as_ref(), *unit, *file_period, *pressure, period)
-    }
-
-    /// Pressure (Pa) with which the wall is in static equilibrium when time begins: that of the outlet, without flow.
-    pub fn equilibrium_pressure(&self) -> f64 {
-        match (self.start(), self.outlet_condition()) {
-            (Start::Ramp, _) => 0.0,
-            (Start::Equilibrium, OutletCondition::Windkessel) => self.windkessel.initial_pressure,
-            // A curve in a file does not begin in equilibrium: that is refused.
-            (Start::Equilibrium, _) => {
-                let outlet = self.outlet.as_ref();
-                outlet.and_then(|outlet| outlet.pressure).unwrap_or(0.0)
-            }
-        }
-    }
-
-    /// What stands between the outlet and the pressure behind it.
-    pub fn outlet_elements(&self) -> OutletElements {
-        match self.outlet_condition() {
-            OutletCondition::Windkessel => (&self.windkessel).into(),
-            OutletCondition::Resistance => {
-                let outlet = self.outlet.as_ref();
-                OutletElements {
-                    proximal: outlet.and_then(|outlet| outlet.resistance).unwrap_or(0.0),
-                    distal: None,
-                }
-            }
-            OutletCondition::Pressure => OutletElements {
-                proximal: 0.0,
-                distal: None,
-            },
-        }
-    }
-}
-
-/// What stands between the outlet and the pressure behind it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OutletElements {
-    /// Resistance at the outlet, Pa s/m³.
-    pub proximal: f64,
-    /// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel behind it.
-    pub distal: Option<(f64, f64)>,
-}
-
-impl From<&Windkessel> for OutletElements {
-    fn from(windkessel: &Windkessel) -> Self {
-        Self {
-            proximal: windkessel.proximal.unwrap_or(0.0),
-            distal: Some((windkessel.resistance, windkessel.compliance)),
-        }
+        (openings.iter()).all(|opening| opening.condition.is_constant(self.time.step))
     }
 }

@@ -122,6 +122,16 @@ impl PeriodicTable {
         }
     }
 
+    /// The curve times a factor.
+    pub fn times(&self, factor: f64) -> Self {
+        let scaled = |values: &[f64]| values.iter().map(|value| factor * value).collect();
+        Self {
+            values: scaled(&self.values),
+            slopes: scaled(&self.slopes),
+            ..self.clone()
+        }
+    }
+
     /// What was understood of the file: rows, columns, units and sign, in words.
     pub fn understood(&self) -> &str {
         &self.understood

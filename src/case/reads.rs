@@ -2,8 +2,8 @@
 
 use super::error::Place;
 use super::{
-    AccelerationModel, Case, Extension, InletCondition, OutletCondition, Problem, ResolvedCase,
-    Shape, Solver, WallMode,
+    AccelerationModel, Case, ConditionKeys, Extension, Problem, ResolvedCase, Shape, Solver,
+    VesselSide, WallMode,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -45,12 +45,15 @@ pub(super) mod conditions {
         NOT_OWN: "in other cases than an OpenFOAM case of your own", |case, _| case.own().is_none();
         COUPLED_MESH: "with fluid.solver = \"openfoam\" and an elastic wall",
             |case, _| case.fluid.solver == Solver::OpenFoam && case.has_elastic_wall();
-        FLOW: "where a flow is prescribed, not with inlet.condition = \"pressure\"", |case, _| is_flow_prescribed(case);
+        FLOW: "where a flow is prescribed, not with inlet.condition = \"pressure\" or an [[opening]] at the start",
+            |case, _| of_tables(case, VesselSide::Start).is_some_and(|condition| condition.is_flow());
+        INLET: "without an [[opening]] at the start", |case, _| of_tables(case, VesselSide::Start).is_some();
+        OUTLET: "without an [[opening]] at the end", |case, _| of_tables(case, VesselSide::End).is_some();
         FORMULA: "without inflow.file", |case, _| inflow(case, |inflow| inflow.file.is_none());
         PULSE: "without inflow.file, and with inflow.amplitude_m3_s other than 0",
             |case, _| inflow(case, |inflow| inflow.file.is_none() && inflow.amplitude != 0.0);
-        WINDKESSEL: "with outlet.condition = \"windkessel\"",
-            |case, _| case.vessel().is_some_and(|vessel| vessel.outlet_condition() == OutletCondition::Windkessel);
+        WINDKESSEL: "with outlet.condition = \"windkessel\", and without an [[opening]] at the end",
+            |case, _| matches!(of_tables(case, VesselSide::End), Some(ConditionKeys::Windkessel { .. }));
         REMEMBERED: "with a quasi-Newton coupling.acceleration (iqn_ls, multi_vector, hybrid)",
             |case, _| case.coupling.acceleration.remembers();
         HELIX: "with model.extension = \"helix\"", |case, _| is_extended(case, Extension::Helix);
@@ -75,9 +78,10 @@ pub(super) mod conditions {
             |case, _| case.own().is_some_and(|own| own.wall.mode() == WallMode::Prescribed);
     }
 
-    fn is_flow_prescribed(case: &Case) -> bool {
-        let inlet = case.vessel().and_then(|vessel| vessel.inlet.as_ref());
-        inlet.and_then(|inlet| inlet.condition) != Some(InletCondition::Pressure)
+    /// What the tables prescribe at an end that no list has.
+    fn of_tables(case: &Case, end: VesselSide) -> Option<ConditionKeys> {
+        let vessel = case.vessel().filter(|vessel| vessel.listed(end).is_none());
+        vessel.map(|vessel| vessel.condition_at(end))
     }
 
     fn inflow(case: &Case, holds: impl Fn(&super::super::Inflow) -> bool) -> bool {

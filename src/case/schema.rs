@@ -132,7 +132,7 @@ impl Schema {
     pub(super) fn in_the_order_of(mut self, text: &str) -> Self {
         let root = |key: &Key| {
             let name = key.path.split('.').next().unwrap_or_default();
-            let headers = ["[", "# ["].map(|open| format!("\n{open}{name}"));
+            let headers = ["[", "# [", "# [["].map(|open| format!("\n{open}{name}"));
             headers.iter().find_map(|header| text.find(header))
         };
         let tables: Vec<String> = (self.keys.iter())

@@ -1,8 +1,7 @@
 //! What a user should know of a case that can be run.
 
 use super::{
-    BloodVessel, Case, FlowCurve, GivenShape, OutletCondition, PressureUnit, Problem, Start,
-    TissueDirection, Window,
+    BloodVessel, Case, Condition, GivenShape, PressureUnit, Problem, Start, TissueDirection, Window,
 };
 
 /// A gap of a flow curve is unusual if it is so many times as long as the next longest.
@@ -20,14 +19,17 @@ impl Case {
             let is_steady = self.is_driven_steadily();
             let window = Window::of(self);
             warnings.extend(window.warnings(&self.ramp, self.time.period, is_steady));
-            if let Ok(curve) = FlowCurve::new(&vessel.inflow, self.time.period)
-                && let Some([from, to]) = curve.gap(LONG_GAP)
-            {
-                warnings.push(format!(
-                    "inflow.file says nothing of the flow from {from} to {to} s, where the curve is interpolated: is \
-                     time.period_s = {} its period?",
-                    self.time.period
-                ));
+            for opening in vessel.openings(self.time.period).unwrap_or_default() {
+                if let Condition::Flow(curve, _) = &opening.condition
+                    && let Some([from, to]) = curve.gap(LONG_GAP)
+                {
+                    warnings.push(format!(
+                        "{} says nothing of the flow from {from} to {to} s, where the curve is interpolated: is \
+                         time.period_s = {} its period?",
+                        vessel.opening_key(opening.end, "flow_file"),
+                        self.time.period
+                    ));
+                }
             }
         }
         let ranks = self.fluid.ranks;
@@ -47,10 +49,7 @@ fn image_pressure(vessel: &BloodVessel) -> Option<String> {
     if vessel.given_shape() != GivenShape::Loaded || said.is_some() {
         return None;
     }
-    let key = match vessel.outlet_condition() {
-        OutletCondition::Windkessel => "windkessel.initial_pressure_Pa",
-        OutletCondition::Resistance | OutletCondition::Pressure => "outlet.pressure_Pa",
-    };
+    let (_, key) = vessel.start_pressure();
     let pressure = vessel.image_pressure();
     Some(format!(
         "the case does not say under which pressure its loaded shape was seen: {key} is taken, {:.0} mmHg, and whoever changes it \

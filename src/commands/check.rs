@@ -7,9 +7,7 @@ use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::Pressures;
-use crate::case::{
-    BloodVessel, Case, FlowCurve, InletCondition, OutletCondition, Problem, Shape, Solver,
-};
+use crate::case::{BloodVessel, Case, ConditionKeys, Problem, Shape, Solver, VesselSide};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Deviation, Section, Vessel};
 use crate::hemodynamics::FlowNumbers;
@@ -160,13 +158,15 @@ fn of_files(case: &Case) -> Vec<(&'static str, String)> {
     let Problem::Vessel(vessel) = &case.problem else {
         return Vec::new();
     };
-    let curve = FlowCurve::new(&vessel.inflow, case.time.period).ok();
-    let table = curve.as_ref().and_then(FlowCurve::table);
-    let line = table.zip(vessel.inflow.file.as_ref()).map(|(table, path)| {
+    let keys = vessel.opening_keys();
+    let lines = keys.iter().filter_map(|keys| {
+        let (_, path) = keys.condition.file()?;
+        let condition = keys.condition.read(keys.end, case.time.period).ok()?;
+        let table = condition.flow()?.table()?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        ("read", format!("{name}: {}", table.understood()))
+        Some(("read", format!("{name}: {}", table.understood())))
     });
-    line.into_iter().collect()
+    lines.collect()
 }
 
 /// Flow and pressures.
@@ -346,12 +346,10 @@ fn fit(case: &Case) -> Result<Fit, Failure> {
 fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
     let mmhg = |pressure: f64| format!("{:.2} kPa ({:.0} mmHg)", 1e-3 * pressure, pressure / MMHG);
     // The wall's own compliance, which is left out, brings them closer together.
-    let is_driven =
-        vessel.inlet.as_ref().and_then(|inlet| inlet.condition) == Some(InletCondition::Pressure);
-    let maker = match vessel.outlet_condition() {
-        _ if is_driven => "the inlet makes",
-        OutletCondition::Windkessel => "the windkessel makes",
-        OutletCondition::Resistance | OutletCondition::Pressure => "the outlet makes",
+    let maker = match vessel.condition_at(VesselSide::End) {
+        _ if !vessel.condition_at(VesselSide::Start).is_flow() => "the inlet makes",
+        ConditionKeys::Windkessel { .. } => "the windkessel makes",
+        _ => "the outlet makes",
     };
     let expected =
         Pressures::expected(vessel, case.time.period).map_err(|e| Failure::Input(e.to_string()))?;

@@ -5,7 +5,7 @@ use super::{CaseArguments, Failure};
 use crate::analysis::three_elements::ThreeElements;
 use crate::analysis::wall;
 use crate::analysis::windkessel::TwoElements;
-use crate::case::{FlowCurve, FlowUnit, Inflow};
+use crate::case::{FlowCurve, FlowUnit, Inflow, VesselSide};
 use crate::geometry::Vessel;
 use crate::output::progress::tell_statics;
 use crate::output::report::quantities::MMHG;
@@ -94,7 +94,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     let inflow = match (&arguments.flow, vessel) {
-        (None, Some(vessel)) => vessel.inflow.clone(),
+        (None, Some(vessel)) => (vessel.condition_at(VesselSide::Start).inflow(period))
+            .unwrap_or_else(|| vessel.inflow.clone()),
         (file, _) => Inflow {
             base: 0.0,
             amplitude: 0.0,

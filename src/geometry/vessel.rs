@@ -5,7 +5,7 @@ use super::section::Section;
 use super::wall::{Surfaces, WallGrid, equal_stations};
 use super::{HexMesh, Imperfection};
 use crate::Vec3;
-use crate::case::{BloodVessel, FluidMesh, Material, Native, Shape, WallMesh};
+use crate::case::{BloodVessel, FluidMesh, Material, Native, Shape, VesselSide, WallMesh};
 use crate::case::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG};
 use crate::curve::SpaceCurve;
 use std::f64::consts::TAU;
@@ -193,10 +193,13 @@ impl Vessel {
         self.radius(LUMEN, s, phi)
     }
 
-    /// How far a point of the cross-section where the vessel begins is from the centre-line, relative to the radius of
-    /// the lumen in this direction.
-    pub fn inlet_share(&self, point: &Vec3) -> f64 {
-        let s = self.sections[0].from;
+    /// How far a point of the cross-section where the vessel begins, or ends, is from the centre-line, relative to the
+    /// radius of the lumen in this direction.
+    pub fn opening_share(&self, end: VesselSide, point: &Vec3) -> f64 {
+        let s = match end {
+            VesselSide::Start => self.sections[0].from,
+            VesselSide::End => self.sections[self.sections.len() - 1].to,
+        };
         let frame = self.line.frame(s);
         let [y, z] = frame.across(&(point - frame.origin));
         y.hypot(z) / self.lumen_radius(s, z.atan2(y))

@@ -458,6 +458,7 @@ fn differing(first: &Results, second: &Results) -> Result<Vec<String>, Compariso
             ("inlet", v.inlet == w.inlet),
             ("windkessel", v.windkessel == w.windkessel),
             ("outlet", v.outlet == w.outlet),
+            ("opening", v.opening == w.opening),
         ]),
         // What the OpenFOAM case says is the user's.
         (Problem::Own(v), Problem::Own(w)) => parts.extend([

@@ -9,7 +9,7 @@ use super::vtu::Series;
 use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::Vec3;
-use crate::case::{Case, Solver, Window};
+use crate::case::{Case, Window};
 use crate::coupling::Iteration;
 use crate::fluid::{Fluid, FluidStep, Opening};
 use crate::geometry::centre_line;
@@ -95,7 +95,7 @@ pub struct Record {
     iterations: Table,
     probes: Option<(Probes<Structure>, Table)>,
     fluid_probes: Option<Table>,
-    openings: Option<Table>,
+    openings: Table,
     fields: FieldSeries,
     fluid_fields: Option<Series>,
     wall: WallRecord,
@@ -120,8 +120,8 @@ pub struct RecordSettings {
     pub fluid_probes: PathBuf,
     /// Points in the blood that are watched, m.
     pub fluid_probe_points: Vec<[f64; 3]>,
-    /// `openings.csv`, of fluids whose openings are the user's.
-    pub openings: Option<PathBuf>,
+    /// `openings.csv`.
+    pub openings: PathBuf,
     /// `structure.pvd`.
     pub structure: PathBuf,
     /// Interval in which the wall's fields are written, s.
@@ -155,8 +155,7 @@ impl RecordSettings {
             face_centres: interface.face_centres.clone(),
             fluid_probes: files.fluid_probes(),
             fluid_probe_points: case.output.fluid_probes.clone(),
-            openings: (case.own().is_some() || case.fluid.solver == Solver::External)
-                .then(|| files.openings()),
+            openings: files.openings(),
             structure: files.structure(),
             structure_interval: case.output.structure_interval,
             fluid_fields: (fields_to_open(case.fluid.solver, &files.fluid()).is_none())
@@ -206,9 +205,7 @@ impl Record {
             fluid_probes: (settings.has_fluid_probes())
                 .then(|| Table::create(&settings.fluid_probes))
                 .transpose()?,
-            openings: (settings.openings.as_deref())
-                .map(Table::create)
-                .transpose()?,
+            openings: Table::create(&settings.openings)?,
             fields,
             fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::create(settings.wall.clone())?,
@@ -243,9 +240,7 @@ impl Record {
             fluid_probes: (settings.has_fluid_probes())
                 .then(|| Table::resume(&settings.fluid_probes, memory.fluid_probes))
                 .transpose()?,
-            openings: (settings.openings.as_deref())
-                .map(|path| Table::resume(path, memory.openings))
-                .transpose()?,
+            openings: Table::resume(&settings.openings, memory.openings)?,
             fields: FieldSeries::new(series, settings.structure_interval, solid)?,
             fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::resume(settings.wall.clone(), memory.wall)?,
@@ -308,9 +303,7 @@ impl Observer<Structure> for Record {
             let points = &self.settings.fluid_probe_points;
             table.append(&fluid_rows(time, points, &accepted.fluid_probes))?;
         }
-        if let Some(table) = &mut self.openings {
-            table.append(&opening_rows(&step.fluid))?;
-        }
+        self.openings.append(&opening_rows(&step.fluid))?;
         let state = WallState::new(time, &step.fluid.wall_shear, &step.displacement);
         let lumen = step.fluid.volume - self.settings.rigid_volume;
         let modes = accepted.element_modes.as_ref();
@@ -335,7 +328,7 @@ impl Observer<Structure> for Record {
             iterations: self.iterations.sync()?,
             probes: length(self.probes.as_ref().map(|(_, table)| table))?,
             fluid_probes: length(self.fluid_probes.as_ref())?,
-            openings: length(self.openings.as_ref())?,
+            openings: self.openings.sync()?,
             grids: self.fields.entries().to_vec(),
             fluid_grids: (self.fluid_fields.iter())
                 .flat_map(|series| series.entries().to_vec())
@@ -351,10 +344,9 @@ impl Observer<Structure> for Record {
             (settings.iterations.clone(), memory.iterations),
             (settings.probes.clone(), memory.probes),
             (settings.fluid_probes.clone(), memory.fluid_probes),
+            (settings.openings.clone(), memory.openings),
             (settings.wall.regions.clone(), memory.wall.regions),
         ];
-        let openings = settings.openings.clone();
-        files.extend(openings.map(|path| (path, memory.openings)));
         let wall = settings.wall.history.clone();
         files.extend(wall.map(|path| (path, memory.wall.history)));
         files
@@ -370,9 +362,7 @@ impl Observer<Structure> for Record {
         if let Some(table) = &mut self.fluid_probes {
             *table = Table::resume(&settings.fluid_probes, memory.fluid_probes)?;
         }
-        if let (Some(table), Some(path)) = (&mut self.openings, &settings.openings) {
-            *table = Table::resume(path, memory.openings)?;
-        }
+        self.openings = Table::resume(&settings.openings, memory.openings)?;
         self.fields
             .rewind(settings.structure.clone(), memory.grids)?;
         if let Some(path) = settings.fluid_fields.clone() {

@@ -59,7 +59,7 @@ impl RunFiles {
         self.root.join("fluid-probes.csv")
     }
 
-    /// One row per time step and opening, of fluids whose openings are the user's.
+    /// One row per time step and opening.
     pub fn openings(&self) -> PathBuf {
         self.root.join("openings.csv")
     }

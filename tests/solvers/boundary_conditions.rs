@@ -193,3 +193,169 @@ fn pressures_of_files_act_at_both_ends() {
 fn pressures_of_files_act_at_both_ends_with_openfoam() {
     pressures(false, 1e-6);
 }
+
+/// Inflow, outflow and growth of the lumen (m³/s), and the pressure at the inlet, of each step.
+fn balance(run: &Path) -> Vec<[f64; 4]> {
+    let mut reader = csv::Reader::from_path(run.join("history.csv")).unwrap();
+    let rows = reader
+        .deserialize::<HashMap<String, f64>>()
+        .map(Result::unwrap);
+    let names = ["Q_in_m3_s", "Q_out_m3_s", "dVdt_m3_s", "p_in_Pa"];
+    rows.map(|row| names.map(|name| row[name])).collect()
+}
+
+/// Openings by name in `openings.csv`: flow into the domain.
+fn flows(run: &Path, wanted: &str) -> Vec<f64> {
+    let mut reader = csv::Reader::from_path(run.join("openings.csv")).unwrap();
+    let rows = reader.deserialize::<(f64, String, f64, f64, Option<f64>)>();
+    let rows = rows.map(Result::unwrap).filter(|row| row.1 == wanted);
+    rows.map(|row| row.2).collect()
+}
+
+/// A pressure at the inlet, and at the end what a table `[[opening]]` says.
+fn opening(out: &Path, native: bool, set: &[&str]) -> Vec<[f64; 4]> {
+    let inlet = [
+        NO_RAMP,
+        "inlet.condition=pressure",
+        "inlet.pressure_Pa=400.0",
+        "opening[0].end=end",
+    ];
+    run(out, 4, native, &[&inlet, set].concat());
+    balance(out)
+}
+
+/// A pulse that leaves under another name: all of it, with the profile that was asked for, and what else enters fills
+/// the vessel.
+fn flow_out(native: bool, within: f64) {
+    let folder = tempfile::tempdir().unwrap();
+    let set = [
+        "opening[0].condition=flow",
+        "opening[0].name=femoral",
+        "opening[0].base_m3_s=2.0e-6",
+        "opening[0].amplitude_m3_s=3.0e-6",
+        "opening[0].systole_s=0.1",
+        "opening[0].profile=womersley",
+    ];
+    let rows = opening(folder.path(), native, &set);
+    let named = flows(folder.path(), "femoral");
+    assert_eq!(named.len(), 4);
+    for (n, ([inflow, outflow, grows, pressure], named)) in rows.into_iter().zip(named).enumerate()
+    {
+        let t = STEP * (n + 1) as f64;
+        let flow = 2.0e-6 + 3.0e-6 * (std::f64::consts::PI * t / 0.1).sin().powi(2);
+        assert!(
+            (outflow / flow - 1.0).abs() < within,
+            "{t}: {outflow:e} {flow:e}"
+        );
+        assert_eq!(named, -outflow);
+        assert!(
+            (inflow - outflow - grows).abs() < 1e-3 * flow,
+            "{t}: {inflow:e} {grows:e}"
+        );
+        assert!(grows > 0.0, "{t}: {grows:e}");
+        assert!((pressure / 400.0 - 1.0).abs() < 0.05, "{t}: {pressure}");
+    }
+}
+
+#[test]
+fn a_flow_is_prescribed_at_the_outlet() {
+    flow_out(true, 1e-9);
+}
+
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_flow_is_prescribed_at_the_outlet_with_openfoam() {
+    flow_out(false, 1e-6);
+}
+
+/// Three tenths of what enters under a pressure leave, and the rest fills the vessel.
+fn flow_split(out: &Path, native: bool, within: f64) -> Vec<[f64; 4]> {
+    let set = ["opening[0].condition=flow-split", "opening[0].fraction=0.3"];
+    let rows = opening(out, native, &set);
+    for [inflow, outflow, grows, _] in &rows {
+        assert!(*inflow > 1e-7);
+        let share = outflow / inflow;
+        assert!((share / 0.3 - 1.0).abs() < within, "{share} of {inflow:e}");
+        assert!(
+            (inflow - outflow - grows).abs() < 1e-3 * inflow,
+            "{inflow:e} {grows:e}"
+        );
+    }
+    rows
+}
+
+#[test]
+fn a_fixed_share_of_the_inflow_leaves() {
+    flow_split(tempfile::tempdir().unwrap().path(), true, 1e-6);
+}
+
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_fixed_share_of_the_inflow_leaves_with_openfoam_as_with_the_native_fluid() {
+    let folder = tempfile::tempdir().unwrap();
+    let [of, native] = ["openfoam", "native"].map(|name| folder.path().join(name));
+    let rows = flow_split(&of, false, 1e-3);
+    let others = flow_split(&native, true, 1e-6);
+    for (a, b) in rows.iter().zip(&others) {
+        println!("{:e} {:e}", a[1], b[1]);
+        assert!((a[1] / b[1] - 1.0).abs() < 0.05, "{a:?} {b:?}");
+    }
+}
+
+/// Templates that choose between the conditions by `#ifeq`, as those of the project once did, and those that include
+/// them.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn templates_of_earlier_versions_give_the_same_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let templates = folder.path().join("templates");
+    for from in ["openfoam-case/base", "tests/data/earlier-templates"] {
+        let mut copy = std::process::Command::new("cp");
+        std::fs::create_dir_all(&templates).unwrap();
+        let from = root.join(from).join(".");
+        assert!(
+            copy.arg("-r")
+                .arg(from)
+                .arg(&templates)
+                .status()
+                .unwrap()
+                .success()
+        );
+    }
+    let own = format!("fluid.templates={}", templates.display());
+    for (case, set) in [
+        (
+            "windkessel",
+            &[
+                "inlet.profile=womersley",
+                "windkessel.proximal_resistance_Pa_s_m3=2.0e8",
+            ][..],
+        ),
+        (
+            "pressures",
+            &[
+                "inlet.condition=pressure",
+                "inlet.pressure_Pa=400.0",
+                "outlet.condition=pressure",
+                "outlet.pressure_Pa=300.0",
+            ],
+        ),
+        (
+            "equilibrium",
+            &[
+                "initial.start=equilibrium",
+                "windkessel.initial_pressure_Pa=1.0e3",
+                "ends.outlet=radial",
+            ],
+        ),
+    ] {
+        let out = |name: &str| folder.path().join(format!("{case}-{name}"));
+        let rows = run(&out("included"), 2, false, set);
+        assert_eq!(
+            run(&out("chosen"), 2, false, &[&[own.as_str()], set].concat()),
+            rows,
+            "{case}"
+        );
+    }
+}

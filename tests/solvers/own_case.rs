@@ -400,6 +400,32 @@ fn the_branches_of_a_bifurcation_are_alike() {
     }
 }
 
+/// A fixed share of a prescribed inflow leaves through one branch; the other is a windkessel's.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_branch_takes_a_fixed_share_of_the_inflow() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = copy("bifurcation", folder.path());
+    let split = "type flowSplitVelocity; fraction 0.3; inlets (inlet);";
+    for (field, condition) in [("U", split), ("p", "type zeroGradient;")] {
+        let file = case.join("fluid/0").join(field);
+        let text = format!("    outletLeft {{ {condition} }}\n\n    \"outlet.*\"");
+        edit(&file, "    \"outlet.*\"", &text);
+    }
+    let out = folder.path().join("run");
+    complete(run(&case, &out, &["--end-time", "0.01"]));
+    let mut reader = csv::Reader::from_path(out.join("openings.csv")).unwrap();
+    let rows = reader.deserialize::<(f64, String, f64, f64, Option<f64>)>();
+    let flows: Vec<(String, f64)> = rows.map(Result::unwrap).map(|row| (row.1, row.2)).collect();
+    assert_eq!(flows.len(), 6);
+    for openings in flows.chunks(3) {
+        let flow = |name: &str| openings.iter().find(|row| row.0 == name).unwrap().1;
+        let share = -flow("outletLeft") / flow("inlet");
+        println!("share {share}");
+        assert!((share / 0.3 - 1.0).abs() < 1e-9, "{share} of {openings:?}");
+    }
+}
+
 /// The first ten steps of the flap, whose wall comes from Gmsh.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]

@@ -291,10 +291,14 @@ fn bad_values_of_the_wall_state_are_refused() {
 fn templates_of_ones_own_are_asked_for_what_the_state_of_the_wall_needs() {
     let folder = tempfile::tempdir().unwrap();
     let templates = folder.path().join("templates");
-    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/base");
-    for part in ["0", "constant", "system"] {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (part, from) in [
+        ("0", "tests/data/earlier-templates/0"),
+        ("constant", "openfoam-case/base/constant"),
+        ("system", "openfoam-case/base/system"),
+    ] {
         std::fs::create_dir_all(templates.join(part)).unwrap();
-        for file in std::fs::read_dir(base.join(part)).unwrap() {
+        for file in std::fs::read_dir(root.join(from)).unwrap() {
             let file = file.unwrap();
             // As they stood before there was such a state.
             let text = std::fs::read_to_string(file.path()).unwrap();

@@ -2,19 +2,85 @@
 
 use super::Report;
 use crate::case::{
-    BloodVessel, Case, FlowCurve, Inlet, InletCondition, Outlet, OutletCondition, Start,
+    BloodVessel, Case, ConditionKeys, FlowCurve, Inlet, InletCondition, Outlet, OutletCondition,
+    Start, VesselSide,
 };
 
 pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
-    let inlet_keys = vessel.inlet.as_ref();
-    if inlet_keys.and_then(|inlet| inlet.condition) != Some(InletCondition::Pressure) {
-        inflow(case, vessel, report);
+    list(case, vessel, report);
+    if vessel.listed(VesselSide::Start).is_none() {
+        if vessel.condition_at(VesselSide::Start).is_flow() {
+            inflow(case, vessel, report);
+        }
+        if let Some(keys) = &vessel.inlet {
+            inlet(case, vessel, keys, report);
+        }
     }
-    if let Some(keys) = &vessel.inlet {
-        inlet(case, vessel, keys, report);
-    }
-    if let Some(keys) = &vessel.outlet {
+    if let (None, Some(keys)) = (vessel.listed(VesselSide::End), &vessel.outlet) {
         outlet(case, vessel, keys, report);
+    }
+}
+
+/// The tables `[[opening]]`, and whether their conditions go together.
+fn list(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
+    let Some(list) = &vessel.opening else {
+        return;
+    };
+    let names: Vec<String> = (vessel.opening_keys().iter())
+        .map(|opening| opening.name().to_owned())
+        .collect();
+    for (i, opening) in list.iter().enumerate() {
+        let before = &list[..i];
+        report(
+            &[&format!("opening[{i}].end")],
+            before.iter().any(|other| other.end == opening.end),
+            "a vessel has one opening at each end, and this end has one already".into(),
+        );
+        let name = opening.name();
+        let is_word = name.starts_with(|c: char| c.is_ascii_alphabetic())
+            && name
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+        let is_taken = name.starts_with("wall") || names.iter().filter(|n| *n == name).count() > 1;
+        report(
+            &[&format!("opening[{i}].name")],
+            !is_word || is_taken,
+            "expected a name of its own of letters, digits, - and _ that begins with a letter, and not with \"wall\": patches of \
+             OpenFOAM's mesh are called so"
+                .into(),
+        );
+        let mistakes = opening.condition.mistakes(opening.end, case.time.period);
+        for (names, reason) in mistakes {
+            let keys: Vec<String> = (names.iter())
+                .map(|name| format!("opening[{i}].{name}"))
+                .collect();
+            let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+            report(&[&keys[..], &["time.period_s"]].concat(), true, reason);
+        }
+        let is_curve = matches!(opening.condition.file(), Some(("pressure_file", _)));
+        let file = format!("opening[{i}].pressure_file");
+        let (_, beginning) = vessel.start_pressure();
+        report(
+            &["initial.start", &file],
+            is_curve
+                && vessel.start() == Start::Equilibrium
+                && beginning == format!("opening[{i}].pressure_Pa"),
+            "a pressure that changes in time is no equilibrium to begin with: write \"ramp\", or pressure_Pa".into(),
+        );
+    }
+    let [start, end] = VesselSide::ALL.map(|end| vessel.condition_at(end));
+    let key = vessel.opening_key(VesselSide::End, "condition");
+    report(
+        &[&key],
+        start.is_flow() && end.is_flow(),
+        "a flow at each end leaves no pressure: expected \"pressure\", \"resistance\" or \"windkessel\" at one of them".into(),
+    );
+    if let ConditionKeys::FlowSplit { fraction } = end {
+        report(
+            &[&vessel.opening_key(VesselSide::End, "fraction")],
+            !start.is_flow() && fraction >= 1.0,
+            "what enters under a pressure and leaves here alone says nothing of the flow: expected less than 1".into(),
+        );
     }
 }
 
@@ -61,6 +127,7 @@ fn inlet(case: &Case, vessel: &BloodVessel, keys: &Inlet, report: &mut Report<'_
         file_period,
         ..
     } = keys;
+    let read = |end| vessel.condition_at(end).read(end, case.time.period);
     of_file(
         "inlet",
         file.is_some(),
@@ -97,7 +164,7 @@ fn inlet(case: &Case, vessel: &BloodVessel, keys: &Inlet, report: &mut Report<'_
                 profile.is_some(),
                 "the profile follows from the pressure: leave it out, or write inlet.condition = \"flow\"".into(),
             );
-            if let Err(error) = vessel.inlet_pressure(case.time.period) {
+            if let Err(error) = read(VesselSide::Start) {
                 report(&["inlet.file", "time.period_s"], true, error.to_string());
             }
         }
@@ -114,6 +181,7 @@ fn outlet(case: &Case, vessel: &BloodVessel, keys: &Outlet, report: &mut Report<
         ..
     } = keys;
     let condition = keys.condition.unwrap_or_default();
+    let read = |end| vessel.condition_at(end).read(end, case.time.period);
     of_file(
         "outlet",
         file.is_some(),
@@ -166,7 +234,7 @@ fn outlet(case: &Case, vessel: &BloodVessel, keys: &Outlet, report: &mut Report<
         file.is_some() && vessel.start() == Start::Equilibrium,
         "a pressure that changes in time is no equilibrium to begin with: write \"ramp\", or outlet.pressure_Pa".into(),
     );
-    if let Err(error) = vessel.outlet_pressure(case.time.period) {
+    if let Err(error) = read(VesselSide::End) {
         report(&["outlet.file", "time.period_s"], true, error.to_string());
     }
 }

@@ -2,8 +2,7 @@
 
 use super::{Report, anastomosis, described, openings};
 use crate::case::{
-    BloodVessel, Case, GivenShape, InletCondition, InletEnd, Shape, Start, TissueDirection,
-    VesselEnd,
+    BloodVessel, Case, GivenShape, InletEnd, Shape, Start, TissueDirection, VesselEnd, VesselSide,
 };
 
 pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
@@ -103,13 +102,20 @@ fn surroundings(vessel: &BloodVessel, report: &mut Report<'_>) {
 fn ends(vessel: &BloodVessel, report: &mut Report<'_>) {
     let (outlet, spring) = vessel.outlet_end();
     let inlet = vessel.inlet_end();
+    let condition = |end| vessel.opening_key(end, "condition");
+    report(
+        &["ends.outlet", &condition(VesselSide::End)],
+        outlet != VesselEnd::Clamped && vessel.condition_at(VesselSide::End).is_flow(),
+        "a flow leaves through an outlet at rest: write \"clamped\", or a pressure as the condition there".into(),
+    );
     if inlet != InletEnd::Clamped {
-        let condition = vessel.inlet.as_ref().and_then(|inlet| inlet.condition);
+        let condition = condition(VesselSide::Start);
         report(
-            &["ends.inlet", "inlet.condition"],
-            condition.unwrap_or_default() == InletCondition::Flow,
-            "a flow enters through an inlet at rest: write \"clamped\", or inlet.condition = \"pressure\""
-                .into(),
+            &["ends.inlet", &condition],
+            vessel.condition_at(VesselSide::Start).is_flow(),
+            format!(
+                "a flow enters through an inlet at rest: write \"clamped\", or {condition} = \"pressure\""
+            ),
         );
         let (key, extended) = match &vessel.shape {
             Shape::Anastomosis(shape) => (

@@ -3,8 +3,8 @@
 use super::FlowError;
 use super::clock::Part;
 use super::decay::highest_modes;
-use super::ends::{Ends, NativeInlet};
-use super::entering::{Entering, OpenEnd};
+use super::ends::{Coming, Ends, Prescribed};
+use super::entering::OpenEnd;
 use super::field::field;
 use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
 use super::metric::Metric;
@@ -34,18 +34,13 @@ const MOST_ACCURATE: f64 = 1e-11;
 /// Most iterations of a solution.
 const MOST_ITERATIONS: usize = 400;
 
-/// The outlet among the open ends.
-const OUTLET: usize = 0;
-/// The inlet among them, if it is open.
-const INLET: usize = 1;
-
 /// What continues from one step to the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Memory {
     flow: FlowState,
-    /// Pressure of the windkessel (without one, that behind the outlet) at the end of the last step and of the one
-    /// before, Pa.
-    windkessel: [f64; 2],
+    /// Pressure of the windkessel at each opening (without one, that behind it; 0 without any pressure) at the end of
+    /// the last step and of the one before, Pa.
+    behind: Vec<[f64; 2]>,
 }
 
 /// The last trial.
@@ -53,8 +48,8 @@ struct Trial {
     solution: FlowSolution,
     /// Loads on the faces of the interface.
     loads: Vec<WallLoad>,
-    /// Pressure behind the outlet, Pa.
-    behind_outlet: f64,
+    /// The openings.
+    openings: Vec<Opening>,
 }
 
 /// Blood by spectral elements.
@@ -66,8 +61,6 @@ pub struct NativeFluid {
     ends: Ends,
     /// Displacement of the wall when time begins, m.
     initial: Vec<Vec3>,
-    /// Faces of the inlet.
-    inlet: Vec<Face>,
     /// Faces of the deformable wall in the interface's order.
     wall: Vec<Face>,
     rheology: Rheology,
@@ -101,28 +94,16 @@ impl NativeFluid {
         let still = vec![Vec3::zeros(); mesh.interface().points.len()];
         let positions = mesh.positions(&still);
         let faces = |wanted: fn(Patch) -> bool| space.space.faces_of(wanted);
-        let inlet = faces(|patch| patch == Patch::Start);
-        let outlet = faces(|patch| patch == Patch::End);
         let walls = faces(|patch| matches!(patch, Patch::Mantle(_)));
         let [first, last] = [mesh.elastic().start, mesh.elastic().end];
         let around = 4 * resolution.core;
         let wall = walls[first * around..last * around].to_vec();
-        let ends = Ends::new(case, vessel, &space, &inlet, &walls, &positions)
-            .map_err(|error| failed(&error))?;
-        let mut open = vec![OpenEnd {
-            faces: outlet,
-            entering: Entering::NoEnergy,
-        }];
-        let fixed = match ends.inlet {
-            NativeInlet::Flow(_) => faces(|patch| patch != Patch::End),
-            NativeInlet::Pressure(_) => {
-                open.push(OpenEnd {
-                    faces: inlet.clone(),
-                    entering: Entering::AlongNormal,
-                });
-                walls.clone()
-            }
-        };
+        let ends =
+            Ends::new(case, vessel, &space, &walls, &positions).map_err(|error| failed(&error))?;
+        let open: Vec<OpenEnd> = ends.openings.iter().filter_map(|end| end.open()).collect();
+        let is_open = |face: &Face| open.iter().any(|end| end.faces.contains(face));
+        let mut fixed = faces(|_| true);
+        fixed.retain(|face| !is_open(face));
         let settings = FlowSettings {
             density: case.blood.density,
             rheology: case.blood.rheology(),
@@ -153,7 +134,7 @@ impl NativeFluid {
                     pressure: zeros(pressures),
                     preconditioner: None,
                 },
-                windkessel: [vessel.windkessel.initial_pressure; 2],
+                behind: ends.behind_at_start(),
             },
             mesh,
             flow,
@@ -161,7 +142,6 @@ impl NativeFluid {
             ends,
             initial: still,
             element_volumes: metric.volumes,
-            inlet,
             wall,
             rheology: case.blood.rheology(),
             watched: case
@@ -258,11 +238,34 @@ impl NativeFluid {
         })
     }
 
-    /// Pressure (Pa), mean over the inlet.
-    fn inlet_pressure(&self, trial: &FlowSolution) -> f64 {
+    /// The openings at the end of a trial, at the time `t` (s).
+    fn openings(&self, t: f64, prescribed: &[Prescribed], trial: &FlowSolution) -> Vec<Opening> {
+        let mut outflows = trial.outflows.iter();
+        let ends = self.ends.openings.iter().zip(prescribed);
+        ends.map(|(end, prescribed)| {
+            let (flow, model_pressure) = match prescribed {
+                Prescribed::Flow(flow) => (*flow, None),
+                Prescribed::Behind(behind) => {
+                    let out = *outflows.next().expect("each open end has a flow");
+                    (-out, Some(behind[0] + behind[1] * out))
+                }
+            };
+            let exact = model_pressure.and_then(|p| self.ends.pressure_at(end, t, p, -flow));
+            Opening {
+                name: end.name.clone(),
+                flow,
+                mean_pressure: exact.unwrap_or_else(|| self.mean_pressure(&end.faces, trial)),
+                model_pressure,
+            }
+        })
+        .collect()
+    }
+
+    /// Pressure (Pa), mean over faces of an opening.
+    fn mean_pressure(&self, faces: &[Face], trial: &FlowSolution) -> f64 {
         let space = self.flow.space();
         let (mut force, mut area) = (0.0, 0.0);
-        for &face in &self.inlet {
+        for &face in faces {
             let points = space.face_points(face, &trial.positions);
             let p: Vec<f64> = space
                 .face_pressures(face)
@@ -306,20 +309,13 @@ impl Fluid for NativeFluid {
         let positions = self.mesh.positions(displacement);
         // The wall's velocity, everywhere: what is not on a wall has none or is not prescribed.
         let mut velocity = self.flow.mesh_velocity(state, time_step, &positions);
-        let Ends { inlet, outlet, .. } = &self.ends;
-        let weights = self.flow.weights(state, time_step);
-        let behind = outlet.behind(t, weights, self.memory.windkessel);
-        let share = self.ends.outlet_share(t);
-        let at_outlet = [behind[0], behind[1] + outlet.proximal()].map(|p| share * p);
-        let mut pressures = vec![at_outlet];
-        match inlet {
-            NativeInlet::Flow(inlet) => {
-                inlet.add_velocity(t, self.ends.inflow_share(t), &mut velocity);
-            }
-            NativeInlet::Pressure(curve) => {
-                pressures.push([self.ends.inlet_pressure(t, curve.pressure(t)), 0.0]);
-            }
-        }
+        let prescribed = self.ends.prescribed(&Coming {
+            time: t,
+            weights: self.flow.weights(state, time_step),
+            behind: &self.memory.behind,
+            growth: &|| self.flow.growth(state, time_step, &positions),
+        });
+        let pressures = self.ends.apply(&prescribed, t, &mut velocity);
         let boundary = BoundaryConditions {
             velocity,
             pressures,
@@ -343,7 +339,7 @@ impl Fluid for NativeFluid {
             residual: trial.residual,
         };
         self.trial = Some(Trial {
-            behind_outlet: behind[0] + behind[1] * trial.outflows[OUTLET],
+            openings: self.openings(t, &prescribed, &trial),
             solution: trial,
             loads,
         });
@@ -361,37 +357,21 @@ impl Fluid for NativeFluid {
         let Trial {
             solution: trial,
             loads,
-            behind_outlet: behind,
+            openings,
         } = trial;
         let time = self.memory.flow.time + trial.time_step;
-        let outlet = &self.ends.outlet;
-        let out = trial.outflows[OUTLET];
+        let behind = openings.iter().map(|opening| opening.model_pressure);
+        for (memory, behind) in self.memory.behind.iter_mut().zip(behind) {
+            *memory = [behind.unwrap_or(0.0), memory[0]];
+        }
         let step = FluidStep {
             time: twelve_digits(time),
-            openings: vec![
-                Opening {
-                    name: "inlet".into(),
-                    flow: match &self.ends.inlet {
-                        NativeInlet::Flow(inlet) => self.ends.inflow_share(time) * inlet.flow(time),
-                        NativeInlet::Pressure(_) => -trial.outflows[INLET],
-                    },
-                    mean_pressure: self.inlet_pressure(&trial),
-                    model_pressure: None,
-                },
-                Opening {
-                    name: "outlet".into(),
-                    flow: -out,
-                    mean_pressure: self.ends.outlet_share(time)
-                        * (behind + outlet.proximal() * out),
-                    model_pressure: Some(behind),
-                },
-            ],
+            openings,
             volume: trial.volume,
             wall_shear: loads.iter().map(|load| load.shear).collect(),
             wall_velocity_mismatch: 0.0, // prescribed at every node
         };
         self.flow.accept(&mut self.memory.flow, trial);
-        self.memory.windkessel = [behind, self.memory.windkessel[0]];
         Ok(step)
     }
 

@@ -1,25 +1,58 @@
-//! What is prescribed where the blood enters and leaves: flow with a profile or pressure at the inlet; a windkessel, a
-//! resistance or a pressure at the outlet.
+//! What is prescribed where the blood enters and leaves: a flow with a profile, a share of the flow, or a pressure `a +
+//! b Q`.
 
 use super::FlowError;
+use super::entering::{Entering, OpenEnd};
 use super::spectral_elements::SpectralElements;
-use super::taylor_hood_space::Face;
+use super::taylor_hood_space::{Face, Patch};
 use super::time_scheme::Weights;
 use crate::Vec3;
-use crate::case::{BloodVessel, Case, FlowCurve, OutletElements, PressureCurve, Ramp, Start};
+use crate::case::{
+    BloodVessel, Case, Condition, FlowCurve, InletProfile, PressureModel, Ramp, Start, VesselSide,
+};
 use crate::fluid::inlet_velocity::InletVelocity;
 use crate::geometry::Vessel;
 use std::f64::consts::PI;
 
-/// What drives the blood at the inlet.
-pub enum NativeInlet {
-    /// A flow.
-    Flow(FlowInlet),
-    /// A static pressure.
-    Pressure(PressureCurve),
+/// An opening of the vessel.
+pub struct End {
+    /// Its name.
+    pub name: String,
+    /// At which end of the vessel it is.
+    pub side: VesselSide,
+    /// Its faces.
+    pub faces: Vec<Face>,
+    /// What is prescribed.
+    pub condition: NativeCondition,
 }
 
-/// A prescribed flow. Fields hold a velocity into the vessel on the inlet, one component after the other, zero
+/// What is prescribed at an opening.
+pub enum NativeCondition {
+    /// A flow.
+    Flow(FlowInlet),
+    /// This share of what enters leaves.
+    FlowSplit(f64, FlowInlet),
+    /// A pressure.
+    Pressure(PressureModel),
+}
+
+impl End {
+    /// The part of the boundary through which fluid comes and goes under a pressure, if it is one.
+    pub fn open(&self) -> Option<OpenEnd> {
+        match &self.condition {
+            NativeCondition::Flow(_) | NativeCondition::FlowSplit(..) => None,
+            NativeCondition::Pressure(_) => Some(OpenEnd {
+                faces: self.faces.clone(),
+                entering: match self.side {
+                    VesselSide::Start => Entering::AlongNormal,
+                    VesselSide::End => Entering::NoEnergy,
+                },
+            }),
+        }
+    }
+}
+
+/// A prescribed flow. Fields hold a velocity into the vessel on the opening, one component after the other, zero
 /// elsewhere and on its rim.
 pub struct FlowInlet {
     curve: FlowCurve,
@@ -30,38 +63,42 @@ pub struct FlowInlet {
     terms: Vec<(Vec<f64>, f64)>,
 }
 
+/// An opening in a mesh.
+struct Place<'a> {
+    vessel: &'a Vessel,
+    end: VesselSide,
+    space: &'a SpectralElements,
+    faces: Vec<Face>,
+    walls: &'a [Face],
+    /// Of the nodes, m.
+    positions: &'a [f64],
+    /// Kinematic viscosity, m²/s.
+    viscosity: f64,
+}
+
 impl FlowInlet {
-    /// For the faces of the inlet of a mesh whose nodes lie at `positions` (m).
-    fn new(
-        case: &Case,
-        vessel: &BloodVessel,
-        space: &SpectralElements,
-        inlet: &[Face],
-        walls: &[Face],
-        positions: &[f64],
-    ) -> Result<Self, FlowError> {
-        let curve = FlowCurve::new(&vessel.inflow, case.time.period)
-            .map_err(|error| FlowError::Model(error.to_string()))?;
+    fn new(curve: FlowCurve, profile: InletProfile, at: &Place<'_>) -> Self {
+        let (space, positions) = (at.space, at.positions);
         let nodes = space.space.nodes;
         let mut flux = vec![0.0; 3 * nodes];
         let mut area = Vec3::zeros();
-        for &face in inlet {
+        for &face in &at.faces {
             let points = space.face_points(face, positions);
             area += points.areas.iter().sum::<Vec3>();
             space.add_face_load(&points.nodes, &points.areas, &mut flux);
         }
         let (inward, area) = (-area.normalize(), area.norm());
-        let velocity = InletVelocity::new(
-            vessel.inlet_profile(),
-            &curve,
-            (area / PI).sqrt(),
-            case.blood.viscosity / case.blood.density,
-        );
-        let geometry = Vessel::new(vessel);
-        let rim = space.space.nodes_of(walls);
-        let inner: Vec<(usize, f64)> = (space.space.nodes_of(inlet).into_iter())
+        let velocity = InletVelocity::new(profile, &curve, (area / PI).sqrt(), at.viscosity);
+        let rim = space.space.nodes_of(at.walls);
+        let inner: Vec<(usize, f64)> = (space.space.nodes_of(&at.faces).into_iter())
             .filter(|node| rim.binary_search(node).is_err())
-            .map(|node| (node, geometry.inlet_share(&space.vector(positions, node))))
+            .map(|node| {
+                (
+                    node,
+                    at.vessel
+                        .opening_share(at.end, &space.vector(positions, node)),
+                )
+            })
             .collect();
         let field = |at: &dyn Fn(usize) -> f64| -> Vec<f64> {
             let mut field = vec![0.0; 3 * nodes];
@@ -87,21 +124,28 @@ impl FlowInlet {
                 (field, flow)
             })
             .collect();
-        Ok(Self {
+        Self {
             curve,
             velocity,
             rest,
             terms,
-        })
+        }
     }
 
     /// Flow (m³/s) at a time (s), before the ramp.
-    pub fn flow(&self, t: f64) -> f64 {
+    fn flow(&self, t: f64) -> f64 {
         self.curve.flow(t)
     }
 
+    /// Adds the velocity (m/s) of a flow (m³/s).
+    fn add_flow(&self, flow: f64, field: &mut [f64]) {
+        for (u, shape) in field.iter_mut().zip(&self.rest) {
+            *u += flow * shape;
+        }
+    }
+
     /// Adds the velocity (m/s) at a time (s), times `share`.
-    pub fn add_velocity(&self, t: f64, share: f64, field: &mut [f64]) {
+    fn add_velocity(&self, t: f64, share: f64, field: &mut [f64]) {
         let factors = self.velocity.factors(t);
         let of_terms: f64 = (self.terms.iter().zip(&factors))
             .map(|((_, flow), factor)| flow * factor)
@@ -118,39 +162,45 @@ impl FlowInlet {
     }
 }
 
-/// What the blood finds at the outlet: `p + R_p Q` with the pressure `p` of the windkessel `C dp/dt + p/R = Q`, or with
-/// a prescribed one.
-pub struct NativeOutlet {
-    elements: OutletElements,
-    pressure: PressureCurve,
+/// What is prescribed at an opening at the end of a step.
+#[derive(Debug, Clone, Copy)]
+pub enum Prescribed {
+    /// A flow into the vessel, m³/s.
+    Flow(f64),
+    /// A pressure behind the proximal resistance, if there is one: a constant (Pa), and a part for each unit of
+    /// outflow, Pa s/m³.
+    Behind([f64; 2]),
 }
 
-impl NativeOutlet {
-    /// Pressure behind the proximal resistance at the end of a step that ends at the time `t` (s): a constant (Pa), and
-    /// a part for each unit of outflow (Pa s/m³). `last` are the pressures at the ends of the last step and of the one
-    /// before.
-    pub fn behind(&self, t: f64, w: Weights, last: [f64; 2]) -> [f64; 2] {
-        let Some((resistance, compliance)) = self.elements.distal else {
-            return [self.pressure.pressure(t), 0.0];
-        };
-        let [last, before] = last;
-        let per_flow = 1.0 / (compliance * w.new + 1.0 / resistance);
-        let constant = -compliance * (w.old * last + w.older * before) * per_flow;
-        [constant, per_flow]
-    }
-
-    /// Resistance between the outlet and that pressure, Pa s/m³.
-    pub fn proximal(&self) -> f64 {
-        self.elements.proximal
-    }
+/// A step, for what is prescribed at its end.
+pub struct Coming<'a> {
+    /// Its end, s.
+    pub time: f64,
+    /// Of the backward difference.
+    pub weights: Weights,
+    /// Pressures behind each opening at the ends of the last step and of the one before, Pa.
+    pub behind: &'a [[f64; 2]],
+    /// Rate (m³/s) at which the vessel makes room.
+    pub growth: &'a dyn Fn() -> f64,
 }
 
-/// Inlet and outlet, and the smooth start of both.
+/// Pressure behind the proximal resistance of a model at the end of a step that ends at the time `t` (s): a constant
+/// (Pa), and a part for each unit of outflow (Pa s/m³). `last` are the pressures at the ends of the last step and of
+/// the one before.
+fn behind(model: &PressureModel, t: f64, w: Weights, last: [f64; 2]) -> [f64; 2] {
+    let Some((resistance, compliance)) = model.distal else {
+        return [model.behind.pressure(t), 0.0];
+    };
+    let [last, before] = last;
+    let per_flow = 1.0 / (compliance * w.new + 1.0 / resistance);
+    let constant = -compliance * (w.old * last + w.older * before) * per_flow;
+    [constant, per_flow]
+}
+
+/// The openings, and their smooth start.
 pub struct Ends {
-    /// The inlet.
-    pub inlet: NativeInlet,
-    /// The outlet.
-    pub outlet: NativeOutlet,
+    /// The openings, those at starts first.
+    pub openings: Vec<End>,
     ramp: Ramp,
     /// Whether the pressures are ramped from zero as the inflow is; if not, from that of the equilibrium (Pa) at the
     /// start.
@@ -158,7 +208,7 @@ pub struct Ends {
 }
 
 impl Ends {
-    /// Those of a case, for the faces of inlet and walls of a mesh whose nodes lie at `positions` (m).
+    /// Those of a case, for the faces of a mesh whose nodes lie at `positions` (m).
     ///
     /// # Errors
     /// If a curve cannot be read.
@@ -166,46 +216,126 @@ impl Ends {
         case: &Case,
         vessel: &BloodVessel,
         space: &SpectralElements,
-        inlet: &[Face],
         walls: &[Face],
         positions: &[f64],
     ) -> Result<Self, FlowError> {
-        let period = case.time.period;
-        let unreadable = |error: crate::case::TableError| FlowError::Model(error.to_string());
-        Ok(Self {
-            inlet: match vessel.inlet_pressure(period).map_err(unreadable)? {
-                Some(pressure) => NativeInlet::Pressure(pressure),
-                None => {
-                    let inlet = FlowInlet::new(case, vessel, space, inlet, walls, positions)?;
-                    NativeInlet::Flow(inlet)
+        let openings = vessel.openings(case.time.period);
+        let openings = openings.map_err(|error| FlowError::Model(error.to_string()))?;
+        let geometry = Vessel::new(vessel);
+        let end = |opening: crate::case::Opening| {
+            let patch = match opening.end {
+                VesselSide::Start => Patch::Start,
+                VesselSide::End => Patch::End,
+            };
+            let place = Place {
+                vessel: &geometry,
+                end: opening.end,
+                space,
+                faces: space.space.faces_of(|face| face == patch),
+                walls,
+                positions,
+                viscosity: case.blood.viscosity / case.blood.density,
+            };
+            let condition = match opening.condition {
+                Condition::Flow(curve, profile) => {
+                    NativeCondition::Flow(FlowInlet::new(curve, profile, &place))
                 }
-            },
-            outlet: NativeOutlet {
-                elements: vessel.outlet_elements(),
-                pressure: vessel.outlet_pressure(period).map_err(unreadable)?,
-            },
+                Condition::FlowSplit(fraction) => {
+                    let none = FlowCurve::none(case.time.period);
+                    let outlet = FlowInlet::new(none, InletProfile::Plug, &place);
+                    NativeCondition::FlowSplit(fraction, outlet)
+                }
+                Condition::Pressure(model) => NativeCondition::Pressure(model),
+            };
+            End {
+                name: opening.name,
+                side: opening.end,
+                faces: place.faces,
+                condition,
+            }
+        };
+        Ok(Self {
+            openings: openings.into_iter().map(end).collect(),
             ramp: case.ramp.clone(),
             equilibrium: (vessel.start() == Start::Equilibrium)
                 .then(|| vessel.equilibrium_pressure()),
         })
     }
 
-    /// Share of the inflow that acts at a time (s).
-    pub fn inflow_share(&self, t: f64) -> f64 {
-        self.ramp.factor(t)
+    /// Pressures behind the openings when time begins, before any ramp, twice (Pa); 0 where there is none.
+    pub fn behind_at_start(&self) -> Vec<[f64; 2]> {
+        let ends = self.openings.iter();
+        ends.map(|end| match &end.condition {
+            NativeCondition::Pressure(model) => [model.initial; 2],
+            NativeCondition::Flow(_) | NativeCondition::FlowSplit(..) => [0.0; 2],
+        })
+        .collect()
     }
 
-    /// Share of the outlet's pressure that acts at a time (s).
-    pub fn outlet_share(&self, t: f64) -> f64 {
-        match self.equilibrium {
-            None => self.ramp.factor(t),
-            Some(_) => 1.0,
+    /// What is prescribed at each opening at the end of a step.
+    pub fn prescribed(&self, step: &Coming<'_>) -> Vec<Prescribed> {
+        let ends = self.openings.iter().zip(step.behind);
+        ends.map(|(end, &last)| match &end.condition {
+            NativeCondition::Flow(inlet) => {
+                Prescribed::Flow(self.flow_share(step.time) * inlet.flow(step.time))
+            }
+            // A share f of the inflow Q leaves, and the rest is what the vessel takes in: Q = f Q + dV/dt.
+            NativeCondition::FlowSplit(fraction, _) => {
+                Prescribed::Flow(-fraction / (1.0 - fraction) * (step.growth)())
+            }
+            NativeCondition::Pressure(model) => {
+                Prescribed::Behind(behind(model, step.time, step.weights, last))
+            }
+        })
+        .collect()
+    }
+
+    /// Adds the velocities (m/s) of what is `prescribed` at the time `t` (s) to a field; gives the pressures that act
+    /// at the open ends, in their order.
+    pub fn apply(&self, prescribed: &[Prescribed], t: f64, field: &mut [f64]) -> Vec<[f64; 2]> {
+        let mut pressures = Vec::new();
+        for (end, prescribed) in self.openings.iter().zip(prescribed) {
+            match (&end.condition, prescribed) {
+                (NativeCondition::Flow(inlet), _) => {
+                    inlet.add_velocity(t, self.flow_share(t), field);
+                }
+                (NativeCondition::FlowSplit(_, outlet), Prescribed::Flow(flow)) => {
+                    outlet.add_flow(*flow, field);
+                }
+                (NativeCondition::Pressure(model), Prescribed::Behind(behind)) => {
+                    let of_model = [behind[0], behind[1] + model.proximal];
+                    pressures.push(self.acting(end.side, t, of_model));
+                }
+                _ => unreachable!("a pressure or a flow"),
+            }
+        }
+        pressures
+    }
+
+    /// Pressure (Pa) at an opening with this outflow (m³/s) and this pressure (Pa) behind it at a time (s), where it is
+    /// prescribed to the last digit: at an end of the vessel.
+    pub fn pressure_at(&self, end: &End, t: f64, behind: f64, out: f64) -> Option<f64> {
+        match (&end.condition, end.side) {
+            (NativeCondition::Pressure(model), VesselSide::End) => {
+                let at_end = [behind + model.proximal * out, 0.0];
+                Some(self.acting(end.side, t, at_end)[0])
+            }
+            _ => None,
         }
     }
 
-    /// The prescribed pressure (Pa) at the inlet at a time (s), of the curve's value then.
-    pub fn inlet_pressure(&self, t: f64, of_curve: f64) -> f64 {
-        let start = self.equilibrium.unwrap_or(0.0);
-        start + self.ramp.factor(t) * (of_curve - start)
+    /// Share of prescribed flows that acts at a time (s).
+    fn flow_share(&self, t: f64) -> f64 {
+        self.ramp.factor(t)
+    }
+
+    /// What of a pressure (Pa), a constant and a part for each unit of outflow, acts at an opening at a time (s): with
+    /// a start in equilibrium all of it at an end of the vessel; at a start it rises from that of the equilibrium.
+    fn acting(&self, side: VesselSide, t: f64, [constant, per_flow]: [f64; 2]) -> [f64; 2] {
+        let (start, share) = match (self.equilibrium, side) {
+            (Some(_), VesselSide::End) => return [constant, per_flow],
+            (start, _) => (start.unwrap_or(0.0), self.ramp.factor(t)),
+        };
+        [start + share * (constant - start), share * per_flow]
     }
 }

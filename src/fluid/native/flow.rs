@@ -468,6 +468,16 @@ impl Flow {
         sources
     }
 
+    /// Rate (m³/s) at which the walls and the open ends make room for the fluid, in a step that ends with the nodes at
+    /// `positions` (m).
+    pub fn growth(&self, state: &FlowState, time_step: f64, positions: &[f64]) -> f64 {
+        let w = self.weights(state, time_step);
+        let open = self.open.iter().flat_map(|end| &end.faces);
+        let faces = self.moving_walls.iter().chain(open);
+        let rates = faces.flat_map(|&face| self.swept_rates(state, w, face, positions));
+        rates.sum()
+    }
+
     /// Rates (m³/s) at which the surroundings of a face's Gauss points sweep volume at the end of the step.
     fn swept_rates(
         &self,

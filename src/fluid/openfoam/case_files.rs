@@ -4,7 +4,8 @@
 //! `system/fsiParameters` (the physics) and `system/fsiConnection` (the way to the driver, new at every start).
 //! The mesh is written by others.
 
-pub use self::vessel_openings::VesselOpenings;
+pub use self::openings::VesselOpenings;
+pub(super) use self::openings::{FIELDS, included};
 
 use super::{own_case, probes, templates};
 use crate::case::{Blood, ConvectionScheme, Flag, FluidTimeScheme, Ramp, Rheology, Time};
@@ -31,6 +32,9 @@ const DIFFUSIVE: f64 = 0.4;
 pub(super) const TIME_DERIVATIVE: &str = "timeDerivative";
 /// The parameter by which templates take the scheme of convection.
 pub(super) const CONVECTION: &str = "convectionScheme";
+
+/// The parameter by which templates tell the adapter the openings.
+pub(super) const OPENINGS: &str = "openings";
 
 /// Why the case could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -109,7 +113,16 @@ impl CaseFiles<'_> {
         write_file(&folder.join("fluid.foam"), "")?;
         write_file(&folder.join("system/fsiParameters"), &self.parameters())?;
         if let Openings::Vessel(openings) = &self.openings {
+            let at = folder.join("system/fsiOpenings");
+            fs::create_dir_all(&at).map_err(io_error("make", &at))?;
+            for (name, text) in openings.conditions(self.ramp_duration(), self.blood.density) {
+                write_file(&folder.join(name), &text)?;
+            }
             for (name, text) in openings.files(self.time.step) {
+                // The curve is called so in templates that do not include these conditions.
+                if name == "inletFlow" && !self.includes_openings() {
+                    write_file(&folder.join("constant/inflow"), &text)?;
+                }
                 write_file(&folder.join("constant").join(name), &text)?;
             }
         }
@@ -118,6 +131,15 @@ impl CaseFiles<'_> {
         }
         write_file(&folder.join("system/fsiProbes"), &probes::dictionary(&[]))?;
         Connection::none().write(folder)
+    }
+
+    fn ramp_duration(&self) -> f64 {
+        self.ramp.duration.max(NO_RAMP)
+    }
+
+    /// Whether the fields leave the openings to what is written of them.
+    fn includes_openings(&self) -> bool {
+        templates::without_openings(self.templates).is_empty()
     }
 
     /// OpenFOAM's word for the blood's model, and the parameters of that, all by density.
@@ -174,16 +196,18 @@ impl CaseFiles<'_> {
             ("timeStep", self.time.step, "s"),
             (
                 "rampDuration",
-                self.ramp.duration.max(NO_RAMP),
+                self.ramp_duration(),
                 "s, of inflow and outlet pressure",
             ),
             ("period", self.time.period, "s"),
             ("ranks", self.ranks as f64, "MPI ranks"),
         ];
         let openings = match &self.openings {
-            Openings::Vessel(openings) => {
-                openings.parameters(self.ramp.duration.max(NO_RAMP), self.blood.density)
-            }
+            Openings::Vessel(openings) => vec![(
+                "initialPressure",
+                openings.initial_pressure() / self.blood.density,
+                "m2/s2, p/rho at t = 0",
+            )],
             Openings::Channel(flag) => vec![
                 ("channelHeight", flag.channel_height, "m"),
                 ("meanVelocity", flag.mean_velocity, "m/s, at the inlet"),
@@ -233,10 +257,15 @@ impl CaseFiles<'_> {
             "{:<23} {consistent}; // diffusion number {:.2}",
             "consistentPressure", self.diffusion_number
         );
-        if let Openings::Vessel(openings) = &self.openings {
-            for (name, word) in openings.words() {
-                let _ = writeln!(text, "{name:<23} {word};");
-            }
+        let names: Vec<&str> = match &self.openings {
+            Openings::Vessel(openings) => openings.names().collect(),
+            Openings::Channel(_) => vec!["inlet", "outlet"],
+        };
+        let _ = writeln!(text, "{OPENINGS:<23} ({});", names.join(" "));
+        if let Openings::Vessel(openings) = &self.openings
+            && !self.includes_openings()
+        {
+            text += &openings.earlier_parameters(self.ramp_duration());
         }
         text
     }
@@ -319,7 +348,8 @@ pub(super) fn write_file(path: &Path, text: &str) -> Result<(), CaseFilesError> 
     fs::write(path, text).map_err(io_error("write", path))
 }
 
-mod vessel_openings;
+mod earlier;
+mod openings;
 
 #[cfg(test)]
 mod tests;

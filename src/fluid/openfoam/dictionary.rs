@@ -13,7 +13,10 @@ const MAX_NESTING: usize = 100;
 /// Larger files are fields of another mesh.
 const MOST_BYTES: u64 = 16 << 20;
 /// Files that are written when a run begins.
-const GENERATED: [&str; 3] = [
+const GENERATED: [&str; 6] = [
+    "system/fsiOpenings/p",
+    "system/fsiOpenings/U",
+    "system/fsiOpenings/pointDisplacement",
     "system/fsiParameters",
     "system/fsiConnection",
     "system/fsiProbes",

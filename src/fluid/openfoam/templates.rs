@@ -1,6 +1,6 @@
 //! The templates of an OpenFOAM case: what there must be, and that OpenFOAM can read it.
 
-use super::case_files::{CONVECTION, TIME_DERIVATIVE};
+use super::case_files::{CONVECTION, FIELDS, OPENINGS, TIME_DERIVATIVE, included};
 use super::dictionary::{Dictionary, DictionaryError};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -70,18 +70,46 @@ pub fn check(folder: &Path, patches: &[&str], ranks: usize) -> Vec<TemplateError
 /// What a start from equilibrium misses in the templates in `folder`: parameters that `0/p` must read.
 pub fn check_equilibrium_start(folder: &Path) -> Option<TemplateError> {
     let effect = "the blood begins under its pressure (initial.start = \"equilibrium\")";
-    check_reads(
-        folder,
-        "0/p",
-        &["initialPressure", "pressureRampStart"],
-        effect,
-    )
+    let parameters: &[&str] = match without_openings(folder).contains(&"p") {
+        true => &["initialPressure", "pressureRampStart"],
+        false => &["initialPressure"],
+    };
+    check_reads(folder, "0/p", parameters, effect)
+}
+
+/// The fields of the templates in `folder` that do not include what is prescribed at the openings, but prescribe
+/// something themselves. Of one that is compressed or not there nothing is known.
+pub fn without_openings(folder: &Path) -> Vec<&'static str> {
+    let says_it_itself = |field: &&str| {
+        let text = fs::read_to_string(folder.join("0").join(field));
+        text.is_ok_and(|text| !text.contains(&included(field)))
+    };
+    FIELDS.into_iter().filter(says_it_itself).collect()
+}
+
+/// What `[[opening]]` of a case misses in the templates in `folder`.
+pub fn check_openings(folder: &Path) -> Vec<TemplateError> {
+    let missing = without_openings(folder).into_iter().map(|field| {
+        let path = folder.join("0").join(field);
+        let reason = format!(
+            "it does not include \"$FOAM_CASE/{}\", by which it knows the case's tables [[opening]]; openfoam-case/base/0/{field} \
+             shows how",
+            included(field)
+        );
+        TemplateError::File(path, reason)
+    });
+    let effect = "the adapter knows the names of tables [[opening]]";
+    let names = check_reads(folder, "system/controlDict", &[OPENINGS], effect);
+    missing.chain(names).collect()
 }
 
 /// What an end of the wall that moves, at this `opening` ("inlet" or "outlet"), misses in the templates in `folder`: a
 /// parameter that `0/pointDisplacement` must read.
 pub fn check_moving_end(folder: &Path, opening: &str) -> Option<TemplateError> {
     let effect = format!("the {opening} goes with the end of the wall (ends.{opening})");
+    if !without_openings(folder).contains(&"pointDisplacement") {
+        return None;
+    }
     let parameter = format!("{opening}Motion");
     check_reads(folder, "0/pointDisplacement", &[&parameter], &effect)
 }
@@ -414,20 +442,46 @@ mod tests {
     #[test]
     fn templates_that_would_ignore_what_the_case_asks_for_are_named() {
         type Check = fn(&Path) -> Option<TemplateError>;
+        const INCLUDED: &str = "system/fsiOpenings/pointDisplacement";
         let moving = "0/pointDisplacement";
-        let checks: [(Check, &str, &str); 5] = [
-            (check_equilibrium_start, "0/p", "initialPressure"),
-            (|t| check_moving_end(t, "inlet"), moving, "inletMotion"),
-            (|t| check_moving_end(t, "outlet"), moving, "outletMotion"),
-            (check_second_order, "system/fvSchemes", TIME_DERIVATIVE),
-            (check_convection, "system/fvSchemes", CONVECTION),
+        let checks: [(Check, &str, &str, &str); 5] = [
+            (
+                check_equilibrium_start,
+                "0/p",
+                "initialPressure",
+                "initialPressure",
+            ),
+            (
+                |t| check_moving_end(t, "inlet"),
+                moving,
+                INCLUDED,
+                "inletMotion",
+            ),
+            (
+                |t| check_moving_end(t, "outlet"),
+                moving,
+                INCLUDED,
+                "outletMotion",
+            ),
+            (
+                check_second_order,
+                "system/fvSchemes",
+                TIME_DERIVATIVE,
+                TIME_DERIVATIVE,
+            ),
+            (
+                check_convection,
+                "system/fvSchemes",
+                CONVECTION,
+                CONVECTION,
+            ),
         ];
-        for (check, file, parameter) in checks {
+        for (check, file, there, parameter) in checks {
             let folder = tempfile::tempdir().unwrap();
             let templates = folder.path().join("templates");
             copy(&base(), &templates).unwrap();
             assert_eq!(check(&templates), None);
-            edit(&templates.join(file), parameter, "another");
+            edit(&templates.join(file), there, "another");
             let text = check(&templates).unwrap().to_string();
             assert!(
                 text.contains(&format!("{file}: it does not read $:{parameter},")),

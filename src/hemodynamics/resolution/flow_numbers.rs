@@ -1,7 +1,7 @@
 //! What is known of a vessel's flow, and of its meshes, before it is computed.
 
 use super::{Doubt, Finding};
-use crate::case::{BloodVessel, Case, FlowCurve, FluidTimeScheme, Problem, Solver};
+use crate::case::{BloodVessel, Case, FluidTimeScheme, Problem, Solver, VesselSide};
 use crate::geometry::{self, Vessel};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
@@ -121,11 +121,8 @@ impl FlowNumbers {
     /// Of a case whose flow is prescribed; none of others.
     pub fn of(case: &Case) -> Option<Self> {
         let vessel = case.vessel()?;
-        if vessel.inlet_pressure(case.time.period).ok()?.is_some() {
-            return None;
-        }
-        let curve = FlowCurve::new(&vessel.inflow, case.time.period).ok()?;
-        let samples: Vec<[f64; 2]> = curve.samples(case.time.step).collect();
+        let inlet = vessel.prescribed_at(VesselSide::Start, case.time.period);
+        let samples: Vec<[f64; 2]> = (inlet.ok()?.flow()?).samples(case.time.step).collect();
         Self::of_flow(case, &samples)
     }
 

@@ -3,7 +3,7 @@
 use super::page::{escape, significant, table};
 use super::quantities::MMHG;
 use crate::analysis::case_figures::CaseFigures;
-use crate::case::{Case, InletCondition, Material, OutletCondition};
+use crate::case::{Case, Material, VesselSide};
 use crate::geometry::Vessel;
 use crate::output::results::Results;
 use std::time::UNIX_EPOCH;
@@ -119,9 +119,7 @@ fn flow(case: &Case, figures: &CaseFigures, rows: &mut Rows) {
             significant(1e3 * blood.viscosity, 3)
         ),
     ));
-    let is_driven =
-        keys.inlet.as_ref().and_then(|inlet| inlet.condition) == Some(InletCondition::Pressure);
-    if let (Some(flow), false) = (figures.flow, is_driven) {
+    if let Some(flow) = figures.flow {
         rows.push((
             "inflow".into(),
             format!(
@@ -138,25 +136,16 @@ fn flow(case: &Case, figures: &CaseFigures, rows: &mut Rows) {
         ));
         rows.push(("Womersley number".into(), significant(figures.womersley, 3)));
     }
-    let windkessel = &keys.windkessel;
-    let outlet = match keys.outlet_condition() {
-        OutletCondition::Windkessel => format!(
-            "windkessel, {}R {:.3e} Pa s/m³, C {:.3e} m³/Pa",
-            windkessel
-                .proximal
-                .map_or(String::new(), |proximal| format!(
-                    "R before it {proximal:.3e} Pa s/m³, "
-                )),
-            windkessel.resistance,
-            windkessel.compliance
-        ),
-        OutletCondition::Resistance => format!(
-            "resistance, {:.3e} Pa s/m³",
-            keys.outlet_elements().proximal
-        ),
-        OutletCondition::Pressure => "a prescribed pressure".into(),
-    };
-    rows.push(("outlet".into(), outlet));
+    for opening in keys
+        .opening_keys()
+        .iter()
+        .filter(|it| it.end == VesselSide::End)
+    {
+        rows.push((
+            opening.name().to_owned().into(),
+            opening.condition.to_string(),
+        ));
+    }
     if let Some(pressures) = figures
         .pressures
         .filter(|pressures| pressures.highest != 0.0)

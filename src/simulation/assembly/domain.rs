@@ -70,7 +70,13 @@ impl Domain {
     /// The wall of a vessel in its tissue, and the blood within.
     fn vessel(keys: &BloodVessel, p: usize) -> Self {
         let (vessel, mesh) = (Vessel::new(keys), &keys.fluid.mesh);
-        let fluid = vessel.fluid_mesh(mesh);
+        let mut fluid = vessel.fluid_mesh(mesh);
+        for (name, opening) in ["inlet", "outlet"].into_iter().zip(keys.opening_keys()) {
+            let mut patches = fluid.patches.iter_mut();
+            if let Some(patch) = patches.find(|patch| patch.name == name) {
+                patch.name = opening.name().into();
+            }
+        }
         let per_slice = fluid.cells() / vessel.slices(mesh);
         let elastic = elastic_pieces(&vessel.spans(mesh));
         Self {

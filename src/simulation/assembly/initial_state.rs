@@ -3,7 +3,7 @@
 use super::domain::WALL;
 use super::{Domain, structure};
 use crate::Vec3;
-use crate::case::{BloodVessel, Case, GivenShape, OutletCondition, Problem};
+use crate::case::{BloodVessel, Case, GivenShape, Problem};
 use crate::fluid::polygonal_wall::RoundWall;
 use crate::geometry::{HexMesh, PolyMesh, WallPolygons};
 use crate::pfem::solution::stability::AtBifurcation;
@@ -180,7 +180,7 @@ pub(super) fn in_state(
 #[error("{error}")]
 pub struct NoInitialState {
     /// The key to blame, if changing it is the cure.
-    pub key: Option<&'static str>,
+    pub key: Option<String>,
     /// What is wrong, and what helps.
     pub error: SolidError,
 }
@@ -199,19 +199,19 @@ fn not_built(case: &Case, error: SolidError) -> NoInitialState {
         _ => (None, ""),
     };
     NoInitialState {
-        key,
+        key: key.map(str::to_owned),
         error: SolidError::Model(format!("the wall cannot be built: {error}{advice}")),
     }
 }
 
 /// What keeps an artery straight that would move aside under a pressure (Pa) that is right.
-fn buckled(key: &'static str, pressure: f64, stretch: f64, error: &SolidError) -> NoInitialState {
-    let from_ramp = match key {
-        WINDKESSEL => "; before a ramp it is far above what the vessel will see",
-        _ => "",
+fn buckled(key: &str, pressure: f64, stretch: f64, error: &SolidError) -> NoInitialState {
+    let from_ramp = match key.ends_with(".initial_pressure_Pa") {
+        true => "; before a ramp it is far above what the vessel will see",
+        false => "",
     };
     NoInitialState {
-        key: Some(key),
+        key: Some(key.into()),
         error: SolidError::Model(format!(
             "there is no state for time to begin in under {:.1} kPa ({key}{from_ramp}): {error}. If the pressure is right, what \
              keeps arteries straight is missing or too weak: prestretch (initial.axial_stretch, here {stretch:?}) or tissue around \
@@ -221,17 +221,12 @@ fn buckled(key: &'static str, pressure: f64, stretch: f64, error: &SolidError) -
     }
 }
 
-const WINDKESSEL: &str = "windkessel.initial_pressure_Pa";
-
 /// The keys that say the pressure inside when time begins, and that in a given shape that is loaded.
-fn pressure_keys(vessel: &BloodVessel) -> [&'static str; 2] {
-    let beginning = match vessel.outlet_condition() {
-        OutletCondition::Windkessel => WINDKESSEL,
-        OutletCondition::Resistance | OutletCondition::Pressure => "outlet.pressure_Pa",
-    };
+fn pressure_keys(vessel: &BloodVessel) -> [String; 2] {
+    let (_, beginning) = vessel.start_pressure();
     match vessel.initial.as_ref().and_then(|initial| initial.pressure) {
-        Some(_) => [beginning, "initial.pressure_Pa"],
-        None => [beginning; 2],
+        Some(_) => [beginning, "initial.pressure_Pa".into()],
+        None => [beginning.clone(), beginning],
     }
 }
 
@@ -261,10 +256,10 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
         found,
     } = unloaded_wall(case, domain).map_err(|error| match error {
         SolidError::NoEquilibrium(_) if vessel.given_shape() == GivenShape::Loaded => {
-            let key = Some("initial.shape");
+            let key = Some("initial.shape".into());
             NoInitialState { key, error }
         }
-        SolidError::NoEquilibrium(_) => buckled(key, pressure, stretch, &error),
+        SolidError::NoEquilibrium(_) => buckled(&key, pressure, stretch, &error),
         error => of_mesh(error),
     })?;
     if let Some(Known {
@@ -281,18 +276,18 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
             remember(Known { beginning, ..known });
         }
     };
-    let equilibrium = |solid: &Structure, key, pressure| {
+    let equilibrium = |solid: &Structure, key: &str, pressure| {
         let found = solid.equilibrium(pressure, moved.as_deref());
         found.map_err(|error| buckled(key, pressure, stretch, &error))
     };
     let Some(found) = found else {
-        let loaded = equilibrium(&solid, key, pressure)?;
+        let loaded = equilibrium(&solid, &key, pressure)?;
         begins(&loaded, None);
         solid.set_at_rest(loaded).map_err(of_mesh)?;
         return Ok(at_rest(solid));
     };
     // The way back decides: only a stable equilibrium is a state of a wall.
-    let loaded = equilibrium(&solid, key_of_image, image)?;
+    let loaded = equilibrium(&solid, &key_of_image, image)?;
     let wet: Vec<Vec3> = solid.wet_points().iter().map(|p| p.position).collect();
     let places = solid.locate(&wet).map_err(of_mesh)?;
     let largest = |moved: &[Vec3]| moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
@@ -302,7 +297,7 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
     let distance_after_loading_m = largest(&solid.accepted_displacement(&places));
     if distance_after_loading_m > LARGEST_DISTANCE {
         return Err(NoInitialState {
-            key: Some("initial.shape"),
+            key: Some("initial.shape".into()),
             error: SolidError::Model(format!(
                 "the unloaded shape that was found leads, loaded, to a shape {distance_after_loading_m:.1e} m away from the given \
                  one: another equilibrium, since the wall is close to buckling; more prestretch (initial.axial_stretch) or tissue \
@@ -312,7 +307,7 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
     }
     let beginning = match pressure == image {
         true => found.displacement,
-        false => equilibrium(&solid, key, pressure)?,
+        false => equilibrium(&solid, &key, pressure)?,
     };
     let unloading = Some(Unloading {
         pressure_Pa: image,

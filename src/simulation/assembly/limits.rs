@@ -1,6 +1,6 @@
 //! What an accepted step of a case must not exceed.
 
-use crate::case::{BloodVessel, Case, FlowCurve, OutletElements, Problem, Solver, TableError};
+use crate::case::{BloodVessel, Case, Problem, Solver, TableError};
 use crate::coupling::acceptance::Limits;
 use crate::geometry::Vessel;
 use std::f64::consts::{PI, TAU};
@@ -76,24 +76,30 @@ fn of_vessel(case: &Case, vessel: &BloodVessel) -> Result<Drive, TableError> {
     let largest = |rows: &mut dyn Iterator<Item = [f64; 2]>| {
         rows.map(|[_, value]| value.abs()).fold(0.0, f64::max)
     };
-    let behind = vessel.outlet_pressure(period)?.samples(step, period);
+    let openings = vessel.openings(period)?;
+    let models = || (openings.iter()).filter_map(|opening| opening.condition.pressure());
     let tissue = vessel.surroundings.as_ref().and_then(|s| s.pressure);
-    let mut pressure = largest(&mut behind.into_iter()) + tissue.unwrap_or(0.0).abs();
-    let OutletElements { proximal, distal } = vessel.outlet_elements();
-    if distal.is_some() {
-        pressure += vessel.windkessel.initial_pressure.abs();
+    let mut pressure = tissue.unwrap_or(0.0).abs();
+    for model in models() {
+        let behind = model.behind.samples(step, period);
+        pressure += largest(&mut behind.into_iter()) + model.initial.abs();
     }
+    let flows = openings
+        .iter()
+        .filter_map(|opening| opening.condition.flow());
+    let flows: Vec<f64> = (flows.map(|curve| largest(&mut curve.samples(step)))).collect();
     let density = case.blood.density;
-    let speed = match vessel.inlet_pressure(period)? {
-        Some(curve) => {
-            pressure += largest(&mut curve.samples(step, period).into_iter());
-            (2.0 * pressure / density).sqrt() // Bernoulli
-        }
-        None => {
-            let flow = largest(&mut FlowCurve::new(&vessel.inflow, period)?.samples(step));
+    let speed = match flows.is_empty() {
+        true => (2.0 * pressure / density).sqrt(), // Bernoulli
+        false => {
+            let flow = flows.into_iter().fold(0.0, f64::max);
             let speed = 2.0 * flow / narrowest; // a parabola's
             let viscosity = case.blood.rheology().viscosity(0.0);
-            let resistance = proximal + distal.map_or(0.0, |(resistance, _)| resistance);
+            let resistance = models()
+                .map(|model| {
+                    model.proximal + model.distal.map_or(0.0, |(resistance, _)| resistance)
+                })
+                .fold(0.0, f64::max);
             let friction = 8.0 * PI * viscosity * (to - from) / narrowest.powi(2); // Poiseuille
             let inertia = density * (to - from) / narrowest / step; // a start within a step
             pressure += (resistance + friction + inertia) * flow + density * speed * speed;

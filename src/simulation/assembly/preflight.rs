@@ -58,6 +58,9 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
                 found.extend(templates::check_convection(folder));
             }
             if let Some(vessel) = case.vessel() {
+                if vessel.opening.is_some() {
+                    found.extend(templates::check_openings(folder));
+                }
                 if vessel.start() == Start::Equilibrium {
                     found.extend(templates::check_equilibrium_start(folder));
                 }
@@ -89,7 +92,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         Solver::External => (None, Vec::new()),
     };
     match initial_state(case, &domain) {
-        Err(none) => errors.push(blamed(case, none.key, none.to_string())),
+        Err(none) => errors.push(blamed(case, none.key.as_deref(), none.to_string())),
         Ok(InitialState { solid, .. }) => {
             let related = interface
                 .as_ref()

@@ -2,8 +2,8 @@
 
 use crate::Vec3;
 use crate::case::{
-    self, BloodVessel, Case, FluidTimeScheme, InletCondition, OutletCondition, OutletElements,
-    Problem, Solver,
+    self, BloodVessel, Case, FluidTimeScheme, PressureModel, Problem, Solver, TableError,
+    VesselSide,
 };
 use crate::coupling::acceleration::surrogate::{
     Axis, Comb, End, NoRings, StationOptions, Stations, SurrogateBlood, TubeSurrogate, WallShape,
@@ -57,7 +57,9 @@ pub fn surrogate<S: Solid>(
     let open = |rigid_length| End::Pressure { rigid_length };
     let (inlet, outlet) = match case.coupling.surrogate {
         case::SurrogateModel::None => return Ok(Box::new(Identity)),
-        case::SurrogateModel::Tube => ends(vessel, before, behind),
+        case::SurrogateModel::Tube => {
+            ends(vessel, case.time.period, before, behind).map_err(|e| e.to_string())?
+        }
         case::SurrogateModel::OpenTube => (open(before), open(behind)),
     };
     let stations =
@@ -128,32 +130,39 @@ pub fn surrogate<S: Solid>(
     Ok(Box::new(surrogate))
 }
 
-/// What happens at the ends of the tube, behind rigid pieces of these lengths (m).
-fn ends(vessel: &BloodVessel, before: f64, behind: f64) -> (End, End) {
-    let inlet = vessel.inlet.as_ref().and_then(|inlet| inlet.condition);
-    let inlet = match inlet.unwrap_or_default() {
-        InletCondition::Flow => End::Flow,
-        InletCondition::Pressure => End::Pressure {
-            rigid_length: before,
-        },
+/// What happens at the ends of the tube, behind rigid pieces of these lengths (m), in beats of `period` (s).
+fn ends(
+    vessel: &BloodVessel,
+    period: f64,
+    before: f64,
+    behind: f64,
+) -> Result<(End, End), TableError> {
+    let end = |end, rigid_length| {
+        let condition = vessel.prescribed_at(end, period)?;
+        let Some(PressureModel {
+            proximal, distal, ..
+        }) = condition.pressure()
+        else {
+            return Ok(End::Flow);
+        };
+        Ok(match (*distal, *proximal) {
+            (Some((resistance, compliance)), proximal) => End::Windkessel {
+                proximal,
+                resistance,
+                compliance,
+                rigid_length,
+            },
+            (None, 0.0) => End::Pressure { rigid_length },
+            (None, resistance) => End::Resistance {
+                resistance,
+                rigid_length,
+            },
+        })
     };
-    let OutletElements { proximal, distal } = vessel.outlet_elements();
-    let outlet = match (vessel.outlet_condition(), distal) {
-        (OutletCondition::Pressure, _) => End::Pressure {
-            rigid_length: behind,
-        },
-        (_, None) => End::Resistance {
-            resistance: proximal,
-            rigid_length: behind,
-        },
-        (_, Some((resistance, compliance))) => End::Windkessel {
-            proximal,
-            resistance,
-            compliance,
-            rigid_length: behind,
-        },
-    };
-    (inlet, outlet)
+    Ok((
+        end(VesselSide::Start, before)?,
+        end(VesselSide::End, behind)?,
+    ))
 }
 
 /// The stations of the surrogate of a case whose wall has these `points` (m).

@@ -55,7 +55,7 @@ impl<S, O> Checkpoint<S, O> {
 }
 
 /// Version of the file format: another one is refused.
-const VERSION: u32 = 13;
+const VERSION: u32 = 14;
 const MAGIC: &[u8; 8] = b"FSICHECK";
 /// Magic, version, checksum and length of what follows.
 const HEAD: usize = 8 + 4 + 4 + 8;

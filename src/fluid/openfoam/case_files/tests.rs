@@ -163,10 +163,8 @@ fn a_curve_of_the_users_is_sampled_finely_over_the_whole_period() {
 }
 
 /// Parameters that are there only where a template asks for them.
-const OF_OTHER_CASES: [&str; 9] = [
+const OF_OTHER_CASES: [&str; 7] = [
     "FOAM_CASE",
-    "inletPressure",
-    "inletRampedFrom",
     "zeroShearViscosity",
     "relaxationTime",
     "shearExponent",
