@@ -26,6 +26,7 @@ mod near_buckling;
 mod new_beat;
 mod new_case;
 mod new_shape;
+mod openings;
 mod pfem_benchmarks;
 mod pfem_dynamics;
 mod pfem_locking;

@@ -3,6 +3,7 @@
 //! Braces, brackets and semicolons must be in order. Macros and directives other than `#include` are not followed: what
 //! holds one may have any entry.
 
+use super::case_files::{FIELDS, included};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -13,10 +14,7 @@ const MAX_NESTING: usize = 100;
 /// Larger files are fields of another mesh.
 const MOST_BYTES: u64 = 16 << 20;
 /// Files that are written when a run begins.
-const GENERATED: [&str; 6] = [
-    "system/fsiOpenings/p",
-    "system/fsiOpenings/U",
-    "system/fsiOpenings/pointDisplacement",
+const GENERATED: [&str; 3] = [
     "system/fsiParameters",
     "system/fsiConnection",
     "system/fsiProbes",
@@ -62,6 +60,8 @@ pub struct Dictionary {
     has_patterns: bool,
     /// Whether it may have entries that are not seen here.
     is_open: bool,
+    /// Whether it includes what is written of the openings of a vessel.
+    has_openings: bool,
 }
 
 impl Dictionary {
@@ -124,6 +124,11 @@ impl Dictionary {
         self.is_open || self.has_patterns || self.get(keyword).is_some()
     }
 
+    /// Whether it includes what is written of the openings of a vessel when a run begins.
+    pub fn has_openings(&self) -> bool {
+        self.has_openings
+    }
+
     /// Adds an entry: a dictionary to the one of that name, if there is one.
     fn add(&mut self, keyword: String, entry: Entry) {
         let named = self.entries.iter_mut().rev();
@@ -132,6 +137,7 @@ impl Dictionary {
             (Some((_, Entry::Dictionary(earlier))), Entry::Dictionary(more)) => {
                 earlier.has_patterns |= more.has_patterns;
                 earlier.is_open |= more.is_open;
+                earlier.has_openings |= more.has_openings;
                 for (keyword, entry) in more.entries {
                     earlier.add(keyword, entry);
                 }
@@ -331,6 +337,10 @@ impl Parser<'_> {
         });
         let path = match found {
             Some(inside) if GENERATED.contains(&inside.as_str()) => return Ok(()),
+            Some(inside) if FIELDS.iter().any(|field| included(field) == inside) => {
+                into.has_openings = true;
+                return Ok(());
+            }
             Some(inside) => self.case.join(inside),
             None if file.contains(['$', '<', '~']) => {
                 into.is_open = true;

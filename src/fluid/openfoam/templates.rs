@@ -196,6 +196,11 @@ fn boundary(field: &Dictionary, patches: &[&str]) -> Option<String> {
                 .dictionary(patch)
                 .is_some_and(|c| c.may_have("type"))
         });
+        // No opening is called so.
+        let is_wall = patch.starts_with("wall");
+        if conditions.has_openings() && !is_wall && !untyped {
+            continue;
+        }
         if !conditions.may_have(patch) || untyped {
             return Some(format!(
                 "boundaryField has no condition for the patch {patch}; the mesh has {}",
