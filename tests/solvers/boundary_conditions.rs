@@ -252,7 +252,8 @@ fn flow_out(native: bool, within: f64) {
             (inflow - outflow - grows).abs() < 1e-3 * flow,
             "{t}: {inflow:e} {grows:e}"
         );
-        assert!(grows > 0.0, "{t}: {grows:e}");
+        // More leaves than enters, as long as the blood is at rest before.
+        assert!(grows < 0.0, "{t}: {grows:e}");
         assert!((pressure / 400.0 - 1.0).abs() < 0.05, "{t}: {pressure}");
     }
 }
@@ -294,7 +295,7 @@ fn a_fixed_share_of_the_inflow_leaves() {
 fn a_fixed_share_of_the_inflow_leaves_with_openfoam_as_with_the_native_fluid() {
     let folder = tempfile::tempdir().unwrap();
     let [of, native] = ["openfoam", "native"].map(|name| folder.path().join(name));
-    let rows = flow_split(&of, false, 1e-3);
+    let rows = flow_split(&of, false, 1e-6);
     let others = flow_split(&native, true, 1e-6);
     for (a, b) in rows.iter().zip(&others) {
         println!("{:e} {:e}", a[1], b[1]);

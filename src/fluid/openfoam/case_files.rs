@@ -65,7 +65,6 @@ pub(super) fn io_error(
 
 /// What is prescribed where the blood enters and leaves.
 #[derive(Debug, Clone)]
-#[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
 pub enum Openings<'a> {
     /// Those of a vessel.
     Vessel(VesselOpenings),

@@ -16,7 +16,6 @@ pub struct Prepared<'a> {
 
 /// Where the dictionaries of a case come from.
 #[derive(Debug, Clone)]
-#[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
 pub enum Source<'a> {
     /// Templates, with the numbers of the case beside them.
     Templates(CaseFiles<'a>),

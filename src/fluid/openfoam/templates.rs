@@ -474,12 +474,7 @@ mod tests {
                 TIME_DERIVATIVE,
                 TIME_DERIVATIVE,
             ),
-            (
-                check_convection,
-                "system/fvSchemes",
-                CONVECTION,
-                CONVECTION,
-            ),
+            (check_convection, "system/fvSchemes", CONVECTION, CONVECTION),
         ];
         for (check, file, there, parameter) in checks {
             let folder = tempfile::tempdir().unwrap();

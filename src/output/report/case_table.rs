@@ -142,7 +142,7 @@ fn flow(case: &Case, figures: &CaseFigures, rows: &mut Rows) {
         .filter(|it| it.end == VesselSide::End)
     {
         rows.push((
-            opening.name().to_owned().into(),
+            opening.name().to_owned(),
             opening.condition.to_string(),
         ));
     }
