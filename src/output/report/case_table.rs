@@ -141,10 +141,7 @@ fn flow(case: &Case, figures: &CaseFigures, rows: &mut Rows) {
         .iter()
         .filter(|it| it.end == VesselSide::End)
     {
-        rows.push((
-            opening.name().to_owned(),
-            opening.condition.to_string(),
-        ));
+        rows.push((opening.name().to_owned(), opening.condition.to_string()));
     }
     if let Some(pressures) = figures
         .pressures
