@@ -3,7 +3,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 files() { git ls-files README.md CONTRIBUTING.md ARCHITECTURE.md docs src of-adapter examples openfoam-case tests benches; }
-text() { files | grep -E '\.(md|rs|C|H|toml|py|sh|c|h)$' | grep -v -e '^docs/results/first/' -e '/vendor/'; }
+text() { files | grep -E '\.(md|rs|C|H|toml|py|sh|c|h)$' | grep -v -e '^docs/results/first/' -e '/vendor/' -e 'case.resolved.toml'; }
 failed=0
 text | xargs codespell --ignore-words docs/known-words.txt || failed=1
 tab=$(printf '\t')

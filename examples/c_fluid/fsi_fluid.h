@@ -143,7 +143,7 @@ static int fsi_receive(int line, unsigned allowed, uint64_t solve_length, uint16
     uint16_t version;
     uint64_t length;
     if (fsi_read(line, head, 16)) return strcpy(why, "the driver has closed the connection"), -1;
-    if (memcmp(head, "FSIP", 4)) return strcpy(why, "the driver sent bytes that are no message"), -1;
+    if (memcmp(head, "FSIP", 4)) return strcpy(why, "the driver sent bytes that are not a message"), -1;
     memcpy(&version, head + 4, 2);
     memcpy(kind, head + 6, 2);
     memcpy(&length, head + 8, 8);

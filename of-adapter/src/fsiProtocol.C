@@ -75,7 +75,7 @@ Foam::fsi::frame Foam::fsi::decodeFrame(const char* bytes)
 {
     if (std::memcmp(bytes, magic, sizeof(magic)) != 0)
     {
-        throw protocolError("the driver sent bytes that are no message");
+        throw protocolError("the driver sent bytes that are not a message");
     }
     const auto version = static_cast<uint16_t>(get(bytes + 4, 2));
     if (version != protocolVersion)

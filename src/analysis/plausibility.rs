@@ -229,7 +229,7 @@ fn of_outlet(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<
     let resistance = (elements.distal).map_or(elements.proximal, |(resistance, _)| resistance);
     let key = |name| vessel.opening_key(VesselSide::End, name);
     if let (Some(pressures), true) = (figures.pressures, mean_flow != 0.0 && resistance > 0.0) {
-        let what = "the mean pressure to be expected, all resistances times the mean flow,";
+        let what = "the expected mean pressure, all resistances times the mean flow,";
         let mean = following(what, pressures.mean, [1.3e3, 2.7e4], 1.25e4, MMHG);
         found.push(Judged {
             depends: &["inflow.file", "inflow.base_m3_s", "inflow.amplitude_m3_s"],
@@ -255,7 +255,7 @@ fn of_outlet(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<
         ..start
     });
     let share = following(
-        "the share of the resistance before the windkessel",
+        "the proximal share of the resistance",
         elements.proximal / resistance,
         [1e-3, 3.0],
         0.1,
@@ -356,7 +356,7 @@ fn bursting(figures: &CaseFigures) -> Option<String> {
     let names: Vec<&str> = walls.map(|wall| wall.name.as_str()).collect();
     (!names.is_empty() && (0.0..4e4).contains(&highest)).then(|| {
         format!(
-            "as a long tube the wall of {} does not carry the {} mmHg that are to be expected: its materials are too soft, or it is too thin",
+            "the wall of {}, taken as a long tube, cannot carry the expected {} mmHg: its materials are too soft, or it is too thin",
             names.join(", "),
             digits(highest / MMHG.1)
         )

@@ -102,7 +102,7 @@ impl Pressures {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoWindkessel {
     /// Blood flows back as much as forth.
-    #[error("the mean flow is {0:.3e} m³/s, and a resistance needs one forwards")]
+    #[error("the mean flow is {0:.3e} m³/s, and a resistance needs a positive one")]
     NoMeanFlow(f64),
     /// Even without compliance the pressure would vary less.
     #[error(
@@ -112,8 +112,7 @@ pub enum NoWindkessel {
     FlowTooSteady(f64),
     /// The resistance before it alone makes too much of them.
     #[error(
-        "with {0:.3e} Pa s/m³ before it no windkessel makes these pressures: its own pressure would vary too little, or the \
-         highest be above the one that is wanted; a tenth of the whole resistance is usual"
+        "with a proximal resistance of {0:.3e} Pa s/m³ no windkessel gives these pressures: its own pressure would vary too little, or its highest would exceed the wanted one; a tenth of the whole resistance is usual"
     )]
     ProximalTooLarge(f64),
     /// The vessel itself stores more than the windkessel may.

@@ -13,7 +13,7 @@ table! {
             absent "newtonian", only NOT_OWN;
         /// The largest one, of any model that thins with shear.
         at_rest: Option<f64> = "zero_shear_viscosity_Pa_s", above(0.0, 1e5),
-            "viscosity without shear: of carreau_yasuda; the largest of the others", absent "100 times blood.viscosity_Pa_s";
+            "viscosity at zero shear rate, of carreau_yasuda; largest viscosity of the others", absent "100 times blood.viscosity_Pa_s";
         relaxation_time: Option<f64> = "relaxation_time_s", above(0.0, 1e5), "time lambda of carreau_yasuda", absent "none";
         exponent: Option<f64> = "exponent", from(0.05, 2.0), "exponent n of carreau_yasuda and power_law", absent "none";
         yasuda: Option<f64> = "yasuda_exponent", from(0.1, 20.0), "exponent a of carreau_yasuda", absent "2: Carreau's";

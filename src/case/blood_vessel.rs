@@ -20,8 +20,8 @@ table! {
         [opening: Option<Vec<OpeningKeys>>, "what is prescribed at an end, in place of the tables of inlet or outlet"]
         [structure: WallMesh, "mesh of the wall", only ELASTIC]
         [surroundings: Option<Surroundings>, "tissue around the vessel"]
-        [ends: Option<VesselEnds>, "what holds the ends of the wall"]
-        [initial: Option<Initial>, "state of the wall when time begins"]
+        [ends: Option<VesselEnds>, "supports of the wall's ends"]
+        [initial: Option<Initial>, "initial state of the wall"]
         [fluid: LumenMeshes, "meshes of the blood"]
     }
 }
@@ -56,13 +56,13 @@ table! {
         damping: Option<f64> = "damping_Pa_s_m", from(0.0, 1e12),
             "dampers of the outer surface: force per reference area and velocity", absent "0";
         direction: Option<TissueDirection> = "direction", Kind::Word(TissueDirection::WORDS),
-            "which displacement springs and dampers resist", absent "radial", only TISSUE;
+            "direction of displacement that springs and dampers resist", absent "radial", only TISSUE;
         axial_spring: Option<f64> = "axial_spring_Pa_m", from(0.0, 1e15),
-            "springs along the axis, beside those of direction radial", absent "0";
+            "axial springs, in addition to radial ones", absent "0";
         axial_damping: Option<f64> = "axial_damping_Pa_s_m", from(0.0, 1e12),
-            "dampers along the axis, beside those of direction radial", absent "0";
+            "axial dampers, in addition to radial ones", absent "0";
         at_rest: Option<GivenShape> = "at_rest", Kind::Word(GivenShape::WORDS),
-            "state of the wall in which springs exert nothing; loaded is the given shape that is loaded, or else the equilibrium with which time begins",
+            "state of the wall in which the springs carry no force; loaded is the given loaded shape, or else the initial equilibrium",
             absent "unloaded", only SPRINGS;
         pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "pressure on the deformed outer surface, at all times",
             absent "0";
@@ -89,9 +89,9 @@ words! {
 table! {
     /// What holds the ends of the deformable wall.
     pub struct VesselEnds {
-        inlet: Option<InletEnd> = "inlet", Kind::Word(InletEnd::WORDS), "what holds the wall at the inlet",
+        inlet: Option<InletEnd> = "inlet", Kind::Word(InletEnd::WORDS), "support of the wall at the inlet",
             absent "clamped";
-        outlet: Option<VesselEnd> = "outlet", Kind::Word(VesselEnd::WORDS), "what holds the wall at the outlet",
+        outlet: Option<VesselEnd> = "outlet", Kind::Word(VesselEnd::WORDS), "support of the wall at the outlet",
             absent "clamped";
         spring: Option<f64> = "spring_Pa_m", above(0.0, 1e15),
             "springs of an outlet on springs: force per area of the wall's end and displacement", absent "none";
@@ -130,13 +130,13 @@ words! {
 table! {
     /// State of the wall when time begins.
     pub struct Initial {
-        start: Option<Start> = "start", Kind::Word(Start::WORDS), "how the wall comes under its pressure", absent "ramp";
+        start: Option<Start> = "start", Kind::Word(Start::WORDS), "how the wall is brought under its initial pressure", absent "ramp";
         axial_stretch: Option<f64> = "axial_stretch", from(0.8, 2.0),
             "length of the deformable part between its ends, relative to the unloaded one; the outlet is moved", absent "1";
         shape: Option<GivenShape> = "shape", Kind::Word(GivenShape::WORDS),
-            "state of the wall whose sizes the case gives", absent "unloaded";
-        pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "pressure inside in a given shape that is loaded: that of the image",
-            absent "that with which time begins, windkessel.initial_pressure_Pa or outlet.pressure_Pa";
+            "state of the wall that the given sizes describe", absent "unloaded";
+        pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "internal pressure in the given loaded shape, that of the image",
+            absent "the initial pressure, windkessel.initial_pressure_Pa or outlet.pressure_Pa";
     }
 }
 

@@ -42,7 +42,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
         {
             let _ = write!(
                 message,
-                " (`{}` = {} stands in {})",
+                " (`{}` = {} is set in {})",
                 other.key,
                 shorten(&other.value),
                 other.place
@@ -141,24 +141,25 @@ fn external(case: &Case, report: &mut Report<'_>) {
     report(
         &["time.scheme"],
         case.time.scheme == FluidTimeScheme::Bdf2,
-        "a fluid of your own integrates in time as it does, and learns nothing of this key: leave it out".into(),
+        "your own fluid solver chooses its time integration and never sees this key: leave it out"
+            .into(),
     );
     report(
         &["fluid.ranks"],
         fluid.ranks > 1,
-        "MPI ranks of a fluid of your own are the business of fluid.command, such as [\"mpirun\", \"-np\", \"2\", …]: \
+        "fluid.command starts the MPI ranks of your own fluid solver, such as [\"mpirun\", \"-np\", \"2\", …]: \
          expected 1"
             .into(),
     );
     report(
         &["output.fluid_probes_m"],
         !case.output.fluid_probes.is_empty(),
-        "a fluid of your own is not asked for values at points: expected none".into(),
+        "your own fluid solver is not asked for values at points: expected none".into(),
     );
     report(
         &["output.measured"],
         case.output.measured.is_some() && !case.output.fluid_probes.is_empty(),
-        "a fluid of your own is not asked for values at points: expected measurements of the wall only".into(),
+        "your own fluid solver is not asked for values at points: expected measurements of the wall only".into(),
     );
     let Some(vessel) = case.vessel() else {
         return;
@@ -170,7 +171,7 @@ fn external(case: &Case, report: &mut Report<'_>) {
         report(
             &[key],
             is_loaded,
-            "a fluid of your own begins with the unloaded wall: leave out the table [initial]"
+            "your own fluid solver starts with the unloaded wall: leave out the table [initial]"
                 .into(),
         );
     }

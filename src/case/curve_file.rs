@@ -82,7 +82,7 @@ pub const FLOW: Quantity = Quantity {
 pub const PRESSURE: Quantity = Quantity {
     name: "pressure",
     header: "time_s,pressure_Pa",
-    key: "`unit` beside it",
+    key: "`unit` next to it",
     dimension: units::PRESSURE,
     words: &["press", "druck", "presión", "presion"],
     letter: 'p',
@@ -236,7 +236,7 @@ fn time_unit(sheet: &Sheet, column: usize) -> Result<f64, Fault> {
         Err(found) => Err(Fault {
             line: sheet.header.as_ref().map(|(line, _)| *line),
             message: format!(
-                "{found:?} is no unit of time: expected {}",
+                "{found:?} is not a unit of time: expected {}",
                 units::offered(units::TIME)
             ),
         }),
@@ -272,7 +272,7 @@ fn value_unit(
             }
             if given.is_none() {
                 return Err(at(format!(
-                    "{found:?} is no unit of {} that is known: expected {}, or another spelling of these",
+                    "{found:?} is not a known unit of {}: expected {}, or another spelling of these",
                     quantity.name,
                     units::offered(quantity.dimension)
                 )));
@@ -341,7 +341,7 @@ fn rows(
         } else if (500.0..2000.0).contains(&(last / own)) && seconds == 1.0 {
             "if the times are in milliseconds, call their column \"t (ms)\"".to_owned()
         } else {
-            "write the curve's own into `file_period_s` beside the file, and it is stretched"
+            "give its own period as `file_period_s` next to the file, and it is stretched"
                 .to_owned()
         };
         return Err(Fault::at(

@@ -17,11 +17,11 @@ table! {
         cylinder_y: f64 = "cylinder_y_m", above(0.0, 1e3), "position of the cylinder above the lower wall";
         cylinder_radius: f64 = "cylinder_radius_m", above(0.0, 1e3), "radius of the cylinder";
         /// From the cylinder's rearmost point.
-        length: f64 = "length_m", above(0.0, 1e3), "length of the flag behind the cylinder";
+        length: f64 = "length_m", above(0.0, 1e3), "length of the flag, downstream of the cylinder";
         thickness: f64 = "thickness_m", above(0.0, 1e3), "thickness of the flag";
         /// Of a parabola, after the ramp.
         mean_velocity: f64 = "mean_velocity_m_s", from(-1e3, 1e3), "mean velocity of the inflow";
-        rigid: bool = "rigid", Kind::Flag, "whether the flag does not yield", absent "false";
+        rigid: bool = "rigid", Kind::Flag, "whether the flag is rigid", absent "false";
         [solid: Material, "material of the flag; its density and damping are those of the wall", only FLAG]
         [mesh: FlagMesh, "both meshes"]
     }

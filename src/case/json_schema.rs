@@ -52,7 +52,7 @@ impl Schema {
             properties.insert(
                 "extends".into(),
                 json!({
-                    "description": "the file that this one stands on, relative to its own; or \"defaults\", built into the program",
+                    "description": "the file that this one extends, relative to its own; or \"defaults\", built into the program",
                     "type": "string",
                     "minLength": 1,
                 }),

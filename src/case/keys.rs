@@ -83,7 +83,7 @@ table! {
         end: f64 = "end_s", above(0.0, 1e4), "end of the run";
         /// OpenFOAM's through the templates, and that of the conditions at wall and outlet with it.
         scheme: FluidTimeScheme = "scheme", Kind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
-        max_halvings: usize = "max_halvings", whole(0, 4), "how often the step may be halved where it fails";
+        max_halvings: usize = "max_halvings", whole(0, 4), "how often a failing step may be halved";
         period: f64 = "period_s", above(0.0, 1e3), "duration of a beat";
     }
 }
@@ -106,10 +106,10 @@ table! {
         quadrature_points: Option<usize> = "quadrature_points", whole(3, 30), "Gauss points per direction",
             absent "structure.p + 1";
         formulation: Formulation = "formulation", Kind::Word(Formulation::WORDS),
-            "volume ratio that the volumetric energy of the wall sees", absent "mixed";
+            "volume ratio used in the wall's volumetric energy", absent "mixed";
         time_scheme: TimeScheme = "time_scheme", Kind::Word(TimeScheme::WORDS), "time integration of the wall",
             absent "newmark";
-        newton_tolerance: f64 = "newton_tolerance", from(1e-14, 0.1), "relative residual at which Newton's method ends";
+        newton_tolerance: f64 = "newton_tolerance", from(1e-14, 0.1), "relative residual at which Newton's method stops";
         newton_max_iterations: usize = "newton_max_iterations", whole(1, 1000), "most Newton iterations";
     }
 }
@@ -143,17 +143,17 @@ words! {
 table! {
     /// Discretization of the blood and the way to its solver.
     pub struct FluidSettings {
-        solver: Solver = "solver", Kind::Word(Solver::WORDS), "who solves for the blood",
+        solver: Solver = "solver", Kind::Word(Solver::WORDS), "solver for the blood",
             absent "external with fluid.command or fluid.await, otherwise openfoam";
         /// Files beside the one that names them are passed as absolute paths.
         command: Vec<String> = "command", Kind::Command(100), "a fluid solver of your own, with its arguments", absent "none", only EXTERNAL;
-        is_awaited: bool = "await", Kind::Flag, "whether to wait for a fluid solver that somebody else starts", absent "false", only EXTERNAL;
+        is_awaited: bool = "await", Kind::Flag, "whether to wait for a fluid solver that is started separately", absent "false", only EXTERNAL;
         templates: PathBuf = "templates", Kind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates", only TEMPLATES;
         ranks: usize = "ranks", whole(1, 1024), "MPI ranks", only OPENFOAM;
-        transport: TransportKind = "transport", Kind::Word(TransportKind::WORDS), "way between driver and fluid", only NOT_NATIVE;
+        transport: TransportKind = "transport", Kind::Word(TransportKind::WORDS), "transport between driver and fluid", only NOT_NATIVE;
         answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for the fluid's answer, or 50 times its longest so far", only NOT_NATIVE;
-        max_correctors: u32 = "max_correctors", whole(1, 1000), "most outer correctors in a coupling iteration", only NOT_NATIVE;
-        pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "first pressure residual that ends the correctors", only NOT_NATIVE;
+        max_correctors: u32 = "max_correctors", whole(1, 1000), "largest number of outer correctors in a coupling iteration", only NOT_NATIVE;
+        pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "initial pressure residual at which the correctors stop", only NOT_NATIVE;
         convection: ConvectionScheme = "convection", Kind::Word(ConvectionScheme::WORDS),
             "how the blood's velocity is interpolated to the faces that carry it", absent "linear_upwind", only TEMPLATES;
     }
@@ -204,16 +204,16 @@ table! {
         /// Of the constant relaxation, and of the first iteration of the others.
         relaxation: Option<f64> = "relaxation", above(0.0, 1.0), "relaxation factor",
             absent "0.9 with a surrogate, 0.1 without";
-        reuse_steps: usize = "reuse_steps", whole(0, 1000), "earlier steps whose columns are reused", only REMEMBERED;
+        reuse_steps: usize = "reuse_steps", whole(0, 1000), "number of earlier steps whose columns are reused", only REMEMBERED;
         /// Otherwise it is dropped.
-        filter: f64 = "filter", from(0.0, 0.99), "share of a column that must be new", only REMEMBERED;
+        filter: f64 = "filter", from(0.0, 0.99), "smallest independent share of a column", only REMEMBERED;
         predictor: Extrapolation = "predictor", Kind::Word(Extrapolation::WORDS), "first trial of a step";
-        criterion: ConvergenceQuantity = "criterion", Kind::Word(ConvergenceQuantity::WORDS), "what the limits are for", absent "change";
+        criterion: ConvergenceQuantity = "criterion", Kind::Word(ConvergenceQuantity::WORDS), "quantity to which the limits apply", absent "change";
         e_rel: f64 = "e_rel", above(0.0, 0.1), "relative limit of the criterion";
         /// Root mean square over the points.
         e_abs: f64 = "e_abs_m", above(0.0, 1.0), "absolute limit of the criterion";
         /// A step that needs more stops the run.
-        max_iterations: usize = "max_iterations", whole(1, 10_000), "most coupling iterations of a step";
+        max_iterations: usize = "max_iterations", whole(1, 10_000), "largest number of coupling iterations in a step";
     }
 }
 
@@ -275,7 +275,7 @@ words! {
 table! {
     /// What is written and how often.
     pub struct Output {
-        title: Option<String> = "title", Kind::Text(100), "what pages and figures call the case",
+        title: Option<String> = "title", Kind::Text(100), "name of the case on pages and in figures",
             absent "the name of the run's folder, or of the case's where the run lies within it";
         structure_interval: f64 = "structure_interval_s", above(0.0, 1e4), "interval of the structure's files";
         fluid_interval: f64 = "fluid_interval_s", above(0.0, 1e4), "interval of the fluid's files";

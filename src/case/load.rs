@@ -235,7 +235,7 @@ fn chain(file: &Path, errors: &mut Vec<CaseError>) -> Vec<Source> {
             .map(|(base, place)| (base.clone(), Some(place.clone())));
         if sources.len() == MAX_DEPTH {
             let reason = format!(
-                "more than {MAX_DEPTH} files stand on each other by `extends`: do they form a circle?"
+                "more than {MAX_DEPTH} files extend one another by `extends`: is it a cycle?"
             );
             errors.push(CaseError::Unreadable { path, reason });
             break;

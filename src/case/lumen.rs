@@ -71,7 +71,7 @@ impl VesselDescription {
         };
         let named = |reason: String| (KEY, format!("{}: {reason}", path.display()));
         let Some(unit) = self.lumen_unit.or(self.unit) else {
-            return Err((KEY, "expected its unit of length beside it: vessel.lumen_unit = \"mm\", \"m\", \"cm\" or \"um\"".into()));
+            return Err((KEY, "expected its unit of length next to it: vessel.lumen_unit = \"mm\", \"m\", \"cm\" or \"um\"".into()));
         };
         let data = PolyData::read(path).map_err(named)?;
         let surface = Surface::new(&data, unit.metres()).map_err(named)?;
@@ -268,9 +268,9 @@ fn whole(
             .count();
         let place = format!("{:.4e} m from the beginning of the centre-line", places[i]);
         return Err(match missing {
-            0 => format!(
-                "{place} the surface stands across the vessel: it is closed there, or has a step"
-            ),
+            0 => {
+                format!("{place} the surface crosses the vessel: it is closed there, or has a step")
+            }
             _ if 3 * missing >= RAYS => format!(
                 "{place} the line leaves the surface: {missing} of {RAYS} rays from it meet nothing; is the line longer than the \
                  surface, or beside it?"

@@ -74,7 +74,7 @@ table! {
             "what is prescribed at the outlet", absent "windkessel";
         resistance: Option<f64> = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R of a pure resistance", absent "none";
         pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6),
-            "prescribed pressure, constant; behind a resistance the venous one", absent "0 behind a resistance; else outlet.file";
+            "constant prescribed pressure; downstream of a resistance the venous one", absent "0 downstream of a resistance; otherwise outlet.file";
         file: Option<PathBuf> = "file", Kind::Path, "CSV file of the prescribed pressure over one period",
             absent "outlet.pressure_Pa";
         unit: Option<PressureUnit> = "unit", Kind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
@@ -106,7 +106,7 @@ table! {
         initial_pressure: f64 = "initial_pressure_Pa", from(-1e6, 1e6), "pressure of the windkessel at t = 0";
         /// Three elements: RCR.
         proximal: Option<f64> = "proximal_resistance_Pa_s_m3", from(0.0, 1e15),
-            "resistance before the windkessel, its third element", absent "0";
+            "proximal resistance, the third element of the windkessel", absent "0";
     }
 }
 

@@ -18,18 +18,18 @@ table! {
     /// The OpenFOAM case.
     pub struct OwnFluid {
         /// It is copied; nothing in it is changed.
-        case: PathBuf = "case", Kind::Path, "folder of an OpenFOAM case of your own for pimpleFoam, with its mesh or its blockMeshDict";
+        case: PathBuf = "case", Kind::Path, "folder of your own OpenFOAM case for pimpleFoam, with its mesh or its blockMeshDict";
         patches: Vec<String> = "patches", Kind::Names(100), "patches of that case that the elastic wall touches";
         openings: Vec<String> = "openings", Kind::Names(100), "patches of that case where it flows in or out, the inlet first",
             absent "its patches of the type patch, those called inlet… first";
-        [region: Option<Vec<OwnRegion>>, "parts of the wet surface that are evaluated one by one"]
+        [region: Option<Vec<OwnRegion>>, "parts of the wet surface that are evaluated separately"]
     }
 }
 
 table! {
     /// The faces of the wet surface in a patch, or whose middle lies in a box, and what of the wall lies there.
     pub struct OwnRegion {
-        name: String = "name", Kind::Text(30), "what the region is called";
+        name: String = "name", Kind::Text(30), "name of the region";
         corners: Vec<[f64; 3]> = "box_m", Kind::Points(2), "two opposite corners of the box",
             absent "fluid.region.patch";
         patch: Option<String> = "patch", Kind::Text(100), "one of fluid.patches, in place of a box", absent "fluid.region.box_m";
@@ -41,11 +41,11 @@ table! {
     pub struct OwnWall {
         /// What only other walls need may stay in the file.
         mode: Option<WallMode> = "mode", Kind::Word(WallMode::WORDS), "whether the wall yields", absent "elastic";
-        [motion: Option<WallMotion>, "how a wall moves whose motion is prescribed", only MOVED]
+        [motion: Option<WallMotion>, "motion of the wall where it is prescribed", only MOVED]
         [extrude: Option<Extrusion>, "a wall that grows outward from the quadrilaterals of the wet patches", only OWN_ELASTIC]
-        [file: Option<WallFile>, "a wall whose hexahedra stand in a file", only OWN_ELASTIC]
-        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it yields", only USED]
-        [support: Option<Vec<WallSupport>>, "what holds the wall", only OWN_ELASTIC]
+        [file: Option<WallFile>, "a wall whose hexahedra are read from a file", only OWN_ELASTIC]
+        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it is elastic", only USED]
+        [support: Option<Vec<WallSupport>>, "supports of the wall", only OWN_ELASTIC]
     }
 }
 

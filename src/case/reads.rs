@@ -35,7 +35,7 @@ pub(super) mod conditions {
     }
 
     conditions! {
-        ELASTIC: "if a wall yields", |case, _| case.has_elastic_wall();
+        ELASTIC: "if a wall is elastic", |case, _| case.has_elastic_wall();
         OPENFOAM: "with fluid.solver = \"openfoam\"", |case, _| case.fluid.solver == Solver::OpenFoam;
         NATIVE: "with fluid.solver = \"native\"", |case, _| case.fluid.solver == Solver::Native;
         EXTERNAL: "with fluid.solver = \"external\"", |case, _| case.fluid.solver == Solver::External;
@@ -72,7 +72,7 @@ pub(super) mod conditions {
             |case, _| tissue(case, |values| values[..4].contains(&true));
         STATIONS: "with springs, dampers or a pressure of [surroundings]",
             |case, _| tissue(case, |values| values.contains(&true));
-        FLAG: "if the flag yields (flag.rigid)", |case, _| case.has_elastic_wall();
+        FLAG: "if the flag is elastic (flag.rigid)", |case, _| case.has_elastic_wall();
         OWN_ELASTIC: "with wall.mode = \"elastic\"", |case, _| case.has_elastic_wall();
         MOVED: "with wall.mode = \"prescribed\"",
             |case, _| case.own().is_some_and(|own| own.wall.mode() == WallMode::Prescribed);

@@ -86,12 +86,13 @@ fn scaled(entry: &Entry, stack: &Stack) -> Result<Value, String> {
     let factor: f64 = (factor.trim().parse())
         .ok()
         .filter(|factor: &f64| factor.is_finite())
-        .ok_or("expected a number behind the *, such as *0.8")?;
+        .ok_or("expected a number after the *, such as *0.8")?;
     let base = stack
         .entry(&entry.key)
         .ok_or("the case has no value for it to multiply: give the value itself")?;
-    times(&base.value, factor)
-        .ok_or_else(|| "the value of the case is no number to multiply".to_owned())
+    times(&base.value, factor).ok_or_else(|| {
+        "the value of the case is not a number, so it cannot be multiplied".to_owned()
+    })
 }
 
 fn times(value: &Value, factor: f64) -> Option<Value> {

@@ -98,7 +98,7 @@ fn parse(text: &str, path: &Path, folder: &Path, errors: &mut Vec<CaseError>) ->
                     key: "extends".into(),
                     found: value.to_string(),
                     allowed: "a path in quotes, or \"defaults\"".into(),
-                    about: "the file that this one stands on".into(),
+                    about: "the file that this one extends".into(),
                     suggestion: None,
                 }),
             },

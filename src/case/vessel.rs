@@ -47,15 +47,15 @@ table! {
         end_radius: Option<f64> = "end_radius_m", above(0.0, 0.1), "radius of the lumen where the centre-line ends", absent "vessel.radius_m", only OWN_RADIUS;
         blend_length: Option<f64> = "blend_length_m", above(0.0, 10.0), "length of the cosine blends, centred on the joints of sections",
             absent "the diameter at the joint", only JOINTS;
-        upstream: Option<f64> = "upstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube before the centre-line", absent "0";
-        downstream: Option<f64> = "downstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube behind the centre-line", absent "0";
+        upstream: Option<f64> = "upstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube upstream of the centre-line", absent "0";
+        downstream: Option<f64> = "downstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube downstream of the centre-line", absent "0";
         first: Vec<f64> = "angle_zero", Kind::Numbers(3), "direction of the angle 0 at the beginning, three components",
             absent "the side to which the centre-line bends, or +y if it is straight";
         [piece: Option<Vec<CurvePiece>>, "pieces of the centre-line, downstream"]
         [section: Vec<VesselSection>, "sections, downstream"]
         [feature: Option<Vec<Feature>>, "narrowings and widenings of the lumen"]
-        [region: Option<Vec<VesselRegion>>, "parts that are evaluated by themselves, beside the elastic sections"]
-        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it yields", only USED]
+        [region: Option<Vec<VesselRegion>>, "parts that are evaluated separately, in addition to the elastic sections"]
+        [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it is elastic", only USED]
     }
 }
 
@@ -94,7 +94,7 @@ impl LengthUnit {
 
 choice! {
     /// A piece of a centre-line that begins in the direction in which the one before it ends; the first one along +x.
-    pub enum CurvePiece by "piece", "what this piece of the centre-line is" {
+    pub enum CurvePiece by "piece", "shape of this piece of the centre-line" {
         /// A straight line.
         Line = "line" {
             length: f64 = "length_m", above(0.0, 10.0), "length along the piece";
@@ -118,10 +118,10 @@ choice! {
 table! {
     /// A part of the vessel with the same layers throughout.
     pub struct VesselSection {
-        name: String = "name", Kind::Text(30), "what the section is called";
+        name: String = "name", Kind::Text(30), "name of the section";
         wall: Option<WallKind> = "wall", Kind::Word(WallKind::WORDS), "whether the wall yields", absent "elastic";
         length: Option<f64> = "length_m", above(0.0, 10.0), "length along the centre-line",
-            absent "what the other sections leave of it";
+            absent "the rest of the centre-line";
         radius: Option<f64> = "radius_m", above(0.0, 0.1), "radius of the lumen", absent "that of the vessel";
         layers: Vec<String> = "layers", Kind::Names(20), "materials of the layers from the inside out, by name", absent "none: the wall is rigid";
         thicknesses: Vec<f64> = "thicknesses_m", Kind::Sizes(20), "thickness of each layer", absent "section.thicknesses";
@@ -132,7 +132,7 @@ table! {
 table! {
     /// A part of the elastic vessel between two cross-sections.
     pub struct VesselRegion {
-        name: String = "name", Kind::Text(30), "what tables and pages call the region";
+        name: String = "name", Kind::Text(30), "name of the region in tables and on pages";
         from: f64 = "from_m", from(0.0, 10.0), "arc length s of its beginning";
         to: f64 = "to_m", above(0.0, 10.0), "arc length s of its end";
     }
@@ -200,7 +200,7 @@ impl Table for NamedMaterial {
             path: join(path, "name"),
             kind: Kind::Text(30),
             absent: None,
-            about: "what sections call the material",
+            about: "name by which sections refer to the material",
             choices: Vec::new(),
             problems: &[],
             only: Vec::new(),

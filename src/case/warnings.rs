@@ -9,7 +9,7 @@ const LONG_GAP: f64 = 3.0;
 
 impl Case {
     /// What makes the results of this case doubtful, a sentence each: a window of the hemodynamics that contains the
-    /// smooth start or is no whole number of periods, a flow curve that covers a part of the period only, more MPI
+    /// smooth start or is not a whole number of periods, a flow curve that covers a part of the period only, more MPI
     /// ranks than `cores` this machine has.
     pub fn warnings(&self, cores: usize) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -52,8 +52,7 @@ fn image_pressure(vessel: &BloodVessel) -> Option<String> {
     let (_, key) = vessel.start_pressure();
     let pressure = vessel.image_pressure();
     Some(format!(
-        "the case does not say under which pressure its loaded shape was seen: {key} is taken, {:.0} mmHg, and whoever changes it \
-         changes the unloaded wall. Add pressure_Pa = {pressure:?} to [initial]",
+        "the case does not say under which pressure its loaded shape was seen: {key} is taken, {:.0} mmHg, and changing it changes the unloaded wall. Add pressure_Pa = {pressure:?} to [initial]",
         pressure / PressureUnit::MillimetreMercury.si()
     ))
 }

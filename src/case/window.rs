@@ -53,8 +53,7 @@ impl Window {
             periods.round() >= 1.0 && (periods - periods.round()).abs() <= 1e-6 * periods;
         if !is_steady && !is_whole && !is_short {
             warnings.push(format!(
-                "the window of the hemodynamics, {start_s} to {end_s} s, is no whole number of periods but {} of \
-                 them (time.period_s = {period}): its averages depend on where it begins",
+                "the window of the hemodynamics, {start_s} to {end_s} s, covers {} periods, not a whole number of them (time.period_s = {period}): its averages depend on where it begins",
                 significant(periods)
             ));
         }

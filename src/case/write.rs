@@ -82,7 +82,7 @@ impl ResolvedCase {
 
 fn write(case: &Case, origin: impl Fn(&str) -> Option<String>) -> String {
     let mut text = format!(
-        "# Every value of a run of fsi-driver {}. Units stand in the names.\n",
+        "# Every value of a run of fsi-driver {}. The names carry the units.\n",
         env!("CARGO_PKG_VERSION")
     );
     let mut section = String::new();

@@ -31,7 +31,7 @@ pub struct Arguments {
     /// File for the figures, to compare another version with.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Figures of another version, to be shown beside the new ones.
+    /// Figures of another version, to be shown next to the new ones.
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
     /// Measure finer and finer meshes of the case instead, and write a table and a plot of how the cost grows into this

@@ -14,7 +14,7 @@ pub struct CaseArguments {
     /// End of the simulated time in seconds [default: time.end_s of the case].
     #[arg(long, value_name = "S")]
     end_time: Option<f64>,
-    /// Who solves for the blood: openfoam or native [default: fluid.solver of the case, or openfoam].
+    /// Solver for the blood: openfoam or native [default: fluid.solver of the case, or openfoam].
     #[arg(long, value_name = "SOLVER")]
     fluid: Option<String>,
     /// Number of MPI ranks of the fluid [default: fluid.ranks of the case].

@@ -26,8 +26,8 @@ pub struct Arguments {
     /// Folder of the case, with its case.toml.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Put the wall under the mean and the highest pressure that the windkessel will make, and look how far it is from
-    /// buckling: statics of the wall alone, up to a minute.
+    /// Also compute the wall alone, in statics, under the mean and the highest pressure of the windkessel, and find its
+    /// buckling load; takes up to a minute.
     #[arg(long)]
     wall: bool,
     #[command(flatten)]
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(fit) = &fit {
         terminal::print(extent(fit))?;
         terminal::print(format_args!(
-            "fit     the {} faces of the fluid lie within {:.1e} m of the wall; {:.1} % of the wall's wet surface has none beside it{}\n",
+            "fit     the {} faces of the fluid lie within {:.1e} m of the wall; {:.1} % of the wall's wet surface has none next to it{}\n",
             fit.faces,
             fit.distance,
             1e2 * fit.uncovered,
@@ -118,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             Failure::Input(reason.into())
         })?;
         if vessel.is_rigid() {
-            let reason = "--wall: no section of the vessel yields; leave the option out";
+            let reason = "--wall: no section of the vessel is elastic; leave the option out";
             return Err(Failure::Input(reason.into()));
         }
         terminal::print(in_figures(&case, vessel)?)?;
@@ -142,7 +142,7 @@ fn expected(case: &Case) -> Vec<(&'static str, String)> {
         .map(|bytes| format!("{} on the disk", size(bytes)));
     let minutes = seconds.map(|seconds| {
         format!(
-            "about {} on two idle cores, longer while coupling needs more than two iterations a step",
+            "about {} on two idle cores, longer while coupling needs more than two iterations per step",
             human(seconds)
         )
     });
@@ -215,7 +215,7 @@ fn of_wall(wall: &figures::WallFigures) -> (&'static str, String) {
                 1e2 * distension
             );
         }
-        _ => text += "; as a long tube it does not stand up to these pressures",
+        _ => text += "; as a long tube it cannot carry these pressures",
     }
     ("wall", text)
 }
@@ -355,7 +355,7 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
         Pressures::expected(vessel, case.time.period).map_err(|e| Failure::Input(e.to_string()))?;
     if expected.mean.min(expected.highest) <= 0.0 {
         return Err(Failure::Input(format!(
-            "--wall: {maker} a mean pressure of {:.0} Pa; only walls under inner pressure are looked at",
+            "--wall: {maker} a mean pressure of {:.0} Pa; only walls under internal pressure are examined",
             expected.mean
         )));
     }

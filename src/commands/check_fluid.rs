@@ -17,7 +17,7 @@ pub struct Arguments {
     folder: Option<PathBuf>,
     #[command(flatten)]
     case: CaseArguments,
-    /// The solver and its arguments, behind `--`.
+    /// The solver and its arguments, after `--`.
     #[arg(last = true, value_name = "COMMAND")]
     command: Vec<String>,
 }
@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = selection.load(&folder)?;
     if case.fluid.command.is_empty() {
         return Err(Failure::Input(
-            "check-fluid: there is no solver to check: write it behind `--`, or fluid.command into a case that --case names".into(),
+            "check-fluid: there is no solver to check: write it after `--`, or fluid.command into a case that --case names".into(),
         ));
     }
     surroundings::check_installed(&case).map_err(|e| Failure::Input(e.to_string()))?;

@@ -47,7 +47,7 @@ pub struct Arguments {
     /// Runs at once [default: 1, with all cores].
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: u16,
-    /// Go on with an earlier cross-check in the same folder: finished runs are kept, others continue.
+    /// Continue an earlier cross-check in the same folder: finished runs are kept, others continue.
     #[arg(long)]
     resume: bool,
     /// Show no progress.
@@ -181,7 +181,7 @@ fn names(cases: &[PathBuf]) -> Result<Vec<String>, Failure> {
 
 /// Refuses to compare while a run is missing.
 fn require_all(models: &[BatchRun], outcomes: &[Outcome]) -> Result<(), Failure> {
-    let again = "--resume goes on";
+    let again = "--resume continues";
     let failed: Vec<String> = (models.iter().zip(outcomes))
         .filter_map(|(model, outcome)| match outcome {
             Outcome::Failed(reason) => Some(format!("{}: {reason}", model.name)),

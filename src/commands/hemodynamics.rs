@@ -19,8 +19,7 @@ pub struct Arguments {
     /// End of the window in seconds, included.
     #[arg(long, value_name = "S", requires = "from")]
     to: Option<f64>,
-    /// Put the evaluation of that window in the place of the run's own, which reports and comparisons read, not into a
-    /// folder beside it.
+    /// Replace the run's own evaluation, which reports and comparisons read, instead of writing a new folder.
     #[arg(long, requires = "from")]
     replace: bool,
     /// Also average over the beats of the window at N phases of the period: phases.csv and phases.pvd.

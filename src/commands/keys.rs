@@ -1,4 +1,4 @@
-//! `fsi-driver keys [WORD]`: what may stand in a case.
+//! `fsi-driver keys [WORD]`: the keys of a case.
 
 use super::Failure;
 use crate::analysis::solid_file::SolidFile;

@@ -66,7 +66,7 @@ enum Command {
     Preview(preview::Arguments),
     /// Checks a case and all that it reads, and says how large it is; writes nothing.
     Check(check::Arguments),
-    /// Whether a fluid solver of your own keeps to the protocol, by playing the driver to it.
+    /// Tests your own fluid solver against the protocol, by playing the driver.
     CheckFluid(check_fluid::Arguments),
     /// Measures where the seconds of a coupled time step go.
     Bench(bench::Arguments),
@@ -76,21 +76,21 @@ enum Command {
     Solid(solid::Arguments),
     /// Runs all models, several at once; shows one table of progress.
     Study(study::Arguments),
-    /// How far two runs of the same model are from each other; exit code 1 beyond the limits.
+    /// Compares two runs of the same model; exit code 1 beyond the limits.
     Compare(compare::Arguments),
     /// Runs cases with both solvers for the blood and compares them; exit code 1 beyond the limits.
     CrossCheck(cross_check::Arguments),
     /// Writes one self-contained page about a run or a study.
     Report(report::Arguments),
-    /// Sets runs beside what an experiment has measured.
+    /// Compares runs with measured data.
     Validate(validate::Arguments),
-    /// Makes the tables of Markdown pages again from stored runs.
+    /// Regenerates the tables of Markdown pages from stored runs.
     Tables(tables::Arguments),
     /// Evaluates the wall shear of a run again, over any window of time.
     Hemodynamics(hemodynamics::Arguments),
-    /// Proposes the windkessel that makes given pressures of a flow.
+    /// Proposes a windkessel that turns a given flow into given pressures.
     Windkessel(windkessel::Arguments),
-    /// What may stand in a case: keys with meaning, range, default and origin.
+    /// Lists the keys of a case with meaning, range, default and origin.
     Keys(keys::Arguments),
     /// Prints the script by which a shell completes commands and options.
     Completions(shell::Completions),

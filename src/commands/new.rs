@@ -43,7 +43,7 @@ pub struct Arguments {
     /// The vessel has its shape under this pressure, such as 80mmHg [default: it is unloaded].
     #[arg(long, value_name = "PRESSURE", value_parser = quantity::pressure, allow_hyphen_values = true)]
     loaded: Option<f64>,
-    /// A windkessel of three elements: a tenth of the resistance before it.
+    /// A windkessel of three elements: a tenth of the resistance is proximal.
     #[arg(long)]
     rcr: bool,
     /// Tissue around the wall: springs and dampers.

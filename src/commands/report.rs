@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         if let Some(file) = &arguments.picture {
             return Err(Failure::Input(format!(
-                "--picture {}: {} is no folder of a run; name one of the runs of the study",
+                "--picture {}: {} is not the folder of a run; name one of the runs of the study",
                 file.display(),
                 folder.display()
             )));

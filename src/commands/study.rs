@@ -40,8 +40,8 @@ pub struct Arguments {
     /// Folder of the results, a folder for each model [default: <cases>/study-<preset>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Go on with an earlier study in the same folder: finished models are kept, others continue from their newest
-    /// checkpoint, those whose case has changed begin anew beside their earlier results.
+    /// Continue an earlier study in the same folder: finished models are kept, others continue from their newest
+    /// checkpoint, those whose case has changed start again next to their earlier results.
     #[arg(long)]
     resume: bool,
     /// Show no progress.

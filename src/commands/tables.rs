@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return match changed.is_empty() {
             true => Ok(()),
             false => Err(Failure::Run(format!(
-                "the tables are not what their runs say; `fsi-driver tables {0}` writes them anew",
+                "the tables are not what their runs say; `fsi-driver tables {0}` writes them again",
                 changed.join(" ")
             ))),
         };
@@ -149,7 +149,7 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
         ["uncertainty", base, series @ ..] if !series.is_empty() => {
             let series = series.iter().map(|text| {
                 let (name, runs) = text.split_once('=').ok_or_else(|| {
-                    Failure::Input(format!("`{text}` is no NAME=RUN,RUN…; {KINDS}"))
+                    Failure::Input(format!("`{text}` is not NAME=RUN,RUN…; {KINDS}"))
                 })?;
                 let runs: Vec<Results> = runs.split(',').map(run).collect::<Result<_, _>>()?;
                 match runs.len() {
@@ -174,7 +174,7 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
         }
         _ => {
             return Err(Failure::Input(format!(
-                "`{}` is no table; {KINDS}",
+                "`{}` is not a table; {KINDS}",
                 words.join(" ")
             )));
         }

@@ -22,7 +22,7 @@ pub struct Arguments {
     /// Show one series point by point; `all` shows each.
     #[arg(long, value_name = "NAME")]
     series: Option<String>,
-    /// Draw all series, one beside the other: FILE.svg and FILE.png.
+    /// Draw all series side by side: FILE.svg and FILE.png.
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
 }

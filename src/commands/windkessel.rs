@@ -33,10 +33,10 @@ pub struct Arguments {
     /// Lowest pressure, mmHg.
     #[arg(long, value_name = "MMHG", default_value_t = 80.0)]
     diastolic: f64,
-    /// Elements of the windkessel: 3 has a resistance before it, at which waves of the vessel do not come back.
+    /// Elements of the windkessel: 3 adds a proximal resistance, so that waves are not reflected.
     #[arg(long, value_name = "2|3", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
     elements: u8,
-    /// The resistance before a windkessel of three elements, Pa s/m³ [default: the characteristic impedance of the
+    /// Proximal resistance of a windkessel of three elements, Pa s/m³ [default: the characteristic impedance of the
     /// case's vessel].
     #[arg(long, value_name = "PA_S_M3")]
     proximal: Option<f64>,
@@ -110,7 +110,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let reason = e.to_string().replace("inflow.unit", "--unit");
         wrong(match &arguments.flow {
             Some(_) => reason.replace(
-                "write the curve's own into `file_period_s` beside the file, and it is stretched",
+                "give its own period as `file_period_s` next to the file, and it is stretched",
                 "--period S says how long it is",
             ),
             None => reason,
@@ -130,8 +130,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let yields = vessel.is_some_and(|vessel| !vessel.is_rigid());
     if arguments.elements == 3 && arguments.proximal.is_none() && !yields {
         return Err(wrong(
-            "--elements 3 needs the resistance before the windkessel, --proximal PA_S_M3 (a tenth of the whole is usual), or \
-             --case, whose vessel's characteristic impedance it is if its wall yields"
+            "--elements 3 needs the proximal resistance, --proximal PA_S_M3 (a tenth of the whole is usual), or --case with an elastic wall, whose characteristic impedance is taken"
                 .into(),
         ));
     }

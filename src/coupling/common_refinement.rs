@@ -125,7 +125,7 @@ impl CommonRefinement {
             .reduce(|found, [x, _]| around(found, x))
     }
 
-    /// Share of the fluid's wetted area that has no face of the wall beside it, and whose load is lost.
+    /// Share of the fluid's wetted area that has no face of the wall next to it, and whose load is lost.
     pub fn lost(&self) -> f64 {
         self.lost / self.areas.iter().sum::<f64>()
     }

@@ -14,7 +14,7 @@ const REBOUND: f64 = 1e3;
 /// From this many times a change of the displacement on that comes back from the solvers, the blood's added mass is
 /// what keeps the iteration from converging.
 const HEAVY: f64 = 10.0;
-/// A run is slow with more than this many iterations a step ...
+/// A run is slow with more than this many iterations per step ...
 const TIRING: f64 = 8.0;
 /// ... over this many steps.
 const LONG: usize = 20;
@@ -192,14 +192,14 @@ pub fn tiring(
     let is_due = steps.is_multiple_of(LONG) && doublings.is_power_of_two();
     (is_due && mean > TIRING).then(|| {
         format!(
-            "{mean:.1} coupling iterations a step over {steps} steps: {}",
+            "{mean:.1} coupling iterations per step over {steps} steps: {}",
             advice(last, max_sweeps)
         )
     })
 }
 
-/// Why a step failed. That the wall has moved aside comes first, since whatever fails then, and what would help against
-/// that alone, is only its consequence.
+/// Why a step failed. That the wall has moved sideways comes first, since whatever fails then, and what would help
+/// against that alone, is only its consequence.
 pub fn failure(failed: &FailedStep) -> String {
     let FailedStep {
         iterations, error, ..
@@ -229,11 +229,11 @@ fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String {
     }
 }
 
-/// That the wall has moved aside, and what usually helps.
+/// That the wall has moved sideways, and what usually helps.
 fn moved_aside(seen: &CentreShift) -> String {
     let mm = |metres: f64| 1e3 * metres;
     format!(
-        "the wall has moved aside, as a tube held at both ends does that buckles under pressure: at ({:.1}, {:.1}, {:.1}) mm the centre of its cross-section lies {:.2} mm from where it was, {:.1} times the radius, of {:.2} mm that any point has moved. Smaller steps do not help; what holds arteries straight is axial prestretch and support by the tissue around them, else a thicker or shorter wall or less pressure helps (docs/limitations.md, \"Lateral buckling\"; `fsi-driver check DIR --wall` finds the pressure)",
+        "the wall has moved sideways, as a tube held at both ends does when it buckles under pressure: at ({:.1}, {:.1}, {:.1}) mm the centre of its cross-section lies {:.2} mm from where it was, {:.1} times the radius, of {:.2} mm that any point has moved. Smaller steps do not help; what holds arteries straight is axial prestretch and support by the tissue around them, else a thicker or shorter wall or less pressure helps (docs/limitations.md, \"Lateral buckling\"; `fsi-driver check DIR --wall` finds the pressure)",
         mm(seen.centre.x),
         mm(seen.centre.y),
         mm(seen.centre.z),
@@ -344,7 +344,7 @@ mod tests {
         let said = |steps, all| tiring(steps, all, &last, 3);
         let text = said(20, 180).unwrap();
         assert!(
-            text.starts_with("9.0 coupling iterations a step over 20 steps: "),
+            text.starts_with("9.0 coupling iterations per step over 20 steps: "),
             "{text}"
         );
         assert!(text.contains("try "), "{text}");
@@ -403,7 +403,7 @@ mod tests {
             || CouplingError::Solid(SolidError::NoEquilibrium("take smaller steps".into()));
         let text = failed(9.9e-3, no_equilibrium());
         for words in [
-            "the wall has moved aside",
+            "the wall has moved sideways",
             "at (45.0, 0.0, 0.0) mm",
             "lies 9.90 mm from where it was, 5.0 times the radius",
             "axial prestretch",

@@ -30,13 +30,13 @@ pub enum TransferError {
     },
     /// Most of the wall has no fluid beside it, this share of its area.
     #[error(
-        "{:.1} % of the wall's wet surface has no face of the fluid beside it: the surfaces that the fluid touches are others, or face the other way",
+        "{:.1} % of the wall's wet surface has no face of the fluid next to it: the surfaces that the fluid touches are others, or face the other way",
         1e2 * .0
     )]
     Uncovered(f64),
     /// A part of the fluid's wetted area has no wall beside it, this share.
     #[error(
-        "{:.1} % of the area of the fluid's wetted patches has no face of the wall beside it, so its load would be lost: the wall's wet surface must reach as far as these patches and face them",
+        "{:.1} % of the area of the fluid's wetted patches has no face of the wall next to it, so its load would be lost: the wall's wet surface must reach as far as these patches and face them",
         1e2 * .0
     )]
     Lost(f64),
@@ -177,7 +177,8 @@ impl<L> Transfer<L> {
         solid.displacement(trial, &self.points)
     }
 
-    /// How far the wall has moved aside with this displacement (m) of the fluid's wall points; `None` if it is no tube.
+    /// How far the wall has moved sideways with this displacement (m) of the fluid's wall points; `None` if it is no
+    /// tube.
     pub fn centre_shift(&self, displacement: &[Vec3]) -> Option<CentreShift> {
         CentreShift::of(&self.wall.points, displacement)
     }

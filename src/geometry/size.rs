@@ -108,7 +108,7 @@ impl Case {
     }
 
     /// Seconds that a run takes on that machine while nothing else works there, as far as they can be told beforehand:
-    /// the first beat, or a coupling that needs more than two iterations a step, takes longer.
+    /// the first beat, or a coupling that needs more than two iterations per step, takes longer.
     pub fn run_seconds(&self) -> Option<f64> {
         let wall = match self.has_elastic_wall() {
             true => self.structure_degrees_of_freedom() as f64,

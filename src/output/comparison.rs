@@ -469,7 +469,7 @@ fn differing(first: &Results, second: &Results) -> Result<Vec<String>, Compariso
             ("wall.support", v.wall.support == w.wall.support),
         ]),
         _ => {
-            let what = "one run is about a vessel and the other about an OpenFOAM case of your own: nothing lies beside each other";
+            let what = "one run is about a vessel and the other about your own OpenFOAM case: they cannot be compared";
             return Err(ComparisonError(what.into()));
         }
     }

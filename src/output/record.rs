@@ -78,7 +78,7 @@ pub struct RunSummary {
     /// Figures of all steps.
     #[serde(flatten)]
     pub totals: Totals,
-    /// Mean number of coupling iterations a step.
+    /// Mean number of coupling iterations per step.
     pub mean_coupling_iterations: f64,
     /// Seconds per step, all parts.
     pub seconds_per_step: f64,

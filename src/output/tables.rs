@@ -177,10 +177,10 @@ pub struct ResolutionRow {
     pub x_m: f64,
     /// Around the axis, from +y towards +z.
     pub phi_deg: f64,
-    /// Difference of its time-averaged wall shear stress from that of the faces beside it, over the mean of the wall;
-    /// empty at rims.
+    /// Difference of its time-averaged wall shear stress from that of the neighbouring faces, over the mean of the
+    /// wall; empty at rims.
     pub jump: Option<f64>,
-    /// Share of the velocity that stands in the highest polynomials of the fluid's element there, if it has any.
+    /// Share of the velocity that is in the highest polynomials of the fluid's element there, if it has any.
     pub highest_modes: Option<f64>,
 }
 

@@ -321,7 +321,7 @@ pub fn point_values(grid: &UnstructuredGridPiece, name: &str) -> Option<Vec<f64>
 pub fn read_points(path: &Path) -> io::Result<PointValues> {
     let piece = read_piece(path)?;
     let points = piece.points.into_vec::<f64>();
-    let points = points.ok_or_else(|| bad(path, "its points are no numbers"))?;
+    let points = points.ok_or_else(|| bad(path, "its points are not numbers"))?;
     let points: Vec<Vec3> = points
         .chunks_exact(3)
         .map(Vec3::from_column_slice)
@@ -351,7 +351,7 @@ pub fn read_vectors(path: &Path, name: &str) -> io::Result<Vec<(Vec3, Vec3)>> {
         return Err(bad(path, &format!("no field {name} of numbers")));
     };
     if points.len() != values.len() {
-        return Err(bad(path, &format!("{name} is no field of vectors")));
+        return Err(bad(path, &format!("{name} is not a field of vectors")));
     }
     let vectors = |numbers: &[f64]| -> Vec<Vec3> {
         numbers

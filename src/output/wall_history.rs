@@ -320,7 +320,7 @@ fn check_kind(path: &Path, begin: &[u8; BEGIN]) -> Result<(), WallHistoryError> 
         Err(WallHistoryError::Foreign { path, what })
     };
     if &begin[..7] != MAGIC {
-        return foreign("it is no history of the wall".into());
+        return foreign("it is not a history of the wall".into());
     }
     match begin[7] {
         VERSION => Ok(()),

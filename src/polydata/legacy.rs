@@ -6,12 +6,12 @@ use vtkio::model::{Attribute, DataSet, Piece, VertexNumbers, Vtk};
 pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
     if !bytes.starts_with(b"# vtk DataFile") {
         return Err(
-            "no file of VTK in its old format, which begins with \"# vtk DataFile\"".into(),
+            "not a VTK file in the legacy format, which begins with \"# vtk DataFile\"".into(),
         );
     }
     let vtk = Vtk::parse_legacy_be(bytes);
-    let vtk = vtk
-        .map_err(|e| format!("no file of VTK that can be read ({e}): is it cut off or damaged?"))?;
+    let vtk =
+        vtk.map_err(|e| format!("not a readable VTK file ({e}): is it cut off or damaged?"))?;
     let DataSet::PolyData { pieces, .. } = vtk.data else {
         return Err("it holds no POLYDATA: save lines or triangles as polydata".into());
     };
@@ -23,7 +23,7 @@ pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
         let points: Vec<f64> = piece
             .points
             .cast_into()
-            .ok_or("its points are no numbers")?;
+            .ok_or("its points are not numbers")?;
         data.points
             .extend(points.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
         for polygon in cells(piece.polys)? {

@@ -105,7 +105,7 @@ fn parse<'a>(bytes: &'a [u8], kind: &str, expected: &str) -> Result<Parsed<'a>, 
             _ => {}
         }
     }
-    let (found, layout) = layout.ok_or("no <VTKFile>: this is no file of VTK in XML")?;
+    let (found, layout) = layout.ok_or("no <VTKFile>: this is not a VTK file in XML")?;
     match found == kind {
         true => Ok(Parsed {
             pieces,
@@ -151,7 +151,7 @@ fn begin(
             for (name, value) in &keys {
                 let count = value.parse();
                 let count = count
-                    .map_err(|_| format!("{name} = {value:?} of a piece is no whole number"))?;
+                    .map_err(|_| format!("{name} = {value:?} of a piece is not a whole number"))?;
                 piece.counts.insert(name.clone(), count);
             }
             pieces.push(piece);
@@ -161,7 +161,7 @@ fn begin(
                 None | Some("") => Ok(absent),
                 Some(text) => text
                     .parse()
-                    .map_err(|_| format!("{name} = {text:?} of an array is no whole number")),
+                    .map_err(|_| format!("{name} = {text:?} of an array is not a whole number")),
             };
             // Arrays of the whole file, such as its time, stand outside of pieces.
             let parent = within.last().cloned().unwrap_or_default();
@@ -197,7 +197,7 @@ impl Parsed<'_> {
             (Format::Appended, Some((bytes, encoding))) => {
                 let rest = bytes.get(array.offset..);
                 let rest = rest.ok_or_else(|| {
-                    format!("{called} lies behind the end of the file: it is cut off")
+                    format!("{called} lies beyond the end of the file: it is cut off")
                 })?;
                 (rest, encoding)
             }

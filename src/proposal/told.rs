@@ -14,7 +14,7 @@ const OPTIONS: [(&str, &str); 11] = [
         "--lumen-unit, or --unit of the line",
     ),
     (
-        "write the curve's own into `file_period_s` beside the file, and it is stretched",
+        "give its own period as `file_period_s` next to the file, and it is stretched",
         "--flow-period S says how long a period of the file is, and stretches it",
     ),
     ("vessel.branch = ", "--branch "),

@@ -77,7 +77,7 @@ fn closing_text(summary: &RunSummary, folder: &RunFolder, solver: Solver) -> Str
     let fields = surroundings::fields_to_open(solver, &folder.fluid());
     let fields = fields.unwrap_or_else(|| folder.fluid_fields());
     format!(
-        "{} steps to t = {:.4} s in {}: {:.2} coupling iterations a step (at most {}), outlet pressure {:.0} Pa\n\
+        "{} steps to t = {:.4} s in {}: {:.2} coupling iterations per step (at most {}), outlet pressure {:.0} Pa\n\
          \n\
          {:<44} one row per time step: flow, pressure, volume, displacement, stress\n\
          {:<44} one row per coupling iteration\n\

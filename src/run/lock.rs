@@ -37,7 +37,7 @@ impl Lock {
             let holder = Holder::read(&mut file).map_err(failed)?;
             if holder.may_live() || since.elapsed() > LAST_BREATH {
                 return Err(Failure::Input(format!(
-                    "{} is at work in {}; wait for it, end it, or choose another folder with --out",
+                    "{} is running in {}; wait for it, end it, or choose another folder with --out",
                     holder.0,
                     path.parent().unwrap_or(path).display()
                 )));

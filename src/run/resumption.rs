@@ -43,7 +43,7 @@ pub(super) fn checkpoint_without_tables(
     can_follow(&found.checkpoint, case)?;
     let (checkpoint, lost) = new_tables::set_aside(folder, found.checkpoint)?;
     for lost in lost {
-        terminal::note(format_args!("begins anew: {lost}"));
+        terminal::note(format_args!("starts again: {lost}"));
     }
     terminal::note(format_args!(
         "continues from {}: {} steps, t = {} s",
@@ -87,7 +87,7 @@ pub fn newest(folder: &RunFolder) -> Result<Option<Found>, Failure> {
             let state: Result<Found, _> = folder.checkpoints().newest_without(&waived);
             Err(Failure::Input(match state {
                 Ok(_) => format!(
-                    "{error}\nRestore such a file from a copy, or go on without its rows until now: --resume --new-tables sets it aside and begins it anew."
+                    "{error}\nRestore such a file from a copy, or go on without its rows until now: --resume --new-tables sets it aside and starts a new one."
                 ),
                 Err(_) => {
                     format!("{error}\nThe run cannot be resumed; start it again with --force.")

@@ -196,7 +196,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         }
         let from = found.path.display();
         Ok(match dead {
-            true => format!("{what}it is started again and the run goes on from {from}"),
+            true => format!("{what}it is started again and the run continues from {from}"),
             false => format!("{what}; the run goes back to {from} and tries the step again {how}"),
         })
     }

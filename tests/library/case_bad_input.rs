@@ -364,7 +364,7 @@ fn flow_curves_are_refused_with_the_line() {
         ),
         (
             b"t (furlong/s),Q (ml/s)\n0,1\n0.5,2\n0.7,1\n",
-            ":1: \"furlong/s\" is no unit of time: expected s, ms, min",
+            ":1: \"furlong/s\" is not a unit of time: expected s, ms, min",
         ),
         (
             b"t (s),Q left (ml/s),Q right (ml/s)\n0,1,2\n0.5,2,3\n0.7,1,2\n",

@@ -58,7 +58,7 @@ fn the_unit_that_was_probably_meant_is_named() {
         (
             &["windkessel.resistance_Pa_s_m3=1500"],
             &[
-                "the mean pressure to be expected, all resistances times the mean flow",
+                "the expected mean pressure, all resistances times the mean flow",
                 "1500 dyn s/cm5 is 1.5e8 Pa s/m³",
             ],
         ),

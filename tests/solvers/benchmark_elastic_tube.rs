@@ -13,7 +13,7 @@ fn peak(arguments: &[&str]) -> ([f64; 2], f64) {
     let summary = std::fs::read(out.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
     let mean = summary["mean_coupling_iterations"].as_f64().unwrap();
-    println!("{arguments:?}: {highest:?}, {mean} coupling iterations a step");
+    println!("{arguments:?}: {highest:?}, {mean} coupling iterations per step");
     ([highest[0], highest[2]], mean)
 }
 

@@ -76,7 +76,7 @@ fn a_tube_that_buckles_is_told_from_one_that_needs_smaller_steps() {
     );
     let last = said.split("error: ").last().unwrap();
     for words in [
-        "the wall has moved aside",
+        "the wall has moved sideways",
         "Smaller steps do not help",
         "axial prestretch",
         "All 3 attempts at this step failed",

@@ -237,7 +237,7 @@ fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
         assert!((0.95..0.98).contains(&(found / exact)), "{found} {exact}");
     }
     let iterations = history["coupling_iterations"].iter().sum::<f64>() / 30.0;
-    println!("{iterations} coupling iterations a step");
+    println!("{iterations} coupling iterations per step");
     // Measured 4.9.
     assert!((4.0..6.0).contains(&iterations), "{iterations}");
 }

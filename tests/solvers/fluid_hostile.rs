@@ -98,7 +98,7 @@ fn a_hostile_driver_is_refused_with_the_reason() {
     let cases: Vec<(Vec<Vec<u8>>, &str)> = vec![
         (
             vec![b"GET / HTTP/1.1\r\nHost: here\r\n\r\n".to_vec()],
-            "bytes that are no message",
+            "bytes that are not a message",
         ),
         (
             vec![with(4, 1)],

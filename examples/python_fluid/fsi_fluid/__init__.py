@@ -240,7 +240,7 @@ class _Line:
         head = self.read_head()
         magic, version, kind, length = struct.unpack("<4sHHQ", head)
         if magic != b"FSIP":
-            raise ProtocolError("the driver sent bytes that are no message")
+            raise ProtocolError("the driver sent bytes that are not a message")
         if version != VERSION:
             raise ProtocolError(f"the driver speaks protocol version {version}, this fluid speaks {VERSION}")
         if not 1 <= kind <= len(_NAMES):
@@ -322,7 +322,7 @@ class _Files(_Line):
         self.message = path.read_bytes()
         path.unlink()
         if len(self.message) < 16:
-            raise ProtocolError("the driver sent bytes that are no message")
+            raise ProtocolError("the driver sent bytes that are not a message")
         return self.message[:16]
 
     def read(self, length):

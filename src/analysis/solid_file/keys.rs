@@ -80,7 +80,7 @@ table! {
         quadrature_points: Option<usize> = "quadrature_points", whole(2, 30), "Gauss points per direction",
             absent "space.p + 2 in each direction";
         formulation: Formulation = "formulation", Kind::Word(Formulation::WORDS),
-            "volume ratio that the volumetric energy of the wall sees", absent "mixed";
+            "volume ratio used in the wall's volumetric energy", absent "mixed";
     }
 }
 

@@ -103,7 +103,7 @@ impl VesselDescription {
             let words = words.join("\", \"");
             return Err((
                 key,
-                format!("expected its unit of length beside it: vessel.unit = one of \"{words}\""),
+                format!("expected its unit of length next to it: vessel.unit = one of \"{words}\""),
             ));
         };
         if !self.points.is_empty() {

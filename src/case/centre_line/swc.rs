@@ -38,7 +38,7 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
         (None, [end]) => *end,
         (None, []) if nodes.is_empty() => return Ok(LineFile::default()),
         (None, []) => {
-            return Err("the points form a circle: the root must have the parent -1".into());
+            return Err("the points form a cycle: the root must have the parent -1".into());
         }
         (None, _) => {
             return Err(format!(

@@ -179,7 +179,7 @@ fn unit(sheet: &Sheet, position: [usize; 3], width: Option<Width>) -> Result<Opt
         let unit = sheet.unit(column, units::LENGTH).map_err(|text| Fault {
             line,
             message: format!(
-                "{text:?} is no unit of length: expected {}",
+                "{text:?} is not a unit of length: expected {}",
                 units::offered(units::LENGTH)
             ),
         })?;

@@ -131,7 +131,7 @@ fn centre_line(keys: &VesselDescription, report: &mut Report<'_>) {
         .position(|pair| (pair[1] - pair[0]).norm() < 1e-9)
     {
         let message = format!(
-            "points {} and {} lie on each other: leave out one of them",
+            "points {} and {} coincide: leave out one of them",
             i + 1,
             i + 2
         );
@@ -252,7 +252,7 @@ fn table(keys: &VesselDescription, report: &mut Report<'_>) {
     report(
         &["vessel.lumen"],
         keys.lumen.is_some() && keys.lumen_unit.or(keys.unit).is_none(),
-        "expected its unit of length beside it: vessel.lumen_unit = \"mm\", \"m\", \"cm\" or \"um\"".into(),
+        "expected its unit of length next to it: vessel.lumen_unit = \"mm\", \"m\", \"cm\" or \"um\"".into(),
     );
     let (name, has_table) = match keys.lumen {
         Some(_) => ("vessel.lumen", true),
@@ -291,7 +291,7 @@ fn materials(keys: &VesselDescription, report: &mut Report<'_>) {
         report(
             &[&format!("vessel.material[{i}].name")],
             twice,
-            "another material has this name: give it one of its own".into(),
+            "another material has this name: choose a different one".into(),
         );
     }
 }
@@ -310,7 +310,7 @@ fn layers(
     report(
         &[&key("name")],
         twice,
-        "another section has this name: give it one of its own".into(),
+        "another section has this name: choose a different one".into(),
     );
     let (thicknesses, shares) = (section.thicknesses.len(), section.shares.len());
     if !section.is_elastic() {
@@ -570,7 +570,7 @@ fn regions(keys: &VesselDescription, end: f64, report: &mut Report<'_>) {
         report(
             &[&key("name")],
             others.any(|other| *other == region.name),
-            "a section or another region has this name: give it one of its own".into(),
+            "a section or another region has this name: choose a different one".into(),
         );
     }
 }

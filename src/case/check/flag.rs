@@ -11,7 +11,9 @@ pub(super) fn check(case: &Case, flag: &Flag, report: &mut Report<'_>) {
     report(
         &["flag.cylinder_x_m", "flag.cylinder_radius_m"],
         x <= r,
-        format!("the cylinder must lie behind the inlet: more than flag.cylinder_radius_m = {r:?}"),
+        format!(
+            "the cylinder must lie downstream of the inlet: more than flag.cylinder_radius_m = {r:?}"
+        ),
     );
     report(
         &["fluid.solver"],

@@ -232,7 +232,7 @@ fn outlet(case: &Case, vessel: &BloodVessel, keys: &Outlet, report: &mut Report<
     report(
         &["initial.start", "outlet.file"],
         file.is_some() && vessel.start() == Start::Equilibrium,
-        "a pressure that changes in time is no equilibrium to begin with: write \"ramp\", or outlet.pressure_Pa".into(),
+        "a pressure that changes in time gives no equilibrium to start from: write \"ramp\", or outlet.pressure_Pa".into(),
     );
     if let Err(error) = read(VesselSide::End) {
         report(&["outlet.file", "time.period_s"], true, error.to_string());

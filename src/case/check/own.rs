@@ -16,7 +16,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         &["fluid.case"],
         !fluid.case.join("system/controlDict").is_file(),
         format!(
-            "{} is no OpenFOAM case: expected a folder with system/controlDict, 0 and constant",
+            "{} is not an OpenFOAM case: expected a folder with system/controlDict, 0 and constant",
             fluid.case.display()
         ),
     );
@@ -28,7 +28,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     report(
         &["time.scheme"],
         case.time.scheme == FluidTimeScheme::Bdf2,
-        "the time scheme of a case of your own stands in its system/fvSchemes, ddtSchemes { default backward; }: write it there, and \
+        "your own case sets its time scheme in system/fvSchemes, ddtSchemes { default backward; }: write it there, and \
          leave this key out"
             .into(),
     );
@@ -61,10 +61,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         report(
             &[key],
             twice.is_some(),
-            format!(
-                "{:?} stands there twice",
-                twice.map_or("", |(_, name)| name)
-            ),
+            format!("{:?} is listed twice", twice.map_or("", |(_, name)| name)),
         );
     }
     let common = (fluid.openings.iter()).find(|name| fluid.patches.contains(name));
@@ -98,7 +95,7 @@ fn regions(fluid: &OwnFluid, report: &mut Report<'_>) {
         report(
             &[&key("name")],
             regions[..i].iter().any(|other| other.name == region.name),
-            "another region has this name: give it one of its own".into(),
+            "another region has this name: choose a different one".into(),
         );
         report(
             &[&key("box_m"), &key("patch")],
@@ -149,7 +146,7 @@ fn materials(wall: &OwnWall, report: &mut Report<'_>) {
         report(
             &[&format!("wall.material[{i}].name")],
             twice,
-            "another material has this name: give it one of its own".into(),
+            "another material has this name: choose a different one".into(),
         );
     }
 }

@@ -71,7 +71,7 @@ fn surroundings(vessel: &BloodVessel, report: &mut Report<'_>) {
     report(
         &["surroundings.shares"],
         shares.iter().any(|share| *share < 0.0),
-        "expected no negative share: springs that push would be no tissue".into(),
+        "expected no negative share: tissue does not push".into(),
     );
     let resists_axially = tissue.direction.unwrap_or_default() != TissueDirection::Radial;
     for (key, is_given) in [
@@ -95,7 +95,7 @@ fn surroundings(vessel: &BloodVessel, report: &mut Report<'_>) {
     report(
         &["surroundings.at_rest", "initial.start"],
         vessel.tissue_rests_loaded() && vessel.start() != Start::Equilibrium,
-        "tissue can be at rest in the loaded wall only where time begins with one: write initial.start = \"equilibrium\"".into(),
+        "tissue can be at rest in the loaded wall only if the run starts with a loaded wall: write initial.start = \"equilibrium\"".into(),
     );
 }
 
@@ -136,7 +136,7 @@ fn ends(vessel: &BloodVessel, report: &mut Report<'_>) {
     report(
         &["ends.inlet", "ends.outlet"],
         inlet == InletEnd::Sliding && outlet == VesselEnd::Sliding,
-        "nothing keeps a wall from moving aside both of whose ends slide in their planes: write \"radial\" for one of them"
+        "nothing keeps a wall from moving sideways if both of its ends slide in their planes: write \"radial\" for one of them"
             .into(),
     );
     report(

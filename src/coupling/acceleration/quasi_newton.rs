@@ -108,7 +108,7 @@ impl<M: JacobianModel> QuasiNewton<M> {
         self.model.believe();
         self.record.dropped = true;
         self.news = Some(format!(
-            "the surrogate left {:.1} times the first change of a step, where 1 is no better than none: the coupling goes on without it (as \
+            "the surrogate left {:.1} times the first change of a step, where 1 is no better than none: the coupling continues without it (as \
              with coupling.surrogate = \"none\")",
             self.record.left.first().copied().unwrap_or(f64::NAN)
         ));

@@ -171,7 +171,7 @@ impl Examination<'_> {
         let memory = self.get(what, memory)?;
         self.note(what, Ok(format!("{} bytes", memory.state.len())));
         let third = scaled(1.2);
-        let what = "it goes on after a restart from that state, to the last digit";
+        let what = "it continues after a restart from that state, to the last digit";
         let straight =
             ask(&mut fluid, &third, dt, true).and_then(|t| Ok((t, fluid.accept(false)?)));
         let (straight, end) = self.get(what, straight)?;
@@ -226,7 +226,7 @@ impl Examination<'_> {
         let accept = ToFluid::Accept { write: false }.encode();
         let attacks: [(&str, Vec<u8>); 11] = [
             (
-                "bytes that are no message",
+                "bytes that are not a message",
                 b"GET / HTTP/1.1\r\n\r\n".to_vec(),
             ),
             ("another version", with(4, 77)),
@@ -245,7 +245,7 @@ impl Examination<'_> {
                 session.send_anything(bytes, patience)
             })?;
         }
-        self.attack("it ends when the driver hangs up", |session, _| {
+        self.attack("it ends when the driver disconnects", |session, _| {
             session.hang_up();
             Ok(())
         })

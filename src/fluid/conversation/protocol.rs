@@ -66,7 +66,7 @@ impl std::fmt::Display for Kind {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ProtocolError {
     /// Not a message at all.
-    #[error("the fluid sent bytes that are no message")]
+    #[error("the fluid sent bytes that are not a message")]
     Foreign,
     /// Another version.
     #[error(

@@ -161,7 +161,7 @@ fn read_into(
     };
     let kind = fs::metadata(path).map_err(|e| wrong(e.to_string()))?;
     if !kind.is_file() {
-        return Err(wrong("this is no file".into()));
+        return Err(wrong("this is not a file".into()));
     }
     if kind.len() > MOST_BYTES {
         into.is_open = true;
@@ -357,7 +357,7 @@ impl Parser<'_> {
         if self.depth == MAX_DEPTH {
             return Err(self.error(
                 line,
-                format!("more than {MAX_DEPTH} files include each other: do they form a circle?"),
+                format!("more than {MAX_DEPTH} files include each other: is it a cycle?"),
             ));
         }
         read_into(self.case, &path, self.depth + 1, into)

@@ -133,7 +133,7 @@ fn what_is_no_wall_is_refused_with_the_place() {
         (
             "a.msh",
             &format!("{msh}$Elements\n1 1 1 1\n3 1 4 1\n1\n"),
-            "line 7: an element of the type 4 is no hexahedron",
+            "line 7: an element of the type 4 is not a hexahedron",
         ),
         (
             "a.inp",
@@ -145,7 +145,7 @@ fn what_is_no_wall_is_refused_with_the_place() {
             "*ELEMENT, TYPE=C3D8\n1,1,2,3,4,5,6,7,8\n",
             "the element 1 has the node 1, which there is not",
         ),
-        ("a.vtu", "rubbish", "this is no file of VTK in XML"),
+        ("a.vtu", "rubbish", "this is not a VTK file in XML"),
         (
             "a.vtu",
             "<VTKFile type=\"PolyData\"></VTKFile>",

@@ -199,7 +199,7 @@ impl FlowNumbers {
                 value: jet.reynolds,
                 limit: jet.reynolds_limit,
                 text: format!(
-                    "the Reynolds number is {:.0} at peak flow, and the vessel widens behind x = {:.4} m, where {:.0} % of its area are lost: \
+                    "the Reynolds number is {:.0} at peak flow, and the vessel widens downstream of x = {:.4} m, where {:.0} % of its area are lost: \
                      there flow may be turbulent from about {:.0} on. {advice}",
                     jet.reynolds,
                     jet.at_m,
@@ -257,7 +257,7 @@ impl FlowNumbers {
             value: points,
             limit,
             text: format!(
-                "behind x = {:.4} m the vessel widens, and {points:.1} {} lie between the axis and the edge of the jet; with fewer than \
+                "downstream of x = {:.4} m the vessel widens, and {points:.1} {} lie between the axis and the edge of the jet; with fewer than \
                  {limit} its velocity is off by more than 5 %: raise {}",
                 jet.at_m,
                 self.what(),

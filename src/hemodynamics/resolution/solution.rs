@@ -85,7 +85,7 @@ impl Resolution {
                 AT_WALL,
                 &|share| {
                     format!(
-                        "{:.1} % of the velocity in the elements at the wall stand in their highest polynomials; with more than {:.1} % errors of \
+                        "{:.1} % of the velocity in the elements at the wall is in their highest polynomials; with more than {:.1} % errors of \
                      3 to 10 % were measured in the mean wall shear: {advice}",
                         100.0 * share,
                         100.0 * AT_WALL
@@ -94,7 +94,7 @@ impl Resolution {
             ),
             finding(self.highest_modes, Doubt::Elements, IN_DOMAIN, &|share| {
                 format!(
-                    "{:.1} % of the velocity stand in the highest polynomials of the elements; with more than {:.1} % errors of 5 to 10 % were \
+                    "{:.1} % of the velocity is in the highest polynomials of the elements; with more than {:.1} % errors of 5 to 10 % were \
                      measured: {advice}",
                     100.0 * share,
                     100.0 * IN_DOMAIN

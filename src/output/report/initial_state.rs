@@ -1,4 +1,4 @@
-//! The wall without load and as time begins, side by side, for runs that begin with a loaded wall.
+//! The wall without load and at t = 0, side by side, for runs that begin with a loaded wall.
 
 use super::page::{chart, gallery, line, panel, table};
 use crate::Vec3;
@@ -32,10 +32,7 @@ pub fn section(run: &Results) -> io::Result<Option<String>> {
     let given = |x: &Vec3, u: &Vec3| if is_loaded { x + u } else { *x };
     let shapes = [
         ("without load", edges(vessel, &points, given, |x, _| *x)),
-        (
-            "as time begins",
-            edges(vessel, &points, given, |x, u| x + u),
-        ),
+        ("at t = 0", edges(vessel, &points, given, |x, u| x + u)),
     ];
     let figures = shapes.map(|(title, edges)| {
         let names = ["outer", "inner", "", ""];
@@ -77,7 +74,7 @@ fn state(run: &Results, vessel: &BloodVessel) -> String {
             format!("{:.1e} m", unloading.distance_after_loading_m),
         ]);
     }
-    table(&["state of the wall when time begins", ""], &rows)
+    table(&["initial state of the wall", ""], &rows)
 }
 
 /// Where the unloaded shape comes from, if it is not the given one.

@@ -122,10 +122,10 @@ fn last(differences: &[Difference]) -> Option<f64> {
 
 /// What a run has cost, and how near to periodic it is.
 pub const COURSE: [KeyFigure; 5] = [
-    KeyFigure::new("coupling iterations a step", 3, |run| {
+    KeyFigure::new("coupling iterations per step", 3, |run| {
         summary(run, |s| s.mean_coupling_iterations)
     }),
-    KeyFigure::new("most of a step", 1, |run| {
+    KeyFigure::new("most in a step", 1, |run| {
         summary(run, |s| s.totals.max_coupling_iterations as f64)
     }),
     KeyFigure::new("s per step", 3, |run| summary(run, |s| s.seconds_per_step)),

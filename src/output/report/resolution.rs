@@ -88,12 +88,12 @@ fn map(run: &Results, faces: &[ResolutionRow]) -> String {
     {
         true => (
             "highest polynomials / %",
-            "Share of the velocity that stands in the highest polynomials of each element at the wall: where it is large, so is the error.",
+            "Share of the velocity that is in the highest polynomials of each element at the wall: where it is large, so is the error.",
             |face| face.highest_modes,
         ),
         false => (
             "jump of TAWSS / %",
-            "Difference of the time-averaged wall shear stress from that of the faces beside it, relative to the mean of the wall.",
+            "Difference of the time-averaged wall shear stress from that of the neighbouring faces, relative to the mean of the wall.",
             |face| face.jump,
         ),
     };

@@ -50,7 +50,7 @@ pub fn page(run: &Results) -> io::Result<String> {
     page.section("figures", "In figures", &figures);
     page.section("case", "The case", &case_table::html(run));
     if let Some(html) = initial_state::section(run)? {
-        page.section("state", "The wall when time begins", &html);
+        page.section("state", "The wall at t = 0", &html);
     }
     page.section("flow", "Flow, volume and pressure", &gallery(&flow(run)));
     let openings = openings(run)?;
@@ -138,7 +138,7 @@ const MILLILITRE: f64 = 1e-6;
 /// Colours of the openings on a page, the inlet first and then the outlets.
 const OPENINGS: [usize; 6] = [2, 1, 4, 3, 5, 6];
 
-/// Flow in and out, and their difference beside the rate of change of the lumen volume.
+/// Flow in and out, and their difference compared with the rate of change of the lumen volume.
 pub(super) fn flow_panel(run: &Results) -> Panel {
     let inflow = column(run, |row| row.Q_in_m3_s, MILLILITRE);
     let outflow = column(run, |row| row.Q_out_m3_s, MILLILITRE);
@@ -189,7 +189,7 @@ pub(crate) fn flow(run: &Results) -> Vec<String> {
     let mut charts = vec![
         chart(
             "flow",
-            "Flow in and out, and their difference beside the rate of change of the lumen volume (central differences).",
+            "Flow in and out, and their difference compared with the rate of change of the lumen volume (central differences).",
             flow_panel(run),
         ),
         chart(

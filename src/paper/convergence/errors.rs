@@ -67,7 +67,7 @@ impl Probes {
         match places.iter().position(Vec::is_empty) {
             None => Ok(Self { places }),
             Some(point) => Err(SolidError::Model(format!(
-                "the centre of element {point} of the initial mesh is no point of the refined one"
+                "the centre of element {point} of the initial mesh is not a point of the refined one"
             ))),
         }
     }

@@ -166,7 +166,7 @@ pub fn all(study: &Study) -> Vec<Finding> {
             judge::alike(study),
         ),
         (
-            "The largest OSI in the bypass lies between 0.2 and 0.4 behind curved extensions (fig. 18).",
+            "The largest OSI in the bypass lies between 0.2 and 0.4 downstream of curved extensions (fig. 18).",
             "osi",
             judge::osi_range(study, Bypass, [0.2, 0.4], true),
         ),

@@ -166,7 +166,7 @@ pub fn page(study: &Study) -> io::Result<String> {
     let beside: Vec<&Results> = beside.into_iter().flatten().collect();
     page.section(
         "extensions",
-        "Oscillating shear index behind the three extensions",
+        "Oscillating shear index downstream of the three extensions",
         &gallery(&report::study::pictures(
             &beside,
             "Oscillating",

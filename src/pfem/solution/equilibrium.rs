@@ -35,7 +35,7 @@ impl Structure {
         let found = self.inflate(pressure, moved, &StaticOptions::default())?;
         if let Some(bifurcation) = found.bifurcation {
             return Err(SolidError::NoEquilibrium(format!(
-                "it loses its stability and moves aside at {:.2} kPa of {:.2} kPa",
+                "it loses its stability and bends sideways at {:.2} kPa of {:.2} kPa",
                 1e-3 * self.pressure_at(bifurcation.factor, pressure),
                 1e-3 * pressure
             )));
@@ -146,7 +146,7 @@ impl Structure {
         displacement: Vec<f64>,
     ) -> Result<(), SolidError> {
         let equation = Arc::get_mut(&mut self.equation)
-            .ok_or_else(|| SolidError::Model("the wall is at work".into()))?;
+            .ok_or_else(|| SolidError::Model("the wall is in use".into()))?;
         equation.body.set_tissue_at_rest(&displacement);
         self.tissue = Some(TissueAtRest {
             pressure,

@@ -357,7 +357,7 @@ impl Path<'_> {
     ) -> Result<(), SolidError> {
         let lost = |why: &str| {
             SolidError::NoEquilibrium(format!(
-                "the stable path behind the bifurcation at {:.2} % of the load was not found: {why}",
+                "the stable path beyond the bifurcation at {:.2} % of the load was not found: {why}",
                 100.0 * bifurcation.factor
             ))
         };

@@ -91,7 +91,10 @@ fn size(word: &str) -> Option<usize> {
 
 pub fn ascii(text: &[u8]) -> Result<Vec<f64>, String> {
     let text = std::str::from_utf8(text).map_err(|_| "expected numbers in ASCII")?;
-    let number = |word: &str| word.parse().map_err(|_| format!("{word:?} is no number"));
+    let number = |word: &str| {
+        word.parse()
+            .map_err(|_| format!("{word:?} is not a number"))
+    };
     text.split_whitespace().map(number).collect()
 }
 
@@ -112,7 +115,7 @@ pub fn binary(
     };
     if bytes.len() % size != 0 {
         return Err(format!(
-            "{} bytes are no whole number of {word}",
+            "{} bytes are not a whole number of {word}",
             bytes.len()
         ));
     }

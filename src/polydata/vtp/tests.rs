@@ -27,7 +27,7 @@ fn what_is_no_polydata_is_told_in_a_sentence() {
             file("0 0 0 1 2", "2"),
             "has 5 numbers, and 6 were announced",
         ),
-        (file("0 0 0 1 2 x", "2"), "\"x\" is no number"),
+        (file("0 0 0 1 2 x", "2"), "\"x\" is not a number"),
         (file("0 0 0 1 2 3", "3"), "do not fit its connectivity"),
         (
             file("0 0 0 1 2 3", "2 4"),

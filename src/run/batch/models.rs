@@ -173,7 +173,7 @@ pub fn prepare(models: &mut [BatchRun]) -> Result<Vec<String>, Failure> {
         std::fs::rename(&model.out, &aside)
             .map_err(|e| Failure::Input(format!("cannot rename {}: {e}", model.out.display())))?;
         notes.push(format!(
-            "{}: its case has changed, so it begins anew; the earlier results are in {}",
+            "{}: its case has changed, so it starts again; the earlier results are in {}",
             model.name,
             aside.display()
         ));

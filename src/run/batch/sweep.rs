@@ -106,7 +106,7 @@ impl Sweep {
                 return Err(wrong("a value is missing between the commas"));
             }
             if found.iter().any(|(_, name)| name == value) {
-                return Err(wrong(&format!("the value {value} stands there twice")));
+                return Err(wrong(&format!("the value {value} is listed twice")));
             }
             let parts = match parts.len() {
                 1 => vec![parts[0].clone(); keys.len()],

@@ -33,7 +33,8 @@ pub struct Worker {
 impl Worker {
     /// Starts or resumes the run of a model. Call it from a thread that lives as long as the study.
     pub fn start(model: &BatchRun, chosen: &CaseSelection, threads: usize) -> Result<Self, String> {
-        let program = std::env::current_exe().map_err(|e| format!("cannot find myself: {e}"))?;
+        let program =
+            std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?;
         let mut command = Command::new(program);
         command
             .arg("--case")

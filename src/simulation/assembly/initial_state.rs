@@ -1,4 +1,4 @@
-//! The state of the wall when time begins, and the lumen's mesh in that shape.
+//! The initial state of the wall, and the lumen's mesh in that shape.
 
 use super::domain::WALL;
 use super::{Domain, structure};

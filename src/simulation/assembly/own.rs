@@ -186,13 +186,13 @@ fn factor_over_time(path: &Path) -> Result<Profile, String> {
     if found[0] != [0.0, 0.0] {
         let [t, factor] = found[0];
         return wrong(format!(
-            "the first row is {t:?},{factor:?}: expected 0,0, since the wall is at rest in the mesh of the case when time begins"
+            "the first row is {t:?},{factor:?}: expected 0,0, since the wall is at rest in the mesh of the case at t = 0"
         ));
     }
     let mut pairs = found.iter().zip(&found[1..]);
     if let Some((a, b)) = pairs.find(|(a, b)| b[0] <= a[0]) {
         return wrong(format!(
-            "times must ascend, and {:?} s stands behind {:?} s",
+            "times must increase, and {:?} s follows {:?} s",
             b[0], a[0]
         ));
     }
@@ -358,7 +358,7 @@ fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]
         .map(|place| match sheet.unit(*place, units::LENGTH) {
             Ok(unit) => Ok(unit.map_or(1.0, |unit| unit.size)),
             Err(found) => Err(wrong(format!(
-                "{found:?} is no unit of length: expected {}",
+                "{found:?} is not a unit of length: expected {}",
                 units::offered(units::LENGTH)
             ))),
         });

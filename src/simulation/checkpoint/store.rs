@@ -52,7 +52,7 @@ enum Flaw {
     Io(#[from] io::Error),
     #[error(transparent)]
     Decode(#[from] DecodeError),
-    #[error("it stands on a file that is not what it was: {0}")]
+    #[error("it depends on a file that has changed: {0}")]
     Changed(#[from] FingerprintError),
 }
 

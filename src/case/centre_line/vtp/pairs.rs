@@ -59,7 +59,7 @@ impl<'a> Tree<'a> {
         let Some(name) = name else {
             return match self.ends[..] {
                 [end] => self.way(end),
-                [] => Err("the lines form a circle, which has no beginning: cut it open".into()),
+                [] => Err("the lines form a cycle, which has no beginning: cut it open".into()),
                 _ => Err(format!(
                     "the file has a tree with {} ends: choose a branch by vessel.branch = {}",
                     self.ends.len(),

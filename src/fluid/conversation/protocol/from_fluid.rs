@@ -321,7 +321,7 @@ fn opening(reader: &mut Reader, opening: usize) -> Result<OpeningTerms, Protocol
     let name = std::str::from_utf8(reader.bytes(length as usize)?)
         .ok()
         .filter(|name| !name.chars().any(char::is_control));
-    let name = name.ok_or_else(|| refused("has a name that is no text".into()))?;
+    let name = name.ok_or_else(|| refused("has a name that is not text".into()))?;
     Ok(OpeningTerms {
         name: name.to_owned(),
         has_model: flags & HAS_MODEL != 0,

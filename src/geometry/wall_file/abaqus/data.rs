@@ -119,7 +119,7 @@ impl Model {
         };
         if listed.len() > count + 1 || known.insert(tag, listed[1..].to_vec()).is_some() {
             return Err(format!(
-                "the element {tag} has too many nodes, or stands there twice"
+                "the element {tag} has too many nodes, or is listed twice"
             ));
         }
         if !set.is_empty() {

@@ -61,7 +61,7 @@ fn add(path: &Path, name: &str, depth: usize, lines: &mut Vec<Line>) -> Result<(
         }
         if depth == DEPTH {
             return Err(format!(
-                "{place}: more than {DEPTH} files include each other: do they form a circle?"
+                "{place}: more than {DEPTH} files include each other: is it a cycle?"
             ));
         }
         let folder = path.parent().unwrap_or(Path::new(""));

@@ -248,7 +248,7 @@ fn elements(kind: &str, set: String) -> Result<Section, String> {
         kind if kind.starts_with("C3D8") || kind.starts_with("SC8") => 8,
         kind if kind.starts_with("C3D") => {
             return Err(format!(
-                "elements of the type {kind} are no hexahedra: expected C3D8, C3D20 or C3D27"
+                "elements of the type {kind} are not hexahedra: expected C3D8, C3D20 or C3D27"
             ));
         }
         kind if SHELLS.iter().any(|shell| kind.starts_with(shell)) => match kind.contains('8') {

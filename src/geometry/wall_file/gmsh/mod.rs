@@ -330,7 +330,7 @@ impl Reader {
                     Ok(())
                 }
                 (_, [], _) => Ok(()),
-                _ => Err("a surface has elements that are no quadrilaterals: recombine it (Recombine Surface)".into()),
+                _ => Err("a surface has elements that are not quadrilaterals: recombine it (Recombine Surface)".into()),
             };
         }
         let hexahedron = HEXAHEDRA.iter().find(|(known, ..)| *known == kind);
@@ -424,7 +424,7 @@ fn node_count(cursor: &Cursor<'_>, kind: i64) -> Result<usize, String> {
     match known {
         None => Err(cursor.wrong(&format!("elements of the type {kind} are not known"))),
         Some((_, 3, _)) if !is_hexahedron => Err(cursor.wrong(&format!(
-            "an element of the type {kind} is no hexahedron of the order 1, 2 or 3: recombine and sweep the volume"
+            "an element of the type {kind} is not a hexahedron of order 1, 2 or 3: recombine and sweep the volume"
         ))),
         Some((.., count)) => Ok(*count),
     }
