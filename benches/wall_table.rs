@@ -14,7 +14,7 @@
 //!
 //! Columns: seconds are CPU time of the whole program (`RAYON_NUM_THREADS=1` for one thread), for the preparation and
 //! for the statics. Displacement, von Mises and largest principal stress (smooth and raw) are the largest on a lattice
-//! of 7³ points an element; those with `middle` are within 3 mm of the middle of the artery, or 1.5 mm of that of a
+//! of 7³ points per element; those with `middle` are within 3 mm of the middle of the artery, or 1.5 mm of that of a
 //! tube; means are over the lattice there. `pressure_jump` is the root mean square of the jump of the mean Cauchy
 //! stress at points that elements of the same material share. The last two are the largest smooth von Mises stress of
 //! the evaluated part of a model's artery, within 11.25 mm of its middle: on the lattice, and in the elements' centres

@@ -7,7 +7,7 @@ runs=$(cd "$1" && pwd)
 cd "$(dirname "$0")/.."
 driver=${FSI_DRIVER:-target/release/fsi-driver}
 
-# picture NAME CASE ARGUMENTS...: time begins in equilibrium at 80 mmHg; second order in time takes long steps.
+# picture NAME CASE ARGUMENTS...: the run starts in equilibrium at 80 mmHg; second order in time takes long steps.
 picture() {
     name=$1 case=$2
     shift 2

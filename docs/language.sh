@@ -2,7 +2,7 @@
 # Checks the language of the project: spelling everywhere (codespell), phrases that are refused, and the width of prose.
 set -eu
 cd "$(dirname "$0")/.."
-files() { git ls-files README.md CONTRIBUTING.md ARCHITECTURE.md docs src of-adapter examples openfoam-case tests benches; }
+files() { git ls-files "*.md" docs src of-adapter examples openfoam-case tests benches; }
 text() { files | grep -E '\.(md|rs|C|H|toml|py|sh|c|h)$' | grep -v -e '^docs/results/first/' -e '/vendor/' -e 'case.resolved.toml'; }
 failed=0
 text | xargs codespell --ignore-words docs/known-words.txt || failed=1

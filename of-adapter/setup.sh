@@ -4,7 +4,7 @@
 #   of-adapter/setup.sh            as root, or as a user with sudo (only asked for if a package is missing)
 #   of-adapter/setup.sh --force    builds again even if nothing changed
 #   of-adapter/setup.sh --tests    installs what tests and the book need as well: numpy, a spell checker,
-#                                  equations as MathML
+#                                  equations as MathML, a browser for the pages of runs
 #   of-adapter/setup.sh --prefix DIR
 #                                  installs the library in DIR/lib/fsi-driver/ as well, so that the source tree is not
 #                                  needed any more: fsi-driver finds it below its own prefix (~/.cargo for
@@ -196,7 +196,7 @@ prefix=
 while [ $# -gt 0 ]; do
     case $1 in
         --force) force=yes ;;
-        --tests) packages="$packages python3-numpy codespell blahtexml" ;;
+        --tests) packages="$packages python3-numpy codespell blahtexml chromium" ;;
         --prefix=*) prefix=${1#--prefix=}; [ -n "$prefix" ] || fail "--prefix needs a folder; $usage" ;;
         --prefix) [ -n "${2:-}" ] || fail "--prefix needs a folder; $usage"; prefix=$2; shift ;;
         *) fail "unknown option '$1'; $usage" ;;
@@ -205,7 +205,7 @@ while [ $# -gt 0 ]; do
 done
 case $prefix in '' | /*) ;; *) prefix=$PWD/$prefix ;; esac
 mkdir -p "$build"
-exec 9>"$build/lock" # whoever comes at the same time waits, and then finds nothing to do
+exec 9>"$build/lock" # a second setup.sh at the same time waits, and then finds nothing to do
 flock 9
 [ -z "$force" ] || rm -f "$build/stamp"
 install_packages

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Renders all pages as one book in target/book: docs/book/build.py
 
-Needs mdbook (it says how to get it) and blahtexml, which turns equations into MathML. The book needs no network to be read.
+Needs mdbook (it says how to get it) and blahtexml, which turns equations into MathML. The book needs no network to be
+read. The pages of all keys and of the command line are what the program says itself.
 """
 
 import re
@@ -23,6 +24,7 @@ LINKED = re.compile(r"\.(md|png|svg|toml|txt|py|rs|h|c|sh|sbatch|csv|stl|vtp|cff
 def main():
     mdbook = find_mdbook()
     stage()
+    write_reference()
     run(mdbook, "build", str(ROOT / "docs/book"))
     broken = broken_links()
     for text in broken:
@@ -56,6 +58,69 @@ def stage():
         else:
             shutil.copyfile(ROOT / name, target)
     shutil.copyfile(ROOT / "docs/book/SUMMARY.md", SOURCE / "SUMMARY.md")
+
+
+def write_reference():
+    """The pages that the program itself writes: all keys, and the help of all commands."""
+    folder = SOURCE / "docs/reference"
+    folder.mkdir(parents=True)
+    (folder / "keys.md").write_text(keys_page(), encoding="utf-8")
+    (folder / "command-line.md").write_text(command_line_page(), encoding="utf-8")
+
+
+def keys_page():
+    """`fsi-driver keys` as a page, with an anchor for each key."""
+    page = """# All keys of a case
+
+What [`case.toml`](../running.md#a-case) may contain, as `fsi-driver keys` prints it: default, origin of the default,
+meaning, range. Pages of keys by subject: [vessels](../vessels.md), [inlet and outlet](../boundary-conditions.md),
+[state](../artery-state.md), [viscosity](../blood.md), [OpenFOAM cases](../own-case.md).
+"""
+    table = None
+    for entry in re.split(r"\n(?=\S)", program("keys").rstrip()):
+        head, *lines = entry.split("\n")
+        path, value, origin = re.fullmatch(r"(\S+)(?: = (.+?))?(?:\s+\[(\w+)\])?", head).groups()
+        if path.split(".")[0] != table:
+            table = path.split(".")[0]
+            page += f"\n## {table}\n"
+        page += f'\n<a id="{path}"></a>**`{path}`**' + (f" = `{value}`" if value else "")
+        page += (f" ({origin})" if origin else "") + "<br>\n"
+        meaning, words = [], []
+        for line in lines:
+            depth = len(line) - len(line.lstrip())
+            if depth == 4:
+                meaning.append(line.strip())
+            elif depth == 6:
+                words.append(re.split(r"\s+", line.strip(), maxsplit=1))
+            else:
+                words[-1][1] += " " + line.strip()
+        page += plain(" ".join(meaning)) + "\n"
+        page += "".join(f"\n- `{word}`: {plain(what)}" for word, what in words) + ("\n" if words else "")
+    return page
+
+
+def command_line_page():
+    """The help of all commands as a page."""
+    overview = program("--help")
+    commands = re.findall(r"^  ([a-z-]+) ", overview.split("Commands:")[1].split("Options:")[0], flags=re.M)
+    page = "# The command line\n\nWhat `fsi-driver COMMAND --help` prints. [What each is for](../running.md#all-commands).\n"
+    for command in ["", *(command for command in commands if command != "help")]:
+        text = program(command, "--help") if command else overview
+        page += f"\n## {command or 'fsi-driver'}\n\n```text\n{text.rstrip()}\n```\n"
+    return page
+
+
+def plain(text):
+    """Text in which Markdown finds no marks, but for code."""
+    pieces = re.split(r"(`[^`]*`)", text)
+    pieces[::2] = [re.sub(r"([\\*_<>\[\]])", r"\\\1", piece) for piece in pieces[::2]]
+    return "".join(pieces)
+
+
+def program(*words):
+    """What fsi-driver prints."""
+    command = ["cargo", "run", "--release", "--quiet", "--", *words]
+    return subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
 
 
 def with_mathml(text, name):

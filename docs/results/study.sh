@@ -36,7 +36,7 @@ paper() {
     preset=coarse
 }
 
-# Time begins in equilibrium at the lowest pressure of the beat, so that the second beat is evaluated.
+# The run starts in equilibrium at the lowest pressure of the beat, so that the second beat is evaluated.
 at_once='--fluid native --set initial.start=equilibrium --set ramp.duration_s=0.1
     --set windkessel.initial_pressure_Pa=1.07e4 --set time.end_s=2'
 

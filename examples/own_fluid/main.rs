@@ -78,7 +78,7 @@ pub fn run<F: Fluid>(
 pub struct Rows {
     /// The rows.
     pub rows: Vec<Row>,
-    /// What the user was told.
+    /// Messages to the user.
     pub notes: Vec<String>,
 }
 

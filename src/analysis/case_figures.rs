@@ -22,7 +22,7 @@ pub struct CaseFigures {
     pub pressures: Option<Pressures>,
     /// Womersley number of the mean radius and the beat.
     pub womersley: f64,
-    /// Sections whose wall yields.
+    /// Sections with an elastic wall.
     pub walls: Vec<WallFigures>,
 }
 

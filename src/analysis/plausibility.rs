@@ -79,7 +79,7 @@ struct Judged<'a> {
     power: f64,
     /// A value of those keys for an example.
     example: Option<f64>,
-    /// How further keys end that it follows from: where one of them was told already, it says nothing new.
+    /// How further keys end that it follows from: where one of them was reported already, it adds nothing.
     depends: &'static [&'static str],
 }
 
@@ -97,7 +97,7 @@ pub fn warnings(case: &ResolvedCase) -> Vec<String> {
         ));
     }
     for judged in of_keys(case).into_iter().chain(derived(case, &figures)) {
-        // What follows from a value that was told already says nothing new.
+        // What follows from a value that was reported already adds nothing.
         let is_told = told.iter().any(|key| {
             judged.keys.contains(key) || judged.depends.iter().any(|end| key.ends_with(end))
         });

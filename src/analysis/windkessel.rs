@@ -110,7 +110,7 @@ pub enum NoWindkessel {
         100.0 * (1.0 - .0)
     )]
     FlowTooSteady(f64),
-    /// The resistance before it alone makes too much of them.
+    /// The proximal resistance alone exceeds them.
     #[error(
         "with a proximal resistance of {0:.3e} Pa s/m³ no windkessel gives these pressures: its own pressure would vary too little, or its highest would exceed the wanted one; a tenth of the whole resistance is usual"
     )]

@@ -26,7 +26,7 @@ words! {
     /// How the viscosity depends on the rate of shear `γ = sqrt(2 D:D)`.
     #[derive(Default)]
     pub enum BloodModel {
-        /// Not at all.
+        /// Constant viscosity.
         Newtonian = "newtonian" (default),
         /// Carreau's and Yasuda's: `mu + (mu0 - mu) (1 + (λ γ)^a)^((n - 1)/a)`.
         CarreauYasuda = "carreau_yasuda",
@@ -37,7 +37,7 @@ words! {
     }
 }
 
-/// The viscosity without shear relative to that at high rates, if nothing is said of it.
+/// The viscosity without shear relative to that at high rates, by default.
 const AT_REST: f64 = 100.0;
 /// No rate of shear is smaller, 1/s.
 const LEAST_RATE: f64 = 1e-12;

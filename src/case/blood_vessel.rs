@@ -128,7 +128,7 @@ words! {
 }
 
 table! {
-    /// State of the wall when time begins.
+    /// State of the wall at t = 0.
     pub struct Initial {
         start: Option<Start> = "start", Kind::Word(Start::WORDS), "how the wall is brought under its initial pressure", absent "ramp";
         axial_stretch: Option<f64> = "axial_stretch", from(0.8, 2.0),
@@ -155,9 +155,9 @@ words! {
     /// How the wall comes under its pressure.
     #[derive(Default)]
     pub enum Start {
-        /// Time begins without pressure inside; inflow and outlet pressure are ramped.
+        /// The run starts without internal pressure; inflow and outlet pressure are ramped.
         Ramp = "ramp" (default),
-        /// Time begins in static equilibrium at `windkessel.initial_pressure_Pa`, or `outlet.pressure_Pa`; only the
+        /// The run starts in static equilibrium at `windkessel.initial_pressure_Pa`, or `outlet.pressure_Pa`; only the
         /// inlet is ramped.
         Equilibrium = "equilibrium",
     }
@@ -172,7 +172,7 @@ impl BloodVessel {
         }
     }
 
-    /// Whether no part of its wall yields: what is computed is the flow alone.
+    /// Whether all of its wall is rigid: only the flow is computed.
     pub fn is_rigid(&self) -> bool {
         match &self.shape {
             Shape::Anastomosis(_) => false,

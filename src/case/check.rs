@@ -120,7 +120,7 @@ fn blood(blood: &Blood, report: &mut Report<'_>) {
     );
 }
 
-/// What only a fluid solver of the user's own may and must have.
+/// What only a user-supplied fluid solver may and must have.
 fn external(case: &Case, report: &mut Report<'_>) {
     let fluid = &case.fluid;
     report(

@@ -180,7 +180,7 @@ words! {
         OpenFoam = "openfoam" (default),
         /// The driver itself, by spectral elements.
         Native = "native",
-        /// A program of your own that speaks of-adapter/PROTOCOL.md.
+        /// Your own program, which speaks of-adapter/PROTOCOL.md.
         External = "external",
     }
 }
@@ -231,7 +231,7 @@ words! {
 words! {
     /// A cheap model of both solvers.
     pub enum SurrogateModel {
-        /// None: what is not known passes unchanged.
+        /// None: unknown components pass unchanged.
         None = "none",
         /// A one-dimensional tube with a prescribed inflow and the case's windkessel.
         Tube = "tube",

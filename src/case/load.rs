@@ -101,7 +101,7 @@ pub struct Override {
     pub value: String,
 }
 
-/// Files that stand on each other, at most.
+/// Files that extend one another, at most.
 const MAX_DEPTH: usize = 10;
 
 impl Case {

@@ -330,7 +330,7 @@ fn star_shaped(rows: &[[f64; RAYS]], places: &[f64]) -> Result<(), String> {
         if let Some(ray) = (0..RAYS).find(|ray| row[*ray] < NARROW * mean) {
             return Err(format!(
                 "{} the centre-line is only {:.3e} m from the surface, whose mean radius is {mean:.3e} m: the line must run \
-                 through the middle; compute it anew, or smooth it less",
+                 through the middle; compute it again, or smooth it less",
                 place(ray),
                 row[ray]
             ));

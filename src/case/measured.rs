@@ -1,5 +1,5 @@
 //! What an experiment has measured at points, as a file: a run records the same there (`output.measured`), and
-//! `fsi-driver validate` sets both beside each other.
+//! `fsi-driver validate` compares both.
 
 use crate::tabular::{Row, Sheet};
 use csv::StringRecord;

@@ -113,19 +113,19 @@ table! {
 words! {
     /// A unit of flow.
     pub enum FlowUnit {
-        /// Cubic metres a second.
+        /// Cubic metres per second.
         CubicMetreSecond = "m3/s",
-        /// Cubic centimetres a second.
+        /// Cubic centimetres per second.
         CubicCentimetreSecond = "cm3/s",
-        /// Cubic millimetres a second.
+        /// Cubic millimetres per second.
         CubicMillimetreSecond = "mm3/s",
-        /// Millilitres a second.
+        /// Millilitres per second.
         MillilitreSecond = "ml/s",
-        /// Millilitres a minute.
+        /// Millilitres per minute.
         MillilitreMinute = "ml/min",
-        /// Litres a second.
+        /// Litres per second.
         LitreSecond = "l/s",
-        /// Litres a minute.
+        /// Litres per minute.
         LitreMinute = "l/min",
     }
 }
@@ -161,7 +161,7 @@ words! {
         Kilopascal = "kPa",
         /// Millimetres of mercury.
         MillimetreMercury = "mmHg",
-        /// Dynes by square centimetre.
+        /// Dynes per square centimetre.
         DyneSquareCentimetre = "dyn/cm2",
         /// Centimetres of water.
         CentimetreWater = "cmH2O",

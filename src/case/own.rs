@@ -1,4 +1,4 @@
-//! An OpenFOAM case of the user's own with an elastic wall: what stands in `[fluid]` and `[wall]` of such a case.
+//! A user-supplied OpenFOAM case with an elastic wall: `[fluid]` and `[wall]` of such a case.
 
 use super::NamedMaterial;
 use super::schema::{Kind, above, from, whole};
@@ -6,7 +6,7 @@ use super::table::{choice, table, words};
 use std::path::PathBuf;
 
 table! {
-    /// An OpenFOAM case of the user's own: its mesh, boundary conditions and models, with an elastic wall on some of
+    /// A user-supplied OpenFOAM case: its mesh, boundary conditions and models, with an elastic wall on some of
     /// its patches.
     pub struct OwnCase {
         [fluid: OwnFluid, "the OpenFOAM case"]
@@ -40,7 +40,7 @@ table! {
     /// The wall: extruded from the wet patches, or from a file; or one that does not yield.
     pub struct OwnWall {
         /// What only other walls need may stay in the file.
-        mode: Option<WallMode> = "mode", Kind::Word(WallMode::WORDS), "whether the wall yields", absent "elastic";
+        mode: Option<WallMode> = "mode", Kind::Word(WallMode::WORDS), "elastic or rigid", absent "elastic";
         [motion: Option<WallMotion>, "motion of the wall where it is prescribed", only MOVED]
         [extrude: Option<Extrusion>, "a wall that grows outward from the quadrilaterals of the wet patches", only OWN_ELASTIC]
         [file: Option<WallFile>, "a wall whose hexahedra are read from a file", only OWN_ELASTIC]
@@ -50,14 +50,14 @@ table! {
 }
 
 words! {
-    /// Whether a wall yields.
+    /// Whether a wall is elastic.
     #[derive(Default)]
     pub enum WallMode {
-        /// To the blood: the coupled problem.
+        /// Deforms under the load of the blood: the coupled problem.
         Elastic = "elastic" (default),
-        /// Not at all: the flow alone.
+        /// Rigid: only the flow is computed.
         Rigid = "rigid",
-        /// Not at all, and it moves as wall.motion says: the flow alone, in a mesh that moves.
+        /// Moves as wall.motion says: only the flow is computed, in a moving mesh.
         Prescribed = "prescribed",
     }
 }
@@ -144,7 +144,7 @@ impl WallSupport {
 }
 
 impl OwnWall {
-    /// Whether it yields, or what else it does.
+    /// Elastic, rigid, or moved as prescribed.
     pub fn mode(&self) -> WallMode {
         self.mode.unwrap_or_default()
     }

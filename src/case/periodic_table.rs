@@ -30,7 +30,7 @@ const EVEN: f64 = 0.01;
 const LONGEST: f64 = 1e9;
 
 impl PeriodicTable {
-    /// A curve of the flow (m³/s). Those of SimVascular (`.flow`) are in cm³/s where nothing else is said, and either
+    /// A curve of the flow (m³/s). Those of SimVascular (`.flow`) are in cm³/s by default, and either
     /// sign may be that of what enters: on average it is what enters.
     ///
     /// # Errors

@@ -27,7 +27,7 @@ pub enum Problem {
     Vessel(BloodVessel),
     /// A flag in a channel.
     Flag(Flag),
-    /// An OpenFOAM case of the user's own with an elastic wall.
+    /// A user-supplied OpenFOAM case with an elastic wall.
     Own(OwnCase),
 }
 
@@ -115,7 +115,7 @@ impl Case {
         }
     }
 
-    /// The user's own OpenFOAM case, if the case is about one.
+    /// The user-supplied OpenFOAM case, if the case is about one.
     pub fn own(&self) -> Option<&OwnCase> {
         match &self.problem {
             Problem::Own(own) => Some(own),
@@ -123,7 +123,7 @@ impl Case {
         }
     }
 
-    /// Whether its wall yields to the blood.
+    /// Whether its wall is elastic.
     pub fn has_elastic_wall(&self) -> bool {
         match &self.problem {
             Problem::Vessel(vessel) => !vessel.is_rigid(),

@@ -1,4 +1,4 @@
-//! When a key is read: what a user writes where it is not does nothing, and is told.
+//! When a key is read: what a user writes where it is not has no effect, and is reported.
 
 use super::error::Place;
 use super::{

@@ -1,6 +1,6 @@
 //! The OpenFOAM dictionaries that are built into the program, so that a case needs no other files.
 //!
-//! OpenFOAM, and whoever looks at a case, reads files: they are unpacked into the user's cache, in a folder that is
+//! OpenFOAM, and users who look at a case, reads files: they are unpacked into the user's cache, in a folder that is
 //! named by their content and so belongs to no program version.
 
 use super::FluidSettings;
@@ -56,7 +56,7 @@ fn has_built_in_conditions(folder: &Path) -> bool {
 }
 
 impl FluidSettings {
-    /// Whether OpenFOAM's boundary conditions are those of the case: templates of the user's own may prescribe others.
+    /// Whether OpenFOAM's boundary conditions are those of the case: user-supplied templates may prescribe others.
     pub fn has_conditions_of_the_case(&self) -> bool {
         has_built_in_conditions(&self.templates)
     }

@@ -13,8 +13,8 @@ pub(super) fn divides(a: f64, b: f64) -> bool {
 
 impl Case {
     /// Makes the time step a whole part of a period that was written above it, and end, window and intervals of output
-    /// whole numbers of steps, at least one. What the user has written and now reads otherwise is told, a sentence
-    /// each.
+    /// whole numbers of steps, at least one. What the user has written and now reads otherwise is reported, one
+    /// sentence each.
     pub(super) fn fit_times(&mut self, stack: &Stack) -> Vec<String> {
         let mut told = Vec::new();
         let mut tell = |key: &str, before: f64, now: f64, why: String| {

@@ -119,7 +119,7 @@ table! {
     /// A part of the vessel with the same layers throughout.
     pub struct VesselSection {
         name: String = "name", Kind::Text(30), "name of the section";
-        wall: Option<WallKind> = "wall", Kind::Word(WallKind::WORDS), "whether the wall yields", absent "elastic";
+        wall: Option<WallKind> = "wall", Kind::Word(WallKind::WORDS), "elastic or rigid", absent "elastic";
         length: Option<f64> = "length_m", above(0.0, 10.0), "length along the centre-line",
             absent "the rest of the centre-line";
         radius: Option<f64> = "radius_m", above(0.0, 0.1), "radius of the lumen", absent "that of the vessel";
@@ -139,12 +139,12 @@ table! {
 }
 
 words! {
-    /// Whether the wall of a section yields.
+    /// Whether the wall of a section is elastic.
     #[derive(Default)]
     pub enum WallKind {
-        /// It does, with its layers.
+        /// Elastic, with its layers.
         Elastic = "elastic" (default),
-        /// It does not.
+        /// Rigid.
         Rigid = "rigid",
     }
 }

@@ -13,14 +13,14 @@ const STRAIGHT: f64 = 1e-3;
 pub const RIGID_SHARE: f64 = 0.1;
 
 impl VesselSection {
-    /// Whether its wall yields.
+    /// Whether its wall is elastic.
     pub fn is_elastic(&self) -> bool {
         self.wall.unwrap_or_default() == WallKind::Elastic
     }
 }
 
 impl VesselDescription {
-    /// Whether no section yields: what is computed is the flow alone.
+    /// Whether all sections are rigid: only the flow is computed.
     pub fn is_rigid(&self) -> bool {
         !self.section.is_empty() && self.section.iter().all(|section| !section.is_elastic())
     }

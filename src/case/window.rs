@@ -107,7 +107,7 @@ mod tests {
         let part = warnings(0.8, 1.0);
         assert_eq!(part.len(), 1);
         assert!(
-            part[0].contains("no whole number of periods but 0.25 of them"),
+            part[0].contains("covers 0.25 periods, not a whole number of them"),
             "{part:?}"
         );
         assert_eq!(warnings(0.0, 1.0).len(), 2);

@@ -1,4 +1,4 @@
-//! `fsi-driver check-fluid -- COMMAND…`: whether a fluid solver of the user's own keeps to the protocol.
+//! `fsi-driver check-fluid -- COMMAND…`: whether a user-supplied fluid solver follows the protocol.
 
 use super::{CaseArguments, Failure};
 use crate::fluid::FluidError;
@@ -67,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
     );
     let settings = settings.map_err(|e| Failure::Input(format!("{}: {e}", e.key)))?;
-    // Whoever does not want to read them still gets the exit code.
+    // Without reading them one still gets the exit code.
     let mut tell = |finding: &Finding| drop(terminal::print(format_args!("{}\n", line(finding))));
     let findings = conformance::examine(&settings, &mut tell);
     let findings = findings.map_err(|error| match error {

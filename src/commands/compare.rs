@@ -45,7 +45,7 @@ impl Limits {
     /// Those of histories, of fields, and of the oscillating shear index.
     ///
     /// # Errors
-    /// If one is no number from 0.
+    /// If one is not a number from 0.
     pub fn checked(&self) -> Result<[f64; 3], Failure> {
         let limits = [self.history, self.wall, self.osi];
         match limits.iter().find(|limit| **limit < 0.0 || limit.is_nan()) {

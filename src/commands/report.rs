@@ -127,7 +127,7 @@ pub(super) fn study(
         .map_err(|e| Failure::Input(format!("cannot read the folder {}: {e}", folder.display())))?;
     let folders = entries.flatten().map(|entry| entry.path());
     let mut folders: Vec<PathBuf> = folders.filter(|path| path.join(MARK).is_file()).collect();
-    // Results that a study has moved aside are no models.
+    // Results that a study has set aside are not models.
     folders.retain(|path| !path.to_string_lossy().contains(".before-"));
     folders.sort();
     let (mut runs, mut missing) = (Vec::new(), Vec::new());

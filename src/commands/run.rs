@@ -30,7 +30,7 @@ pub struct How {
     /// Continue an earlier run in the same folder from its newest checkpoint, with the same case.
     #[arg(long, conflicts_with = "force")]
     resume: bool,
-    /// With --resume: go on although tables of the run are missing or damaged; they begin anew.
+    /// With --resume: continue although tables of the run are missing or damaged; they start again.
     #[arg(long, requires = "resume")]
     new_tables: bool,
     /// Show no progress.
@@ -71,7 +71,7 @@ pub fn run(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure
     request.execute(interrupt)
 }
 
-/// Where results go if nothing is said: into the folder of the case; those of a file with a name of its own into a
+/// Where results go by default: into the folder of the case; those of a file with a name of its own into a
 /// folder that tells it.
 fn results_of(path: &Path, preset: Preset) -> PathBuf {
     if !path.is_file() {

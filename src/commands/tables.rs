@@ -16,7 +16,7 @@ const KINDS: &str = "expected `models STUDY` (a column for each run in a folder)
                      study), `differences STUDY STUDY` (runs of the same name), `changes RUN STUDY` (each run against one), \
                      `agreement COARSE FINE COARSE FINE` (studies with one solver, then with the other; and `first:BEFORE,AFTER` or `second:BEFORE,AFTER` \
                      for what else was refined with one of them), `uncertainty RUN NAME=RUN,RUN…` \
-                     (what was refined, from coarse to fine), `measured FILE RUN…` (runs beside an experiment), or \
+                     (what was refined, from coarse to fine), `measured FILE RUN…` (runs compared with an experiment), or \
                      `measured:SERIES FILE RUN…` (point by point, _ for a space in the name); folders as seen from the page's";
 
 /// Options of the tables.
@@ -182,7 +182,7 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
     Ok(table.to_markdown())
 }
 
-/// Runs beside an experiment; file and folders begin at `folder`.
+/// Runs compared with an experiment; file and folders begin at `folder`.
 fn validation(folder: &Path, file: &str, runs: &[&str]) -> Result<Validation, Failure> {
     let runs: Vec<PathBuf> = runs.iter().map(|run| folder.join(run)).collect();
     Validation::read(&folder.join(file), &runs).map_err(Failure::Input)

@@ -22,7 +22,7 @@ const MISSING: f64 = 0.01;
 const EXCHANGES: f64 = 1e3;
 /// A loss below this share of the largest flow that the drive explains is none.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Where a missing force acts is told for as many faces as this.
+/// Where a missing force acts is reported for as many faces as this.
 const FEW_FACES: usize = 8;
 
 /// What a step must not exceed. Pressures and flows are those of an incompressible fluid that obeys what drives it.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Faces lie beside each other if they are not farther apart than this share of the size of the larger one.
+/// Faces lie next to each other if they are not farther apart than this share of the size of the larger one.
 const BESIDE: f64 = 0.25;
 /// A face of the wall counts as covered if its area differs by at most this share from that of the fluid's faces beside
 /// it: facets differ a little from the curved face that they stand for.

@@ -243,7 +243,7 @@ fn moved_aside(seen: &CentreShift) -> String {
     )
 }
 
-/// What failed after the wall had moved aside, without advice that would be in vain.
+/// What failed after the wall had moved sideways, without advice that would be in vain.
 fn consequence(failed: &FailedStep) -> String {
     let iteration = failed.iterations.len() + 1;
     match &failed.error {

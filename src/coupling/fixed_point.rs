@@ -21,7 +21,7 @@ pub trait CoupledProblem {
     /// the displacement from the unloaded shape: the solvers need not be much more accurate.
     fn image(&mut self, d: &DVector<f64>, residual: f64) -> Result<DVector<f64>, Self::Error>;
 
-    /// Is told how far the trial was from convergence, and which columns the next one was built from. After a measure
+    /// Learns how far the trial was from convergence, and which columns the next one was built from. After a measure
     /// that says converged there is no next one.
     fn judged(&mut self, measure: Measure, columns: Columns) -> Result<(), Self::Error>;
 }

@@ -61,7 +61,7 @@ pub(super) struct Sources<'a> {
 }
 
 impl<'a> Sources<'a> {
-    /// Of a mesh that was made for that of the wall: both are smooth, and their faces lie beside each other.
+    /// Of a mesh that was made for that of the wall: both are smooth, and their faces lie next to each other.
     pub fn made(fluid: &'a FluidInterface) -> Self {
         Self::new(fluid, f64::NEG_INFINITY)
     }

@@ -81,7 +81,7 @@ pub enum CouplingError {
     /// The iteration did not converge.
     #[error("the coupling did not converge: {0}")]
     NotConverged(String),
-    /// What it converged to is no answer.
+    /// What it converged to is not an answer.
     #[error(transparent)]
     Refused(#[from] Refusal),
     /// The same, seen only in what the fluid reports of a step that it has kept.

@@ -1,6 +1,6 @@
 //! Text as other programs save it: with a byte order mark, in UTF-16, or in an old encoding of one byte a letter.
 
-/// The first bytes of files that are no text, and what they are.
+/// The first bytes of files that are not text, and what they are.
 const NO_TEXT: [(&[u8], &str); 8] = [
     (
         b"PK\x03\x04",
@@ -40,7 +40,7 @@ pub fn stranger(bytes: &[u8]) -> Option<&'static str> {
 /// not that.
 ///
 /// # Errors
-/// If it is no text, in a sentence.
+/// If it is not text, in a sentence.
 pub fn decode(bytes: &[u8]) -> Result<String, String> {
     if let Some(what) = stranger(bytes) {
         return Err(what.into());

@@ -32,7 +32,7 @@ pub const WALL: &str = "wall.obj";
 pub enum Starter {
     /// The driver: a program and its arguments.
     Command(Vec<String>),
-    /// Somebody else; these words are told when the driver waits for it.
+    /// Somebody else; these words are printed when the driver waits for it.
     Somebody(Option<fn(&str)>),
 }
 

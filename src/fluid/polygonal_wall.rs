@@ -1,8 +1,8 @@
-//! A fluid with plane faces in a round wall, which may be loaded already when time begins.
+//! A fluid with plane faces in a round wall, which may be loaded already at t = 0.
 //!
 //! Everybody else knows the points of the fluid's wall as points of the unloaded wall that move with it. Those of the
 //! mesh are the corners of [polygons](WallPolygons) that enclose as much as the wall does, and have been moved with it
-//! before time begins.
+//! before the first step.
 
 use super::{
     Fluid, FluidEffort, FluidError, FluidField, FluidInterface, FluidMemory, FluidProbe, FluidStep,
@@ -11,7 +11,7 @@ use super::{
 use crate::Vec3;
 use crate::geometry::WallPolygons;
 
-/// The wall of a fluid's mesh beside that of the structure, when time begins.
+/// The wall of a fluid's mesh beside that of the structure, at t = 0.
 pub struct RoundWall {
     /// The points on the unloaded wall, m.
     pub unloaded: Vec<Vec3>,

@@ -1,4 +1,4 @@
-//! How far a tube has moved aside: the shift of the centres of its cross-sections.
+//! How far a tube has moved sideways: the shift of the centres of its cross-sections.
 
 use crate::Vec3;
 use nalgebra::Matrix3;
@@ -74,7 +74,7 @@ impl CentreShift {
         all.max_by(|a, b| a.shift.total_cmp(&b.shift))
     }
 
-    /// Whether the tube has buckled sideways, as far as that can be seen: it has moved aside by a good part of its
+    /// Whether the tube has buckled sideways, as far as that can be seen: it has moved sideways by a good part of its
     /// radius, and that is most of its motion.
     pub fn is_large(&self) -> bool {
         self.shift > LARGE * self.radius && self.shift > 0.5 * self.largest_displacement

@@ -23,7 +23,7 @@ pub struct Deviation {
     pub volume: f64,
 }
 
-/// Shares of a radius and of the volume that are told.
+/// Shares of a radius and of the volume that are reported.
 const MUCH: [f64; 2] = [0.03, 0.01];
 
 impl Deviation {

@@ -4,7 +4,7 @@ use super::PolyMesh;
 use crate::Vec3;
 use std::collections::HashMap;
 
-/// Types of patches that are no wall: the cross-section goes on beyond them.
+/// Types of patches that are not walls: the cross-section goes on beyond them.
 const NO_WALL: [&str; 5] = ["empty", "symmetry", "symmetryPlane", "wedge", "cyclic"];
 
 impl PolyMesh {

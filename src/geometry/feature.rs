@@ -12,7 +12,7 @@ pub enum Feature {
     Imperfection(Imperfection),
     /// A stenosis or an aneurysm.
     Bump(Bump),
-    /// A lumen that is no circle: the whole wall goes with it.
+    /// A lumen that is not a circle: the whole wall goes with it.
     Lumen(LumenTable),
 }
 

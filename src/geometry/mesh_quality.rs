@@ -37,7 +37,7 @@ impl PolyMesh {
 mod tests {
     use super::*;
 
-    /// Two cubes above each other, the upper one's roof moved aside by `shift` along x.
+    /// Two cubes above each other, the upper one's roof shifted by `shift` along x.
     fn pile(shift: f64) -> PolyMesh {
         let square = |z: f64, x: f64| {
             let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

@@ -4,9 +4,9 @@
 //! from it and so fit together. The arc length `s` runs downstream, the elastic part begins at s = 0; in the paper's
 //! vessels it is x, and φ turns from +y to +z.
 //!
-//! A case may have a [`Flag`](crate::case::Flag) in a channel instead, whose two meshes are made in [`flag`]; or an
-//! OpenFOAM case of the user's own, whose mesh is read ([`foam_files`]) and whose wall is [`extruded`] from it or read
-//! from a file ([`wall_file`]); one that does not yield is a [`lining`].
+//! A case may have a [`Flag`](crate::case::Flag) in a channel instead, whose two meshes are made in [`flag`]; or a
+//! user-supplied OpenFOAM case, whose mesh is read ([`foam_files`]) and whose wall is [`extruded`] from it or read from
+//! a file ([`wall_file`]); one that does not yield is a [`lining`].
 
 mod anastomosis;
 pub(crate) mod blocks;

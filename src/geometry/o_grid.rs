@@ -362,7 +362,7 @@ pub fn section_quads(mesh: &FluidMesh, radius: impl Fn(f64) -> f64) -> Vec<[[f64
     quads.map(|quad| quad.map(|point| at[point])).collect()
 }
 
-/// Those of the pieces of `spans`, counted downstream, whose wall yields.
+/// Those of the pieces of `spans`, counted downstream, with an elastic wall.
 pub fn elastic_pieces(spans: &[Span]) -> Range<usize> {
     let pieces = |of: &[Span]| of.iter().map(|span| span.pieces).sum::<usize>();
     let first = spans.iter().position(|span| span.is_elastic).unwrap_or(0);

@@ -12,7 +12,7 @@ pub struct Section {
     pub from: f64,
     /// Arc length of its end, m.
     pub to: f64,
-    /// Whether its wall yields.
+    /// Whether its wall is elastic.
     pub is_elastic: bool,
     /// What the distances of the surfaces are counted from.
     pub(super) base: Base,

@@ -77,7 +77,7 @@ pub fn centre_line(case: &Case) -> SpaceCurve {
 }
 
 impl Case {
-    /// Number of cells of the fluid's mesh, or of its elements; none of a fluid or a mesh of the user's own.
+    /// Number of cells of the fluid's mesh, or of its elements; none of a user-supplied fluid or mesh.
     pub fn fluid_cells(&self) -> usize {
         let keys = match &self.problem {
             _ if self.fluid.solver == Solver::External => return 0,
@@ -96,7 +96,7 @@ impl Case {
     }
 
     /// Seconds that the fluid takes for a time step on the machine of `docs/speed.md`, as far as they can be told from
-    /// the number of cells alone; absent for a fluid or a mesh of the user's own.
+    /// the number of cells alone; absent for a user-supplied fluid or mesh.
     pub fn fluid_seconds(&self) -> Option<f64> {
         let cells = Some(self.fluid_cells()).filter(|&cells| cells > 0)? as f64;
         Some(match (&self.problem, self.fluid.solver) {
@@ -120,7 +120,7 @@ impl Case {
     }
 
     /// Bytes that a run leaves on the disk: the wall at each step, fields of blood and wall, two checkpoints. Measured
-    /// with the presets; absent for a mesh of the user's own.
+    /// with the presets; absent for a user-supplied mesh.
     pub fn disk(&self) -> Option<f64> {
         let cells = Some(self.fluid_cells()).filter(|&cells| cells > 0)? as f64;
         let degrees_of_freedom = self.structure_degrees_of_freedom() as f64;
@@ -159,7 +159,7 @@ impl Case {
         )
     }
 
-    /// Degrees of freedom of the structure, the held ones included; none of a wall of the user's own.
+    /// Degrees of freedom of the structure, the held ones included; none of a user-supplied wall.
     pub fn structure_degrees_of_freedom(&self) -> usize {
         let p = self.structure.p;
         match &self.problem {

@@ -47,7 +47,7 @@ pub struct Span {
     pub to: f64,
     /// Elements or cells along it.
     pub pieces: usize,
-    /// Whether its wall yields.
+    /// Whether its wall is elastic.
     pub is_elastic: bool,
 }
 
@@ -147,7 +147,7 @@ impl Vessel {
         &self.sections
     }
 
-    /// Sections whose wall yields, downstream.
+    /// Sections with an elastic wall, downstream.
     pub fn elastic_sections(&self) -> impl Iterator<Item = &Section> {
         self.sections.iter().filter(|section| section.is_elastic)
     }

@@ -107,8 +107,8 @@ impl Region {
 
     /// The regions of a case: the elastic sections of a vessel and what it names besides, or bypass, artery and its
     /// middle. The last of these begins where the blend of the cross-sections ends, and ends as far from the outlet;
-    /// there is none if the artery is too short for it. Those of an OpenFOAM case of the user's own are boxes and
-    /// patches, or its whole wall. A flag is no vessel and has no regions.
+    /// there is none if the artery is too short for it. Those of a user-supplied OpenFOAM case are boxes and
+    /// patches, or its whole wall. A flag is not a vessel and has no regions.
     pub fn of(case: &Case) -> Vec<Self> {
         let vessel = match &case.problem {
             Problem::Vessel(vessel) => vessel,

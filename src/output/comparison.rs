@@ -107,7 +107,7 @@ const FIELDS: [Field; 4] = [
     ("RRT / 1/Pa", |row| row.RRT_1_Pa),
 ];
 
-/// Two runs beside each other.
+/// Two runs compared.
 pub struct Comparison {
     /// All quantities: histories first, then fields by region.
     pub differences: Vec<Difference>,
@@ -401,7 +401,7 @@ impl Beside {
     }
 }
 
-/// What lies beside each other on two walls of any shape; none if the runs have not kept them.
+/// What corresponds on two walls of any shape; none if the runs have not kept them.
 fn anywhere(a: &Results, b: &Results) -> Result<Option<Beside>, ComparisonError> {
     if a.vessel.is_some() {
         return Ok(None);

@@ -37,7 +37,7 @@ impl FieldSeries {
         self.write(accepted.time(), solid)
     }
 
-    /// Adds the state in which time begins, if the wall is loaded then: its points are unloaded, and their displacement
+    /// Adds the initial state, if the wall is loaded then: its points are unloaded, and their displacement
     /// leads to the loaded shape.
     pub fn begin(&mut self, solid: &Structure) -> io::Result<()> {
         if solid.state().d.iter().all(|&d| d == 0.0) {

@@ -26,7 +26,8 @@ pub enum MarkedTextError<E> {
     },
 }
 
-/// The text with its places filled anew: `content` answers to the words of a mark. How many there are stands beside it.
+/// The text with its places filled again: `content` answers to the words of a mark. How many there are stands beside
+/// it.
 ///
 /// # Errors
 /// If a mark is not closed or ends nothing, or if there is no content for one.

@@ -108,7 +108,7 @@ pub struct Results {
     pub files: RunFiles,
     /// Every value that was used.
     pub case: Case,
-    /// The vessel that it is about; none of an OpenFOAM case of the user's own.
+    /// The vessel that it is about; none of a user-supplied OpenFOAM case.
     pub vessel: Option<BloodVessel>,
     /// The run in figures, if it has ended.
     pub summary: Option<record::RunSummary>,
@@ -179,7 +179,7 @@ impl Results {
     }
 
     /// Why its averages may not be those of a beat, and whether it alternates from step to step, a sentence each; what
-    /// an OpenFOAM case of the user's own prescribes need not have any.
+    /// a user-supplied OpenFOAM case prescribes need not have any.
     pub fn warnings(&self) -> Vec<String> {
         if self.vessel.is_none() {
             return Vec::new();

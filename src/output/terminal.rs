@@ -1,6 +1,6 @@
 //! All that is printed: to standard output by [`print()`], to standard error by [`note`].
 //!
-//! Whoever reads may stop, and a disk may be full, at any moment: neither is a reason to panic. In a terminal, lines
+//! The reader may stop, and a disk may be full, at any moment: neither is a reason to panic. In a terminal, lines
 //! are broken between words; elsewhere they are left as they are.
 
 use std::fmt::Display;

@@ -1,4 +1,4 @@
-//! Runs beside an experiment: what each has at the points that were measured, and how far it is from that.
+//! Runs compared with an experiment: what each has at the points that were measured, and how far it is from that.
 
 use super::figure::{Curve, Figure, Marker, Panel, Scale};
 use super::report::Table;

@@ -317,7 +317,7 @@ pub fn point_values(grid: &UnstructuredGridPiece, name: &str) -> Option<Vec<f64>
 /// Reads the points of a grid and all fields of one number each.
 ///
 /// # Errors
-/// If the file is no grid.
+/// If the file is not a grid.
 pub fn read_points(path: &Path) -> io::Result<PointValues> {
     let piece = read_piece(path)?;
     let points = piece.points.into_vec::<f64>();
@@ -342,7 +342,7 @@ pub fn read_points(path: &Path) -> io::Result<PointValues> {
 /// Reads the vectors `name` at the points of a grid, each with its position (m).
 ///
 /// # Errors
-/// If the file is no grid or has no such field.
+/// If the file is not a grid or has no such field.
 pub fn read_vectors(path: &Path, name: &str) -> io::Result<Vec<(Vec3, Vec3)>> {
     let piece = read_piece(path)?;
     let values = point_values(&piece, name);

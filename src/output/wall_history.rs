@@ -39,7 +39,7 @@ const BEGIN: usize = 24;
 /// Bytes of a record beside its fields: time, number, checksum.
 const BESIDE_FIELDS: usize = 8 + 4 + 4;
 
-/// Why a file is no history of the wall.
+/// Why a file is not a history of the wall.
 #[derive(Debug, thiserror::Error)]
 pub enum WallHistoryError {
     /// The system refused.
@@ -98,7 +98,7 @@ impl WallHistory {
     }
 
     /// Opens the file of an earlier run to continue after its first `length` bytes; what follows them is cut off.
-    /// Nothing is left to continue if `length` is 0: then the file begins anew.
+    /// Nothing is left to continue if `length` is 0: then the file starts again.
     pub fn resume(path: &Path, wall: &WetSurface, length: u64) -> io::Result<Self> {
         if length == 0 {
             return Self::create(path, wall);
@@ -465,7 +465,7 @@ mod tests {
         let cases: [(&[u8], &str); 6] = [
             (b"", "0 bytes"),
             (b"no", "2 bytes"),
-            (&[b'a'; 100], "no history of the wall"),
+            (&[b'a'; 100], "not a history of the wall"),
             (b"FSIWALL\x01................", "version 1"),
             (&good[..40], "cut off"),
             (&huge, "cut off"),

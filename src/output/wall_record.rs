@@ -150,7 +150,7 @@ pub fn gather(
     let mut begun = false;
     for state in reader.by_ref() {
         let state = state?;
-        // A file that was begun anew has no record of earlier steps.
+        // A file that was started again has no record of earlier steps.
         while reached
             .next_if(|t| *t == state.time || !begun && *t < state.time)
             .is_some()

@@ -76,7 +76,7 @@ pub trait Solid: Sync {
     /// Deformed area vector (normal out of the solid times area, quadrature weight included, m²) at each wet point.
     fn deformed_areas(&self, trial: &Self::Trial) -> Vec<Vec3>;
 
-    /// What the user should know after the last accepted step; each thing is told once.
+    /// What the user should know after the last accepted step; each thing is reported once.
     fn news(&mut self) -> Option<String> {
         None
     }

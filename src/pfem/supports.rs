@@ -96,8 +96,8 @@ impl Profile {
     }
 }
 
-/// Stiffness (Pa/m) with which an end that slides radially is kept from turning and from moving aside: traction there
-/// moves it by 1e-12 m for each Pa. That is as stiff as the bulk of a wall that is nearly incompressible.
+/// Stiffness (Pa/m) with which an end that slides radially is kept from turning and from moving sideways: traction
+/// there moves it by 1e-12 m for each Pa. That is as stiff as the bulk of a wall that is nearly incompressible.
 const GUIDE: f64 = 1e12;
 
 /// The surface `name` is a cross-section at an end of a vessel that slides in its plane.

@@ -1,4 +1,4 @@
-//! A case for a vessel of the user's own, written from a centre-line, a surface, or from nothing but a name: meshes,
+//! A case for the user's vessel, written from a centre-line, a surface, or from nothing but a name: meshes,
 //! time step and windkessel follow from the lumen's radius and the flow.
 
 mod beat;
@@ -28,7 +28,7 @@ const THICKNESS: f64 = 0.3;
 /// Where a line bends too sharply for its wall, the least radius of a bend that is tried first, relative to the
 /// narrowest outside of the wall, the last one, relative to the widest, and the ratio of those between.
 const LEAST_BENDS: [f64; 3] = [1.15, 2.0, 1.12];
-/// The resistance before a windkessel of three elements, as a share of the whole.
+/// The proximal resistance of a windkessel of three elements, as a share of the whole.
 const PROXIMAL: [f64; 3] = [0.1, 0.05, 0.02];
 /// The largest step, that of the defaults, s.
 const STEP: f64 = 2e-3;
@@ -98,7 +98,7 @@ pub struct Wishes {
     pub thickness: Option<f64>,
     /// Pressure (Pa) under which the vessel has the shape of the files.
     pub loaded: Option<f64>,
-    /// Whether the windkessel has a resistance before it.
+    /// Whether the windkessel has a proximal resistance.
     pub is_rcr: bool,
     /// Whether tissue surrounds the wall.
     pub has_tissue: bool,
@@ -233,7 +233,7 @@ fn load(folder: &Path, text: &str, wishes: &Wishes) -> Result<ResolvedCase, NoPr
         .map_err(|errors| NoProposal::Case(told::mistakes(&errors, wishes, folder)))
 }
 
-/// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel, the resistance before it, and the pressure at t = 0
+/// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel, its proximal resistance, and the pressure at t = 0
 /// (Pa) from which the ramp leads straight into the periodic state.
 #[derive(Debug, Clone)]
 struct Windkessel {

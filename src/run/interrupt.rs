@@ -37,7 +37,7 @@ fn ignored_signals() -> u64 {
 #[derive(Debug, Clone)]
 pub struct Interrupt {
     asked: Arc<AtomicBool>,
-    /// What is done first, to be said when it happens; nothing is said without.
+    /// What is done first, to be said when it happens; nothing is printed without.
     then: Arc<Mutex<Option<&'static str>>>,
 }
 
@@ -52,7 +52,7 @@ impl Interrupt {
         let flag = Arc::new(AtomicBool::new(false));
         let signals = signals();
         for &signal in &signals {
-            // Who hangs up may do so more than once: a terminal and its shell, each thread of a study that is killed.
+            // A hangup may come more than once: from a terminal and its shell, each thread of a study that is killed.
             if signal != SIGHUP {
                 signal_hook::flag::register_conditional_shutdown(signal, 130, flag.clone())?;
             }

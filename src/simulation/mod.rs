@@ -208,7 +208,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         Ok(())
     }
 
-    /// Takes one step, or a part of it, and writes a checkpoint if one is due. The observer is told of it while the
+    /// Takes one step, or a part of it, and writes a checkpoint if one is due. The observer learns of it while the
     /// fluid works at the next one, or at once where a checkpoint follows or no other step.
     fn step(&mut self, interrupted: &dyn Fn() -> bool) -> Result<(), Stop> {
         let (started, attempt) = (Instant::now(), self.attempt());

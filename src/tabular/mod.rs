@@ -36,7 +36,7 @@ pub struct Sheet {
 /// What the header says of a column.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Column {
-    /// Its name, with the unit if that stands there; empty without a header.
+    /// Its name, with the unit if it is given; empty without a header.
     pub name: String,
     /// Its unit, if that stands in a line of units.
     unit: Option<String>,
@@ -139,7 +139,7 @@ impl Sheet {
     /// The unit of a column: from a line of units, or from its name.
     ///
     /// # Errors
-    /// What stands there, if it is no unit of this dimension.
+    /// The text, if it is not a unit of this dimension.
     pub fn unit(&self, column: usize, wanted: Dimension) -> Result<Option<Unit>, String> {
         let Some(Column { name, unit }) = self.columns.get(column) else {
             return Ok(None);

@@ -112,7 +112,7 @@ pub fn number(cell: &str, has_commas: bool) -> Option<f64> {
     plain.parse().ok()
 }
 
-/// What is wrong with a cell that is no number.
+/// What is wrong with a cell that is not a number.
 pub fn no_number(cell: &str) -> String {
     let advice = match cell.contains('.') && cell.contains(',') {
         true => ": write no marks between thousands",

@@ -240,7 +240,7 @@ fn limits_of(case: &str) -> Limits {
 
 #[test]
 fn pressures_and_flows_are_limited_by_what_drives_them() {
-    // 46 kPa of the windkessel when time begins, 25 kPa that it takes for the largest flow, and what a start within a
+    // 46 kPa of the windkessel at t = 0, 25 kPa that it takes for the largest flow, and what a start within a
     // step of 2 ms would take; the wall's largest load in a beat is 1.7e4 Pa, the largest flow 1.4e-5 m³/s.
     let vessel = limits_of("tests/cases/S-0.25");
     println!("{vessel:?}");

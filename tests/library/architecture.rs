@@ -1,5 +1,5 @@
-//! The order of the rooms, as ARCHITECTURE.md declares it, against the source: no arrow runs against it, and so there
-//! is no circle.
+//! The order of the rooms, as ARCHITECTURE.md declares it, against the source: no arrow runs against it, and so the
+//! graph has no cycle.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

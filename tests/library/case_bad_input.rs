@@ -40,7 +40,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.0", "outlet.resistance_Pa_s_m3", "1e8", "does not belong to the outlet's condition \"windkessel\""),
     ("S-0.0", "outlet.pressure_Pa", "1e3", "does not belong to the outlet's condition \"windkessel\""),
     ("S-0.0", "windkessel.proximal_resistance_Pa_s_m3", "-1.0", "expected a number from 0.0"),
-    ("turek-hron", "flag.cylinder_x_m", "0.05", "behind the inlet"),
+    ("turek-hron", "flag.cylinder_x_m", "0.05", "downstream of the inlet"),
     ("turek-hron", "flag.cylinder_y_m", "0.37", "less than 0.36"),
     ("turek-hron", "flag.channel_height_m", "0.05", "flag.cylinder_y_m"),
     ("turek-hron", "flag.thickness_m", "0.06", "at most flag.cylinder_radius_m"),
@@ -196,8 +196,8 @@ fn what_a_fluid_of_ones_own_cannot_do_is_refused() {
             "true",
             "either starts the fluid or waits for it",
         ),
-        ("time.scheme", "bdf2", "integrates in time as it does"),
-        ("fluid.ranks", "2", "the business of fluid.command"),
+        ("time.scheme", "bdf2", "chooses its time integration"),
+        ("fluid.ranks", "2", "fluid.command starts the MPI ranks"),
         (
             "output.fluid_probes_m",
             "[[0.01, 0.0, 0.0]]",
@@ -281,7 +281,7 @@ fn files_that_are_no_case_are_refused() {
         (b"\xff\xfe\x00", "not UTF-8"),
         (b"", "write `extends = "),
         (b"[model]\nextension = \"arc\"\n", "keys are missing"),
-        (b"extends = \"case.toml\"\n", "circle"),
+        (b"extends = \"case.toml\"\n", "is it a cycle?"),
         (b"extends = \"nowhere.toml\"\n", "nowhere.toml"),
         (b"extends = 3\n", "`extends` = 3"),
     ] {
@@ -352,7 +352,7 @@ fn flow_curves_are_refused_with_the_line() {
         (b"", ":1: expected the header"),
         (
             b"t (s),Q (gal/min)\n0,1\n0.5,2\n0.7,1\n",
-            ":1: \"gal/min\" is no unit of flow that is known: expected m3/s, cm3/s, mm3/s, ml/s, ml/min, l/s, l/min",
+            ":1: \"gal/min\" is not a known unit of flow: expected m3/s, cm3/s, mm3/s, ml/s, ml/min, l/s, l/min",
         ),
         (
             b"t (s),v (cm/s)\n0,1\n0.5,2\n0.7,1\n",
@@ -485,7 +485,7 @@ fn what_is_prescribed_at_the_ends_must_fit_together() {
                 ("outlet.unit", "mmHg"),
                 ("initial.start", "equilibrium"),
             ],
-            "no equilibrium to begin with",
+            "no equilibrium to start from",
         ),
     ] {
         std::fs::write(&file, text).unwrap();
@@ -500,7 +500,7 @@ fn an_inlet_moves_with_the_wall_only_where_nothing_else_holds_it() {
         (
             "S-0.0",
             &[("ends.inlet", "radial")][..],
-            "a flow enters through an inlet at rest: write \"clamped\"",
+            "a prescribed flow needs an inlet at rest: write \"clamped\"",
         ),
         (
             "S-0.0",
@@ -515,7 +515,7 @@ fn an_inlet_moves_with_the_wall_only_where_nothing_else_holds_it() {
         (
             "neo-hookean-tube",
             &[("ends.inlet", "sliding"), ("ends.outlet", "sliding")],
-            "nothing keeps a wall from moving aside",
+            "nothing keeps a wall from moving sideways",
         ),
         (
             "neo-hookean-tube",

@@ -630,7 +630,7 @@ fn what_makes_results_doubtful_is_said() {
     let part = [("time.end_s", "1.5"), ("output.window_start_s", "0.75")];
     let window = warnings(&part, 1);
     assert!(
-        window.len() == 1 && window[0].contains("0.75 of them"),
+        window.len() == 1 && window[0].contains("covers 0.75 periods"),
         "{window:?}"
     );
     // The first look at a model shows a quarter of a beat, without a warning.

@@ -1,4 +1,4 @@
-//! Keys that do nothing in a case are told, those that a file only inherits are not.
+//! Keys that do nothing in a case are reported, those that a file only inherits are not.
 
 use fsi_driver::case::{Case, Override, Place, Preset, ResolvedCase};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ fn load(file: &Path, set: &[&str]) -> ResolvedCase {
     Case::load(file, Preset::Demo, &set).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// The keys that are told, and the sentences.
+/// The keys that are reported, and the sentences.
 fn unread(case: &ResolvedCase) -> (Vec<String>, String) {
     let keys = case.unread.iter().flat_map(|unread| &unread.keys);
     let sentences: Vec<String> = case.unread.iter().map(ToString::to_string).collect();

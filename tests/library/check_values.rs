@@ -138,7 +138,7 @@ fn the_unit_that_was_probably_meant_is_named() {
                 "vessel.material[0].mu_Pa=3e3",
                 "vessel.material[1].mu_Pa=2e3",
             ],
-            &["does not carry the 127 mmHg that are to be expected"],
+            &["cannot carry the expected 127 mmHg"],
         ),
         // No unit is to blame.
         (

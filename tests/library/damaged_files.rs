@@ -125,7 +125,7 @@ fn looked_at(case: &Path) -> Result<(), String> {
     preflight::check(&case).map_err(|e| e.to_string())
 }
 
-/// A case of the user's own with 27 cells, rigid or with an elastic wall.
+/// A user-supplied case with 27 cells, rigid or with an elastic wall.
 fn own_case(folder: &Path, wall: &str) -> PathBuf {
     let case = folder.join("case");
     copy(&project().join("tests/data/last-cell-inside"), &case);

@@ -53,7 +53,7 @@ fn each_failure_has_its_own_sentence_with_a_place_and_the_next_trial_is_solved()
     let little = pressed(&fluid, -0.01, |x| x.x > 0.02 && x.x < 0.05);
     let expected = other.solve(&little, TIME_STEP, EFFORT).unwrap();
 
-    // A displacement that is no number
+    // A displacement that is not a number
     let mut lost = little.clone();
     lost[7].z = f64::NAN;
     let text = refused(&mut fluid, &lost);

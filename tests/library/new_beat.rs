@@ -85,7 +85,7 @@ fn a_period_alone_takes_the_step_with_it() {
         "{}",
         case.time.step
     );
-    // Ends and intervals are rounded to whole steps, and what the user has written is told.
+    // Ends and intervals are rounded to whole steps, and what the user has written is reported.
     let case = set(&[
         ("time.step_s", "0.0008"),
         ("output.structure_interval_s", "0.003"),

@@ -599,7 +599,7 @@ fn what_is_refused_leaves_no_folder() {
     for (sweep, message) in [
         ("wall.media.k1_Pa", "expected KEY=VALUE,VALUE"),
         ("wall.media.k1_Pa=500,,2000", "a value is missing"),
-        ("wall.media.k1_Pa=500,500", "stands there twice"),
+        ("wall.media.k1_Pa=500,500", "is listed twice"),
     ] {
         let output = driver(here, &[&study[..], &[sweep]].concat());
         let error = String::from_utf8(output.stderr).unwrap();

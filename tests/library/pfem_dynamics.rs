@@ -117,7 +117,7 @@ fn a_viscous_wall_damps_at_the_rate_of_kelvin_and_voigt() {
 
 #[test]
 fn implicit_euler_damps_a_vibration_as_theory_says() {
-    // Each step divides the energy of x'' = -omega² x by 1 + (omega dt)²: 24 steps a period.
+    // Each step divides the energy of x'' = -omega² x by 1 + (omega dt)²: 24 steps per period.
     let options = StructureOptions {
         time_scheme: TimeScheme::ImplicitEuler,
         ..options(2, 0.0)
@@ -155,7 +155,7 @@ fn damped_newmark_damps_a_vibration_as_one_degree_of_freedom() {
     );
 }
 
-/// And as one degree of freedom of 24 and of 48 steps a period: second order.
+/// And as one degree of freedom of 24 and of 48 steps per period: second order.
 #[test]
 fn bossaks_method_damps_a_vibration_as_one_degree_of_freedom() {
     let options = StructureOptions {

@@ -102,7 +102,7 @@ fn an_imperfect_vessel_that_is_given_at_80_mmhg_is_what_its_unloaded_shape_becom
     assert!(unloading.distance_after_loading_m < 1e-6);
     assert!(unloading.iterations > 10);
     assert!((unloading.largest_displacement_m / 9.68e-4 - 1.0).abs() < 0.05);
-    // Time begins in the given shape, from which the blood counts displacements.
+    // The run starts in the given shape, from which the blood counts displacements.
     let solid = &model.coupling.solid;
     let interface = model.coupling.fluid.interface();
     let places = solid.locate(&interface.points).unwrap();
@@ -187,8 +187,8 @@ axial_per_section = 2
 surrogate = "none"
 "#;
 
-/// Where the unloaded wall lies, and where time begins: displacement of the lumen in the middle from the given shape,
-/// m.
+/// Where the unloaded wall lies, and where the run starts: displacement of the lumen in the middle from the given
+/// shape, m.
 fn unloaded_and_beginning(case: &Case) -> (f64, f64) {
     let model = CoupledModel::new(case, Workplace::default(), None).unwrap();
     let unloading = model.unloading.unwrap();

@@ -150,7 +150,7 @@ fn a_forced_vibration_is_damped_as_one_degree_of_freedom() {
     let times: Vec<f64> = (0..=200).map(|i| i as f64 * step).collect();
     let factors: Vec<f64> = times.iter().map(|&t| pulse(t)).collect();
     let mut peaks = Vec::new();
-    // The errors are those of 50 steps a period: measured 1.7e-2, 1.2e-2, 2.1e-3 and 1.2e-2.
+    // The errors are those of 50 steps per period: measured 1.7e-2, 1.2e-2, 2.1e-3 and 1.2e-2.
     for (ratio, is_wall, expected) in [
         (0.0, false, 1.7e-2),
         (0.05, false, 1.2e-2),

@@ -257,7 +257,7 @@ fn meshes_of_other_units_and_other_walls_are_told_so() {
     turned.faces.iter_mut().for_each(|face| face.reverse());
     let text = refused(&turned);
     assert!(
-        text.contains("100.0 % of the wall's wet surface has no face of the fluid beside it"),
+        text.contains("100.0 % of the wall's wet surface has no face of the fluid next to it"),
         "{text}"
     );
 }

@@ -330,7 +330,7 @@ const BROKEN_LINES: &[(&str, &str)] = &[
     ("a,b,c\n0,0,0\n1,0,0\n", "line 1: expected the columns x,y,z or x,y,z,r"),
     ("0,0,0,1\n10,0,0,-1\n", "line 2: expected a radius above 0"),
     ("0,0\n10,0\n", "line 1: expected 3 or 4 numbers"),
-    ("0,0,0\n0,0,0\n30,0,0\n", "points 1 and 2 lie on each other"),
+    ("0,0,0\n0,0,0\n30,0,0\n", "points 1 and 2 coincide"),
     ("0,0,0\n30,0,0\n10,0.1,0\n", "the centre-line turns back at point 2 by 180°"),
     ("0,0,0\n30000,0,0\n", "is the unit of the file the right one?"),
     ("0,0,0\n1e-4,0,0\n", "is the unit of the file the right one?"),

@@ -24,8 +24,8 @@ const COARSE: [&str; 5] = [
 const WALL: [f64; 2] = [1e6, 0.3];
 
 /// What was computed over what theory says behind the front, in a wall of this Young's modulus (Pa) and Poisson's
-/// ratio: the displacement 20 mm behind the inlet and the inflow, both means from 6 to 12 ms (or the end), in which the
-/// wall rings; the mean number of coupling iterations; and the inflow of the last 4 ms.
+/// ratio: the displacement 20 mm downstream of the inlet and the inflow, both means from 6 to 12 ms (or the end), in
+/// which the wall rings; the mean number of coupling iterations; and the inflow of the last 4 ms.
 fn behind_the_front(wall: [f64; 2], settings: &[&str]) -> [f64; 4] {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
@@ -110,8 +110,8 @@ fn a_front_widens_the_tube_as_its_pressure_does_at_rest() {
     check(WALL, &settings, [1.0014, 0.9705, 5.76, 0.9705]);
 }
 
-/// Until the front has come back from the outlet as suction and starts anew. What was rough in the blood that enters
-/// used to grow: at 18 ms the inflow ran away.
+/// Until the front has come back from the outlet as suction and is reflected again. What was rough in the blood that
+/// enters used to grow: at 18 ms the inflow ran away.
 #[test]
 fn with_the_native_fluid_too_and_it_stays_calm() {
     let native = ["fluid.solver=native", "time.end_s=0.024"];

@@ -14,7 +14,7 @@ const PERIOD: f64 = 0.5;
 /// Distance of two probes, m.
 const SPACING: f64 = 0.03;
 
-/// Sixteen steps a period: what is compared is the wave of these steps.
+/// Sixteen steps per period: what is compared is the wave of these steps.
 #[test]
 fn waves_have_womersleys_speed_and_attenuation() {
     check(0.03125, &["time.step_s=0.03125"], [0.00012, 0.00191]);

@@ -62,7 +62,7 @@ fn a_tube_that_buckles_is_told_from_one_that_needs_smaller_steps() {
     let said = text(&run);
     assert_eq!(run.status.code(), Some(1), "{said}");
     // The tangent is looked at every 20 steps. Without imperfection the wall stands by itself up to 6.2 kPa; the second
-    // look is under 13.40 kPa, and what it finds is told once.
+    // look is under 13.40 kPa, and what it finds is reported once.
     let warnings: Vec<&str> = said.split("under a mean pressure of ").skip(1).collect();
     let [warning] = warnings[..] else {
         panic!("{said}")

@@ -208,8 +208,8 @@ fn a_lost_or_damaged_table_is_named_and_the_run_can_go_on_with_new_ones() {
     let output = resume(&["--new-tables"]);
     assert!(output.status.success(), "{}", text(&output));
     let said = text(&output);
-    assert!(said.contains("begins anew: history.csv"), "{said}");
-    assert!(said.contains("begins anew: regions.csv"), "{said}");
+    assert!(said.contains("starts again: history.csv"), "{said}");
+    assert!(said.contains("starts again: regions.csv"), "{said}");
     assert_eq!(
         std::fs::read(out.join("history.csv.damaged-1")).unwrap(),
         b"rubbish"

@@ -22,7 +22,7 @@ fn read_message(stream: &mut UnixStream) -> Option<(Kind, Vec<u8>)> {
     Some((frame.kind, payload))
 }
 
-/// Sends `messages` after the HELLO and hangs up if `then_close`; returns the solver's FAILURE (if any) and its log.
+/// Sends `messages` after the HELLO and disconnects if `then_close`; returns the solver's FAILURE (if any) and its log.
 fn attack(channel: &Channel, messages: &[Vec<u8>], then_close: bool) -> (String, String) {
     let folder = tempfile::tempdir().unwrap();
     let address = folder.path().join("fluid");

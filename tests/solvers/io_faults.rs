@@ -150,7 +150,7 @@ impl Bench {
             return "harmless";
         }
         assert!(code == Some(1) || code == Some(2));
-        let error = said.split_once("error: ").expect("an error is told").1;
+        let error = said.split_once("error: ").expect("an error is reported").1;
         let (what, _) = error.split_once("; --resume").unwrap_or((error, ""));
         let folders = [&*self.folder.path().to_string_lossy(), "openfoam-case"];
         assert!(folders.iter().any(|folder| what.contains(folder)), "{what}");
@@ -158,7 +158,7 @@ impl Bench {
         let how = if text(&resumed).contains("start it without --resume") {
             assert_eq!(code, Some(2), "it says that nothing was written");
             complete(self.run("run", 3, &[]));
-            "begun anew"
+            "started again"
         } else {
             assert!(resumed.status.success(), "{}", text(&resumed));
             "resumed"
@@ -187,12 +187,12 @@ impl Bench {
             }
             let of = |what| outcomes.iter().filter(|outcome| **outcome == what).count();
             println!(
-                "{whose}, {kind}: {} of {} calls failed: {} harmless, {} resumed, {} begun anew",
+                "{whose}, {kind}: {} of {} calls failed: {} harmless, {} resumed, {} started again",
                 outcomes.len(),
                 calls.len(),
                 of("harmless"),
                 of("resumed"),
-                of("begun anew")
+                of("started again")
             );
             before += calls.len();
         }

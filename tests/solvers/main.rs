@@ -9,6 +9,7 @@ mod benchmark_support;
 mod benchmark_turek_hron;
 mod benchmark_womersley_elastic;
 mod boundary_conditions;
+mod browser;
 mod buckling;
 mod check;
 mod coupled_run;
@@ -32,6 +33,7 @@ mod native_run;
 mod own_case;
 mod own_fluid;
 mod own_mesh;
+mod pages;
 #[path = "../pfem_support/mod.rs"]
 mod pfem_support;
 mod probes;
@@ -46,7 +48,7 @@ mod study;
 mod tables;
 mod terminal;
 mod tethered_wave;
-mod tutorials;
+
 mod validation;
 mod vessel;
 mod wall_state;

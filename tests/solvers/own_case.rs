@@ -1,4 +1,4 @@
-//! OpenFOAM cases of the user's own with elastic walls: examples/own-case, and what can be wrong with such a case.
+//! user-supplied OpenFOAM cases with elastic walls: examples/own-case, and what can be wrong with such a case.
 
 use crate::benchmark_support::probes;
 use crate::run_support::*;
@@ -952,7 +952,7 @@ fn a_rim_that_moves_takes_the_points_of_its_patch_along() {
         println!("{name}: mass {lost:.1e}");
         assert!(lost < 1e-5, "{lost:e}");
     }
-    // A file of the user's own that holds the rim is refused, one that does not say anything of the patch is completed.
+    // A user-supplied file that holds the rim is refused, one that does not say anything of the patch is completed.
     let field = |outlet: &str| {
         format!(
             "FoamFile {{ version 2.0; format ascii; class pointVectorField; location \"0\"; object pointDisplacement; }}\n\

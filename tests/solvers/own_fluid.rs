@@ -1,4 +1,4 @@
-//! Fluid solvers of the user's own, in processes that speak the protocol: the clients of `examples/` and what can go
+//! User-supplied fluid solvers, in processes that speak the protocol: the clients of `examples/` and what can go
 //! wrong.
 
 use crate::python_reader::python;
@@ -15,7 +15,7 @@ fn command(words: &[&str]) -> String {
     format!("fluid.command=[{}]", words.join(", "))
 }
 
-/// A run of a few steps whose fluid is of the user's own.
+/// A run of a few steps with a user-supplied fluid.
 fn with_own(out: &Path, steps: usize, fluid: &str, more: &[&str]) -> Command {
     let mut run = driver(out, steps, &[&["--set", fluid], more].concat());
     run.env("PYTHONDONTWRITEBYTECODE", "1");

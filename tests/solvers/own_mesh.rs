@@ -1,4 +1,4 @@
-//! Meshes and dictionaries of the user's own as others write them: one cell deep, renumbered, with files that include
+//! User-supplied meshes and dictionaries as others write them: one cell deep, renumbered, with files that include
 //! others.
 
 use crate::run_support::*;
@@ -131,7 +131,7 @@ fn a_wall_in_another_unit_is_refused_and_one_that_reaches_farther_told() {
     }
     let said = text(&check(&flap, &[]));
     for words in [
-        "0.0 % of the wall's wet surface has none beside it\n",
+        "0.0 % of the wall's wet surface has none next to it\n",
         "mesh    6.0000 m x 4.0000 m x 1.0000 m",
         "hydraulic diameters: inlet 8.0000 m, outlet 8.0000 m",
     ] {
@@ -152,7 +152,7 @@ fn a_wall_in_another_unit_is_refused_and_one_that_reaches_farther_told() {
     let said = text(&output);
     assert!(output.status.success(), "{said}");
     assert!(
-        said.contains("50.0 % of the wall's wet surface has none beside it"),
+        said.contains("50.0 % of the wall's wet surface has none next to it"),
         "{said}"
     );
 }

@@ -1,4 +1,4 @@
-//! Vessels whose walls do not yield: the flow alone, against exact solutions of what is prescribed at the ends.
+//! Vessels with rigid walls: the flow alone, against exact solutions of what is prescribed at the ends.
 
 use crate::run_support::*;
 use nalgebra::Complex;
@@ -201,7 +201,7 @@ fn driving_pressure(t: f64, period: f64) -> f64 {
 }
 
 /// Largest differences in the last of some beats from Womersley's velocity, relative to the largest one: in the
-/// cross-sections half a radius behind the inlet, in the middle, and half a radius before the outlet. `inlet` are lines
+/// cross-sections half a radius from the inlet, in the middle, and half a radius from the outlet. `inlet` are lines
 /// of the case.
 fn profile_errors(folder: &Path, inlet: &str, beats: u32, more: &[&str]) -> [f64; 3] {
     let period = 0.2;
@@ -407,7 +407,7 @@ fn what_is_of_walls_that_yield_is_refused_for_a_rigid_vessel() {
         .output()
         .unwrap();
     assert!(
-        text(&output).contains("no section of the vessel yields"),
+        text(&output).contains("no section of the vessel is elastic"),
         "{}",
         text(&output)
     );

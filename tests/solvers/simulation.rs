@@ -1,4 +1,4 @@
-//! A simulation with a fluid of the user's own: that of the example, which keeps its state in memory.
+//! A simulation with a user-supplied fluid: that of the example, which keeps its state in memory.
 
 #[path = "../../examples/own_fluid/main.rs"]
 #[allow(dead_code)] // its `main`
@@ -126,7 +126,7 @@ fn try_to_run(case: &Case, folder: &Path, accident: Accident) -> Result<Run, Box
     example::run(case, coupling, folder)
 }
 
-/// 0.1 ms a step.
+/// 0.1 ms per step.
 fn rows(end: &str, folder: &Path) -> Vec<Row> {
     let simulation = run(&elastic_tube(end).unwrap(), folder, Accident::Nothing);
     assert!(simulation.observer.notes.is_empty());
@@ -167,7 +167,7 @@ fn a_fluid_that_has_died_is_recalled_and_one_that_finds_nothing_is_asked_with_mo
     assert_eq!((fluid.recalls, fluid.forgotten), (1, 0));
     assert_eq!((totals.fluid_restarts, totals.failed_attempts), (1, 1));
     let note = &died.observer.notes[0];
-    assert!(note.contains("goes on from"), "{note}");
+    assert!(note.contains("continues from"), "{note}");
 
     // Twice: the third attempt, from the last displacement, succeeds.
     let unsolved = run("unsolved", Accident::NotSolved { call });

@@ -81,7 +81,7 @@ fn a_mark_that_cannot_be_answered_is_refused_and_nothing_is_written() {
         ),
         (
             with("model x"),
-            "line 2: `model x` is no table; expected `models STUDY`",
+            "line 2: `model x` is not a table; expected `models STUDY`",
         ),
         (
             with("changes nowhere/S-0.0 nowhere"),

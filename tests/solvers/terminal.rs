@@ -28,7 +28,7 @@ fn on_full_disk(mut command: Command) -> Output {
     command.spawn().unwrap().wait_with_output().unwrap()
 }
 
-/// Whoever stops reading is not told anything; a full disk is reported in a sentence.
+/// A reader that stops gets no message; a full disk is reported in a sentence.
 fn assert_graceful(arguments: &[&str]) {
     let output = without_reader(command(arguments));
     assert_eq!(output.status.code(), Some(0), "{}", text(&output));

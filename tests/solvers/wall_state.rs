@@ -370,7 +370,7 @@ fn the_straight_artery_needs_prestretch_or_tissue() {
     let said = text(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(
-        said.contains("moves aside at 6.12 kPa of 10.67 kPa"),
+        said.contains("bends sideways at 6.12 kPa of 10.67 kPa"),
         "{said}"
     );
 }

@@ -98,7 +98,7 @@ class Opening:
 
 @dataclass
 class Report:
-    """What the driver is told of a finished step."""
+    """What the solver reports of a finished step."""
 
     openings: list  # of each opening (flow into the domain m³/s, mean pressure Pa, pressure of the model Pa or 0)
     volume: float  # of the whole domain, m³

@@ -217,7 +217,7 @@ fn centre_line(keys: &VesselDescription, report: &mut Report<'_>) {
     }
 }
 
-/// What is of files alone, and a lumen that is no circle.
+/// What is of files alone, and a lumen that is not a circle.
 fn table(keys: &VesselDescription, report: &mut Report<'_>) {
     let of_files = [
         ("vessel.branch", keys.branch.is_some()),

@@ -1,4 +1,4 @@
-//! Whether the wall of an OpenFOAM case of the user's own is described once and completely.
+//! Whether the wall of a user-supplied OpenFOAM case is described once and completely.
 
 use super::{Report, material};
 use crate::case::{

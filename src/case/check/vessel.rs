@@ -24,8 +24,7 @@ pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) 
         &["initial.pressure_Pa", "initial.shape"],
         vessel.given_shape() != GivenShape::Loaded
             && vessel.initial.as_ref().is_some_and(|initial| initial.pressure.is_some()),
-        "this is the pressure in a given shape that is loaded: write initial.shape = \"loaded\", or leave it out; the pressure \
-         with which time begins is windkessel.initial_pressure_Pa"
+        "this is the pressure in a given shape that is loaded: write initial.shape = \"loaded\", or leave it out; the initial pressure of the run is windkessel.initial_pressure_Pa"
             .into(),
     );
     if let Some(degree) = case.structure.p_geometry {

@@ -228,7 +228,7 @@ mod tests {
         QuasiNewton::new(model, 0.1).with_surrogate(surrogate)
     }
 
-    /// Iterations of eight steps, the text that was told, and after how many steps.
+    /// Iterations of eight steps, the text of the report, and after how many steps.
     fn run(surrogate: Box<dyn Surrogate>) -> (Vec<usize>, Option<(usize, String)>) {
         let (mut problem, mut model) = (Linear::new(30, 20.0), model(surrogate));
         let (mut counted, mut told) = (Vec::new(), None);
@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn a_surrogate_that_is_worse_than_none_is_dropped_and_that_is_told() {
         let (counted, told) = run(Box::new(Wrong));
-        let (step, text) = told.expect("it is told");
+        let (step, text) = told.expect("it is reported");
         assert_eq!(step, JUDGED);
         assert!(text.contains("coupling.surrogate = \"none\""), "{text}");
         let (without, none) = run(Box::new(Identity));

@@ -1,4 +1,4 @@
-//! The conversation with a flow solver in a process of its own, whoever it is: `of-adapter/PROTOCOL.md`.
+//! The conversation with a flow solver in a separate process: `of-adapter/PROTOCOL.md`.
 //!
 //! [`protocol`] knows the messages, [`transport`] carries them, [`session`] knows what may be said when, and
 //! [`partner`] is a session together with the process at its other end.

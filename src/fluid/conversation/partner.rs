@@ -51,7 +51,7 @@ pub(crate) struct Partner {
     is_over: bool,
     // Dropped in this order: the connection is closed before the process is ended for good.
     session: Session,
-    /// None if somebody else has started it.
+    /// None if it was not started by the driver.
     process: Option<Process>,
 }
 
@@ -75,7 +75,7 @@ impl Partner {
         Self::meet(beginning, Some(process), limit)
     }
 
-    /// Waits for a solver that somebody else starts, as long as it takes, and shakes hands with it.
+    /// Waits for a solver that is started separately, as long as it takes, and shakes hands with it.
     ///
     /// # Errors
     /// If it is not the one that was expected, or the wait was ended.
@@ -191,7 +191,7 @@ impl Partner {
         self.process.as_mut().is_some_and(Process::has_ended)
     }
 
-    /// Ends the process now, or asks the solver to go if somebody else has started it.
+    /// Ends the process now, or asks the solver to go if the driver did not start it.
     pub fn end_now(&mut self) {
         match &mut self.process {
             Some(process) => process.end(Duration::ZERO),

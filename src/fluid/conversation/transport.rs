@@ -116,7 +116,7 @@ impl Listener {
         Ok(Listener::Socket { folder, listener })
     }
 
-    /// An empty folder `folder` for files, made anew.
+    /// An empty folder `folder` for files, made again.
     pub fn files(folder: &Path) -> Result<Self, TransportError> {
         match fs::remove_dir_all(folder) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {

@@ -59,7 +59,7 @@ pub struct NativeFluid {
     memory: Memory,
     trial: Option<Trial>,
     ends: Ends,
-    /// Displacement of the wall when time begins, m.
+    /// Displacement of the wall at t = 0, m.
     initial: Vec<Vec3>,
     /// Faces of the deformable wall in the interface's order.
     wall: Vec<Face>,
@@ -175,7 +175,7 @@ impl NativeFluid {
         self.initial = displacement;
     }
 
-    /// Volume (m³) of the mesh when time begins, and of its parts with a rigid wall.
+    /// Volume (m³) of the mesh at t = 0, and of its parts with a rigid wall.
     pub fn volumes(&self) -> Result<[f64; 2], FluidError> {
         let positions = self.mesh.positions(&self.initial);
         let metric = Metric::new(self.flow.space(), &positions)

@@ -7,7 +7,7 @@ use std::time::Instant;
 pub enum Part {
     /// The nodes' places, the metric, and all of the equations that depends on them.
     Geometry,
-    /// The Schur complement and its factor, when they are made anew.
+    /// The Schur complement and its factor, when they are made again.
     Factorization,
     /// Products with the equations' matrix.
     Products,

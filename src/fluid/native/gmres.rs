@@ -125,8 +125,8 @@ fn orthogonalize(weights: &[f64], others: &[Vec<f64>], a: &mut [f64]) -> (Vec<f6
     }
 }
 
-/// The residual is computed anew in the end, and the iteration goes on where that is needed, if it was to fall by more
-/// than this factor: the preconditioner has the round-off of single precision.
+/// The residual is computed again at the end, and the iteration continues where that is needed, if it was to fall by
+/// more than this factor: the preconditioner has the round-off of single precision.
 const TRUSTED: f64 = 1e-5;
 
 /// Improves `x`, whose preconditioned residual is `first`, until the norm of that is below `tolerance`, with at most

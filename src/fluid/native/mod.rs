@@ -79,7 +79,7 @@ pub enum FlowError {
     /// Nobody waits for the solution any more.
     #[error("interrupted")]
     Interrupted,
-    /// What is known is no number.
+    /// What is known is not a number.
     #[error(
         "the fluid's velocity is not a finite number at {position:?} m: it has been lost before this solution"
     )]

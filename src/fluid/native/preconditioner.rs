@@ -1,4 +1,4 @@
-//! What the preconditioner is made for, and when it is made anew: that depends on the state at the beginning of a step
+//! What the preconditioner is made for, and when it is made again: that depends on the state at the beginning of a step
 //! alone, so that a resumed run repeats the uninterrupted one.
 
 use super::FlowError;
@@ -11,7 +11,7 @@ use super::spectral_elements::SpectralElements;
 use serde::{Deserialize, Serialize};
 
 /// The preconditioner is renewed once the mesh has moved by this share of the flow's width. S-0.25 from 0.3 s on: 3.4
-/// iterations a trial with 0.05, 3.7 with 0.1, 4.0 with 0.2, and twice as many preconditioners with half of it.
+/// iterations per trial with 0.05, 3.7 with 0.1, 4.0 with 0.2, and twice as many preconditioners with half of it.
 const FAR: f64 = 0.1;
 /// Or once the time steps differ by this factor.
 const OTHER_STEP: f64 = 5.0;

@@ -179,7 +179,7 @@ fn subdivided(elements: usize, nodes: &[f64]) -> Vec<f64> {
 #[derive(Debug, Clone)]
 pub struct VesselMesh {
     resolution: Resolution,
-    /// Layers of elements whose wall yields.
+    /// Layers of elements with an elastic wall.
     elastic: Range<usize>,
     section: Section,
     /// Numbering of the unknowns.
@@ -273,7 +273,7 @@ impl VesselMesh {
         }
     }
 
-    /// The layers of elements, counted downstream, whose wall yields.
+    /// The layers of elements, counted downstream, with an elastic wall.
     pub fn elastic(&self) -> Range<usize> {
         self.elastic.clone()
     }

@@ -23,9 +23,9 @@ const STEEP_DEG: f64 = 40.0;
 
 /// From this diffusion number on the pressure's corrections leave out only what neighbours do not follow (`consistent`,
 /// SIMPLEC). In the usual ones a smooth error of the pressure comes back from each outer corrector times the diffusion
-/// number. Elastic walls, S-0.25 with dt = 2 ms: it converges with 0.18 (30,240 cells), takes 7.9 correctors a step
+/// number. Elastic walls, S-0.25 with dt = 2 ms: it converges with 0.18 (30,240 cells), takes 7.9 correctors per step
 /// instead of 6.3 with 0.53 (199,680), and diverges with 1.58 (1,003,860). Rigid walls, a stenosis of 75 %: it takes 5
-/// to 7 correctors a step instead of 1 or 2 with 0.83, and diverges with 1.55.
+/// to 7 correctors per step instead of 1 or 2 with 0.83, and diverges with 1.55.
 const DIFFUSIVE: f64 = 0.4;
 
 /// The parameter by which templates take the time scheme of the case.

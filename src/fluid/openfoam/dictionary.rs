@@ -559,7 +559,7 @@ mod tests {
                 1,
                 "\"nothing\", which is not there",
             ),
-            ("a 1;\n#include \"dict\"\n", 2, "circle"),
+            ("a 1;\n#include \"dict\"\n", 2, "is it a cycle"),
             ("a \u{0}\u{1};\n)", 2, "found `)`"),
         ] {
             let error = read(text).unwrap_err();

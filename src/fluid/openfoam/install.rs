@@ -159,7 +159,7 @@ pub fn version() -> Option<String> {
 /// Compares the stamp that setup.sh left beside the library with the installed package.
 fn check_version(library: &Path) -> Result<(), InstallError> {
     let Ok(stamp) = std::fs::read_to_string(library.with_file_name("stamp")) else {
-        return Ok(()); // a library of the user's own; it compares versions itself when it is loaded
+        return Ok(()); // a user-supplied library; it compares versions itself when it is loaded
     };
     let built = stamp
         .lines()

@@ -19,7 +19,7 @@ pub struct Prepared<'a> {
 pub enum Source<'a> {
     /// Templates, with the numbers of the case beside them.
     Templates(CaseFiles<'a>),
-    /// A case of the user's own, with its own mesh.
+    /// A user-supplied case, with its own mesh.
     Own(OwnCaseFiles<'a>),
 }
 

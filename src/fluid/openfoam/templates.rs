@@ -31,7 +31,7 @@ pub enum TemplateError {
     /// A file cannot be copied.
     #[error("{}: {}", .0.display(), .1)]
     File(PathBuf, String),
-    /// A file is no dictionary.
+    /// A file is not a dictionary.
     #[error(transparent)]
     Dictionary(#[from] DictionaryError),
 }
@@ -135,7 +135,7 @@ fn check_reads(
     effect: &str,
 ) -> Option<TemplateError> {
     let path = folder.join(file);
-    // One that cannot be read is told elsewhere, and of a compressed one nothing is known.
+    // One that cannot be read is reported elsewhere; a compressed one is not looked into.
     let text = fs::read_to_string(&path).ok()?;
     let missing = parameters.iter().filter(|name| !text.contains(**name));
     let missing: Vec<String> = missing.map(|name| format!("$:{name}")).collect();

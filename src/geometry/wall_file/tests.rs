@@ -138,7 +138,7 @@ fn what_is_no_wall_is_refused_with_the_place() {
         (
             "a.inp",
             "*ELEMENT, TYPE=C3D10\n",
-            "line 1: elements of the type C3D10 are no hexahedra",
+            "line 1: elements of the type C3D10 are not hexahedra",
         ),
         (
             "a.inp",

@@ -126,7 +126,7 @@ impl FlowNumbers {
         Self::of_flow(case, &samples)
     }
 
-    /// Of a case with this flow, pairs of time (s) and flow (m³/s); none if it is no vessel, or nothing flows.
+    /// Of a case with this flow, pairs of time (s) and flow (m³/s); none if it is not a vessel, or nothing flows.
     pub fn of_flow(case: &Case, samples: &[[f64; 2]]) -> Option<Self> {
         let Problem::Vessel(keys) = &case.problem else {
             return None;

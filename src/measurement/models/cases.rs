@@ -217,7 +217,7 @@ const HEAD: &str = "\
 | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |
 ";
 
-/// Mean (largest) numbers of iterations per step, and seconds a step.
+/// Mean (largest) numbers of iterations per step, and seconds per step.
 fn markdown(rows: &[Row]) -> String {
     let mut text = String::new();
     for row in rows {

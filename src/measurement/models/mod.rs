@@ -1,4 +1,4 @@
-//! Acceleration models beside each other: on problems with a known answer, and on coupled cases.
+//! Acceleration models compared: on problems with a known answer, and on coupled cases.
 
 mod cases;
 mod plot;

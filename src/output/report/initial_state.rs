@@ -16,7 +16,7 @@ const NEAR: f64 = 0.02;
 /// Edges of the wall at the angles 0 and π: arc length and distance from the centre-line, mm, for each edge.
 type Edges = [Vec<(f64, f64)>; 4];
 
-/// The section's HTML; `None` if time begins with an unloaded wall.
+/// The section's HTML; `None` if the run starts with an unloaded wall.
 pub fn section(run: &Results) -> io::Result<Option<String>> {
     let Some(vessel) = &run.vessel else {
         return Ok(None);

@@ -1,12 +1,16 @@
-//! A page of HTML that stands on nothing but itself.
+//! A page of HTML that needs no other file.
 
 use crate::output::figure::{Curve, Figure, Panel, Scale};
 use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use std::fmt::Write;
+use std::io::Write as _;
 
 const STYLE: &str = include_str!("style.css");
 const VIEWER: &str = include_str!("viewer.js");
-/// Columns of a table that does not fit beside each other on most screens.
+/// Columns of a table that is too wide for most screens.
 const WIDE: usize = 9;
 const LIBRARY: &str = include_str!("vendor/three.min.js");
 
@@ -68,12 +72,22 @@ impl Page {
         if self.has_viewer {
             let _ = writeln!(
                 html,
-                "<script>\n{LIBRARY}</script>\n<script>\n{VIEWER}</script>"
+                "<script type=\"application/gzip\" id=\"library\">{}</script>\n<script>\n{VIEWER}</script>",
+                library()
             );
         }
         html.push_str("</body>\n</html>\n");
         html
     }
+}
+
+/// The library of the viewer, compressed: a third of its size, base 64 included.
+fn library() -> String {
+    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+    let packed = packed
+        .write_all(LIBRARY.as_bytes())
+        .and_then(|()| packed.finish());
+    STANDARD.encode(packed.expect("memory can be written"))
 }
 
 /// Text within HTML.
@@ -84,7 +98,7 @@ pub fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// Figures beside each other as far as there is room: two in a row, or three where that leaves no gap.
+/// Figures side by side where there is room: two in a row, or three where that leaves no gap.
 pub fn gallery(figures: &[String]) -> String {
     let count = figures.iter().filter(|f| f.starts_with("<figure")).count();
     let class = match count % 2 {
@@ -127,7 +141,7 @@ pub fn file_name(name: &str) -> String {
 
 /// A link to numbers that are part of the page, to download as `name`.csv.
 pub fn download(name: &str, csv: &str) -> String {
-    let data = base64::engine::general_purpose::STANDARD.encode(csv);
+    let data = STANDARD.encode(csv);
     format!(
         " <a class=\"download\" download=\"{name}.csv\" href=\"data:text/csv;base64,{data}\">{name}.csv</a>"
     )
@@ -174,7 +188,7 @@ pub fn line(name: &str, colour: usize, points: Vec<(f64, f64)>) -> Curve {
     }
 }
 
-/// The curves of a panel as a table: beside each other if they share their x, else one after the other.
+/// The curves of a panel as a table: side by side if they share their x, otherwise one after the other.
 fn numbers(panel: &Panel) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let Some(first) = panel.curves.first() else {

@@ -208,7 +208,7 @@ pub(crate) fn flow(run: &Results) -> Vec<String> {
             pressure_panel(run),
         ),
     ];
-    // What an OpenFOAM case of the user's own prescribes knows of no ramp.
+    // What a user-supplied OpenFOAM case prescribes knows of no ramp.
     if run.vessel.is_some() {
         charts.push(chart(
             "ramp",

@@ -1,4 +1,4 @@
-//! The page of a study: runs of any cases beside each other, each by its own name.
+//! The page of a study: runs of any cases side by side, each by its own name.
 
 use super::key_figures::{COURSE, KeyFigure, RESULTS};
 use super::maps::{self, OSI, RADIUS, TAWSS};

@@ -1,12 +1,15 @@
 // The wall in three dimensions: rotate it, choose a field, play the beat. Data: the element's JSON, see scene.rs.
-(() => {
+(async () => {
   'use strict';
+  const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+
+  // The library is part of the page, compressed by gzip.
+  const packed = new Blob([bytes(document.getElementById('library').textContent)]).stream();
+  const library = await new Response(packed.pipeThrough(new DecompressionStream('gzip'))).text();
   const {
     AmbientLight, BufferAttribute, BufferGeometry, DirectionalLight, DoubleSide, Mesh, MeshLambertMaterial,
     OrbitControls, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
-  } = THREE;
-
-  const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+  } = new Function(`${library}; return THREE;`)();
 
   function start(element) {
     const data = JSON.parse(element.querySelector('script').textContent);

@@ -228,7 +228,7 @@ impl ResultsFolder {
         Ok(Some(computed.solution))
     }
 
-    /// Writes the table anew, in the order of cases, spaces, meshes and degrees; whole or not at all.
+    /// Writes the table again, in the order of cases, spaces, meshes and degrees; whole or not at all.
     fn save(&mut self) -> Result<(), Failure> {
         self.rows.sort_by(|a, b| a.order().cmp(&b.order()));
         let mut writer = csv::Writer::from_writer(Vec::new());

@@ -1,4 +1,4 @@
-//! The static equilibrium in which a structure can be when time begins.
+//! The static equilibrium in which a structure can be at t = 0.
 //!
 //! Where tissue is at rest in a loaded state, that state is an equilibrium which is known: a wall is led from there to
 //! other pressures, not from its unloaded shape, which the tissue would pull open.

@@ -58,7 +58,7 @@ impl Residual {
     }
 }
 
-/// When to stop and when to factorize anew.
+/// When to stop and when to factorize again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewtonOptions {
     /// Most iterations of one solution.

@@ -1,7 +1,7 @@
 //! Looks now and then, on a thread of its own, whether a moving wall would stand without its inertia.
 //!
 //! Inertia keeps the tangent of a time step positive definite where that of statics no longer is, so that a wall that
-//! buckles shows in a run only as a motion that grows. What is found here is told and changes nothing.
+//! buckles shows in a run only as a motion that grows. Findings are reported and change nothing.
 
 use super::equation_of_motion::{EquationOfMotion, Linearization};
 use std::sync::Arc;

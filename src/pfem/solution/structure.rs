@@ -58,7 +58,7 @@ pub struct StructureOptions {
     pub supports: Vec<Support>,
     /// Pressure (Pa) on the surface `outer` that is always there, along x.
     pub outer_pressure: Profile,
-    /// Acceleration of gravity, m/s², which begins to act when time begins; zero for none.
+    /// Acceleration of gravity, m/s², which acts from t = 0 on; zero for none.
     pub gravity: Vec3,
 }
 

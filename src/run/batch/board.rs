@@ -40,7 +40,7 @@ struct Row {
     steps: usize,
     time_step: f64,
     done: usize,
-    /// Seconds a step, lately.
+    /// Seconds per step, lately.
     pace: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! How large a case with meshes of the user's own is, and how well its wall fits the fluid's patches.
+//! How large a case with user-supplied meshes is, and how well its wall fits the fluid's patches.
 
 use super::initial_state::{InitialState, initial_state};
 use super::{AssemblyError, Domain, own, preflight, transfer};

@@ -17,7 +17,7 @@ use std::sync::{Mutex, PoisonError};
 /// Largest distance (m) between a shape that is given as loaded, and what loading leads to from the unloaded one.
 const LARGEST_DISTANCE: f64 = 1e-6;
 
-/// The wall in the state in which time begins.
+/// The wall in its initial state.
 pub struct InitialState {
     /// The structure.
     pub solid: Structure,
@@ -230,7 +230,7 @@ fn pressure_keys(vessel: &BloodVessel) -> [String; 2] {
     }
 }
 
-/// The structure of a case in the state in which time begins: unloaded, or in static equilibrium.
+/// The structure of a case in its initial state: unloaded, or in static equilibrium.
 ///
 /// # Errors
 /// If the structure is not well posed, or there is no stable equilibrium; the text says what helps.

@@ -14,7 +14,7 @@ const VELOCITIES: f64 = 10.0;
 const ALONG: usize = 400;
 const AROUND: usize = 16;
 
-/// The limits of a case. What templates, programs and OpenFOAM cases of the user's own prescribe is not known here.
+/// The limits of a case. What templates, programs and user-supplied OpenFOAM cases prescribe is not known here.
 ///
 /// # Errors
 /// If a curve cannot be read.

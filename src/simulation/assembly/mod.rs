@@ -69,7 +69,7 @@ pub struct Workplace {
 pub struct CoupledModel {
     /// The solvers, at rest or in the state of a checkpoint.
     pub coupling: Coupling<Box<dyn Fluid>, Structure>,
-    /// Cells of the fluid's mesh, or its elements; for a solver of the user's own the faces of its wall.
+    /// Cells of the fluid's mesh, or its elements; for a user-supplied solver the faces of its wall.
     pub fluid_cells: usize,
     /// Volume of the fluid at rest, m³.
     pub volume: f64,
@@ -77,7 +77,7 @@ pub struct CoupledModel {
     pub rigid_volume: f64,
     /// Where the unloaded shape of the wall comes from, if it is not the given one.
     pub unloading: Option<Unloading>,
-    /// Mesh of the fluid at rest, of an OpenFOAM case of the user's own: its patches and cells are what regions are
+    /// Mesh of the fluid at rest, of a user-supplied OpenFOAM case: its patches and cells are what regions are
     /// made of.
     pub own_mesh: Option<PolyMesh>,
 }
@@ -227,7 +227,7 @@ fn transfer(
     }
 }
 
-/// Couples a fluid to the structure in the state in which time begins.
+/// Couples a fluid to the structure in its initial state.
 fn join<F: Fluid>(
     case: &Case,
     fluid: F,
@@ -327,7 +327,7 @@ fn openfoam(
     Ok(Box::new(fluid))
 }
 
-/// Starts the solver of the user's own, or waits for it.
+/// Starts the user-supplied solver, or waits for it.
 fn external(
     case: &Case,
     workplace: Workplace,
@@ -339,7 +339,7 @@ fn external(
     Ok(fluid)
 }
 
-/// How the solver of the user's own is started. What it leaves lies beside the folder that OpenFOAM would have.
+/// How the user-supplied solver is started. What it leaves lies beside the folder that OpenFOAM would have.
 ///
 /// # Errors
 /// If a mesh that the case names cannot be used.
@@ -399,7 +399,7 @@ fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, Tabl
         openings: match &case.problem {
             Problem::Vessel(vessel) => Openings::Vessel(VesselOpenings::new(case, vessel, mesh)?),
             Problem::Flag(flag) => Openings::Channel(flag),
-            Problem::Own(_) => unreachable!("a case of the user's own has no templates"),
+            Problem::Own(_) => unreachable!("a user-supplied case has no templates"),
         },
         ramp: &case.ramp,
         time: &case.time,

@@ -1,4 +1,4 @@
-//! The domain of an OpenFOAM case of the user's own: its mesh as it is, and a wall on its patches.
+//! The domain of a user-supplied OpenFOAM case: its mesh as it is, and a wall on its patches.
 
 use super::domain::{Domain, DomainError};
 use crate::Vec3;
@@ -179,7 +179,7 @@ fn motion(keys: &WallMotion, solid: &HexMesh) -> Result<PrescribedMotion, Domain
     })
 }
 
-/// A factor over time, of a file with the columns `time_s,factor`, 0 when time begins.
+/// A factor over time, of a file with the columns `time_s,factor`, 0 at t = 0.
 fn factor_over_time(path: &Path) -> Result<Profile, String> {
     let found: Vec<[f64; 2]> = rows(path, &["time_s", "factor"])?;
     let wrong = |what: String| Err(format!("{}: {what}", path.display()));
@@ -390,7 +390,7 @@ fn nearest(places: &[Vec3], x: &Vec3) -> usize {
     nearest.map_or(0, |(place, _)| place)
 }
 
-/// What holds the wall; the rims of one that is extruded are clamped where nothing else is said.
+/// What holds the wall; the rims of one that is extruded are clamped by default.
 fn supports(wall: &OwnWall, mesh: &HexMesh) -> Result<Vec<Support>, String> {
     let Some(described) = &wall.support else {
         let rims = mesh

@@ -1,4 +1,4 @@
-//! The surrogate of a case: a tube whose wall yields as the structure does.
+//! The surrogate of a case: a tube with the structure's compliance.
 
 use crate::Vec3;
 use crate::case::{
@@ -125,7 +125,7 @@ pub fn surrogate<S: Solid>(
         .map(|station| answer(&|x| stations.share(station, x)))
         .collect();
     let mut surrogate = TubeSurrogate::new(stations, &answers?, to_waves, blood, inlet, outlet);
-    // The blood of the state in which time begins.
+    // The blood of the initial state.
     surrogate.finish_step(&rest);
     Ok(Box::new(surrogate))
 }

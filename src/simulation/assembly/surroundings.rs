@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 
 /// What a fluid leaves beside its folder that could not be started.
 pub const LOGS: [&str; 3] = ["openfoam.log", "log.decomposePar", EXTERNAL_LOG];
-/// Folder of a fluid of the user's own, beside that which OpenFOAM would have.
+/// Folder of a user-supplied fluid, beside that which OpenFOAM would have.
 pub const OWN_FLUID: &str = "fluid";
-/// What a fluid of the user's own says.
+/// Messages of a user-supplied fluid.
 pub(super) const EXTERNAL_LOG: &str = "fluid.log";
 
 /// What a fluid needs and is not there.

@@ -60,7 +60,7 @@ const MAGIC: &[u8; 8] = b"FSICHECK";
 /// Magic, version, checksum and length of what follows.
 const HEAD: usize = 8 + 4 + 4 + 8;
 
-/// Why some bytes are no checkpoint.
+/// Why some bytes are not a checkpoint.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DecodeError {
     /// Not a checkpoint at all.

@@ -18,7 +18,7 @@ pub trait Surrogate: Send {
     /// residual`.
     fn predict(&self, residual: &DVector<f64>) -> DVector<f64>;
 
-    /// A step was accepted with the displacement `d`: time to linearize anew.
+    /// A step was accepted with the displacement `d`: time to linearize again.
     fn finish_step(&mut self, _d: &DVector<f64>) {}
 
     /// Whether there is none in truth.

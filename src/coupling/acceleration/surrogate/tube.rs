@@ -52,7 +52,7 @@ pub enum End {
     },
     /// A windkessel `C dp/dt + p/R = Q` behind a rigid piece and a resistance.
     Windkessel {
-        /// Resistance before the windkessel, Pa s/m³.
+        /// Proximal resistance of the windkessel, Pa s/m³.
         proximal: f64,
         /// R, Pa s/m³.
         resistance: f64,

@@ -1,4 +1,4 @@
-//! Whether a case of the user's own can be coupled, and which lines would have to change.
+//! Whether a user-supplied case can be coupled, and which lines would have to change.
 
 use super::super::dictionary::{Dictionary, Entry};
 use super::{OwnCaseError, OwnCaseFiles};

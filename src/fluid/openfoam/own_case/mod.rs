@@ -1,4 +1,4 @@
-//! An OpenFOAM case of the user's own: a copy of it, and in the copy what coupling needs.
+//! A user-supplied OpenFOAM case: a copy of it, and in the copy what coupling needs.
 //!
 //! Nothing of the user's is edited. A file that needs more than it says is copied to `user/`, and one that includes it
 //! and adds the rest takes its place: OpenFOAM merges entries of the same name, the last one counts.
@@ -79,7 +79,7 @@ impl PatchMotion {
     }
 }
 
-/// A case of the user's own with what the driver must tell OpenFOAM beside it.
+/// A user-supplied case with what the driver must tell OpenFOAM beside it.
 #[derive(Debug, Clone)]
 pub struct OwnCaseFiles<'a> {
     /// The case, its wet patches and openings.

@@ -1,4 +1,4 @@
-//! The copy of a case of the user's own, with what coupling adds.
+//! The copy of a user-supplied case, with what coupling adds.
 
 use super::super::case_files::{CaseFilesError, Connection, write_file};
 use super::super::dictionary::Dictionary;
