@@ -54,6 +54,7 @@ def stage():
         target.parent.mkdir(parents=True, exist_ok=True)
         if name.endswith(".md"):
             text = (ROOT / name).read_text(encoding="utf-8")
+            text = re.sub(r"^```(rooms|csv)$", "```text", text, flags=re.M)  # no language that is highlighted
             target.write_text(with_mathml(text, name), encoding="utf-8")
         else:
             shutil.copyfile(ROOT / name, target)
@@ -141,7 +142,8 @@ def mathml(tex, display, name):
         sys.exit(f"build.py: {name}: blahtexml does not understand {tex}:\n{answer}")
     # Browsers draw bold letters only where they are letters of their own.
     markup = re.sub(r'<mi mathvariant="bold">(\w)</mi>', lambda m: f"<mi>{bold(m[1])}</mi>", found[1])
-    return f'<math display="{display}">{markup}</math>'
+    equation = f'<math display="{display}">{markup}</math>'
+    return f'<span class="equation">{equation}</span>' if display == "block" else equation
 
 
 def bold(letter):

@@ -120,7 +120,7 @@ impl Observer<Structure> for Rows {
     }
 
     fn note(&mut self, note: &Note) {
-        let (Note::Rescue(text) | Note::Slow { text, .. } | Note::News { text, .. }) = note;
+        let (Note::Rescue(text) | Note::Slow { text, .. } | Note::Notice { text, .. }) = note;
         self.notes.push(text.clone());
     }
 

@@ -102,7 +102,7 @@ impl InflatableWall<'_> {
         let faces = supports::surface(self.mesh, "inner")?;
         let middle = |&(e, _): &(usize, HexFace)| {
             let vertices = self.mesh.hexes[e].iter().map(|&v| self.mesh.vertices[v]);
-            (self.line.beside(&(vertices.sum::<Vec3>() / 8.0)).s - x).abs()
+            (self.line.nearest(&(vertices.sum::<Vec3>() / 8.0)).s - x).abs()
         };
         let frame = self.line.frame(x);
         let nearest = faces.iter().map(middle).fold(f64::INFINITY, f64::min);

@@ -58,7 +58,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
     match &case.problem {
         Problem::Vessel(vessel) => vessel::check(case, vessel, &mut report),
         Problem::Flag(flag) => flag::check(case, flag, &mut report),
-        Problem::Own(own) => own::check(case, own, &mut report),
+        Problem::UserCase(own) => own::check(case, own, &mut report),
     }
     blood(&case.blood, &mut report);
     times(case, &mut report);

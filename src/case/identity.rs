@@ -117,7 +117,7 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
     let mut found = Vec::new();
     let mut single: Vec<(String, PathBuf)> = Vec::new();
     match &case.problem {
-        Problem::Own(own) => {
+        Problem::UserCase(own) => {
             // What else lies there are results, perhaps those of this run.
             for part in ["0", "0.orig", "constant", "system"] {
                 let folder = own.fluid.case.join(part);

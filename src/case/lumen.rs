@@ -289,7 +289,7 @@ fn holes(surface: &Surface, curve: &SpaceCurve, radius: f64) -> Result<(), Strin
     let length = curve.ends()[1];
     let edges = surface.open_edges();
     for (i, edge) in edges.iter().enumerate() {
-        let beside = curve.beside(&edge.centre);
+        let beside = curve.nearest(&edge.centre);
         let away = beside.across[0].hypot(beside.across[1]);
         let is_within = beside.s > OVERLAP * radius && beside.s < length - OVERLAP * radius;
         // What lies further away are ends of other branches; cracks without width let no ray through.

@@ -28,7 +28,7 @@ pub enum Problem {
     /// A flag in a channel.
     Flag(Flag),
     /// A user-supplied OpenFOAM case with an elastic wall.
-    Own(OwnCase),
+    UserCase(OwnCase),
 }
 
 words! {
@@ -41,7 +41,7 @@ words! {
         /// A flag in a channel.
         Flag = "flag",
         /// An OpenFOAM case of your own with an elastic wall.
-        Own = "own",
+        UserCase = "own",
     }
 }
 
@@ -52,7 +52,7 @@ impl ProblemKind {
             Self::Anastomosis => None,
             Self::Vessel => Some("vessel"),
             Self::Flag => Some("flag"),
-            Self::Own => Some("fluid.case"),
+            Self::UserCase => Some("fluid.case"),
         }
     }
 
@@ -85,7 +85,7 @@ impl ProblemKind {
             // The table is called as the variant.
             [Self::Vessel] => format!("problem.vessel.shape.{path}"),
             [Self::Flag] => format!("problem.{path}"),
-            [Self::Own] => format!("problem.own.{path}"),
+            [Self::UserCase] => format!("problem.own.{path}"),
             _ => format!("problem.vessel.{path}"),
         }
     }
@@ -100,7 +100,7 @@ impl Table for Problem {
         schema.of_problems(&[ProblemKind::Flag], |schema| {
             Flag::describe("flag", schema)
         });
-        schema.of_problems(&[ProblemKind::Own], |schema| {
+        schema.of_problems(&[ProblemKind::UserCase], |schema| {
             OwnCase::describe("", schema);
         });
     }
@@ -111,14 +111,14 @@ impl Case {
     pub fn vessel(&self) -> Option<&BloodVessel> {
         match &self.problem {
             Problem::Vessel(vessel) => Some(vessel),
-            Problem::Flag(_) | Problem::Own(_) => None,
+            Problem::Flag(_) | Problem::UserCase(_) => None,
         }
     }
 
     /// The user-supplied OpenFOAM case, if the case is about one.
     pub fn own(&self) -> Option<&OwnCase> {
         match &self.problem {
-            Problem::Own(own) => Some(own),
+            Problem::UserCase(own) => Some(own),
             Problem::Vessel(_) | Problem::Flag(_) => None,
         }
     }
@@ -128,7 +128,7 @@ impl Case {
         match &self.problem {
             Problem::Vessel(vessel) => !vessel.is_rigid(),
             Problem::Flag(flag) => !flag.rigid,
-            Problem::Own(own) => own.wall.mode() == WallMode::Elastic,
+            Problem::UserCase(own) => own.wall.mode() == WallMode::Elastic,
         }
     }
 

@@ -120,7 +120,7 @@ pub(super) mod conditions {
                 ),
                 Shape::Anastomosis(_) => return true,
             },
-            Problem::Own(own) if own.wall.is_extruded() => (
+            Problem::UserCase(own) if own.wall.is_extruded() => (
                 own.wall.materials(),
                 own.wall
                     .extrude
@@ -128,7 +128,7 @@ pub(super) mod conditions {
                     .flat_map(|wall| &wall.layers)
                     .collect(),
             ),
-            Problem::Own(own) => return own.wall.mode() == WallMode::Elastic,
+            Problem::UserCase(own) => return own.wall.mode() == WallMode::Elastic,
             Problem::Flag(_) => return true,
         };
         materials

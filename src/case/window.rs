@@ -75,8 +75,9 @@ fn significant(x: f64) -> String {
 mod tests {
     use super::*;
 
+    /// A window has the steps after its start up to its end despite rounding.
     #[test]
-    fn a_window_has_the_steps_after_its_start_up_to_its_end_despite_rounding() {
+    fn a_window_has_its_steps_despite_rounding() {
         let window = Window {
             start_s: 0.2,
             end_s: 0.3,

@@ -3,7 +3,7 @@
 use super::{CaseArguments, Failure};
 use crate::case::Preset;
 use crate::output::progress::tell_statics;
-use crate::run::{Earlier, Interrupt, RunFolder, RunRequest, THE_START_ENDS};
+use crate::run::{Earlier, Interrupt, RunFolder, RunRequest, START_IS_ABANDONED};
 use std::path::{Path, PathBuf};
 
 /// A coupled run with the case as its first word.
@@ -67,7 +67,7 @@ pub fn run(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure
         earlier,
         quiet: how.quiet,
     };
-    let interrupt = Interrupt::listen((!how.quiet).then_some(THE_START_ENDS))?;
+    let interrupt = Interrupt::listen((!how.quiet).then_some(START_IS_ABANDONED))?;
     request.execute(interrupt)
 }
 

@@ -124,8 +124,8 @@ impl FixedPoint {
     }
 
     /// What a user should know of the acceleration and has not been told.
-    pub fn news(&mut self) -> Option<String> {
-        self.acceleration.news()
+    pub fn notice(&mut self) -> Option<String> {
+        self.acceleration.notice()
     }
 
     /// When it ends.

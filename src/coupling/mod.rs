@@ -168,12 +168,12 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
 
     /// Solves one time step; both solvers still have the state at its beginning.
     pub fn solve(&mut self) -> Result<Solved<S::Trial>, FailedStep> {
-        self.solve_beside(|_| ())
+        self.solve_with_background_work(|_| ())
     }
 
     /// The same, and on another thread what is still to be done with the structure at the beginning of the step, while
     /// the fluid works at its first trial and the structure waits.
-    pub fn solve_beside(
+    pub fn solve_with_background_work(
         &mut self,
         beside: impl FnOnce(&S) + Send,
     ) -> Result<Solved<S::Trial>, FailedStep> {

@@ -72,7 +72,7 @@ impl Frame {
 
 /// Where a point lies beside a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Beside {
+pub struct NearestPoint {
     /// Arc length of the cross-section that holds the point, m.
     pub s: f64,
     /// Its frame.
@@ -223,10 +223,10 @@ impl SpaceCurve {
     }
 
     /// Where a point lies beside the curve.
-    pub fn beside(&self, point: &Vec3) -> Beside {
+    pub fn nearest(&self, point: &Vec3) -> NearestPoint {
         let distances = self.nodes.iter().map(|node| (node - point).norm_squared());
         let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
-        self.beside_near(point, self.node(nearest.map_or(0, |(i, _)| i)))
+        self.nearest_from(point, self.node(nearest.map_or(0, |(i, _)| i)))
     }
 
     /// The straight piece that holds the arc length `s`.
@@ -239,8 +239,8 @@ impl SpaceCurve {
         piece.is_straight().then_some(piece)
     }
 
-    /// As [`SpaceCurve::beside`] for a point whose cross-section is near that at the arc length `s` (m).
-    pub fn beside_near(&self, point: &Vec3, mut s: f64) -> Beside {
+    /// As [`SpaceCurve::nearest`] for a point whose cross-section is near that at the arc length `s` (m).
+    pub fn nearest_from(&self, point: &Vec3, mut s: f64) -> NearestPoint {
         let mut frame = self.frame(s);
         let scale = self.ends[1] - self.ends[0];
         if let Some(straight) = self.straight_at(s)
@@ -248,7 +248,7 @@ impl SpaceCurve {
         {
             (s, frame) = (found, self.frame(found));
             let across = frame.across(&(point - frame.origin));
-            return Beside { s, frame, across };
+            return NearestPoint { s, frame, across };
         }
         for _ in 0..MOST_ITERATIONS {
             // Newton's method for (x - c)·t = 0, whose slope is -(1 - κ·(x - c)).
@@ -261,7 +261,7 @@ impl SpaceCurve {
                 break;
             }
         }
-        Beside {
+        NearestPoint {
             s,
             frame,
             across: frame.across(&(point - frame.origin)),

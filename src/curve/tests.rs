@@ -90,7 +90,7 @@ fn points_beside_a_curve_are_found_again() {
             let s = from + (to - from) * (1.2 * f64::from(i) / 50.0 - 0.1);
             let frame = curve.frame(s);
             is_frame(&frame);
-            let found = curve.beside(&frame.point(2e-3, -1e-3));
+            let found = curve.nearest(&frame.point(2e-3, -1e-3));
             assert!((found.s - s).abs() < 1e-12, "{} instead of {s}", found.s);
             assert!((found.across[0] - 2e-3).abs() + (found.across[1] + 1e-3).abs() < 1e-12);
             let ahead = curve.frame(s + 1e-7).tangent - curve.frame(s - 1e-7).tangent;

@@ -1,4 +1,4 @@
-//! Blood by anybody's solver: a program that speaks the protocol of `of-adapter/PROTOCOL.md`.
+//! Blood by a user-supplied solver: a program that speaks the protocol of `of-adapter/PROTOCOL.md`.
 //!
 //! It is started with the way to the driver in its environment ([`ExternalFluid::start`]), or waited for while somebody
 //! starts it elsewhere. Its state between two steps are the bytes that it hands over with ACCEPTED and gets back with
@@ -33,7 +33,7 @@ pub enum Starter {
     /// The driver: a program and its arguments.
     Command(Vec<String>),
     /// Somebody else; these words are printed when the driver waits for it.
-    Somebody(Option<fn(&str)>),
+    User(Option<fn(&str)>),
 }
 
 /// What is needed to start a solver, or to wait for it.
@@ -138,7 +138,7 @@ impl ExternalFluid {
                 let name = name.to_string_lossy();
                 Partner::start(beginning(&name), command, Signal::KILL, &settings.log)?
             }
-            Starter::Somebody(tell) => {
+            Starter::User(tell) => {
                 if let Some(tell) = tell {
                     let file = std::path::absolute(&file).map_err(died)?;
                     tell(&format!(
@@ -172,12 +172,12 @@ impl ExternalFluid {
     }
 
     /// Does something to the solver after which it must end, with an exit code that is not 0.
-    pub(super) fn suffer(
+    pub(super) fn inject_fault(
         &mut self,
-        blow: impl FnOnce(&mut Session, &mut Patience) -> Result<(), TransportError>,
+        fault: impl FnOnce(&mut Session, &mut Patience) -> Result<(), TransportError>,
         limit: Duration,
     ) -> Result<String, String> {
-        self.partner.suffer(blow, limit)
+        self.partner.inject_fault(fault, limit)
     }
 
     /// Volumes at the start, m³: of the whole domain, and of the part of it whose wall is rigid.

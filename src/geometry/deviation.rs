@@ -120,8 +120,9 @@ mod tests {
             .unwrap()
     }
 
+    /// A jump of the radius is a cone in both fluids meshes and a blend is met.
     #[test]
-    fn a_jump_of_the_radius_is_a_cone_in_both_fluids_meshes_and_a_blend_is_met() {
+    fn radius_jump_becomes_a_cone() {
         const JUMP: &[(&str, &str)] = &[
             ("geometry.graft_inner_radius_m", "5e-3"),
             ("geometry.artery_inner_radius_m", "2e-3"),

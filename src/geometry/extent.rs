@@ -82,8 +82,9 @@ mod tests {
         )
     }
 
+    /// A plane channel has twice its height and a duct four areas over its edge.
     #[test]
-    fn a_plane_channel_has_twice_its_height_and_a_duct_four_areas_over_its_edge() {
+    fn hydraulic_diameters_of_channel_and_duct() {
         assert_eq!(
             channel("empty").bounds(),
             [Vec3::zeros(), Vec3::new(2.0, 0.5, 3.0)]

@@ -177,8 +177,9 @@ mod tests {
         }
     }
 
+    /// Quadrilaterals have one element each and other faces one at each corner.
     #[test]
-    fn quadrilaterals_have_one_element_each_and_other_faces_one_at_each_corner() {
+    fn faces_have_their_elements() {
         let names = |names: &[&str]| {
             names
                 .iter()

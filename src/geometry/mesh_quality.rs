@@ -71,8 +71,9 @@ mod tests {
         }
     }
 
+    /// Two cubes have one face of area one at the distance one between them.
     #[test]
-    fn two_cubes_have_one_face_of_area_one_at_the_distance_one_between_them() {
+    fn two_cubes_share_one_face() {
         approx::assert_relative_eq!(pile(0.0).laplacian_diagonal(), 1.0, max_relative = 1e-12);
     }
 }

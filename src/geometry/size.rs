@@ -72,7 +72,7 @@ impl Vessel {
 pub fn centre_line(case: &Case) -> SpaceCurve {
     match &case.problem {
         Problem::Vessel(vessel) => Vessel::new(vessel).centre_line().clone(),
-        Problem::Flag(_) | Problem::Own(_) => SpaceCurve::x_axis(0.0, 1.0),
+        Problem::Flag(_) | Problem::UserCase(_) => SpaceCurve::x_axis(0.0, 1.0),
     }
 }
 
@@ -83,7 +83,7 @@ impl Case {
             _ if self.fluid.solver == Solver::External => return 0,
             Problem::Vessel(keys) => keys,
             Problem::Flag(flag) => return flag.cells(),
-            Problem::Own(_) => return 0,
+            Problem::UserCase(_) => return 0,
         };
         let (vessel, meshes) = (Vessel::new(keys), &keys.fluid);
         match self.fluid.solver {
@@ -165,7 +165,7 @@ impl Case {
         match &self.problem {
             Problem::Vessel(keys) => Vessel::new(keys).degrees_of_freedom(&keys.structure, p),
             Problem::Flag(flag) => flag.degrees_of_freedom(p),
-            Problem::Own(_) => 0,
+            Problem::UserCase(_) => 0,
         }
     }
 

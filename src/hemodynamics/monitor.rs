@@ -177,7 +177,7 @@ impl Monitor {
             true => self.wall.swept(&state.displacement),
             false => Vec::new(),
         };
-        let beside = self.faces_beside(stresses);
+        let beside = self.adjacent_faces(stresses);
         let observe = |part: &Part| {
             let (mut area, mut volume, mut mean) = (0.0, 0.0, 0.0);
             let mut most = (0.0, Place::default());
@@ -241,7 +241,7 @@ impl Monitor {
     }
 
     /// The face nearest to each part of the wall, if a region asks for it.
-    fn faces_beside(&self, stresses: &[WallStress]) -> Vec<usize> {
+    fn adjacent_faces(&self, stresses: &[WallStress]) -> Vec<usize> {
         let mut regions = self.regions.iter().map(|part| &part.region.extent);
         if !regions.any(|extent| matches!(extent, RegionExtent::Patch { .. })) {
             return Vec::new();

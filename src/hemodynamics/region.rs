@@ -113,7 +113,7 @@ impl Region {
         let vessel = match &case.problem {
             Problem::Vessel(vessel) => vessel,
             Problem::Flag(_) => return Vec::new(),
-            Problem::Own(own) => return Self::of_own(own),
+            Problem::UserCase(own) => return Self::of_own(own),
         };
         let geometry = match &vessel.shape {
             Shape::Anastomosis(vessel) => &vessel.geometry,

@@ -107,7 +107,7 @@ impl WetSurface {
     pub fn around(self, line: SpaceCurve) -> Self {
         let middles = self.middles();
         Self {
-            along: middles.map(|middle| line.beside(&middle).s).collect(),
+            along: middles.map(|middle| line.nearest(&middle).s).collect(),
             line,
             ..self
         }
@@ -162,7 +162,7 @@ impl WetSurface {
 
     /// The place of a point of the unloaded wall, and its distance (m) from the centre-line.
     pub fn place(&self, point: &Vec3) -> (Place, f64) {
-        let found = self.line.beside(point);
+        let found = self.line.nearest(point);
         let [y, z] = found.across;
         let place = Place {
             x_m: found.s,
@@ -174,7 +174,7 @@ impl WetSurface {
 
     /// Distance (m) from the centre-line of a displaced point of a face.
     pub fn distance(&self, face: usize, position: &Vec3) -> f64 {
-        let [y, z] = self.line.beside_near(position, self.along[face]).across;
+        let [y, z] = self.line.nearest_from(position, self.along[face]).across;
         y.hypot(z)
     }
 
@@ -193,7 +193,7 @@ impl WetSurface {
                 f64::from(is_in_box(box_m, &(middle / face.len() as f64)))
             }
             RegionExtent::Along { from_m, to_m } => {
-                let at = |p: &u32| self.line.beside(&self.points[*p as usize]).s;
+                let at = |p: &u32| self.line.nearest(&self.points[*p as usize]).s;
                 let xs = face.iter().map(at);
                 let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
                     (low.min(x), high.max(x))
@@ -301,7 +301,7 @@ impl WetSurface {
                 let vector = 0.5 * (a - middle).cross(&(b - middle));
                 let centre = (a + b + middle) / 3.0;
                 extent.area += vector.norm();
-                let beside = self.line.beside_near(&centre, *s);
+                let beside = self.line.nearest_from(&centre, *s);
                 let [y, z] = beside.across;
                 let [bend_y, bend_z] = beside.frame.across(&self.line.curvature(beside.s));
                 let [normal_y, normal_z] = beside.frame.across(&vector);
@@ -339,8 +339,9 @@ pub(crate) mod tests {
         WetSurface::new(points, faces)
     }
 
+    /// A part of a tube has its area and volume also between the cross sections of the mesh.
     #[test]
-    fn a_part_of_a_tube_has_its_area_and_volume_also_between_the_cross_sections_of_the_mesh() {
+    fn parts_of_a_tube_have_exact_area_and_volume() {
         let wall = tube(7, 400);
         let region = Region::along(RegionName::Artery, 0.9, 3.1);
         let still = vec![[0.0; 3]; wall.points.len()];

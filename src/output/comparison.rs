@@ -379,12 +379,12 @@ fn common_field(
 }
 
 /// The wall of a run, and the face of another one that is nearest to each of its faces.
-struct Beside {
+struct Correspondence {
     wall: WetSurface,
     face: Vec<usize>,
 }
 
-impl Beside {
+impl Correspondence {
     /// Values of both runs at the first one's faces in a region, with the area as weight.
     fn pairs(
         &self,
@@ -402,7 +402,7 @@ impl Beside {
 }
 
 /// What corresponds on two walls of any shape; none if the runs have not kept them.
-fn anywhere(a: &Results, b: &Results) -> Result<Option<Beside>, ComparisonError> {
+fn anywhere(a: &Results, b: &Results) -> Result<Option<Correspondence>, ComparisonError> {
     if a.vessel.is_some() {
         return Ok(None);
     }
@@ -417,7 +417,7 @@ fn anywhere(a: &Results, b: &Results) -> Result<Option<Beside>, ComparisonError>
         nearest.map_or(0, |(face, _)| face)
     };
     let face = wall.middles().map(nearest).collect();
-    Ok(Some(Beside { wall, face }))
+    Ok(Some(Correspondence { wall, face }))
 }
 
 /// A part of the paper's vessel, if it is one.
@@ -461,7 +461,7 @@ fn differing(first: &Results, second: &Results) -> Result<Vec<String>, Compariso
             ("opening", v.opening == w.opening),
         ]),
         // What the OpenFOAM case says is the user's.
-        (Problem::Own(v), Problem::Own(w)) => parts.extend([
+        (Problem::UserCase(v), Problem::UserCase(w)) => parts.extend([
             ("fluid.patches", v.fluid.patches == w.fluid.patches),
             ("fluid.openings", v.fluid.openings == w.fluid.openings),
             ("wall.mode", v.wall.mode() == w.wall.mode()),

@@ -211,7 +211,7 @@ impl<S> Observer<S> for Progress {
         match note {
             Note::Slow { .. } if self.quiet => {}
             Note::Slow { time, text } => self.say(&format!("t = {time:.6} s: {text}")),
-            Note::News { time, text } => self.say(&format!("t = {time:.6} s: {text}")),
+            Note::Notice { time, text } => self.say(&format!("t = {time:.6} s: {text}")),
             Note::Rescue(text) => self.say(text),
         }
     }

@@ -200,8 +200,9 @@ mod tests {
         }
     }
 
+    /// What else was refined moves a limit and is not known better than that.
     #[test]
-    fn what_else_was_refined_moves_a_limit_and_is_not_known_better_than_that() {
+    fn other_refinement_adds_uncertainty() {
         let limit = Limit {
             value: 2.0,
             uncertainty: 0.3,
@@ -211,8 +212,9 @@ mod tests {
         assert_eq!(limit.with(0.0), limit);
     }
 
+    /// Errors of second order are extrapolated away and their order is found.
     #[test]
-    fn errors_of_second_order_are_extrapolated_away_and_their_order_is_found() {
+    fn second_order_errors_are_extrapolated_away() {
         let (exact, ratio) = (2.0, 1.5);
         let a = |h: f64| exact + 0.3 * h * h;
         let found = Refined::of(

@@ -77,7 +77,7 @@ pub trait Solid: Sync {
     fn deformed_areas(&self, trial: &Self::Trial) -> Vec<Vec3>;
 
     /// What the user should know after the last accepted step; each thing is reported once.
-    fn news(&mut self) -> Option<String> {
+    fn notice(&mut self) -> Option<String> {
         None
     }
 

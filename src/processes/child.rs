@@ -113,7 +113,7 @@ impl Process {
     }
 
     /// The last lines of its log.
-    pub fn last_words(&self) -> String {
+    pub fn last_lines(&self) -> String {
         tail(&self.log)
     }
 

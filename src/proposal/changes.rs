@@ -55,7 +55,7 @@ impl Changes {
         };
         let counts = wishes.radius.is_none() && wishes.lumen.is_none();
         for (i, point) in line.points().enumerate() {
-            let beside = curve.beside(&point);
+            let beside = curve.nearest(&point);
             let over = (start - beside.s).max(beside.s - end).max(0.0);
             let away = beside.across[0].hypot(beside.across[1]).hypot(over);
             let here = law.at(beside.s.clamp(start, end));

@@ -194,8 +194,9 @@ mod tests {
         assert!(contents(&folder.checkpoints().folder()).unwrap().is_empty());
     }
 
+    /// Nobody else may work in a folder and nobody is fooled by what is left of a lock.
     #[test]
-    fn nobody_else_may_work_in_a_folder_and_nobody_is_fooled_by_what_is_left_of_a_lock() {
+    fn a_locked_folder_is_refused_a_stale_lock_is_not() {
         let parent = tempfile::tempdir().unwrap();
         let root = parent.path().join("run");
         let folder = RunFolder::open(&root, Earlier::Keep).unwrap();

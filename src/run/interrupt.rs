@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// What a run does first when it is asked to end.
-pub const A_RUN_IS_SAVED: &str =
+pub const CHECKPOINT_IS_WRITTEN: &str =
     "the time step is finished, or given up if it takes long, and a checkpoint written";
 /// What it does as long as it has taken no step.
-pub const THE_START_ENDS: &str = "the start is given up";
+pub const START_IS_ABANDONED: &str = "the start is given up";
 
 /// The signals that end a run.
 fn signals() -> Vec<i32> {

@@ -22,7 +22,7 @@ pub use coupled_run::{CoupledRun, RunCheckpoint};
 pub use failure::Failure;
 pub use folder::at_work;
 pub use folder::{Earlier, RunFolder};
-pub use interrupt::{A_RUN_IS_SAVED, Interrupt, THE_START_ENDS};
+pub use interrupt::{CHECKPOINT_IS_WRITTEN, Interrupt, START_IS_ABANDONED};
 pub use resumption::newest;
 pub use selection::{CaseSelection, warn};
 use std::path::Path;
@@ -45,7 +45,7 @@ pub struct RunRequest<'a> {
 impl RunRequest<'_> {
     /// Runs the case until its end or an `interrupt`.
     pub fn execute(&self, interrupt: Interrupt) -> Result<(), Failure> {
-        interrupt.then(THE_START_ENDS);
+        interrupt.then(START_IS_ABANDONED);
         let case = self.case;
         surroundings::check_installed(case)
             .and_then(|()| surroundings::check_folder(case, self.out))
@@ -104,7 +104,7 @@ impl RunRequest<'_> {
                 clock.elapsed().as_secs_f64(),
             ));
         }
-        interrupt.then(A_RUN_IS_SAVED);
+        interrupt.then(CHECKPOINT_IS_WRITTEN);
         let outcome = run.advance();
         run.conclude(outcome, self.quiet)
     }

@@ -223,7 +223,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             )
         };
         self.beginning = is_slow.then(memories);
-        let solved = self.coupling.solve_beside(|solid| {
+        let solved = self.coupling.solve_with_background_work(|solid| {
             if let Some(step) = untold {
                 told = tell(&mut self.observer, &step, solid);
             }
@@ -245,10 +245,13 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             let time = step.fluid.time;
             self.observer.note(&Note::Slow { time, text });
         }
-        let news = [self.coupling.fixed_point.news(), self.coupling.solid.news()];
-        for text in news.into_iter().flatten() {
+        let notices = [
+            self.coupling.fixed_point.notice(),
+            self.coupling.solid.notice(),
+        ];
+        for text in notices.into_iter().flatten() {
             let time = step.fluid.time;
-            self.observer.note(&Note::News { time, text });
+            self.observer.note(&Note::Notice { time, text });
         }
         let accepted = AcceptedStep {
             fluid_probes,

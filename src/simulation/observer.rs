@@ -69,7 +69,7 @@ pub enum Note {
         text: String,
     },
     /// The structure or the coupling has something to tell after the step that ended at `time` (s).
-    News {
+    Notice {
         /// Its end, s.
         time: f64,
         /// What.

@@ -307,13 +307,15 @@ mod tests {
         assert_eq!(attempts(false, 2), [(2, 1), (3, 1), (4, 2), (5, 4)]);
     }
 
+    /// A death is first taken for an accident and then for the fault of the step.
     #[test]
-    fn a_death_is_first_taken_for_an_accident_and_then_for_the_fault_of_the_step() {
+    fn a_second_death_blames_the_step() {
         assert_eq!(attempts(true, 1), [(1, 1), (2, 1), (3, 1), (4, 2)]);
     }
 
+    /// Deaths on the way back to the step do not count as attempts but not forever.
     #[test]
-    fn deaths_on_the_way_back_to_the_step_do_not_count_as_attempts_but_not_forever() {
+    fn deaths_during_recovery_are_no_attempts() {
         let mut trouble = Trouble::after(None, (7, 0), 1, true);
         let mut deaths = 1;
         while !trouble.is_hopeless(0) {

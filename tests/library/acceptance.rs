@@ -181,7 +181,7 @@ fn a_fluid_with_openings_that_are_not_known_need_not_balance() {
 
 /// A volume that grows faster and faster, with flows as second-order schemes have them.
 #[test]
-fn a_second_order_scheme_may_report_flows_that_belong_to_its_own_derivative() {
+fn second_order_flows_may_differ_from_the_change() {
     let balanced = |flow: fn(f64) -> f64| {
         fn volume(t: f64) -> f64 {
             VOLUME + 1e-3 * t * t * t

@@ -28,8 +28,9 @@ fn vessel(case: &Case) -> &BloodVessel {
     case.vessel().unwrap()
 }
 
+/// All twelve models load with every preset and differ in the model only.
 #[test]
-fn all_twelve_models_load_with_every_preset_and_differ_in_the_model_only() {
+fn all_twelve_models_load_with_every_preset() {
     let reference = load(&project().join("S-0.0"), Preset::Paper, &[]);
     for (letter, extension) in [
         ("S", Extension::Straight),
@@ -661,8 +662,9 @@ fn what_makes_results_doubtful_is_said() {
     );
 }
 
+/// A program for the blood is found beside its case and chooses the solver.
 #[test]
-fn a_program_for_the_blood_is_found_beside_its_case_and_chooses_the_solver() {
+fn a_fluid_program_is_found_next_to_its_case() {
     let folder = tempfile::tempdir().unwrap();
     let base = tests().join("S-0.25/case.toml");
     let write = |fluid: &str| {

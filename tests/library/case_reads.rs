@@ -155,8 +155,9 @@ fn a_value_of_the_command_line_that_is_not_read_is_told() {
     }
 }
 
+/// What stands in the case itself and is not read is told with its line.
 #[test]
-fn what_stands_in_the_case_itself_and_is_not_read_is_told_with_its_line() {
+fn unread_keys_are_reported_with_their_line() {
     let folder = tempfile::tempdir().unwrap();
     let curve = folder.path().join("flow.csv");
     std::fs::write(&curve, "time_s,flow_m3_s\n0,1e-6\n0.3,4e-6\n0.6,1e-6\n").unwrap();
@@ -195,8 +196,9 @@ fn what_stands_in_the_case_itself_and_is_not_read_is_told_with_its_line() {
     );
 }
 
+/// A file for both solvers one that inherits and one of record are silent.
 #[test]
-fn a_file_for_both_solvers_one_that_inherits_and_one_of_record_are_silent() {
+fn files_for_both_solvers_are_silent() {
     let folder = tempfile::tempdir().unwrap();
     let meshes = "[fluid.mesh]\ncore = 4\n[fluid.native]\ncore = 1\n";
     let file = write(folder.path(), meshes);

@@ -89,8 +89,9 @@ fn a_wall_that_buckles_too_early_is_said_to() {
     assert!(said.contains("those of a buckling column"), "{said}");
 }
 
+/// A wall that is given loaded has its given radius under the pressure of its shape.
 #[test]
-fn a_wall_that_is_given_loaded_has_its_given_radius_under_the_pressure_of_its_shape() {
+fn loaded_wall_has_its_given_radius() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let figures = |more: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))

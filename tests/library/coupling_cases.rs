@@ -43,8 +43,9 @@ fn table(out: &Path) -> Vec<HashMap<String, String>> {
     reader.deserialize().collect::<Result<_, _>>().unwrap()
 }
 
+/// All models reach the same solution and the surrogate saves iterations.
 #[test]
-fn all_models_reach_the_same_solution_and_the_surrogate_saves_iterations() {
+fn all_acceleration_models_reach_one_solution() {
     let folder = tempfile::tempdir().unwrap();
     let rows = ["iqn_ls-0", "iqn_ls-0-surrogate", "aitken-surrogate"];
     let output = couple_test(folder.path(), &rows, &["--steps", "4"]);

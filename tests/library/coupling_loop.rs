@@ -184,8 +184,9 @@ fn first_residual(coupling: &mut Coupling<Cushion, Structure>) -> f64 {
     done.iterations[0].measure.residual
 }
 
+/// Only the third attempt and no change of the step gives the prediction up.
 #[test]
-fn only_the_third_attempt_and_no_change_of_the_step_gives_the_prediction_up() {
+fn third_attempt_gives_the_prediction_up() {
     let after = |careful: &dyn Fn(&mut Coupling<Cushion, Structure>)| {
         let mut coupling = cushioned_tube();
         // Short enough to follow the wall.
@@ -206,8 +207,9 @@ fn only_the_third_attempt_and_no_change_of_the_step_gives_the_prediction_up() {
     assert!(halved < usual);
 }
 
+/// What is accepted fulfils the tolerance though the iterations before need not.
 #[test]
-fn what_is_accepted_fulfils_the_tolerance_though_the_iterations_before_need_not() {
+fn accepted_steps_fulfil_the_tolerance() {
     let mut coupling = cushioned_tube();
     for step in 0..5 {
         let before = coupling.solid.stats().iterations;

@@ -37,8 +37,9 @@ fn the_pressure_pulse_is_solved_as_by_the_monolithic_method_to_1e_8() {
     all_reach_the_exact_solution(2, 1e-10, 1e-8);
 }
 
+/// At the tolerance of a computation the histories agree within ten times that.
 #[test]
-fn at_the_tolerance_of_a_computation_the_histories_agree_within_ten_times_that() {
+fn histories_agree_within_ten_tolerances() {
     for index in 0..3 {
         all_reach_the_exact_solution(index, 1e-6, 1e-5);
     }

@@ -154,7 +154,7 @@ fn points_follow_the_wall() {
     let middles = Vessel::new(&vessel);
     let from_middle = |point: usize| {
         let x = grid.points[point];
-        let beside = middles.centre_line().beside(&x);
+        let beside = middles.centre_line().nearest(&x);
         x - middles.centre_line().frame(beside.s).origin
     };
     let largest = (0..grid.points.len()).map(|i| from_middle(i).norm());

@@ -214,8 +214,9 @@ fn the_surfaces_of_every_model_stay_in_order() {
     }
 }
 
+/// Centre lines have equal length and unit speed and end along the axis.
 #[test]
-fn centre_lines_have_equal_length_and_unit_speed_and_end_along_the_axis() {
+fn centre_lines_have_unit_speed() {
     for model in ["S-0.0", "H-0.0", "A-0.0"] {
         let vessel = Vessel::new(&load(model));
         let line = vessel.centre_line();

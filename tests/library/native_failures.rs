@@ -47,8 +47,9 @@ fn place(text: &str) -> Vec3 {
     Vec3::from_column_slice(&numbers)
 }
 
+/// Each failure has its own sentence with a place and the next trial is solved.
 #[test]
-fn each_failure_has_its_own_sentence_with_a_place_and_the_next_trial_is_solved() {
+fn each_failure_names_a_place() {
     let (mut fluid, mut other) = (fluid(), fluid());
     let little = pressed(&fluid, -0.01, |x| x.x > 0.02 && x.x < 0.05);
     let expected = other.solve(&little, TIME_STEP, EFFORT).unwrap();

@@ -8,7 +8,7 @@ use fsi_driver::fluid::native::taylor_hood_space::Patch;
 use fsi_driver::fluid::native::vessel_mesh::{Resolution, VesselMesh};
 use fsi_driver::fluid::native::wall_traction::wall_loads;
 use fsi_driver::fluid::native::{
-    BoundaryConditions, Entering, Flow, FlowError, FlowSettings, FlowState, OpenEnd, TimeScheme,
+    BoundaryConditions, Flow, FlowError, FlowSettings, FlowState, OpenEnd, OpenInflow, TimeScheme,
 };
 use fsi_driver::geometry::Vessel;
 use nalgebra::Complex;
@@ -86,7 +86,7 @@ impl Tube {
         let pressure = vec![0.0; space.space.pressures];
         let open = vec![OpenEnd {
             faces: outlet.clone(),
-            entering: Entering::NoEnergy,
+            inflow: OpenInflow::NoEnergy,
         }];
         let flow = Flow::new(space, settings, &fixed, Vec::new(), open, &positions).unwrap();
         let u = axial(&positions, velocity);
@@ -280,8 +280,9 @@ fn womersleys_wall_shear_is_that_of_the_time_scheme() {
     }
 }
 
+/// A solution that does not converge is told from one that is lost and both name the place.
 #[test]
-fn a_solution_that_does_not_converge_is_told_from_one_that_is_lost_and_both_name_the_place() {
+fn failed_and_lost_solutions_name_the_place() {
     let velocity = |r: f64| 1.0 - (r / RADIUS).powi(2);
     let solve = |tube: &mut Tube| {
         let boundary = BoundaryConditions {

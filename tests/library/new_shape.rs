@@ -114,7 +114,7 @@ fn sharp_bends_are_rounded_off_where_they_are() {
     let curve = vessel.curve();
     for x in [5.0_f64, 15.0, 25.0, 35.0, 45.0, 55.0] {
         let point = 1e-3 * fsi_driver::Vec3::new(x, (0.7 * (x - 30.0)).max(0.0), 0.0);
-        let beside = curve.beside(&point);
+        let beside = curve.nearest(&point);
         let away = beside.across[0].hypot(beside.across[1]);
         assert!(away < 5e-6, "{x}: {away}\n{said}");
     }

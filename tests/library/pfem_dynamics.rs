@@ -269,7 +269,7 @@ fn pulsate_to(
     let new = || {
         Structure::new(&mesh, &artery(), &options)
             .unwrap()
-            .beside(fluid)
+            .with_background_seconds(fluid)
     };
     let mut structure = new();
     let mut factorizations = 0;

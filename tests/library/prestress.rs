@@ -82,8 +82,9 @@ fn the_unloaded_shape_is_found_again_from_the_loaded_one() {
     assert!(found.iterations > found.steps);
 }
 
+/// An imperfect vessel that is given at 80 mmHg is what its unloaded shape becomes.
 #[test]
-fn an_imperfect_vessel_that_is_given_at_80_mmhg_is_what_its_unloaded_shape_becomes() {
+fn imperfect_vessel_returns_to_its_loaded_shape() {
     let set = |key: &str, value: &str| (key.to_owned(), value.to_owned());
     let settings = [
         set("initial.start", "equilibrium"),
@@ -199,8 +200,9 @@ fn unloaded_and_beginning(case: &Case) -> (f64, f64) {
     (unloading.largest_displacement_m, moved[0].y)
 }
 
+/// The pressure of the image is not that with which the windkessel starts.
 #[test]
-fn the_pressure_of_the_image_is_not_that_with_which_the_windkessel_starts() {
+fn image_pressure_is_not_the_initial_one() {
     let image = ("initial.pressure_Pa", "10665.8");
     let (old, still) = unloaded_and_beginning(&given(&[]));
     let (said, begins) = unloaded_and_beginning(&given(&[image]));

@@ -245,8 +245,9 @@ fn the_curve_begins_with_the_stretched_tube() {
     }
 }
 
+/// Prestretch or tissue keeps a clamped artery straight that buckles without.
 #[test]
-fn prestretch_or_tissue_keeps_a_clamped_artery_straight_that_buckles_without() {
+fn prestretch_or_tissue_prevents_buckling() {
     let slack = text(2e-3, &[(6e-4, fibred(2e3, 8.0, 35.0))], "mixed")
         .replace("length_m = 0.004", "length_m = 0.05")
         .replace("axial = 1", "axial = 8")

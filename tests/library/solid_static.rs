@@ -165,8 +165,9 @@ fn stresses_and_fields_are_written() {
     vtkio::Vtk::import(tube.results().join("tube.vtu")).unwrap();
 }
 
+/// The curve of radius over pressure follows the semi analytic solution through all load steps.
 #[test]
-fn the_curve_of_radius_over_pressure_follows_the_semi_analytic_solution_through_all_load_steps() {
+fn radius_over_pressure_is_semi_analytic() {
     let tube = Tube::new(&with(&example(), &[("steps = 10", "steps = 4")]));
     let output = tube.run(&[]);
     assert!(output.status.success());

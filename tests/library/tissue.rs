@@ -62,7 +62,7 @@ fn springs_hold_where_they_stand_and_in_their_directions() {
 
 /// Around a centre-line that bends beside the wall, and from a state of rest that is not the reference configuration.
 #[test]
-fn springs_around_a_curve_have_the_forces_and_the_tangent_of_their_energy() {
+fn springs_around_a_curve_derive_from_their_energy() {
     let mesh = tube_mesh(3e-3, &[5e-4, 5e-4], 6e-3, 2, 4, 1);
     let bend = Bend::helix(5e-3, 20e-3, 0.3);
     let start = Frame::new(

@@ -120,7 +120,7 @@ fn lumen_and_wall_fit_together_and_no_cell_is_inside_out() {
             .unwrap();
         let faces = &fluid.faces[patch.start..patch.start + patch.size];
         for point in faces.iter().flatten().map(|p| fluid.points[*p]) {
-            let beside = shape.centre_line().beside(&point);
+            let beside = shape.centre_line().nearest(&point);
             let [y, z] = beside.across;
             let radius = shape.lumen_radius(beside.s, z.atan2(y));
             assert!((y.hypot(z) - radius).abs() < 1e-12);
@@ -130,7 +130,7 @@ fn lumen_and_wall_fit_together_and_no_cell_is_inside_out() {
             .iter()
             .map(|(e, _)| solid.hexes[*e][0]);
         for point in vertices.map(|v| solid.vertices[v]) {
-            let beside = shape.centre_line().beside(&point);
+            let beside = shape.centre_line().nearest(&point);
             let [y, z] = beside.across;
             assert!((y.hypot(z) - shape.lumen_radius(beside.s, z.atan2(y))).abs() < 1e-12);
         }

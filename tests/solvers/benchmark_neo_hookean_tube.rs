@@ -123,7 +123,7 @@ fn with_the_native_fluid_too_and_it_stays_calm() {
 /// along itself because it becomes shorter where it is wide.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn without_friction_and_poissons_effect_the_inflow_is_that_of_the_theory() {
+fn inflow_without_friction_is_theoretical() {
     const WALL: [f64; 2] = [1e6, 1e-6];
     let [mu, kappa] = parameters(WALL);
     let settings = [

@@ -218,7 +218,7 @@ fn shear_thinning_errors(
 /// load on the wall.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn steady_flow_of_shear_thinning_blood_is_that_of_the_generalized_newtonian_tube() {
+fn shear_thinning_flow_is_exact() {
     let case = load(
         "poiseuille",
         &[("fluid.mesh.core", 8), ("fluid.mesh.radial", 5)],
@@ -236,7 +236,7 @@ fn steady_flow_of_shear_thinning_blood_is_that_of_the_generalized_newtonian_tube
 /// The models that the case chooses.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn steady_flow_of_cassons_blood_and_of_a_power_law_is_that_of_their_tubes() {
+fn casson_and_power_law_flow_is_exact() {
     let mesh = [
         ("fluid.mesh.core", "8"),
         ("fluid.mesh.radial", "5"),

@@ -89,9 +89,10 @@ fn force(run: &Path) -> [f64; 2] {
     [numbers[1], numbers[2]]
 }
 
+/// A resumed run with second order in time repeats the uninterrupted one to the last digit.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_resumed_run_with_second_order_in_time_repeats_the_uninterrupted_one_to_the_last_digit() {
+fn second_order_run_resumes_to_the_last_digit() {
     let folder = tempfile::tempdir().unwrap();
     let [whole, parts] = ["whole", "parts"].map(|name| folder.path().join(name));
     let set = [

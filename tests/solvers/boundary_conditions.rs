@@ -101,7 +101,7 @@ fn a_windkessel_of_three_elements_is_its_equation_with_openfoam() {
 /// The run that is stopped and resumed here has a windkessel and a moving wall that remember two steps.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_windkessel_of_second_order_is_its_equation_and_resumes_with_openfoam() {
+fn second_order_windkessel_with_openfoam() {
     three_elements(false, true, 1e-6);
 }
 

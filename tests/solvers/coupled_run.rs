@@ -193,7 +193,7 @@ fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
 /// then compared with the boundary value problem of the radius in plane strain.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn at_arterial_pressure_stiff_fibres_hold_the_wall_where_statics_have_it() {
+fn stiff_fibres_hold_the_wall_at_arterial_pressure() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let coarse = [
@@ -315,8 +315,9 @@ fn an_interrupt_ends_openfoam_and_leaves_the_run_readable() {
     );
 }
 
+/// Without OpenFOAM or the adapter one sentence names the command that mends it.
 #[test]
-fn without_openfoam_or_the_adapter_one_sentence_names_the_command_that_mends_it() {
+fn missing_openfoam_is_named_with_its_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     for (variable, value) in [

@@ -171,9 +171,10 @@ fn an_earlier_end_is_refused_at_resume() {
     assert!(evaluation(&out) == kept);
 }
 
+/// A lost or damaged table is named and the run can go on with new ones.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_lost_or_damaged_table_is_named_and_the_run_can_go_on_with_new_ones() {
+fn damaged_tables_are_named_and_replaceable() {
     let folder = tempfile::tempdir().unwrap();
     let (out, straight) = (folder.path().join("run"), folder.path().join("straight"));
     complete(driver(&straight, 6, &[]));

@@ -178,7 +178,7 @@ fn a_solver_that_is_told_to_stop_ends_by_itself() {
     for ranks in [1, 2] {
         let mut channel = Channel::new(false);
         channel.settings.ranks = ranks;
-        for (within_a_step, last_words) in [
+        for (within_a_step, last_lines) in [
             (true, "the driver stopped the run within a time step"),
             (false, "End"),
         ] {
@@ -197,8 +197,8 @@ fn a_solver_that_is_told_to_stop_ends_by_itself() {
             );
             let log = std::fs::read_to_string(&channel.settings.log).unwrap();
             assert!(
-                log.contains(last_words) && !log.contains("ignal"),
-                "{ranks} {last_words}: {log}"
+                log.contains(last_lines) && !log.contains("ignal"),
+                "{ranks} {last_lines}: {log}"
             );
         }
     }

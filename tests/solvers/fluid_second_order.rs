@@ -8,7 +8,7 @@ use fsi_driver::fluid::Fluid;
 /// long from the beginning.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_step_that_is_halved_after_a_trial_counts_as_a_short_one_in_the_next() {
+fn a_halved_step_counts_as_a_short_one() {
     let run = |trial_first: bool| {
         let channel = Channel::new(true);
         channel.replace("system/fsiParameters", "Euler;", "backward;");

@@ -24,7 +24,7 @@ fn check_in(models: &Path, model: &str, preset: Preset) -> f64 {
     let mesh = match &case.problem {
         Problem::Vessel(vessel) => fluid_mesh(vessel),
         Problem::Flag(flag) => flag.fluid_mesh(),
-        Problem::Own(_) => panic!("it has a mesh of its own"),
+        Problem::UserCase(_) => panic!("it has a mesh of its own"),
     };
     assert_eq!(mesh.cells(), case.fluid_cells());
     let scratch = tempfile::tempdir().unwrap();

@@ -132,8 +132,9 @@ fn through_the_outlet(cells: &Cells) -> [f64; 3] {
     [flow, area, force / area]
 }
 
+/// Files for paraview hold the flow of the history and the page shows it.
 #[test]
-fn files_for_paraview_hold_the_flow_of_the_history_and_the_page_shows_it() {
+fn paraview_files_hold_the_flow_of_the_history() {
     let folder = tempfile::tempdir().unwrap();
     let [straight, resumed] = ["straight", "resumed"].map(|name| folder.path().join(name));
     complete(driver(&straight, 5, &FIELDS));

@@ -250,7 +250,7 @@ fn a_case_of_ones_own_resumes_to_the_last_digit() {
 /// What is wrong is named with file and key, and with the lines that would be right; nothing is written.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn what_keeps_a_case_from_being_coupled_is_named_with_the_lines_to_change() {
+fn obstacles_to_coupling_are_named_with_lines() {
     type Change = fn(&Path);
     let changes: [(Change, &str); 12] = [
         (

@@ -175,8 +175,9 @@ fn fluids_that_die_hang_or_lie_end_a_run_with_a_sentence_and_no_orphan() {
     }
 }
 
+/// What a fluid in another process cannot mean ends the run with its cause.
 #[test]
-fn what_a_fluid_in_another_process_cannot_mean_ends_the_run_with_its_cause() {
+fn nonsense_of_a_fluid_ends_the_run() {
     let Some(python) = python() else { return };
     for (name, deed, said) in [
         (
@@ -254,8 +255,9 @@ fn check_fluid(words: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), text(&output))
 }
 
+/// The conformance test passes the clients and says what others get wrong.
 #[test]
-fn the_conformance_test_passes_the_clients_and_says_what_others_get_wrong() {
+fn conformance_test_passes_the_clients() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let (code, said) = check_fluid(&[python, &tube_py()]);

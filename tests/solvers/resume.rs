@@ -115,9 +115,10 @@ fn nobody_else_may_work_in_the_folder_of_a_run() {
     complete(driver(&out, 1, &["--force"]));
 }
 
+/// A step that never converges ends the run after all attempts and can be resumed.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_step_that_never_converges_ends_the_run_after_all_attempts_and_can_be_resumed() {
+fn a_step_that_never_converges_ends_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let hopeless = [
@@ -229,9 +230,10 @@ fn a_folder_may_have_a_blank_in_its_name_but_no_quotes() {
     assert!(!quoted.exists());
 }
 
+/// What an ended solver has half written is not taken for the next ones.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn what_an_ended_solver_has_half_written_is_not_taken_for_the_next_ones() {
+fn half_written_files_are_not_taken() {
     let folder = tempfile::tempdir().unwrap();
     let (straight, resumed) = (
         folder.path().join("straight"),

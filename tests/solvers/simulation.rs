@@ -153,8 +153,9 @@ fn blood_of_ones_own_is_coupled_and_resumes_to_the_last_digit() {
     assert!(last.displacement > 1e-6 && last.inlet_pressure > 10.0);
 }
 
+/// A fluid that has died is recalled and one that finds nothing is asked with more care.
 #[test]
-fn a_fluid_that_has_died_is_recalled_and_one_that_finds_nothing_is_asked_with_more_care() {
+fn dead_fluids_are_recalled_failed_ones_repeated() {
     let case = elastic_tube("0.0008").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, accident| run(&case, &folder.path().join(name), accident);
@@ -185,8 +186,9 @@ fn a_fluid_that_has_died_is_recalled_and_one_that_finds_nothing_is_asked_with_mo
     }
 }
 
+/// Equations that are not solved get more sweeps and mass that is lost another attempt.
 #[test]
-fn equations_that_are_not_solved_get_more_sweeps_and_mass_that_is_lost_another_attempt() {
+fn unsolved_equations_get_more_sweeps() {
     let case = elastic_tube("0.0008").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, accident| run(&case, &folder.path().join(name), accident);
@@ -242,8 +244,9 @@ fn equations_that_are_not_solved_get_more_sweeps_and_mass_that_is_lost_another_a
     alike(&leaks);
 }
 
+/// A fluid that always loses mass ends the run and leaves the step before.
 #[test]
-fn a_fluid_that_always_loses_mass_ends_the_run_and_leaves_the_step_before() {
+fn a_fluid_that_loses_mass_ends_the_run() {
     let case = elastic_tube("0.0008").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let always = Accident::Leaks {

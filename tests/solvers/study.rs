@@ -53,9 +53,10 @@ fn changed_at(path: &Path) -> SystemTime {
 
 const STRAIGHT: &str = "[model]\nextension = \"straight\"\nd_max_m = 0.0";
 
+/// A model that fails does not stop the others and what is done is not done again.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_model_that_fails_does_not_stop_the_others_and_what_is_done_is_not_done_again() {
+fn a_failed_model_does_not_stop_the_others() {
     let folder = tempfile::tempdir().unwrap();
     let hopeless = format!("{STRAIGHT}\n[coupling]\ne_abs_m = 1e-14\nmax_iterations = 3");
     let models = [
@@ -115,9 +116,10 @@ fn a_model_that_fails_does_not_stop_the_others_and_what_is_done_is_not_done_agai
     assert!(processes_about(&out).is_empty());
 }
 
+/// An interrupted and a killed study leave no process and continue exactly.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn an_interrupted_and_a_killed_study_leave_no_process_and_continue_exactly() {
+fn interrupted_studies_continue_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let cases = cases(folder.path(), &[("S-0", STRAIGHT), ("A-0", STRAIGHT)]);
     let out = folder.path().join("study");
@@ -155,8 +157,9 @@ fn an_interrupted_and_a_killed_study_leave_no_process_and_continue_exactly() {
     assert_same_run(&out.join("A-0"), &straight.join("A-0"));
 }
 
+/// A sweep leaves a table of parameters and measures and refuses keys that do nothing.
 #[test]
-fn a_sweep_leaves_a_table_of_parameters_and_measures_and_refuses_keys_that_do_nothing() {
+fn sweep_writes_measures_and_refuses_idle_keys() {
     let folder = tempfile::tempdir().unwrap();
     let cases = cases(folder.path(), &[("own", STRAIGHT)]);
     let out = folder.path().join("out");

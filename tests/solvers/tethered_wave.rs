@@ -92,8 +92,9 @@ fn passes(out: &Path) -> [f64; 2] {
     })
 }
 
+/// Tissue along the axis makes pulses as fast as Bramwell and Hill say.
 #[test]
-fn tissue_along_the_axis_makes_pulses_as_fast_as_bramwell_and_hill_say() {
+fn axial_tissue_gives_bramwell_hill_speed() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("case.toml"), CASE).unwrap();
     let pulse = |t: f64| match t < 0.01 {

@@ -110,8 +110,9 @@ fn tube_of_triangles(sides: usize) -> String {
     text + "endsolid\n"
 }
 
+/// A straight vessel by pieces a file an arc or its own surface has the same history.
 #[test]
-fn a_straight_vessel_by_pieces_a_file_an_arc_or_its_own_surface_has_the_same_history() {
+fn straight_vessels_have_one_history() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let line = straight(

@@ -46,9 +46,10 @@ fn run(out: &Path, steps: usize, more: &[&[&str]]) -> Command {
     driver(out, steps, &[&STATE[..], &more.concat()].concat())
 }
 
+/// A wall in equilibrium with still blood stays where it is with both fluids.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_wall_in_equilibrium_with_still_blood_stays_where_it_is_with_both_fluids() {
+fn equilibrium_with_still_blood_is_kept() {
     let folder = tempfile::tempdir().unwrap();
     let mut volumes = Vec::new();
     // Faces carry a uniform pressure to the wall exactly: it does not move, whatever the mesh.
@@ -76,9 +77,10 @@ fn a_wall_in_equilibrium_with_still_blood_stays_where_it_is_with_both_fluids() {
     assert!((ratio - 1.0081).abs() < 5e-4, "{ratio}");
 }
 
+/// A wall that is given loaded begins in its given shape with both fluids.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_wall_that_is_given_loaded_begins_in_its_given_shape_with_both_fluids() {
+fn loaded_wall_starts_in_its_given_shape() {
     let folder = tempfile::tempdir().unwrap();
     let loaded = ["initial.shape=loaded"];
     for (name, fluid) in [("native", &NATIVE[..]), ("openfoam", &[])] {
@@ -109,7 +111,7 @@ fn a_wall_that_is_given_loaded_begins_in_its_given_shape_with_both_fluids() {
 /// Tissue that is at rest in the given shape, across and along, each with its own stiffness.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_wall_in_tissue_that_rests_in_its_given_shape_stays_there_and_is_resumed_exactly() {
+fn wall_in_tissue_stays_in_its_given_shape() {
     let folder = tempfile::tempdir().unwrap();
     let tissue = [
         "initial.shape=loaded",
@@ -287,8 +289,9 @@ fn bad_values_of_the_wall_state_are_refused() {
     }
 }
 
+/// Templates of one's own are asked for what the state of the wall needs.
 #[test]
-fn templates_of_ones_own_are_asked_for_what_the_state_of_the_wall_needs() {
+fn user_templates_must_read_the_wall_state() {
     let folder = tempfile::tempdir().unwrap();
     let templates = folder.path().join("templates");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

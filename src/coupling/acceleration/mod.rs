@@ -70,7 +70,7 @@ pub trait Acceleration: Send {
     }
 
     /// What a user should know and has not been told.
-    fn news(&mut self) -> Option<String> {
+    fn notice(&mut self) -> Option<String> {
         None
     }
 }

@@ -62,7 +62,7 @@ pub struct QuasiNewton<M> {
     surrogate: Box<dyn Surrogate>,
     record: SurrogateRecord,
     /// What is to be said of the surrogate.
-    news: Option<String>,
+    notice: Option<String>,
     /// The displacement that was accepted last.
     accepted: Option<DVector<f64>>,
     /// `d` and the residual of the last call.
@@ -80,7 +80,7 @@ impl<M: JacobianModel> QuasiNewton<M> {
             relaxation,
             surrogate: Box::new(Identity),
             record: SurrogateRecord::default(),
-            news: None,
+            notice: None,
             accepted: None,
             last: None,
             changes: 0,
@@ -107,7 +107,7 @@ impl<M: JacobianModel> QuasiNewton<M> {
         self.surrogate = Box::new(Identity);
         self.model.believe();
         self.record.dropped = true;
-        self.news = Some(format!(
+        self.notice = Some(format!(
             "the surrogate left {:.1} times the first change of a step, where 1 is no better than none: the coupling continues without it (as \
              with coupling.surrogate = \"none\")",
             self.record.left.first().copied().unwrap_or(f64::NAN)
@@ -202,8 +202,8 @@ impl<M: JacobianModel> Acceleration for QuasiNewton<M> {
         self.model.columns()
     }
 
-    fn news(&mut self) -> Option<String> {
-        self.news.take()
+    fn notice(&mut self) -> Option<String> {
+        self.notice.take()
     }
 }
 
@@ -236,7 +236,7 @@ mod tests {
             let (iterations, d) = iterate(&mut problem, &mut model, 200).unwrap();
             assert!(error(&problem, step - 1, &d) < 1e-7);
             counted.push(iterations);
-            told = told.or(model.news().map(|text| (step, text)));
+            told = told.or(model.notice().map(|text| (step, text)));
         }
         (counted, told)
     }
@@ -272,7 +272,7 @@ mod tests {
         model.reset();
         assert!(
             model
-                .news()
+                .notice()
                 .is_some_and(|text| text.contains("times the first change"))
         );
         let mut resumed = self::model(Box::new(Wrong));

@@ -246,7 +246,7 @@ impl Examination<'_> {
             })?;
         }
         self.attack("it ends when the driver disconnects", |session, _| {
-            session.hang_up();
+            session.disconnect();
             Ok(())
         })
     }
@@ -254,12 +254,12 @@ impl Examination<'_> {
     fn attack(
         &mut self,
         what: &str,
-        blow: impl FnOnce(&mut Session, &mut Patience) -> Result<(), TransportError>,
+        fault: impl FnOnce(&mut Session, &mut Patience) -> Result<(), TransportError>,
     ) -> Result<(), FluidError> {
         let found = match self.start() {
             Err(FluidError::Interrupted) => return Err(FluidError::Interrupted),
             Err(error) => Err(error.to_string()),
-            Ok(mut fluid) => fluid.suffer(blow, END_LIMIT),
+            Ok(mut fluid) => fluid.inject_fault(fault, END_LIMIT),
         };
         self.note(what, found);
         Ok(())

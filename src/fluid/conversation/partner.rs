@@ -209,13 +209,13 @@ impl Partner {
     }
 
     /// Does something to the solver after which it must end, with an exit code that is not 0.
-    pub fn suffer(
+    pub fn inject_fault(
         &mut self,
-        blow: impl FnOnce(&mut Session, &mut Patience) -> Result<(), TransportError>,
+        fault: impl FnOnce(&mut Session, &mut Patience) -> Result<(), TransportError>,
         limit: Duration,
     ) -> Result<String, String> {
         self.is_over = true;
-        self.talk(blow).map_err(|error| error.to_string())?;
+        self.talk(fault).map_err(|error| error.to_string())?;
         match self.ended_within(limit)? {
             Some(code) if code != 0 => Ok(how(Some(code))),
             code => Err(how(code)),

@@ -227,7 +227,7 @@ impl Session {
     }
 
     /// Closes the connection without a word.
-    pub(super) fn hang_up(&mut self) {
+    pub(super) fn disconnect(&mut self) {
         self.transport.close();
     }
 

@@ -103,8 +103,9 @@ pub fn lagrange_derivatives(points: &[f64], x: f64) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    /// Polynomials of the degree are interpolated and differentiated exactly.
     #[test]
-    fn polynomials_of_the_degree_are_interpolated_and_differentiated_exactly() {
+    fn basis_is_exact_for_its_polynomials() {
         for degree in Basis::DEGREES[0]..=Basis::DEGREES[1] {
             let basis = Basis::new(degree);
             let f = |x: f64| (0.3 + x).powi(degree as i32);

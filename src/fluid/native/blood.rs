@@ -8,6 +8,7 @@ use super::entering::OpenEnd;
 use super::field::field;
 use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
 use super::metric::Metric;
+use super::open_inflow::{OpenEnd, OpenInflow};
 use super::probes::probe;
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::{Face, Patch};

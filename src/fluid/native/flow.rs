@@ -5,9 +5,9 @@
 
 use super::FlowError;
 use super::clock::{Clock, Part};
-use super::entering::{Moving, OpenEnd};
 use super::gmres::{self, System, Workspace};
 use super::metric::Metric;
+use super::open_inflow::{Moving, OpenEnd};
 use super::oseen::{Local, Oseen, OseenViscosity};
 use super::patience::Patience;
 use super::preconditioner::{MadeFor, Preconditioner};

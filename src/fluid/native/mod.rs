@@ -8,7 +8,7 @@
 //! [`gmres`] with the [`preconditioner`] and its Schur complement of the [`pressure`] (factorized by
 //! [`plane_cholesky`]); [`flow`] takes the step with one of the [`time_scheme`]s, [`wall_traction`] says what it does
 //! to the wall, [`decay`] how well the elements resolve it, [`probes`] what it is at chosen points, and [`field`]
-//! everywhere. [`ends`] is what is prescribed at inlet and outlet and [`entering`] the blood that enters there,
+//! everywhere. [`ends`] is what is prescribed at inlet and outlet and [`open_inflow`] the blood that enters there,
 //! [`clock`] knows where the seconds go, [`patience`] when a solution is given up, and [`blood`] puts it all into a
 //! [`Fluid`](super::Fluid).
 //!
@@ -20,12 +20,12 @@ pub(crate) mod clock;
 pub(crate) mod contraction;
 pub(crate) mod decay;
 pub(crate) mod ends;
-pub(crate) mod entering;
 pub(crate) mod field;
 pub(crate) mod flow;
 pub(crate) mod gmres;
 pub(crate) mod kernel;
 pub mod metric;
+pub(crate) mod open_inflow;
 pub(crate) mod oseen;
 pub(crate) mod patience;
 pub(crate) mod plane_cholesky;
@@ -41,8 +41,8 @@ pub mod vessel_mesh;
 pub mod wall_traction;
 
 pub use blood::NativeFluid;
-pub use entering::{Entering, OpenEnd};
 pub use flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
+pub use open_inflow::{OpenEnd, OpenInflow};
 pub use time_scheme::TimeScheme;
 
 /// Why the flow could not be computed.

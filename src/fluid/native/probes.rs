@@ -114,9 +114,9 @@ mod tests {
             .collect()
     }
 
+    /// A linear velocity is met on a bent mesh and smooth fields the better the higher the degree.
     #[test]
-    fn a_linear_velocity_is_met_on_a_bent_mesh_and_smooth_fields_the_better_the_higher_the_degree()
-    {
+    fn velocity_converges_on_a_bent_mesh() {
         let linear = |x: &Vec3| Vec3::new(1.0 + x.y, 2.0 * x.z - x.x, x.x + x.y + x.z);
         let smooth = |x: &Vec3| (1.3 * x.x).sin() * (0.7 * x.y).cos() + x.z * x.z;
         let mut errors = Vec::new();

@@ -178,14 +178,14 @@ impl TaylorHoodSpace {
 
     /// Nodes of faces, in ascending order.
     pub fn nodes_of(&self, faces: &[Face]) -> Vec<usize> {
-        let behind = self.nodes_behind(faces).into_iter();
+        let behind = self.inner_nodes(faces).into_iter();
         let mut nodes: Vec<usize> = behind.map(|[node, _]| node).collect();
         nodes.dedup();
         nodes
     }
 
     /// Nodes of faces, in ascending order, each with the node straight behind it across its element.
-    pub fn nodes_behind(&self, faces: &[Face]) -> Vec<[usize; 2]> {
+    pub fn inner_nodes(&self, faces: &[Face]) -> Vec<[usize; 2]> {
         let mut nodes: Vec<[usize; 2]> = (faces.iter())
             .flat_map(|face| {
                 let (element, n) = (self.element(face.element), self.degree + 1);

@@ -41,8 +41,9 @@ pub fn extrapolation(dt: f64, before: Option<f64>) -> [f64; 2] {
 mod tests {
     use super::*;
 
+    /// Polynomials of the order are differentiated exactly with steps of any length.
     #[test]
-    fn polynomials_of_the_order_are_differentiated_exactly_with_steps_of_any_length() {
+    fn polynomials_are_differentiated_exactly() {
         let f = |t: f64| 1.0 + 3.0 * t + 5.0 * t * t;
         let (dt, before) = (0.3, 0.7);
         let w = weights(TimeScheme::Bdf2, dt, Some(before));

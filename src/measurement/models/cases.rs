@@ -5,7 +5,7 @@ use super::variant::Variant;
 use crate::case::{BloodVessel, ResolvedCase};
 use crate::geometry::Vessel;
 use crate::output::{terminal, write_atomically};
-use crate::run::{A_RUN_IS_SAVED, CaseSelection, Earlier, Failure, Interrupt, RunRequest};
+use crate::run::{CHECKPOINT_IS_WRITTEN, CaseSelection, Earlier, Failure, Interrupt, RunRequest};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -78,7 +78,7 @@ impl Plan<'_> {
             });
             runs.push((path, reference, cases.collect::<Result<Vec<_>, Failure>>()?));
         }
-        let interrupt = Interrupt::listen(Some(A_RUN_IS_SAVED))?;
+        let interrupt = Interrupt::listen(Some(CHECKPOINT_IS_WRITTEN))?;
         for (path, reference, cases) in &runs {
             self.table(path, reference, cases, &interrupt)?;
         }

@@ -172,8 +172,9 @@ fn motion(probes: &[Probe]) -> ProbeMotion {
 mod tests {
     use super::*;
 
+    /// Iterations are counted to the first small residual of the last attempt.
     #[test]
-    fn iterations_are_counted_to_the_first_small_residual_of_the_last_attempt() {
+    fn iterations_are_counted_to_the_first_small_residual() {
         let row = |time_s, attempt, iteration, residual| Iteration {
             time_s,
             attempt,

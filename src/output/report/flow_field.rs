@@ -211,7 +211,7 @@ impl Sections {
         let [first, last] = [elastic.start, elastic.end].map(|slice| slice * per_section);
         let mut sections: Vec<(f64, Vec<(Vec3, usize)>)> = Vec::new();
         for (cell, centre) in centres.take(last).skip(first) {
-            let beside = vessel.centre_line().beside(&centre);
+            let beside = vessel.centre_line().nearest(&centre);
             if (cell - first).is_multiple_of(per_section) {
                 sections.push((beside.s, Vec::with_capacity(per_section)));
             }

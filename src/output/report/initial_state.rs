@@ -1,6 +1,6 @@
 //! The wall without load and at t = 0, side by side, for runs that begin with a loaded wall.
 
-use super::page::{chart, gallery, line, panel, table};
+use super::page::{chart, file_name, gallery, line, panel, table};
 use crate::Vec3;
 use crate::case::BloodVessel;
 use crate::geometry::Vessel;
@@ -40,7 +40,7 @@ pub fn section(run: &Results) -> io::Result<Option<String>> {
         let curves =
             curves.map(|(i, (name, points))| line(name, if i % 3 == 0 { 1 } else { 2 }, points));
         chart(
-            &format!("shape {title}"),
+            &file_name(&format!("shape {title}")),
             &format!("The wall {title}, cut lengthwise at the angles 0° (above) and 180° (below) of its cross-sections."),
             panel(title, "arc length / mm", "distance from the centre-line / mm", curves.collect()),
         )
@@ -95,10 +95,10 @@ fn edges(
     // Points in the cut: arc length and height in the given shape, both in the other.
     let mut cut = Vec::new();
     for (x, u) in points {
-        let place = line.beside(&given(x, u));
+        let place = line.nearest(&given(x, u));
         let [y, z] = place.across;
         if z.abs() < NEAR * y.abs() {
-            let beside = line.beside_near(&shape(x, u), place.s);
+            let beside = line.nearest_from(&shape(x, u), place.s);
             cut.push(([place.s, y], (1e3 * beside.s, 1e3 * beside.across[0])));
         }
     }

@@ -125,7 +125,7 @@ fn draw(
 fn faces_axis([a, b, c, d]: [Vec3; 4], line: &SpaceCurve) -> bool {
     let normal = (c - a).cross(&(d - b));
     let middle = 0.25 * (a + b + c + d);
-    let inwards = line.beside(&middle).frame.origin - middle;
+    let inwards = line.nearest(&middle).frame.origin - middle;
     normal.dot(&inwards) > 0.7 * normal.norm() * inwards.norm()
 }
 
@@ -134,7 +134,7 @@ fn closed_part(run: &Results, wall: &Hexes, view: &View) -> Vec<usize> {
     let line = centre_line(&run.case);
     let is_kept = |hex: &[u32; 8]| {
         let middle = hex.iter().map(|p| wall.points[*p as usize]).sum::<Vec3>() / 8.0;
-        let beside = line.beside(&middle);
+        let beside = line.nearest(&middle);
         let angle = |[y, z]: [f64; 2]| z.atan2(y);
         let from_eye = angle(beside.across) - angle(beside.frame.across(&view.eye()));
         ((from_eye + PI).rem_euclid(2.0 * PI) - PI).abs() > OPEN

@@ -64,7 +64,7 @@ impl Place {
         let (foot, tangent) = match &described.axis {
             None => (Vec3::zeros(), Vec3::x()),
             Some(line) => {
-                let frame = line.beside(&position).frame;
+                let frame = line.nearest(&position).frame;
                 (frame.origin, frame.tangent)
             }
         };
@@ -110,7 +110,7 @@ impl Foundation {
         let strength = given.points.iter().map(|point| {
             let at = match &described.axis {
                 None => point.position.x,
-                Some(line) => line.beside(&point.position).s,
+                Some(line) => line.nearest(&point.position).s,
             };
             [described.spring.at(at), described.damping.at(at)]
         });

@@ -58,8 +58,9 @@ pub fn solve(
 mod tests {
     use super::*;
 
+    /// An operator without symmetry is inverted in as many steps as it has rows.
     #[test]
-    fn an_operator_without_symmetry_is_inverted_in_as_many_steps_as_it_has_rows() {
+    fn gmres_inverts_in_as_many_steps_as_rows() {
         let a = DMatrix::from_row_slice(3, 3, &[1.0, 4.0, 0.0, -2.0, 0.5, 1.0, 3.0, 0.0, 2.0]);
         let exact = DVector::from_vec(vec![1.0, -2.0, 0.5]);
         let (x, applications) = solve(&(&a * &exact), 1e-12, 10, |x| Ok(&a * x)).unwrap();

@@ -45,8 +45,9 @@ impl Anderson {
 mod tests {
     use super::*;
 
+    /// Anderson solves a linear problem that the plain iteration diverges from.
     #[test]
-    fn anderson_solves_a_linear_problem_that_the_plain_iteration_diverges_from() {
+    fn anderson_solves_where_plain_iteration_diverges() {
         // u = A u + b with eigenvalues -2, 0.5 and 3 of A.
         let a = DVector::from_vec(vec![-2.0, 0.5, 3.0]);
         let b = DVector::from_vec(vec![3.0, 1.0, -4.0]);

@@ -56,8 +56,8 @@ impl StabilityWatch {
 
     /// Mean pressure (Pa) at which the wall was seen without stability; told once.
     pub fn tell(&mut self) -> Option<f64> {
-        let news = self.lost.filter(|_| !self.told);
-        self.told |= news.is_some();
-        news
+        let notice = self.lost.filter(|_| !self.told);
+        self.told |= notice.is_some();
+        notice
     }
 }

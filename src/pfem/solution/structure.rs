@@ -276,7 +276,7 @@ impl Structure {
     /// the costs of the structure are known. Of a large wall beside a small fluid a tangent is given several steps to
     /// be made.
     #[must_use]
-    pub fn beside(self, seconds: f64) -> Self {
+    pub fn with_background_seconds(self, seconds: f64) -> Self {
         let lead = renewal::lead(&self.equation.body, seconds);
         Self { lead, ..self }
     }
@@ -606,7 +606,7 @@ impl Solid for Structure {
             .deformed_areas(&self.equation.body.numbering, &trial.state.d)
     }
 
-    fn news(&mut self) -> Option<String> {
+    fn notice(&mut self) -> Option<String> {
         let pressure = 1e-3 * self.watch.tell()?;
         Some(format!(
             "under a mean pressure of {pressure:.2} kPa the wall stands by its inertia alone; in statics it would buckle. \

@@ -80,7 +80,7 @@ impl Worker {
             _ => Outcome::Failed(format!(
                 "see {}\n{}",
                 self.log.display(),
-                self.process.last_words()
+                self.process.last_lines()
             )),
         }
     }

@@ -63,7 +63,7 @@ impl Domain {
         match &case.problem {
             Problem::Vessel(vessel) => Ok(Self::vessel(vessel, p)),
             Problem::Flag(flag) => Ok(Self::flag(flag, p)),
-            Problem::Own(own) => own::domain(case, own),
+            Problem::UserCase(own) => own::domain(case, own),
         }
     }
 

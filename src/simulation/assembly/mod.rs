@@ -350,7 +350,7 @@ pub(crate) fn external_settings(
     let domain = Domain::new(case)?;
     Ok(ExternalSettings {
         starter: match case.fluid.is_awaited {
-            true => Starter::Somebody(workplace.tell),
+            true => Starter::User(workplace.tell),
             false => Starter::Command(case.fluid.command.clone()),
         },
         folder: workplace.folder.with_file_name(surroundings::OWN_FLUID),
@@ -382,7 +382,7 @@ fn rigid_volume(volumes: &[f64], domain: &Domain) -> f64 {
 /// The OpenFOAM case of a case.
 fn prepared<'a>(case: &'a Case, domain: &'a Domain) -> Result<Prepared<'a>, TableError> {
     let files = match &case.problem {
-        Problem::Own(own) => Source::Own(own::files_beside(case, own, domain)),
+        Problem::UserCase(own) => Source::Own(own::own_case_files(case, own, domain)),
         _ => Source::Templates(case_files(case, &domain.fluid)?),
     };
     Ok(Prepared {
@@ -399,7 +399,7 @@ fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, Tabl
         openings: match &case.problem {
             Problem::Vessel(vessel) => Openings::Vessel(VesselOpenings::new(case, vessel, mesh)?),
             Problem::Flag(flag) => Openings::Channel(flag),
-            Problem::Own(_) => unreachable!("a user-supplied case has no templates"),
+            Problem::UserCase(_) => unreachable!("a user-supplied case has no templates"),
         },
         ramp: &case.ramp,
         time: &case.time,
@@ -453,7 +453,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
     };
     let mut solid = Structure::new(&domain.solid, &domain.materials, &options)?;
     if let Some(seconds) = case.fluid_seconds() {
-        solid = solid.beside(seconds);
+        solid = solid.with_background_seconds(seconds);
     }
     Ok(match &domain.motion {
         Some(motion) => solid.moving_as(motion),

@@ -25,7 +25,11 @@ pub(super) fn files<'a>(case: &Case, own: &'a OwnCase) -> OwnCaseFiles<'a> {
 }
 
 /// The same where the wall is known.
-pub(super) fn files_beside<'a>(case: &Case, own: &'a OwnCase, domain: &Domain) -> OwnCaseFiles<'a> {
+pub(super) fn own_case_files<'a>(
+    case: &Case,
+    own: &'a OwnCase,
+    domain: &Domain,
+) -> OwnCaseFiles<'a> {
     OwnCaseFiles {
         moving: moving_patches(own, domain),
         ..files(case, own)

@@ -40,7 +40,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     let points: Vec<Vec3> = points.map(Vec3::from).collect();
     let (interface, inside) = match case.fluid.solver {
         Solver::OpenFoam if let Some(own) = case.own() => {
-            let found = own::files_beside(case, own, &domain)
+            let found = own::own_case_files(case, own, &domain)
                 .check(&domain.fluid)
                 .into_iter();
             errors.extend(found.map(|error| case.mistake("fluid.case", error.to_string())));

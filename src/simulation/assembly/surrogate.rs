@@ -47,7 +47,7 @@ pub fn surrogate<S: Solid>(
         // Nothing moves.
         Problem::Vessel(vessel) if vessel.is_rigid() => return Ok(Box::new(Identity)),
         Problem::Vessel(vessel) => vessel,
-        Problem::Flag(_) | Problem::Own(_) => {
+        Problem::Flag(_) | Problem::UserCase(_) => {
             return Err("the surrogate is a tube, and the case has none".into());
         }
     };

@@ -110,7 +110,7 @@ impl Stations {
     pub fn new(points: &[Vec3], axis: Axis, options: StationOptions) -> Result<Self, NoRings> {
         let mut placed: Vec<(f64, Point)> = (points.iter().enumerate())
             .map(|(index, x)| {
-                let beside = axis.line.beside(x);
+                let beside = axis.line.nearest(x);
                 let across = x - beside.frame.origin;
                 let point = Point {
                     index,
@@ -254,12 +254,12 @@ impl Stations {
     /// The value at `x` (m) of the field that is 1 at a station, 0 at all others, and linear between.
     pub fn share(&self, station: usize, x: &Vec3) -> f64 {
         let [before, at, behind] = [0, 1, 2].map(|i| self.arcs[station + i]);
-        hat(self.axis.line.beside(x).s, before, at, behind)
+        hat(self.axis.line.nearest(x).s, before, at, behind)
     }
 
     /// The value at `x` (m) of the wave of a `number` that is the same all along the tube.
     pub fn uniform(&self, number: usize, x: &Vec3) -> f64 {
-        let [first, second] = self.axis.line.beside(x).across;
+        let [first, second] = self.axis.line.nearest(x).across;
         wave(number, second.atan2(first))
     }
 

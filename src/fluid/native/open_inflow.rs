@@ -17,12 +17,12 @@ pub struct OpenEnd {
     /// Its faces.
     pub faces: Vec<Face>,
     /// What fluid brings that enters here.
-    pub entering: Entering,
+    pub inflow: OpenInflow,
 }
 
 /// What the fluid brings that enters at an open end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Entering {
+pub enum OpenInflow {
     /// No energy: it comes from a place at rest, whose pressure the prescribed one is then (directional do-nothing
     /// condition: Braack and Mucha 2014).
     NoEnergy,
@@ -76,7 +76,7 @@ impl OpenEnd {
             })
             .filter(|entry| entry.rate > 0.0)
             .collect();
-        if self.entering == Entering::AlongNormal && !entries.is_empty() {
+        if self.inflow == OpenInflow::AlongNormal && !entries.is_empty() {
             along_normal(space, &self.faces, flux, moving, &mut entries);
         }
         entries
@@ -99,7 +99,7 @@ fn along_normal(
     moving: &Moving<'_>,
     entries: &mut [Entry],
 ) {
-    let behind = space.space.nodes_behind(faces);
+    let behind = space.space.inner_nodes(faces);
     let area: Vec3 = (behind.iter())
         .map(|&[node, _]| space.vector(flux, node))
         .sum();
