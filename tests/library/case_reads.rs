@@ -155,7 +155,7 @@ fn a_value_of_the_command_line_that_is_not_read_is_told() {
     }
 }
 
-/// What stands in the case itself and is not read is told with its line.
+/// What stands in the case itself and is not read is reported with its line.
 #[test]
 fn unread_keys_are_reported_with_their_line() {
     let folder = tempfile::tempdir().unwrap();
