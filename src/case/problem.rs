@@ -28,6 +28,7 @@ pub enum Problem {
     /// A flag in a channel.
     Flag(Flag),
     /// A user-supplied OpenFOAM case with an elastic wall.
+    #[serde(rename = "own")]
     UserCase(OwnCase),
 }
 

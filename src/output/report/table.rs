@@ -48,7 +48,7 @@ impl Table {
         page::table(&heads, &rows)
     }
 
-    /// Comma-separated, each cell in quotes that is no number.
+    /// Comma-separated, each cell in quotes that is not a number.
     pub fn to_csv(&self) -> String {
         let line = |cells: &Vec<String>| {
             let quoted = cells.iter().map(|cell| match cell.parse::<f64>() {

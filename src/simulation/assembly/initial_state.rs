@@ -98,7 +98,7 @@ pub(super) struct Unloaded {
 struct Known {
     case: Case,
     unloaded: Unloaded,
-    /// Displacement (m) in which time begins, and how the unloaded shape was found.
+    /// Displacement (m) of the initial state, and how the unloaded shape was found.
     beginning: Option<(Vec<f64>, Option<Unloading>)>,
 }
 
@@ -188,7 +188,7 @@ pub struct NoInitialState {
 /// A wall that cannot be built, or not be held.
 fn not_built(case: &Case, error: SolidError) -> NoInitialState {
     let (key, advice) = match (&case.problem, &error) {
-        (Problem::Own(own), SolidError::Inverted { .. }) if own.wall.file.is_some() => {
+        (Problem::UserCase(own), SolidError::Inverted { .. }) if own.wall.file.is_some() => {
             (Some("wall.file.mesh"), "")
         }
         (Problem::Vessel(_), SolidError::Inverted { .. }) => (
