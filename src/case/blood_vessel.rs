@@ -14,9 +14,9 @@ table! {
     pub struct BloodVessel {
         [shape: Shape, "shape and materials"]
         [inflow: Inflow, "flow at the inlet", only FLOW]
-        [inlet: Option<Inlet>, "what drives the blood at the inlet", only INLET]
+        [inlet: Option<Inlet>, "boundary condition at the inlet", only INLET]
         [windkessel: Windkessel, "windkessel at the outlet", only WINDKESSEL]
-        [outlet: Option<Outlet>, "what the blood finds at the outlet", only OUTLET]
+        [outlet: Option<Outlet>, "boundary condition at the outlet", only OUTLET]
         [opening: Option<Vec<OpeningKeys>>, "what is prescribed at an end, in place of the tables of inlet or outlet"]
         [structure: WallMesh, "mesh of the wall", only ELASTIC]
         [surroundings: Option<Surroundings>, "tissue around the vessel"]

@@ -204,7 +204,7 @@ table! {
         /// Of the constant relaxation, and of the first iteration of the others.
         relaxation: Option<f64> = "relaxation", above(0.0, 1.0), "relaxation factor",
             absent "0.9 with a surrogate, 0.1 without";
-        reuse_steps: usize = "reuse_steps", whole(0, 1000), "number of earlier steps whose columns are reused", only REMEMBERED;
+        reuse_steps: usize = "reuse_steps", whole(0, 1000), "number of number of earlier steps whose columns are reused", only REMEMBERED;
         /// Otherwise it is dropped.
         filter: f64 = "filter", from(0.0, 0.99), "smallest independent share of a column", only REMEMBERED;
         predictor: Extrapolation = "predictor", Kind::Word(Extrapolation::WORDS), "first trial of a step";

@@ -85,7 +85,7 @@ choice! {
         }
         /// A pressure.
         Pressure = "pressure" {
-            pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "prescribed pressure, constant; behind a resistance the venous one",
+            pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "constant prescribed pressure; downstream of a resistance the venous one",
                 absent "0 behind a resistance; else opening.pressure_file";
             file: Option<PathBuf> = "pressure_file", Kind::Path, "CSV file of the prescribed pressure over one period",
                 absent "opening.pressure_Pa";
@@ -97,7 +97,7 @@ choice! {
         /// A pressure that is proportional to the flow, `p = pressure_Pa + R Q`.
         Resistance = "resistance" {
             resistance: f64 = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R, of the windkessel or alone";
-            pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "prescribed pressure, constant; behind a resistance the venous one",
+            pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "constant prescribed pressure; downstream of a resistance the venous one",
                 absent "0 behind a resistance; else opening.pressure_file";
         }
         /// A windkessel of two elements or three, `C dp/dt + p/R = Q`.
@@ -106,7 +106,7 @@ choice! {
             compliance: f64 = "compliance_m3_Pa", above(0.0, 1.0), "compliance C of the windkessel";
             initial_pressure: f64 = "initial_pressure_Pa", from(-1e6, 1e6), "pressure of the windkessel at t = 0";
             proximal: Option<f64> = "proximal_resistance_Pa_s_m3", from(0.0, 1e15),
-                "resistance before the windkessel, its third element", absent "0";
+                "proximal resistance, the third element of the windkessel", absent "0";
         }
     }
 }
@@ -142,7 +142,7 @@ pub struct PressureModel {
     pub distal: Option<(f64, f64)>,
     /// Where there is no windkessel: the pressure behind `R_p`.
     pub behind: PressureCurve,
-    /// Where there is one: its pressure when time begins, before any ramp, Pa.
+    /// Where there is one: its pressure at t = 0, before any ramp, Pa.
     pub initial: f64,
 }
 
@@ -156,7 +156,7 @@ impl PressureModel {
         }
     }
 
-    /// Pressure (Pa) behind `R_p` when time begins, before any ramp.
+    /// Pressure (Pa) behind `R_p` at t = 0, before any ramp.
     pub fn at_start(&self) -> f64 {
         match self.distal {
             Some(_) => self.initial,
@@ -238,7 +238,7 @@ impl ConditionKeys {
         }
     }
 
-    /// Pressure (Pa) without flow when time begins, and the key that says it.
+    /// Pressure (Pa) without flow at t = 0, and the key that says it.
     fn start_pressure(&self) -> Option<(f64, &'static str)> {
         match self {
             Self::Flow { .. } | Self::FlowSplit { .. } => None,
@@ -390,7 +390,7 @@ impl std::fmt::Display for ConditionKeys {
             } => {
                 f.write_str("windkessel, ")?;
                 if let Some(proximal) = proximal {
-                    write!(f, "R before it {proximal:.3e} Pa s/m³, ")?;
+                    write!(f, "proximal R {proximal:.3e} Pa s/m³, ")?;
                 }
                 write!(f, "R {resistance:.3e} Pa s/m³, C {compliance:.3e} m³/Pa")
             }
@@ -552,7 +552,7 @@ impl BloodVessel {
         format!("{table}.{name}")
     }
 
-    /// Pressure (Pa) with which time begins without flow, and the key that says it: at the end, or where that
+    /// Pressure (Pa) at t = 0 without flow, and the key that says it: at the end, or where that
     /// prescribes a flow at the start.
     pub fn start_pressure(&self) -> (f64, String) {
         let sides = [VesselSide::End, VesselSide::Start];
@@ -563,7 +563,7 @@ impl BloodVessel {
         found.unwrap_or((0.0, self.opening_key(VesselSide::End, "condition")))
     }
 
-    /// Pressure (Pa) with which the wall is in static equilibrium when time begins.
+    /// Pressure (Pa) with which the wall is in static equilibrium at t = 0.
     pub fn equilibrium_pressure(&self) -> f64 {
         match self.start() {
             Start::Ramp => 0.0,

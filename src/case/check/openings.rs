@@ -65,7 +65,7 @@ fn list(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
             is_curve
                 && vessel.start() == Start::Equilibrium
                 && beginning == format!("opening[{i}].pressure_Pa"),
-            "a pressure that changes in time is no equilibrium to begin with: write \"ramp\", or pressure_Pa".into(),
+            "a pressure that changes in time gives no equilibrium to start from: write \"ramp\", or pressure_Pa".into(),
         );
     }
     let [start, end] = VesselSide::ALL.map(|end| vessel.condition_at(end));

@@ -2,7 +2,7 @@
 //! b Q`.
 
 use super::FlowError;
-use super::entering::{Entering, OpenEnd};
+use super::open_inflow::{OpenEnd, OpenInflow};
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::{Face, Patch};
 use super::time_scheme::Weights;
@@ -43,9 +43,9 @@ impl End {
             NativeCondition::Flow(_) | NativeCondition::FlowSplit(..) => None,
             NativeCondition::Pressure(_) => Some(OpenEnd {
                 faces: self.faces.clone(),
-                entering: match self.side {
-                    VesselSide::Start => Entering::AlongNormal,
-                    VesselSide::End => Entering::NoEnergy,
+                inflow: match self.side {
+                    VesselSide::Start => OpenInflow::AlongNormal,
+                    VesselSide::End => OpenInflow::NoEnergy,
                 },
             }),
         }
@@ -262,7 +262,7 @@ impl Ends {
         })
     }
 
-    /// Pressures behind the openings when time begins, before any ramp, twice (Pa); 0 where there is none.
+    /// Pressures behind the openings at t = 0, before any ramp, twice (Pa); 0 where there is none.
     pub fn behind_at_start(&self) -> Vec<[f64; 2]> {
         let ends = self.openings.iter();
         ends.map(|end| match &end.condition {

@@ -204,7 +204,7 @@ fn not_built(case: &Case, error: SolidError) -> NoInitialState {
     }
 }
 
-/// What keeps an artery straight that would move aside under a pressure (Pa) that is right.
+/// What keeps an artery straight that would move sideways under a pressure (Pa) that is right.
 fn buckled(key: &str, pressure: f64, stretch: f64, error: &SolidError) -> NoInitialState {
     let from_ramp = match key.ends_with(".initial_pressure_Pa") {
         true => "; before a ramp it is far above what the vessel will see",
@@ -221,7 +221,7 @@ fn buckled(key: &str, pressure: f64, stretch: f64, error: &SolidError) -> NoInit
     }
 }
 
-/// The keys that say the pressure inside when time begins, and that in a given shape that is loaded.
+/// The keys that say the internal pressure at t = 0, and that in a given shape that is loaded.
 fn pressure_keys(vessel: &BloodVessel) -> [String; 2] {
     let (_, beginning) = vessel.start_pressure();
     match vessel.initial.as_ref().and_then(|initial| initial.pressure) {

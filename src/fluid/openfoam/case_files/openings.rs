@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 pub struct VesselOpenings {
     pub(super) openings: Vec<Patch>,
     pub(super) start: Start,
-    /// Pressure in equilibrium when time begins, Pa.
+    /// Pressure in equilibrium at t = 0, Pa.
     equilibrium: f64,
     period: f64,
 }
@@ -115,7 +115,7 @@ impl VesselOpenings {
             .map(|patch| patch.opening.name.as_str())
     }
 
-    /// Pressure (Pa) in the whole blood when time begins.
+    /// Pressure (Pa) in the whole blood at t = 0.
     pub fn initial_pressure(&self) -> f64 {
         match self.start {
             Start::Ramp => 0.0,
@@ -172,8 +172,8 @@ impl VesselOpenings {
                 of_file(&format!("{name}Pressure"))
             );
         }
-        // At a start the pressure rises from that of the beginning; at an end the ramp of an equilibrium has ended when
-        // time begins.
+        // At a start the pressure rises from that of the beginning; at an end the ramp of an equilibrium has ended at t
+        // = 0.
         let ramp_start = match (patch.opening.end, self.start) {
             (VesselSide::End, Start::Equilibrium) => -2.0 * ramp,
             (VesselSide::End, Start::Ramp) => 0.0,
