@@ -256,7 +256,22 @@ fn value_unit(
     };
     let of_file = match sheet.unit(column, quantity.dimension) {
         Ok(Some(unit)) => Some(unit),
-        Ok(None) => sheet.noted_unit(quantity.dimension),
+        Ok(None) => {
+            // A name with the unit of something else: `pressure_mmHg` for a flow.
+            let name = &sheet.columns[column].name;
+            let others = [units::FLOW, units::PRESSURE, units::VELOCITY].into_iter();
+            let mut others = others.filter(|other| *other != quantity.dimension);
+            let other = others.find(|other| matches!(Unit::of_name(name, *other), Ok(Some(_))));
+            if let (Some(other), None) = (other, given) {
+                return Err(at(format!(
+                    "{} is a {}, and a {} is expected",
+                    sheet.listed([column]),
+                    units::called(other),
+                    quantity.name
+                )));
+            }
+            sheet.noted_unit(quantity.dimension)
+        }
         Err(found) => {
             let other = Unit::parse(&found).map(|unit| units::called(unit.dimension));
             if let Some(other) = other {

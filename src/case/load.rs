@@ -53,6 +53,9 @@ impl ResolvedCase {
         if let (Some(place), None) = (place, found) {
             return CaseError::Whole(format!("{}: `{key}`: {message}", place.told()));
         }
+        if place.is_none() && found.is_none() {
+            return CaseError::Whole(format!("`{key}`, which is not given: {message}"));
+        }
         CaseError::Nonsense {
             place: place.cloned().unwrap_or(Place::Absent),
             key: key.to_owned(),

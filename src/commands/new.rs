@@ -12,8 +12,8 @@ pub struct Arguments {
     /// Folder to write, which must not exist or be empty.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Centre-line: a table (.csv, .txt, .dat: x,y,z or x,y,z,r), .vtp of VMTK or SimVascular, or .swc [default: a
-    /// straight one].
+    /// Centre-line: a table (.csv, .txt, .dat: x,y,z or x,y,z,r), paths of SimVascular (.pth), .vtp of VMTK or
+    /// SimVascular, or .swc [default: a straight one].
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
     /// Surface of the lumen: .stl, .vtp, .vtk, .ply or .obj [default: circles of the centre-line's radii].

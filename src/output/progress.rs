@@ -98,6 +98,8 @@ pub fn tell_statics() {
 struct Statics {
     what: &'static str,
     begin: Instant,
+    /// The share that was done then.
+    known: f64,
     last_line: Instant,
     bar: Option<ProgressBar>,
 }
@@ -111,6 +113,7 @@ fn tell(what: &'static str, share: f64) {
         *now = Some(Statics {
             what,
             begin,
+            known: share,
             last_line: begin,
             bar: bar(None),
         });
@@ -118,11 +121,19 @@ fn tell(what: &'static str, share: f64) {
     let Some(statics) = &mut *now else { return };
     let done = share >= 1.0;
     let seconds = statics.begin.elapsed().as_secs_f64();
-    let text = format!("{what}: {:.0} % of the load", 100.0 * share);
+    let done_since = share - statics.known;
+    let left = match done_since > 0.0 {
+        true => format!(
+            ", about {} left",
+            human(seconds * (1.0 - share) / done_since)
+        ),
+        false => String::new(),
+    };
+    let text = format!("{what}: {:.0} % of the load{left}", 100.0 * share);
     match &statics.bar {
         Some(bar) => bar.set_message(text),
         None if !done && statics.last_line.elapsed() >= PLAIN_INTERVAL => {
-            terminal::note(format_args!("{text}, {} so far", human(seconds)));
+            terminal::note(text);
             statics.last_line = Instant::now();
         }
         None => {}

@@ -118,7 +118,7 @@ fn what_is_no_table_is_told_with_the_line() {
         (
             "t,Q\n0,1\n1,\n",
             Some(3),
-            "expected 2 numbers, found 1 fields",
+            "expected 2 numbers, found 1",
         ),
         (
             "t,Q\n0,1\n1,2,3\n",
@@ -148,7 +148,7 @@ fn what_is_no_table_is_told_with_the_line() {
         (
             "t,Q\n0,1\nMean: 3\n",
             Some(3),
-            "expected 2 numbers, found 1 fields",
+            "expected 2 numbers, found 1",
         ),
     ] {
         let found = Sheet::parse(text, 2, |_| true);

@@ -20,7 +20,8 @@ pub const TIME: Dimension = [0, 0, 1];
 pub const FLOW: Dimension = [3, 0, -1];
 /// Force per area.
 pub const PRESSURE: Dimension = [-1, 1, -2];
-const VELOCITY: Dimension = [1, 0, -1];
+/// Length per time.
+pub const VELOCITY: Dimension = [1, 0, -1];
 const VOLUME: Dimension = [3, 0, 0];
 const AREA: Dimension = [2, 0, 0];
 const FORCE: Dimension = [1, 1, -2];
@@ -168,8 +169,9 @@ impl Unit {
     /// alphabet.
     pub fn parse(text: &str) -> Option<Self> {
         let text = plain(text);
+        let (size, text) = power_of_ten(&text);
         let mut unit = Self {
-            size: 1.0,
+            size,
             dimension: [0; 3],
         };
         let mut count = 0;
@@ -273,6 +275,25 @@ fn symbol(word: &str) -> Option<Unit> {
     })
 }
 
+/// A power of ten before a unit, as in `10^-6 m^3/s`, and the rest.
+fn power_of_ten(text: &str) -> (f64, &str) {
+    let bare = text.trim_start_matches(['x', 'X', ' ']);
+    let Some((head, rest)) = bare.split_once(' ') else {
+        return (1.0, text);
+    };
+    let power = head
+        .strip_prefix("10")
+        .and_then(|power| power.parse::<i32>().ok());
+    let size = match power.filter(|power| power.abs() < 13) {
+        Some(power) => Some(10f64.powi(power)),
+        None => (head.parse::<f64>().ok()).filter(|_| head.contains(['e', 'E'])),
+    };
+    match size.filter(|size| *size > 0.0 && size.is_finite()) {
+        Some(size) => (size, rest),
+        None => (1.0, text),
+    }
+}
+
 /// In ASCII, without brackets and signs of powers.
 fn plain(text: &str) -> String {
     let mut plain = String::new();
@@ -283,6 +304,7 @@ fn plain(text: &str) -> String {
             '¹' => plain.push('1'),
             '²' | '₂' => plain.push('2'),
             '³' => plain.push('3'),
+            '⁴'..='⁹' => plain.extend(char::from_digit(c as u32 - '⁰' as u32, 10)),
             '⁻' | '−' | '–' => plain.push('-'),
             '\u{b5}' | '\u{3bc}' => plain.push('u'),
             'ℓ' => plain.push('l'),

@@ -208,6 +208,16 @@ fn the_last_layer_wins() {
             .to_string()
             .contains("defaults.toml:")
     );
+    // A key that is blamed and has no value stands in no line; a list of tables does.
+    let blamed = case.mistake("coupling.criterion", "why".into()).to_string();
+    assert_eq!(blamed, "`coupling.criterion`, which is not given: why");
+    let own = project().join("../examples/own-case/flap");
+    let own = load(&own, Preset::Paper, &[]);
+    let blamed = own.mistake("wall.support", "why".into()).to_string();
+    assert!(
+        blamed.ends_with("case.toml:26: `wall.support`: why"),
+        "{blamed}"
+    );
     let coarse = load(
         scratch.path(),
         Preset::Coarse,

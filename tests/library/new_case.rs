@@ -470,6 +470,16 @@ fn odd_files_are_read_rightly_or_told_rightly() {
             "!--flow later.csv: line 2: the time 3.0 s is outside the period",
         ),
         (
+            "tens.csv",
+            curve("t [s],Q [10^-6 m^3/s]", 1.0, 0.0),
+            "300 ml/min on average",
+        ),
+        (
+            "pressure.csv",
+            curve("time_s,pressure_mmHg", 1.0, 0.0),
+            "!\"pressure_mmHg\" is a pressure, and a flow is expected",
+        ),
+        (
             "minutes.csv",
             curve("t [min],Q [ml/s]", 1.0 / 60.0, 0.0),
             "times in \"t [min]\" (min)",

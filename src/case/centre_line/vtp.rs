@@ -49,7 +49,12 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
             chosen.iter().map(|i| radius[*i]).collect()
         }),
     };
-    let radii = radius.map_or("no radii".to_owned(), |(name, _)| format!("radii {name}"));
+    let names: Vec<String> = data.of_points.keys().cloned().collect();
+    let radii = match (radius, names.is_empty()) {
+        (Some((name, _)), _) => format!("radii {name}"),
+        (None, true) => "no radii".to_owned(),
+        (None, false) => format!("no radii among its arrays of points, {}", listed(&names)),
+    };
     Ok(LineFile {
         line,
         unit: None,

@@ -210,6 +210,18 @@ fn what_is_no_wall_is_refused_with_the_place() {
         let error = read(name, text);
         assert!(error.contains(expected), "{error}");
     }
+    // Comments may precede everything, and numbers of regions have one of a few names.
+    let data = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/walls"));
+    let text = std::fs::read_to_string(data.join("block1-v2.msh")).unwrap();
+    let path = folder.path().join("b.msh");
+    std::fs::write(&path, format!("$Comments\nby hand\n$EndComments\n{text}")).unwrap();
+    assert_eq!(WallFile::read(&path).unwrap().hexes.len(), 12);
+    let text = std::fs::read_to_string(data.join("block1.vtu")).unwrap();
+    let error = read("b.vtu", &text.replace("gmsh:physical", "other"));
+    assert!(
+        error.contains("expected an array region, gmsh:physical, CellEntityIds of the cells"),
+        "{error}"
+    );
     let file = block("block1.msh");
     let no_wet = file.mesh(1.0, &["outer".into()], |_| Ok(0)).err().unwrap();
     assert!(

@@ -27,6 +27,9 @@ fn usual_spellings_are_understood() {
         "milliliters/second",
         "cm³\u{a0}s⁻¹",
         "ML/S",
+        "10^-6 m^3/s",
+        "1e-6 m3/s",
+        "×10⁻⁶ m³ s⁻¹",
     ];
     for (size, words) in [
         (1e-6, &millilitre[..]),
