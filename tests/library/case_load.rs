@@ -209,10 +209,10 @@ fn the_last_layer_wins() {
             .contains("defaults.toml:")
     );
     // A key that is blamed and has no value stands in no line; a list of tables does.
-    let blamed = case.mistake("coupling.criterion", "why".into()).to_string();
-    assert_eq!(blamed, "`coupling.criterion`, which is not given: why");
     let own = project().join("../examples/own-case/flap");
     let own = load(&own, Preset::Paper, &[]);
+    let blamed = own.mistake("wall.file.unit_m", "why".into()).to_string();
+    assert_eq!(blamed, "`wall.file.unit_m`, which is not given: why");
     let blamed = own.mistake("wall.support", "why".into()).to_string();
     assert!(
         blamed.ends_with("case.toml:26: `wall.support`: why"),

@@ -384,6 +384,10 @@ fn odd_files_are_read_rightly_or_told_rightly() {
         };
         head.to_owned() + "\n" + &(0..=40).map(row).collect::<String>()
     };
+    let there = line(",", "x,y,z,r", 3.0);
+    let back: Vec<&str> = there.lines().skip(1).collect();
+    let back = back.iter().rev().skip(1).map(|row| format!("{row}\n"));
+    let there_and_back = there.clone() + &back.collect::<String>();
     let curve = |head: &str, unit: f64, more: f64| -> String {
         let row = |i: i32| {
             let t = f64::from(i) / 20.0;
@@ -453,7 +457,7 @@ fn odd_files_are_read_rightly_or_told_rightly() {
         ),
         (
             "back.csv",
-            (line(",", "x,y,z,r", 3.0) + "39.5,0.79,100,3\n").into(),
+            there_and_back.into(),
             &mm,
             "!What scatters is smoothed by --smoothing",
         ),

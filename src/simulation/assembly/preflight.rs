@@ -221,7 +221,8 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
     trial::start(&prepared, sampling(case), interrupt).map_err(|error| match error {
         FluidError::Interrupted => TrialError::Interrupted,
         reason => {
-            let reason = format!("OpenFOAM refuses the case: {reason}");
+            let it = if key.is_some() { "it" } else { "the case" };
+            let reason = format!("OpenFOAM refuses {it}: {reason}");
             TrialError::Refused(CaseErrors(vec![blamed(case, key, reason)]))
         }
     })
