@@ -1,5 +1,5 @@
-//! What is prescribed where the blood enters and leaves: a flow with a profile, a share of the flow, or a pressure `a +
-//! b Q`.
+//! What is prescribed where the blood enters and leaves: a flow with a profile, a share of the flow, or a pressure
+//! `a + b Q`.
 
 use super::FlowError;
 use super::open_inflow::{OpenEnd, OpenInflow};
