@@ -138,6 +138,7 @@ check_run() {
 	density 1050; kinematicViscosity 3.3e-6; timeStep 0.002; rampDuration 0.01; ranks 1;
 	initialPressure 0; meshMotion referenceLaplacian; transportModel Newtonian; openings (inlet outlet);
 	normalGradient corrected; nonOrthogonalCorrectors 0; consistentPressure no; timeDerivative Euler;
+	convectionScheme linearUpwind grad(U);
 	END
     cat >"$check/system/fsiConnection" <<-END
 	libs ("$build/libfsiAdapter.so"); fsiStartTime 0; fsiTransport none; fsiAddress none; fsiDriver 0;

@@ -172,8 +172,8 @@ impl VesselOpenings {
                 of_file(&format!("{name}Pressure"))
             );
         }
-        // At a start the pressure rises from that of the beginning; at an end the ramp of an equilibrium has ended at t
-        // = 0.
+        // At a start the pressure rises from that of the beginning; at an end the ramp of an equilibrium has ended at
+        // t = 0.
         let ramp_start = match (patch.opening.end, self.start) {
             (VesselSide::End, Start::Equilibrium) => -2.0 * ramp,
             (VesselSide::End, Start::Ramp) => 0.0,
