@@ -113,7 +113,7 @@ fn ends(vessel: &BloodVessel, report: &mut Report<'_>) {
             &["ends.inlet", &condition],
             vessel.condition_at(VesselSide::Start).is_flow(),
             format!(
-                "a flow enters through an inlet at rest: write \"clamped\", or {condition} = \"pressure\""
+                "a prescribed flow needs an inlet at rest: write \"clamped\", or {condition} = \"pressure\""
             ),
         );
         let (key, extended) = match &vessel.shape {
