@@ -28,8 +28,8 @@ compute() {
     done
 }
 
-compute openfoam
-compute openfoam-coarse --set fluid.mesh.core=7 fluid.mesh.radial=5 fluid.mesh.axial_per_section=28
+compute openfoam --set time.step_s=0.02
+compute openfoam-coarse --set time.step_s=0.02 fluid.mesh.core=11 fluid.mesh.radial=6 fluid.mesh.axial_per_section=20
 compute native --fluid native
 fsi tables $case/README.md docs/credibility.md
 fsi validate $case/experiment.csv $case/kept/openfoam-coarse $case/kept/openfoam $case/kept/native --figure $case/experiment

@@ -207,10 +207,10 @@ fn of_wall(wall: &figures::WallFigures) -> (&'static str, String) {
         "{}: h/r {:.3} without load",
         wall.name, wall.thickness_ratio
     );
-    match (wall.radius, wall.wave_speed, wall.distension) {
-        (Some(radius), Some(speed), Some(distension)) => {
+    match (wall.radius, wall.distension) {
+        (Some(radius), Some(distension)) => {
             text += &format!(
-                "; under these pressures as a long tube held along its axis radius {:.3} mm, waves of {speed:.2} m/s, distension {:.1} %",
+                "; under these pressures as a long tube held along its axis radius {:.3} mm, distension {:.1} %",
                 1e3 * radius,
                 1e2 * distension
             );

@@ -241,7 +241,7 @@ fn check_says_what_is_to_be_expected_and_what_is_odd() {
         "Womersley number 4.94",
         "98.1 mmHg on average to be expected, from",
         "wall    artery: h/r 0.344",
-        "waves of",
+        "waves   in the artery under 98 mmHg: ",
         "lumen   the mesh's radii differ from those described by 0.",
         "cost    about ",
         " on the disk",

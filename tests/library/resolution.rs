@@ -142,7 +142,9 @@ fn the_jet_of_a_nozzle_needs_cells_across() {
     ];
     assert_eq!(doubts(&with(&former)), [Doubt::Jet]);
     assert_eq!(doubts(&with(&["fluid.solver=native"])), []);
-    let coarse = ["fluid.mesh.core=7", "fluid.mesh.radial=5"];
+    // 12 and 4.6 % too slow 24 and 32 mm downstream of it
+    let coarse = ["fluid.mesh.core=11", "fluid.mesh.radial=6"];
     assert_eq!(doubts(&with(&coarse)), [Doubt::Jet]);
+    assert_eq!(doubts(&with(&[])), [Doubt::Jet]);
     assert_eq!(doubts(&with(&["fluid.mesh.core=20"])), []);
 }
