@@ -80,7 +80,7 @@ choice! {
                 "how a prescribed flow is spread over the opening", absent "plug";
         }
         /// A share of what enters through the openings at starts: out of the vessel.
-        FlowSplit = "flow-split" {
+        FlowSplit = "flow_split" {
             fraction: f64 = "fraction", from(0.0, 1.0), "share of the inflow that leaves here, with the same velocity all over";
         }
         /// A pressure.

@@ -75,12 +75,12 @@ fn lists_that_make_no_sense_are_refused() {
             "a flow at each end",
         ),
         (
-            "end = \"end\"\ncondition = \"flow-split\"\nfraction = 0.5",
+            "end = \"end\"\ncondition = \"flow_split\"\nfraction = 0.5",
             "opening[0].condition",
             "a flow at each end",
         ),
         (
-            "end = \"start\"\ncondition = \"flow-split\"\nfraction = 0.5",
+            "end = \"start\"\ncondition = \"flow_split\"\nfraction = 0.5",
             "opening[0].condition",
             "cannot be prescribed at a start",
         ),
@@ -143,7 +143,7 @@ fn lists_that_make_no_sense_are_refused() {
             "must fit into time.period_s",
         ),
         (
-            "condition = \"flow-split\"\nfraction = 1.0",
+            "condition = \"flow_split\"\nfraction = 1.0",
             "opening[0].fraction",
             "expected less than 1",
         ),

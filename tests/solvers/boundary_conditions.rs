@@ -271,7 +271,7 @@ fn a_flow_is_prescribed_at_the_outlet_with_openfoam() {
 
 /// Three tenths of what enters under a pressure leave, and the rest fills the vessel.
 fn flow_split(out: &Path, native: bool, within: f64) -> Vec<[f64; 4]> {
-    let set = ["opening[0].condition=flow-split", "opening[0].fraction=0.3"];
+    let set = ["opening[0].condition=flow_split", "opening[0].fraction=0.3"];
     let rows = opening(out, native, &set);
     for [inflow, outflow, grows, _] in &rows {
         assert!(*inflow > 1e-7);
