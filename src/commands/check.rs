@@ -142,7 +142,7 @@ fn expected(case: &Case) -> Vec<(&'static str, String)> {
         .map(|bytes| format!("{} on the disk", size(bytes)));
     let minutes = seconds.map(|seconds| {
         format!(
-            "about {} on two idle cores, longer while coupling needs more than two iterations per step",
+            "at least {} on two idle cores; the start, and steps of more than two coupling iterations, take longer",
             human(seconds)
         )
     });
