@@ -41,8 +41,10 @@ pub struct WallFigures {
     pub buckling: Option<f64>,
     /// The same for the wall without its imperfection: an imperfect wall bends more and more on the way there.
     pub perfect_buckling: Option<f64>,
-    /// Highest pressure that was tried, Pa.
+    /// Highest pressure under which an equilibrium was looked for and found, or stability lost, Pa.
     pub reach: f64,
+    /// Whether none was found on the way to twice the highest pressure.
+    pub is_cut_short: bool,
 }
 
 /// A wall in its unloaded shape that can be put under pressure.
@@ -75,6 +77,15 @@ impl InflatableWall<'_> {
             pressure,
             found: self.inflate(pressure)?,
         })
+    }
+
+    /// The same to [`REACH`] times a pressure (Pa), or to that pressure where the wall finds no equilibrium on the way:
+    /// stretched or stiffening walls may have none far above what they will see, which must not hide the rest.
+    fn far_path(&self, pressure: f64) -> Result<Path<'_>, SolidError> {
+        match self.path(REACH * pressure) {
+            Err(SolidError::NoEquilibrium(_)) => self.path(pressure),
+            found => found,
+        }
     }
 
     /// Volume (m³) between the lumen's surface and the origin, for a displacement: by the theorem of Gauss that of the
@@ -212,8 +223,10 @@ impl WallFigures {
         let (mut reached, mut buckling) = (Vec::new(), None);
         let mut tissue_shares = Vec::new();
         let highest = pressures.last().copied().unwrap_or(0.0);
-        let reach = REACH * highest;
-        let path = wall.path(if perfect.is_some() { highest } else { reach })?;
+        let path = match perfect {
+            Some(_) => wall.path(highest)?,
+            None => wall.far_path(highest)?,
+        };
         for &pressure in pressures {
             let Some(displacement) = path.at(pressure)? else {
                 buckling = path.buckling();
@@ -227,10 +240,11 @@ impl WallFigures {
                 section.shifts.push((centre - *old).norm());
             }
         }
-        let perfect_buckling = match perfect {
-            Some(perfect) => perfect.path(reach)?.buckling(),
-            None => path.buckling(),
+        let far = match perfect {
+            Some(perfect) => &perfect.far_path(highest)?,
+            None => &path,
         };
+        let (perfect_buckling, reach) = (far.buckling(), far.pressure);
         Ok(Self {
             pressures: reached,
             tissue_shares,
@@ -238,6 +252,7 @@ impl WallFigures {
             buckling: buckling.or(perfect_buckling.filter(|_| perfect.is_none())),
             perfect_buckling,
             reach,
+            is_cut_short: reach < REACH * highest,
         })
     }
 }

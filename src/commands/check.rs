@@ -412,8 +412,13 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
             }
         ),
         None => format!(
-            "  without its imperfection it does not buckle up to {}\n",
-            mmhg(wall.reach)
+            "  without its imperfection it does not buckle up to {}{}\n",
+            mmhg(wall.reach),
+            if wall.is_cut_short {
+                ", the highest pressure; no equilibrium was found at twice that"
+            } else {
+                ""
+            }
         ),
     };
     Ok(text)
