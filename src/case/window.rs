@@ -112,7 +112,7 @@ mod tests {
             "{part:?}"
         );
         assert_eq!(warnings(0.0, 1.0).len(), 2);
-        assert!(warnings(0.8, 2.0)[0].contains("but 1.5 of them"));
+        assert!(warnings(0.8, 2.0)[0].contains("covers 1.5 periods"));
         let part = Window {
             start_s: 0.8,
             end_s: 1.0,

@@ -3,7 +3,7 @@
 use super::{Failure, quantity};
 use crate::case::{FlowUnit, LengthUnit, Preset};
 use crate::output::terminal;
-use crate::proposal::{Like, NoProposal, Proposal, Wishes};
+use crate::proposal::{Like, Proposal, ProposalError, ProposalInput};
 use std::path::{Path, PathBuf};
 
 /// What the case is made from.
@@ -131,7 +131,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             )));
         }
     }
-    let wishes = Wishes {
+    let input = ProposalInput {
         line: arguments.from.clone(),
         lumen: arguments.lumen.clone(),
         unit: arguments.unit,
@@ -150,8 +150,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         is_rcr: arguments.rcr,
         has_tissue: arguments.tissue,
     };
-    let proposal = Proposal::new(&wishes).map_err(|reason| match reason {
-        NoProposal::Io(error) => Failure::Run(error.to_string()),
+    let proposal = Proposal::new(&input).map_err(|reason| match reason {
+        ProposalError::Io(error) => Failure::Run(error.to_string()),
         other => Failure::Input(other.to_string()),
     })?;
     write(folder, &proposal).map_err(|e| Failure::Run(format!("cannot write {shown}: {e}")))?;

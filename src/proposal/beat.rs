@@ -1,6 +1,6 @@
 //! How long a beat is, and time steps of which a whole number make one.
 
-use super::{Wishes, told};
+use super::{ProposalInput, told};
 use crate::case::PeriodicTable;
 
 /// A beat without a curve, s.
@@ -24,19 +24,19 @@ pub struct Beat {
 }
 
 impl Beat {
-    /// That of the wishes, or else of the curve of the flow, if there is one that is not to be stretched.
+    /// That of the input, or else of the curve of the flow, if there is one that is not to be stretched.
     ///
     /// # Errors
     /// If the curve does not say how long it is, or does not fit.
-    pub fn of(wishes: &Wishes) -> Result<Self, String> {
+    pub fn of(input: &ProposalInput) -> Result<Self, String> {
         let mut remarks = Vec::new();
-        let asked = wishes.period;
-        let (Some(path), None) = (&wishes.flow, wishes.flow_period) else {
+        let asked = input.period;
+        let (Some(path), None) = (&input.flow, input.flow_period) else {
             let period = asked.unwrap_or(PERIOD);
             return Ok(Self { period, remarks });
         };
         let file = path.display();
-        let (shown, last) = PeriodicTable::period_of_flow(path, wishes.flow_unit)
+        let (shown, last) = PeriodicTable::period_of_flow(path, input.flow_unit)
             .map_err(|e| told::in_options(&e.to_string()))?;
         let period = match (asked, shown) {
             (Some(period), _) if last > period * (1.0 + 1e-9) => {

@@ -1,7 +1,7 @@
 //! How far the vessel of a case is from the files that it was made from.
 
-use super::Wishes;
-use super::files::Survey;
+use super::ProposalInput;
+use super::files::VesselSizes;
 use crate::case::{BloodVessel, Shape, VesselDescription};
 use crate::polydata::{PolyData, Surface};
 use std::f64::consts::TAU;
@@ -37,10 +37,10 @@ impl Changes {
     /// If the surface cannot be read.
     pub fn of(
         keys: &BloodVessel,
-        survey: &Survey,
-        wishes: &Wishes,
+        sizes: &VesselSizes,
+        input: &ProposalInput,
     ) -> Result<Option<Self>, String> {
-        let (Some(line), Shape::Vessel(vessel)) = (&survey.line, &keys.shape) else {
+        let (Some(line), Shape::Vessel(vessel)) = (&sizes.line, &keys.shape) else {
             return Ok(None);
         };
         let curve = vessel.curve();
@@ -53,7 +53,7 @@ impl Changes {
                 *radius = Some((share, [before, now]));
             }
         };
-        let counts = wishes.radius.is_none() && wishes.lumen.is_none();
+        let counts = input.radius.is_none() && input.lumen.is_none();
         for (i, point) in line.points().enumerate() {
             let beside = curve.nearest(&point);
             let over = (start - beside.s).max(beside.s - end).max(0.0);
@@ -64,20 +64,20 @@ impl Changes {
                 compare(&mut radius, *before, here);
             }
         }
-        if let Some(path) = &wishes.lumen {
+        if let Some(path) = &input.lumen {
             let wrong = |e: String| format!("--lumen {}: {e}", path.display());
-            let unit = wishes.lumen_unit.or(wishes.unit);
+            let unit = input.lumen_unit.or(input.unit);
             let unit = unit.map_or(1.0, |unit| unit.metres());
             let data = PolyData::read(path).map_err(wrong)?;
             let surface = Surface::new(&data, unit).map_err(wrong)?;
-            for [before, now] in on_rays(vessel, keys, &surface, survey.radius) {
+            for [before, now] in on_rays(vessel, keys, &surface, sizes.radius) {
                 compare(&mut radius, before, now);
             }
         }
         Ok(Some(Self {
             lengths: [line.polygon(), end - start],
             moved,
-            smoothing: survey.smoothing.unwrap_or(0.0),
+            smoothing: sizes.smoothing.unwrap_or(0.0),
             radius,
         }))
     }

@@ -1,7 +1,7 @@
 //! What is known of the files before a case is made from them.
 
 use super::text::rounded;
-use super::{RADII, RADIUS, Wishes};
+use super::{ProposalInput, RADII, RADIUS};
 use crate::case::{LengthUnit, LineReading, LineSurvey};
 use crate::polydata::{PolyData, Surface};
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ const USUAL_LENGTHS: [f64; 2] = [2e-3, 1.5];
 const USUAL_RADII: [f64; 2] = [1e-4, 0.025];
 
 /// Sizes of the vessel, m.
-pub struct Survey {
+pub struct VesselSizes {
     /// Median radius of the lumen.
     pub radius: f64,
     /// Smallest and largest one that the file knows, or else that one.
@@ -32,13 +32,13 @@ pub struct Survey {
 
 /// # Errors
 /// What is missing or wrong, in a sentence.
-pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
-    let Some(path) = &wishes.line else {
-        if wishes.lumen.is_some() {
+pub fn sizes(input: &ProposalInput) -> Result<VesselSizes, String> {
+    let Some(path) = &input.line else {
+        if input.lumen.is_some() {
             return Err("--lumen needs its centre-line, --from: VMTK makes one (vmtkcenterlines), as do 3D Slicer and SimVascular".into());
         }
-        let radius = wishes.radius.unwrap_or(RADIUS);
-        return Ok(Survey {
+        let radius = input.radius.unwrap_or(RADIUS);
+        return Ok(VesselSizes {
             radius,
             radii: [radius; 2],
             length: RADII * radius,
@@ -47,38 +47,38 @@ pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
             has_radius: false,
         });
     };
-    let Some(unit) = wishes.unit else {
+    let Some(unit) = input.unit else {
         return Err("--from needs the unit of its lengths: --unit mm, m, cm or um".into());
     };
-    let line = LineSurvey::read(path, wishes.branch.as_deref(), unit)
+    let line = LineSurvey::read(path, input.branch.as_deref(), unit)
         .map_err(|e| format!("--from {}: {e}", path.display()))?;
-    let surface = match &wishes.lumen {
+    let surface = match &input.lumen {
         None => None,
         Some(path) => {
             let wrong = |e: String| format!("--lumen {}: {e}", path.display());
             let surface = Surface::new(
                 &PolyData::read(path).map_err(wrong)?,
-                wishes.lumen_unit.unwrap_or(unit).metres(),
+                input.lumen_unit.unwrap_or(unit).metres(),
             )
             .map_err(wrong)?;
             Some(surface.area() / (TAU * line.polygon()))
         }
     };
-    if wishes.radius.is_some() && surface.is_some() {
+    if input.radius.is_some() && surface.is_some() {
         return Err(
             "--radius: the radius comes from --lumen already; leave out one of the two".into(),
         );
     }
-    let has_radius = wishes.radius.is_none() && (surface.is_some() || line.radius().is_some());
-    let Some(radius) = wishes.radius.or(line.radius()).or(surface) else {
-        let seen = LineReading::of(path, wishes.branch.as_deref());
+    let has_radius = input.radius.is_none() && (surface.is_some() || line.radius().is_some());
+    let Some(radius) = input.radius.or(line.radius()).or(surface) else {
+        let seen = LineReading::of(path, input.branch.as_deref());
         let seen = seen.map_or(String::new(), |seen| format!(" ({})", seen.understood));
         return Err(format!(
             "--from {}: the file has no radii{seen}: give --lumen, the surface, or --radius, such as --radius 3mm",
             path.display()
         ));
     };
-    let smoothing = wishes
+    let smoothing = input
         .smoothing
         .unwrap_or_else(|| rounded(line.smoothing(radius)));
     let length = line.length(smoothing);
@@ -103,9 +103,9 @@ pub fn survey(wishes: &Wishes) -> Result<Survey, String> {
             length
         ));
     }
-    let known = line.radii().iter().filter(|_| wishes.radius.is_none());
+    let known = line.radii().iter().filter(|_| input.radius.is_none());
     let radii = known.fold([radius; 2], |[low, high], r| [low.min(*r), high.max(*r)]);
-    Ok(Survey {
+    Ok(VesselSizes {
         radius,
         radii,
         length,

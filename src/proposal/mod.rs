@@ -15,7 +15,7 @@ use crate::case::{
 use crate::geometry::Vessel;
 use beat::Beat;
 use changes::Changes;
-use files::Survey;
+use files::VesselSizes;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 use text::Numbers;
@@ -67,7 +67,7 @@ crate::case::table::words! {
 
 /// What the user has.
 #[derive(Debug, Clone, Default)]
-pub struct Wishes {
+pub struct ProposalInput {
     /// File of the centre-line.
     pub line: Option<PathBuf>,
     /// File of the lumen's surface.
@@ -117,7 +117,7 @@ pub struct Proposal {
 
 /// Why there is no proposal.
 #[derive(Debug, thiserror::Error)]
-pub enum NoProposal {
+pub enum ProposalError {
     /// Something is missing or does not fit.
     #[error("{0}")]
     Input(String),
@@ -134,12 +134,12 @@ impl Proposal {
     ///
     /// # Errors
     /// What is missing, or all mistakes of the case.
-    pub fn new(wishes: &Wishes) -> Result<Self, NoProposal> {
-        let (wishes, mut remarks) = told::files(wishes).map_err(NoProposal::Input)?;
-        let wishes = &wishes;
-        let survey = files::survey(wishes).map_err(NoProposal::Input)?;
+    pub fn new(input: &ProposalInput) -> Result<Self, ProposalError> {
+        let (input, mut remarks) = told::files(input).map_err(ProposalError::Input)?;
+        let input = &input;
+        let sizes = files::sizes(input).map_err(ProposalError::Input)?;
         let mut files = Vec::new();
-        for path in [&wishes.line, &wishes.lumen, &wishes.flow]
+        for path in [&input.line, &input.lumen, &input.flow]
             .into_iter()
             .flatten()
         {
@@ -148,20 +148,20 @@ impl Proposal {
                 .map(|name| name.to_string_lossy().into_owned());
             files.push((name.unwrap_or_default(), path.clone()));
         }
-        let beat = Beat::of(wishes).map_err(NoProposal::Input)?;
-        let mut numbers = Numbers::new(&survey, beat.period);
+        let beat = Beat::of(input).map_err(ProposalError::Input)?;
+        let mut numbers = Numbers::new(&sizes, beat.period);
         let trial = tempfile::tempdir()?;
         for (name, path) in &files {
             std::fs::copy(path, trial.path().join(name))
-                .map_err(|error| NoProposal::Input(format!("{}: {error}", path.display())))?;
+                .map_err(|error| ProposalError::Input(format!("{}: {error}", path.display())))?;
         }
-        let case = loaded(trial.path(), wishes, &survey, &mut numbers)?;
+        let case = loaded(trial.path(), input, &sizes, &mut numbers)?;
         remarks.extend(beat.remarks);
         if let Some(keys) = case.vessel()
-            && let Some(changes) = Changes::of(keys, &survey, wishes).map_err(NoProposal::Input)?
+            && let Some(changes) = Changes::of(keys, &sizes, input).map_err(ProposalError::Input)?
         {
-            if changes.is_another() && wishes.smoothing.is_none() {
-                return Err(NoProposal::Input(another(&changes)));
+            if changes.is_another() && input.smoothing.is_none() {
+                return Err(ProposalError::Input(another(&changes)));
             }
             remarks.extend(changes.remarks());
             if let Some(least) = numbers.least_bend {
@@ -172,11 +172,11 @@ impl Proposal {
                 ));
             }
         }
-        let (figures, more) = Figures::of(&case, wishes)?;
+        let (figures, more) = Figures::of(&case, input)?;
         remarks.extend(more);
-        numbers.choose(&case, &figures, wishes);
-        let text = text::case(wishes, &numbers);
-        load(trial.path(), &text, wishes)?;
+        numbers.choose(&case, &figures, input);
+        let text = text::case(input, &numbers);
+        load(trial.path(), &text, input)?;
         Ok(Self {
             text,
             files,
@@ -188,29 +188,29 @@ impl Proposal {
 /// The case; where its line bends too sharply for the wall, with bends that are rounded off as little as it takes.
 fn loaded(
     folder: &Path,
-    wishes: &Wishes,
-    survey: &Survey,
+    input: &ProposalInput,
+    sizes: &VesselSizes,
     numbers: &mut Numbers,
-) -> Result<ResolvedCase, NoProposal> {
-    let first = match load(folder, &text::case(wishes, numbers), wishes) {
-        Err(NoProposal::Case(errors)) if errors.contains(TOO_SHARP) && survey.line.is_some() => {
+) -> Result<ResolvedCase, ProposalError> {
+    let first = match load(folder, &text::case(input, numbers), input) {
+        Err(ProposalError::Case(errors)) if errors.contains(TOO_SHARP) && sizes.line.is_some() => {
             errors
         }
         other => return other,
     };
     let [narrowest, widest, ratio] = LEAST_BENDS;
-    let outside = survey
+    let outside = sizes
         .radii
-        .map(|r| r + wishes.thickness.unwrap_or(THICKNESS * r));
+        .map(|r| r + input.thickness.unwrap_or(THICKNESS * r));
     let mut least = narrowest * outside[0];
     while least <= widest * outside[1] {
         numbers.least_bend = Some(text::rounded(least));
-        match load(folder, &text::case(wishes, numbers), wishes) {
-            Err(NoProposal::Case(errors)) if errors.contains(TOO_SHARP) => least *= ratio,
+        match load(folder, &text::case(input, numbers), input) {
+            Err(ProposalError::Case(errors)) if errors.contains(TOO_SHARP) => least *= ratio,
             other => return other,
         }
     }
-    Err(NoProposal::Case(first))
+    Err(ProposalError::Case(first))
 }
 
 /// Why a line whose points would be moved too far is refused, and what can be done.
@@ -227,10 +227,10 @@ fn another(changes: &Changes) -> String {
     )
 }
 
-fn load(folder: &Path, text: &str, wishes: &Wishes) -> Result<ResolvedCase, NoProposal> {
+fn load(folder: &Path, text: &str, input: &ProposalInput) -> Result<ResolvedCase, ProposalError> {
     std::fs::write(folder.join("case.toml"), text)?;
     Case::load(folder, Preset::Paper, &[])
-        .map_err(|errors| NoProposal::Case(told::mistakes(&errors, wishes, folder)))
+        .map_err(|errors| ProposalError::Case(told::mistakes(&errors, input, folder)))
 }
 
 /// Resistance (Pa s/m³) and compliance (m³/Pa) of a windkessel, its proximal resistance, and the pressure at t = 0
@@ -259,11 +259,14 @@ struct Figures {
 }
 
 impl Figures {
-    fn of(case: &ResolvedCase, wishes: &Wishes) -> Result<(Self, Vec<String>), NoProposal> {
-        let input = |message: &str| NoProposal::Input(message.into());
+    fn of(
+        case: &ResolvedCase,
+        input: &ProposalInput,
+    ) -> Result<(Self, Vec<String>), ProposalError> {
+        let mistake = |message: &str| ProposalError::Input(message.into());
         let keys = case
             .vessel()
-            .ok_or_else(|| input("the case has no vessel"))?;
+            .ok_or_else(|| mistake("the case has no vessel"))?;
         let vessel = Vessel::new(keys);
         let end = vessel.end();
         let mean_at = |s: f64| {
@@ -285,7 +288,7 @@ impl Figures {
             });
         let mean = radii.iter().sum::<f64>() / radii.len() as f64;
         let curve = FlowCurve::new(&keys.inflow, case.time.period)
-            .map_err(|e| NoProposal::Input(e.to_string()))?;
+            .map_err(|e| ProposalError::Input(e.to_string()))?;
         let period = case.time.period;
         let flows: Vec<f64> = (0..1000)
             .map(|i| curve.flow(period * f64::from(i) / 1000.0))
@@ -295,7 +298,7 @@ impl Figures {
             flows.iter().fold(0.0f64, |most, q| most.max(q.abs())),
         ];
         let plausible =
-            told::plausible(wishes, &curve, of_flow, mean).map_err(NoProposal::Input)?;
+            told::plausible(input, &curve, of_flow, mean).map_err(ProposalError::Input)?;
         let nu = case.blood.viscosity / case.blood.density;
         let omega = TAU / period;
         let womersley = mean * (omega / nu).sqrt();
@@ -311,7 +314,7 @@ impl Figures {
             format!(
                 "flow      {:.0} ml/min on average{}, at most {:.1} ml/s; Womersley number {womersley:.2}, Reynolds number at most {reynolds:.0}",
                 6e7 * of_flow[0],
-                if wishes.flow.is_some() {
+                if input.flow.is_some() {
                     ""
                 } else {
                     ", chosen for the radius (--flow gives your own)"

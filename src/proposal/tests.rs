@@ -8,12 +8,12 @@ fn what_a_vessel_is_like_makes_a_case() {
         (Like::Aneurysm, 1, 1),
         (Like::Graft, 3, 0),
     ] {
-        let wishes = Wishes {
+        let input = ProposalInput {
             like,
             period: Some(0.8),
-            ..Wishes::default()
+            ..ProposalInput::default()
         };
-        let made = Proposal::new(&wishes).unwrap_or_else(|e| panic!("{like:?}: {e}"));
+        let made = Proposal::new(&input).unwrap_or_else(|e| panic!("{like:?}: {e}"));
         assert_eq!(made.text.matches("[[vessel.section]]").count(), sections);
         assert_eq!(made.text.matches("[[vessel.feature]]").count(), features);
         assert!(made.text.contains("period_s = 0.8"));
@@ -26,20 +26,20 @@ fn what_a_vessel_is_like_makes_a_case() {
             );
         }
     }
-    let mistake = |wishes: &Wishes| Proposal::new(wishes).unwrap_err().to_string();
+    let mistake = |input: &ProposalInput| Proposal::new(input).unwrap_err().to_string();
     let lumen = Some("x.stl".into());
     assert!(
-        mistake(&Wishes {
+        mistake(&ProposalInput {
             lumen,
-            ..Wishes::default()
+            ..ProposalInput::default()
         })
         .contains("--lumen needs its centre-line")
     );
     let line = Some("x.csv".into());
     assert!(
-        mistake(&Wishes {
+        mistake(&ProposalInput {
             line,
-            ..Wishes::default()
+            ..ProposalInput::default()
         })
         .contains("--from x.csv: No such file")
     );

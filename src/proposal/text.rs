@@ -1,8 +1,8 @@
 //! The text of a proposed case.
 
 use super::beat::fitting;
-use super::files::Survey;
-use super::{Figures, Like, MMHG, STEP, THICKNESS, Windkessel, Wishes};
+use super::files::VesselSizes;
+use super::{Figures, Like, MMHG, ProposalInput, STEP, THICKNESS, Windkessel};
 use crate::case::{LengthUnit, ResolvedCase};
 use crate::numbers::twelve_digits;
 use std::fmt::Write;
@@ -29,14 +29,14 @@ pub struct Numbers {
 }
 
 impl Numbers {
-    pub fn new(survey: &Survey, period: f64) -> Self {
-        let radius = survey.radius;
+    pub fn new(sizes: &VesselSizes, period: f64) -> Self {
+        let radius = sizes.radius;
         let scale = (radius / FLOW.0).powi(2);
         Self {
             radius,
-            length: survey.length,
-            has_radius: survey.has_radius,
-            smoothing: survey.smoothing,
+            length: sizes.length,
+            has_radius: sizes.has_radius,
+            smoothing: sizes.smoothing,
             least_bend: None,
             flow: FLOW.1.map(|flow| rounded(flow * scale)),
             windkessel: None,
@@ -46,8 +46,8 @@ impl Numbers {
         }
     }
 
-    pub fn choose(&mut self, case: &ResolvedCase, figures: &Figures, wishes: &Wishes) {
-        self.windkessel = figures.windkessel(case.ramp.duration, wishes.is_rcr);
+    pub fn choose(&mut self, case: &ResolvedCase, figures: &Figures, input: &ProposalInput) {
+        self.windkessel = figures.windkessel(case.ramp.duration, input.is_rcr);
         if let Some(vessel) = case.vessel() {
             let mesh = &vessel.fluid.mesh;
             let rings = figures.rings(mesh);
@@ -70,34 +70,34 @@ fn name(path: &Path) -> String {
 }
 
 /// The whole file.
-pub fn case(wishes: &Wishes, numbers: &Numbers) -> String {
+pub fn case(input: &ProposalInput, numbers: &Numbers) -> String {
     let mut text = String::from(
         "# A vessel of your own, as `fsi-driver new` proposes it. What is not here has the value of the defaults:\n\
          # `fsi-driver keys` lists all keys, docs/vessels.md explains those of [vessel].\n\
          extends = \"defaults\"\n\n[vessel]\n",
     );
-    lumen(wishes, numbers, &mut text);
-    sections(wishes, numbers, &mut text);
+    lumen(input, numbers, &mut text);
+    sections(input, numbers, &mut text);
     text += MATERIALS;
-    flow(wishes, numbers, &mut text);
+    flow(input, numbers, &mut text);
     meshes(numbers, &mut text);
     text += WALL_IN_TIME;
     text
 }
 
-fn lumen(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
+fn lumen(input: &ProposalInput, numbers: &Numbers, text: &mut String) {
     let (r, extension) = (numbers.radius, rounded(6.0 * numbers.radius));
-    if let Some(path) = &wishes.line {
+    if let Some(path) = &input.line {
         let _ = writeln!(text, "centre_line = {}", name(path));
         let _ = writeln!(
             text,
             "unit = \"{}\" # of the files",
-            wishes.unit.map_or("mm", LengthUnit::name)
+            input.unit.map_or("mm", LengthUnit::name)
         );
-        if let Some(branch) = &wishes.branch {
+        if let Some(branch) = &input.branch {
             let _ = writeln!(text, "branch = {}", toml::Value::from(branch.as_str()));
         }
-        if wishes.is_reversed {
+        if input.is_reversed {
             *text += "reverse = true # the blood flows from the end of the line to its beginning\n";
         }
         if let Some(length) = numbers.smoothing {
@@ -114,9 +114,9 @@ fn lumen(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
             );
         }
     }
-    if let Some(path) = &wishes.lumen {
+    if let Some(path) = &input.lumen {
         let _ = writeln!(text, "lumen = {}", name(path));
-        if let Some(unit) = wishes.lumen_unit {
+        if let Some(unit) = input.lumen_unit {
             let _ = writeln!(text, "lumen_unit = \"{}\"", unit.name());
         }
         *text += "# lumen_smoothing_m = 1e-3 # the same on the surface; if absent, three times the length of a triangle\n";
@@ -128,7 +128,7 @@ fn lumen(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
         "upstream_extension_m = {extension:e} # straight rigid tubes, in which the flow develops and leaves"
     );
     let _ = writeln!(text, "downstream_extension_m = {extension:e}");
-    if wishes.line.is_none() {
+    if input.line.is_none() {
         let _ = writeln!(
             text,
             "\n[[vessel.piece]] # or centre_line = \"line.vtp\" (.csv, .swc) with unit = \"mm\""
@@ -141,9 +141,9 @@ fn lumen(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
     }
 }
 
-fn sections(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
+fn sections(input: &ProposalInput, numbers: &Numbers, text: &mut String) {
     let (r, length) = (numbers.radius, numbers.length);
-    let thicknesses = match wishes.thickness {
+    let thicknesses = match input.thickness {
         None => {
             let half = 0.5 * THICKNESS;
             format!(
@@ -164,7 +164,7 @@ fn sections(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
         )
     };
     let third = rounded(length / 3.0);
-    match wishes.like {
+    match input.like {
         Like::Graft => {
             *text += &artery("proximal", Some(third));
             let _ = write!(
@@ -178,7 +178,7 @@ fn sections(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
     // A bump that fits into the vessel.
     let long = |radii: f64| rounded((radii * r).min(0.6 * length));
     let middle = rounded(0.5 * length);
-    match wishes.like {
+    match input.like {
         Like::Stenosis => {
             let _ = write!(
                 text,
@@ -198,7 +198,7 @@ fn sections(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
         }
         Like::Graft | Like::Uniform => {}
     }
-    if wishes.like == Like::Graft {
+    if input.like == Like::Graft {
         *text += "\n[[vessel.material]]\nname = \"ePTFE\"\nmaterial = \"neo_hooke\"\nmu_Pa = 3.33e5\nkappa_Pa = 1.67e9\n";
     }
 }
@@ -225,15 +225,15 @@ k2 = 15.4
 fibre_angle_deg = 40.0
 "#;
 
-fn flow(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
+fn flow(input: &ProposalInput, numbers: &Numbers, text: &mut String) {
     *text += "\n[inflow]\n";
-    match &wishes.flow {
+    match &input.flow {
         Some(path) => {
             let _ = writeln!(text, "file = {}", name(path));
-            if let Some(unit) = wishes.flow_unit {
+            if let Some(unit) = input.flow_unit {
                 let _ = writeln!(text, "unit = \"{}\"", unit.name());
             }
-            if let Some(period) = wishes.flow_period {
+            if let Some(period) = input.flow_period {
                 let _ = writeln!(text, "file_period_s = {period:?} # stretched to the beat");
             }
         }
@@ -246,11 +246,11 @@ fn flow(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
             );
         }
     }
-    windkessel(wishes, numbers, text);
+    windkessel(input, numbers, text);
     time(numbers, text);
 }
 
-fn windkessel(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
+fn windkessel(input: &ProposalInput, numbers: &Numbers, text: &mut String) {
     if let Some(found) = &numbers.windkessel {
         let _ = write!(
             text,
@@ -266,7 +266,7 @@ fn windkessel(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
                 rounded(before)
             );
         }
-        if wishes.loaded.is_none() {
+        if input.loaded.is_none() {
             let [mean, start] = [found.mean, found.start].map(rounded);
             let _ = writeln!(
                 text,
@@ -277,7 +277,7 @@ fn windkessel(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
             );
         }
     }
-    if let Some(pressure) = wishes.loaded {
+    if let Some(pressure) = input.loaded {
         if numbers.windkessel.is_none() {
             *text += "\n[windkessel]\n";
         }
@@ -289,10 +289,10 @@ fn windkessel(wishes: &Wishes, numbers: &Numbers, text: &mut String) {
             pressure / MMHG
         );
     }
-    if wishes.has_tissue {
+    if input.has_tissue {
         *text += "\n[surroundings] # tissue around the wall, per area of its outside: put your own here\nspring_Pa_m = 1.0e7\n\
                   damping_Pa_s_m = 1.0e3\n";
-        if wishes.loaded.is_some() {
+        if input.loaded.is_some() {
             *text += "at_rest = \"loaded\" # the springs exert nothing in the shape of this file\n";
         }
     }

@@ -1,7 +1,7 @@
 //! What `new` says of the user's files and of mistakes in them, in the words of its options: the case with the keys is
 //! not written yet.
 
-use super::Wishes;
+use super::ProposalInput;
 use crate::case::{CaseError, CaseErrors, FlowCurve, FlowUnit, LineReading, PeriodicTable};
 use crate::polydata::PolyData;
 use std::f64::consts::PI;
@@ -34,25 +34,25 @@ const IMPOSSIBLE: [f64; 2] = [1e-5, 50.0];
 /// Radii (m) of arteries that people compute.
 const RADII: [f64; 2] = [2e-4, 0.02];
 
-/// The wishes with the unit of the line, if its file says it, and what was understood of the files, a line each.
+/// The input with the unit of the line, if its file says it, and what was understood of the files, a line each.
 ///
 /// # Errors
 /// What is wrong with a file.
-pub fn files(wishes: &Wishes) -> Result<(Wishes, Vec<String>), String> {
-    let mut wishes = wishes.clone();
+pub fn files(input: &ProposalInput) -> Result<(ProposalInput, Vec<String>), String> {
+    let mut input = input.clone();
     let mut remarks = Vec::new();
-    if let Some(path) = &wishes.line {
-        let reading = LineReading::of(path, wishes.branch.as_deref());
+    if let Some(path) = &input.line {
+        let reading = LineReading::of(path, input.branch.as_deref());
         let reading =
             reading.map_err(|e| format!("--from {}: {}", path.display(), in_options(&e)))?;
-        wishes.unit = wishes.unit.or(reading.unit);
+        input.unit = input.unit.or(reading.unit);
         remarks.push(format!(
             "read      {}: {}",
             path.display(),
             reading.understood
         ));
     }
-    if let (Some(path), Some(_)) = (&wishes.lumen, &wishes.line) {
+    if let (Some(path), Some(_)) = (&input.lumen, &input.line) {
         let data = PolyData::read(path).map_err(|e| format!("--lumen {}: {e}", path.display()))?;
         remarks.push(format!(
             "read      {}: {} triangles",
@@ -60,11 +60,11 @@ pub fn files(wishes: &Wishes) -> Result<(Wishes, Vec<String>), String> {
             data.triangles.len()
         ));
     }
-    Ok((wishes, remarks))
+    Ok((input, remarks))
 }
 
 /// Mistakes of a case that was never written: the options to blame, and no lines.
-pub fn mistakes(errors: &CaseErrors, wishes: &Wishes, trial: &Path) -> String {
+pub fn mistakes(errors: &CaseErrors, input: &ProposalInput, trial: &Path) -> String {
     let folder = format!("{}/", trial.display());
     let shown = |path: &Option<std::path::PathBuf>| {
         path.as_ref()
@@ -75,15 +75,15 @@ pub fn mistakes(errors: &CaseErrors, wishes: &Wishes, trial: &Path) -> String {
             return in_options(&error.to_string().replace(&folder, ""));
         };
         let option = match key.as_str() {
-            key if key.starts_with("vessel.lumen") && wishes.lumen.is_some() => {
-                format!("--lumen{}: ", shown(&wishes.lumen))
+            key if key.starts_with("vessel.lumen") && input.lumen.is_some() => {
+                format!("--lumen{}: ", shown(&input.lumen))
             }
-            "vessel.radius_m" if wishes.radius.is_some() => "--radius: ".into(),
-            key if key.starts_with("vessel.") && wishes.line.is_some() => {
-                format!("--from{}: ", shown(&wishes.line))
+            "vessel.radius_m" if input.radius.is_some() => "--radius: ".into(),
+            key if key.starts_with("vessel.") && input.line.is_some() => {
+                format!("--from{}: ", shown(&input.line))
             }
-            key if key.starts_with("inflow.") && wishes.flow.is_some() => {
-                format!("--flow{}: ", shown(&wishes.flow))
+            key if key.starts_with("inflow.") && input.flow.is_some() => {
+                format!("--flow{}: ", shown(&input.flow))
             }
             _ => String::new(),
         };
@@ -93,7 +93,7 @@ pub fn mistakes(errors: &CaseErrors, wishes: &Wishes, trial: &Path) -> String {
             .next()
             .unwrap_or(message)
             .replace(&folder, "");
-        let names = [&wishes.line, &wishes.lumen, &wishes.flow]
+        let names = [&input.line, &input.lumen, &input.flow]
             .into_iter()
             .flatten()
             .filter_map(|path| path.file_name());
@@ -124,14 +124,14 @@ pub(super) fn in_options(message: &str) -> String {
 /// # Errors
 /// If it cannot be meant.
 pub fn plausible(
-    wishes: &Wishes,
+    input: &ProposalInput,
     curve: &FlowCurve,
     [mean, largest]: [f64; 2],
     radius: f64,
 ) -> Result<Vec<String>, String> {
     let mut remarks = Vec::new();
     if let Some(table) = curve.table()
-        && let Some(path) = &wishes.flow
+        && let Some(path) = &input.flow
     {
         remarks.push(format!(
             "read      {}: {}",
@@ -141,7 +141,7 @@ pub fn plausible(
         flow(path, table, [mean, largest], radius, &mut remarks)?;
     }
     let [thin, wide] = RADII;
-    if !(thin..=wide).contains(&radius) && (wishes.line.is_some() || wishes.radius.is_some()) {
+    if !(thin..=wide).contains(&radius) && (input.line.is_some() || input.radius.is_some()) {
         remarks.push(format!(
             "take care: a radius of {:.3} mm is {} than that of the arteries which are computed: is the unit of the lengths right?",
             1e3 * radius,

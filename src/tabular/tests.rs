@@ -116,11 +116,7 @@ fn what_is_no_table_is_told_with_the_line() {
         ("t,Q\n0,x\n1,2\n", Some(2), "expected a number, found \"x\""),
         ("t,Q\n0,1\n1,x\n", Some(3), "expected a number, found \"x\""),
         ("t,Q\n0,1\n1,\n", Some(3), "expected 2 numbers, found 1"),
-        (
-            "t,Q\n0,1\n1,2,3\n",
-            Some(3),
-            "expected 2 numbers, found 3 fields",
-        ),
+        ("t,Q\n0,1\n1,2,3\n", Some(3), "expected 2 numbers, found 3"),
         (
             "t,Q,p\n0,1,2,3\n1,2,3,4\n",
             Some(1),

@@ -96,8 +96,8 @@ fn a_hello_that_does_not_add_up_is_refused() {
     assert!(with(2, b"b").contains("opening 1 has unknown flags 2"));
     assert!(with(0, b"").contains("a name of 0 bytes"));
     assert!(with(0, &[b'x'; 65]).contains("a name of 65 bytes"));
-    assert!(with(0, b"\x1b[2J").contains("no text"));
-    assert!(with(0, b"\xff").contains("no text"));
+    assert!(with(0, b"\x1b[2J").contains("a name that is not text"));
+    assert!(with(0, b"\xff").contains("a name that is not text"));
     assert!(refused(without).contains("those of 2 openings"));
     // counts that promise far more than there is
     let mut payload = hello_payload(3, &[&[0, 1, 2]], 1);
