@@ -19,9 +19,12 @@ impl CoupledRun {
             Err(failure @ Failure::Interrupted(_)) => ("interrupted", Some(failure.to_string())),
             Err(failure) => ("failed", Some(failure.to_string())),
         };
-        // A run whose tables cannot be read says so where it evaluates them.
         let record = &self.simulation.observer.0;
-        let judgement = Judgement::of(&self.case, &self.folder, record).unwrap_or_default();
+        // The summary is written also of a run whose tables cannot be read.
+        let (judgement, unread) = match Judgement::of(&self.case, &self.folder, record) {
+            Ok(judgement) => (judgement, Ok(())),
+            Err(error) => (Judgement::default(), Err(error)),
+        };
         let ending = Ending {
             resolution: judgement.resolution.clone(),
             steadiness: judgement.steadiness.clone(),
@@ -43,8 +46,9 @@ impl CoupledRun {
         drop(simulation.coupling); // ends the fluid
         let (record, _) = simulation.observer;
         let summary = RunSummary::new(ending, totals);
-        let written_down =
-            (summary.write(&folder.summary())).and_then(|()| judgement.write(&folder));
+        let written_down = (summary.write(&folder.summary()))
+            .and_then(|()| judgement.write(&folder))
+            .and(unread);
         let summarized = written_down.and_then(|()| {
             let (wall, statistics) = (record.wall().monitor().wall(), record.wall().statistics());
             results::evaluate(&folder, &folder, &case, wall, statistics)

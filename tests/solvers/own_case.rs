@@ -826,7 +826,7 @@ fn files_of_a_motion_are_looked_at_first() {
         (
             "factor.csv",
             "time_s,factor\n0,0\n1,1\n1,2\n",
-            "times must ascend",
+            "times must increase",
         ),
     ] {
         let folder = tempfile::tempdir().unwrap();
