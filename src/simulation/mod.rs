@@ -216,13 +216,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         let completes = self.clock.completes();
         let (mut told, untold) = (Ok(()), self.untold.take());
         let is_slow = self.pace > SLOW && attempt == 1 && self.checkpoints.is_some();
-        let memories = || {
-            (
-                self.coupling.solid.memory(),
-                self.coupling.fixed_point.memory(),
-            )
-        };
-        self.beginning = is_slow.then(memories);
+        self.beginning = is_slow.then(|| self.memories());
         let solved = self.coupling.solve_with_background_work(|solid| {
             if let Some(step) = untold {
                 told = tell(&mut self.observer, &step, solid);
@@ -348,11 +342,15 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
     /// # Errors
     /// If it cannot be written; the checkpoints before it stay.
     pub fn save(&mut self) -> Result<(), SimulationError> {
-        let memories = (
+        self.save_with(self.memories())
+    }
+
+    /// What a checkpoint needs of structure and coupling.
+    fn memories(&self) -> (S::Memory, FixedPointMemory) {
+        (
             self.coupling.solid.memory(),
             self.coupling.fixed_point.memory(),
-        );
-        self.save_with(memories)
+        )
     }
 
     /// Writes a checkpoint of the last accepted step after the next one has been given up, if what that needs was kept;
