@@ -23,7 +23,7 @@ pub struct CaseFigures {
     /// Womersley number of the mean radius and the beat.
     pub womersley: f64,
     /// Sections with an elastic wall.
-    pub walls: Vec<WallFigures>,
+    pub walls: Vec<TubeFigures>,
 }
 
 /// A prescribed flow.
@@ -43,7 +43,7 @@ pub struct FlowFigures {
 
 /// The wall of a section, as a long tube of its middle.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WallFigures {
+pub struct TubeFigures {
     /// What the section is called.
     pub name: String,
     /// Thickness by radius of the lumen, unloaded.
@@ -76,7 +76,7 @@ impl CaseFigures {
         let pressures = Pressures::expected(keys, case.time.period).ok()?;
         let walls = tube_law::of_sections(case);
         let wall = |(section, law): &(_, TubeLaw)| {
-            WallFigures::new(section, law, &pressures, case.blood.density)
+            TubeFigures::new(section, law, &pressures, case.blood.density)
         };
         Some(Self {
             radii,
@@ -145,7 +145,7 @@ impl FlowFigures {
     }
 }
 
-impl WallFigures {
+impl TubeFigures {
     fn new(
         section: &crate::geometry::Section,
         law: &TubeLaw,

@@ -22,7 +22,7 @@ const FINE: usize = 4;
 
 /// Elements along the axis, around the circumference, and through all layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Grid {
+pub struct TubeGrid {
     /// Along the axis.
     pub axial: usize,
     /// Around the circumference.
@@ -33,14 +33,14 @@ pub struct Grid {
     pub layers: usize,
 }
 
-impl Grid {
+impl TubeGrid {
     /// Elements through the wall.
     pub fn radial(&self) -> usize {
         self.layers * self.radial_per_layer
     }
 }
 
-impl std::fmt::Display for Grid {
+impl std::fmt::Display for TubeGrid {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
@@ -55,7 +55,7 @@ impl std::fmt::Display for Grid {
 /// A tube, what holds it and what loads it.
 pub struct Tube {
     /// Resolution of the mesh.
-    pub grid: Grid,
+    pub grid: TubeGrid,
     /// The mesh.
     pub mesh: HexMesh,
     /// Material of each region.
@@ -86,7 +86,7 @@ pub struct Surrounding {
 words! {
     /// What holds the two ends.
     #[derive(Default)]
-    pub enum Ends {
+    pub enum TubeEnds {
         /// `u_x = 0`: plane strain.
         Axial = "axial" (default),
         /// No displacement.
@@ -104,8 +104,8 @@ impl Tube {
         inner_radius: f64,
         length: f64,
         layers: &[(f64, Material)],
-        grid: Grid,
-        ends: Ends,
+        grid: TubeGrid,
+        ends: TubeEnds,
     ) -> Self {
         let thickness: Vec<f64> = layers.iter().map(|layer| layer.0).collect();
         let mesh = tube_mesh(
@@ -117,10 +117,10 @@ impl Tube {
             grid.radial_per_layer,
         );
         let supports = match ends {
-            Ends::Clamped => ["start", "end"].map(|s| Support::Clamped(s.into())).into(),
-            Ends::Axial => sliding_and_symmetric(&mesh, grid.circumferential),
-            Ends::Radial => ["start", "end"].map(supports::sliding_radially).concat(),
-            Ends::Springs => Vec::new(),
+            TubeEnds::Clamped => ["start", "end"].map(|s| Support::Clamped(s.into())).into(),
+            TubeEnds::Axial => sliding_and_symmetric(&mesh, grid.circumferential),
+            TubeEnds::Radial => ["start", "end"].map(supports::sliding_radially).concat(),
+            TubeEnds::Springs => Vec::new(),
         };
         Self {
             grid,
@@ -135,8 +135,8 @@ impl Tube {
     }
 
     /// The same tube, with ends on springs of this stiffness (Pa/m) if that is what holds it.
-    pub fn on_springs(mut self, ends: Ends, spring: f64) -> Self {
-        if ends == Ends::Springs {
+    pub fn on_springs(mut self, ends: TubeEnds, spring: f64) -> Self {
+        if ends == TubeEnds::Springs {
             let springs = ["start", "end"].map(|name| supports::on_springs(name, spring));
             self.supports.extend(springs);
         }

@@ -17,7 +17,7 @@ const REACH: f64 = 2.0;
 
 /// The lumen in the middle of a section.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Section {
+pub struct SectionFigures {
     /// What the section is called.
     pub name: String,
     /// Mean radius without load, m.
@@ -36,7 +36,7 @@ pub struct WallFigures {
     /// Share of each that the tissue around the wall carries; see [`Structure::tissue_share`].
     pub tissue_shares: Vec<f64>,
     /// In the middle of the graft and of the artery.
-    pub sections: Vec<Section>,
+    pub sections: Vec<SectionFigures>,
     /// Pressure (Pa) at which this wall loses its stability, if below [`Self::reach`].
     pub buckling: Option<f64>,
     /// The same for the wall without its imperfection: an imperfect wall bends more and more on the way there.
@@ -208,10 +208,10 @@ impl WallFigures {
     ) -> Result<Self, SolidError> {
         let zero = vec![0.0; wall.solid.body().coefficients()];
         let section =
-            |section: &VesselSection| -> Result<(Section, f64, Vector2<f64>), SolidError> {
+            |section: &VesselSection| -> Result<(SectionFigures, f64, Vector2<f64>), SolidError> {
                 let x = 0.5 * (section.from + section.to);
                 let (radius, centre) = wall.lumen(x, &zero)?;
-                let empty = Section {
+                let empty = SectionFigures {
                     name: section.name.clone(),
                     radius,
                     loaded_radii: Vec::new(),

@@ -1,7 +1,7 @@
 //! The keys of the paper's vessel: graft and artery end to end, a rigid extension upstream.
 
 use super::keys::Material;
-use super::schema::{Kind, above, from};
+use super::schema::{ValueKind, above, from};
 use super::table::{table, words};
 
 table! {
@@ -16,7 +16,7 @@ table! {
 table! {
     /// Upstream path and imperfection.
     pub struct Model {
-        extension: Extension = "extension", Kind::Word(Extension::WORDS), "path of the rigid extension";
+        extension: Extension = "extension", ValueKind::Word(Extension::WORDS), "path of the rigid extension";
         d_max: f64 = "d_max_m", from(0.0, 0.1), "largest radius deviation of the imperfection";
     }
 }
@@ -50,7 +50,7 @@ table! {
         helix_radius: f64 = "helix_radius_m", above(0.0, 1.0), "radius of the helix", only HELIX;
         arc_angle_deg: f64 = "arc_angle_deg", above(0.0, 270.0), "angle that the arc turns through", only ARC;
         /// Rows along x (first and last zero), columns around.
-        imperfection: Vec<Vec<f64>> = "imperfection", Kind::Rows(100), "support values of the imperfection relative to model.d_max_m", only IMPERFECT;
+        imperfection: Vec<Vec<f64>> = "imperfection", ValueKind::Rows(100), "support values of the imperfection relative to model.d_max_m", only IMPERFECT;
     }
 }
 

@@ -1,6 +1,6 @@
 //! The keys of the blood, and its viscosity by rate of shear.
 
-use super::schema::{Kind, above, from};
+use super::schema::{ValueKind, above, from};
 use super::table::{table, words};
 
 table! {
@@ -9,7 +9,7 @@ table! {
         density: f64 = "density_kg_m3", above(0.0, 1e5), "density of the blood";
         /// At high rates of shear, if it depends on them.
         viscosity: f64 = "viscosity_Pa_s", above(0.0, 1e3), "dynamic viscosity of the blood", only NOT_OWN;
-        model: Option<BloodModel> = "model", Kind::Word(BloodModel::WORDS), "how its viscosity depends on the rate of shear",
+        model: Option<BloodModel> = "model", ValueKind::Word(BloodModel::WORDS), "how its viscosity depends on the rate of shear",
             absent "newtonian", only NOT_OWN;
         /// The largest one, of any model that thins with shear.
         at_rest: Option<f64> = "zero_shear_viscosity_Pa_s", above(0.0, 1e5),

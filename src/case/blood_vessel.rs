@@ -1,6 +1,6 @@
 //! The keys of every case with a vessel: its shape and wall, what flows in and out, its surroundings, its meshes.
 
-use super::schema::{Kind, Schema, Table, above, from, whole};
+use super::schema::{KeyTable, Schema, ValueKind, above, from, whole};
 use super::table::{table, words};
 use super::{
     Anastomosis, FluidTimeScheme, Inflow, Inlet, OpeningKeys, Outlet, ProblemKind, Time,
@@ -36,7 +36,7 @@ pub enum Shape {
     Vessel(VesselDescription),
 }
 
-impl Table for Shape {
+impl KeyTable for Shape {
     fn describe(_: &str, schema: &mut Schema) {
         schema.of_problems(&[ProblemKind::Anastomosis], |schema| {
             Anastomosis::describe("", schema);
@@ -55,20 +55,20 @@ table! {
             "springs of the outer surface: force per reference area and displacement", absent "0";
         damping: Option<f64> = "damping_Pa_s_m", from(0.0, 1e12),
             "dampers of the outer surface: force per reference area and velocity", absent "0";
-        direction: Option<TissueDirection> = "direction", Kind::Word(TissueDirection::WORDS),
+        direction: Option<TissueDirection> = "direction", ValueKind::Word(TissueDirection::WORDS),
             "direction of displacement that springs and dampers resist", absent "radial", only TISSUE;
         axial_spring: Option<f64> = "axial_spring_Pa_m", from(0.0, 1e15),
             "axial springs, in addition to radial ones", absent "0";
         axial_damping: Option<f64> = "axial_damping_Pa_s_m", from(0.0, 1e12),
             "axial dampers, in addition to radial ones", absent "0";
-        at_rest: Option<GivenShape> = "at_rest", Kind::Word(GivenShape::WORDS),
+        at_rest: Option<GivenShape> = "at_rest", ValueKind::Word(GivenShape::WORDS),
             "state of the wall in which the springs carry no force; loaded is the given loaded shape, or else the initial equilibrium",
             absent "unloaded", only SPRINGS;
         pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "pressure on the deformed outer surface, at all times",
             absent "0";
-        stations: Vec<f64> = "stations_m", Kind::Numbers(1000), "places along x where shares of these values are given",
+        stations: Vec<f64> = "stations_m", ValueKind::Numbers(1000), "places along x where shares of these values are given",
             absent "none: the same everywhere", only STATIONS;
-        shares: Vec<f64> = "shares", Kind::Numbers(1000), "shares of these values at surroundings.stations_m",
+        shares: Vec<f64> = "shares", ValueKind::Numbers(1000), "shares of these values at surroundings.stations_m",
             absent "none: the same everywhere", only STATIONS;
     }
 }
@@ -89,9 +89,9 @@ words! {
 table! {
     /// What holds the ends of the deformable wall.
     pub struct VesselEnds {
-        inlet: Option<InletEnd> = "inlet", Kind::Word(InletEnd::WORDS), "support of the wall at the inlet",
+        inlet: Option<InletEnd> = "inlet", ValueKind::Word(InletEnd::WORDS), "support of the wall at the inlet",
             absent "clamped";
-        outlet: Option<VesselEnd> = "outlet", Kind::Word(VesselEnd::WORDS), "support of the wall at the outlet",
+        outlet: Option<VesselEnd> = "outlet", ValueKind::Word(VesselEnd::WORDS), "support of the wall at the outlet",
             absent "clamped";
         spring: Option<f64> = "spring_Pa_m", above(0.0, 1e15),
             "springs of an outlet on springs: force per area of the wall's end and displacement", absent "none";
@@ -130,10 +130,10 @@ words! {
 table! {
     /// State of the wall at t = 0.
     pub struct Initial {
-        start: Option<Start> = "start", Kind::Word(Start::WORDS), "how the wall is brought under its initial pressure", absent "ramp";
+        start: Option<Start> = "start", ValueKind::Word(Start::WORDS), "how the wall is brought under its initial pressure", absent "ramp";
         axial_stretch: Option<f64> = "axial_stretch", from(0.8, 2.0),
             "length of the deformable part between its ends, relative to the unloaded one; the outlet is moved", absent "1";
-        shape: Option<GivenShape> = "shape", Kind::Word(GivenShape::WORDS),
+        shape: Option<GivenShape> = "shape", ValueKind::Word(GivenShape::WORDS),
             "state of the wall that the given sizes describe", absent "unloaded";
         pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "internal pressure in the given loaded shape, that of the image",
             absent "the initial pressure, windkessel.initial_pressure_Pa or outlet.pressure_Pa";
@@ -273,7 +273,7 @@ table! {
         axial_extension: usize = "axial_extension", whole(0, 10_000), "cells along the extension", only EXTENDED;
         axial_per_section: usize = "axial_per_section", whole(1, 10_000), "cells along each section";
         rim_parts: Option<usize> = "rim_parts", whole(1, 20), "parts of each of the four cells next to a rim of the elastic wall", absent "1";
-        motion: Option<MeshMotion> = "motion", Kind::Word(MeshMotion::WORDS), "how the points follow the wall", absent "blend", only COUPLED_MESH;
+        motion: Option<MeshMotion> = "motion", ValueKind::Word(MeshMotion::WORDS), "how the points follow the wall", absent "blend", only COUPLED_MESH;
     }
 }
 
@@ -298,7 +298,7 @@ table! {
         radial: usize = "radial", whole(1, 50), "elements from the square to the wall";
         axial_extension: usize = "axial_extension", whole(0, 1000), "elements along the extension, more where it turns by more than 45° in one", only EXTENDED;
         axial_per_section: usize = "axial_per_section", whole(1, 1000), "elements along each section";
-        time_scheme: Option<NativeTimeScheme> = "time_scheme", Kind::Word(NativeTimeScheme::WORDS),
+        time_scheme: Option<NativeTimeScheme> = "time_scheme", ValueKind::Word(NativeTimeScheme::WORDS),
             "time integration of the blood by the driver's own solver", absent "time.scheme";
     }
 }

@@ -48,7 +48,7 @@ impl TableError {
 }
 
 /// What the values of a curve are.
-pub struct Quantity {
+pub struct CurveQuantity {
     /// Its name.
     name: &'static str,
     /// Header of a file in SI units.
@@ -66,7 +66,7 @@ pub struct Quantity {
     likely: [f64; 2],
 }
 
-pub const FLOW: Quantity = Quantity {
+pub const FLOW: CurveQuantity = CurveQuantity {
     name: "flow",
     header: "time_s,flow_m3_s",
     key: "inflow.unit",
@@ -79,7 +79,7 @@ pub const FLOW: Quantity = Quantity {
     likely: [1e-7, 1.5e-3],
 };
 
-pub const PRESSURE: Quantity = Quantity {
+pub const PRESSURE: CurveQuantity = CurveQuantity {
     name: "pressure",
     header: "time_s,pressure_Pa",
     key: "`unit` next to it",
@@ -129,7 +129,7 @@ impl CurveFile {
 /// or else `assumed`.
 pub fn read(
     path: &Path,
-    quantity: &Quantity,
+    quantity: &CurveQuantity,
     unit: Option<f64>,
     assumed: Option<f64>,
     file_period: Option<f64>,
@@ -180,7 +180,7 @@ pub fn read(
     })
 }
 
-impl Quantity {
+impl CurveQuantity {
     /// The unit of the column `value` is missing.
     fn no_unit(&self, sheet: &Sheet, value: Option<usize>) -> Fault {
         let (line, found) = match (&sheet.header, sheet.rows.first()) {
@@ -247,7 +247,7 @@ fn time_unit(sheet: &Sheet, column: usize) -> Result<f64, Fault> {
 fn value_unit(
     sheet: &Sheet,
     column: usize,
-    quantity: &Quantity,
+    quantity: &CurveQuantity,
     given: Option<f64>,
 ) -> Result<Option<f64>, Fault> {
     let at = |message: String| Fault {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Place {
+pub enum ValuePlace {
     /// A line of a file, counted from 1.
     File(PathBuf, usize),
     /// An option `--set` of the command line.
@@ -21,7 +21,7 @@ pub enum Place {
     Command,
 }
 
-impl Place {
+impl ValuePlace {
     /// The same in messages: nobody has the lines of what is built into the program.
     pub(super) fn told(&self) -> &dyn fmt::Display {
         match is_built_in(self) {
@@ -31,15 +31,15 @@ impl Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for ValuePlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::File(path, line) => write!(f, "{}:{line}", path.display()),
-            Place::Set => f.write_str("--set"),
-            Place::Sweep => f.write_str("--sweep"),
-            Place::Option(name) => f.write_str(name),
-            Place::Absent => f.write_str("by default"),
-            Place::Command => f.write_str("chosen by the command"),
+            ValuePlace::File(path, line) => write!(f, "{}:{line}", path.display()),
+            ValuePlace::Set => f.write_str("--set"),
+            ValuePlace::Sweep => f.write_str("--sweep"),
+            ValuePlace::Option(name) => f.write_str(name),
+            ValuePlace::Absent => f.write_str("by default"),
+            ValuePlace::Command => f.write_str("chosen by the command"),
         }
     }
 }
@@ -59,7 +59,7 @@ pub enum CaseError {
     #[error("{place}: not valid TOML: {message}")]
     Syntax {
         /// Where.
-        place: Place,
+        place: ValuePlace,
         /// What the parser says.
         message: String,
     },
@@ -67,7 +67,7 @@ pub enum CaseError {
     #[error("{place}: unknown key `{key}`{}", meant(suggestions))]
     UnknownKey {
         /// Where.
-        place: Place,
+        place: ValuePlace,
         /// The key.
         key: String,
         /// Keys that may have been meant.
@@ -82,15 +82,15 @@ pub enum CaseError {
         /// The key.
         key: String,
         /// Option and value.
-        first: (Place, String),
+        first: (ValuePlace, String),
         /// Option and value of the other.
-        second: (Place, String),
+        second: (ValuePlace, String),
     },
     /// A value of the wrong type or out of range.
     #[error("{}: `{key}` = {found}: expected {allowed} ({about}){}", place.told(), suggestion.as_ref().map(|s| format!("; did you mean \"{s}\"?")).unwrap_or_default())]
     Value {
         /// Where.
-        place: Place,
+        place: ValuePlace,
         /// The key.
         key: String,
         /// The value as written.
@@ -131,7 +131,7 @@ pub enum CaseError {
     #[error("{}: `{key}` = {found}: {message}", place.told())]
     Nonsense {
         /// Where.
-        place: Place,
+        place: ValuePlace,
         /// The key to blame.
         key: String,
         /// Its value.
@@ -188,7 +188,7 @@ mod tests {
     fn a_value_of_the_built_in_defaults_has_no_line() {
         let mistake = |path: &str| {
             let mistake = CaseError::Nonsense {
-                place: Place::File(path.into(), 273),
+                place: ValuePlace::File(path.into(), 273),
                 key: "time.step_s".into(),
                 found: "0.002".into(),
                 message: "why".into(),

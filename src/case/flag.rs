@@ -1,7 +1,7 @@
 //! A flag behind a cylinder in a channel, which takes the place of the vessel where a case has the table `[flag]`.
 
 use super::Material;
-use super::schema::{Kind, above, from, whole};
+use super::schema::{ValueKind, above, from, whole};
 use super::table::table;
 
 table! {
@@ -21,7 +21,7 @@ table! {
         thickness: f64 = "thickness_m", above(0.0, 1e3), "thickness of the flag";
         /// Of a parabola, after the ramp.
         mean_velocity: f64 = "mean_velocity_m_s", from(-1e3, 1e3), "mean velocity of the inflow";
-        rigid: bool = "rigid", Kind::Flag, "whether the flag is rigid", absent "false";
+        rigid: bool = "rigid", ValueKind::Flag, "whether the flag is rigid", absent "false";
         [solid: Material, "material of the flag; its density and damping are those of the wall", only FLAG]
         [mesh: FlagMesh, "both meshes"]
     }

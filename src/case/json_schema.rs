@@ -5,7 +5,7 @@
 
 use super::defaults;
 use super::load::Preset;
-use super::schema::{Choice, Key, Kind, Schema};
+use super::schema::{Choice, Key, Schema, ValueKind};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
@@ -147,7 +147,7 @@ fn choices(schema: &Schema, path: &str, properties: &Map<String, Value>) -> Vec<
 /// One key.
 fn property(schema: &Schema, key: &Key) -> Value {
     let mut value = match key.kind {
-        Kind::Real(range) => {
+        ValueKind::Real(range) => {
             let low = if range.with_low {
                 "minimum"
             } else {
@@ -155,21 +155,21 @@ fn property(schema: &Schema, key: &Key) -> Value {
             };
             json!({ "type": "number", low: range.low, "maximum": range.high })
         }
-        Kind::Whole(low, high) => whole(low, high),
-        Kind::Word(words) => {
+        ValueKind::Whole(low, high) => whole(low, high),
+        ValueKind::Word(words) => {
             let (names, meanings): (Vec<_>, Vec<_>) = words.iter().copied().unzip();
             json!({ "enum": names, "x-taplo": { "docs": { "enumValues": meanings } } })
         }
-        Kind::Text(most) => json!({ "type": "string", "minLength": 1, "maxLength": most }),
-        Kind::Flag => json!({ "type": "boolean" }),
-        Kind::Path | Kind::PathOr(_) => json!({ "type": "string", "minLength": 1 }),
-        Kind::Command(most) => json!({
+        ValueKind::Text(most) => json!({ "type": "string", "minLength": 1, "maxLength": most }),
+        ValueKind::Flag => json!({ "type": "boolean" }),
+        ValueKind::Path | ValueKind::PathOr(_) => json!({ "type": "string", "minLength": 1 }),
+        ValueKind::Command(most) => json!({
             "type": "array",
             "minItems": 1,
             "maxItems": most,
             "items": { "type": "string" },
         }),
-        Kind::Rows(most) => {
+        ValueKind::Rows(most) => {
             let row = json!({
                 "type": "array",
                 "minItems": 3,
@@ -178,7 +178,7 @@ fn property(schema: &Schema, key: &Key) -> Value {
             });
             json!({ "type": "array", "minItems": 3, "maxItems": most, "items": row })
         }
-        Kind::Radii(rows, columns) => {
+        ValueKind::Radii(rows, columns) => {
             let row = json!({
                 "type": "array",
                 "minItems": 4,
@@ -187,7 +187,7 @@ fn property(schema: &Schema, key: &Key) -> Value {
             });
             json!({ "type": "array", "minItems": 2, "maxItems": rows, "items": row })
         }
-        Kind::Points(most) => {
+        ValueKind::Points(most) => {
             let point = json!({
                 "type": "array",
                 "minItems": 3,
@@ -196,7 +196,7 @@ fn property(schema: &Schema, key: &Key) -> Value {
             });
             json!({ "type": "array", "maxItems": most, "items": point })
         }
-        Kind::Degrees(low, high) => {
+        ValueKind::Degrees(low, high) => {
             let three = json!({
                 "type": "array",
                 "minItems": 3,
@@ -205,20 +205,22 @@ fn property(schema: &Schema, key: &Key) -> Value {
             });
             json!({ "anyOf": [whole(low, high), three] })
         }
-        Kind::WholeOr(low, high, word) => json!({ "anyOf": [whole(low, high), { "const": word }] }),
-        Kind::Sizes(most) => json!({
+        ValueKind::WholeOr(low, high, word) => {
+            json!({ "anyOf": [whole(low, high), { "const": word }] })
+        }
+        ValueKind::Sizes(most) => json!({
             "type": "array",
             "items": { "type": "number", "exclusiveMinimum": 0 },
             "minItems": 1,
             "maxItems": most,
         }),
-        Kind::Names(most) => json!({
+        ValueKind::Names(most) => json!({
             "type": "array",
             "items": { "type": "string", "minLength": 1 },
             "minItems": 1,
             "maxItems": most,
         }),
-        Kind::Numbers(most) => {
+        ValueKind::Numbers(most) => {
             json!({ "type": "array", "minItems": 2, "maxItems": most, "items": { "type": "number" } })
         }
     };

@@ -1,7 +1,7 @@
 //! The table of all keys of a case, as the types that hold their values: names carry the unit, values are SI.
 
 use super::measured::MOST_POINTS;
-use super::schema::{Kind, above, from, whole};
+use super::schema::{ValueKind, above, from, whole};
 use super::table::{choice, table, words};
 use super::{Blood, Problem, templates};
 use std::path::PathBuf;
@@ -30,11 +30,11 @@ table! {
 }
 
 /// Of shear moduli.
-const SHEAR: Kind = above(0.0, 1e12);
+const SHEAR: ValueKind = above(0.0, 1e12);
 /// Of bulk moduli and Young's.
-const BULK: Kind = above(0.0, 1e13);
+const BULK: ValueKind = above(0.0, 1e13);
 /// Of the viscosity of walls.
-const VISCOSITY: Kind = from(0.0, 1e9);
+const VISCOSITY: ValueKind = from(0.0, 1e9);
 
 choice! {
     /// A hyperelastic material.
@@ -55,7 +55,7 @@ choice! {
             fibre_angle_deg: f64 = "fibre_angle_deg", from(0.0, 90.0), "angle of the fibres from the circumferential direction";
             dispersion: Option<f64> = "dispersion", from(0.0, 1.0 / 3.0),
                 "dispersion of the fibres about their angle, from 0 to 1/3 (none has a direction)", absent "0";
-            tension_only: bool = "tension_only", Kind::Flag, "fibres that carry no compression", absent "false";
+            tension_only: bool = "tension_only", ValueKind::Flag, "fibres that carry no compression", absent "false";
             viscosity: Option<f64> = "viscosity_Pa_s", VISCOSITY,
                 "viscous stress by rate of strain (Kelvin-Voigt)", absent "0";
         }
@@ -82,7 +82,7 @@ table! {
         step: f64 = "step_s", above(0.0, 1.0), "time step";
         end: f64 = "end_s", above(0.0, 1e4), "end of the run";
         /// OpenFOAM's through the templates, and that of the conditions at wall and outlet with it.
-        scheme: FluidTimeScheme = "scheme", Kind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
+        scheme: FluidTimeScheme = "scheme", ValueKind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
         max_halvings: usize = "max_halvings", whole(0, 4), "how often a failing step may be halved";
         period: f64 = "period_s", above(0.0, 1e3), "duration of a beat";
     }
@@ -105,9 +105,9 @@ table! {
         p_geometry: Option<usize> = "p_geometry", whole(1, 10), "degree of the mapping", absent "structure.p";
         quadrature_points: Option<usize> = "quadrature_points", whole(3, 30), "Gauss points per direction",
             absent "structure.p + 1";
-        formulation: Formulation = "formulation", Kind::Word(Formulation::WORDS),
+        formulation: Formulation = "formulation", ValueKind::Word(Formulation::WORDS),
             "volume ratio used in the wall's volumetric energy", absent "mixed";
-        time_scheme: TimeScheme = "time_scheme", Kind::Word(TimeScheme::WORDS), "time integration of the wall",
+        time_scheme: TimeScheme = "time_scheme", ValueKind::Word(TimeScheme::WORDS), "time integration of the wall",
             absent "newmark";
         newton_tolerance: f64 = "newton_tolerance", from(1e-14, 0.1), "relative residual at which Newton's method stops";
         newton_max_iterations: usize = "newton_max_iterations", whole(1, 1000), "most Newton iterations";
@@ -143,18 +143,18 @@ words! {
 table! {
     /// Discretization of the blood and the way to its solver.
     pub struct FluidSettings {
-        solver: Solver = "solver", Kind::Word(Solver::WORDS), "solver for the blood",
+        solver: Solver = "solver", ValueKind::Word(Solver::WORDS), "solver for the blood",
             absent "external with fluid.command or fluid.await, otherwise openfoam";
         /// Files beside the one that names them are passed as absolute paths.
-        command: Vec<String> = "command", Kind::Command(100), "a fluid solver of your own, with its arguments", absent "none", only EXTERNAL;
-        is_awaited: bool = "await", Kind::Flag, "whether to wait for a fluid solver that is started separately", absent "false", only EXTERNAL;
-        templates: PathBuf = "templates", Kind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates", only TEMPLATES;
+        command: Vec<String> = "command", ValueKind::Command(100), "a fluid solver of your own, with its arguments", absent "none", only EXTERNAL;
+        is_awaited: bool = "await", ValueKind::Flag, "whether to wait for a fluid solver that is started separately", absent "false", only EXTERNAL;
+        templates: PathBuf = "templates", ValueKind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates", only TEMPLATES;
         ranks: usize = "ranks", whole(1, 1024), "MPI ranks", only OPENFOAM;
-        transport: TransportKind = "transport", Kind::Word(TransportKind::WORDS), "transport between driver and fluid", only NOT_NATIVE;
+        transport: TransportKind = "transport", ValueKind::Word(TransportKind::WORDS), "transport between driver and fluid", only NOT_NATIVE;
         answer_limit: f64 = "answer_limit_s", above(0.0, 1e6), "longest time to wait for the fluid's answer, or 50 times its longest so far", only NOT_NATIVE;
         max_correctors: u32 = "max_correctors", whole(1, 1000), "largest number of outer correctors in a coupling iteration", only NOT_NATIVE;
         pressure_residual: f64 = "pressure_residual", above(0.0, 1.0), "initial pressure residual at which the correctors stop", only NOT_NATIVE;
-        convection: ConvectionScheme = "convection", Kind::Word(ConvectionScheme::WORDS),
+        convection: ConvectionScheme = "convection", ValueKind::Word(ConvectionScheme::WORDS),
             "how the blood's velocity is interpolated to the faces that carry it", absent "linear_upwind", only TEMPLATES;
     }
 }
@@ -198,17 +198,17 @@ words! {
 table! {
     /// The coupling iteration.
     pub struct CouplingSettings {
-        acceleration: AccelerationModel = "acceleration", Kind::Word(AccelerationModel::WORDS), "acceleration of the coupling";
+        acceleration: AccelerationModel = "acceleration", ValueKind::Word(AccelerationModel::WORDS), "acceleration of the coupling";
         /// It answers for what the acceleration has not learnt.
-        surrogate: SurrogateModel = "surrogate", Kind::Word(SurrogateModel::WORDS), "model of blood and wall behind the acceleration";
+        surrogate: SurrogateModel = "surrogate", ValueKind::Word(SurrogateModel::WORDS), "model of blood and wall behind the acceleration";
         /// Of the constant relaxation, and of the first iteration of the others.
         relaxation: Option<f64> = "relaxation", above(0.0, 1.0), "relaxation factor",
             absent "0.9 with a surrogate, 0.1 without";
         reuse_steps: usize = "reuse_steps", whole(0, 1000), "number of number of earlier steps whose columns are reused", only REMEMBERED;
         /// Otherwise it is dropped.
         filter: f64 = "filter", from(0.0, 0.99), "smallest independent share of a column", only REMEMBERED;
-        predictor: Extrapolation = "predictor", Kind::Word(Extrapolation::WORDS), "first trial of a step";
-        criterion: ConvergenceQuantity = "criterion", Kind::Word(ConvergenceQuantity::WORDS), "quantity to which the limits apply", absent "change";
+        predictor: Extrapolation = "predictor", ValueKind::Word(Extrapolation::WORDS), "first trial of a step";
+        criterion: ConvergenceQuantity = "criterion", ValueKind::Word(ConvergenceQuantity::WORDS), "quantity to which the limits apply", absent "change";
         e_rel: f64 = "e_rel", above(0.0, 0.1), "relative limit of the criterion";
         /// Root mean square over the points.
         e_abs: f64 = "e_abs_m", above(0.0, 1.0), "absolute limit of the criterion";
@@ -275,22 +275,22 @@ words! {
 table! {
     /// What is written and how often.
     pub struct Output {
-        title: Option<String> = "title", Kind::Text(100), "name of the case on pages and in figures",
+        title: Option<String> = "title", ValueKind::Text(100), "name of the case on pages and in figures",
             absent "the name of the run's folder, or of the case's where the run lies within it";
         structure_interval: f64 = "structure_interval_s", above(0.0, 1e4), "interval of the structure's files";
         fluid_interval: f64 = "fluid_interval_s", above(0.0, 1e4), "interval of the fluid's files";
         checkpoint_interval: f64 = "checkpoint_interval_min", from(0.0, 1e5),
             "wall-clock time between two checkpoints; 0: each step";
-        wall_history: bool = "wall_history", Kind::Flag, "whether wall shear stress and displacement of each step are kept";
+        wall_history: bool = "wall_history", ValueKind::Flag, "whether wall shear stress and displacement of each step are kept";
         window_start: Option<f64> = "window_start_s", from(0.0, 1e4), "start of the time window of the hemodynamics",
             absent "a period before the window's end";
         window_end: Option<f64> = "window_end_s", above(0.0, 1e4), "end of the time window of the hemodynamics",
             absent "time.end_s";
-        probes: Vec<[f64; 3]> = "probes_m", Kind::Points(MOST_POINTS),
+        probes: Vec<[f64; 3]> = "probes_m", ValueKind::Points(MOST_POINTS),
             "points of the unloaded lumen's surface whose motion and wall shear stress are recorded", absent "none";
-        fluid_probes: Vec<[f64; 3]> = "fluid_probes_m", Kind::Points(MOST_POINTS),
+        fluid_probes: Vec<[f64; 3]> = "fluid_probes_m", ValueKind::Points(MOST_POINTS),
             "points, fixed in space, where pressure and velocity of the blood are recorded", absent "none";
-        measured: Option<PathBuf> = "measured", Kind::Path,
+        measured: Option<PathBuf> = "measured", ValueKind::Path,
             "file with what was measured in an experiment: its points are recorded too, for fsi-driver validate", absent "none";
     }
 }

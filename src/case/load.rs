@@ -1,9 +1,9 @@
 //! From files, preset and command line to a checked [`Case`]: layers of values, the last one wins.
 
-use super::error::{CaseError, CaseErrors, Place};
+use super::error::{CaseError, CaseErrors, ValuePlace};
 use super::reads::Unread;
 use super::schema::Schema;
-use super::source::{self, Base, Entry, Source};
+use super::source::{self, Base, CaseValue, Source};
 use super::stack::Stack;
 use super::table::words;
 use super::{Case, Solver, check, defaults, relative, spelling, times, value};
@@ -31,7 +31,7 @@ pub struct ResolvedCase {
     /// The values.
     pub case: Case,
     /// Where each value was written, by dotted path.
-    pub origins: BTreeMap<String, Place>,
+    pub origins: BTreeMap<String, ValuePlace>,
     /// What the user has written and this case does not read.
     pub unread: Vec<Unread>,
     /// What the user has written and was fitted to something else, a sentence each.
@@ -44,7 +44,7 @@ impl ResolvedCase {
         let values = self.case.values();
         let found = values.iter().find(|(path, ..)| path == key);
         // A list of tables has no line of its own, but its first key has.
-        let is_within = |(path, _): &(&String, &Place)| {
+        let is_within = |(path, _): &(&String, &ValuePlace)| {
             path.strip_prefix(key)
                 .is_some_and(|rest| rest.starts_with(['[', '.']))
         };
@@ -57,7 +57,7 @@ impl ResolvedCase {
             return CaseError::Whole(format!("`{key}`, which is not given: {message}"));
         }
         CaseError::Nonsense {
-            place: place.cloned().unwrap_or(Place::Absent),
+            place: place.cloned().unwrap_or(ValuePlace::Absent),
             key: key.to_owned(),
             found: found.map_or("(not given)".into(), |(.., value)| value::shorten(value)),
             message,
@@ -97,7 +97,7 @@ impl Deref for ResolvedCase {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Override {
     /// The option that gives it.
-    pub place: Place,
+    pub place: ValuePlace,
     /// Dotted key.
     pub key: String,
     /// The value in TOML; a bare word is a string.
@@ -128,7 +128,7 @@ impl Case {
         overrides: &[(String, String)],
     ) -> Result<ResolvedCase, CaseErrors> {
         let set = |(key, value): &(String, String)| Override {
-            place: Place::Set,
+            place: ValuePlace::Set,
             key: key.clone(),
             value: value.clone(),
         };
@@ -164,7 +164,7 @@ impl Case {
         let given = overrides
             .iter()
             .map(|given| source::read_option(given.place.clone(), &given.key, &given.value));
-        let given: Vec<Entry> = given.flat_map(source::split_tables).collect();
+        let given: Vec<CaseValue> = given.flat_map(source::split_tables).collect();
         refuse_repeated(&given, &mut errors);
         let readable = errors.is_empty();
 
@@ -251,10 +251,10 @@ fn chain(file: &Path, errors: &mut Vec<CaseError>) -> Vec<Source> {
 
 /// Values of the chosen preset, and of the others.
 fn presets(
-    found: Vec<(String, Entry)>,
+    found: Vec<(String, CaseValue)>,
     chosen: Preset,
     errors: &mut Vec<CaseError>,
-) -> (Vec<Entry>, Vec<Entry>) {
+) -> (Vec<CaseValue>, Vec<CaseValue>) {
     let names = Preset::ALL.map(Preset::name);
     let mut values = (Vec::new(), Vec::new());
     for (name, entry) in found {
@@ -277,11 +277,14 @@ fn presets(
 }
 
 /// Of two values for a key nobody knows which one is meant.
-fn refuse_repeated(given: &[Entry], errors: &mut Vec<CaseError>) {
-    let mut seen: BTreeMap<&str, &Entry> = BTreeMap::new();
-    for entry in given.iter().filter(|entry| entry.place != Place::Command) {
+fn refuse_repeated(given: &[CaseValue], errors: &mut Vec<CaseError>) {
+    let mut seen: BTreeMap<&str, &CaseValue> = BTreeMap::new();
+    for entry in given
+        .iter()
+        .filter(|entry| entry.place != ValuePlace::Command)
+    {
         if let Some(first) = seen.insert(&entry.key, entry) {
-            let shown = |entry: &Entry| (entry.place.clone(), value::shorten(&entry.value));
+            let shown = |entry: &CaseValue| (entry.place.clone(), value::shorten(&entry.value));
             errors.push(CaseError::Repeated {
                 key: entry.key.clone(),
                 first: shown(first),

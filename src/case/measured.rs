@@ -11,7 +11,7 @@ pub const MOST_POINTS: usize = 1000;
 
 /// What was measured, by the name that it has in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-pub enum Quantity {
+pub enum MeasuredQuantity {
     /// Velocity of the blood along x.
     #[serde(rename = "velocity_x_m_s")]
     VelocityX,
@@ -51,10 +51,10 @@ pub enum Quantity {
     DisplacementZ,
 }
 
-impl Quantity {
+impl MeasuredQuantity {
     /// Whether it is one of the wall (`output.probes_m`); otherwise one of the blood (`output.fluid_probes_m`).
     pub fn is_of_the_wall(self) -> bool {
-        use Quantity::*;
+        use MeasuredQuantity::*;
         match self {
             VelocityX | VelocityY | VelocityZ | Speed | Pressure | PressureDifference => false,
             WallPressure | WallPressureDifference | WallShear => true,
@@ -66,13 +66,13 @@ impl Quantity {
     pub fn is_difference(self) -> bool {
         matches!(
             self,
-            Quantity::PressureDifference | Quantity::WallPressureDifference
+            MeasuredQuantity::PressureDifference | MeasuredQuantity::WallPressureDifference
         )
     }
 
     /// What it is, with its unit, for the axis of a figure.
     pub fn label(self) -> String {
-        use Quantity::*;
+        use MeasuredQuantity::*;
         let name = match self {
             VelocityX => "velocity along x",
             VelocityY => "velocity along y",
@@ -92,7 +92,7 @@ impl Quantity {
 
     /// Its unit.
     pub fn unit(self) -> &'static str {
-        use Quantity::*;
+        use MeasuredQuantity::*;
         match self {
             VelocityX | VelocityY | VelocityZ | Speed => "m/s",
             Pressure | PressureDifference | WallPressure | WallPressureDifference | WallShear => {
@@ -109,7 +109,7 @@ impl Quantity {
 #[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
 struct MeasuredRow {
     series: String,
-    quantity: Quantity,
+    quantity: MeasuredQuantity,
     time_s: Option<f64>,
     x_m: f64,
     y_m: f64,
@@ -122,7 +122,7 @@ struct MeasuredRow {
 
 /// A measured value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct MeasuredPoint {
     /// Where (m): of the unloaded wall, or fixed in space.
     pub place: [f64; 3],
     /// When (s); at the end of the run if the file does not say.
@@ -141,9 +141,9 @@ pub struct MeasuredSeries {
     /// What the file calls it.
     pub name: String,
     /// What was measured.
-    pub quantity: Quantity,
+    pub quantity: MeasuredQuantity,
     /// Where, and what was found; one at least.
-    pub points: Vec<Point>,
+    pub points: Vec<MeasuredPoint>,
 }
 
 /// All that a file holds.
@@ -253,7 +253,7 @@ fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), String>
     if row.series.is_empty() {
         return Err("series: found nothing, expected a name".into());
     }
-    let point = Point {
+    let point = MeasuredPoint {
         place: [row.x_m, row.y_m, row.z_m],
         time: row.time_s,
         value: row.value,

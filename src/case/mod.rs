@@ -68,7 +68,7 @@ pub use blood_vessel::*;
 pub use centre_line::{LineReading, LineSurvey};
 pub use check::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG, TOO_SHARP};
 pub use curve_file::TableError;
-pub use error::{CaseError, CaseErrors, Place};
+pub use error::{CaseError, CaseErrors, ValuePlace};
 pub use flag::{Flag, FlagMesh};
 pub use flow_curve::FlowCurve;
 pub use identity::CaseIdentity;

@@ -4,7 +4,7 @@
 //! A condition is a variant of [`ConditionKeys`] with its keys, and an arm of [`ConditionKeys::read`], which makes of
 //! it what fluids know: a flow, a share of a flow, or a pressure `a + b Q`.
 
-use super::schema::{Key, Kind, Schema, Table, above, from, join};
+use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join};
 use super::table::{choice, words};
 use super::{
     BloodVessel, FlowCurve, FlowUnit, Inflow, InletCondition, InletProfile, OutletCondition,
@@ -37,7 +37,7 @@ pub struct OpeningKeys {
     pub condition: ConditionKeys,
 }
 
-impl Table for OpeningKeys {
+impl KeyTable for OpeningKeys {
     fn describe(path: &str, schema: &mut Schema) {
         let key = |name, kind, about, absent| Key {
             path: join(path, name),
@@ -48,11 +48,11 @@ impl Table for OpeningKeys {
             problems: &[],
             only: Vec::new(),
         };
-        let end = Kind::Word(VesselSide::WORDS);
+        let end = ValueKind::Word(VesselSide::WORDS);
         schema.add(key("end", end, "at which end of the vessel it is", None));
         schema.add(key(
             "name",
-            Kind::Text(30),
+            ValueKind::Text(30),
             "what tables, pages and OpenFOAM's mesh call the opening",
             Some("inlet at the start, outlet at the end"),
         ));
@@ -70,13 +70,13 @@ choice! {
             amplitude: Option<f64> = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base", absent "0";
             systole: Option<f64> = "systole_s", above(0.0, 100.0), "duration of the pulse", absent "time.period_s";
             exponent: Option<f64> = "exponent", from(0.1, 10.0), "exponent that makes the rise faster than the fall", absent "1";
-            file: Option<PathBuf> = "flow_file", Kind::Path, "CSV file of the flow over one period, or a .flow of SimVascular",
+            file: Option<PathBuf> = "flow_file", ValueKind::Path, "CSV file of the flow over one period, or a .flow of SimVascular",
                 absent "opening.base_m3_s";
-            unit: Option<FlowUnit> = "flow_unit", Kind::Word(FlowUnit::WORDS), "unit of the flows in that file",
+            unit: Option<FlowUnit> = "flow_unit", ValueKind::Word(FlowUnit::WORDS), "unit of the flows in that file",
                 absent "that in its header, such as flow_m3_s; of a .flow cm3/s";
             file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
                 "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";
-            profile: Option<InletProfile> = "profile", Kind::Word(InletProfile::WORDS),
+            profile: Option<InletProfile> = "profile", ValueKind::Word(InletProfile::WORDS),
                 "how a prescribed flow is spread over the opening", absent "plug";
         }
         /// A share of what enters through the openings at starts: out of the vessel.
@@ -87,9 +87,9 @@ choice! {
         Pressure = "pressure" {
             pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "constant prescribed pressure; downstream of a resistance the venous one",
                 absent "0 behind a resistance; else opening.pressure_file";
-            file: Option<PathBuf> = "pressure_file", Kind::Path, "CSV file of the prescribed pressure over one period",
+            file: Option<PathBuf> = "pressure_file", ValueKind::Path, "CSV file of the prescribed pressure over one period",
                 absent "opening.pressure_Pa";
-            unit: Option<PressureUnit> = "pressure_unit", Kind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
+            unit: Option<PressureUnit> = "pressure_unit", ValueKind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
                 absent "that in its header, such as pressure_Pa";
             file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
                 "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";

@@ -1,7 +1,7 @@
 //! The tables of where the blood enters and leaves a vessel of two openings, which are another way to write the list of
 //! `opening.rs`; curves of pressure, and units.
 
-use super::schema::{Kind, above, from};
+use super::schema::{ValueKind, above, from};
 use super::table::{table, words};
 use super::{Case, PeriodicTable, TableError};
 use crate::tabular::units::{self, Unit};
@@ -15,9 +15,9 @@ table! {
         amplitude: f64 = "amplitude_m3_s", from(-1.0, 1.0), "height of the pulse above the base", only FORMULA;
         systole: f64 = "systole_s", above(0.0, 100.0), "duration of the pulse", only PULSE;
         exponent: f64 = "exponent", from(0.1, 10.0), "exponent that makes the rise faster than the fall", only PULSE;
-        file: Option<PathBuf> = "file", Kind::Path, "CSV file of the flow over one period, or a .flow of SimVascular",
+        file: Option<PathBuf> = "file", ValueKind::Path, "CSV file of the flow over one period, or a .flow of SimVascular",
             absent "the formula of the other keys";
-        unit: Option<FlowUnit> = "unit", Kind::Word(FlowUnit::WORDS), "unit of the flows in that file",
+        unit: Option<FlowUnit> = "unit", ValueKind::Word(FlowUnit::WORDS), "unit of the flows in that file",
             absent "that in its header, such as flow_m3_s; of a .flow cm3/s";
         file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
             "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";
@@ -28,14 +28,14 @@ table! {
     /// What drives the blood at the inlet.
     #[derive(Default)]
     pub struct Inlet {
-        condition: Option<InletCondition> = "condition", Kind::Word(InletCondition::WORDS),
+        condition: Option<InletCondition> = "condition", ValueKind::Word(InletCondition::WORDS),
             "what is prescribed at the inlet", absent "flow";
-        profile: Option<InletProfile> = "profile", Kind::Word(InletProfile::WORDS),
+        profile: Option<InletProfile> = "profile", ValueKind::Word(InletProfile::WORDS),
             "how a prescribed flow is spread over the inlet", absent "plug";
         pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "prescribed pressure, constant", absent "inlet.file";
-        file: Option<PathBuf> = "file", Kind::Path, "CSV file of the prescribed pressure over one period",
+        file: Option<PathBuf> = "file", ValueKind::Path, "CSV file of the prescribed pressure over one period",
             absent "inlet.pressure_Pa";
-        unit: Option<PressureUnit> = "unit", Kind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
+        unit: Option<PressureUnit> = "unit", ValueKind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
             absent "that in its header, such as pressure_Pa";
         file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
             "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";
@@ -70,14 +70,14 @@ table! {
     /// What the blood finds at the outlet.
     #[derive(Default)]
     pub struct Outlet {
-        condition: Option<OutletCondition> = "condition", Kind::Word(OutletCondition::WORDS),
+        condition: Option<OutletCondition> = "condition", ValueKind::Word(OutletCondition::WORDS),
             "what is prescribed at the outlet", absent "windkessel";
         resistance: Option<f64> = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R of a pure resistance", absent "none";
         pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6),
             "constant prescribed pressure; downstream of a resistance the venous one", absent "0 downstream of a resistance; otherwise outlet.file";
-        file: Option<PathBuf> = "file", Kind::Path, "CSV file of the prescribed pressure over one period",
+        file: Option<PathBuf> = "file", ValueKind::Path, "CSV file of the prescribed pressure over one period",
             absent "outlet.pressure_Pa";
-        unit: Option<PressureUnit> = "unit", Kind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
+        unit: Option<PressureUnit> = "unit", ValueKind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
             absent "that in its header, such as pressure_Pa";
         file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
             "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";

@@ -1,7 +1,7 @@
 //! A user-supplied OpenFOAM case with an elastic wall: `[fluid]` and `[wall]` of such a case.
 
 use super::NamedMaterial;
-use super::schema::{Kind, above, from, whole};
+use super::schema::{ValueKind, above, from, whole};
 use super::table::{choice, table, words};
 use std::path::PathBuf;
 
@@ -18,9 +18,9 @@ table! {
     /// The OpenFOAM case.
     pub struct OwnFluid {
         /// It is copied; nothing in it is changed.
-        case: PathBuf = "case", Kind::Path, "folder of your own OpenFOAM case for pimpleFoam, with its mesh or its blockMeshDict";
-        patches: Vec<String> = "patches", Kind::Names(100), "patches of that case that the elastic wall touches";
-        openings: Vec<String> = "openings", Kind::Names(100), "patches of that case where it flows in or out, the inlet first",
+        case: PathBuf = "case", ValueKind::Path, "folder of your own OpenFOAM case for pimpleFoam, with its mesh or its blockMeshDict";
+        patches: Vec<String> = "patches", ValueKind::Names(100), "patches of that case that the elastic wall touches";
+        openings: Vec<String> = "openings", ValueKind::Names(100), "patches of that case where it flows in or out, the inlet first",
             absent "its patches of the type patch, those called inlet… first";
         [region: Option<Vec<OwnRegion>>, "parts of the wet surface that are evaluated separately"]
     }
@@ -29,10 +29,10 @@ table! {
 table! {
     /// The faces of the wet surface in a patch, or whose middle lies in a box, and what of the wall lies there.
     pub struct OwnRegion {
-        name: String = "name", Kind::Text(30), "name of the region";
-        corners: Vec<[f64; 3]> = "box_m", Kind::Points(2), "two opposite corners of the box",
+        name: String = "name", ValueKind::Text(30), "name of the region";
+        corners: Vec<[f64; 3]> = "box_m", ValueKind::Points(2), "two opposite corners of the box",
             absent "fluid.region.patch";
-        patch: Option<String> = "patch", Kind::Text(100), "one of fluid.patches, in place of a box", absent "fluid.region.box_m";
+        patch: Option<String> = "patch", ValueKind::Text(100), "one of fluid.patches, in place of a box", absent "fluid.region.box_m";
     }
 }
 
@@ -40,7 +40,7 @@ table! {
     /// The wall: extruded from the wet patches, or from a file; or one that does not yield.
     pub struct OwnWall {
         /// What only other walls need may stay in the file.
-        mode: Option<WallMode> = "mode", Kind::Word(WallMode::WORDS), "elastic or rigid", absent "elastic";
+        mode: Option<WallMode> = "mode", ValueKind::Word(WallMode::WORDS), "elastic or rigid", absent "elastic";
         [motion: Option<WallMotion>, "motion of the wall where it is prescribed", only MOVED]
         [extrude: Option<Extrusion>, "a wall that grows outward from the quadrilaterals of the wet patches", only OWN_ELASTIC]
         [file: Option<WallFile>, "a wall whose hexahedra are read from a file", only OWN_ELASTIC]
@@ -66,26 +66,26 @@ table! {
     /// The displacement of each point of a wall: that of the nearest row of one file, times a factor over time from
     /// another.
     pub struct WallMotion {
-        displacements: PathBuf = "displacements", Kind::Path, "CSV file with the columns x,y,z,ux,uy,uz (m); each point of the wet patches takes the nearest row";
-        factors: PathBuf = "factors", Kind::Path, "CSV file with the columns time_s,factor, from 0,0 on; linear in between, then constant";
+        displacements: PathBuf = "displacements", ValueKind::Path, "CSV file with the columns x,y,z,ux,uy,uz (m); each point of the wet patches takes the nearest row";
+        factors: PathBuf = "factors", ValueKind::Path, "CSV file with the columns time_s,factor, from 0,0 on; linear in between, then constant";
     }
 }
 
 table! {
     /// Layers on the outer side of the wet patches.
     pub struct Extrusion {
-        layers: Vec<String> = "layers", Kind::Names(20), "materials of the layers from the inside out, by name";
-        thicknesses: Vec<f64> = "thicknesses_m", Kind::Sizes(20), "thickness of each layer", absent "wall.extrude.thicknesses";
+        layers: Vec<String> = "layers", ValueKind::Names(20), "materials of the layers from the inside out, by name";
+        thicknesses: Vec<f64> = "thicknesses_m", ValueKind::Sizes(20), "thickness of each layer", absent "wall.extrude.thicknesses";
         /// The radius is that of the largest ball that touches the wet surface there from within.
-        shares: Vec<f64> = "thicknesses", Kind::Sizes(20), "thickness of each layer as a share of the lumen's radius there",
+        shares: Vec<f64> = "thicknesses", ValueKind::Sizes(20), "thickness of each layer as a share of the lumen's radius there",
             absent "wall.extrude.thicknesses_m";
         /// Columns `x,y,z,factor`; each point of the surface takes that of the nearest row.
-        factors: Option<PathBuf> = "factors", Kind::Path, "CSV file with the columns x,y,z,factor: the thickness times a factor, that of the nearest point",
+        factors: Option<PathBuf> = "factors", ValueKind::Path, "CSV file with the columns x,y,z,factor: the thickness times a factor, that of the nearest point",
             absent "1 everywhere";
         faces: Option<usize> = "faces_per_element", whole(1, 8), "faces of the patches along each side of an element",
             absent "the most that fit, up to 4";
         elements: Option<usize> = "elements_per_layer", whole(1, 20), "elements through each layer", absent "1";
-        axis: Option<FibreAxis> = "axis", Kind::Word(FibreAxis::WORDS), "which direction of the wall is the axial one, from which fibres count",
+        axis: Option<FibreAxis> = "axis", ValueKind::Word(FibreAxis::WORDS), "which direction of the wall is the axial one, from which fibres count",
             absent "flow where the wall ends at two openings or more, otherwise mesh";
         smoothing: Option<usize> = "smoothing", whole(0, 1000), "averages of the normals with those of the neighbouring points", absent "0";
     }
@@ -104,9 +104,9 @@ words! {
 table! {
     /// Hexahedra from a file: Gmsh's `.msh` (2.2 and 4.1), Abaqus' `.inp` or VTK's `.vtu`.
     pub struct WallFile {
-        mesh: PathBuf = "mesh", Kind::Path, "file with the hexahedra of the wall: .msh, .inp or .vtu";
+        mesh: PathBuf = "mesh", ValueKind::Path, "file with the hexahedra of the wall: .msh, .inp or .vtu";
         unit: Option<f64> = "unit_m", above(0.0, 1e3), "length in metres of the unit of that file", absent "1";
-        wet: Vec<String> = "wet", Kind::Names(100), "surfaces of that file that the fluid touches";
+        wet: Vec<String> = "wet", ValueKind::Names(100), "surfaces of that file that the fluid touches";
     }
 }
 
@@ -116,16 +116,16 @@ choice! {
     pub enum WallSupport by "support", "what holds these surfaces of the wall" {
         /// No displacement.
         Clamped = "clamped" {
-            surfaces: Vec<String> = "surfaces", Kind::Names(100), "surfaces of the wall that are held";
+            surfaces: Vec<String> = "surfaces", ValueKind::Names(100), "surfaces of the wall that are held";
         }
         /// No displacement along some of the axes.
         Sliding = "sliding" {
-            surfaces: Vec<String> = "surfaces", Kind::Names(100), "surfaces of the wall that are held";
-            held: Vec<String> = "held", Kind::Names(3), "axes along which they do not move: x, y, z";
+            surfaces: Vec<String> = "surfaces", ValueKind::Names(100), "surfaces of the wall that are held";
+            held: Vec<String> = "held", ValueKind::Names(3), "axes along which they do not move: x, y, z";
         }
         /// Springs and dampers in all directions.
         Springs = "springs" {
-            surfaces: Vec<String> = "surfaces", Kind::Names(100), "surfaces of the wall that are held";
+            surfaces: Vec<String> = "surfaces", ValueKind::Names(100), "surfaces of the wall that are held";
             spring: f64 = "spring_Pa_m", from(0.0, 1e15), "force per reference area and displacement";
             damping: Option<f64> = "damping_Pa_s_m", from(0.0, 1e12), "force per reference area and velocity", absent "0";
         }

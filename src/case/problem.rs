@@ -7,7 +7,7 @@
 
 use super::error::CaseError;
 use super::measured::{MOST_POINTS, Measurements};
-use super::schema::{Schema, Table};
+use super::schema::{KeyTable, Schema};
 use super::stack::{Stack, insert};
 use super::table::words;
 use super::value::shorten;
@@ -92,7 +92,7 @@ impl ProblemKind {
     }
 }
 
-impl Table for Problem {
+impl KeyTable for Problem {
     fn describe(_: &str, schema: &mut Schema) {
         use ProblemKind::{Anastomosis, Vessel};
         schema.of_problems(&[Anastomosis, Vessel], |schema| {

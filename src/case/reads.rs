@@ -1,6 +1,6 @@
 //! When a key is read: what a user writes where it is not has no effect, and is reported.
 
-use super::error::Place;
+use super::error::ValuePlace;
 use super::{
     AccelerationModel, Case, ConditionKeys, Extension, Problem, ResolvedCase, Shape, Solver,
     VesselSide, WallMode,
@@ -159,7 +159,7 @@ pub(super) mod conditions {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unread {
     /// The keys, with where each stands.
-    pub keys: Vec<(String, Place)>,
+    pub keys: Vec<(String, ValuePlace)>,
     /// When they would be read: for "is read only …".
     pub when: &'static str,
 }
@@ -185,8 +185,8 @@ impl ResolvedCase {
         for (path, place) in &self.origins {
             let is_own = match place {
                 // A file that stands on no other has to have all keys.
-                Place::File(origin, _) => extends && origin == file,
-                Place::Set | Place::Sweep | Place::Option(_) => true,
+                ValuePlace::File(origin, _) => extends && origin == file,
+                ValuePlace::Set | ValuePlace::Sweep | ValuePlace::Option(_) => true,
                 _ => false,
             };
             let Some(key) = Case::schema().find(path).filter(|_| is_own) else {
@@ -207,7 +207,8 @@ impl ResolvedCase {
     /// A file with keys of several solvers is written for each of them, and one whose solver was chosen on the command
     /// line as well.
     fn pardon_other_solver(&mut self, file: &Path) {
-        let of_file = |place: &Place| matches!(place, Place::File(origin, _) if origin == file);
+        let of_file =
+            |place: &ValuePlace| matches!(place, ValuePlace::File(origin, _) if origin == file);
         let has = |table: &str| {
             let mut origins = self.origins.iter();
             origins.any(|(path, place)| super::schema::is_within(path, table) && of_file(place))

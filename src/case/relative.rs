@@ -2,8 +2,8 @@
 //! names.
 
 use super::error::CaseError;
-use super::schema::Kind;
-use super::source::Entry;
+use super::schema::ValueKind;
+use super::source::CaseValue;
 use super::stack::Stack;
 use super::value::shorten;
 use crate::numbers::twelve_digits;
@@ -11,10 +11,10 @@ use toml::Value;
 
 /// The entry with indices for names, `vessel.material[media].mu_Pa`, and a value for a factor.
 pub(super) fn resolve(
-    mut entry: Entry,
+    mut entry: CaseValue,
     stack: &Stack,
     errors: &mut Vec<CaseError>,
-) -> Option<Entry> {
+) -> Option<CaseValue> {
     let resolved = with_index(&entry.key, stack).and_then(|key| {
         entry.key = key;
         entry.value = scaled(&entry, stack)?;
@@ -64,20 +64,20 @@ fn with_index(key: &str, stack: &Stack) -> Result<String, String> {
 }
 
 /// The value, or that of the case times its factor.
-fn scaled(entry: &Entry, stack: &Stack) -> Result<Value, String> {
+fn scaled(entry: &CaseValue, stack: &Stack) -> Result<Value, String> {
     let factor = entry.value.as_str().and_then(|text| text.strip_prefix('*'));
     let kind = stack.kind_of(&entry.key);
     let is_number = kind.is_some_and(|kind| {
         matches!(
             kind,
-            Kind::Real(_)
-                | Kind::Whole(..)
-                | Kind::WholeOr(..)
-                | Kind::Numbers(_)
-                | Kind::Sizes(_)
-                | Kind::Rows(_)
-                | Kind::Radii(..)
-                | Kind::Points(_)
+            ValueKind::Real(_)
+                | ValueKind::Whole(..)
+                | ValueKind::WholeOr(..)
+                | ValueKind::Numbers(_)
+                | ValueKind::Sizes(_)
+                | ValueKind::Rows(_)
+                | ValueKind::Radii(..)
+                | ValueKind::Points(_)
         )
     });
     let Some(factor) = factor.filter(|_| is_number) else {

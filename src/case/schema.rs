@@ -2,7 +2,7 @@
 
 mod kind;
 
-pub use kind::{Kind, Range, above, from, whole};
+pub use kind::{Range, ValueKind, above, from, whole};
 
 use super::ProblemKind;
 use super::reads::Only;
@@ -14,7 +14,7 @@ pub struct Key {
     /// Dotted path, such as `time.step_s`; the unit is part of the name, and `[]` stands for any index.
     pub path: String,
     /// Which values are allowed.
-    pub kind: Kind,
+    pub kind: ValueKind,
     /// What counts where the key is absent; without it the key is needed.
     pub absent: Option<&'static str>,
     /// What the value is, in a few words.
@@ -82,13 +82,13 @@ impl Key {
 }
 
 /// A table of a file, which the macros `table!` and `choice!` make.
-pub trait Table {
+pub trait KeyTable {
     /// Adds what may stand in this table at `path` (empty: the file itself).
     fn describe(path: &str, schema: &mut Schema);
 }
 
 /// A table that a file may do without; where it has any key it needs all.
-impl<T: Table> Table for Option<T> {
+impl<T: KeyTable> KeyTable for Option<T> {
     fn describe(path: &str, schema: &mut Schema) {
         schema.optional_tables.push(path.to_owned());
         T::describe(path, schema);
@@ -96,7 +96,7 @@ impl<T: Table> Table for Option<T> {
 }
 
 /// One or more tables, `[[path]]`.
-impl<T: Table> Table for Vec<T> {
+impl<T: KeyTable> KeyTable for Vec<T> {
     fn describe(path: &str, schema: &mut Schema) {
         T::describe(&format!("{path}[]"), schema);
     }
@@ -113,7 +113,7 @@ pub struct Schema {
 
 impl Schema {
     /// The keys of files that are read into a `T`.
-    pub fn of<T: Table>() -> Self {
+    pub fn of<T: KeyTable>() -> Self {
         let mut schema = Self::default();
         T::describe("", &mut schema);
         schema

@@ -1,7 +1,7 @@
 //! TOML text, flattened: every value under its dotted path, with the line it stands in.
 
 use super::defaults;
-use super::error::{CaseError, Place};
+use super::error::{CaseError, ValuePlace};
 use super::text_file;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -11,13 +11,13 @@ use toml::de::{DeTable, DeValue};
 
 /// A value where it was written.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
+pub struct CaseValue {
     /// Dotted path of the key.
     pub key: String,
     /// The value.
     pub value: Value,
     /// Where.
-    pub place: Place,
+    pub place: ValuePlace,
     /// Folder that relative paths start from.
     pub folder: PathBuf,
 }
@@ -26,11 +26,11 @@ pub struct Entry {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Source {
     /// What `extends` names, with the place of that line.
-    pub extends: Option<(Base, Place)>,
+    pub extends: Option<(Base, ValuePlace)>,
     /// Values outside presets.
-    pub plain: Vec<Entry>,
+    pub plain: Vec<CaseValue>,
     /// Values of presets, with the preset's name.
-    pub presets: Vec<(String, Entry)>,
+    pub presets: Vec<(String, CaseValue)>,
 }
 
 /// What a file stands on.
@@ -77,10 +77,10 @@ pub fn read(path: &Path, advice: &str, errors: &mut Vec<CaseError>) -> Source {
 fn parse(text: &str, path: &Path, folder: &Path, errors: &mut Vec<CaseError>) -> Source {
     let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     let line_of = |offset: usize| 1 + lines.partition_point(|end| *end < offset);
-    let place = |span: Range<usize>| Place::File(path.to_owned(), line_of(span.start));
+    let place = |span: Range<usize>| ValuePlace::File(path.to_owned(), line_of(span.start));
     let mut source = Source::default();
     for (mut keys, value, at) in flatten(text, &place, errors) {
-        let entry = |key: String| Entry {
+        let entry = |key: String| CaseValue {
             key,
             value: value.clone(),
             place: at.clone(),
@@ -117,7 +117,7 @@ fn parse(text: &str, path: &Path, folder: &Path, errors: &mut Vec<CaseError>) ->
 
 /// Reads a value of the command line, such as that of `--set key=value`: it is TOML, or else a word. Relative paths
 /// start from the current folder.
-pub fn read_option(place: Place, key: &str, value: &str) -> Entry {
+pub fn read_option(place: ValuePlace, key: &str, value: &str) -> CaseValue {
     let value = toml::from_str::<toml::Table>(&format!("value = {value}\n"))
         .ok()
         .and_then(|mut table| {
@@ -128,7 +128,7 @@ pub fn read_option(place: Place, key: &str, value: &str) -> Entry {
             }
         })
         .unwrap_or_else(|| Value::String(value.to_owned()));
-    Entry {
+    CaseValue {
         key: key.trim().to_owned(),
         value,
         place,
@@ -137,7 +137,7 @@ pub fn read_option(place: Place, key: &str, value: &str) -> Entry {
 }
 
 /// The tables at the root of the file that these entries stand in, and the entries' own keys.
-pub fn tables<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> BTreeSet<String> {
+pub fn tables<'a>(entries: impl IntoIterator<Item = &'a CaseValue>) -> BTreeSet<String> {
     let names = entries.into_iter().flat_map(|entry| {
         let root = entry.key.split('.').next().unwrap_or_default();
         [root.to_owned(), entry.key.clone()]
@@ -146,13 +146,13 @@ pub fn tables<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> BTreeSet<Stri
 }
 
 /// Splits a table given to `--set` (such as `fluid.mesh={core=4}`) into its entries.
-pub fn split_tables(entry: Entry) -> Vec<Entry> {
+pub fn split_tables(entry: CaseValue) -> Vec<CaseValue> {
     match entry.value {
         Value::Table(table) if !table.is_empty() => table
             .into_iter()
             .flat_map(|(name, value)| {
                 let key = format!("{}.{name}", entry.key);
-                split_tables(Entry {
+                split_tables(CaseValue {
                     key,
                     value,
                     place: entry.place.clone(),
@@ -189,9 +189,13 @@ fn hint(line: &str) -> &'static str {
     }
 }
 
-type Flat = Vec<(Vec<String>, Value, Place)>;
+type Flat = Vec<(Vec<String>, Value, ValuePlace)>;
 
-fn flatten(text: &str, place: &dyn Fn(Range<usize>) -> Place, errors: &mut Vec<CaseError>) -> Flat {
+fn flatten(
+    text: &str,
+    place: &dyn Fn(Range<usize>) -> ValuePlace,
+    errors: &mut Vec<CaseError>,
+) -> Flat {
     let (spanned, mistakes) = DeTable::parse_recoverable(text);
     for mistake in &mistakes {
         let message = mistake.message().replace('\n', ", ");
@@ -228,7 +232,7 @@ fn walk(
     spans: &DeTable<'_>,
     values: &toml::Table,
     keys: &mut Vec<String>,
-    place: &dyn Fn(Range<usize>) -> Place,
+    place: &dyn Fn(Range<usize>) -> ValuePlace,
     flat: &mut Flat,
 ) {
     for (key, spanned) in spans {

@@ -1,7 +1,7 @@
 //! What may have been meant by a misspelt key or word.
 
 use super::error::CaseError;
-use super::source::Entry;
+use super::source::CaseValue;
 use strsim::levenshtein;
 
 /// After so many mistakes nobody looks for what may have been meant by another unknown key.
@@ -13,7 +13,7 @@ const LONGEST: usize = 100;
 
 /// Reports a key that no file has; `known` are the paths that it might be a misspelling of.
 pub fn unknown_key(
-    entry: Entry,
+    entry: CaseValue,
     known: impl FnOnce(&str) -> Vec<String>,
     errors: &mut Vec<CaseError>,
 ) {

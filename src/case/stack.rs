@@ -1,8 +1,8 @@
 //! Layers of values on top of each other: the last one wins.
 
-use super::error::{CaseError, Place};
-use super::schema::{self, Choice, Key, Kind, Schema};
-use super::source::Entry;
+use super::error::{CaseError, ValuePlace};
+use super::schema::{self, Choice, Key, Schema, ValueKind};
+use super::source::CaseValue;
 use super::value::{self, shorten};
 use super::{ProblemKind, spelling};
 use serde::de::DeserializeOwned;
@@ -24,7 +24,7 @@ pub(crate) struct Stack {
     kind: ProblemKind,
     /// The rank from which on it is of that kind.
     kind_since: usize,
-    top: BTreeMap<String, (usize, Entry)>,
+    top: BTreeMap<String, (usize, CaseValue)>,
     /// Keys whose last value was refused, so that a lower layer's stands in its place.
     wrong: BTreeSet<String>,
     /// Tables that were written without any key.
@@ -51,7 +51,7 @@ impl Stack {
     }
 
     /// The entry with its value in the form that its key asks for, or an error.
-    pub(crate) fn check(&self, entry: Entry, errors: &mut Vec<CaseError>) -> Option<Entry> {
+    pub(crate) fn check(&self, entry: CaseValue, errors: &mut Vec<CaseError>) -> Option<CaseValue> {
         match self.schema.find(&entry.key) {
             Some(key) => value::check(entry, key, errors),
             None => {
@@ -85,7 +85,7 @@ impl Stack {
     }
 
     /// Checks the values of a layer and lays them on top.
-    pub(crate) fn lay(&mut self, layer: Vec<Entry>, errors: &mut Vec<CaseError>) {
+    pub(crate) fn lay(&mut self, layer: Vec<CaseValue>, errors: &mut Vec<CaseError>) {
         for entry in layer {
             let key = entry.key.clone();
             if entry.value.as_table().is_some_and(|table| table.is_empty())
@@ -126,7 +126,7 @@ impl Stack {
         self.top = top;
     }
 
-    fn put(&mut self, entry: Entry) {
+    fn put(&mut self, entry: CaseValue) {
         let key = entry.key.clone();
         self.wrong.remove(&key);
         let same = (self.top.get(&key)).is_some_and(|(_, below)| below.value == entry.value);
@@ -141,7 +141,7 @@ impl Stack {
     }
 
     /// Where each value was written.
-    pub(super) fn places(self) -> BTreeMap<String, Place> {
+    pub(super) fn places(self) -> BTreeMap<String, ValuePlace> {
         let entries = self.top.into_iter();
         entries
             .map(|(key, (_, entry))| (key, entry.place))
@@ -149,17 +149,17 @@ impl Stack {
     }
 
     /// The value of `key` that counts.
-    pub(crate) fn entry(&self, key: &str) -> Option<&Entry> {
+    pub(crate) fn entry(&self, key: &str) -> Option<&CaseValue> {
         self.top.get(key).map(|(_, entry)| entry)
     }
 
     /// Which values the key at `path` may have, if there is one.
-    pub(super) fn kind_of(&self, path: &str) -> Option<Kind> {
+    pub(super) fn kind_of(&self, path: &str) -> Option<ValueKind> {
         self.schema.find(path).map(|key| key.kind)
     }
 
     /// The one of these keys whose value stands in the highest layer; the first of several.
-    pub(super) fn last_written(&self, keys: &[&str]) -> Option<&Entry> {
+    pub(super) fn last_written(&self, keys: &[&str]) -> Option<&CaseValue> {
         let found = keys.iter().rev().filter_map(|key| self.top.get(*key));
         found.max_by_key(|(rank, _)| *rank).map(|(_, entry)| entry)
     }
@@ -239,7 +239,7 @@ impl Stack {
     }
 
     /// The first value that only a case of this kind has.
-    fn first_of_kind(&self) -> Option<&Entry> {
+    fn first_of_kind(&self) -> Option<&CaseValue> {
         let is_own =
             |path: &str| (self.schema.find(path)).is_some_and(|key| key.problems == [self.kind]);
         let mut entries = self.top.iter();

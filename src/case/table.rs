@@ -74,10 +74,10 @@ macro_rules! table {
             )*
         }
 
-        impl $crate::case::schema::Table for $struct {
+        impl $crate::case::schema::KeyTable for $struct {
             fn describe(path: &str, schema: &mut $crate::case::schema::Schema) {
                 #[allow(unused_imports)] // not every table has both
-                use $crate::case::schema::{Key, Table, join};
+                use $crate::case::schema::{Key, KeyTable, join};
                 $(
                     schema.add(Key {
                         path: join(path, $name),
@@ -90,7 +90,7 @@ macro_rules! table {
                     });
                 )*
                 $(schema.only(&[$($crate::case::reads::conditions::$only_table)?], |schema| {
-                    <$inner as Table>::describe(&join(path, stringify!($table)), schema);
+                    <$inner as KeyTable>::describe(&join(path, stringify!($table)), schema);
                 });)*
             }
         }
@@ -138,12 +138,12 @@ macro_rules! choice {
                 &[$(($word, concat!($($doc),+).trim_ascii())),+];
         }
 
-        impl $crate::case::schema::Table for $enum {
+        impl $crate::case::schema::KeyTable for $enum {
             fn describe(path: &str, schema: &mut $crate::case::schema::Schema) {
-                use $crate::case::schema::{Choice, Key, Kind, join};
+                use $crate::case::schema::{Choice, Key, ValueKind, join};
                 schema.add(Key {
                     path: join(path, $tag),
-                    kind: Kind::Word(Self::WORDS),
+                    kind: ValueKind::Word(Self::WORDS),
                     absent: None,
                     about: $about_tag,
                     choices: Vec::new(),

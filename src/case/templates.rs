@@ -26,19 +26,19 @@ macro_rules! files {
     };
 }
 
-type Files = &'static [(&'static str, &'static str)];
+type TemplateFiles = &'static [(&'static str, &'static str)];
 
-const VESSEL: Files = files!("base":
+const VESSEL: TemplateFiles = files!("base":
     "0/U" "0/p" "0/pointDisplacement"
     "constant/dynamicMeshDict" "constant/transportProperties" "constant/turbulenceProperties"
     "system/controlDict" "system/decomposeParDict" "system/fvSchemes" "system/fvSolution");
 
-const CHANNEL: Files = files!("turek-hron/fluid":
+const CHANNEL: TemplateFiles = files!("turek-hron/fluid":
     "0/U" "0/p" "0/pointDisplacement"
     "constant/dynamicMeshDict" "constant/transportProperties" "constant/turbulenceProperties"
     "system/baseControlDict" "system/controlDict" "system/decomposeParDict" "system/fvSchemes" "system/fvSolution");
 
-fn files(word: &str) -> Option<Files> {
+fn files(word: &str) -> Option<TemplateFiles> {
     let sets = [VESSEL, CHANNEL];
     let mut all = WORDS.iter().zip(sets);
     all.find(|((known, _), _)| *known == word)
@@ -90,7 +90,7 @@ pub(super) fn word(folder: &Path) -> Option<&'static str> {
     found.map(|(word, _)| word)
 }
 
-fn name(word: &str, files: Files) -> String {
+fn name(word: &str, files: TemplateFiles) -> String {
     let mut hasher = crc32fast::Hasher::new();
     for (name, text) in files {
         hasher.update(name.as_bytes());
@@ -114,7 +114,7 @@ fn parents() -> Vec<PathBuf> {
 }
 
 /// Writes the files as a whole, unless they are there.
-fn unpack(files: Files, parent: &Path, name: &str) -> io::Result<PathBuf> {
+fn unpack(files: TemplateFiles, parent: &Path, name: &str) -> io::Result<PathBuf> {
     let folder = parent.join(name);
     if is_whole(files, &folder) {
         return Ok(folder);
@@ -139,7 +139,7 @@ fn unpack(files: Files, parent: &Path, name: &str) -> io::Result<PathBuf> {
 }
 
 /// Whether the folder holds these files and no others.
-fn is_whole(files: Files, folder: &Path) -> bool {
+fn is_whole(files: TemplateFiles, folder: &Path) -> bool {
     let same = |(file, text): &(&str, &str)| {
         fs::read_to_string(folder.join(file)).is_ok_and(|found| found == *text)
     };

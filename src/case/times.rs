@@ -1,6 +1,6 @@
 //! Times that fit the time step.
 
-use super::error::Place;
+use super::error::ValuePlace;
 use super::stack::Stack;
 use super::{Case, defaults};
 use std::path::Path;
@@ -65,6 +65,6 @@ impl Case {
 }
 
 /// Whether a value stands in what is built into the program.
-pub(super) fn is_built_in(place: &Place) -> bool {
-    matches!(place, Place::File(path, _) if path == Path::new(defaults::SHOWN_AS))
+pub(super) fn is_built_in(place: &ValuePlace) -> bool {
+    matches!(place, ValuePlace::File(path, _) if path == Path::new(defaults::SHOWN_AS))
 }

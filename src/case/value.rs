@@ -1,42 +1,46 @@
 //! One value against its key: the right type and range, in the form that the types ask for.
 
 use super::error::CaseError;
-use super::schema::{Key, Kind};
-use super::source::{self, Entry};
+use super::schema::{Key, ValueKind};
+use super::source::{self, CaseValue};
 use super::{spelling, templates};
 use std::ops::RangeInclusive;
 use toml::Value;
 
 /// The entry with its value in the form that `key` asks for, or an error.
-pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) -> Option<Entry> {
+pub(crate) fn check(
+    mut entry: CaseValue,
+    key: &Key,
+    errors: &mut Vec<CaseError>,
+) -> Option<CaseValue> {
     let value = match (key.kind, &entry.value) {
-        (Kind::Real(range), Value::Float(x)) if range.contains(*x) => Some(Value::Float(*x)),
-        (Kind::Real(range), Value::Integer(i)) if range.contains(*i as f64) => {
+        (ValueKind::Real(range), Value::Float(x)) if range.contains(*x) => Some(Value::Float(*x)),
+        (ValueKind::Real(range), Value::Integer(i)) if range.contains(*i as f64) => {
             Some(Value::Float(*i as f64))
         }
-        (Kind::Whole(low, high), Value::Integer(i)) if (low..=high).contains(i) => {
+        (ValueKind::Whole(low, high), Value::Integer(i)) if (low..=high).contains(i) => {
             Some(Value::Integer(*i))
         }
-        (Kind::Word(words), Value::String(word))
+        (ValueKind::Word(words), Value::String(word))
             if words.iter().any(|(known, _)| known == word) =>
         {
             Some(entry.value.clone())
         }
-        (Kind::Flag, Value::Boolean(_)) => Some(entry.value.clone()),
-        (Kind::Text(most), Value::String(text))
+        (ValueKind::Flag, Value::Boolean(_)) => Some(entry.value.clone()),
+        (ValueKind::Text(most), Value::String(text))
             if !text.trim().is_empty()
                 && text.chars().count() <= most
                 && !text.chars().any(char::is_control) =>
         {
             Some(entry.value.clone())
         }
-        (Kind::Path, Value::String(path)) if !path.is_empty() => absolute(path, &entry),
-        (Kind::PathOr(words), Value::String(word))
+        (ValueKind::Path, Value::String(path)) if !path.is_empty() => absolute(path, &entry),
+        (ValueKind::PathOr(words), Value::String(word))
             if !word.is_empty() && !words.iter().any(|(known, _)| known == word) =>
         {
             absolute(word, &entry)
         }
-        (Kind::PathOr(words), Value::String(word))
+        (ValueKind::PathOr(words), Value::String(word))
             if words.iter().any(|(known, _)| known == word) =>
         {
             match templates::folder(word) {
@@ -55,33 +59,41 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
                 }
             }
         }
-        (Kind::Command(most), Value::Array(words)) if (1..=most).contains(&words.len()) => {
+        (ValueKind::Command(most), Value::Array(words)) if (1..=most).contains(&words.len()) => {
             read_command(words, &entry)
         }
-        (Kind::Rows(most), Value::Array(rows)) => read_rows(rows, most),
-        (Kind::Radii(most, columns), Value::Array(rows)) if (2..=most).contains(&rows.len()) => {
+        (ValueKind::Rows(most), Value::Array(rows)) => read_rows(rows, most),
+        (ValueKind::Radii(most, columns), Value::Array(rows))
+            if (2..=most).contains(&rows.len()) =>
+        {
             read_radii(rows, columns)
         }
-        (Kind::Points(most), Value::Array(points)) if points.len() <= most => read_points(points),
-        (Kind::Degrees(low, high), degrees) => read_degrees(degrees, low..=high),
-        (Kind::WholeOr(low, high, _), Value::Integer(i)) if (low..=high).contains(i) => {
+        (ValueKind::Points(most), Value::Array(points)) if points.len() <= most => {
+            read_points(points)
+        }
+        (ValueKind::Degrees(low, high), degrees) => read_degrees(degrees, low..=high),
+        (ValueKind::WholeOr(low, high, _), Value::Integer(i)) if (low..=high).contains(i) => {
             Some(entry.value.clone())
         }
-        (Kind::WholeOr(_, _, word), Value::String(found)) if found == word => {
+        (ValueKind::WholeOr(_, _, word), Value::String(found)) if found == word => {
             Some(entry.value.clone())
         }
-        (Kind::Numbers(most), Value::Array(values)) if (2..=most).contains(&values.len()) => values
-            .iter()
-            .map(|value| number(value).filter(|x| x.is_finite()).map(Value::Float))
-            .collect::<Option<_>>()
-            .map(Value::Array),
-        (Kind::Sizes(most), Value::Array(values)) if (1..=most).contains(&values.len()) => values
-            .iter()
-            .map(|value| number(value).filter(|x| x.is_finite() && *x > 0.0))
-            .map(|size| size.map(Value::Float))
-            .collect::<Option<_>>()
-            .map(Value::Array),
-        (Kind::Names(most), Value::Array(names))
+        (ValueKind::Numbers(most), Value::Array(values)) if (2..=most).contains(&values.len()) => {
+            values
+                .iter()
+                .map(|value| number(value).filter(|x| x.is_finite()).map(Value::Float))
+                .collect::<Option<_>>()
+                .map(Value::Array)
+        }
+        (ValueKind::Sizes(most), Value::Array(values)) if (1..=most).contains(&values.len()) => {
+            values
+                .iter()
+                .map(|value| number(value).filter(|x| x.is_finite() && *x > 0.0))
+                .map(|size| size.map(Value::Float))
+                .collect::<Option<_>>()
+                .map(Value::Array)
+        }
+        (ValueKind::Names(most), Value::Array(names))
             if (1..=most).contains(&names.len())
                 && (names.iter())
                     .all(|name| name.as_str().is_some_and(|name| !name.is_empty())) =>
@@ -97,10 +109,10 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
         }
         None => {
             let suggestion = match (key.kind, &entry.value) {
-                (Kind::Word(words), Value::String(word)) => {
+                (ValueKind::Word(words), Value::String(word)) => {
                     spelling::closest(word, words.iter().map(|(known, _)| *known))
                 }
-                (Kind::WholeOr(_, _, word), Value::String(found)) => {
+                (ValueKind::WholeOr(_, _, word), Value::String(found)) => {
                     spelling::closest(found, [word])
                 }
                 _ => None,
@@ -119,14 +131,14 @@ pub(crate) fn check(mut entry: Entry, key: &Key, errors: &mut Vec<CaseError>) ->
 }
 
 /// A path as one that does not depend on the current folder.
-fn absolute(path: &str, entry: &Entry) -> Option<Value> {
+fn absolute(path: &str, entry: &CaseValue) -> Option<Value> {
     let absolute = source::tidy(&entry.folder.join(path));
     absolute.to_str().map(Value::from)
 }
 
 /// A program and its arguments. What is the name of a file beside the one that the words stand in becomes its path; so
 /// does a program with a slash in its name, the others are looked for in `PATH`.
-fn read_command(words: &[Value], entry: &Entry) -> Option<Value> {
+fn read_command(words: &[Value], entry: &CaseValue) -> Option<Value> {
     let word = |(i, word): (usize, &Value)| {
         let word = word.as_str().filter(|word| !word.contains('\0'))?;
         let is_path = match i {
@@ -172,7 +184,7 @@ fn read_lists(lists: &[Value]) -> Option<Vec<Vec<f64>>> {
         .collect()
 }
 
-/// Points as [`Kind::Points`] asks for them.
+/// Points as [`ValueKind::Points`] asks for them.
 fn read_points(points: &[Value]) -> Option<Value> {
     let points = read_lists(points)?;
     let fine = points
@@ -181,7 +193,7 @@ fn read_points(points: &[Value]) -> Option<Value> {
     fine.then(|| Value::from(points))
 }
 
-/// Rows as [`Kind::Rows`] asks for them.
+/// Rows as [`ValueKind::Rows`] asks for them.
 fn read_rows(rows: &[Value], most: usize) -> Option<Value> {
     let rows = read_lists(rows)?;
     let columns = rows.first()?.len();
@@ -196,7 +208,7 @@ fn read_rows(rows: &[Value], most: usize) -> Option<Value> {
     fine.then(|| Value::from(rows))
 }
 
-/// Rows as [`Kind::Radii`] asks for them.
+/// Rows as [`ValueKind::Radii`] asks for them.
 fn read_radii(rows: &[Value], most: usize) -> Option<Value> {
     let rows = read_lists(rows)?;
     let columns = rows.first()?.len();

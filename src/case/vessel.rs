@@ -1,7 +1,7 @@
 //! The keys of a vessel along any path, of any sections: what stands in the table `[vessel]`.
 
 use super::Material;
-use super::schema::{Key, Kind, Schema, Table, above, from, join};
+use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join};
 use super::table::{choice, table, words};
 use crate::tabular::units::{self, Unit};
 use serde::{Deserialize, Serialize};
@@ -18,29 +18,29 @@ table! {
     /// counted downstream from where the first elastic section begins.
     pub struct VesselDescription {
         /// It counts as if its points and radii stood in the case.
-        centre_line: Option<PathBuf> = "centre_line", Kind::Path, "file with the centre-line: CSV with the columns x,y,z or x,y,z,r, VTK's polydata (.vtp), or SWC",
+        centre_line: Option<PathBuf> = "centre_line", ValueKind::Path, "file with the centre-line: CSV with the columns x,y,z or x,y,z,r, VTK's polydata (.vtp), or SWC",
             absent "vessel.points_m or vessel.piece";
-        unit: Option<LengthUnit> = "unit", Kind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "none: needed with a file";
-        branch: Option<String> = "branch", Kind::Text(100), "which of several lines: CenterlineIds=0, GroupIds=2, Line=1; of SWC the number of its end",
+        unit: Option<LengthUnit> = "unit", ValueKind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "none: needed with a file";
+        branch: Option<String> = "branch", ValueKind::Text(100), "which of several lines: CenterlineIds=0, GroupIds=2, Line=1; of SWC the number of its end",
             absent "the only one";
-        is_reversed: Option<bool> = "reverse", Kind::Flag, "whether the blood flows from the end of the file's line to its beginning", absent "false";
+        is_reversed: Option<bool> = "reverse", ValueKind::Flag, "whether the blood flows from the end of the file's line to its beginning", absent "false";
         /// A smoothing spline: waves of three times this length keep 99 %, of a third of it 1 %.
         smoothing: Option<f64> = "smoothing_m", above(0.0, 1.0), "length of the waves of the centre-line's points that are halved; radii change by their own scatter at most",
             absent "none: the line passes all points";
         least_bend: Option<f64> = "least_bend_m", above(0.0, 1.0), "where the centre-line bends with a smaller radius it is smoothed more, until it does not",
             absent "none: bends stay as they are";
-        lumen: Option<PathBuf> = "lumen", Kind::Path, "file with the lumen's surface: STL, or VTK's polydata (.vtp)",
+        lumen: Option<PathBuf> = "lumen", ValueKind::Path, "file with the lumen's surface: STL, or VTK's polydata (.vtp)",
             absent "circles of the radius";
-        lumen_unit: Option<LengthUnit> = "lumen_unit", Kind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "vessel.unit";
+        lumen_unit: Option<LengthUnit> = "lumen_unit", ValueKind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "vessel.unit";
         /// Along and around, as `smoothing_m`.
         lumen_smoothing: Option<f64> = "lumen_smoothing_m", from(0.0, 1.0), "length of the waves of the lumen's surface that are halved",
             absent "three times the median length of a triangle in a cross-section";
         /// Rows in equal distances from the beginning of the centre-line to its end, columns in equal angles from 0.
-        lumen_radii: Vec<Vec<f64>> = "lumen_radii_m", Kind::Radii(MOST_ROWS, MOST_ANGLES), "radii of the lumen along and around, in place of a surface",
+        lumen_radii: Vec<Vec<f64>> = "lumen_radii_m", ValueKind::Radii(MOST_ROWS, MOST_ANGLES), "radii of the lumen along and around, in place of a surface",
             absent "vessel.lumen, or circles of the radius";
-        points: Vec<[f64; 3]> = "points_m", Kind::Points(MOST_POINTS), "points that the centre-line passes as a cubic spline",
+        points: Vec<[f64; 3]> = "points_m", ValueKind::Points(MOST_POINTS), "points that the centre-line passes as a cubic spline",
             absent "vessel.centre_line or vessel.piece";
-        radii: Vec<f64> = "radii_m", Kind::Sizes(MOST_POINTS), "radius of the lumen at each of vessel.points_m", absent "vessel.radius_m";
+        radii: Vec<f64> = "radii_m", ValueKind::Sizes(MOST_POINTS), "radius of the lumen at each of vessel.points_m", absent "vessel.radius_m";
         radius: Option<f64> = "radius_m", above(0.0, 0.1), "radius of the lumen where the centre-line begins",
             absent "those of the file, or vessel.radii_m", only OWN_RADIUS;
         /// It tapers as a cone.
@@ -49,7 +49,7 @@ table! {
             absent "the diameter at the joint", only JOINTS;
         upstream: Option<f64> = "upstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube upstream of the centre-line", absent "0";
         downstream: Option<f64> = "downstream_extension_m", from(0.0, 10.0), "length of a straight rigid tube downstream of the centre-line", absent "0";
-        first: Vec<f64> = "angle_zero", Kind::Numbers(3), "direction of the angle 0 at the beginning, three components",
+        first: Vec<f64> = "angle_zero", ValueKind::Numbers(3), "direction of the angle 0 at the beginning, three components",
             absent "the side to which the centre-line bends, or +y if it is straight";
         [piece: Option<Vec<CurvePiece>>, "pieces of the centre-line, downstream"]
         [section: Vec<VesselSection>, "sections, downstream"]
@@ -118,21 +118,21 @@ choice! {
 table! {
     /// A part of the vessel with the same layers throughout.
     pub struct VesselSection {
-        name: String = "name", Kind::Text(30), "name of the section";
-        wall: Option<WallKind> = "wall", Kind::Word(WallKind::WORDS), "elastic or rigid", absent "elastic";
+        name: String = "name", ValueKind::Text(30), "name of the section";
+        wall: Option<WallKind> = "wall", ValueKind::Word(WallKind::WORDS), "elastic or rigid", absent "elastic";
         length: Option<f64> = "length_m", above(0.0, 10.0), "length along the centre-line",
             absent "the rest of the centre-line";
         radius: Option<f64> = "radius_m", above(0.0, 0.1), "radius of the lumen", absent "that of the vessel";
-        layers: Vec<String> = "layers", Kind::Names(20), "materials of the layers from the inside out, by name", absent "none: the wall is rigid";
-        thicknesses: Vec<f64> = "thicknesses_m", Kind::Sizes(20), "thickness of each layer", absent "section.thicknesses";
-        shares: Vec<f64> = "thicknesses", Kind::Sizes(20), "thickness of each layer as a share of the mean radius", absent "section.thicknesses_m";
+        layers: Vec<String> = "layers", ValueKind::Names(20), "materials of the layers from the inside out, by name", absent "none: the wall is rigid";
+        thicknesses: Vec<f64> = "thicknesses_m", ValueKind::Sizes(20), "thickness of each layer", absent "section.thicknesses";
+        shares: Vec<f64> = "thicknesses", ValueKind::Sizes(20), "thickness of each layer as a share of the mean radius", absent "section.thicknesses_m";
     }
 }
 
 table! {
     /// A part of the elastic vessel between two cross-sections.
     pub struct VesselRegion {
-        name: String = "name", Kind::Text(30), "name of the region in tables and on pages";
+        name: String = "name", ValueKind::Text(30), "name of the region in tables and on pages";
         from: f64 = "from_m", from(0.0, 10.0), "arc length s of its beginning";
         to: f64 = "to_m", above(0.0, 10.0), "arc length s of its end";
     }
@@ -157,7 +157,7 @@ choice! {
             at: f64 = "at_m", from(-10.0, 10.0), "arc length s of its middle";
             length: f64 = "length_m", above(0.0, 10.0), "its length; with a Gaussian profile four standard deviations";
             area_reduction: f64 = "area_reduction", above(0.0, 0.99), "share of the lumen's area that is lost in the middle";
-            profile: Option<BumpProfile> = "profile", Kind::Word(BumpProfile::WORDS), "how it begins and ends", absent "cosine";
+            profile: Option<BumpProfile> = "profile", ValueKind::Word(BumpProfile::WORDS), "how it begins and ends", absent "cosine";
             eccentricity: Option<f64> = "eccentricity", from(0.0, 1.0), "how far the lumen lies to the side, relative to the change of its radius", absent "0";
             side_deg: Option<f64> = "side_deg", from(-360.0, 360.0), "angle in the cross-section of the side to which the lumen moves", absent "0";
         }
@@ -166,7 +166,7 @@ choice! {
             at: f64 = "at_m", from(-10.0, 10.0), "arc length s of its middle";
             length: f64 = "length_m", above(0.0, 10.0), "its length; with a Gaussian profile four standard deviations";
             growth: f64 = "growth_m", above(0.0, 0.1), "growth of the lumen's radius in the middle";
-            profile: Option<BumpProfile> = "profile", Kind::Word(BumpProfile::WORDS), "how it begins and ends", absent "cosine";
+            profile: Option<BumpProfile> = "profile", ValueKind::Word(BumpProfile::WORDS), "how it begins and ends", absent "cosine";
             eccentricity: Option<f64> = "eccentricity", from(0.0, 1.0), "how far the lumen lies to the side, relative to the change of its radius", absent "0";
             side_deg: Option<f64> = "side_deg", from(-360.0, 360.0), "angle in the cross-section of the side to which the lumen moves", absent "0";
         }
@@ -194,11 +194,11 @@ pub struct NamedMaterial {
     pub material: Material,
 }
 
-impl Table for NamedMaterial {
+impl KeyTable for NamedMaterial {
     fn describe(path: &str, schema: &mut Schema) {
         schema.add(Key {
             path: join(path, "name"),
-            kind: Kind::Text(30),
+            kind: ValueKind::Text(30),
             absent: None,
             about: "name by which sections refer to the material",
             choices: Vec::new(),

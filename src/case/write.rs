@@ -1,6 +1,6 @@
 //! The case as a file again: every value used, loadable by itself.
 
-use super::schema::{self, Key, Kind};
+use super::schema::{self, Key, ValueKind};
 use super::{Case, ResolvedCase, templates};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -90,7 +90,7 @@ fn write(case: &Case, origin: impl Fn(&str) -> Option<String>) -> String {
         // What is built in is so on another machine, too.
         let built_in = value
             .as_str()
-            .filter(|_| matches!(key.kind, Kind::PathOr(_)));
+            .filter(|_| matches!(key.kind, ValueKind::PathOr(_)));
         let built_in = built_in.and_then(|path| templates::word(Path::new(path)));
         let value = built_in.map_or(value.clone(), Value::from);
         if section != schema::parent(&path) {

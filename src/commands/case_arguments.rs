@@ -1,7 +1,7 @@
 //! What the command line says about a case.
 
 use super::Failure;
-use crate::case::{Override, Place, Preset, ResolvedCase};
+use crate::case::{Override, Preset, ResolvedCase, ValuePlace};
 use crate::run::CaseSelection;
 use std::path::Path;
 
@@ -35,14 +35,14 @@ impl CaseArguments {
         };
         let mut overrides = Vec::new();
         if let Some(end) = self.end_time {
-            let place = Place::Option("--end-time");
+            let place = ValuePlace::Option("--end-time");
             overrides.push(given(place, "time.end_s", &format!("{end:?}")));
         }
         if let Some(solver) = &self.fluid {
-            overrides.push(given(Place::Option("--fluid"), "fluid.solver", solver));
+            overrides.push(given(ValuePlace::Option("--fluid"), "fluid.solver", solver));
         }
         if let Some(ranks) = self.ranks {
-            let place = Place::Option("--ranks");
+            let place = ValuePlace::Option("--ranks");
             overrides.push(given(place, "fluid.ranks", &ranks.to_string()));
         }
         for pair in &self.overrides {
@@ -51,7 +51,7 @@ impl CaseArguments {
                     "--set {pair}: expected KEY=VALUE, such as coupling.e_rel=1e-6"
                 ))
             })?;
-            overrides.push(given(Place::Set, key, value));
+            overrides.push(given(ValuePlace::Set, key, value));
         }
         Ok(CaseSelection::new(self.preset, overrides))
     }

@@ -202,7 +202,7 @@ fn of_blood(figures: &CaseFigures) -> Vec<(&'static str, String)> {
 }
 
 /// A section's wall.
-fn of_wall(wall: &figures::WallFigures) -> (&'static str, String) {
+fn of_wall(wall: &figures::TubeFigures) -> (&'static str, String) {
     let mut text = format!(
         "{}: h/r {:.3} without load",
         wall.name, wall.thickness_ratio

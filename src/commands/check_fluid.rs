@@ -2,7 +2,7 @@
 
 use super::{CaseArguments, Failure};
 use crate::fluid::FluidError;
-use crate::fluid::conversation::conformance::{self, Finding};
+use crate::fluid::conversation::conformance::{self, RuleFinding};
 use crate::output::terminal;
 use crate::run::Interrupt;
 use crate::simulation::assembly::{self, Workplace, surroundings};
@@ -68,7 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     );
     let settings = settings.map_err(|e| Failure::Input(format!("{}: {e}", e.key)))?;
     // Without reading them one still gets the exit code.
-    let mut tell = |finding: &Finding| drop(terminal::print(format_args!("{}\n", line(finding))));
+    let mut tell =
+        |finding: &RuleFinding| drop(terminal::print(format_args!("{}\n", line(finding))));
     let findings = conformance::examine(&settings, &mut tell);
     let findings = findings.map_err(|error| match error {
         FluidError::Interrupted => Failure::Interrupted("the check is not complete".into()),
@@ -89,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-fn line(finding: &Finding) -> String {
+fn line(finding: &RuleFinding) -> String {
     let (word, detail) = match &finding.found {
         Ok(detail) => ("ok   ", detail),
         Err(detail) => ("WRONG", detail),

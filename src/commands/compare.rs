@@ -1,7 +1,7 @@
 //! `fsi-driver compare A B`: how far two runs are from each other.
 
 use super::{Failure, report, results_folder};
-use crate::output::comparison::{Comparison, Difference};
+use crate::output::comparison::{Comparison, RunDifference};
 use crate::output::terminal;
 use std::path::PathBuf;
 
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .differences
         .iter()
         .filter(|difference| difference.is_beyond())
-        .map(Difference::name)
+        .map(RunDifference::name)
         .collect();
     if beyond.is_empty() {
         return Ok(());

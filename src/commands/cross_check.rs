@@ -3,8 +3,8 @@
 
 use super::compare::Limits;
 use super::{CaseArguments, Failure};
-use crate::case::{Case, Native, Override, Place};
-use crate::output::comparison::{Comparison, Difference};
+use crate::case::{Case, Native, Override, ValuePlace};
+use crate::output::comparison::{Comparison, RunDifference};
 use crate::output::refinement::{self, Refined};
 use crate::output::report;
 use crate::output::results::Results;
@@ -122,7 +122,7 @@ fn selections(chosen: CaseSelection) -> Result<[CaseSelection; 2], Failure> {
     Ok(SOLVERS.map(|solver| {
         let mut selection = chosen.clone();
         selection.given.push(Override {
-            place: Place::Option("--fluid"),
+            place: ValuePlace::Option("--fluid"),
             key: "fluid.solver".into(),
             value: solver.into(),
         });
@@ -153,7 +153,7 @@ fn finer(case: &Case, selection: &CaseSelection) -> Result<CaseSelection, Failur
     for (key, number) in numbers {
         selection.given.retain(|given| given.key != key);
         selection.given.push(Override {
-            place: Place::Set,
+            place: ValuePlace::Set,
             key: key.into(),
             value: number.to_string(),
         });
@@ -230,7 +230,9 @@ fn compare(names: &[String], out: &Path, limits: [f64; 3], refine: bool) -> Resu
         terminal::print(format_args!("{name}: A OpenFOAM, B native\n{comparison}"))?;
         comparison.write(&folder, TABLE).map_err(written)?;
         let differences = comparison.differences.iter();
-        let names = differences.filter(|d| d.is_beyond()).map(Difference::name);
+        let names = differences
+            .filter(|d| d.is_beyond())
+            .map(RunDifference::name);
         beyond.extend(names.map(|what| format!("{name}: {what}")));
         compared.push((name.clone(), comparison));
     }

@@ -4,7 +4,7 @@ use super::Failure;
 use crate::analysis::solid_file::SolidFile;
 use crate::case::Case;
 use crate::case::defaults;
-use crate::case::schema::{Key, Kind};
+use crate::case::schema::{Key, ValueKind};
 use crate::case::spelling;
 use crate::output::terminal::print;
 use std::fmt::Write as _;
@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Whether the key has `word` in its path, its meaning, or the words that it allows.
 fn speaks_of(key: &Key, word: &str) -> bool {
     let words = match key.kind {
-        Kind::Word(words) | Kind::PathOr(words) => words,
+        ValueKind::Word(words) | ValueKind::PathOr(words) => words,
         _ => &[],
     };
     let choices = key.choices.iter().map(|choice| choice.word);
@@ -92,8 +92,8 @@ fn describe(key: &Key, of_case: bool, remark: bool, text: &mut String) {
     };
     let mut about = key.about.to_owned();
     let (words, or_path) = match key.kind {
-        Kind::Word(words) => (words, ""),
-        Kind::PathOr(words) => (words, "a path in quotes, or "),
+        ValueKind::Word(words) => (words, ""),
+        ValueKind::PathOr(words) => (words, "a path in quotes, or "),
         kind => {
             let _ = write!(about, ": {kind}");
             (&[][..], "")

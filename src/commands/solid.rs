@@ -5,7 +5,7 @@ use crate::analysis::motion::{Dynamics, TubeMotion};
 use crate::analysis::solid_file::SolidFile;
 use crate::analysis::tube::Tube;
 use crate::output::progress::Progress;
-use crate::output::tables::Table;
+use crate::output::tables::CsvTable;
 use crate::output::tube_results::{self, TubeSolution};
 use crate::output::{terminal, write_atomically};
 use crate::pfem::solution::stability::AtBifurcation;
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => inflate(&solid, &tube, &body),
         Some(dynamics) => {
             let mut motion = TubeMotion::new(&tube, &solid.options, dynamics).map_err(failed)?;
-            let history = Table::create(&out.join("history.csv")).map_err(written)?;
+            let history = CsvTable::create(&out.join("history.csv")).map_err(written)?;
             move_tube(&mut motion, dynamics, history, arguments.quiet)
         }
     }?;
@@ -116,7 +116,7 @@ fn inflate(solid: &SolidFile, tube: &Tube, body: &Discretization) -> Result<Tube
 fn move_tube(
     motion: &mut TubeMotion,
     dynamics: &Dynamics,
-    mut history: Table,
+    mut history: CsvTable,
     quiet: bool,
 ) -> Result<TubeSolution, Failure> {
     let mut progress = Progress::new(dynamics.steps as u64, quiet);

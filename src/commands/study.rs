@@ -1,7 +1,7 @@
 //! `fsi-driver study`: many models, each a run of its own, several at once.
 
 use super::{CaseArguments, Failure};
-use crate::case::{Place, Unread};
+use crate::case::{Unread, ValuePlace};
 use crate::output::report;
 use crate::output::results::Results;
 use crate::output::{terminal, write_atomically};
@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn refuse_unread(models: &[BatchRun]) -> Result<(), Failure> {
     for model in models {
         let is_swept =
-            |unread: &&Unread| (unread.keys.iter()).any(|(_, place)| *place == Place::Sweep);
+            |unread: &&Unread| (unread.keys.iter()).any(|(_, place)| *place == ValuePlace::Sweep);
         if let Some(unread) = model.case.unread.iter().find(is_swept) {
             return Err(Failure::Input(format!(
                 "{}: {unread}; its runs would all be the same",

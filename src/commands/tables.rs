@@ -3,7 +3,7 @@
 use super::{Failure, report};
 use crate::output::marked_text;
 use crate::output::report::{
-    RefinedPair, Series, Table, agreement, changes, key_figures, uncertainty,
+    PageTable, RefinedPair, RefinementSeries, agreement, changes, key_figures, uncertainty,
 };
 use crate::output::results::Results;
 use crate::output::validation::Validation;
@@ -156,7 +156,7 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
                     0 | 1 => Err(Failure::Input(format!(
                         "`{text}`: a series has two runs or more"
                     ))),
-                    _ => Ok(Series {
+                    _ => Ok(RefinementSeries {
                         name: name.replace('_', " "),
                         runs,
                     }),
@@ -222,7 +222,7 @@ fn agreement_of(
     studies: [&[Results]; 4],
     besides: &[Vec<[Vec<Results>; 2]>; 2],
     names: [&str; 4],
-) -> Result<Table, Failure> {
+) -> Result<PageTable, Failure> {
     let [coarse_a, fine_a, coarse_b, fine_b] = studies;
     let pair = |fine: &'_ Results| {
         let name = fine.name();
@@ -249,7 +249,11 @@ fn agreement_of(
 }
 
 /// Runs of the same name in both studies.
-fn differences(first: &[Results], second: &[Results], names: [&str; 2]) -> Result<Table, Failure> {
+fn differences(
+    first: &[Results],
+    second: &[Results],
+    names: [&str; 2],
+) -> Result<PageTable, Failure> {
     let with = |run| Some((run, named(second, &Results::name(run))?));
     let pairs: Vec<(&Results, &Results)> = first.iter().filter_map(with).collect();
     match pairs.is_empty() {

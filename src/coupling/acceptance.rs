@@ -70,7 +70,7 @@ pub enum Refusal {
         /// Largest load on the wall, Pa.
         load: f64,
         /// Where it acts.
-        place: Place,
+        place: FaultPlace,
     },
     /// A value is not a number.
     #[error("the fluid diverged: {quantity} is non-finite at {place}")]
@@ -78,7 +78,7 @@ pub enum Refusal {
         /// Which.
         quantity: &'static str,
         /// Where.
-        place: Place,
+        place: FaultPlace,
     },
     /// A value is far beyond what drives the flow.
     #[error(
@@ -94,7 +94,7 @@ pub enum Refusal {
         /// Unit of both.
         unit: &'static str,
         /// Where.
-        place: Place,
+        place: FaultPlace,
     },
     /// Mass does not balance.
     #[error(
@@ -120,7 +120,7 @@ pub enum Refusal {
         /// Share of the force that is missing.
         share: f64,
         /// Middle of the faces whose load is missing.
-        place: Place,
+        place: FaultPlace,
         /// How far they are from there, m.
         within: f64,
     },
@@ -128,7 +128,7 @@ pub enum Refusal {
 
 /// Where something was seen.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Place {
+pub enum FaultPlace {
     /// A point of the wall at rest, m.
     Wall(Vec3),
     /// An opening, by its name.
@@ -137,7 +137,7 @@ pub enum Place {
     Domain,
 }
 
-impl std::fmt::Display for Place {
+impl std::fmt::Display for FaultPlace {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Wall(x) => write!(f, "({:.3e}, {:.3e}, {:.3e}) m", x.x, x.y, x.z),
@@ -219,7 +219,7 @@ impl Limits {
             let (place, within) = missing_load(answer, transfer, &wet_areas);
             return Err(Refusal::ForceLost {
                 share: iteration.force_mismatch,
-                place: Place::Wall(place),
+                place: FaultPlace::Wall(place),
                 within,
             });
         }
@@ -235,7 +235,7 @@ impl Limits {
         balance: &Balance,
         transfer: &Transfer<L>,
     ) -> Result<(Balance, f64), Refusal> {
-        let whole = || Place::Domain;
+        let whole = || FaultPlace::Domain;
         self.bounded("the volume", step.volume, f64::INFINITY, "m3", whole)?;
         // A fluid that does not know its volume says 0
         let exchange = match step.volume {
@@ -248,13 +248,13 @@ impl Limits {
             .map_or(0.0, |before| (step.volume - before).abs() / dt);
         let most = (self.flow + pushed).min(exchange);
         for opening in &step.openings {
-            let place = || Place::Opening(opening.name.clone());
+            let place = || FaultPlace::Opening(opening.name.clone());
             self.bounded("the flow", opening.flow, most, "m3/s", place)?;
             let pressure = opening.mean_pressure;
             self.bounded("the pressure", pressure, self.pressure, "Pa", place)?;
         }
         for (i, shear) in step.wall_shear.iter().enumerate() {
-            let place = || Place::Wall(transfer.face_centre(i));
+            let place = || FaultPlace::Wall(transfer.face_centre(i));
             self.bounded(
                 "the wall shear stress",
                 shear.norm(),
@@ -290,7 +290,7 @@ impl Limits {
         value: f64,
         limit: f64,
         unit: &'static str,
-        place: impl FnOnce() -> Place,
+        place: impl FnOnce() -> FaultPlace,
     ) -> Result<(), Refusal> {
         match value {
             _ if !value.is_finite() => Err(Refusal::NonFinite {
@@ -315,19 +315,19 @@ pub(super) fn require_finite<L>(flow: &FluidTrial, transfer: &Transfer<L>) -> Re
     match flow.tractions.iter().position(|t| !is_finite(t)) {
         Some(face) => Err(Refusal::NonFinite {
             quantity: "the load on the wall",
-            place: Place::Wall(transfer.face_centre(face)),
+            place: FaultPlace::Wall(transfer.face_centre(face)),
         }),
         None => Ok(()),
     }
 }
 
 /// The largest load on the wall, Pa, and where it acts.
-fn largest<L>(flow: &FluidTrial, transfer: &Transfer<L>) -> (f64, Place) {
+fn largest<L>(flow: &FluidTrial, transfer: &Transfer<L>) -> (f64, FaultPlace) {
     let loads = flow.tractions.iter().map(|traction| traction.norm());
     let (face, load) = (loads.enumerate())
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or((0, 0.0));
-    (load, Place::Wall(transfer.face_centre(face)))
+    (load, FaultPlace::Wall(transfer.face_centre(face)))
 }
 
 /// Where most of a missing force acts: the faces are halved again and again, and the half kept that misses more.

@@ -6,7 +6,7 @@
 //! transfer along curved fluid-solid interface with non-matching meshes*, J. Comput. Phys. 218, 2006). Within a face of
 //! the wall the load varies as the pointwise interpolation says.
 
-use super::interpolation::{AGREEMENT, Interpolation, Row, Sources};
+use super::interpolation::{AGREEMENT, Interpolation, Sources, SparseRow};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
 use crate::pfem::SurfacePoint;
@@ -44,12 +44,12 @@ struct WallFace {
     shadow: f64,
     /// Area of the fluid's faces beside it over its own, both seen along its mean normal.
     covered: f64,
-    pieces: Vec<Piece>,
+    pieces: Vec<Overlap>,
 }
 
 /// The part of a face of the fluid that lies beside a face of the wall.
 #[derive(Debug, Clone)]
-struct Piece {
+struct Overlap {
     /// The face of the fluid.
     face: usize,
     /// Its area, m²; in the end over the area of all pieces of this face.
@@ -143,7 +143,7 @@ impl CommonRefinement {
         for piece in self.faces.iter().flat_map(|face| &face.pieces) {
             centres[piece.face] += piece.share * piece.centre;
         }
-        let rows = |face: &WallFace| -> Vec<Row> {
+        let rows = |face: &WallFace| -> Vec<SparseRow> {
             let mut change = Weights::default();
             self.add_mean(face, fluid, sources, &centres, &mut change);
             if face.covered > MOSTLY {
@@ -180,7 +180,7 @@ impl CommonRefinement {
         centres: &[Vec3],
         mean: &mut Weights,
     ) {
-        let area = |piece: &Piece| piece.share * self.areas[piece.face];
+        let area = |piece: &Overlap| piece.share * self.areas[piece.face];
         let total: f64 = face.pieces.iter().map(area).sum();
         for piece in &face.pieces {
             let weight = area(piece) / total;
@@ -262,7 +262,7 @@ impl WallFace {
             let above = plane.lifted(flat);
             let rise = sources.normals[face].dot(&(middle - above)) / -cosine;
             let is_near = (rise - height(flat)).abs() <= BESIDE * radius.max(reach);
-            is_near.then(|| Piece {
+            is_near.then(|| Overlap {
                 face,
                 share: area / cosine,
                 cosine,

@@ -43,7 +43,7 @@ pub struct Criterion {
 /// Criterion (14) tests the change of the *accelerated* displacement, which a small relaxation factor makes small by
 /// itself; the residual of the fixed point is recorded beside it so that one can tell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measure {
+pub struct ResidualMeasure {
     /// |d_{k+1} - d_k| / |d_k|.
     pub change: f64,
     /// Root mean square of d_{k+1} - d_k over the points, m.
@@ -78,7 +78,7 @@ impl Criterion {
         d_next: &DVector<f64>,
         relaxed: bool,
         last: &DVector<f64>,
-    ) -> Measure {
+    ) -> ResidualMeasure {
         let points = (d.len() as f64 / 3.0).sqrt();
         // A run that starts from rest has nothing else to compare with than the first image.
         let size = if d.norm() > 0.0 {
@@ -94,7 +94,7 @@ impl Criterion {
             ConvergenceQuantity::Change => change <= limit && residual <= MISTRUST * limit,
             ConvergenceQuantity::Residual => residual < limit,
         };
-        Measure {
+        ResidualMeasure {
             change: relative(change),
             change_rms: change / points,
             residual: relative(residual),
@@ -104,7 +104,7 @@ impl Criterion {
     }
 
     /// The residual relative to the displacement from the unloaded shape, which the loads on the wall go with.
-    pub fn share_of_all(&self, measure: &Measure) -> f64 {
+    pub fn share_of_all(&self, measure: &ResidualMeasure) -> f64 {
         match self.displaced {
             0.0 => measure.residual,
             displaced => {

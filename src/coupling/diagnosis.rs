@@ -25,7 +25,7 @@ const SLOW: f64 = 3.0;
 
 /// What keeps an iteration from converging.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Finding {
+enum Obstacle {
     /// A change of the displacement comes back so many times as large.
     AddedMass { times: f64 },
     /// It had fallen to this, m, and rose again.
@@ -42,7 +42,7 @@ enum Finding {
     FallsSlowly,
 }
 
-impl Finding {
+impl Obstacle {
     /// Everything that is true of these iterations, the gravest first.
     fn all(iterations: &[Iteration], max_sweeps: u32) -> Vec<Self> {
         let mut found = Vec::new();
@@ -163,8 +163,8 @@ pub fn diagnosis(iterations: &[Iteration], max_sweeps: u32) -> String {
 }
 
 fn advice(iterations: &[Iteration], max_sweeps: u32) -> String {
-    let found = Finding::all(iterations, max_sweeps).into_iter();
-    found.map(Finding::advice).collect::<Vec<_>>().join("; ")
+    let found = Obstacle::all(iterations, max_sweeps).into_iter();
+    found.map(Obstacle::advice).collect::<Vec<_>>().join("; ")
 }
 
 /// Why an accepted step was slow, if it took many more iterations than the `usual` number.
@@ -265,7 +265,7 @@ fn consequence(failed: &FailedStep) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::convergence::Measure;
+    use super::super::convergence::ResidualMeasure;
     use super::*;
     use crate::fluid::{FluidCost, FluidError};
 
@@ -273,7 +273,7 @@ mod tests {
     fn iterations(residuals: &[f64]) -> Vec<Iteration> {
         let iteration = |(k, &residual): (usize, &f64)| Iteration {
             number: k + 1,
-            measure: Measure {
+            measure: ResidualMeasure {
                 change: residual,
                 change_rms: residual,
                 residual,

@@ -2,7 +2,7 @@
 //! met.
 
 use super::acceleration::{Acceleration, AccelerationMemory, Columns};
-use super::convergence::{Criterion, Measure};
+use super::convergence::{Criterion, ResidualMeasure};
 use super::predictor::Predictor;
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ pub trait CoupledProblem {
 
     /// Learns how far the trial was from convergence, and which columns the next one was built from. After a measure
     /// that says converged there is no next one.
-    fn judged(&mut self, measure: Measure, columns: Columns) -> Result<(), Self::Error>;
+    fn judged(&mut self, measure: ResidualMeasure, columns: Columns) -> Result<(), Self::Error>;
 }
 
 /// Finds the fixed point of each time step, and learns from one step to the next.

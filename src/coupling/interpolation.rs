@@ -17,13 +17,13 @@ const NO_EXTENT: f64 = 1e-4;
 const FAR: f64 = 40.0;
 
 /// Sources with their weights.
-pub(super) type Row = Vec<(usize, f64)>;
+pub(super) type SparseRow = Vec<(usize, f64)>;
 
 /// A sparse matrix of weights: the value at target `i` is the weighted sum of some of the values at the sources.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpolation {
     /// Sources and weights of each target.
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<SparseRow>,
 }
 
 impl Interpolation {
@@ -32,7 +32,7 @@ impl Interpolation {
     where
         T: Copy + Default + Mul<f64, Output = T> + AddAssign,
     {
-        let interpolate = |row: &Row| {
+        let interpolate = |row: &SparseRow| {
             let Some((&(source, weight), others)) = row.split_first() else {
                 return T::default();
             };
@@ -124,7 +124,7 @@ impl<'a> Sources<'a> {
 
     /// Weights for the value at `at` of a linear least-squares fit to the faces around `face`, of which those near
     /// `about` count most.
-    pub fn weights(&self, face: usize, about: &Vec3, at: &Vec3) -> Row {
+    pub fn weights(&self, face: usize, about: &Vec3, at: &Vec3) -> SparseRow {
         let sources = &self.around[face];
         let mut offsets: Vec<Vec3> = (sources.iter())
             .map(|&s| self.fluid.face_centres[s] - about)

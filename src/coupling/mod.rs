@@ -22,7 +22,7 @@ use crate::geometry::CentreShift;
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
 use acceleration::Columns;
 use acceptance::{Balance, Limits, Refusal, require_finite};
-use convergence::Measure;
+use convergence::ResidualMeasure;
 use fixed_point::{CoupledProblem, FixedPoint};
 use nalgebra::DVector;
 use std::thread;
@@ -35,7 +35,7 @@ pub struct Iteration {
     /// Number of the iteration within its step, from 1.
     pub number: usize,
     /// Distance to convergence.
-    pub measure: Measure,
+    pub measure: ResidualMeasure,
     /// Columns that a quasi-Newton model used.
     pub columns: usize,
     /// Columns dropped since the step began, because newer ones say the same.
@@ -384,7 +384,7 @@ impl<F: Fluid, S: Solid, B: FnOnce(&S) + Send> CoupledProblem for CoupledStep<'_
         Ok(image)
     }
 
-    fn judged(&mut self, measure: Measure, columns: Columns) -> Result<(), CouplingError> {
+    fn judged(&mut self, measure: ResidualMeasure, columns: Columns) -> Result<(), CouplingError> {
         let Some(last) = &mut self.last else {
             return Ok(());
         };

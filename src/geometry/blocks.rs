@@ -5,21 +5,21 @@ use crate::Vec3;
 use std::collections::HashMap;
 
 /// A point of the plane z = 0, m.
-pub type Point = [f64; 2];
+pub type PlanePoint = [f64; 2];
 
 /// A side of a block: its points, and the patch that it belongs to if it is part of the boundary. Blocks are neighbours
 /// where their sides have the same points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Side {
     /// The points, along x or along y as far as the block lies that way.
-    pub points: Vec<Point>,
+    pub points: Vec<PlanePoint>,
     /// Name of the patch.
     pub patch: Option<&'static str>,
 }
 
 impl Side {
     /// A side between two blocks.
-    pub fn inner(points: &[Point]) -> Self {
+    pub fn inner(points: &[PlanePoint]) -> Self {
         let points = points.to_vec();
         Self {
             points,
@@ -28,7 +28,7 @@ impl Side {
     }
 
     /// A side on the boundary.
-    pub fn on(patch: &'static str, points: &[Point]) -> Self {
+    pub fn on(patch: &'static str, points: &[PlanePoint]) -> Self {
         Self {
             patch: Some(patch),
             ..Self::inner(points)
@@ -61,7 +61,7 @@ impl Block {
 
     /// Point `(i, j)`: on the sides theirs, inside by Coons' transfinite interpolation in the mean arc lengths of
     /// opposite sides.
-    fn point(&self, i: usize, j: usize) -> Point {
+    fn point(&self, i: usize, j: usize) -> PlanePoint {
         let [n, m] = self.cells();
         let [south, north, west, east] =
             [&self.south, &self.north, &self.west, &self.east].map(|side| &side.points);
@@ -88,8 +88,8 @@ impl Block {
 }
 
 /// Share of a line's length up to its point `i`.
-fn share(line: &[Point], i: usize) -> f64 {
-    let length = |points: &[Point]| -> f64 {
+fn share(line: &[PlanePoint], i: usize) -> f64 {
+    let length = |points: &[PlanePoint]| -> f64 {
         let segments = points.windows(2);
         segments
             .map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]))
@@ -109,7 +109,7 @@ pub fn extruded(
     depth: f64,
     patches: &[(&'static str, &'static str)],
 ) -> PolyMesh {
-    let mut plane: Vec<Point> = Vec::new();
+    let mut plane: Vec<PlanePoint> = Vec::new();
     let mut known: HashMap<[u64; 2], usize> = HashMap::new();
     let mut quads: Vec<[usize; 4]> = Vec::new();
     let mut edges: Vec<(&'static str, [usize; 2])> = Vec::new();

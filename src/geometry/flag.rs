@@ -1,6 +1,6 @@
 //! A flag behind a cylinder in a channel: hexahedra for the flag, blocks of cells for the fluid around it.
 
-use super::blocks::{Block, Point, Side, extruded};
+use super::blocks::{Block, PlanePoint, Side, extruded};
 use super::{HexFace, HexMesh, HexShape, PolyMesh};
 use crate::Vec3;
 use crate::case::Flag;
@@ -113,7 +113,7 @@ impl Flag {
 
         // The circle, from corner to corner of the box as seen from its centre, counter-clockwise.
         let angle = |x: f64, y: f64| (y - cy).atan2(x - cx);
-        let arc = |from: f64, to: f64, n: usize| -> Vec<Point> {
+        let arc = |from: f64, to: f64, n: usize| -> Vec<PlanePoint> {
             let turn = |share: &f64| from + (to - from) * share;
             let on_circle = |phi: f64| [cx + r * phi.cos(), cy + r * phi.sin()];
             equal(n)
@@ -142,7 +142,7 @@ impl Flag {
         *last(&mut arc_s) = arc_se[0];
 
         // Radial lines outward.
-        let spoke = |from: Point, to: Point| line(from, to, &radial);
+        let spoke = |from: PlanePoint, to: PlanePoint| line(from, to, &radial);
         let (to_ne, to_nw) = (
             spoke(arc_n[0], [back, height]),
             spoke(arc_w[0], [front, height]),
@@ -162,7 +162,7 @@ impl Flag {
         };
         let to_end = |y: f64| line([back, y], [end, y], &along);
         let to_outlet = |y: f64| line([end, y], [length, y], &wake);
-        let back_to_front = |line: &[Point]| line.iter().rev().copied().collect::<Vec<_>>();
+        let back_to_front = |line: &[PlanePoint]| line.iter().rev().copied().collect::<Vec<_>>();
 
         let block = |south, north, west, east| Block {
             south,
@@ -288,13 +288,13 @@ fn reversed(shares: &[f64]) -> Vec<f64> {
 }
 
 /// Points of a straight line; its ends are exact.
-fn line(from: Point, to: Point, shares: &[f64]) -> Vec<Point> {
+fn line(from: PlanePoint, to: PlanePoint, shares: &[f64]) -> Vec<PlanePoint> {
     let at = |share: f64| std::array::from_fn(|k| (1.0 - share) * from[k] + share * to[k]);
-    let mut points: Vec<Point> = shares.iter().map(|&share| at(share)).collect();
+    let mut points: Vec<PlanePoint> = shares.iter().map(|&share| at(share)).collect();
     (points[0], *last(&mut points)) = (from, to);
     points
 }
 
-fn last(points: &mut [Point]) -> &mut Point {
+fn last(points: &mut [PlanePoint]) -> &mut PlanePoint {
     points.last_mut().expect("a line has points")
 }

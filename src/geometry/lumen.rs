@@ -1,6 +1,6 @@
 //! A lumen whose radius depends on the angle, as a table.
 
-use crate::interpolation::{BicubicSurface, Ends};
+use crate::interpolation::{BicubicSurface, SplineEnds};
 use std::f64::consts::{PI, TAU};
 
 /// The radius `r(s, φ)` between equally spaced cross-sections and angles: a bicubic spline, natural along the vessel
@@ -24,7 +24,7 @@ impl LumenTable {
     /// Rows of radii (m) in equal distances over `range`, columns in equal angles from 0.
     pub fn new(rows: &[Vec<f64>], range: [f64; 2]) -> Self {
         Self {
-            surface: BicubicSurface::with_ends(rows, Ends::Natural),
+            surface: BicubicSurface::with_ends(rows, SplineEnds::Natural),
             range,
             ends: [mean(&rows[0]), mean(&rows[rows.len() - 1])],
         }

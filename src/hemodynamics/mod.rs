@@ -17,10 +17,10 @@ pub(crate) mod wall;
 
 pub use monitor::{Monitor, RegionStep, WallStress};
 pub use region::{Region, RegionExtent, RegionName};
-pub use resolution::{Finding, FlowNumbers, Resolution};
+pub use resolution::{FlowNumbers, Resolution, ResolutionFinding};
 pub use rings::Rings;
 pub use shear::ShearStatistics;
 pub use statistics::WindowStatistics;
-pub use steadiness::{Measure, Steadiness};
+pub use steadiness::{Steadiness, SteadyMeasure};
 pub use summary::HemodynamicsSummary;
 pub use wall::{Place, WallState, WetSurface};

@@ -122,11 +122,11 @@ pub struct Monitor {
     places: Vec<Place>,
     /// Centres of the unloaded faces, m.
     middles: Vec<Vec3>,
-    regions: Vec<Part>,
+    regions: Vec<MonitoredRegion>,
 }
 
 #[derive(Debug, Clone)]
-struct Part {
+struct MonitoredRegion {
     region: Region,
     shares: Vec<(usize, f64)>,
     points: Vec<usize>,
@@ -137,7 +137,7 @@ struct Part {
 impl Monitor {
     /// Prepares the regions of a wall; those that are no part of a tube enclose cells of the `fluid` at rest.
     pub fn new(wall: WetSurface, regions: &[Region], fluid: Option<&PolyMesh>) -> Self {
-        let part = |region: &Region| Part {
+        let part = |region: &Region| MonitoredRegion {
             region: region.clone(),
             shares: wall.shares(region),
             points: wall.points_in(region),
@@ -178,7 +178,7 @@ impl Monitor {
             false => Vec::new(),
         };
         let beside = self.adjacent_faces(stresses);
-        let observe = |part: &Part| {
+        let observe = |part: &MonitoredRegion| {
             let (mut area, mut volume, mut mean) = (0.0, 0.0, 0.0);
             let mut most = (0.0, Place::default());
             for &(face, share) in &part.shares {

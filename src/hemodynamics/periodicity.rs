@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Largest difference between one period and the one before, in a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Difference {
+pub struct PeriodDifference {
     /// End of the later period, s.
     pub period_end_s: f64,
     /// Largest `|f(t) - f(t - T)|`, in the unit of the quantity.
@@ -17,7 +17,7 @@ pub struct Difference {
 
 /// Differences between successive whole periods of `values`, one for each step of a run from t = 0, `per_period` to a
 /// period that lasts `period` (s).
-pub fn differences(values: &[f64], per_period: usize, period: f64) -> Vec<Difference> {
+pub fn differences(values: &[f64], per_period: usize, period: f64) -> Vec<PeriodDifference> {
     let periods: Vec<&[f64]> = values.chunks_exact(per_period.max(1)).collect();
     let difference = |(i, pair): (usize, &[&[f64]])| {
         let largest = largest(
@@ -27,7 +27,7 @@ pub fn differences(values: &[f64], per_period: usize, period: f64) -> Vec<Differ
                 .map(|(now, before)| now - before),
         );
         let size = self::largest(pair[1].iter().copied());
-        Difference {
+        PeriodDifference {
             period_end_s: period * (i + 2) as f64,
             largest,
             relative: if size > 0.0 { largest / size } else { 0.0 },

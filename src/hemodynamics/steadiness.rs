@@ -9,7 +9,7 @@ const STEADY: f64 = 5e-3;
 
 /// A measure of a run, a value for each time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Measure {
+pub struct SteadyMeasure {
     /// What it is.
     pub name: String,
     /// Times (s), ascending, with values.
@@ -38,10 +38,10 @@ pub struct Steadiness {
 impl Steadiness {
     /// Of the measures of a run, which began to be constant at the time `begin` (s); none where there are too few
     /// steps.
-    pub fn of(measures: &[Measure], begin: f64) -> Option<Self> {
+    pub fn of(measures: &[SteadyMeasure], begin: f64) -> Option<Self> {
         let end = measures.iter().find_map(|m| m.values.last())?[0];
         let over = LAST * (end - begin);
-        let change = |measure: &Measure| {
+        let change = |measure: &SteadyMeasure| {
             let late = measure.values.iter().filter(|[t, _]| *t >= end - over);
             let late: Vec<f64> = late.map(|[_, value]| *value).collect();
             if late.len() < 3 {
@@ -105,8 +105,8 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    fn measure(name: &str, f: impl Fn(f64) -> f64) -> Measure {
-        Measure {
+    fn measure(name: &str, f: impl Fn(f64) -> f64) -> SteadyMeasure {
+        SteadyMeasure {
             name: name.into(),
             values: (1..=100)
                 .map(|n| f64::from(n) / 100.0)

@@ -1,7 +1,7 @@
 //! `hemodynamics.json`: the window in figures.
 
 use super::monitor::RegionStep;
-use super::periodicity::{Difference, alternating, differences};
+use super::periodicity::{PeriodDifference, alternating, differences};
 use super::region::{Region, RegionExtent, RegionName};
 use super::statistics::WindowStatistics;
 use super::wall::{Place, WetSurface};
@@ -145,7 +145,7 @@ impl RegionSummary {
 
 /// What the summary needs of the history of a run, one value a step.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Series {
+pub struct HistorySeries {
     /// Time at the end of the step, s.
     pub time: Vec<f64>,
     /// Inflow, m³/s.
@@ -176,9 +176,9 @@ pub struct VesselSummary {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Periodicity {
     /// Of the outflow, m³/s.
-    pub outflow: Vec<Difference>,
+    pub outflow: Vec<PeriodDifference>,
     /// Of the largest displacement, m.
-    pub max_displacement: Vec<Difference>,
+    pub max_displacement: Vec<PeriodDifference>,
 }
 
 /// `hemodynamics.json`.
@@ -210,7 +210,7 @@ impl HemodynamicsSummary {
         regions: &[Region],
         statistics: &WindowStatistics,
         rows: &[RegionStep],
-        series: &Series,
+        series: &HistorySeries,
         [step, period]: [f64; 2],
     ) -> Self {
         let window = statistics.window;
@@ -264,7 +264,7 @@ impl HemodynamicsSummary {
     }
 }
 
-fn vessel_summary(series: &Series, window: Window, step: f64) -> Option<VesselSummary> {
+fn vessel_summary(series: &HistorySeries, window: Window, step: f64) -> Option<VesselSummary> {
     let inside = |values: &[f64]| -> Vec<f64> {
         let pairs = series.time.iter().zip(values);
         let chosen = pairs.filter(|(t, _)| window.contains(**t, step));

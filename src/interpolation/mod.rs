@@ -7,7 +7,7 @@ pub use smoothing::{SmoothingSpline, smooth_periodic};
 
 /// How a spline continues at the ends of its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ends {
+pub enum SplineEnds {
     /// The slope is zero at both ends; the support points include both ends.
     Flat,
     /// The second derivative is zero at both ends; the support points include both ends.
@@ -17,18 +17,20 @@ pub enum Ends {
 }
 
 /// Matrix that turns values at `n` support points of unit distance into the second derivatives of their cubic spline.
-fn second_derivatives(n: usize, ends: Ends) -> DMatrix<f64> {
+fn second_derivatives(n: usize, ends: SplineEnds) -> DMatrix<f64> {
     // M_{i-1} + 4 M_i + M_{i+1} = 6 (v_{i-1} - 2 v_i + v_{i+1}); with a flat end 2 M_0 + M_1 = 6 (v_1 - v_0), with a
     // natural one M_0 = 0.
     let (mut left, mut right) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     for i in 0..n {
-        if ends == Ends::Natural && (i == 0 || i == n - 1) {
+        if ends == SplineEnds::Natural && (i == 0 || i == n - 1) {
             left[(i, i)] = 1.0;
             continue;
         }
         let (before, after) = match ends {
-            Ends::Periodic => (Some((i + n - 1) % n), Some((i + 1) % n)),
-            Ends::Flat | Ends::Natural => (i.checked_sub(1), (i + 1 < n).then_some(i + 1)),
+            SplineEnds::Periodic => (Some((i + n - 1) % n), Some((i + 1) % n)),
+            SplineEnds::Flat | SplineEnds::Natural => {
+                (i.checked_sub(1), (i + 1 < n).then_some(i + 1))
+            }
         };
         for neighbour in [before, after].into_iter().flatten() {
             left[(i, i)] += 2.0;
@@ -51,14 +53,14 @@ struct Interval {
 }
 
 impl Interval {
-    fn find(t: f64, n: usize, ends: Ends) -> Self {
+    fn find(t: f64, n: usize, ends: SplineEnds) -> Self {
         let (first, b, second) = match ends {
-            Ends::Flat | Ends::Natural => {
+            SplineEnds::Flat | SplineEnds::Natural => {
                 let t = t.clamp(0.0, (n - 1) as f64);
                 let first = (t as usize).min(n - 2);
                 (first, t - first as f64, first + 1)
             }
-            Ends::Periodic => {
+            SplineEnds::Periodic => {
                 let t = t.rem_euclid(n as f64);
                 let first = (t as usize).min(n - 1);
                 (first, t - first as f64, (first + 1) % n)
@@ -156,14 +158,14 @@ impl BicubicSurface {
     /// # Panics
     /// If there are fewer than two rows or three columns, or the rows differ in length.
     pub fn new(values: &[Vec<f64>]) -> Self {
-        Self::with_ends(values, Ends::Flat)
+        Self::with_ends(values, SplineEnds::Flat)
     }
 
     /// As [`BicubicSurface::new`], with flat or natural ends.
     ///
     /// # Panics
     /// As there.
-    pub fn with_ends(values: &[Vec<f64>], ends: Ends) -> Self {
+    pub fn with_ends(values: &[Vec<f64>], ends: SplineEnds) -> Self {
         let (rows, columns) = (values.len(), values.first().map_or(0, Vec::len));
         assert!(
             rows >= 2 && columns >= 3,
@@ -175,7 +177,7 @@ impl BicubicSurface {
         );
         let v = DMatrix::from_fn(rows, columns, |i, j| values[i][j]);
         let along = second_derivatives(rows, ends);
-        let around = second_derivatives(columns, Ends::Periodic).transpose();
+        let around = second_derivatives(columns, SplineEnds::Periodic).transpose();
         let (v_along, v_around) = (&along * &v, &v * &around);
         let v_both = &v_along * &around;
         Self {
@@ -186,8 +188,8 @@ impl BicubicSurface {
     /// Value at `u` in [0, 1] (clamped) and `v` (taken modulo 1).
     pub fn value(&self, u: f64, v: f64) -> f64 {
         let (rows, columns) = self.tables[0].shape();
-        let along = Interval::find(u * (rows - 1) as f64, rows, Ends::Flat);
-        let around = Interval::find(v * columns as f64, columns, Ends::Periodic);
+        let along = Interval::find(u * (rows - 1) as f64, rows, SplineEnds::Flat);
+        let around = Interval::find(v * columns as f64, columns, SplineEnds::Periodic);
         let mut sum = 0.0;
         for (a, &i) in along.ends.iter().enumerate() {
             for (b, &j) in around.ends.iter().enumerate() {

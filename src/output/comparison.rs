@@ -24,7 +24,7 @@ pub struct ComparisonError(String);
 
 /// A quantity of both runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Difference {
+pub struct RunDifference {
     /// What, with its unit.
     pub quantity: &'static str,
     /// The region of a field; empty for histories.
@@ -43,7 +43,7 @@ pub struct Difference {
     pub limit: Option<f64>,
 }
 
-impl Difference {
+impl RunDifference {
     /// Whether it is more than allowed.
     pub fn is_beyond(&self) -> bool {
         let measure = if self.quantity == OSI {
@@ -87,10 +87,10 @@ impl Difference {
     }
 }
 
-type Column = (&'static str, fn(&HistoryRow) -> f64);
-type Field = (&'static str, fn(&FaceRow) -> f64);
+type HistoryColumn = (&'static str, fn(&HistoryRow) -> f64);
+type FaceColumn = (&'static str, fn(&FaceRow) -> f64);
 
-const HISTORIES: [Column; 6] = [
+const HISTORIES: [HistoryColumn; 6] = [
     ("outflow / m³/s", |row| row.Q_out_m3_s),
     ("inlet pressure / Pa", |row| row.p_in_Pa),
     ("outlet pressure / Pa", |row| row.p_out_Pa),
@@ -100,7 +100,7 @@ const HISTORIES: [Column; 6] = [
 ];
 const OSI: &str = "OSI";
 const RADIUS: &str = "mean radius / m";
-const FIELDS: [Field; 4] = [
+const FIELDS: [FaceColumn; 4] = [
     ("TAWSS / Pa", |row| row.TAWSS_Pa),
     (RADIUS, |row| row.mean_radius_m),
     (OSI, |row| row.OSI),
@@ -110,7 +110,7 @@ const FIELDS: [Field; 4] = [
 /// Two runs compared.
 pub struct Comparison {
     /// All quantities: histories first, then fields by region.
-    pub differences: Vec<Difference>,
+    pub differences: Vec<RunDifference>,
     /// Time (s) with both values of each history.
     histories: Vec<(&'static str, Vec<[f64; 3]>)>,
     walls: Option<[WallOf; 2]>,
@@ -174,7 +174,7 @@ impl Comparison {
             // Stresses depend on the mesh more than all else: they are shown, not judged.
             let limit = history.filter(|_| !quantity.contains("von Mises"));
             let weighted: Vec<[f64; 3]> = pairs.iter().map(|p| [p[1], p[2], 1.0]).collect();
-            differences.push(Difference::of(quantity, String::new(), limit, &weighted));
+            differences.push(RunDifference::of(quantity, String::new(), limit, &weighted));
             histories.push((quantity, pairs));
         }
         let mut walls = None;
@@ -213,7 +213,7 @@ impl Comparison {
                     let pairs = pairs(&region, value);
                     let name = region.name.to_string();
                     if !pairs.is_empty() {
-                        differences.push(Difference::of(quantity, name, limit, &pairs));
+                        differences.push(RunDifference::of(quantity, name, limit, &pairs));
                     }
                 }
             }

@@ -1,7 +1,7 @@
 //! Displacement and stress in the wall over time, for ParaView.
 
 use super::stress_fields::{StressFields, stress_fields};
-use super::vtu::{Cells, Grid, Series, Values};
+use super::vtu::{Cells, Values, VtuGrid, VtuSeries};
 use crate::pfem::evaluation::samples::{Sampler, Samples};
 use crate::pfem::{SolidError, Structure};
 use crate::simulation::observer::AcceptedStep;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// Writes the wall's fields in intervals.
 pub struct FieldSeries {
-    series: Series,
+    series: VtuSeries,
     sampler: Sampler,
     /// s
     interval: f64,
@@ -18,7 +18,7 @@ pub struct FieldSeries {
 
 impl FieldSeries {
     /// Of `solid`, every `interval` (s), added to `series`.
-    pub fn new(series: Series, interval: f64, solid: &Structure) -> Result<Self, SolidError> {
+    pub fn new(series: VtuSeries, interval: f64, solid: &Structure) -> Result<Self, SolidError> {
         // As many pieces per element and direction as the degree, so that its curves can be seen.
         let degree = solid.body().space.max_degree();
         let sampler = Sampler::new(solid.body(), degree + 1)?;
@@ -61,13 +61,13 @@ impl FieldSeries {
 
     /// Goes back to these `entries` of the series in the file `path`.
     pub fn rewind(&mut self, path: PathBuf, entries: Vec<(f64, String)>) -> io::Result<()> {
-        self.series = Series::resume(path, entries)?;
+        self.series = VtuSeries::resume(path, entries)?;
         Ok(())
     }
 }
 
-fn grid<'a>(sampler: &'a Sampler, samples: &'a Samples, stresses: &'a StressFields) -> Grid<'a> {
-    Grid {
+fn grid<'a>(sampler: &'a Sampler, samples: &'a Samples, stresses: &'a StressFields) -> VtuGrid<'a> {
+    VtuGrid {
         points: &sampler.points,
         cells: Cells::Hexes(&sampler.hexes),
         point_data: stresses.point_data(samples),

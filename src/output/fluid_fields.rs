@@ -1,6 +1,6 @@
 //! The blood over time for ParaView (`fluid.pvd`): hexahedra on which velocity and pressure are polynomials.
 
-use super::vtu::{Cells, Grid, Series, Values, lagrange_order, read_piece};
+use super::vtu::{Cells, Values, VtuGrid, VtuSeries, lagrange_order, read_piece};
 use crate::Vec3;
 use crate::fluid::FluidField;
 use std::io;
@@ -11,8 +11,8 @@ const VELOCITY: &str = "velocity_m_s";
 const PRESSURE: &str = "pressure_Pa";
 
 /// Adds the flow at a time (s).
-pub fn add(series: &mut Series, time: f64, field: &FluidField) -> io::Result<()> {
-    let grid = Grid {
+pub fn add(series: &mut VtuSeries, time: f64, field: &FluidField) -> io::Result<()> {
+    let grid = VtuGrid {
         points: &field.points,
         cells: Cells::Lagrange {
             degree: field.degree,

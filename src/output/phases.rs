@@ -3,7 +3,7 @@
 use super::results;
 use super::run_files::RunFiles;
 use super::tables::{self, HistoryRow};
-use super::vtu::{Cells, Grid, Series, Values};
+use super::vtu::{Cells, Values, VtuGrid, VtuSeries};
 use super::wall_history::WallHistoryReader;
 use super::write_atomically;
 use crate::Vec3;
@@ -15,9 +15,9 @@ use crate::hemodynamics::{Region, RegionStep};
 use std::io;
 
 /// A quantity of the history.
-type Quantity = (&'static str, fn(&HistoryRow) -> f64);
+type HistoryQuantity = (&'static str, fn(&HistoryRow) -> f64);
 
-const QUANTITIES: [Quantity; 9] = [
+const QUANTITIES: [HistoryQuantity; 9] = [
     ("Q_in_m3_s", |row| row.Q_in_m3_s),
     ("Q_out_m3_s", |row| row.Q_out_m3_s),
     ("p_in_Pa", |row| row.p_in_Pa),
@@ -56,7 +56,7 @@ pub fn write(
     for state in reader {
         means.add(&state?);
     }
-    let mut series = Series::new(draft.wall_phases())?;
+    let mut series = VtuSeries::new(draft.wall_phases())?;
     for (end, vector, magnitude, displacement) in means.means() {
         let points: Vec<Vec3> = wall
             .points
@@ -64,7 +64,7 @@ pub fn write(
             .zip(&displacement)
             .map(|(x, u)| x + u)
             .collect();
-        let grid = Grid {
+        let grid = VtuGrid {
             points: &points,
             cells: Cells::Polygons(&wall.faces),
             point_data: vec![("mean_displacement_m", Values::Vectors(&displacement))],
@@ -85,19 +85,19 @@ pub fn write(
 }
 
 /// A column of the table: its name, and the mean at each phase.
-type Column = (String, Vec<Option<PhaseMean>>);
+type PhaseColumn = (String, Vec<Option<PhaseMean>>);
 
 fn columns(
     files: &RunFiles,
     case: &Case,
     window: Window,
     phases: Phases,
-) -> io::Result<Vec<Column>> {
+) -> io::Result<Vec<PhaseColumn>> {
     let step = case.time.step;
     let history: Vec<HistoryRow> = tables::read(&files.history())?;
     let regions: Vec<RegionStep> = tables::read(&files.regions())?;
     let means = |times: &[f64], values: &[f64]| phase_means(phases, window, step, times, values);
-    let mut columns: Vec<Column> = Vec::new();
+    let mut columns: Vec<PhaseColumn> = Vec::new();
     let times: Vec<f64> = history.iter().map(|row| row.time_s).collect();
     for (name, quantity) in QUANTITIES {
         let values: Vec<f64> = history.iter().map(quantity).collect();
@@ -122,7 +122,7 @@ fn columns(
 
 /// A row for each phase that was seen: its end within the period, the number of beats, and of each quantity the mean
 /// and the standard deviation over the beats.
-fn table(phases: Phases, columns: &[Column]) -> Result<Vec<u8>, csv::Error> {
+fn table(phases: Phases, columns: &[PhaseColumn]) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let names = columns
         .iter()

@@ -4,8 +4,8 @@ use super::field_series::FieldSeries;
 use super::fluid_fields;
 use super::probes::{Probes, fluid_rows};
 use super::run_files::RunFiles;
-use super::tables::{HistoryRow, IterationRow, OpeningRow, Table};
-use super::vtu::Series;
+use super::tables::{CsvTable, HistoryRow, IterationRow, OpeningRow};
+use super::vtu::VtuSeries;
 use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::Vec3;
@@ -91,13 +91,13 @@ pub struct RunSummary {
 /// Watches a run: writes its tables, the wall's fields, and what is known of the wet surface.
 pub struct Record {
     settings: RecordSettings,
-    history: Table,
-    iterations: Table,
-    probes: Option<(Probes<Structure>, Table)>,
-    fluid_probes: Option<Table>,
-    openings: Table,
+    history: CsvTable,
+    iterations: CsvTable,
+    probes: Option<(Probes<Structure>, CsvTable)>,
+    fluid_probes: Option<CsvTable>,
+    openings: CsvTable,
     fields: FieldSeries,
-    fluid_fields: Option<Series>,
+    fluid_fields: Option<VtuSeries>,
     wall: WallRecord,
     /// Volume of the whole mesh at the end of the last step, m³.
     volume: f64,
@@ -191,21 +191,21 @@ impl Record {
             true => None,
             false => Some((
                 settings.find_probes(solid)?,
-                Table::create(&settings.probes)?,
+                CsvTable::create(&settings.probes)?,
             )),
         };
-        let series = Series::new(settings.structure.clone())?;
-        let fluid_fields = settings.fluid_fields.clone().map(Series::new);
+        let series = VtuSeries::new(settings.structure.clone())?;
+        let fluid_fields = settings.fluid_fields.clone().map(VtuSeries::new);
         let mut fields = FieldSeries::new(series, settings.structure_interval, solid)?;
         fields.begin(solid)?;
         Ok(Self {
-            history: Table::create(&settings.history)?,
-            iterations: Table::create(&settings.iterations)?,
+            history: CsvTable::create(&settings.history)?,
+            iterations: CsvTable::create(&settings.iterations)?,
             probes,
             fluid_probes: (settings.has_fluid_probes())
-                .then(|| Table::create(&settings.fluid_probes))
+                .then(|| CsvTable::create(&settings.fluid_probes))
                 .transpose()?,
-            openings: Table::create(&settings.openings)?,
+            openings: CsvTable::create(&settings.openings)?,
             fields,
             fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::create(settings.wall.clone())?,
@@ -227,20 +227,20 @@ impl Record {
             true => None,
             false => Some((
                 settings.find_probes(solid)?,
-                Table::resume(&settings.probes, memory.probes)?,
+                CsvTable::resume(&settings.probes, memory.probes)?,
             )),
         };
-        let series = Series::resume(settings.structure.clone(), memory.grids)?;
+        let series = VtuSeries::resume(settings.structure.clone(), memory.grids)?;
         let fluid_fields =
-            (settings.fluid_fields.clone()).map(|path| Series::resume(path, memory.fluid_grids));
+            (settings.fluid_fields.clone()).map(|path| VtuSeries::resume(path, memory.fluid_grids));
         Ok(Self {
-            history: Table::resume(&settings.history, memory.history)?,
-            iterations: Table::resume(&settings.iterations, memory.iterations)?,
+            history: CsvTable::resume(&settings.history, memory.history)?,
+            iterations: CsvTable::resume(&settings.iterations, memory.iterations)?,
             probes,
             fluid_probes: (settings.has_fluid_probes())
-                .then(|| Table::resume(&settings.fluid_probes, memory.fluid_probes))
+                .then(|| CsvTable::resume(&settings.fluid_probes, memory.fluid_probes))
                 .transpose()?,
-            openings: Table::resume(&settings.openings, memory.openings)?,
+            openings: CsvTable::resume(&settings.openings, memory.openings)?,
             fields: FieldSeries::new(series, settings.structure_interval, solid)?,
             fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::resume(settings.wall.clone(), memory.wall)?,
@@ -321,7 +321,7 @@ impl Observer<Structure> for Record {
     }
 
     fn memory(&self) -> io::Result<RecordMemory> {
-        let length = |table: Option<&Table>| table.map_or(Ok(0), Table::sync);
+        let length = |table: Option<&CsvTable>| table.map_or(Ok(0), CsvTable::sync);
         Ok(RecordMemory {
             volume: self.volume,
             history: self.history.sync()?,
@@ -354,19 +354,19 @@ impl Observer<Structure> for Record {
 
     fn rewind(&mut self, memory: RecordMemory) -> io::Result<()> {
         let settings = &self.settings;
-        self.history = Table::resume(&settings.history, memory.history)?;
-        self.iterations = Table::resume(&settings.iterations, memory.iterations)?;
+        self.history = CsvTable::resume(&settings.history, memory.history)?;
+        self.iterations = CsvTable::resume(&settings.iterations, memory.iterations)?;
         if let Some((_, table)) = &mut self.probes {
-            *table = Table::resume(&settings.probes, memory.probes)?;
+            *table = CsvTable::resume(&settings.probes, memory.probes)?;
         }
         if let Some(table) = &mut self.fluid_probes {
-            *table = Table::resume(&settings.fluid_probes, memory.fluid_probes)?;
+            *table = CsvTable::resume(&settings.fluid_probes, memory.fluid_probes)?;
         }
-        self.openings = Table::resume(&settings.openings, memory.openings)?;
+        self.openings = CsvTable::resume(&settings.openings, memory.openings)?;
         self.fields
             .rewind(settings.structure.clone(), memory.grids)?;
         if let Some(path) = settings.fluid_fields.clone() {
-            self.fluid_fields = Some(Series::resume(path, memory.fluid_grids)?);
+            self.fluid_fields = Some(VtuSeries::resume(path, memory.fluid_grids)?);
         }
         self.wall = WallRecord::resume(settings.wall.clone(), memory.wall)?;
         self.volume = memory.volume;

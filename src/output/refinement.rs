@@ -5,7 +5,7 @@
 //! safety 3). Of the second, whose error falls faster than any power with the degree, the finer value counts, and what
 //! the last degree changed is its uncertainty.
 
-use super::comparison::{Comparison, Difference};
+use super::comparison::{Comparison, RunDifference};
 use super::write_atomically;
 use serde::Serialize;
 use std::path::Path;
@@ -129,7 +129,7 @@ pub struct Refined {
 impl Refined {
     /// From the comparisons on the coarser and on the finer meshes; the first solver's cells are `ratio` times as long
     /// on the coarser one.
-    fn of(coarse: &Difference, fine: &Difference, ratio: f64) -> Self {
+    fn of(coarse: &RunDifference, fine: &RunDifference, ratio: f64) -> Self {
         let [coarse_a, fine_a] = [coarse.mean_a, fine.mean_a];
         let [coarse_b, fine_b] = [coarse.mean_b, fine.mean_b];
         let a = Limit::of_meshes(coarse_a, fine_a, ratio);
@@ -187,8 +187,8 @@ pub fn write(rows: &[Refined], path: &Path) -> std::io::Result<()> {
 mod tests {
     use super::*;
 
-    fn difference(mean_a: f64, mean_b: f64) -> Difference {
-        Difference {
+    fn difference(mean_a: f64, mean_b: f64) -> RunDifference {
+        RunDifference {
             quantity: "TAWSS / Pa",
             region: "artery".into(),
             mean_a,

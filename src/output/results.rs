@@ -8,7 +8,7 @@ use super::{phases, record, wall_record, write_atomically};
 use crate::case::{BloodVessel, Case, Problem, Window};
 use crate::files::{UNFINISHED, named};
 use crate::geometry::{PolyMesh, centre_line};
-use crate::hemodynamics::summary::{Series, WallFields};
+use crate::hemodynamics::summary::{HistorySeries, WallFields};
 use crate::hemodynamics::{
     HemodynamicsSummary, Region, RegionExtent, RegionStep, Steadiness, WetSurface, WindowStatistics,
 };
@@ -85,9 +85,9 @@ pub(super) fn replace(from: &Path, to: &Path) -> io::Result<()> {
 }
 
 /// The columns of a history that the summary needs.
-fn series(history: &[&HistoryRow]) -> Series {
+fn series(history: &[&HistoryRow]) -> HistorySeries {
     let column = |value: fn(&HistoryRow) -> f64| history.iter().map(|row| value(row)).collect();
-    Series {
+    HistorySeries {
         time: column(|row| row.time_s),
         inflow: column(|row| row.Q_in_m3_s),
         outflow: column(|row| row.Q_out_m3_s),

@@ -9,10 +9,10 @@ use rayon::prelude::*;
 pub struct StressFields(Vec<(&'static str, Vec<f64>)>);
 
 /// What a field takes from a state.
-type Measure = fn(&StressState) -> f64;
+type StressMeasure = fn(&StressState) -> f64;
 
 /// Of smooth stresses.
-const STRESSES: [(&str, Measure); 5] = [
+const STRESSES: [(&str, StressMeasure); 5] = [
     ("von_mises_Pa", |s| s.von_mises()),
     ("max_principal_stress_Pa", |s| s.principal_stresses()[0]),
     ("min_principal_stress_Pa", |s| s.principal_stresses()[2]),
@@ -21,7 +21,7 @@ const STRESSES: [(&str, Measure); 5] = [
 ];
 
 /// As the displacement has them, element by element.
-const RAW: [(&str, Measure); 6] = [
+const RAW: [(&str, StressMeasure); 6] = [
     ("von_mises_raw_Pa", |s| s.von_mises()),
     ("max_principal_stress_raw_Pa", |s| s.principal_stresses()[0]),
     ("max_principal_strain", |s| s.principal_strains()[0]),
@@ -35,7 +35,7 @@ pub fn stress_fields(samples: &Samples) -> StressFields {
     let smooth = STRESSES.map(|field| (&samples.smooth, field));
     let raw = RAW.map(|field| (&samples.raw, field));
     let all: Vec<_> = smooth.into_iter().chain(raw).collect();
-    let take = |(states, (name, measure)): (&Vec<StressState>, (&'static str, Measure))| {
+    let take = |(states, (name, measure)): (&Vec<StressState>, (&'static str, StressMeasure))| {
         (name, states.iter().map(measure).collect())
     };
     StressFields(all.into_par_iter().map(take).collect())

@@ -194,12 +194,12 @@ pub fn whole_steps(history: &[HistoryRow], step: f64) -> Vec<&HistoryRow> {
 }
 
 /// A CSV file that is complete up to its last row at any moment.
-pub struct Table {
+pub struct CsvTable {
     path: PathBuf,
     writer: csv::Writer<File>,
 }
 
-impl Table {
+impl CsvTable {
     /// Creates the file; the header follows with the first row.
     pub fn create(path: &Path) -> io::Result<Self> {
         let file = File::create(path).map_err(named(path))?;

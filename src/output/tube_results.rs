@@ -1,8 +1,8 @@
 //! What the analysis of a tube leaves: figures, tables, fields.
 
 use super::stress_fields::stress_fields;
-use super::tables::Table;
-use super::vtu::{Cells, Grid, Values};
+use super::tables::CsvTable;
+use super::vtu::{Cells, Values, VtuGrid};
 use super::write_atomically;
 use crate::Vec3;
 use crate::analysis::solid_file::SolidFile;
@@ -186,7 +186,7 @@ pub fn write(
             }
         })
         .collect();
-    let mut table = Table::create(&out.join("von_mises.csv"))?;
+    let mut table = CsvTable::create(&out.join("von_mises.csv"))?;
     table.append(&centres)?;
 
     let sampler =
@@ -195,7 +195,7 @@ pub fn write(
         .sample(body, displacement)
         .map_err(io::Error::other)?;
     let stresses = stress_fields(&samples);
-    Grid {
+    VtuGrid {
         points: &sampler.points,
         cells: Cells::Hexes(&sampler.hexes),
         point_data: stresses.point_data(&samples),
@@ -208,7 +208,7 @@ pub fn write(
     if let Some(bifurcation) = &solution.bifurcation {
         let before = sampler.displacement(body, &bifurcation.displacement);
         let mode = sampler.displacement(body, &bifurcation.mode);
-        Grid {
+        VtuGrid {
             points: &sampler.points,
             cells: Cells::Hexes(&sampler.hexes),
             point_data: vec![

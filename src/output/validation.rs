@@ -1,12 +1,12 @@
 //! Runs compared with an experiment: what each has at the points that were measured, and how far it is from that.
 
 use super::figure::{Curve, Figure, Marker, Panel, Scale};
-use super::report::Table;
+use super::report::PageTable;
 use super::report::page::significant;
 use super::results::Results;
 use super::tables::{self, FluidProbeRow, ProbeRow};
 use crate::Vec3;
-use crate::case::measured::{MeasuredSeries, Measurements, Point, Quantity};
+use crate::case::measured::{MeasuredPoint, MeasuredQuantity, MeasuredSeries, Measurements};
 use crate::numbers::twelve_digits;
 use serde::de::DeserializeOwned;
 use std::path::Path;
@@ -64,10 +64,10 @@ impl Validation {
     /// A row for each series: how much was measured, how far measurements scatter, and how far each run is from them:
     /// root mean square of the difference, and in brackets its mean and how many points lie within what was measured.
     /// Shares are those of the largest measured value.
-    pub fn summary(&self) -> Table {
+    pub fn summary(&self) -> PageTable {
         let heads = ["measured", "points", "largest", "standard deviation"].map(str::to_owned);
         let names = self.runs.iter().map(|run| run.name.clone());
-        let mut table = Table::new(heads.into_iter().chain(names));
+        let mut table = PageTable::new(heads.into_iter().chain(names));
         for (i, series) in self.measured.series.iter().enumerate() {
             let scale = series.largest();
             let percent = |x: f64| format!("{} %", significant(100.0 * x / scale, 2));
@@ -96,7 +96,7 @@ impl Validation {
     ///
     /// # Errors
     /// If there is no series of this name.
-    pub fn points(&self, name: &str) -> Result<Table, String> {
+    pub fn points(&self, name: &str) -> Result<PageTable, String> {
         let all = &self.measured.series;
         let Some(i) = all.iter().position(|series| series.name == name) else {
             let names: Vec<&str> = all.iter().map(|series| series.name.as_str()).collect();
@@ -109,7 +109,7 @@ impl Validation {
         let (scale, unit) = (series.largest(), series.quantity.unit());
         let heads = ["place".to_owned(), format!("measured / {unit}")];
         let names = self.runs.iter().map(|run| format!("{} / {unit}", run.name));
-        let mut table = Table::new(heads.into_iter().chain(names));
+        let mut table = PageTable::new(heads.into_iter().chain(names));
         let places = series.places();
         for (j, point) in series.points.iter().enumerate() {
             let sd = point.sd.map(|sd| format!(" ± {}", significant(sd, 2)));
@@ -210,7 +210,7 @@ impl MeasuredSeries {
         let first = self.points[0].place;
         let differs = [0, 1, 2].map(|i| self.points.iter().any(|point| point.place[i] != first[i]));
         let is_told = |i: usize| differs[i] || differs == [false; 3];
-        let show = |point: &Point| {
+        let show = |point: &MeasuredPoint| {
             let axes = ["x", "y", "z"].into_iter().enumerate();
             let axes = axes.filter(|(i, _)| is_told(*i));
             let place = axes
@@ -252,7 +252,7 @@ impl MeasuredSeries {
 impl Computed {
     fn read(folder: &Path, measured: &Measurements) -> Result<Self, String> {
         let run = Results::load_figures(folder).map_err(|e| e.to_string())?;
-        let probes = Probes {
+        let probes = RecordedProbes {
             wall: read(&run.files.probes())?,
             blood: read(&run.files.fluid_probes())?,
         };
@@ -274,20 +274,24 @@ fn read<T: DeserializeOwned>(table: &Path) -> Result<Vec<T>, String> {
 }
 
 /// What a run has recorded at points.
-struct Probes {
+struct RecordedProbes {
     wall: Vec<ProbeRow>,
     blood: Vec<FluidProbeRow>,
 }
 
 /// What a run has at each point of a series.
-fn computed(run: &Results, probes: &Probes, series: &MeasuredSeries) -> Result<Vec<f64>, String> {
+fn computed(
+    run: &Results,
+    probes: &RecordedProbes,
+    series: &MeasuredSeries,
+) -> Result<Vec<f64>, String> {
     let (table, key) = match series.quantity.is_of_the_wall() {
         true => (run.files.probes(), "output.probes_m"),
         false => (run.files.fluid_probes(), "output.fluid_probes_m"),
     };
     let samples = probes.samples(series.quantity);
     let last = samples.iter().map(|sample| sample.time).fold(0.0, f64::max);
-    let at = |point: &Point| {
+    let at = |point: &MeasuredPoint| {
         let time = point.time.unwrap_or(last);
         let is_here = |sample: &&Sample| {
             let away = Vec3::from(sample.place) - Vec3::from(point.place);
@@ -323,10 +327,10 @@ fn computed(run: &Results, probes: &Probes, series: &MeasuredSeries) -> Result<V
     Ok(values)
 }
 
-impl Probes {
+impl RecordedProbes {
     /// All that was recorded of a quantity.
-    fn samples(&self, quantity: Quantity) -> Vec<Sample> {
-        use Quantity::*;
+    fn samples(&self, quantity: MeasuredQuantity) -> Vec<Sample> {
+        use MeasuredQuantity::*;
         let of_the_wall = |row: &ProbeRow| Sample {
             place: [row.x_m, row.y_m, row.z_m],
             time: row.time_s,
@@ -373,7 +377,7 @@ mod tests {
 
     fn series(values: &[(f64, Option<[f64; 2]>)]) -> MeasuredSeries {
         let points = values.iter().enumerate();
-        let points = points.map(|(i, (value, range))| Point {
+        let points = points.map(|(i, (value, range))| MeasuredPoint {
             place: [1e-3 * i as f64, 2e-3, 0.0],
             time: None,
             value: *value,
@@ -382,7 +386,7 @@ mod tests {
         });
         MeasuredSeries {
             name: "axis".into(),
-            quantity: Quantity::VelocityX,
+            quantity: MeasuredQuantity::VelocityX,
             points: points.collect(),
         }
     }

@@ -48,7 +48,7 @@ pub enum Cells<'a> {
 
 /// A grid with named values.
 #[derive(Debug, Clone)]
-pub struct Grid<'a> {
+pub struct VtuGrid<'a> {
     /// Positions of the points, m.
     pub points: &'a [Vec3],
     /// Points of each cell.
@@ -59,7 +59,7 @@ pub struct Grid<'a> {
     pub cell_data: Vec<(&'a str, Values<'a>)>,
 }
 
-impl Grid<'_> {
+impl VtuGrid<'_> {
     /// Writes the grid; the file is whole or absent.
     pub fn write(&self, path: &Path) -> io::Result<()> {
         write_atomically(path, self.to_xml().as_bytes())
@@ -195,12 +195,12 @@ fn write_array(xml: &mut String, name: &str, kind: &str, components: usize, byte
 
 /// A time series of grids that ParaView opens as one.
 #[derive(Debug, Clone)]
-pub struct Series {
+pub struct VtuSeries {
     path: PathBuf,
     entries: Vec<(f64, String)>,
 }
 
-impl Series {
+impl VtuSeries {
     /// A series described by the file `path`; its grids lie in a folder of the same name without ending.
     pub fn new(path: PathBuf) -> io::Result<Self> {
         let folder = path.with_extension("");
@@ -236,7 +236,7 @@ impl Series {
     }
 
     /// Writes the grid of `time` (s), then the list of all grids.
-    pub fn add(&mut self, time: f64, grid: &Grid) -> io::Result<()> {
+    pub fn add(&mut self, time: f64, grid: &VtuGrid) -> io::Result<()> {
         let folder = self.path.with_extension("");
         let name = format!("{:05}.vtu", self.entries.len());
         grid.write(&folder.join(&name))?;
@@ -452,7 +452,7 @@ mod tests {
             .map(|c| Vec3::from(c.map(f64::from)))
             .collect();
         let heights: Vec<f64> = points.iter().map(|p| 2.0 * p.z).collect();
-        let grid = Grid {
+        let grid = VtuGrid {
             points: &points,
             cells: Cells::Hexes(&[[0, 1, 2, 3, 4, 5, 6, 7]]),
             point_data: vec![
@@ -461,12 +461,12 @@ mod tests {
             ],
             cell_data: vec![("region", Values::Integers(&[3]))],
         };
-        let mut series = Series::new(folder.path().join("structure.pvd")).unwrap();
+        let mut series = VtuSeries::new(folder.path().join("structure.pvd")).unwrap();
         series.add(0.25, &grid).unwrap();
         let pvd = std::fs::read_to_string(folder.path().join("structure.pvd")).unwrap();
         assert!(pvd.contains("timestep=\"0.25\"") && pvd.contains("file=\"structure/00000.vtu\""));
 
-        let series = Series::read(&folder.path().join("structure.pvd")).unwrap();
+        let series = VtuSeries::read(&folder.path().join("structure.pvd")).unwrap();
         assert_eq!(series, [(0.25, PathBuf::from("structure/00000.vtu"))]);
         let file = folder.path().join(&series[0].1);
         let again = read_points(&file).unwrap();

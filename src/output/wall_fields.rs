@@ -1,7 +1,7 @@
 //! The wall's measures over the window, `wall-shear.csv` and `wall-shear.pvd`, and over time,
 //! `wall-shear-over-time.pvd`.
 
-use super::vtu::{Cells, Grid, Series, Values};
+use super::vtu::{Cells, Values, VtuGrid, VtuSeries};
 use super::wall_history::WallHistoryReader;
 use super::write_atomically;
 use crate::Vec3;
@@ -103,7 +103,7 @@ pub fn write_series(
     let (x, phi) = (place(|p| p.x_m), place(|p| p.phi_deg));
     let pairs = fields.positions.iter().zip(&wall.points);
     let moved: Vec<_> = pairs.map(|(now, rest)| now - rest).collect();
-    let grid = Grid {
+    let grid = VtuGrid {
         points: &fields.positions,
         cells: Cells::Polygons(&wall.faces),
         point_data: vec![("mean_displacement_m", Values::Vectors(&moved))],
@@ -116,7 +116,7 @@ pub fn write_series(
             ("phi_deg", Values::Scalars(&phi)),
         ],
     };
-    Series::resume(path.to_owned(), Vec::new())?.add(time, &grid)
+    VtuSeries::resume(path.to_owned(), Vec::new())?.add(time, &grid)
 }
 
 /// Writes the wall of the steps of `time_step` (s) that end about every `interval` (s), from the file `history`, as a
@@ -128,7 +128,7 @@ pub fn write_over_time(
 ) -> io::Result<()> {
     let reader = WallHistoryReader::open(history)?;
     let wall = reader.wall.clone();
-    let mut series = Series::new(path.to_owned())?;
+    let mut series = VtuSeries::new(path.to_owned())?;
     for state in reader {
         let state = state?;
         let step = (state.time / time_step).round();
@@ -138,7 +138,7 @@ pub fn write_over_time(
         }
         let of = |values: &[[f32; 3]]| -> Vec<Vec3> { values.iter().map(widened).collect() };
         let (shear, moved) = (of(&state.shear), of(&state.displacement));
-        let grid = Grid {
+        let grid = VtuGrid {
             points: &wall.displaced(&state.displacement),
             cells: Cells::Polygons(&wall.faces),
             point_data: vec![("displacement_m", Values::Vectors(&moved))],
@@ -174,7 +174,7 @@ mod tests {
         drop(written);
         let path = folder.path().join("wall-shear-over-time.pvd");
         write_over_time(&path, &history, [0.002, 0.004]).unwrap();
-        let entries = Series::read(&path).unwrap();
+        let entries = VtuSeries::read(&path).unwrap();
         let found: Vec<f64> = entries.iter().map(|(time, _)| *time).collect();
         assert_eq!(found, [0.004, 0.008]);
         for (time, file) in entries {

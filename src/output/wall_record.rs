@@ -1,6 +1,6 @@
 //! What a run writes of its wall while it advances: `regions.csv`, `wall.bin`, and the statistics over the window.
 
-use super::tables::Table;
+use super::tables::CsvTable;
 use super::wall_history::{WallHistory, WallHistoryError, WallHistoryReader};
 use crate::case::Window;
 use crate::fluid::ElementModes;
@@ -39,7 +39,7 @@ pub struct WallMemory {
 /// Follows the wall step by step.
 pub struct WallRecord {
     settings: WallRecordSettings,
-    regions: Table,
+    regions: CsvTable,
     history: Option<WallHistory>,
     statistics: WindowStatistics,
 }
@@ -50,7 +50,7 @@ impl WallRecord {
         let wall = settings.monitor.wall();
         let create = |path: &PathBuf| WallHistory::create(path, wall);
         Ok(Self {
-            regions: Table::create(&settings.regions)?,
+            regions: CsvTable::create(&settings.regions)?,
             history: settings.history.as_ref().map(create).transpose()?,
             statistics: nothing(&settings),
             settings,
@@ -62,7 +62,7 @@ impl WallRecord {
     pub fn resume(settings: WallRecordSettings, memory: WallMemory) -> io::Result<Self> {
         let wall = settings.monitor.wall();
         let resume = |path: &PathBuf| WallHistory::resume(path, wall, memory.history);
-        let regions = Table::resume(&settings.regions, memory.regions)?;
+        let regions = CsvTable::resume(&settings.regions, memory.regions)?;
         let history = settings.history.as_ref().map(resume).transpose()?;
         let statistics = match &settings.history {
             _ if memory.statistics.window == settings.window => memory.statistics,

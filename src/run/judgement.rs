@@ -4,10 +4,10 @@ use crate::case::{Case, Problem};
 use crate::fluid::HighestModes;
 use crate::hemodynamics::resolution::jumps;
 use crate::hemodynamics::summary::WallFields;
-use crate::hemodynamics::{FlowNumbers, Measure, Place, RegionStep, Resolution, Steadiness};
+use crate::hemodynamics::{FlowNumbers, Place, RegionStep, Resolution, Steadiness, SteadyMeasure};
 use crate::output::record::Record;
 use crate::output::run_files::RunFiles;
-use crate::output::tables::{self, FluidProbeRow, HistoryRow, ResolutionRow, Table};
+use crate::output::tables::{self, CsvTable, FluidProbeRow, HistoryRow, ResolutionRow};
 use std::collections::BTreeMap;
 use std::io;
 
@@ -72,7 +72,7 @@ impl Judgement {
     pub fn write(&self, files: &RunFiles) -> io::Result<()> {
         match self.faces.is_empty() {
             true => Ok(()),
-            false => Table::create(&files.resolution())?.append(&self.faces),
+            false => CsvTable::create(&files.resolution())?.append(&self.faces),
         }
     }
 
@@ -93,8 +93,8 @@ impl Judgement {
 }
 
 /// What is looked at to tell whether a run has become steady.
-fn measures(files: &RunFiles, history: &[HistoryRow]) -> io::Result<Vec<Measure>> {
-    let of_history = |name: &str, value: fn(&HistoryRow) -> f64| Measure {
+fn measures(files: &RunFiles, history: &[HistoryRow]) -> io::Result<Vec<SteadyMeasure>> {
+    let of_history = |name: &str, value: fn(&HistoryRow) -> f64| SteadyMeasure {
         name: name.into(),
         values: history.iter().map(|row| [row.time_s, value(row)]).collect(),
         size: 0.0,
@@ -105,14 +105,16 @@ fn measures(files: &RunFiles, history: &[HistoryRow]) -> io::Result<Vec<Measure>
         of_history("largest displacement", |row| row.max_displacement_m),
     ];
     let regions: Vec<RegionStep> = tables::read(&files.regions())?;
-    let mut by_region: BTreeMap<String, Measure> = BTreeMap::new();
+    let mut by_region: BTreeMap<String, SteadyMeasure> = BTreeMap::new();
     for row in &regions {
         let name = format!("mean wall shear stress in the region {}", row.region);
-        let measure = by_region.entry(name.clone()).or_insert_with(|| Measure {
-            name,
-            values: Vec::new(),
-            size: 0.0,
-        });
+        let measure = by_region
+            .entry(name.clone())
+            .or_insert_with(|| SteadyMeasure {
+                name,
+                values: Vec::new(),
+                size: 0.0,
+            });
         measure.values.push([row.time_s, row.mean_wall_shear_Pa]);
     }
     measures.extend(by_region.into_values());
@@ -121,7 +123,7 @@ fn measures(files: &RunFiles, history: &[HistoryRow]) -> io::Result<Vec<Measure>
 }
 
 /// Speeds at the points that are watched in the blood.
-fn of_probes(files: &RunFiles) -> io::Result<Vec<Measure>> {
+fn of_probes(files: &RunFiles) -> io::Result<Vec<SteadyMeasure>> {
     if !files.fluid_probes().is_file() {
         return Ok(Vec::new());
     }
@@ -131,9 +133,9 @@ fn of_probes(files: &RunFiles) -> io::Result<Vec<Measure>> {
     let last = rows.last().map_or(0.0, |row| row.time_s);
     let fastest = rows.iter().filter(|row| row.time_s == last).map(speed);
     let size = SLOW * fastest.fold(0.0, f64::max);
-    let mut by_probe: BTreeMap<usize, Measure> = BTreeMap::new();
+    let mut by_probe: BTreeMap<usize, SteadyMeasure> = BTreeMap::new();
     for row in rows.iter().filter(|row| speed(row).is_finite()) {
-        let measure = by_probe.entry(row.probe).or_insert_with(|| Measure {
+        let measure = by_probe.entry(row.probe).or_insert_with(|| SteadyMeasure {
             name: format!("velocity at ({}, {}, {}) m", row.x_m, row.y_m, row.z_m),
             values: Vec::new(),
             size,

@@ -1,7 +1,7 @@
 //! Which case is run: a preset, and values that replace those of its files.
 
 use super::Failure;
-use crate::case::{Case, Override, Place, Preset, ResolvedCase};
+use crate::case::{Case, Override, Preset, ResolvedCase, ValuePlace};
 use crate::hemodynamics::FlowNumbers;
 use crate::output::terminal;
 use crate::processes::machine_memory;
@@ -35,7 +35,7 @@ impl CaseSelection {
         let mut words = vec!["--preset".to_owned(), self.preset.to_string()];
         for Override { place, key, value } in &self.given {
             words.extend(match place {
-                Place::Option(name) => [(*name).to_owned(), value.clone()],
+                ValuePlace::Option(name) => [(*name).to_owned(), value.clone()],
                 _ => ["--set".to_owned(), format!("{key}={value}")],
             });
         }
@@ -55,7 +55,7 @@ impl CaseSelection {
     /// All mistakes in the case, or what makes it too large.
     pub fn load(&self, case: &Path) -> Result<ResolvedCase, Failure> {
         let own = self.own.iter().map(|(key, value)| Override {
-            place: Place::Command,
+            place: ValuePlace::Command,
             key: key.clone(),
             value: value.clone(),
         });

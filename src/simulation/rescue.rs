@@ -19,13 +19,13 @@ const MORE_SWEEPS: [u32; 2] = [4, 10];
 const DEATHS: usize = 4;
 
 /// A step of the case, from 1, and how much of it was done before, see [`StepSubdivision::done`](super::subdivision::StepSubdivision::done).
-type Place = (usize, usize);
+type StepPlace = (usize, usize);
 
 /// What is known of the step that makes trouble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trouble {
     /// Where; if the fluid has died, the farthest that was reached.
-    at: Place,
+    at: StepPlace,
     /// The attempt that comes next, from 1.
     attempt: usize,
     /// Parts into which the next attempt cuts a step of the case.
@@ -38,7 +38,7 @@ pub struct Trouble {
 
 impl Trouble {
     /// What is known after the step, cut into `parts`, has failed `at` a place; `dead` if the fluid died.
-    fn after(earlier: Option<Self>, at: Place, parts: usize, dead: bool) -> Self {
+    fn after(earlier: Option<Self>, at: StepPlace, parts: usize, dead: bool) -> Self {
         let earlier = earlier.filter(|trouble| trouble.at >= at);
         let deaths = earlier.map_or(0, |trouble| trouble.deaths) + usize::from(dead);
         let mut trouble = match earlier {
@@ -94,7 +94,7 @@ impl Trouble {
 }
 
 impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
-    fn place(&self) -> Place {
+    fn place(&self) -> StepPlace {
         let reading = self.clock.reading();
         (reading.steps + 1, reading.subdivision.done())
     }

@@ -1,6 +1,6 @@
 //! A table of mistakes: each is reported with its key, and quickly.
 
-use fsi_driver::case::{Case, CaseError, CaseErrors, Override, Place, Preset};
+use fsi_driver::case::{Case, CaseError, CaseErrors, Override, Preset, ValuePlace};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -581,7 +581,7 @@ fn options_are_blamed_by_their_name() {
         key: key.into(),
         value: value.into(),
     };
-    let zero = given(Place::Option("--end-time"), "time.end_s", "0.0");
+    let zero = given(ValuePlace::Option("--end-time"), "time.end_s", "0.0");
     let model = project().join("S-0.25");
     let errors = Case::load_with(&model, Preset::Demo, &[zero]).unwrap_err();
     assert!(
@@ -592,8 +592,8 @@ fn options_are_blamed_by_their_name() {
     );
     // What a command chooses for itself takes the place of what the user chose.
     let chosen = [
-        given(Place::Set, "time.end_s", "0.02"),
-        given(Place::Command, "time.end_s", "0.04"),
+        given(ValuePlace::Set, "time.end_s", "0.02"),
+        given(ValuePlace::Command, "time.end_s", "0.04"),
     ];
     let case = Case::load_with(&model, Preset::Demo, &chosen).unwrap();
     assert_eq!(case.time.end, 0.04);

@@ -1,6 +1,6 @@
 //! Keys that do nothing in a case are reported, those that a file only inherits are not.
 
-use fsi_driver::case::{Case, Override, Place, Preset, ResolvedCase};
+use fsi_driver::case::{Case, Override, Preset, ResolvedCase, ValuePlace};
 use std::path::{Path, PathBuf};
 
 fn project() -> PathBuf {
@@ -211,7 +211,7 @@ fn files_for_both_solvers_are_silent() {
     // Chosen for this run only.
     let file = write(folder.path(), "[fluid.mesh]\ncore = 4\n");
     let native = Override {
-        place: Place::Option("--fluid"),
+        place: ValuePlace::Option("--fluid"),
         key: "fluid.solver".into(),
         value: "native".into(),
     };

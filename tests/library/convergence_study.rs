@@ -2,7 +2,7 @@
 
 use fsi_driver::paper::convergence::cases::{Mesh, TestCase};
 use fsi_driver::paper::convergence::plan::{Choice, Quadrature};
-use fsi_driver::paper::convergence::table::Row;
+use fsi_driver::paper::convergence::table::ConvergenceRow;
 use fsi_driver::pfem::SpaceKind::{self, TensorProduct, Trunk};
 use fsi_driver::pfem::element::mapping::MappingKind;
 use fsi_driver::pfem::solution::statics::StaticOptions;
@@ -18,27 +18,27 @@ fn run(out: &Path, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-fn rows(out: &Path) -> Vec<Row> {
+fn rows(out: &Path) -> Vec<ConvergenceRow> {
     let mut table = csv::Reader::from_path(out.join("convergence.csv")).unwrap();
     table.deserialize().map(Result::unwrap).collect()
 }
 
 /// Rows of the circular artery by their spaces.
-struct Circular(Vec<Row>);
+struct Circular(Vec<ConvergenceRow>);
 
 impl Circular {
-    fn row(&self, choice: Choice) -> &Row {
+    fn row(&self, choice: Choice) -> &ConvergenceRow {
         let mut found = self.0.iter().filter(|row| row.is_of(&choice));
         found.next().unwrap_or_else(|| panic!("no row of {choice}"))
     }
 
-    fn isotropic(&self, space: SpaceKind, p: usize) -> &Row {
+    fn isotropic(&self, space: SpaceKind, p: usize) -> &ConvergenceRow {
         self.row(choice(space, p))
     }
 
     /// Smallest number of degrees of freedom with which an isotropic space reaches an error.
-    fn needed(&self, space: SpaceKind, reached: impl Fn(&Row) -> bool) -> usize {
-        let isotropic = |row: &&Row| row.p == row.p_T && row.p_G == row.p.to_string();
+    fn needed(&self, space: SpaceKind, reached: impl Fn(&ConvergenceRow) -> bool) -> usize {
+        let isotropic = |row: &&ConvergenceRow| row.p == row.p_T && row.p_G == row.p.to_string();
         let of_space = self
             .0
             .iter()
@@ -68,9 +68,9 @@ fn the_findings_for_the_circular_artery_hold() {
     let study = Circular(rows(folder.path()));
 
     // The trunk space needs less than half of the degrees of freedom.
-    let energy = |row: &Row| row.e_E.abs() < 1e-5;
-    let displacement = |row: &Row| row.e_d < 1e-4;
-    let stress = |row: &Row| row.e_sv < 1e-3;
+    let energy = |row: &ConvergenceRow| row.e_E.abs() < 1e-5;
+    let displacement = |row: &ConvergenceRow| row.e_d < 1e-4;
+    let stress = |row: &ConvergenceRow| row.e_sv < 1e-3;
     for needed in [
         [Trunk, TensorProduct].map(|space| study.needed(space, energy)),
         [Trunk, TensorProduct].map(|space| study.needed(space, displacement)),
@@ -134,7 +134,7 @@ fn the_findings_for_the_circular_artery_hold() {
 }
 
 /// Finished rows stay as they are, those that were lost come back.
-fn resume(folder: &Path, before: &[Row]) {
+fn resume(folder: &Path, before: &[ConvergenceRow]) {
     let path = folder.join("convergence.csv");
     let text = std::fs::read_to_string(&path).unwrap();
     let lines: Vec<&str> = text.lines().collect();

@@ -1,7 +1,7 @@
 //! What the program says of its keys: `fsi-driver keys`, the JSON schema, completions and manual.
 
 use fsi_driver::analysis::solid_file::SolidFile;
-use fsi_driver::case::schema::Kind;
+use fsi_driver::case::schema::ValueKind;
 use fsi_driver::case::{Case, CaseError, Preset, defaults};
 use serde_json::Value;
 use std::path::Path;
@@ -63,7 +63,7 @@ fn a_key_is_found_by_its_name_its_meaning_and_its_words() {
 #[test]
 fn units_are_those_of_the_names() {
     let without: Vec<_> = (Case::schema().keys().iter())
-        .filter(|key| matches!(key.kind, Kind::Real(_)) && key.unit().is_none())
+        .filter(|key| matches!(key.kind, ValueKind::Real(_)) && key.unit().is_none())
         .map(|key| key.name())
         .collect();
     for name in &without {

@@ -4,7 +4,7 @@
 use fsi_driver::Vec3;
 use fsi_driver::case::Rheology;
 use fsi_driver::fluid::native::spectral_elements::SpectralElements;
-use fsi_driver::fluid::native::taylor_hood_space::{Face, Patch, Plane, TaylorHoodSpace};
+use fsi_driver::fluid::native::taylor_hood_space::{Boundary, Face, Plane, TaylorHoodSpace};
 use fsi_driver::fluid::native::{BoundaryConditions, Flow, FlowSettings, FlowState, TimeScheme};
 use nalgebra::Matrix3;
 
@@ -66,8 +66,8 @@ impl Box3 {
                 });
             }
         }
-        let open = space.space.faces_of(|patch| patch == Patch::Mantle(1));
-        let fixed = space.space.faces_of(|patch| patch != Patch::Mantle(1));
+        let open = space.space.faces_of(|patch| patch == Boundary::Mantle(1));
+        let fixed = space.space.faces_of(|patch| patch != Boundary::Mantle(1));
         let at = |t: f64| field(reference.iter().map(|&x| shape(x, t)));
         let velocity = |t: f64| field(reference.iter().map(|&x| exact.velocity(shape(x, t), t)));
         let zeros = vec![0.0; space.space.pressures];

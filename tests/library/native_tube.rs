@@ -4,7 +4,7 @@ use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset, Rheology};
 use fsi_driver::fluid::native::metric::Metric;
 use fsi_driver::fluid::native::spectral_elements::SpectralElements;
-use fsi_driver::fluid::native::taylor_hood_space::Patch;
+use fsi_driver::fluid::native::taylor_hood_space::Boundary;
 use fsi_driver::fluid::native::vessel_mesh::{Resolution, VesselMesh};
 use fsi_driver::fluid::native::wall_traction::wall_loads;
 use fsi_driver::fluid::native::{
@@ -50,7 +50,7 @@ enum Method {
 }
 
 /// Axial velocity prescribed at inlet and outlet's pressure 0; the solution starts as `velocity(r, 0)` everywhere.
-struct Tube {
+struct FluidTube {
     flow: Flow,
     state: FlowState,
     positions: Vec<f64>,
@@ -59,7 +59,7 @@ struct Tube {
     blood: Rheology,
 }
 
-impl Tube {
+impl FluidTube {
     fn new(degree: usize, scheme: TimeScheme, velocity: impl Fn(f64) -> f64) -> Self {
         Self::with_iterations(300, BLOOD, degree, scheme, velocity)
     }
@@ -74,8 +74,8 @@ impl Tube {
         let mesh = tube(degree);
         let space = SpectralElements::new(mesh.space().clone()).unwrap();
         let positions = mesh.positions(&vec![Vec3::zeros(); mesh.interface().points.len()]);
-        let fixed = space.space.faces_of(|patch| patch != Patch::End);
-        let outlet = space.space.faces_of(|patch| patch == Patch::End);
+        let fixed = space.space.faces_of(|patch| patch != Boundary::End);
+        let outlet = space.space.faces_of(|patch| patch == Boundary::End);
         let settings = FlowSettings {
             density: DENSITY,
             rheology: blood,
@@ -136,7 +136,7 @@ impl Tube {
             .flow
             .space()
             .space
-            .faces_of(|patch| patch == Patch::Mantle(0));
+            .faces_of(|patch| patch == Boundary::Mantle(0));
         let [u, p] = [&self.state.velocity[0], &self.state.pressure[0]];
         let loads = wall_loads(
             self.flow.space(),
@@ -192,7 +192,7 @@ fn poiseuilles_wall_shear_converges_spectrally() {
     let error = |method: Method, degree: usize| {
         let mean = 0.2;
         let velocity = |r: f64| 2.0 * mean * (1.0 - (r / RADIUS).powi(2));
-        let mut tube = Tube::new(degree, TimeScheme::ImplicitEuler, velocity);
+        let mut tube = FluidTube::new(degree, TimeScheme::ImplicitEuler, velocity);
         for _ in 0..3 {
             tube.step(0.03, velocity);
         }
@@ -244,7 +244,7 @@ fn womersley(degree: usize, scheme: TimeScheme) -> [f64; 2] {
     let strength = gradient / (DENSITY * rate);
     let velocity = |r: f64, t: f64| (strength * (1.0 - bessel(lambda * r)[0] / wall) * phase(t)).re;
     let amplitude = VISCOSITY * strength * lambda * slope / wall;
-    let mut tube = Tube::new(degree, scheme, |r| velocity(r, 0.0));
+    let mut tube = FluidTube::new(degree, scheme, |r| velocity(r, 0.0));
     tube.state.before = Some(dt);
     tube.state.velocity[1] = axial(&tube.positions, |r| velocity(r, -dt));
     let mut worst = [0.0f64; 2];
@@ -284,7 +284,7 @@ fn womersleys_wall_shear_is_that_of_the_time_scheme() {
 #[test]
 fn failed_and_lost_solutions_name_the_place() {
     let velocity = |r: f64| 1.0 - (r / RADIUS).powi(2);
-    let solve = |tube: &mut Tube| {
+    let solve = |tube: &mut FluidTube| {
         let boundary = BoundaryConditions {
             velocity: axial(&tube.positions, |r| 3.0 * velocity(r)),
             ..BoundaryConditions::default()
@@ -293,7 +293,7 @@ fn failed_and_lost_solutions_name_the_place() {
         (tube.flow).solve(&tube.state, 2e-3, positions, &boundary, None)
     };
     let tube = |iterations: usize| {
-        Tube::with_iterations(iterations, BLOOD, 4, TimeScheme::ImplicitEuler, velocity)
+        FluidTube::with_iterations(iterations, BLOOD, 4, TimeScheme::ImplicitEuler, velocity)
     };
     let Err(FlowError::NotSolved {
         iterations: 2,
@@ -365,7 +365,7 @@ impl Developed {
     fn errors(&self, degree: usize) -> ([f64; 3], usize) {
         let velocity = |r: f64| self.velocity(r);
         let scheme = TimeScheme::ImplicitEuler;
-        let mut tube = Tube::with_iterations(300, self.blood, degree, scheme, velocity);
+        let mut tube = FluidTube::with_iterations(300, self.blood, degree, scheme, velocity);
         let boundary = axial(&tube.positions, velocity);
         let steps = (0..8).map(|_| tube.step_to(0.02, boundary.clone()));
         let iterations = steps.sum();

@@ -1,7 +1,7 @@
 //! `fsi-driver new` and `preview`: from files that are not in the project to a case that can be run, and pictures of
 //! it.
 
-use crate::vessel_files::shapes::Tube;
+use crate::vessel_files::shapes::TubeSurface;
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, FlowCurve, Preset};
 use fsi_driver::geometry::{Vessel, fluid_mesh};
@@ -25,7 +25,7 @@ pub(crate) fn succeeds(folder: &Path, arguments: &[&str]) -> String {
 }
 
 /// Centre-line and surface of a tube, turned in space, in a unit of which so many are a metre; the line scatters.
-fn write(tube: Tube, folder: &Path, [slices, sides]: [usize; 2], scale: f64, scatter: f64) {
+fn write(tube: TubeSurface, folder: &Path, [slices, sides]: [usize; 2], scale: f64, scatter: f64) {
     let rotation = Rotation3::from_euler_angles(1.1, -0.4, 2.0);
     let turned = tube
         .placed(rotation, Vec3::new(0.12, -0.3, 1.4))
@@ -42,11 +42,18 @@ fn two_files_of_any_vessel_become_a_case() {
     let plaque = |s: f64, phi: f64| {
         3e-3 - 0.9e-3 * (-((s - 0.03) / 0.005).powi(2)).exp() * (1.0 + phi.cos())
     };
-    type Shape = (&'static str, Tube, [usize; 2], &'static str, f64, f64);
+    type Shape = (
+        &'static str,
+        TubeSurface,
+        [usize; 2],
+        &'static str,
+        f64,
+        f64,
+    );
     let shapes: [Shape; 5] = [
         (
             "tapering and wavy",
-            Tube::bent(0.08, 0.03, wavy),
+            TubeSurface::bent(0.08, 0.03, wavy),
             [120, 40],
             "mm",
             1e3,
@@ -54,7 +61,7 @@ fn two_files_of_any_vessel_become_a_case() {
         ),
         (
             "an aorta with a sac",
-            Tube::straight(0.12, wide),
+            TubeSurface::straight(0.12, wide),
             [60, 24],
             "cm",
             1e2,
@@ -62,7 +69,7 @@ fn two_files_of_any_vessel_become_a_case() {
         ),
         (
             "thin, of coarse triangles",
-            Tube::bent(0.03, 0.015, thin),
+            TubeSurface::bent(0.03, 0.015, thin),
             [40, 12],
             "mm",
             1e3,
@@ -70,7 +77,7 @@ fn two_files_of_any_vessel_become_a_case() {
         ),
         (
             "a plaque",
-            Tube::bent(0.06, 0.05, plaque),
+            TubeSurface::bent(0.06, 0.05, plaque),
             [150, 60],
             "m",
             1.0,
@@ -78,7 +85,7 @@ fn two_files_of_any_vessel_become_a_case() {
         ),
         (
             "a bend of four radii",
-            Tube::bent(0.03, 0.012, |_, _| 3e-3),
+            TubeSurface::bent(0.03, 0.012, |_, _| 3e-3),
             [60, 30],
             "mm",
             1e3,
@@ -279,7 +286,7 @@ fn new_says_what_it_understood_of_a_file() {
         assert!(case.contains("[windkessel]"), "{file}");
     }
     // In the header of the line stands its unit, and the surface has another one.
-    let tube = Tube::straight(0.04, |_, _| 3e-3);
+    let tube = TubeSurface::straight(0.04, |_, _| 3e-3);
     tube.write_line(&here.join("line.csv"), 20, 1e3);
     let line = std::fs::read_to_string(here.join("line.csv")).unwrap();
     let rows = line
@@ -522,8 +529,14 @@ fn odd_files_are_read_rightly_or_told_rightly() {
 fn what_is_refused_leaves_no_folder() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    Tube::straight(0.04, |_, _| 3e-3).write_line(&here.join("line.csv"), 20, 1e3);
-    Tube::straight(0.04, |_, _| 3e-3).write_surface(&here.join("lumen.stl"), 20, 20, false, 1e3);
+    TubeSurface::straight(0.04, |_, _| 3e-3).write_line(&here.join("line.csv"), 20, 1e3);
+    TubeSurface::straight(0.04, |_, _| 3e-3).write_surface(
+        &here.join("lumen.stl"),
+        20,
+        20,
+        false,
+        1e3,
+    );
     std::fs::create_dir(here.join("full")).unwrap();
     std::fs::write(here.join("full/notes"), "mine").unwrap();
     std::fs::write(here.join("flow.csv"), "time_s,flow_m3_s\n0,1e-6\n").unwrap();

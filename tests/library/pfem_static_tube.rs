@@ -192,7 +192,7 @@ fn the_mixed_form_is_as_good_at_points_as_the_pure_one() {
     }
 }
 
-fn errors_of(tube: &Result, reference: &radial::Tube) -> (f64, f64) {
+fn errors_of(tube: &Result, reference: &radial::RadialTube) -> (f64, f64) {
     errors(tube, reference.energy, &reference.displacement)
 }
 

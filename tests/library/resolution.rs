@@ -1,15 +1,15 @@
 //! What is said beforehand of the resolution of a vessel's flow.
 
-use fsi_driver::case::{Case, Override, Place, Preset, ResolvedCase};
+use fsi_driver::case::{Case, Override, Preset, ResolvedCase, ValuePlace};
 use fsi_driver::hemodynamics::FlowNumbers;
-use fsi_driver::hemodynamics::resolution::{Doubt, Finding};
+use fsi_driver::hemodynamics::resolution::{Doubt, ResolutionFinding};
 use std::path::Path;
 
 fn load(folder: &Path, preset: Preset, set: &[&str]) -> ResolvedCase {
     let given: Vec<Override> = (set.iter())
         .map(|pair| pair.split_once('=').unwrap())
         .map(|(key, value)| Override {
-            place: Place::Command,
+            place: ValuePlace::Command,
             key: key.into(),
             value: value.into(),
         })
@@ -17,7 +17,7 @@ fn load(folder: &Path, preset: Preset, set: &[&str]) -> ResolvedCase {
     Case::load_with(folder, preset, &given).unwrap()
 }
 
-fn findings(case: &Case) -> Vec<Finding> {
+fn findings(case: &Case) -> Vec<ResolutionFinding> {
     FlowNumbers::of(case).unwrap().findings()
 }
 

@@ -1,7 +1,7 @@
 //! Files that `fsi-driver solid` refuses: all mistakes at once, each with line, key, what was found and what is
 //! allowed, exit code 2, and nothing written.
 
-use crate::solid_support::{Tube, example, with};
+use crate::solid_support::{TubeCase, example, with};
 
 #[test]
 fn all_mistakes_are_reported_at_once() {
@@ -16,7 +16,7 @@ fn all_mistakes_are_reported_at_once() {
             ("p_geometry = 6", "p_geometry = \"exakt\""),
         ],
     );
-    let said = Tube::new(&text).refused();
+    let said = TubeCase::new(&text).refused();
     for part in [
         "tube.toml:7: `tube.inner_radius_m` = -0.003: expected a number above 0.0",
         "tube.toml:16: unknown key `tube.layer[0].k3`; did you mean `tube.layer[0].k2`?",
@@ -102,7 +102,7 @@ fn what_does_not_fit_together_is_refused() {
         ),
     ];
     for (changes, part) in changes {
-        let said = Tube::new(&with(&example(), &changes)).refused();
+        let said = TubeCase::new(&with(&example(), &changes)).refused();
         assert!(said.contains(part), "`{part}` is missing in\n{said}");
     }
 }
@@ -110,26 +110,26 @@ fn what_does_not_fit_together_is_refused() {
 #[test]
 fn files_that_are_none_are_refused() {
     assert!(
-        Tube::new("")
+        TubeCase::new("")
             .refused()
             .contains("`tube.inner_radius_m` is missing")
     );
-    assert!(Tube::new("[tube").refused().contains("not valid TOML"));
+    assert!(TubeCase::new("[tube").refused().contains("not valid TOML"));
     let extended = format!("extends = \"x.toml\"\n{}", example());
     assert!(
-        Tube::new(&extended)
+        TubeCase::new(&extended)
             .refused()
             .contains("unknown key `extends`")
     );
     assert!(
-        Tube::new("[[tube.layer]]\n[[tube.layer]]")
+        TubeCase::new("[[tube.layer]]\n[[tube.layer]]")
             .refused()
             .contains("`tube.layer[1].material` is missing")
     );
     // A quoted key is no way into a list, least of all to its four-billionth table.
     let quoted = "length_m = 0.006\n\"layer[4000000000]\".k2 = 1.0\n";
     let quoted = with(&example(), &[("length_m = 0.006\n", quoted)]);
-    let said = Tube::new(&quoted).refused();
+    let said = TubeCase::new(&quoted).refused();
     assert!(
         said.contains("unknown key `tube.\"layer[4000000000]\".k2`"),
         "{said}"
@@ -145,22 +145,22 @@ fn files_that_are_none_are_refused() {
         "",
     ] {
         let line = format!("length_m = 0.006\n{key:?} = 1.0\n");
-        let said = Tube::new(&with(&example(), &[("length_m = 0.006\n", &line)])).refused();
+        let said = TubeCase::new(&with(&example(), &[("length_m = 0.006\n", &line)])).refused();
         assert!(said.contains("unknown key `tube."), "{key:?}: {said}");
     }
     let dotted = format!("\"tube.inner_radius_m\" = 1.0\n{}", example());
-    let said = Tube::new(&dotted).refused();
+    let said = TubeCase::new(&dotted).refused();
     assert!(
         said.contains("unknown key `\"tube.inner_radius_m\"`"),
         "{said}"
     );
     for (open, close) in [("[", "]"), ("{a=", "}")] {
         let nested = format!("a = {}1{}\n", open.repeat(10_000), close.repeat(10_000));
-        Tube::new(&nested).refused();
+        TubeCase::new(&nested).refused();
     }
     let many = "[[tube.layer]]\n".repeat(50_000);
-    assert!(Tube::new(&many).refused().contains("is missing"));
-    let tube = Tube::new("");
+    assert!(TubeCase::new(&many).refused().contains("is missing"));
+    let tube = TubeCase::new("");
     std::fs::remove_file(tube.folder.path().join("tube.toml")).unwrap();
     std::fs::create_dir(tube.folder.path().join("tube.toml")).unwrap();
     assert_eq!(tube.run(&[]).status.code(), Some(2));

@@ -1,6 +1,6 @@
 //! `fsi-driver solid` with a pressure over time.
 
-use crate::solid_support::{Tube, example, number, radial, with};
+use crate::solid_support::{TubeCase, example, number, radial, with};
 
 const SMALL: [(&str, &str); 3] = [
     ("p = 6 ", "p = 4 "),
@@ -11,10 +11,10 @@ const SMALL: [(&str, &str); 3] = [
 #[test]
 fn a_slowly_loaded_tube_ends_in_static_equilibrium() {
     let text = with(&example(), &SMALL);
-    let at_rest = Tube::new(&text).solve();
+    let at_rest = TubeCase::new(&text).solve();
     let dynamics = "[dynamics]\ndensity_kg_m3 = 1100.0\ndamping_1_s = 200.0\nstep_s = 0.02\nend_s = 2.0\n\
                     times_s = [0.0, 1.0]\nload_factors = [0.0, 1.0]\n";
-    let tube = Tube::new(&format!("{text}{dynamics}"));
+    let tube = TubeCase::new(&format!("{text}{dynamics}"));
     let moved = tube.solve();
     for (a, b) in radial(&moved).iter().zip(radial(&at_rest)) {
         assert!((a / b - 1.0).abs() < 1e-4, "{a} instead of {b}");

@@ -1,7 +1,7 @@
 //! `fsi-driver solid` with ends moved apart and in a surrounding of springs, dampers and pressure.
 
 use crate::pfem_support::radial::{self, Loading};
-use crate::solid_support::{Tube, number};
+use crate::solid_support::{TubeCase, number};
 use fsi_driver::case::Material;
 use std::fmt::Write;
 
@@ -102,7 +102,8 @@ fn stretched_tubes_in_springs_meet_the_semi_analytic_solution() {
                     ..base
                 };
                 let summary =
-                    Tube::new(&(text(*radius, layers, formulation) + &loaded(&loading))).solve();
+                    TubeCase::new(&(text(*radius, layers, formulation) + &loaded(&loading)))
+                        .solve();
                 let exact = radial::solve(*radius, layers, &loading);
                 let outer = exact.displacement[layers.len()];
                 let springs = std::f64::consts::PI
@@ -172,7 +173,7 @@ fn a_forced_vibration_is_damped_as_one_degree_of_freedom() {
                  times_s = {times:?}\nload_factors = {factors:?}\n",
                 200.0 * step
             );
-        let tube = Tube::new(&file);
+        let tube = TubeCase::new(&file);
         tube.solve();
         let mut table = csv::Reader::from_path(tube.results().join("history.csv")).unwrap();
         let found: Vec<f64> = table
@@ -230,7 +231,7 @@ fn the_curve_begins_with_the_stretched_tube() {
         spring: 0.0,
         rest: None,
     };
-    let tube = Tube::new(&(text(2e-3, &layers, "mixed") + &loaded(&loading)));
+    let tube = TubeCase::new(&(text(2e-3, &layers, "mixed") + &loaded(&loading)));
     tube.solve();
     let mut table = csv::Reader::from_path(tube.results().join("curve.csv")).unwrap();
     let first: [f64; 3] = table.deserialize().next().unwrap().unwrap();
@@ -253,7 +254,7 @@ fn prestretch_or_tissue_prevents_buckling() {
         .replace("axial = 1", "axial = 8")
         .replace("p = 6", "p = 4")
         + "[load]\npressure_Pa = 1.6e4\nkind = \"follower\"\n[supports]\nends = \"clamped\"\n";
-    let output = Tube::new(&slack).run(&[]);
+    let output = TubeCase::new(&slack).run(&[]);
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     // Measured: 46 mmHg.
@@ -264,7 +265,7 @@ fn prestretch_or_tissue_prevents_buckling() {
         ("axial_stretch = 1.2\n", 7.1090e-4),
         ("[outside]\nspring_Pa_m = 2.0e7\n", 6.7022e-4),
     ] {
-        let summary = Tube::new(&(slack.clone() + what)).solve();
+        let summary = TubeCase::new(&(slack.clone() + what)).solve();
         assert_eq!(number(&summary, "pressure_Pa"), 1.6e4);
         let inner = crate::solid_support::radial(&summary)[0];
         assert!((inner / expected - 1.0).abs() < 1e-4, "{what}: {inner:e}");
@@ -283,7 +284,8 @@ fn ends_that_slide_radially_leave_a_tube_in_plane_strain() {
         rest: None,
     };
     let file = text(2e-3, &layers, "mixed") + &loaded(&loading);
-    let summary = Tube::new(&file.replace("[supports]", "[supports]\nends = \"radial\"")).solve();
+    let summary =
+        TubeCase::new(&file.replace("[supports]", "[supports]\nends = \"radial\"")).solve();
     let exact = radial::solve(2e-3, &layers, &loading);
     let found = crate::solid_support::radial(&summary);
     for (found, exact) in found.iter().zip(&exact.displacement) {
@@ -307,7 +309,7 @@ fn ends_on_springs_lie_between_free_and_clamped() {
     let file = text(2e-3, &[(6e-4, neo_hooke)], "mixed").replace("p = 6", "p = 4")
         + "[load]\npressure_Pa = 4e3\nkind = \"follower\"\n[supports]\n";
     let widening = |ends: &str| {
-        let summary = Tube::new(&(file.clone() + ends)).solve();
+        let summary = TubeCase::new(&(file.clone() + ends)).solve();
         crate::solid_support::radial(&summary)[0]
     };
     let clamped = widening("ends = \"clamped\"\n");
@@ -337,7 +339,7 @@ fn ends_that_do_not_fit_are_refused() {
         ),
         ("ends = \"sliding\"\n", "\"radial\""),
     ] {
-        let said = Tube::new(&(file.clone() + supports)).refused();
+        let said = TubeCase::new(&(file.clone() + supports)).refused();
         assert!(said.contains(expected), "{supports}: {said}");
     }
 }

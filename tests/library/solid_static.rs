@@ -1,7 +1,7 @@
 //! `fsi-driver solid` against solutions of the radial boundary value problem, and what it writes.
 
 use crate::pfem_support::radial;
-use crate::solid_support::{Tube, example, number, with};
+use crate::solid_support::{TubeCase, example, number, with};
 use fsi_driver::case::Material;
 use std::fmt::Write;
 
@@ -30,7 +30,7 @@ fn the_example_meets_the_published_values_with_both_loads() {
             &example(),
             &[("kind = \"follower\"", &format!("kind = \"{kind}\""))],
         );
-        let summary = Tube::new(&text).solve();
+        let summary = TubeCase::new(&text).solve();
         let error = worst(&summary, 0.006, energy, &displacement);
         assert!(error < 1e-8, "{kind}: {error:e}");
         assert!((number(&summary, "min_jacobian") - 1.0).abs() < 1e-3);
@@ -106,7 +106,7 @@ fn other_radii_thicknesses_and_materials_are_met() {
                  [space]\nkind = \"trunk\"\np = 6\n[load]\npressure_Pa = {pressure:?}\nkind = \"{kind}\"\n"
             )
             .unwrap();
-            let summary = Tube::new(&text).solve();
+            let summary = TubeCase::new(&text).solve();
             let exact = radial::inflate(radius, &layers, pressure, kind == "follower");
             let error = worst(&summary, 0.01, exact.energy, &exact.displacement);
             println!(
@@ -127,7 +127,7 @@ fn stresses_and_fields_are_written() {
             ("p_geometry = 6", "p_geometry = \"exact\""),
         ],
     );
-    let tube = Tube::new(&text);
+    let tube = TubeCase::new(&text);
     let summary = tube.solve();
     assert!(number(&summary, "free_dofs") < number(&summary, "dofs"));
     for key in [
@@ -168,7 +168,7 @@ fn stresses_and_fields_are_written() {
 /// The curve of radius over pressure follows the semi analytic solution through all load steps.
 #[test]
 fn radius_over_pressure_is_semi_analytic() {
-    let tube = Tube::new(&with(&example(), &[("steps = 10", "steps = 4")]));
+    let tube = TubeCase::new(&with(&example(), &[("steps = 10", "steps = 4")]));
     let output = tube.run(&[]);
     assert!(output.status.success());
     let mut reader = csv::Reader::from_path(tube.results().join("curve.csv")).unwrap();
@@ -193,7 +193,7 @@ fn radius_over_pressure_is_semi_analytic() {
     // A load of its own at a step amid the curve gives the same radius; steps on the way are solved to 1e-6.
     let [pressure, radius, ..] = rows[rows.len() / 2];
     let alone = with(&example(), &[("1.6e4", &format!("{pressure:?}"))]);
-    let u = crate::solid_support::radial(&Tube::new(&alone).solve())[0];
+    let u = crate::solid_support::radial(&TubeCase::new(&alone).solve())[0];
     assert!((radius / (0.003 + u) - 1.0).abs() < 1e-6, "{radius}");
 
     let said = String::from_utf8(output.stdout).unwrap();
@@ -211,8 +211,9 @@ fn clamped_ends_hold_the_tube_back() {
         ("quadrature_points = 8", ""),
     ];
     let text = with(&example(), &free);
-    let sliding = crate::solid_support::radial(&Tube::new(&text).solve());
-    let clamped = Tube::new(&with(&text, &[("ends = \"axial\"", "ends = \"clamped\"")])).solve();
+    let sliding = crate::solid_support::radial(&TubeCase::new(&text).solve());
+    let clamped =
+        TubeCase::new(&with(&text, &[("ends = \"axial\"", "ends = \"clamped\"")])).solve();
     // The ends are a radius away: measured 0.918.
     assert!(crate::solid_support::radial(&clamped)[0] < 0.95 * sliding[0]);
 }
@@ -224,7 +225,7 @@ fn earlier_results_are_replaced_only_by_force() {
         ("p_geometry = 6", ""),
         ("quadrature_points = 8", ""),
     ];
-    let tube = Tube::new(&with(&example(), &small));
+    let tube = TubeCase::new(&with(&example(), &small));
     tube.solve();
     let again = tube.run(&[]);
     assert_eq!(again.status.code(), Some(2));

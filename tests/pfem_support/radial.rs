@@ -126,7 +126,7 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
 }
 
 /// Solution of the tube.
-pub struct Tube {
+pub struct RadialTube {
     /// Strain energy per length, J/m.
     pub energy: f64,
     /// Radial displacement at the inner radius, each interface and the outer radius, m.
@@ -157,7 +157,7 @@ pub fn inflate(
     layers: &[(f64, Material)],
     pressure: f64,
     follower: bool,
-) -> Tube {
+) -> RadialTube {
     let loading = Loading {
         pressure,
         follower,
@@ -170,7 +170,7 @@ pub fn inflate(
 }
 
 /// Equilibrium of a tube of layers `(thickness, material)` from the inner radius outward.
-pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -> Tube {
+pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -> RadialTube {
     let Loading {
         pressure,
         follower,
@@ -285,7 +285,7 @@ pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -
         }
     }
     let places = (0..=layers.len()).map(|k| u[k * DEGREE]).collect();
-    Tube {
+    RadialTube {
         energy: evaluate(&u, loading.axial_stretch).0,
         displacement: places,
     }

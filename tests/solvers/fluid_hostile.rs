@@ -4,7 +4,9 @@
 use crate::fluid_support::*;
 use fsi_driver::Vec3;
 use fsi_driver::fluid::Fluid;
-use fsi_driver::fluid::conversation::protocol::{FRAME_SIZE, Kind, ToFluid, WireFrame, message};
+use fsi_driver::fluid::conversation::protocol::{
+    FRAME_SIZE, MessageKind, ToFluid, WireFrame, message,
+};
 use fsi_driver::fluid::openfoam::case_files::Connection;
 use fsi_driver::fluid::openfoam::{Programs, install};
 use fsi_driver::processes::Process;
@@ -13,7 +15,7 @@ use std::io::{Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::time::Duration;
 
-fn read_message(stream: &mut UnixStream) -> Option<(Kind, Vec<u8>)> {
+fn read_message(stream: &mut UnixStream) -> Option<(MessageKind, Vec<u8>)> {
     let mut head = [0; FRAME_SIZE];
     stream.read_exact(&mut head).ok()?;
     let frame = WireFrame::decode(&head).unwrap();
@@ -39,7 +41,7 @@ fn attack(channel: &Channel, messages: &[Vec<u8>], then_close: bool) -> (String,
     let command = Programs::new(channel.case(), &[&library]).command("pimpleFoam");
     let mut process = Process::start(command, &channel.settings.log, Signal::KILL).unwrap();
     let (mut stream, _) = listener.accept().unwrap();
-    assert_eq!(read_message(&mut stream).unwrap().0, Kind::Hello);
+    assert_eq!(read_message(&mut stream).unwrap().0, MessageKind::Hello);
     for message in messages {
         stream.write_all(message).unwrap();
     }
@@ -47,7 +49,7 @@ fn attack(channel: &Channel, messages: &[Vec<u8>], then_close: bool) -> (String,
     if then_close {
         drop(stream);
     } else if let Some((kind, payload)) = read_message(&mut stream) {
-        assert_eq!(kind, Kind::Failure);
+        assert_eq!(kind, MessageKind::Failure);
         failure = String::from_utf8(payload).unwrap();
     }
     assert!(process.wait(Duration::from_secs(10)), "the solver must end");
@@ -120,7 +122,7 @@ fn a_hostile_driver_is_refused_with_the_reason() {
         ),
         (vec![welcome(STEP, points + 1)], "points there"),
         (
-            vec![message(Kind::Failure, b"changed my mind")],
+            vec![message(MessageKind::Failure, b"changed my mind")],
             "changed my mind",
         ),
         (
@@ -128,7 +130,7 @@ fn a_hostile_driver_is_refused_with_the_reason() {
             "ACCEPT between two time steps",
         ),
         (
-            vec![good.clone(), message(Kind::Hello, &[])],
+            vec![good.clone(), message(MessageKind::Hello, &[])],
             "HELLO between two time steps",
         ),
         (

@@ -2,7 +2,7 @@
 //! them.
 
 use crate::run_support::*;
-use fsi_driver::output::vtu::Series;
+use fsi_driver::output::vtu::VtuSeries;
 use std::path::Path;
 use std::process::Command;
 use vtkio::Vtk;
@@ -142,14 +142,14 @@ fn paraview_files_hold_the_flow_of_the_history() {
     complete(driver(&resumed, 5, &[&FIELDS[..], &["--resume"]].concat()));
 
     // Every 0.004 s and in the end; what the end of the first part had left is not there any more.
-    let series = Series::read(&straight.join("fluid.pvd")).unwrap();
+    let series = VtuSeries::read(&straight.join("fluid.pvd")).unwrap();
     let times: Vec<f64> = series.iter().map(|(time, _)| *time).collect();
     let close = |expected: &[f64]| {
         times.len() == expected.len()
             && (times.iter().zip(expected)).all(|(a, b)| (a - b).abs() < 1e-12)
     };
     assert!(close(&[0.004, 0.008, 0.01]), "{times:?}");
-    let again = Series::read(&resumed.join("fluid.pvd")).unwrap();
+    let again = VtuSeries::read(&resumed.join("fluid.pvd")).unwrap();
     let last = |run: &Path, series: &[(f64, std::path::PathBuf)]| {
         std::fs::read(run.join(&series[series.len() - 1].1)).unwrap()
     };

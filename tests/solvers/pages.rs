@@ -12,13 +12,13 @@ use std::path::Path;
 use std::process::Command;
 
 /// A block of a page: its language and text.
-struct Block {
+struct CodeBlock {
     language: String,
     text: String,
 }
 
 /// The blocks of a page that are to be tested.
-fn blocks(page: &str) -> Vec<Block> {
+fn blocks(page: &str) -> Vec<CodeBlock> {
     let mut found = Vec::new();
     let mut lines = page.lines();
     let mut left_out = false;
@@ -31,7 +31,7 @@ fn blocks(page: &str) -> Vec<Block> {
                 .map(|line| line.get(indent..).unwrap_or_default())
                 .collect();
             if !left_out {
-                found.push(Block {
+                found.push(CodeBlock {
                     language: language.into(),
                     text: text.join("\n") + "\n",
                 });
@@ -357,7 +357,7 @@ fn every_page_is_tested() {
     for page in pages {
         let text = fs::read_to_string(root().join(page)).unwrap();
         let tested =
-            |block: &Block| ["sh", "python", "toml", "rust"].contains(&block.language.as_str());
+            |block: &CodeBlock| ["sh", "python", "toml", "rust"].contains(&block.language.as_str());
         let name = page
             .rsplit('/')
             .find(|part| *part != "README.md")

@@ -3,7 +3,7 @@
 use crate::run_support::*;
 use fsi_driver::Vec3;
 use fsi_driver::geometry::PolyMesh;
-use fsi_driver::output::vtu::Series;
+use fsi_driver::output::vtu::VtuSeries;
 use fsi_driver::output::wall_history::WallHistoryReader;
 use std::collections::HashMap;
 use std::path::Path;
@@ -305,7 +305,7 @@ fn phases_are_averaged_over_beats() {
         .unwrap()
         .map(Result::unwrap)
         .collect();
-    let grids = Series::read(&out.join("phases.pvd")).unwrap();
+    let grids = VtuSeries::read(&out.join("phases.pvd")).unwrap();
     assert_eq!(grids.len(), 3);
     for (i, (_, file)) in grids.iter().enumerate() {
         let found = point_data(&out.join(file), "mean_displacement_m");

@@ -1,8 +1,8 @@
 //! The table of all keys of the file of `fsi-driver solid`, as the types that hold their values.
 
-use crate::analysis::tube::Ends;
+use crate::analysis::tube::TubeEnds;
 use crate::case::Material;
-use crate::case::schema::{Key, Kind, Schema, Table, above, from, join, whole};
+use crate::case::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
 use crate::case::table::table;
 use crate::pfem::element::surface::LoadKind;
 use crate::pfem::solution::stability::AtBifurcation;
@@ -15,7 +15,7 @@ const MAX_DEGREE: i64 = 12;
 table! {
     /// The file.
     pub struct Keys {
-        [tube: Tube, "the unloaded tube"]
+        [tube: TubeKeys, "the unloaded tube"]
         [mesh: Mesh, "numbers of elements"]
         [space: Space, "the ansatz"]
         [load: Load, "the pressure inside"]
@@ -27,7 +27,7 @@ table! {
 
 table! {
     /// The unloaded tube.
-    pub struct Tube {
+    pub struct TubeKeys {
         inner_radius: f64 = "inner_radius_m", above(0.0, 10.0), "inner radius of the unloaded tube";
         length: f64 = "length_m", above(0.0, 100.0), "length of the tube";
         [layer: Vec<Layer>, "the layers from the inside out"]
@@ -45,7 +45,7 @@ pub struct Layer {
     pub material: Material,
 }
 
-impl Table for Layer {
+impl KeyTable for Layer {
     fn describe(path: &str, schema: &mut Schema) {
         schema.add(Key {
             path: join(path, "thickness_m"),
@@ -72,14 +72,14 @@ table! {
 table! {
     /// The ansatz.
     pub struct Space {
-        kind: SpaceKind = "kind", Kind::Word(SpaceKind::WORDS), "ansatz space";
-        p: [usize; 3] = "p", Kind::Degrees(1, MAX_DEGREE),
+        kind: SpaceKind = "kind", ValueKind::Word(SpaceKind::WORDS), "ansatz space";
+        p: [usize; 3] = "p", ValueKind::Degrees(1, MAX_DEGREE),
             "degree of the shape functions; of three: axial, circumferential, thickness";
-        p_geometry: Option<toml::Value> = "p_geometry", Kind::WholeOr(1, MAX_DEGREE, "exact"),
+        p_geometry: Option<toml::Value> = "p_geometry", ValueKind::WholeOr(1, MAX_DEGREE, "exact"),
             "degree of the mapping along the edges", absent "the largest of space.p";
         quadrature_points: Option<usize> = "quadrature_points", whole(2, 30), "Gauss points per direction",
             absent "space.p + 2 in each direction";
-        formulation: Formulation = "formulation", Kind::Word(Formulation::WORDS),
+        formulation: Formulation = "formulation", ValueKind::Word(Formulation::WORDS),
             "volume ratio used in the wall's volumetric energy", absent "mixed";
     }
 }
@@ -88,9 +88,9 @@ table! {
     /// The pressure inside.
     pub struct Load {
         pressure: f64 = "pressure_Pa", from(-1e9, 1e9), "pressure inside the tube";
-        kind: LoadKind = "kind", Kind::Word(LoadKind::WORDS), "load on the deformed or on the reference area";
+        kind: LoadKind = "kind", ValueKind::Word(LoadKind::WORDS), "load on the deformed or on the reference area";
         steps: Option<usize> = "steps", whole(1, 10_000), "load steps to begin with", absent "10";
-        at_bifurcation: Option<AtBifurcation> = "at_bifurcation", Kind::Word(AtBifurcation::WORDS),
+        at_bifurcation: Option<AtBifurcation> = "at_bifurcation", ValueKind::Word(AtBifurcation::WORDS),
             "what to do where the tube loses its stability", absent "stop";
     }
 }
@@ -98,7 +98,7 @@ table! {
 table! {
     /// What holds the tube.
     pub struct Supports {
-        ends: Ends = "ends", Kind::Word(Ends::WORDS), "what holds both ends", absent "axial";
+        ends: TubeEnds = "ends", ValueKind::Word(TubeEnds::WORDS), "what holds both ends", absent "axial";
         spring: Option<f64> = "spring_Pa_m", above(0.0, 1e15),
             "springs of ends on springs: force per area of the end and displacement", absent "none";
         axial_stretch: Option<f64> = "axial_stretch", from(0.5, 3.0),
@@ -125,7 +125,7 @@ table! {
         damping: f64 = "damping_1_s", from(0.0, 1e4), "mass-proportional damping", absent "0";
         step: f64 = "step_s", above(0.0, 1e4), "time step";
         end: f64 = "end_s", above(0.0, 1e6), "end of the analysis";
-        times: Vec<f64> = "times_s", Kind::Numbers(10_000), "times at which the load is given";
-        load_factors: Vec<f64> = "load_factors", Kind::Numbers(10_000), "shares of load.pressure_Pa at these times";
+        times: Vec<f64> = "times_s", ValueKind::Numbers(10_000), "times at which the load is given";
+        load_factors: Vec<f64> = "load_factors", ValueKind::Numbers(10_000), "shares of load.pressure_Pa at these times";
     }
 }

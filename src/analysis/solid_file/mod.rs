@@ -5,9 +5,9 @@ mod keys;
 mod plausibility;
 
 use super::motion::Dynamics;
-use super::tube::{Ends, Grid, Surrounding, Tube};
+use super::tube::{Surrounding, Tube, TubeEnds, TubeGrid};
 use crate::case::schema::Schema;
-use crate::case::source::{self, Base, Entry};
+use crate::case::source::{self, Base, CaseValue};
 use crate::case::stack::Stack;
 use crate::case::{CaseErrors, Material};
 use crate::pfem::Space;
@@ -33,7 +33,7 @@ pub struct SolidFile {
     /// Layers from the inside out: thickness (m) and material.
     pub layers: Vec<(f64, Material)>,
     /// Elements.
-    pub grid: Grid,
+    pub grid: TubeGrid,
     /// Space, mapping and quadrature.
     pub options: Options,
     /// Pressure inside, Pa.
@@ -45,7 +45,7 @@ pub struct SolidFile {
     /// What to do where the tube loses its stability.
     pub at_bifurcation: AtBifurcation,
     /// What holds the ends.
-    pub ends: Ends,
+    pub ends: TubeEnds,
     /// Stiffness of ends on springs, Pa/m.
     pub end_spring: f64,
     /// Length between the ends relative to the unloaded one.
@@ -73,7 +73,7 @@ impl SolidFile {
         let readable = errors.is_empty();
         let mut entries = source.plain;
         // What a case may have and this file may not.
-        entries.extend(source.extends.map(|(base, place)| Entry {
+        entries.extend(source.extends.map(|(base, place)| CaseValue {
             key: "extends".into(),
             value: match base {
                 Base::File(path) => path.display().to_string().into(),
@@ -82,7 +82,7 @@ impl SolidFile {
             place,
             folder: Default::default(),
         }));
-        entries.extend(source.presets.into_iter().map(|(name, entry)| Entry {
+        entries.extend(source.presets.into_iter().map(|(name, entry)| CaseValue {
             key: format!("preset.{name}.{}", entry.key),
             ..entry
         }));
@@ -138,7 +138,7 @@ impl From<Keys> for SolidFile {
         Self {
             inner_radius: keys.tube.inner_radius,
             length: keys.tube.length,
-            grid: Grid {
+            grid: TubeGrid {
                 axial: keys.mesh.axial,
                 circumferential: keys.mesh.circumferential,
                 radial_per_layer: keys.mesh.radial_per_layer,
@@ -164,7 +164,7 @@ impl From<Keys> for SolidFile {
             kind: keys.load.kind,
             steps: keys.load.steps.unwrap_or(STEPS),
             at_bifurcation: keys.load.at_bifurcation.unwrap_or_default(),
-            ends: (keys.supports.as_ref()).map_or(Ends::default(), |held| held.ends),
+            ends: (keys.supports.as_ref()).map_or(TubeEnds::default(), |held| held.ends),
             end_spring: (keys.supports.as_ref())
                 .and_then(|held| held.spring)
                 .unwrap_or(0.0),

@@ -1,7 +1,7 @@
 //! Values that are allowed one by one but do not fit each other.
 
 use super::SolidFile;
-use crate::analysis::tube::Ends;
+use crate::analysis::tube::TubeEnds;
 use crate::case::CaseError;
 use crate::case::stack::Stack;
 use crate::case::value::shorten;
@@ -33,7 +33,7 @@ pub(super) fn check(solid: &SolidFile, stack: &Stack, errors: &mut Vec<CaseError
 }
 
 fn ends(solid: &SolidFile, report: &mut Report<'_>) {
-    let on_springs = solid.ends == Ends::Springs;
+    let on_springs = solid.ends == TubeEnds::Springs;
     report(
         "supports.ends",
         on_springs && solid.end_spring == 0.0,
@@ -99,7 +99,7 @@ fn dynamics(solid: &SolidFile, report: &mut Report<'_>) {
     );
     report(
         "mesh.circumferential",
-        solid.ends == Ends::Axial && !solid.grid.circumferential.is_multiple_of(4),
+        solid.ends == TubeEnds::Axial && !solid.grid.circumferential.is_multiple_of(4),
         "[dynamics] with supports.ends = \"axial\" needs a multiple of 4, so that the mesh has nodes in both planes of \
          symmetry; or clamp the ends"
             .into(),

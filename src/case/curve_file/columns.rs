@@ -1,6 +1,6 @@
 //! Which columns of a table are times and values.
 
-use super::Quantity;
+use super::CurveQuantity;
 use crate::tabular::units::Unit;
 use crate::tabular::{Fault, Sheet};
 
@@ -14,7 +14,7 @@ const SPREAD: [&str; 9] = [
 ];
 
 /// The columns of times and values.
-pub fn columns(sheet: &Sheet, quantity: &Quantity) -> Result<[usize; 2], Fault> {
+pub fn columns(sheet: &Sheet, quantity: &CurveQuantity) -> Result<[usize; 2], Fault> {
     let names: Vec<&str> = sheet
         .columns
         .iter()
@@ -93,7 +93,7 @@ pub fn is_time(name: &str) -> bool {
     is_letter || TIMES.iter().any(|word| stem.starts_with(word)) || stem == "s" || stem == "ms"
 }
 
-impl Quantity {
+impl CurveQuantity {
     /// Whether a column of this name has such values.
     pub fn is_called(&self, name: &str) -> bool {
         let small = name.to_lowercase();

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Which values a key allows.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum ValueKind {
     /// A number within a range.
     Real(Range),
     /// A whole number from the first to the second.
@@ -58,8 +58,8 @@ impl Range {
 }
 
 /// A number above `low`, at most `high`.
-pub const fn above(low: f64, high: f64) -> Kind {
-    Kind::Real(Range {
+pub const fn above(low: f64, high: f64) -> ValueKind {
+    ValueKind::Real(Range {
         low,
         with_low: false,
         high,
@@ -67,8 +67,8 @@ pub const fn above(low: f64, high: f64) -> Kind {
 }
 
 /// A number from `low` to `high`.
-pub const fn from(low: f64, high: f64) -> Kind {
-    Kind::Real(Range {
+pub const fn from(low: f64, high: f64) -> ValueKind {
+    ValueKind::Real(Range {
         low,
         with_low: true,
         high,
@@ -76,8 +76,8 @@ pub const fn from(low: f64, high: f64) -> Kind {
 }
 
 /// A whole number from `low` to `high`.
-pub const fn whole(low: i64, high: i64) -> Kind {
-    Kind::Whole(low, high)
+pub const fn whole(low: i64, high: i64) -> ValueKind {
+    ValueKind::Whole(low, high)
 }
 
 impl fmt::Display for Range {
@@ -102,46 +102,46 @@ fn short(number: f64) -> String {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for ValueKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Kind::Real(range) => range.fmt(f),
-            Kind::Whole(low, high) => write!(f, "a whole number from {low} to {high}"),
-            Kind::Word(words) => {
+            ValueKind::Real(range) => range.fmt(f),
+            ValueKind::Whole(low, high) => write!(f, "a whole number from {low} to {high}"),
+            ValueKind::Word(words) => {
                 let words: Vec<_> = words.iter().map(|(word, _)| *word).collect();
                 write!(f, "one of \"{}\"", words.join("\", \""))
             }
-            Kind::Flag => f.write_str("true or false"),
-            Kind::Text(most) => write!(f, "a line of 1 to {most} characters in quotes"),
-            Kind::Path => f.write_str("a path in quotes"),
-            Kind::Command(most) => write!(
+            ValueKind::Flag => f.write_str("true or false"),
+            ValueKind::Text(most) => write!(f, "a line of 1 to {most} characters in quotes"),
+            ValueKind::Path => f.write_str("a path in quotes"),
+            ValueKind::Command(most) => write!(
                 f,
                 "a program and its arguments, 1 to {most} words in brackets, such as [\"python3\", \"my_fluid.py\"]"
             ),
-            Kind::PathOr(words) => {
+            ValueKind::PathOr(words) => {
                 let words: Vec<_> = words.iter().map(|(word, _)| *word).collect();
                 write!(f, "a path in quotes, or \"{}\"", words.join("\", \""))
             }
-            Kind::Degrees(low, high) => write!(
+            ValueKind::Degrees(low, high) => write!(
                 f,
                 "a whole number from {low} to {high}, or three of them in brackets"
             ),
-            Kind::WholeOr(low, high, word) => {
+            ValueKind::WholeOr(low, high, word) => {
                 write!(f, "a whole number from {low} to {high}, or \"{word}\"")
             }
-            Kind::Numbers(most) => write!(f, "2 to {most} numbers in brackets"),
-            Kind::Sizes(most) => write!(f, "1 to {most} numbers above 0 in brackets"),
-            Kind::Names(most) => write!(f, "1 to {most} names in quotes, in brackets"),
-            Kind::Rows(most) => write!(
+            ValueKind::Numbers(most) => write!(f, "2 to {most} numbers in brackets"),
+            ValueKind::Sizes(most) => write!(f, "1 to {most} numbers above 0 in brackets"),
+            ValueKind::Names(most) => write!(f, "1 to {most} names in quotes, in brackets"),
+            ValueKind::Rows(most) => write!(
                 f,
                 "rows of equally many numbers from 0 to 1, at least 3 by 3, at most {most} by {most}, the first and the last \
                  row zero"
             ),
-            Kind::Radii(rows, columns) => write!(
+            ValueKind::Radii(rows, columns) => write!(
                 f,
                 "rows of equally many numbers above 0, 2 to {rows} rows of 4 to {columns} numbers"
             ),
-            Kind::Points(most) => write!(
+            ValueKind::Points(most) => write!(
                 f,
                 "at most {most} points in brackets, such as [[0.02, 3e-3, 0.0]]"
             ),

@@ -1,6 +1,6 @@
 //! Least squares on the current step's columns, with the remembered steps answering for what those do not span.
 
-use super::{Column, Columns, Filter, JacobianModel, LeastSquares, Prediction};
+use super::{Columns, Filter, JacobianModel, LeastSquares, Prediction, SecantPair};
 use nalgebra::DVector;
 
 /// Two fits: one with the columns of this step, and one with all columns of the last `reuse` steps for its rest.
@@ -31,7 +31,7 @@ impl Hybrid {
 }
 
 impl JacobianModel for Hybrid {
-    fn add(&mut self, column: Column) {
+    fn add(&mut self, column: SecantPair) {
         self.current.add(column);
         self.current.truncate(self.max_columns);
         self.remembered
@@ -73,11 +73,11 @@ impl JacobianModel for Hybrid {
         }
     }
 
-    fn fits(&self) -> Vec<Vec<Column>> {
+    fn fits(&self) -> Vec<Vec<SecantPair>> {
         vec![self.remembered.columns()]
     }
 
-    fn recall(&mut self, fits: Vec<Vec<Column>>) {
+    fn recall(&mut self, fits: Vec<Vec<SecantPair>>) {
         self.current.take();
         self.remembered.put(fits.into_iter().flatten());
     }

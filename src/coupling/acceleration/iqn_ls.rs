@@ -1,7 +1,7 @@
 //! Interface quasi-Newton with the inverse Jacobian from least squares (Degroote, Bathe and Vierendeels 2009, called
 //! IQN-ILS since), with columns of earlier steps in the same fit.
 
-use super::{Column, Columns, Filter, JacobianModel, LeastSquares, Prediction};
+use super::{Columns, Filter, JacobianModel, LeastSquares, Prediction, SecantPair};
 use nalgebra::DVector;
 
 /// One fit with all columns: this step's first, then those of the last `reuse` steps.
@@ -26,7 +26,7 @@ impl IqnLs {
 }
 
 impl JacobianModel for IqnLs {
-    fn add(&mut self, column: Column) {
+    fn add(&mut self, column: SecantPair) {
         self.fit.add(column);
         self.fit.truncate(self.max_columns);
     }
@@ -54,11 +54,11 @@ impl JacobianModel for IqnLs {
         }
     }
 
-    fn fits(&self) -> Vec<Vec<Column>> {
+    fn fits(&self) -> Vec<Vec<SecantPair>> {
         vec![self.fit.columns()]
     }
 
-    fn recall(&mut self, fits: Vec<Vec<Column>>) {
+    fn recall(&mut self, fits: Vec<Vec<SecantPair>>) {
         self.fit.put(fits.into_iter().flatten());
     }
 }
@@ -99,7 +99,7 @@ mod tests {
         let column = |i: usize| {
             let mut v = DVector::zeros(9);
             v[i] = 1.0;
-            Column::new(v.clone(), v, 1.0).unwrap()
+            SecantPair::new(v.clone(), v, 1.0).unwrap()
         };
         let mut model = IqnLs::new(1, Filter::exact(1e-3), 4);
         for (steps, held) in [(0..3, 3), (3..5, 2), (5..9, 4)] {

@@ -18,7 +18,7 @@ pub struct Columns {
 /// Differences between two iterations of one step, both divided by `|delta r|`: the fit does not depend on the length
 /// of a column, its rounding errors do.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Column {
+pub struct SecantPair {
     /// `delta r`, a column of **V**; of length 1.
     #[serde(with = "dense")]
     pub residual: DVector<f64>,
@@ -31,7 +31,7 @@ pub struct Column {
     pub age: usize,
 }
 
-impl Column {
+impl SecantPair {
     /// The column of a change `trial` of the displacement and `residual` of the residual, where the displacement is of
     /// the length `displacement`; none if the residual did not change or is not a number.
     pub fn new(trial: DVector<f64>, residual: DVector<f64>, displacement: f64) -> Option<Self> {
@@ -89,14 +89,14 @@ impl Filter {
     }
 
     /// The share of `column` that newer ones must leave.
-    fn threshold(&self, column: &Column) -> f64 {
+    fn threshold(&self, column: &SecantPair) -> f64 {
         self.dependence
             .max(self.resolution / column.size)
             .max(ROUNDING)
     }
 
     /// The weight of a column's coefficient in the fit.
-    fn weight(&self, column: &Column) -> f64 {
+    fn weight(&self, column: &SecantPair) -> f64 {
         self.doubt * (1.0 + AGING * column.age as f64)
     }
 }
@@ -105,7 +105,7 @@ impl Filter {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeastSquares {
     filter: Filter,
-    columns: VecDeque<Column>,
+    columns: VecDeque<SecantPair>,
     /// **V**ᵀ**V**, the products of the residuals of `columns`.
     gram: DMatrix<f64>,
     /// Whether `columns` are independent.
@@ -141,7 +141,7 @@ impl LeastSquares {
     }
 
     /// The newest column.
-    pub fn add(&mut self, column: Column) {
+    pub fn add(&mut self, column: SecantPair) {
         self.columns.push_front(column);
         let products = self.products(&self.columns[0].residual);
         let gram = std::mem::replace(&mut self.gram, DMatrix::zeros(0, 0));
@@ -172,21 +172,21 @@ impl LeastSquares {
     }
 
     /// Takes all columns out, newest first.
-    pub fn take(&mut self) -> VecDeque<Column> {
+    pub fn take(&mut self) -> VecDeque<SecantPair> {
         let taken = std::mem::take(&mut self.columns);
         *self = Self::new(self.filter);
         taken
     }
 
     /// All columns, newest first.
-    pub fn columns(&self) -> Vec<Column> {
+    pub fn columns(&self) -> Vec<SecantPair> {
         self.columns.iter().cloned().collect()
     }
 
     /// Replaces all columns, newest first.
     pub fn put(
         &mut self,
-        columns: impl IntoIterator<Item = Column, IntoIter: DoubleEndedIterator>,
+        columns: impl IntoIterator<Item = SecantPair, IntoIter: DoubleEndedIterator>,
     ) {
         *self = Self::new(self.filter);
         columns
@@ -256,9 +256,9 @@ impl LeastSquares {
 mod tests {
     use super::*;
 
-    fn column(x: f64, y: f64) -> Column {
+    fn column(x: f64, y: f64) -> SecantPair {
         let residual = DVector::from_vec(vec![x, y]);
-        Column::new(2.0 * &residual, residual, 1.0).unwrap()
+        SecantPair::new(2.0 * &residual, residual, 1.0).unwrap()
     }
 
     #[test]
@@ -327,7 +327,7 @@ mod tests {
     #[test]
     fn a_change_that_is_zero_or_not_a_number_is_no_column() {
         let zero = DVector::zeros(2);
-        assert!(Column::new(zero.clone(), zero.clone(), 1.0).is_none());
-        assert!(Column::new(zero, DVector::from_element(2, f64::NAN), 1.0).is_none());
+        assert!(SecantPair::new(zero.clone(), zero.clone(), 1.0).is_none());
+        assert!(SecantPair::new(zero, DVector::from_element(2, f64::NAN), 1.0).is_none());
     }
 }

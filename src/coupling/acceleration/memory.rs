@@ -1,6 +1,6 @@
 //! What an acceleration keeps from one time step to the next.
 
-use super::Column;
+use super::SecantPair;
 use serde::{Deserialize, Serialize};
 
 /// All that an acceleration has learnt, in a form that can be stored. (What a [`Surrogate`](super::Surrogate) knows
@@ -10,7 +10,7 @@ pub struct AccelerationMemory {
     /// The relaxation factor with which the next step begins, of those models that adapt it.
     pub factor: Option<f64>,
     /// The columns of each fit of a quasi-Newton model, newest first.
-    pub fits: Vec<Vec<Column>>,
+    pub fits: Vec<Vec<SecantPair>>,
     /// What its surrogate was worth.
     pub surrogate: SurrogateRecord,
 }
@@ -29,7 +29,7 @@ impl AccelerationMemory {
     /// Whether it was learnt on an interface with `unknowns` components, and holds nothing but finite numbers and
     /// residuals of length 1.
     pub fn fits_to(&self, unknowns: usize) -> bool {
-        let fits_to = |column: &Column| {
+        let fits_to = |column: &SecantPair| {
             let vectors = [&column.residual, &column.trial];
             column.size.is_finite()
                 && (column.residual.norm() - 1.0).abs() < 1e-9

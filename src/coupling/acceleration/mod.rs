@@ -36,7 +36,7 @@ pub use aitken::Aitken;
 pub use constant::Constant;
 pub use hybrid::Hybrid;
 pub use iqn_ls::IqnLs;
-pub use least_squares::{Column, Columns, Filter, LeastSquares};
+pub use least_squares::{Columns, Filter, LeastSquares, SecantPair};
 pub use memory::AccelerationMemory;
 pub use multi_vector::MultiVector;
 pub use quasi_newton::{JacobianModel, Prediction, QuasiNewton};

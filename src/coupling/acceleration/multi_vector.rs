@@ -1,7 +1,7 @@
 //! The multi-vector update (Bogaers, Kok, Reddy and Franz 2014, MVQN; Lindner et al. 2015, IQN-IMVJ), without matrices
 //! (compare Spenke, Hosters and Behr 2020).
 
-use super::{Column, Columns, Filter, JacobianModel, LeastSquares, Prediction};
+use super::{Columns, Filter, JacobianModel, LeastSquares, Prediction, SecantPair};
 use nalgebra::DVector;
 use std::collections::VecDeque;
 
@@ -36,7 +36,7 @@ impl MultiVector {
 }
 
 impl JacobianModel for MultiVector {
-    fn add(&mut self, column: Column) {
+    fn add(&mut self, column: SecantPair) {
         self.chain[0].add(column);
         while self.chain.len() > 1 && self.columns().used > self.max_columns {
             self.chain.pop_back();
@@ -82,12 +82,12 @@ impl JacobianModel for MultiVector {
         }
     }
 
-    fn fits(&self) -> Vec<Vec<Column>> {
+    fn fits(&self) -> Vec<Vec<SecantPair>> {
         let earlier = self.chain.iter().skip(1);
         earlier.map(LeastSquares::columns).collect()
     }
 
-    fn recall(&mut self, fits: Vec<Vec<Column>>) {
+    fn recall(&mut self, fits: Vec<Vec<SecantPair>>) {
         self.reset();
         for columns in fits {
             let mut fit = LeastSquares::new(self.filter);
@@ -126,7 +126,7 @@ mod tests {
         for step in 0..3 {
             let columns: Vec<_> = (0..2)
                 .map(|k| {
-                    Column::new(
+                    SecantPair::new(
                         random(f64::from(4 * step + k)),
                         random(f64::from(50 + 4 * step + k)),
                         1.0,

@@ -1,7 +1,7 @@
 //! The quasi-Newton iteration: its columns come from the trials, its answers from a model of the inverse Jacobian.
 
 use super::memory::SurrogateRecord;
-use super::{Acceleration, AccelerationMemory, Column, Columns, Identity, Surrogate};
+use super::{Acceleration, AccelerationMemory, Columns, Identity, SecantPair, Surrogate};
 use nalgebra::DVector;
 
 /// Steps by whose first changes the surrogate is judged.
@@ -24,7 +24,7 @@ pub struct Prediction {
 /// An approximation of the inverse Jacobian that learns from columns: four verbs.
 pub trait JacobianModel: Send {
     /// A new column of the current step.
-    fn add(&mut self, column: Column);
+    fn add(&mut self, column: SecantPair);
 
     /// The answer of all columns to a residual.
     fn predict(&mut self, residual: &DVector<f64>) -> Prediction;
@@ -42,10 +42,10 @@ pub trait JacobianModel: Send {
     fn columns(&self) -> Columns;
 
     /// The columns of each of its fits, newest first, between two steps.
-    fn fits(&self) -> Vec<Vec<Column>>;
+    fn fits(&self) -> Vec<Vec<SecantPair>>;
 
     /// Takes the columns of another one's fits in place of its own.
-    fn recall(&mut self, fits: Vec<Vec<Column>>);
+    fn recall(&mut self, fits: Vec<Vec<SecantPair>>);
 }
 
 /// `d + correction + P rest`: the model answers for what its columns span, the surrogate `P` for the rest.
@@ -137,7 +137,7 @@ impl<M: JacobianModel> Acceleration for QuasiNewton<M> {
                 0.0 => 1.0,
                 scale => scale,
             };
-            let column = Column::new(change, answer, scale);
+            let column = SecantPair::new(change, answer, scale);
             column.into_iter().for_each(|column| self.model.add(column));
         }
         let Prediction { correction, rest } = self.model.predict(&residual);

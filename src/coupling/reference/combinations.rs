@@ -1,6 +1,6 @@
 //! Which settings a study of the acceleration compares, and one computation with each.
 
-use super::{History, Linear, Reference, Tube, TubeSetup, march};
+use super::{History, Linear, PartitionedTube, Reference, TubeSetup, march};
 use crate::coupling::acceleration::{
     AccelerationModel, AccelerationSettings, Filter, Identity, Surrogate,
 };
@@ -71,7 +71,7 @@ impl Combination {
 pub fn problems() -> Vec<Box<dyn Reference>> {
     vec![
         Box::new(Linear::new(60, 20.0)),
-        Box::new(Tube::new(TubeSetup::artery())),
-        Box::new(Tube::new(TubeSetup::pressure_pulse())),
+        Box::new(PartitionedTube::new(TubeSetup::artery())),
+        Box::new(PartitionedTube::new(TubeSetup::pressure_pulse())),
     ]
 }

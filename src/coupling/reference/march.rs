@@ -2,7 +2,7 @@
 
 use super::Reference;
 use crate::coupling::acceleration::Columns;
-use crate::coupling::convergence::Measure;
+use crate::coupling::convergence::ResidualMeasure;
 use crate::coupling::fixed_point::{CoupledProblem, FixedPoint};
 use crate::coupling::predictor::Extrapolation;
 use nalgebra::DVector;
@@ -58,7 +58,7 @@ impl CoupledProblem for Step<'_> {
         Ok(self.problem.image(d))
     }
 
-    fn judged(&mut self, measure: Measure, _: Columns) -> Result<(), Infallible> {
+    fn judged(&mut self, measure: ResidualMeasure, _: Columns) -> Result<(), Infallible> {
         self.residuals.push(measure.residual);
         Ok(())
     }

@@ -4,7 +4,7 @@ use super::{Flow, Inlet, Monolithic, Outlet, Reference, StringWall, TubeFluid, W
 use crate::Vec3;
 use crate::coupling::acceleration::Surrogate;
 use crate::coupling::acceleration::surrogate::{
-    Axis, End, StationOptions, Stations, SurrogateBlood, TubeSurrogate, WallShape,
+    Axis, StationOptions, Stations, SurrogateBlood, SurrogateWall, TubeEnd, TubeSurrogate,
 };
 use crate::curve::SpaceCurve;
 use nalgebra::DVector;
@@ -101,13 +101,13 @@ impl TubeSetup {
 
 /// The tube in a partitioned computation: the flow sees radii, the wall pressures.
 #[derive(Debug, Clone)]
-pub struct Tube {
+pub struct PartitionedTube {
     setup: TubeSetup,
     flow: Flow,
     wall: StringWall,
 }
 
-impl Tube {
+impl PartitionedTube {
     /// The tube at rest.
     pub fn new(setup: TubeSetup) -> Self {
         let (flow, wall) = (setup.flow(), setup.wall());
@@ -167,7 +167,7 @@ impl Tube {
             length,
         };
         let options = StationOptions {
-            shape: WallShape::Elements(1),
+            shape: SurrogateWall::Elements(1),
             most,
             around: 0,
         };
@@ -187,15 +187,15 @@ impl Tube {
             radial_inertia: false,
         };
         let inlet = match fluid.inlet {
-            Inlet::Flow(_) => End::Flow,
-            Inlet::Pressure(_) => End::Pressure { rigid_length: 0.0 },
+            Inlet::Flow(_) => TubeEnd::Flow,
+            Inlet::Pressure(_) => TubeEnd::Pressure { rigid_length: 0.0 },
         };
         let outlet = match fluid.outlet {
-            Outlet::Pressure(_) => End::Pressure { rigid_length: 0.0 },
+            Outlet::Pressure(_) => TubeEnd::Pressure { rigid_length: 0.0 },
             Outlet::Windkessel {
                 resistance,
                 compliance,
-            } => End::Windkessel {
+            } => TubeEnd::Windkessel {
                 proximal: 0.0,
                 resistance,
                 compliance,
@@ -206,7 +206,7 @@ impl Tube {
     }
 }
 
-impl Reference for Tube {
+impl Reference for PartitionedTube {
     fn name(&self) -> &str {
         self.setup.name
     }
@@ -259,7 +259,7 @@ mod tests {
         // wave is a little faster here, without the radial inertia of the blood.
         let setup = TubeSetup::pressure_pulse();
         let middle = 3 * RING * setup.cells / 2 + 1;
-        let history = Tube::new(setup).exact();
+        let history = PartitionedTube::new(setup).exact();
         let at = |step: &usize| history[*step][middle];
         let peak = (0..history.len())
             .max_by(|a, b| at(a).total_cmp(&at(b)))
@@ -271,10 +271,10 @@ mod tests {
     #[test]
     fn a_surrogate_with_the_right_data_foresees_the_interface() {
         // Small displacements: all that is left out is convection.
-        let mut tube = Tube::new(TubeSetup::artery());
+        let mut tube = PartitionedTube::new(TubeSetup::artery());
         let surrogate = tube.surrogate_of(tube.setup.cells / 2, 1.0);
         let wave = |i: usize| 1e-6 * (PI * (i as f64 + 0.5) / tube.setup.cells as f64).sin();
-        let d = Tube::spread(&(0..tube.setup.cells).map(wave).collect::<Vec<_>>());
+        let d = PartitionedTube::spread(&(0..tube.setup.cells).map(wave).collect::<Vec<_>>());
         let mut residual = |d: &DVector<f64>| tube.image(d) - d;
         let start = residual(&d);
         let left = residual(&(&d + surrogate.predict(&start)));

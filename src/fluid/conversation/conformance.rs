@@ -4,7 +4,7 @@
 //! its rim held, which is enough to tell the direction of normals, volumes, the conservation of mass, and whether a
 //! repeated trial is the same trial.
 
-use super::protocol::{FRAME_SIZE, Kind, ToFluid, message};
+use super::protocol::{FRAME_SIZE, MessageKind, ToFluid, message};
 use super::session::Session;
 use super::transport::{Patience, TransportError};
 use crate::Vec3;
@@ -27,7 +27,7 @@ const END_LIMIT: Duration = Duration::from_secs(10);
 
 /// What came of a check.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finding {
+pub struct RuleFinding {
     /// What was looked at.
     pub what: String,
     /// What was found: as it should be, or not.
@@ -40,8 +40,8 @@ pub struct Finding {
 /// [`FluidError::Interrupted`] if the user ended it; whatever else goes wrong is a finding.
 pub fn examine(
     settings: &ExternalSettings,
-    tell: &mut dyn FnMut(&Finding),
-) -> Result<Vec<Finding>, FluidError> {
+    tell: &mut dyn FnMut(&RuleFinding),
+) -> Result<Vec<RuleFinding>, FluidError> {
     let mut examination = Examination {
         settings,
         tell,
@@ -56,19 +56,19 @@ pub fn examine(
 
 struct Examination<'a> {
     settings: &'a ExternalSettings,
-    tell: &'a mut dyn FnMut(&Finding),
-    findings: Vec<Finding>,
+    tell: &'a mut dyn FnMut(&RuleFinding),
+    findings: Vec<RuleFinding>,
 }
 
 /// What ends an examination early: a finding has been made of it, or the user has.
-enum End {
+enum EarlyEnd {
     Found,
     Interrupted,
 }
 
 impl Examination<'_> {
     fn note(&mut self, what: &str, found: Result<String, String>) {
-        let finding = Finding {
+        let finding = RuleFinding {
             what: what.to_owned(),
             found,
         };
@@ -77,13 +77,13 @@ impl Examination<'_> {
     }
 
     /// A value that the solver should have given.
-    fn get<T>(&mut self, what: &str, result: Result<T, FluidError>) -> Result<T, End> {
+    fn get<T>(&mut self, what: &str, result: Result<T, FluidError>) -> Result<T, EarlyEnd> {
         match result {
             Ok(value) => Ok(value),
-            Err(FluidError::Interrupted) => Err(End::Interrupted),
+            Err(FluidError::Interrupted) => Err(EarlyEnd::Interrupted),
             Err(error) => {
                 self.note(what, Err(error.to_string()));
-                Err(End::Found)
+                Err(EarlyEnd::Found)
             }
         }
     }
@@ -95,12 +95,12 @@ impl Examination<'_> {
     /// Everything a run does.
     fn conversation(&mut self) -> Result<(), FluidError> {
         match self.run() {
-            Err(End::Interrupted) => Err(FluidError::Interrupted),
-            Ok(()) | Err(End::Found) => Ok(()),
+            Err(EarlyEnd::Interrupted) => Err(FluidError::Interrupted),
+            Ok(()) | Err(EarlyEnd::Found) => Ok(()),
         }
     }
 
-    fn run(&mut self) -> Result<(), End> {
+    fn run(&mut self) -> Result<(), EarlyEnd> {
         let what = "it starts and introduces itself";
         let started = self.start();
         let mut fluid = self.get(what, started)?;
@@ -237,7 +237,7 @@ impl Examination<'_> {
             ("a time step below zero", solve(&still, -dt)),
             ("flags that nobody knows", with(FRAME_SIZE + 4, 0x80)),
             ("ACCEPT between two steps", accept),
-            ("a HELLO", message(Kind::Hello, &[0; 48])),
+            ("a HELLO", message(MessageKind::Hello, &[0; 48])),
             ("FAILURE", ToFluid::Failure("the test is over").encode()),
         ];
         for (name, bytes) in &attacks {

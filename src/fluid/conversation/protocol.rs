@@ -24,7 +24,7 @@ const MAGIC: [u8; 4] = *b"FSIP";
 /// Kinds of messages by their number on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
-pub enum Kind {
+pub enum MessageKind {
     /// Fluid to driver: interface, start time, time step.
     Hello = 1,
     /// Driver to fluid: what it understood of the hello.
@@ -45,9 +45,9 @@ pub enum Kind {
     Discard = 9,
 }
 
-impl Kind {
+impl MessageKind {
     fn from_number(number: u16) -> Option<Self> {
-        use Kind::*;
+        use MessageKind::*;
         [
             Hello, Welcome, Solve, Solved, Accept, Accepted, Stop, Failure, Discard,
         ]
@@ -56,7 +56,7 @@ impl Kind {
     }
 }
 
-impl std::fmt::Display for Kind {
+impl std::fmt::Display for MessageKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&format!("{self:?}").to_uppercase())
     }
@@ -83,15 +83,15 @@ pub enum ProtocolError {
     #[error("expected {expected} from the fluid, found {found}")]
     Unexpected {
         /// What should have come.
-        expected: Kind,
+        expected: MessageKind,
         /// What came.
-        found: Kind,
+        found: MessageKind,
     },
     /// A payload of the wrong length.
     #[error("{kind} of the fluid has {found} bytes, expected {expected}")]
     Length {
         /// The message.
-        kind: Kind,
+        kind: MessageKind,
         /// Bytes it must have.
         expected: String,
         /// Bytes it announces or has.
@@ -101,7 +101,7 @@ pub enum ProtocolError {
     #[error("{kind} of the fluid holds a {what} that is not finite")]
     NotFinite {
         /// The message.
-        kind: Kind,
+        kind: MessageKind,
         /// Which number.
         what: String,
     },
@@ -133,7 +133,7 @@ pub enum ProtocolError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WireFrame {
     /// Kind of the message.
-    pub kind: Kind,
+    pub kind: MessageKind,
     /// Length of the payload, bytes; not yet checked.
     pub length: u64,
 }
@@ -149,7 +149,7 @@ impl WireFrame {
             return Err(ProtocolError::Version { found: version });
         }
         let number = u16::from_le_bytes([bytes[6], bytes[7]]);
-        let kind = Kind::from_number(number).ok_or(ProtocolError::UnknownKind(number))?;
+        let kind = MessageKind::from_number(number).ok_or(ProtocolError::UnknownKind(number))?;
         let mut length = [0; 8];
         length.copy_from_slice(&bytes[8..]);
         Ok(Self {
@@ -160,7 +160,7 @@ impl WireFrame {
 }
 
 /// A whole message from its kind and payload.
-pub fn message(kind: Kind, payload: &[u8]) -> Vec<u8> {
+pub fn message(kind: MessageKind, payload: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(FRAME_SIZE + payload.len());
     bytes.extend_from_slice(&MAGIC);
     bytes.extend_from_slice(&VERSION.to_le_bytes());

@@ -1,7 +1,7 @@
 //! The conversation with a fluid: handshake, then solve and accept.
 
 use super::protocol::{
-    Accepted, Expected, FromFluid, Hello, Kind, OpeningTerms, ProtocolError, Solved, ToFluid,
+    Accepted, Expected, FromFluid, Hello, MessageKind, OpeningTerms, ProtocolError, Solved, ToFluid,
 };
 use super::transport::{Patience, Transport, TransportError};
 use crate::Vec3;
@@ -168,7 +168,7 @@ impl Session {
             patience,
         )? {
             FromFluid::Solved(solved) => Ok(solved),
-            other => Err(unexpected(Kind::Solved, &other)),
+            other => Err(unexpected(MessageKind::Solved, &other)),
         }
     }
 
@@ -189,7 +189,7 @@ impl Session {
             patience,
         )? {
             FromFluid::Accepted(accepted) => Ok(accepted),
-            other => Err(unexpected(Kind::Accepted, &other)),
+            other => Err(unexpected(MessageKind::Accepted, &other)),
         }
     }
 
@@ -246,7 +246,7 @@ impl Session {
     }
 }
 
-fn unexpected(expected: Kind, found: &FromFluid) -> TransportError {
+fn unexpected(expected: MessageKind, found: &FromFluid) -> TransportError {
     ProtocolError::Unexpected {
         expected,
         found: found.kind(),
@@ -261,7 +261,7 @@ fn hear_hello(
 ) -> Result<Hello, TransportError> {
     let hello = match transport.receive(Expected::Hello, patience)? {
         FromFluid::Hello(hello) => hello,
-        other => return Err(unexpected(Kind::Hello, &other)),
+        other => return Err(unexpected(MessageKind::Hello, &other)),
     };
     let differences = terms.differences(&hello);
     if differences.is_empty() {

@@ -147,7 +147,7 @@ impl Listener {
     /// Waits for the fluid.
     pub fn accept(self, patience: &mut Patience) -> Result<Transport, TransportError> {
         match self {
-            Listener::Files { folder } => Ok(Transport::Files(Files {
+            Listener::Files { folder } => Ok(Transport::Files(FileTransport {
                 folder,
                 sent: 0,
                 received: 0,
@@ -182,7 +182,7 @@ pub enum Transport {
     /// Over a Unix-domain socket.
     Socket(Socket),
     /// Over files in a folder.
-    Files(Files),
+    Files(FileTransport),
 }
 
 impl Transport {
@@ -287,13 +287,13 @@ impl Socket {
 }
 
 /// A folder in which each message is a file, `00000001.driver` and `00000001.fluid` being the first of each side.
-pub struct Files {
+pub struct FileTransport {
     folder: PathBuf,
     sent: u64,
     received: u64,
 }
 
-impl Files {
+impl FileTransport {
     fn send(&mut self, message: &[u8]) -> Result<(), TransportError> {
         self.sent += 1;
         let path = self.folder.join(format!("{:08}.driver", self.sent));

@@ -1,16 +1,16 @@
 //! Blood in a vessel: the flow with its inlet, its windkessel and its moving wall.
 
 use super::FlowError;
-use super::clock::Part;
+use super::clock::SolverPart;
 use super::decay::highest_modes;
-use super::ends::{Coming, Ends, Prescribed};
+use super::ends::{Coming, NativeOpenings, OpeningCondition};
 use super::field::field;
 use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
 use super::metric::Metric;
 use super::open_inflow::OpenEnd;
 use super::probes::probe;
 use super::spectral_elements::SpectralElements;
-use super::taylor_hood_space::{Face, Patch};
+use super::taylor_hood_space::{Boundary, Face};
 use super::vessel_mesh::{Resolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
@@ -44,7 +44,7 @@ struct Memory {
 }
 
 /// The last trial.
-struct Trial {
+struct NativeTrial {
     solution: FlowSolution,
     /// Loads on the faces of the interface.
     loads: Vec<WallLoad>,
@@ -57,8 +57,8 @@ pub struct NativeFluid {
     mesh: VesselMesh,
     flow: Flow,
     memory: Memory,
-    trial: Option<Trial>,
-    ends: Ends,
+    trial: Option<NativeTrial>,
+    ends: NativeOpenings,
     /// Displacement of the wall at t = 0, m.
     initial: Vec<Vec3>,
     /// Faces of the deformable wall in the interface's order.
@@ -93,13 +93,13 @@ impl NativeFluid {
         let space = SpectralElements::new(mesh.space().clone()).map_err(|error| failed(&error))?;
         let still = vec![Vec3::zeros(); mesh.interface().points.len()];
         let positions = mesh.positions(&still);
-        let faces = |wanted: fn(Patch) -> bool| space.space.faces_of(wanted);
-        let walls = faces(|patch| matches!(patch, Patch::Mantle(_)));
+        let faces = |wanted: fn(Boundary) -> bool| space.space.faces_of(wanted);
+        let walls = faces(|patch| matches!(patch, Boundary::Mantle(_)));
         let [first, last] = [mesh.elastic().start, mesh.elastic().end];
         let around = 4 * resolution.core;
         let wall = walls[first * around..last * around].to_vec();
-        let ends =
-            Ends::new(case, vessel, &space, &walls, &positions).map_err(|error| failed(&error))?;
+        let ends = NativeOpenings::new(case, vessel, &space, &walls, &positions)
+            .map_err(|error| failed(&error))?;
         let open: Vec<OpenEnd> = ends.openings.iter().filter_map(|end| end.open()).collect();
         let is_open = |face: &Face| open.iter().any(|end| end.faces.contains(face));
         let mut fixed = faces(|_| true);
@@ -239,13 +239,18 @@ impl NativeFluid {
     }
 
     /// The openings at the end of a trial, at the time `t` (s).
-    fn openings(&self, t: f64, prescribed: &[Prescribed], trial: &FlowSolution) -> Vec<Opening> {
+    fn openings(
+        &self,
+        t: f64,
+        prescribed: &[OpeningCondition],
+        trial: &FlowSolution,
+    ) -> Vec<Opening> {
         let mut outflows = trial.outflows.iter();
         let ends = self.ends.openings.iter().zip(prescribed);
         ends.map(|(end, prescribed)| {
             let (flow, model_pressure) = match prescribed {
-                Prescribed::Flow(flow) => (*flow, None),
-                Prescribed::Behind(behind) => {
+                OpeningCondition::Flow(flow) => (*flow, None),
+                OpeningCondition::Behind(behind) => {
                     let out = *outflows.next().expect("each open end has a flow");
                     (-out, Some(behind[0] + behind[1] * out))
                 }
@@ -323,7 +328,7 @@ impl Fluid for NativeFluid {
         };
         let start = self.trial.as_ref().map(|trial| &trial.solution);
         let start = start.filter(|trial| trial.time_step == time_step);
-        self.flow.clock_mut().add(Part::Geometry, begin);
+        self.flow.clock_mut().add(SolverPart::Geometry, begin);
         let trial = (self.flow)
             .solve(&self.memory.flow, time_step, positions, &boundary, start)
             .map_err(|error: FlowError| match error {
@@ -333,12 +338,12 @@ impl Fluid for NativeFluid {
         let begin = Instant::now();
         let loads = self.loads(&trial);
         let tractions = self.tractions(displacement, &loads);
-        self.flow.clock_mut().add(Part::Loads, begin);
+        self.flow.clock_mut().add(SolverPart::Loads, begin);
         let cost = FluidCost {
             sweeps: 1,
             residual: trial.residual,
         };
-        self.trial = Some(Trial {
+        self.trial = Some(NativeTrial {
             openings: self.openings(t, &prescribed, &trial),
             solution: trial,
             loads,
@@ -354,7 +359,7 @@ impl Fluid for NativeFluid {
         let Some(trial) = self.trial.take() else {
             return Err(FluidError::NotSolved("there is no trial to accept".into()));
         };
-        let Trial {
+        let NativeTrial {
             solution: trial,
             loads,
             openings,

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 /// A part of the solver's work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum SolverPart {
     /// The nodes' places, the metric, and all of the equations that depends on them.
     Geometry,
     /// The Schur complement and its factor, when they are made again.
@@ -21,7 +21,7 @@ pub enum Part {
     Loads,
 }
 
-impl Part {
+impl SolverPart {
     const ALL: [(Self, &str); 7] = [
         (Self::Geometry, "geometry"),
         (Self::Factorization, "factorization"),
@@ -36,24 +36,25 @@ impl Part {
 /// Seconds of wall-clock time by part.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Clock {
-    seconds: [f64; Part::ALL.len()],
+    seconds: [f64; SolverPart::ALL.len()],
 }
 
 impl Clock {
     /// Adds the time since `begin`.
-    pub fn add(&mut self, part: Part, begin: Instant) {
+    pub fn add(&mut self, part: SolverPart, begin: Instant) {
         self.seconds[part as usize] += begin.elapsed().as_secs_f64();
     }
 
     /// Adds the time since `begin` that no part has taken since the clock stood at `then`.
-    pub fn add_rest(&mut self, part: Part, begin: Instant, then: &Self) {
+    pub fn add_rest(&mut self, part: SolverPart, begin: Instant, then: &Self) {
         let elapsed = begin.elapsed().as_secs_f64();
         self.seconds[part as usize] += elapsed - (self.total() - then.total());
     }
 
     /// Seconds of each part with its name.
     pub fn by_part(&self) -> Vec<(String, f64)> {
-        let parts = Part::ALL.map(|(part, name)| (name.to_owned(), self.seconds[part as usize]));
+        let parts =
+            SolverPart::ALL.map(|(part, name)| (name.to_owned(), self.seconds[part as usize]));
         parts.into()
     }
 

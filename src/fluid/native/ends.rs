@@ -4,7 +4,7 @@
 use super::FlowError;
 use super::open_inflow::{OpenEnd, OpenInflow};
 use super::spectral_elements::SpectralElements;
-use super::taylor_hood_space::{Face, Patch};
+use super::taylor_hood_space::{Boundary, Face};
 use super::time_scheme::Weights;
 use crate::Vec3;
 use crate::case::{
@@ -15,7 +15,7 @@ use crate::geometry::Vessel;
 use std::f64::consts::PI;
 
 /// An opening of the vessel.
-pub struct End {
+pub struct NativeOpening {
     /// Its name.
     pub name: String,
     /// At which end of the vessel it is.
@@ -36,7 +36,7 @@ pub enum NativeCondition {
     Pressure(PressureModel),
 }
 
-impl End {
+impl NativeOpening {
     /// The part of the boundary through which fluid comes and goes under a pressure, if it is one.
     pub fn open(&self) -> Option<OpenEnd> {
         match &self.condition {
@@ -64,7 +64,7 @@ pub struct FlowInlet {
 }
 
 /// An opening in a mesh.
-struct Place<'a> {
+struct MeshedOpening<'a> {
     vessel: &'a Vessel,
     end: VesselSide,
     space: &'a SpectralElements,
@@ -77,7 +77,7 @@ struct Place<'a> {
 }
 
 impl FlowInlet {
-    fn new(curve: FlowCurve, profile: InletProfile, at: &Place<'_>) -> Self {
+    fn new(curve: FlowCurve, profile: InletProfile, at: &MeshedOpening<'_>) -> Self {
         let (space, positions) = (at.space, at.positions);
         let nodes = space.space.nodes;
         let mut flux = vec![0.0; 3 * nodes];
@@ -164,7 +164,7 @@ impl FlowInlet {
 
 /// What is prescribed at an opening at the end of a step.
 #[derive(Debug, Clone, Copy)]
-pub enum Prescribed {
+pub enum OpeningCondition {
     /// A flow into the vessel, m³/s.
     Flow(f64),
     /// A pressure behind the proximal resistance, if there is one: a constant (Pa), and a part for each unit of
@@ -198,16 +198,16 @@ fn behind(model: &PressureModel, t: f64, w: Weights, last: [f64; 2]) -> [f64; 2]
 }
 
 /// The openings, and their smooth start.
-pub struct Ends {
+pub struct NativeOpenings {
     /// The openings, those at starts first.
-    pub openings: Vec<End>,
+    pub openings: Vec<NativeOpening>,
     ramp: Ramp,
     /// Whether the pressures are ramped from zero as the inflow is; if not, from that of the equilibrium (Pa) at the
     /// start.
     equilibrium: Option<f64>,
 }
 
-impl Ends {
+impl NativeOpenings {
     /// Those of a case, for the faces of a mesh whose nodes lie at `positions` (m).
     ///
     /// # Errors
@@ -224,10 +224,10 @@ impl Ends {
         let geometry = Vessel::new(vessel);
         let end = |opening: crate::case::Opening| {
             let patch = match opening.end {
-                VesselSide::Start => Patch::Start,
-                VesselSide::End => Patch::End,
+                VesselSide::Start => Boundary::Start,
+                VesselSide::End => Boundary::End,
             };
-            let place = Place {
+            let place = MeshedOpening {
                 vessel: &geometry,
                 end: opening.end,
                 space,
@@ -247,7 +247,7 @@ impl Ends {
                 }
                 Condition::Pressure(model) => NativeCondition::Pressure(model),
             };
-            End {
+            NativeOpening {
                 name: opening.name,
                 side: opening.end,
                 faces: place.faces,
@@ -273,18 +273,18 @@ impl Ends {
     }
 
     /// What is prescribed at each opening at the end of a step.
-    pub fn prescribed(&self, step: &Coming<'_>) -> Vec<Prescribed> {
+    pub fn prescribed(&self, step: &Coming<'_>) -> Vec<OpeningCondition> {
         let ends = self.openings.iter().zip(step.behind);
         ends.map(|(end, &last)| match &end.condition {
             NativeCondition::Flow(inlet) => {
-                Prescribed::Flow(self.flow_share(step.time) * inlet.flow(step.time))
+                OpeningCondition::Flow(self.flow_share(step.time) * inlet.flow(step.time))
             }
             // A share f of the inflow Q leaves, and the rest is what the vessel takes in: Q = f Q + dV/dt.
             NativeCondition::FlowSplit(fraction, _) => {
-                Prescribed::Flow(-fraction / (1.0 - fraction) * (step.growth)())
+                OpeningCondition::Flow(-fraction / (1.0 - fraction) * (step.growth)())
             }
             NativeCondition::Pressure(model) => {
-                Prescribed::Behind(behind(model, step.time, step.weights, last))
+                OpeningCondition::Behind(behind(model, step.time, step.weights, last))
             }
         })
         .collect()
@@ -292,17 +292,22 @@ impl Ends {
 
     /// Adds the velocities (m/s) of what is `prescribed` at the time `t` (s) to a field; gives the pressures that act
     /// at the open ends, in their order.
-    pub fn apply(&self, prescribed: &[Prescribed], t: f64, field: &mut [f64]) -> Vec<[f64; 2]> {
+    pub fn apply(
+        &self,
+        prescribed: &[OpeningCondition],
+        t: f64,
+        field: &mut [f64],
+    ) -> Vec<[f64; 2]> {
         let mut pressures = Vec::new();
         for (end, prescribed) in self.openings.iter().zip(prescribed) {
             match (&end.condition, prescribed) {
                 (NativeCondition::Flow(inlet), _) => {
                     inlet.add_velocity(t, self.flow_share(t), field);
                 }
-                (NativeCondition::FlowSplit(_, outlet), Prescribed::Flow(flow)) => {
+                (NativeCondition::FlowSplit(_, outlet), OpeningCondition::Flow(flow)) => {
                     outlet.add_flow(*flow, field);
                 }
-                (NativeCondition::Pressure(model), Prescribed::Behind(behind)) => {
+                (NativeCondition::Pressure(model), OpeningCondition::Behind(behind)) => {
                     let of_model = [behind[0], behind[1] + model.proximal];
                     pressures.push(self.acting(end.side, t, of_model));
                 }
@@ -314,7 +319,7 @@ impl Ends {
 
     /// Pressure (Pa) at an opening with this outflow (m³/s) and this pressure (Pa) behind it at a time (s), where it is
     /// prescribed to the last digit: at an end of the vessel.
-    pub fn pressure_at(&self, end: &End, t: f64, behind: f64, out: f64) -> Option<f64> {
+    pub fn pressure_at(&self, end: &NativeOpening, t: f64, behind: f64, out: f64) -> Option<f64> {
         match (&end.condition, end.side) {
             (NativeCondition::Pressure(model), VesselSide::End) => {
                 let at_end = [behind + model.proximal * out, 0.0];

@@ -4,7 +4,7 @@
 //! and pressure of a step are found together, without splitting; convection is linearized by extrapolation in time.
 
 use super::FlowError;
-use super::clock::{Clock, Part};
+use super::clock::{Clock, SolverPart};
 use super::gmres::{self, System, Workspace};
 use super::metric::Metric;
 use super::open_inflow::{Moving, OpenEnd};
@@ -14,7 +14,7 @@ use super::preconditioner::{MadeFor, Preconditioner};
 use super::shear_thinning::VariableViscosity;
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
-use super::taylor_hood_space::{Face, Patch};
+use super::taylor_hood_space::{Boundary, Face};
 use super::time_scheme::{self, TimeScheme, Weights, extrapolation};
 use crate::Vec3;
 use crate::case::Rheology;
@@ -208,7 +208,7 @@ impl Flow {
                 let loads = points.areas.iter().zip(pressures);
                 let loads = loads.map(|(area, p)| area * p).collect();
                 let areas = match face.patch {
-                    Patch::Mantle(_) => space.face_node_areas(face, positions),
+                    Boundary::Mantle(_) => space.face_node_areas(face, positions),
                     _ => Vec::new(),
                 };
                 (points.nodes, loads, areas)
@@ -242,7 +242,7 @@ impl Flow {
         if start.is_none() || self.preconditioner.is_none() {
             let begin = Instant::now();
             self.prepare(state, w.new)?;
-            self.clock.add(Part::Factorization, begin);
+            self.clock.add(SolverPart::Factorization, begin);
         }
         let begin = Instant::now();
         let metric = Metric::new(&self.space, &positions)?;
@@ -357,7 +357,7 @@ impl Flow {
             clock,
             patience,
         };
-        system.clock.add(Part::Geometry, begin);
+        system.clock.add(SolverPart::Geometry, begin);
         let (begin, then) = (Instant::now(), *system.clock);
         let mut first = vec![0.0; x.len()];
         system.preconditioned_residual(&x, &mut first);
@@ -379,7 +379,9 @@ impl Flow {
             settings.max_iterations,
             workspace,
         );
-        system.clock.add_rest(Part::Orthogonalization, begin, &then);
+        system
+            .clock
+            .add_rest(SolverPart::Orthogonalization, begin, &then);
         if system.patience.is_over() {
             return Err(FlowError::Interrupted);
         }

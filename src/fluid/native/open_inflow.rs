@@ -34,7 +34,7 @@ pub enum OpenInflow {
 
 /// Fluid that enters at a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Entry {
+pub struct NodalInflow {
     /// The node.
     pub node: usize,
     /// Half of the mass that enters, kg/s.
@@ -63,12 +63,12 @@ impl OpenEnd {
         space: &SpectralElements,
         flux: &[f64],
         moving: &Moving<'_>,
-    ) -> Vec<Entry> {
-        let mut entries: Vec<Entry> = (space.space.nodes_of(&self.faces).into_iter())
+    ) -> Vec<NodalInflow> {
+        let mut entries: Vec<NodalInflow> = (space.space.nodes_of(&self.faces).into_iter())
             .map(|node| {
                 let through = space.vector(moving.relative, node);
                 let through = through.dot(&space.vector(flux, node));
-                Entry {
+                NodalInflow {
                     node,
                     rate: 0.5 * moving.density * (-through).max(0.0),
                     velocity: Vec3::zeros(),
@@ -97,7 +97,7 @@ fn along_normal(
     faces: &[Face],
     flux: &[f64],
     moving: &Moving<'_>,
-    entries: &mut [Entry],
+    entries: &mut [NodalInflow],
 ) {
     let behind = space.space.inner_nodes(faces);
     let area: Vec3 = (behind.iter())

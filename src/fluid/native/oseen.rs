@@ -1,6 +1,6 @@
 //! The equations of a time step, linear in velocity and pressure, with their preconditioner.
 
-use super::clock::{Clock, Part};
+use super::clock::{Clock, SolverPart};
 use super::contraction::LANES;
 use super::gmres::System;
 use super::kernel::{AtGauss, Viscosity};
@@ -90,7 +90,7 @@ impl Oseen<'_> {
                 .filter(|(_, fixed)| **fixed)
                 .for_each(|(out, _)| *out = 0.0);
         }
-        self.clock.add(Part::Products, begin);
+        self.clock.add(SolverPart::Products, begin);
     }
 
     /// Forces (N) that hold the velocity of the fixed nodes, one component after the other: what the equations of
@@ -211,7 +211,7 @@ impl Oseen<'_> {
         }
         let substitution = Instant::now();
         self.schur.solve(p);
-        self.clock.add(Part::Substitution, substitution);
+        self.clock.add(SolverPart::Substitution, substitution);
         momentum.par_chunks_mut(3 * n3).enumerate().for_each_init(
             || (space.kernel.scratch(), vec![0.0; p3]),
             |(scratch, p_local), (e, momentum)| {
@@ -227,7 +227,8 @@ impl Oseen<'_> {
                 *u -= d * v;
             }
         }
-        self.clock.add_rest(Part::Preconditioner, begin, &then);
+        self.clock
+            .add_rest(SolverPart::Preconditioner, begin, &then);
     }
 }
 

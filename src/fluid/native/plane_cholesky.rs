@@ -22,7 +22,7 @@ const TOGETHER: usize = 8;
 
 /// A row of the lower triangle of a matrix.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct TriangleRow {
     /// Column of the first value.
     pub first: usize,
     /// Values up to the diagonal.
@@ -30,13 +30,13 @@ pub struct Row {
 }
 
 /// A dense matrix by rows.
-struct Block {
+struct DenseBlock {
     rows: usize,
     width: usize,
     values: Vec<f32>,
 }
 
-impl Block {
+impl DenseBlock {
     fn new(matrix: &Mat<f64>) -> Self {
         let (rows, columns) = (matrix.nrows(), matrix.ncols());
         let width = columns.next_multiple_of(WIDTH);
@@ -67,9 +67,9 @@ impl Block {
 
 /// What the elimination of a plane leaves: the inverse of its diagonal block's factor, and the blocks below with the
 /// places of their planes in the order of elimination.
-struct Column {
-    inverse: Block,
-    below: Vec<(usize, Block)>,
+struct FactorColumn {
+    inverse: DenseBlock,
+    below: Vec<(usize, DenseBlock)>,
 }
 
 /// The factor.
@@ -83,7 +83,7 @@ pub struct PlaneCholesky {
     ends: [usize; 2],
     /// Inverse roots of the diagonal.
     scale: Vec<f64>,
-    columns: Vec<Column>,
+    columns: Vec<FactorColumn>,
 }
 
 impl PlaneCholesky {
@@ -92,7 +92,7 @@ impl PlaneCholesky {
     ///
     /// # Errors
     /// If the matrix is not positive definite.
-    pub fn new(size: usize, rows: &[Row]) -> Result<Self, NotPositive> {
+    pub fn new(size: usize, rows: &[TriangleRow]) -> Result<Self, NotPositive> {
         let diagonal = rows
             .iter()
             .enumerate()
@@ -160,10 +160,10 @@ impl PlaneCholesky {
         // What the second end takes from the middle is added afterwards: the same for any number of threads
         let mut other = Blocks::new();
         let (ends, others) = rayon::join(
-            || -> Result<Vec<Column>, NotPositive> {
+            || -> Result<Vec<FactorColumn>, NotPositive> {
                 (0..one).map(|k| eliminate(k, first, middle)).collect()
             },
-            || -> Result<Vec<Column>, NotPositive> {
+            || -> Result<Vec<FactorColumn>, NotPositive> {
                 let columns = (one..one + two).map(|k| eliminate(k, second, &mut other));
                 columns.collect()
             },
@@ -245,7 +245,7 @@ fn eliminate(
     below: &BTreeSet<usize>,
     blocks: &mut Blocks,
     later: &mut Blocks,
-) -> Result<Column, NotPositive> {
+) -> Result<FactorColumn, NotPositive> {
     let diagonal = blocks.remove(&(k, k)).expect("it is there");
     let factor = diagonal.llt(Side::Lower).map_err(|_| NotPositive)?;
     let mut inverse = Mat::identity(size, size);
@@ -265,10 +265,10 @@ fn eliminate(
             matmul(block, Accum::Add, left, right.transpose(), -1.0, Par::Seq);
         }
     }
-    Ok(Column {
-        inverse: Block::new(&inverse),
+    Ok(FactorColumn {
+        inverse: DenseBlock::new(&inverse),
         below: (below.iter())
-            .map(|(i, block)| (*i, Block::new(block)))
+            .map(|(i, block)| (*i, DenseBlock::new(block)))
             .collect(),
     })
 }
@@ -295,7 +295,7 @@ fn from_both_ends(first: &[usize]) -> (Vec<usize>, [usize; 2]) {
 /// Forward or backward substitution over some columns, whose unknowns are `own`; those of the middle are not among
 /// them.
 struct Sweep<'a> {
-    columns: &'a [Column],
+    columns: &'a [FactorColumn],
     first: usize,
     middle_from: usize,
     width: usize,
@@ -358,7 +358,12 @@ impl WithSimd for Sweep<'_> {
 
 /// Adds, or subtracts, `block x`.
 #[inline(always)]
-fn add_product<S: Simd, const MINUS: bool>(simd: S, block: &Block, x: &[f32], out: &mut [f32]) {
+fn add_product<S: Simd, const MINUS: bool>(
+    simd: S,
+    block: &DenseBlock,
+    x: &[f32],
+    out: &mut [f32],
+) {
     let (x, _) = S::as_simd_f32s(&x[..block.width]);
     let mut from = 0;
     while from < block.rows {
@@ -379,7 +384,12 @@ fn add_product<S: Simd, const MINUS: bool>(simd: S, block: &Block, x: &[f32], ou
 
 /// Adds, or subtracts, the product of the transposed block with `x`.
 #[inline(always)]
-fn add_transposed<S: Simd, const MINUS: bool>(simd: S, block: &Block, x: &[f32], out: &mut [f32]) {
+fn add_transposed<S: Simd, const MINUS: bool>(
+    simd: S,
+    block: &DenseBlock,
+    x: &[f32],
+    out: &mut [f32],
+) {
     let (out, _) = S::as_mut_simd_f32s(&mut out[..block.width]);
     let mut from = 0;
     while from < block.rows {
@@ -415,9 +425,9 @@ mod tests {
             let row = |i: usize| {
                 let first = (0..=i).find(|&j| entry(i, j) != 0.0).expect("the diagonal");
                 let values = (first..=i).map(|j| entry(i, j)).collect();
-                Row { first, values }
+                TriangleRow { first, values }
             };
-            let rows: Vec<Row> = (0..n).map(row).collect();
+            let rows: Vec<TriangleRow> = (0..n).map(row).collect();
             let solution: Vec<f64> = (0..n).map(|i| (i as f64 * 0.7).cos()).collect();
             let mut x: Vec<f64> = (0..n)
                 .map(|i| {
@@ -435,7 +445,7 @@ mod tests {
 
     #[test]
     fn a_matrix_that_is_not_positive_is_refused() {
-        let row = |values: &[f64]| Row {
+        let row = |values: &[f64]| TriangleRow {
             first: 0,
             values: values.to_vec(),
         };

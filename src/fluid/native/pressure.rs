@@ -7,7 +7,7 @@
 use super::FlowError;
 use super::contraction::LANES;
 use super::metric::Metric;
-use super::plane_cholesky::{PlaneCholesky, Row};
+use super::plane_cholesky::{PlaneCholesky, TriangleRow};
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 
@@ -18,7 +18,7 @@ pub struct SchurComplement {
 
 /// Part of the matrix `B`: the velocity components of a node.
 #[derive(Clone, Copy)]
-struct Entry {
+struct NodeEntry {
     index: u32,
     values: [f64; 3],
 }
@@ -34,24 +34,24 @@ impl SchurComplement {
         inverse_diagonal: &[f64],
     ) -> Result<Self, FlowError> {
         let rows = divergence_rows(space, metric);
-        let mut columns: Vec<Vec<Entry>> = vec![Vec::new(); space.space.nodes];
+        let mut columns: Vec<Vec<NodeEntry>> = vec![Vec::new(); space.space.nodes];
         for (j, row) in rows.iter().enumerate() {
             for entry in row {
                 if inverse_diagonal[entry.index as usize] > 0.0 {
-                    columns[entry.index as usize].push(Entry {
+                    columns[entry.index as usize].push(NodeEntry {
                         index: j as u32,
                         ..*entry
                     });
                 }
             }
         }
-        let rows: Vec<Row> = (rows.par_iter().enumerate())
+        let rows: Vec<TriangleRow> = (rows.par_iter().enumerate())
             .map(|(i, row)| {
                 let entries = || {
-                    let free = |entry: &&Entry| inverse_diagonal[entry.index as usize] > 0.0;
+                    let free = |entry: &&NodeEntry| inverse_diagonal[entry.index as usize] > 0.0;
                     row.iter().filter(free)
                 };
-                let first_of = |entry: &Entry| columns[entry.index as usize][0].index as usize;
+                let first_of = |entry: &NodeEntry| columns[entry.index as usize][0].index as usize;
                 let first = entries().map(first_of).min().unwrap_or(i);
                 let mut values = vec![0.0; i + 1 - first];
                 for entry in entries() {
@@ -64,7 +64,7 @@ impl SchurComplement {
                         values[other.index as usize - first] += a * x + b * y + c * z;
                     }
                 }
-                Row { first, values }
+                TriangleRow { first, values }
             })
             .collect();
         let factor = PlaneCholesky::new(space.space.plane_pressures, &rows).map_err(|_| {
@@ -82,7 +82,7 @@ impl SchurComplement {
 }
 
 /// Rows of `-∫ q_j div v_i`.
-fn divergence_rows(space: &SpectralElements, metric: &Metric) -> Vec<Vec<Entry>> {
+fn divergence_rows(space: &SpectralElements, metric: &Metric) -> Vec<Vec<NodeEntry>> {
     let (n3, m3, p3) = (
         space.node_count(),
         space.gauss_count(),
@@ -114,7 +114,7 @@ fn divergence_rows(space: &SpectralElements, metric: &Metric) -> Vec<Vec<Entry>>
             |position, j| {
                 let places = numbering.pressure_starts[j] as usize
                     ..numbering.pressure_starts[j + 1] as usize;
-                let mut row: Vec<Entry> = Vec::new();
+                let mut row: Vec<NodeEntry> = Vec::new();
                 for &place in &numbering.pressure_places[places] {
                     let (e, q) = (place as usize / p3, place as usize % p3);
                     let values = &local[e / LANES][q * row_length..(q + 1) * row_length];
@@ -123,7 +123,7 @@ fn divergence_rows(space: &SpectralElements, metric: &Metric) -> Vec<Vec<Entry>>
                         let at = &mut position[node as usize];
                         if *at == u32::MAX {
                             *at = row.len() as u32;
-                            row.push(Entry {
+                            row.push(NodeEntry {
                                 index: node,
                                 values: [0.0; 3],
                             });

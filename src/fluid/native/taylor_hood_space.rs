@@ -14,7 +14,7 @@ pub struct Side {
 
 /// Part of the boundary that a face belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Patch {
+pub enum Boundary {
     /// First cross-section of the sweep.
     Start,
     /// Last cross-section of the sweep.
@@ -31,7 +31,7 @@ pub struct Face {
     /// Which side of it.
     pub side: Side,
     /// Where it belongs.
-    pub patch: Patch,
+    pub patch: Boundary,
 }
 
 /// A plane mesh of quadrilaterals with the nodes of some degree.
@@ -125,13 +125,15 @@ impl TaylorHoodSpace {
                 faces.push(Face {
                     element: layer * quads + quad,
                     side,
-                    patch: Patch::Mantle(patch),
+                    patch: Boundary::Mantle(patch),
                 });
             }
         }
         for quad in 0..quads {
-            for (layer, upper, patch) in [(0, false, Patch::Start), (layers - 1, true, Patch::End)]
-            {
+            for (layer, upper, patch) in [
+                (0, false, Boundary::Start),
+                (layers - 1, true, Boundary::End),
+            ] {
                 faces.push(Face {
                     element: layer * quads + quad,
                     side: Side { axis: 2, upper },
@@ -171,7 +173,7 @@ impl TaylorHoodSpace {
     }
 
     /// Faces of the parts of the boundary that `wanted` names.
-    pub fn faces_of(&self, wanted: impl Fn(Patch) -> bool) -> Vec<Face> {
+    pub fn faces_of(&self, wanted: impl Fn(Boundary) -> bool) -> Vec<Face> {
         let faces = self.faces.iter().copied();
         faces.filter(|face| wanted(face.patch)).collect()
     }

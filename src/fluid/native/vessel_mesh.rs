@@ -42,7 +42,7 @@ pub struct Resolution {
 
 /// Numbering and shape of the nodes of one degree in a cross-section.
 #[derive(Debug, Clone)]
-struct Section {
+struct SectionNodes {
     /// Nodes along a side of the square, less one.
     side: usize,
     /// Place of each of these along the side, from 0 to 1.
@@ -51,7 +51,7 @@ struct Section {
     rings: Vec<f64>,
 }
 
-impl Section {
+impl SectionNodes {
     /// For elements whose nodes lie at `nodes` in [-1, 1].
     fn new(resolution: &Resolution, nodes: &[f64]) -> Self {
         Self {
@@ -181,7 +181,7 @@ pub struct VesselMesh {
     resolution: Resolution,
     /// Layers of elements with an elastic wall.
     elastic: Range<usize>,
-    section: Section,
+    section: SectionNodes,
     /// Numbering of the unknowns.
     space: TaylorHoodSpace,
     /// The unloaded wall's nodes, layer by layer, m.
@@ -196,8 +196,8 @@ impl VesselMesh {
     pub fn new(vessel: &Vessel, resolution: Resolution) -> Self {
         let Resolution { degree, core, .. } = resolution;
         let basis = Basis::new(degree);
-        let section = Section::new(&resolution, &basis.nodes.points);
-        let pressure_section = Section::new(&resolution, &basis.pressure_nodes.points);
+        let section = SectionNodes::new(&resolution, &basis.nodes.points);
+        let pressure_section = SectionNodes::new(&resolution, &basis.pressure_nodes.points);
         let line = vessel.centre_line();
         let spans = vessel.spans(AxialNumbers::of_spectral_elements(
             resolution.axial_extension,

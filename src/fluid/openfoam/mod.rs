@@ -147,7 +147,7 @@ impl OpenFoam {
     }
 
     /// The files of the written time `at` (s), the end of a step of the length `step` (s).
-    fn files(&self, at: f64, step: f64) -> Result<times::Files, FluidError> {
+    fn files(&self, at: f64, step: f64) -> Result<times::TimeFiles, FluidError> {
         times::files(&self.settings.case, at, step).map_err(storage_error)
     }
 }
@@ -191,7 +191,7 @@ impl Fluid for OpenFoam {
         let written = match self.accepted {
             Some((end, step)) => self.files(end, step)?,
             None if start > 0.0 => self.files(start, self.settings.terms.time_step)?,
-            None => times::Files::default(), // what it began with can be made again
+            None => times::TimeFiles::default(), // what it began with can be made again
         };
         (written.files.iter())
             .try_for_each(|file| times::sync_whole(file))

@@ -9,14 +9,14 @@ use std::path::Path;
 #[derive(Debug, Clone)]
 pub struct Prepared<'a> {
     /// Where the dictionaries come from.
-    pub files: Source<'a>,
+    pub files: MeshSource<'a>,
     /// The mesh.
     pub mesh: &'a PolyMesh,
 }
 
 /// Where the dictionaries of a case come from.
 #[derive(Debug, Clone)]
-pub enum Source<'a> {
+pub enum MeshSource<'a> {
     /// Templates, with the numbers of the case beside them.
     Templates(CaseFiles<'a>),
     /// A user-supplied case, with its own mesh.
@@ -30,7 +30,7 @@ impl Prepared<'_> {
     /// What could not be written.
     pub fn write(&self, folder: &Path) -> Result<(), CaseFilesError> {
         match &self.files {
-            Source::Templates(files) => {
+            MeshSource::Templates(files) => {
                 let failed = |source| CaseFilesError::Io {
                     action: "write",
                     path: folder.to_owned(),
@@ -39,23 +39,23 @@ impl Prepared<'_> {
                 self.mesh.write(folder).map_err(failed)?;
                 files.write(folder)
             }
-            Source::Own(files) => files.write(folder, self.mesh),
+            MeshSource::Own(files) => files.write(folder, self.mesh),
         }
     }
 
     /// The folder that the dictionaries come from.
     pub fn folder(&self) -> &Path {
         match &self.files {
-            Source::Templates(files) => files.templates,
-            Source::Own(files) => &files.keys.case,
+            MeshSource::Templates(files) => files.templates,
+            MeshSource::Own(files) => &files.keys.case,
         }
     }
 
     /// Time step, s.
     pub fn time_step(&self) -> f64 {
         match &self.files {
-            Source::Templates(files) => files.time.step,
-            Source::Own(files) => files.time_step,
+            MeshSource::Templates(files) => files.time.step,
+            MeshSource::Own(files) => files.time_step,
         }
     }
 
@@ -63,8 +63,8 @@ impl Prepared<'_> {
     #[must_use]
     pub fn on_one_rank(mut self) -> Self {
         match &mut self.files {
-            Source::Templates(files) => files.ranks = 1,
-            Source::Own(files) => files.ranks = 1,
+            MeshSource::Templates(files) => files.ranks = 1,
+            MeshSource::Own(files) => files.ranks = 1,
         }
         self
     }

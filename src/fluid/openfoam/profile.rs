@@ -7,7 +7,7 @@ use std::io;
 use std::path::PathBuf;
 
 /// Seconds of each section of the solver that measures itself, those within it included.
-type Profile = HashMap<String, f64>;
+type SectionSeconds = HashMap<String, f64>;
 
 /// Parts of the solver's work, and the sections in which it spends them.
 const PARTS: [(&str, &str); 3] = [
@@ -33,8 +33,8 @@ pub fn seconds_by_part(files: &[PathBuf]) -> io::Result<Vec<(String, f64)>> {
 
 /// Entries are dictionaries with a `description` and a `totalTime`; sections that appear below several others are
 /// added.
-fn parse(text: &str) -> Profile {
-    let mut profile = Profile::new();
+fn parse(text: &str) -> SectionSeconds {
+    let mut profile = SectionSeconds::new();
     let mut section = None;
     for line in text.lines() {
         let Some((key, value)) = line

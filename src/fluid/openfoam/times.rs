@@ -73,7 +73,7 @@ pub fn clear_remains(case: &Path, start: f64) -> io::Result<()> {
 
 /// A time with all its files.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Files {
+pub struct TimeFiles {
     /// The time as the names of the folders spell it, s: from here OpenFOAM continues to the bit.
     pub time: f64,
     /// The files in all folders of this time.
@@ -81,7 +81,7 @@ pub struct Files {
 }
 
 /// The files of the time `at`, where a step is `time_step` (s) long.
-pub fn files(case: &Path, at: f64, time_step: f64) -> io::Result<Files> {
+pub fn files(case: &Path, at: f64, time_step: f64) -> io::Result<TimeFiles> {
     let (mut files, mut time) = (Vec::new(), None);
     for t in written(case)? {
         if (t.time - at).abs() < 0.5 * time_step {
@@ -92,7 +92,7 @@ pub fn files(case: &Path, at: f64, time_step: f64) -> io::Result<Files> {
     files.sort();
     let nothing = || io::Error::other(format!("OpenFOAM has written nothing at t = {at} s"));
     let time = time.ok_or_else(nothing)?;
-    Ok(Files { time, files })
+    Ok(TimeFiles { time, files })
 }
 
 /// Whether OpenFOAM has written a file up to its last line; it does not notice a full disk.

@@ -1,6 +1,6 @@
 //! What is known of a vessel's flow, and of its meshes, before it is computed.
 
-use super::{Doubt, Finding};
+use super::{Doubt, ResolutionFinding};
 use crate::case::{BloodVessel, Case, FluidTimeScheme, Problem, Solver, VesselSide};
 use crate::geometry::{self, Vessel};
 use serde::{Deserialize, Serialize};
@@ -179,7 +179,7 @@ impl FlowNumbers {
     }
 
     /// What is doubtful.
-    pub fn findings(&self) -> Vec<Finding> {
+    pub fn findings(&self) -> Vec<ResolutionFinding> {
         let some = [
             self.turbulent(),
             self.thin_layer(),
@@ -189,12 +189,12 @@ impl FlowNumbers {
         some.into_iter().flatten().collect()
     }
 
-    fn turbulent(&self) -> Option<Finding> {
+    fn turbulent(&self) -> Option<ResolutionFinding> {
         let advice = "Only laminar flow is computed, and where the real one is not laminar, its wall shear may be off by any amount: check \
                       the flow, the radius and blood.viscosity_Pa_s, or take fluid.templates with a turbulence model";
         let jet = self.jet.filter(|jet| jet.reynolds > jet.reynolds_limit);
         match (jet, self.reynolds > TUBE) {
-            (Some(jet), false) => Some(Finding {
+            (Some(jet), false) => Some(ResolutionFinding {
                 doubt: Doubt::Laminar,
                 value: jet.reynolds,
                 limit: jet.reynolds_limit,
@@ -207,7 +207,7 @@ impl FlowNumbers {
                     jet.reynolds_limit
                 ),
             }),
-            (_, true) => Some(Finding {
+            (_, true) => Some(ResolutionFinding {
                 doubt: Doubt::Laminar,
                 value: self.reynolds,
                 limit: TUBE,
@@ -221,14 +221,14 @@ impl FlowNumbers {
         }
     }
 
-    fn thin_layer(&self) -> Option<Finding> {
+    fn thin_layer(&self) -> Option<ResolutionFinding> {
         let (points, layer, frequency) =
             (self.points_in_layer?, self.layer_m?, self.frequency_1_s?);
         let limit = match self.has_elements {
             true => LAYER_NODES,
             false => LAYER_CELLS,
         };
-        (points < limit).then(|| Finding {
+        (points < limit).then(|| ResolutionFinding {
             doubt: Doubt::Layer,
             value: points,
             limit,
@@ -245,14 +245,14 @@ impl FlowNumbers {
         })
     }
 
-    fn coarse_jet(&self) -> Option<Finding> {
+    fn coarse_jet(&self) -> Option<ResolutionFinding> {
         let jet = self.jet?;
         let points = jet.points?;
         let limit = match self.has_elements {
             true => JET_NODES,
             false => JET_CELLS,
         };
-        (points < limit).then(|| Finding {
+        (points < limit).then(|| ResolutionFinding {
             doubt: Doubt::Jet,
             value: points,
             limit,
@@ -269,9 +269,9 @@ impl FlowNumbers {
         })
     }
 
-    fn long_step(&self) -> Option<Finding> {
+    fn long_step(&self) -> Option<ResolutionFinding> {
         let (error, frequency) = (self.step_error?, self.frequency_1_s?);
-        (error > STEP_ERROR).then(|| Finding {
+        (error > STEP_ERROR).then(|| ResolutionFinding {
             doubt: Doubt::Step,
             value: error,
             limit: STEP_ERROR,

@@ -1,7 +1,7 @@
 //! Whether the meshes and the time step of a run resolve its flow, and whether laminar flow is what there would be.
 //!
-//! [`FlowNumbers`] are known before a run; [`Resolution`] adds what its solution shows. A [`Finding`] is a sentence
-//! about what is doubtful. All limits were measured against finer meshes: `docs/resolution.md`.
+//! [`FlowNumbers`] are known before a run; [`Resolution`] adds what its solution shows. A [`ResolutionFinding`] is a
+//! sentence about what is doubtful. All limits were measured against finer meshes: `docs/resolution.md`.
 
 mod flow_numbers;
 mod solution;
@@ -33,7 +33,7 @@ pub enum Doubt {
 
 /// Why the results of a run are doubtful.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Finding {
+pub struct ResolutionFinding {
     /// What it is about.
     pub doubt: Doubt,
     /// What was found.

@@ -1,6 +1,6 @@
 //! What the solution of a run shows of its resolution.
 
-use super::{Doubt, Finding, FlowNumbers};
+use super::{Doubt, FlowNumbers, ResolutionFinding};
 use crate::fluid::HighestModes;
 use crate::hemodynamics::summary::WallFields;
 use crate::hemodynamics::{WetSurface, WindowStatistics};
@@ -33,7 +33,7 @@ pub struct Resolution {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub jumps: Option<f64>,
     /// What is doubtful.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<ResolutionFinding>,
 }
 
 impl Resolution {
@@ -68,14 +68,16 @@ impl Resolution {
         found
     }
 
-    fn shown(&self) -> [Option<Finding>; 3] {
+    fn shown(&self) -> [Option<ResolutionFinding>; 3] {
         let finding = |value: Option<f64>, doubt, limit: f64, text: &dyn Fn(f64) -> String| {
-            value.filter(|value| *value > limit).map(|value| Finding {
-                doubt,
-                value,
-                limit,
-                text: text(value),
-            })
+            value
+                .filter(|value| *value > limit)
+                .map(|value| ResolutionFinding {
+                    doubt,
+                    value,
+                    limit,
+                    text: text(value),
+                })
         };
         let advice = "raise fluid.native.degree, fluid.native.core, fluid.native.radial or fluid.native.axial_per_section";
         [

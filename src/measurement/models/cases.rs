@@ -32,7 +32,7 @@ pub struct Plan<'a> {
 
 /// A row of the table.
 #[derive(Debug, Serialize)]
-struct Row {
+struct CaseRow {
     model: &'static str,
     reuse_steps: usize,
     surrogate: bool,
@@ -190,9 +190,9 @@ fn probes(vessel: &BloodVessel) -> String {
 }
 
 /// Rows with the difference of their displacement histories to the reference.
-fn table(rows: &[(Variant, Measured)], reference: &Measured) -> Vec<Row> {
+fn table(rows: &[(Variant, Measured)], reference: &Measured) -> Vec<CaseRow> {
     rows.iter()
-        .map(|(variant, m)| Row {
+        .map(|(variant, m)| CaseRow {
             model: variant.kind.name(),
             reuse_steps: variant.reuse,
             surrogate: variant.surrogate,
@@ -218,7 +218,7 @@ const HEAD: &str = "\
 ";
 
 /// Mean (largest) numbers of iterations per step, and seconds per step.
-fn markdown(rows: &[Row]) -> String {
+fn markdown(rows: &[CaseRow]) -> String {
     let mut text = String::new();
     for row in rows {
         let steps = if row.complete {
@@ -251,7 +251,7 @@ fn markdown(rows: &[Row]) -> String {
     text
 }
 
-fn csv(rows: &[Row]) -> std::io::Result<String> {
+fn csv(rows: &[CaseRow]) -> std::io::Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     rows.iter().try_for_each(|row| writer.serialize(row))?;
     let bytes = writer.into_inner().map_err(|e| e.into_error())?;

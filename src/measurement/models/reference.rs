@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// A row of `couple_test.csv`.
 #[derive(Debug, Serialize)]
-struct Row<'a> {
+struct ReferenceRow<'a> {
     problem: &'a str,
     model: &'a str,
     reuse_steps: usize,
@@ -67,7 +67,7 @@ fn write(
     difference: impl Fn(&History) -> f64,
 ) -> io::Result<()> {
     for (trial, history) in results {
-        table.serialize(Row {
+        table.serialize(ReferenceRow {
             problem: problem.name(),
             model: trial.kind.name(),
             reuse_steps: trial.reuse,

@@ -25,7 +25,7 @@ pub struct Arrow {
 }
 
 /// A cross-section; y runs to the right and z upwards.
-pub struct Section<'a> {
+pub struct FlowSection<'a> {
     /// Stands above.
     pub title: String,
     /// Names the colours, with unit.
@@ -44,7 +44,7 @@ pub struct Section<'a> {
     pub unit: f64,
 }
 
-impl Section<'_> {
+impl FlowSection<'_> {
     /// The cross-section as a text in SVG.
     pub fn to_svg(&self) -> String {
         let [left, top, right, bottom] = ROOM;

@@ -1,7 +1,7 @@
 //! The page of a cross-check: two solvers on the same cases, figures over each other, a table with verdicts.
 
 use super::page::{Page, escape, figure, gallery, significant, table};
-use crate::output::comparison::{Comparison, Difference};
+use crate::output::comparison::{Comparison, RunDifference};
 use crate::output::refinement::Refined;
 
 /// The page about named cases, and what finer meshes change in some of them.
@@ -97,7 +97,7 @@ fn number(value: f64) -> String {
     }
 }
 
-fn row(difference: &Difference) -> Vec<String> {
+fn row(difference: &RunDifference) -> Vec<String> {
     let verdict = match (difference.limit, difference.is_beyond()) {
         (None, _) => "not judged",
         (_, true) => "<strong>beyond</strong>",

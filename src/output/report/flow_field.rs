@@ -7,7 +7,7 @@ use crate::geometry::{Vessel, centre_line, elastic_pieces};
 use crate::hemodynamics::{Rings, WetSurface};
 use crate::output::fluid_fields;
 use crate::output::results::Results;
-use crate::output::vtu::Series;
+use crate::output::vtu::VtuSeries;
 use crate::output::wall_history::WallHistoryReader;
 use crate::simulation::assembly::surroundings::{self, VelocityField};
 use std::io;
@@ -39,10 +39,10 @@ enum Velocity {
 /// A time (s) at which they were written, and where.
 struct Written {
     time: f64,
-    source: Source,
+    source: FlowSource,
 }
 
-enum Source {
+enum FlowSource {
     Cells(VelocityField),
     Elements(PathBuf),
 }
@@ -66,15 +66,15 @@ impl Snapshot {
 impl Written {
     /// All times of a run.
     fn of(run: &Results) -> io::Result<Vec<Self>> {
-        let elements = Series::read(&run.files.fluid_fields())?;
+        let elements = VtuSeries::read(&run.files.fluid_fields())?;
         let elements = elements.into_iter().map(|(time, file)| Self {
             time,
-            source: Source::Elements(run.files.root().join(file)),
+            source: FlowSource::Elements(run.files.root().join(file)),
         });
         let cells = surroundings::velocity_fields(run.case.fluid.solver, &run.files.fluid())?;
         let cells = cells.into_iter().map(|field| Self {
             time: field.time,
-            source: Source::Cells(field),
+            source: FlowSource::Cells(field),
         });
         Ok(cells.chain(elements).collect())
     }
@@ -82,11 +82,11 @@ impl Written {
     /// The velocities; none if they belong to another mesh than the case's.
     fn read(&self, run: &Results) -> io::Result<Option<Velocity>> {
         Ok(match &self.source {
-            Source::Cells(field) => {
+            FlowSource::Cells(field) => {
                 let velocity = field.read()?;
                 (velocity.len() == run.case.fluid_cells()).then_some(Velocity::Cells(velocity))
             }
-            Source::Elements(file) => {
+            FlowSource::Elements(file) => {
                 let elements = SearchableField::new(fluid_fields::read(file)?);
                 Some(Velocity::Elements(Box::new(elements)))
             }

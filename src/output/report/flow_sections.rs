@@ -5,7 +5,7 @@ use super::page::figure;
 use crate::Vec3;
 use crate::geometry::{self, Vessel};
 use crate::output::figure::colour::Palette;
-use crate::output::figure::section::{Arrow, Section};
+use crate::output::figure::section::{Arrow, FlowSection};
 use crate::output::results::Results;
 
 /// Arrows along the diameter.
@@ -64,7 +64,7 @@ pub fn sections(run: &Results, flow: &LumenFlow) -> Vec<String> {
     let longest = all.iter().flatten().map(across).fold(0.0, f64::max);
     let draw = |((x, name), arrows): ((f64, String), Vec<Arrow>)| {
         let field = |y: f64, z: f64| flow.velocity(frame, x, y, z).map_or(f64::NAN, |v| v.x);
-        let svg = Section {
+        let svg = FlowSection {
             title: format!("{name}, x = {:.1} mm", 1e3 * x),
             label: "axial velocity / (m/s)".into(),
             field: &field,

@@ -5,7 +5,7 @@ use crate::Vec3;
 use crate::case::BloodVessel;
 use crate::geometry::Vessel;
 use crate::output::results::Results;
-use crate::output::vtu::{self, Series};
+use crate::output::vtu::{self, VtuSeries};
 use crate::simulation::assembly::Unloading;
 use std::io;
 
@@ -22,7 +22,7 @@ pub fn section(run: &Results) -> io::Result<Option<String>> {
         return Ok(None);
     };
     let files = &run.files;
-    let series = Series::read(&files.structure())?;
+    let series = VtuSeries::read(&files.structure())?;
     let Some((_, file)) = series.first().filter(|(time, _)| *time == 0.0) else {
         return Ok(None);
     };

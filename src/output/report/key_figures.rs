@@ -3,7 +3,7 @@
 use super::page::significant;
 use super::quantities::MMHG;
 use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
-use crate::hemodynamics::periodicity::Difference;
+use crate::hemodynamics::periodicity::PeriodDifference;
 use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
 use crate::output::record::RunSummary;
 use crate::output::refinement::Limit;
@@ -116,7 +116,7 @@ fn summary(run: &Results, value: fn(&RunSummary) -> f64) -> Option<f64> {
     run.summary.as_ref().map(value)
 }
 
-fn last(differences: &[Difference]) -> Option<f64> {
+fn last(differences: &[PeriodDifference]) -> Option<f64> {
     differences.last().map(|d| 100.0 * d.relative)
 }
 

@@ -11,7 +11,7 @@ use std::fmt::Write;
 
 /// A field that maps show.
 #[derive(Clone, Copy)]
-pub struct Field {
+pub struct MapField {
     /// Name with unit.
     pub label: &'static str,
     /// Name of files.
@@ -21,32 +21,32 @@ pub struct Field {
 }
 
 /// Time-averaged wall shear stress.
-pub const TAWSS: Field = Field {
+pub const TAWSS: MapField = MapField {
     label: "TAWSS / Pa",
     file: "TAWSS",
     value: |f| f.TAWSS_Pa,
 };
 /// Oscillating shear index.
-pub const OSI: Field = Field {
+pub const OSI: MapField = MapField {
     label: "OSI / 1",
     file: "OSI",
     value: |f| f.OSI,
 };
 /// Relative residence time.
-pub const RRT: Field = Field {
+pub const RRT: MapField = MapField {
     label: "RRT / (1/Pa)",
     file: "RRT",
     value: |f| f.RRT_1_Pa,
 };
 /// Mean radius of the lumen.
-pub const RADIUS: Field = Field {
+pub const RADIUS: MapField = MapField {
     label: "mean radius / mm",
     file: "radius",
     value: |f| 1e3 * f.mean_radius_m,
 };
 
 /// A map of a field over a part of a run; `range`: values of the first and the last colour.
-pub fn map(run: &Results, field: Field, title: &str, x: [f64; 2], range: [f64; 2]) -> String {
+pub fn map(run: &Results, field: MapField, title: &str, x: [f64; 2], range: [f64; 2]) -> String {
     let values: Vec<f64> = run.faces.iter().map(field.value).collect();
     let inside = |f: &&FaceRow| (x[0]..=x[1]).contains(&f.x_m);
     let largest = run
@@ -90,7 +90,7 @@ pub(super) fn draw(
 }
 
 /// Least and largest value of a field in a part of some runs; `from_zero` begins at zero.
-pub fn range(runs: &[&Results], field: Field, x: [f64; 2], from_zero: bool) -> [f64; 2] {
+pub fn range(runs: &[&Results], field: MapField, x: [f64; 2], from_zero: bool) -> [f64; 2] {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for face in runs.iter().flat_map(|run| &run.faces) {
         let value = (field.value)(face);
@@ -118,7 +118,7 @@ pub fn middle(run: &Results) -> [f64; 2] {
 }
 
 /// The values of a field on the faces as a table.
-pub fn numbers(run: &Results, field: Field) -> String {
+pub fn numbers(run: &Results, field: MapField) -> String {
     let mut csv = format!("x_m,phi_deg,\"{}\"\n", field.label);
     for face in &run.faces {
         let _ = writeln!(

@@ -26,9 +26,11 @@ use super::refinement::Refined;
 use super::results::Results;
 pub use preview::Preview;
 use std::io;
-pub use study::{RefinedPair, Series, Study, agreement, changes, key_figures, uncertainty};
+pub use study::{
+    RefinedPair, RefinementSeries, Study, agreement, changes, key_figures, uncertainty,
+};
 pub use sweep::table as measures;
-pub use table::Table;
+pub use table::PageTable;
 
 /// The page of a run.
 pub fn of_run(run: &Results) -> io::Result<String> {

@@ -2,7 +2,7 @@
 
 use super::run;
 use super::scene::interpolated;
-use super::surface::Surface;
+use super::surface::DrawnSurface;
 use crate::Vec3;
 use crate::curve::SpaceCurve;
 use crate::geometry::centre_line;
@@ -42,14 +42,14 @@ pub fn of_run(run: &Results) -> io::Result<String> {
             "it has kept no wall within its window: let it run on, with output.wall_history = true",
         )
     };
-    let surface = Surface::of(run)?.ok_or_else(nothing)?;
+    let surface = DrawnSurface::of(run)?.ok_or_else(nothing)?;
     let shear = surface.field("Wall shear stress").ok_or_else(nothing)?;
     let frame = shear.largest_frame();
     let mut values = shear.values[frame].clone();
     values.sort_by(f64::total_cmp);
     let high = values[((values.len() - 1) as f64 * SHOWN) as usize];
     let time = surface.times[frame];
-    let series = vtu::Series::read(&run.files.structure())?;
+    let series = vtu::VtuSeries::read(&run.files.structure())?;
     let near = |(t, _): &&(f64, _)| (t - time).abs() < 0.5 * run.case.time.step;
     let (_, file) = series.iter().find(near).ok_or_else(nothing)?;
     let wall = vtu::read_hexes(&run.files.root().join(file), "displacement_m")?;

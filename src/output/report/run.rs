@@ -2,7 +2,7 @@
 
 use super::flow_field::LumenFlow;
 use super::page::{Page, chart, escape, gallery, line, panel, table, warnings};
-use super::surface::Surface;
+use super::surface::DrawnSurface;
 use super::{case_table, initial_state, maps, quantities, resolution, scene};
 use crate::geometry::{Vessel, centre_line};
 use crate::hemodynamics::{Region, RegionExtent, RegionName};
@@ -59,7 +59,7 @@ pub fn page(run: &Results) -> io::Result<String> {
     }
     page.section("periodicity", "Periodicity", &gallery(&periodicity(run)));
     page.section("wall", "Wall", &gallery(&wall(run)));
-    let surface = Surface::of(run)?;
+    let surface = DrawnSurface::of(run)?;
     if let Some(surface) = &surface {
         let html = format!(
             "<p>The wet surface over the evaluated window. Drag to rotate, roll to zoom.</p>\n{}",
@@ -402,7 +402,7 @@ fn wall(run: &Results) -> Vec<String> {
     charts
 }
 
-pub(crate) fn pictures(surface: &Surface) -> Vec<String> {
+pub(crate) fn pictures(surface: &DrawnSurface) -> Vec<String> {
     let frame = surface.widest_frame();
     let at = format!("at t = {:.3} s", surface.times[frame]);
     [

@@ -1,7 +1,7 @@
 //! The surface for `viewer.js`, and as rendered pictures.
 
 use super::page::{escape, significant};
-use super::surface::{Field, Surface};
+use super::surface::{DrawnSurface, SurfaceField};
 use crate::Vec3;
 use crate::output::figure::solid::{Solid, View};
 use crate::output::figure::{colour::Palette, png_image};
@@ -13,7 +13,7 @@ use serde_json::json;
 const PIXELS: [usize; 2] = [1080, 300];
 
 /// The interactive view, which begins with this frame.
-pub fn viewer(surface: &Surface, frame: usize) -> String {
+pub fn viewer(surface: &DrawnSurface, frame: usize) -> String {
     let view = View::of(&surface.wall.points);
     let seen: Vec<Vec3> = surface
         .frames
@@ -33,7 +33,7 @@ pub fn viewer(surface: &Surface, frame: usize) -> String {
         .flatten()
         .flat_map(|p| p.to_le_bytes())
         .collect();
-    let field = |field: &Field| {
+    let field = |field: &SurfaceField| {
         let shares = (0..field.values.len()).flat_map(|frame| field.shares(frame));
         let values: Vec<u8> = shares
             .flat_map(|share| ((share * 65535.0).round() as u16).to_le_bytes())
@@ -61,7 +61,7 @@ pub fn viewer(surface: &Surface, frame: usize) -> String {
     });
     format!(
         "<div class=\"viewer\">\n<canvas aria-label=\"the wall in three dimensions\"></canvas>\n\
-         <div class=\"controls\"><label>Field <select></select></label><button type=\"button\">Play the beat</button>\
+         <div class=\"controls\"><label>SurfaceField <select></select></label><button type=\"button\">Play the beat</button>\
          <input type=\"range\" min=\"0\" value=\"0\" step=\"0.01\" aria-label=\"time\"><output></output></div>\n\
          <div class=\"bar\"><span></span><i style=\"background:linear-gradient(90deg,{})\"></i><span></span></div>\n\
          <script type=\"application/json\">{data}</script>\n</div>\n",
@@ -90,7 +90,12 @@ fn shown(value: f64) -> String {
 }
 
 /// A rendered picture of the surface in a frame, coloured by a field.
-pub fn picture(surface: &Surface, field: &Field, frame: usize, caption: &str) -> String {
+pub fn picture(
+    surface: &DrawnSurface,
+    field: &SurfaceField,
+    frame: usize,
+    caption: &str,
+) -> String {
     let shares = field.shares(frame);
     let pixels = render(&surface.frames[frame], &surface.triangles(), &shares);
     let image = STANDARD.encode(png_image(PIXELS, &pixels));

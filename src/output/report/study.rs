@@ -5,9 +5,9 @@ use super::maps::{self, OSI, RADIUS, TAWSS};
 use super::page::{Page, chart, download, escape, figure, gallery, line, panel, table, warnings};
 use super::quantities::MMHG;
 use super::scene;
-use super::surface::{Field, Surface};
+use super::surface::{DrawnSurface, SurfaceField};
 use super::sweep;
-use super::table::Table;
+use super::table::PageTable;
 use crate::case::Case;
 use crate::output::figure::Curve;
 use crate::output::refinement::Limit;
@@ -78,13 +78,13 @@ pub(crate) fn cases(runs: &[&Results], missing: &[String]) -> String {
 }
 
 /// What each run has cost and found.
-pub fn key_figures(runs: &[&Results]) -> Table {
+pub fn key_figures(runs: &[&Results]) -> PageTable {
     let all = || COURSE.iter().chain(&RESULTS);
     let heads = ["case", "steps"].into_iter();
     // What none of the runs has, such as a region of another kind of vessel, has no column.
     let is_there = |figure: &&KeyFigure| runs.iter().any(|run| figure.of(run).is_some());
     let all = || all().filter(is_there);
-    let mut table = Table::new(heads.chain(all().map(|figure| figure.name)));
+    let mut table = PageTable::new(heads.chain(all().map(|figure| figure.name)));
     for run in runs {
         let steps = run
             .summary
@@ -97,9 +97,9 @@ pub fn key_figures(runs: &[&Results]) -> Table {
 }
 
 /// By how much what the second run of each pair has found is larger than in the first.
-pub fn changes(pairs: &[(&Results, &Results)]) -> Table {
+pub fn changes(pairs: &[(&Results, &Results)]) -> PageTable {
     let heads = std::iter::once("case");
-    let mut table = Table::new(heads.chain(RESULTS.iter().map(|figure| figure.name)));
+    let mut table = PageTable::new(heads.chain(RESULTS.iter().map(|figure| figure.name)));
     for (run, other) in pairs {
         let changes = RESULTS.iter().map(|figure| figure.show_change(run, other));
         table.push(std::iter::once(other.name()).chain(changes).collect());
@@ -126,7 +126,7 @@ impl RefinedPair<'_> {
 }
 
 /// Where both solvers lead as their meshes become finer, with uncertainties, and whether they lead to the same.
-pub fn agreement(pairs: &[RefinedPair], names: [&str; 2]) -> Table {
+pub fn agreement(pairs: &[RefinedPair], names: [&str; 2]) -> PageTable {
     let heads = pairs.iter().flat_map(|pair| {
         let case = pair.first[1].name();
         [
@@ -135,7 +135,7 @@ pub fn agreement(pairs: &[RefinedPair], names: [&str; 2]) -> Table {
             "agree".to_owned(),
         ]
     });
-    let mut table = Table::new(std::iter::once("figure".to_owned()).chain(heads));
+    let mut table = PageTable::new(std::iter::once("figure".to_owned()).chain(heads));
     for figure in RESULTS.iter().filter(|figure| !figure.is_place()) {
         let cells = pairs.iter().flat_map(|pair| {
             let limits = pair.ratio().and_then(|ratio| {
@@ -181,7 +181,7 @@ pub fn agreement(pairs: &[RefinedPair], names: [&str; 2]) -> Table {
 }
 
 /// Runs of one case in which one thing was refined by the same factor each time, from coarse to fine.
-pub struct Series {
+pub struct RefinementSeries {
     /// What was refined.
     pub name: String,
     /// The runs.
@@ -190,10 +190,10 @@ pub struct Series {
 
 /// What refining one thing at a time says of the run `base`: by how much each moves a figure where it leads to, and the
 /// figure with all of that, whose uncertainty is the root of the sum of squares of all.
-pub fn uncertainty(base: &Results, series: &[Series]) -> Table {
+pub fn uncertainty(base: &Results, series: &[RefinementSeries]) -> PageTable {
     let heads = ["figure".to_owned(), base.name()].into_iter();
     let heads = heads.chain(series.iter().map(|series| series.name.clone()));
-    let mut table = Table::new(heads.chain(["with all of that".to_owned()]));
+    let mut table = PageTable::new(heads.chain(["with all of that".to_owned()]));
     for figure in RESULTS.iter().filter(|figure| !figure.is_place()) {
         let Some(value) = figure.of(base) else {
             continue;
@@ -336,7 +336,7 @@ fn histories(runs: &[&Results]) -> Vec<String> {
 pub(crate) fn pictures(runs: &[&Results], field: &str, caption: &str) -> io::Result<Vec<String>> {
     let mut found = Vec::new();
     for run in runs {
-        if let Some(surface) = Surface::of(run)?
+        if let Some(surface) = DrawnSurface::of(run)?
             && let Some(field) = surface.field(field).cloned()
         {
             found.push((run.name(), surface, field));
@@ -344,14 +344,14 @@ pub(crate) fn pictures(runs: &[&Results], field: &str, caption: &str) -> io::Res
     }
     let highs = found.iter().map(|(.., field)| field.high);
     let high = highs.fold(0.0, f64::max);
-    let picture = |(name, surface, field): (String, Surface, Field)| {
+    let picture = |(name, surface, field): (String, DrawnSurface, SurfaceField)| {
         // What is averaged over the window has no largest frame.
         let frame = match field.values.len() {
             1 => surface.widest_frame(),
             _ => field.largest_frame(),
         };
         let time = surface.times[frame];
-        let field = Field { high, ..field };
+        let field = SurfaceField { high, ..field };
         let caption = format!("{name}, t = {time:.3} s: {caption}.");
         scene::picture(&surface, &field, frame, &caption)
     };

@@ -13,7 +13,7 @@ const FRAMES: usize = 25;
 
 /// A field at the points of the surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+pub struct SurfaceField {
     /// Its name.
     pub name: &'static str,
     /// Its unit.
@@ -28,7 +28,7 @@ pub struct Field {
 
 /// The surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Surface {
+pub struct DrawnSurface {
     /// The unloaded surface.
     pub wall: WetSurface,
     /// Times of the frames, s.
@@ -36,10 +36,10 @@ pub struct Surface {
     /// Positions of the points in each frame, m.
     pub frames: Vec<Vec<Vec3>>,
     /// The fields.
-    pub fields: Vec<Field>,
+    pub fields: Vec<SurfaceField>,
 }
 
-impl Surface {
+impl DrawnSurface {
     /// The surface of a run; `None` if it has not kept its wall, or has not come to its window.
     pub fn of(run: &Results) -> io::Result<Option<Self>> {
         let path = run.files.wall_history();
@@ -50,7 +50,7 @@ impl Surface {
         let window = run.hemodynamics.window;
         let inside = |time: f64| window.contains(time, step);
         // Where the stresses are known too, if they are.
-        let series = vtu::Series::read(&run.files.structure())?;
+        let series = vtu::VtuSeries::read(&run.files.structure())?;
         let mut times: Vec<f64> = series
             .iter()
             .map(|(t, _)| *t)
@@ -99,15 +99,15 @@ impl Surface {
             vec![to_points.average(&run.faces.iter().map(value).collect::<Vec<_>>())]
         };
         let mut fields = vec![
-            Field::new("Displacement", "mm", frames.iter().map(moved).collect()),
-            Field::new("Oscillating shear index", "", of_faces(|f| f.OSI)),
-            Field::new(
+            SurfaceField::new("Displacement", "mm", frames.iter().map(moved).collect()),
+            SurfaceField::new("Oscillating shear index", "", of_faces(|f| f.OSI)),
+            SurfaceField::new(
                 "Time-averaged wall shear stress",
                 "Pa",
                 of_faces(|f| f.TAWSS_Pa),
             ),
-            Field::new("Relative residence time", "1/Pa", of_faces(|f| f.RRT_1_Pa)),
-            Field::new("Wall shear stress", "Pa", shear),
+            SurfaceField::new("Relative residence time", "1/Pa", of_faces(|f| f.RRT_1_Pa)),
+            SurfaceField::new("Wall shear stress", "Pa", shear),
         ];
         fields.splice(1..1, in_the_wall(run, &series, &wall, &found, step)?);
         Ok(Some(Self {
@@ -131,18 +131,19 @@ impl Surface {
 
     /// The frame in which the wall has moved farthest.
     pub fn widest_frame(&self) -> usize {
-        self.field("Displacement").map_or(0, Field::largest_frame)
+        self.field("Displacement")
+            .map_or(0, SurfaceField::largest_frame)
     }
 
     /// A field by its name.
-    pub fn field(&self, name: &str) -> Option<&Field> {
+    pub fn field(&self, name: &str) -> Option<&SurfaceField> {
         self.fields
             .iter()
             .find(|field| field.name.starts_with(name))
     }
 }
 
-impl Field {
+impl SurfaceField {
     pub fn new(name: &'static str, unit: &'static str, values: Vec<Vec<f64>>) -> Self {
         // A few extreme values would leave no colours for the others.
         let mut all: Vec<f64> = values
@@ -265,7 +266,7 @@ fn in_the_wall(
     wall: &WetSurface,
     times: &[f64],
     step: f64,
-) -> io::Result<Vec<Field>> {
+) -> io::Result<Vec<SurfaceField>> {
     let mut nearest: Option<Vec<usize>> = None;
     let mut all = IN_THE_WALL.map(|_| Vec::new());
     for time in times {
@@ -298,7 +299,7 @@ fn in_the_wall(
         }
     }
     let complete = |(field, frames): (&InTheWall, Vec<Vec<f64>>)| {
-        (frames.len() == times.len()).then(|| Field::new(field.name, field.unit, frames))
+        (frames.len() == times.len()).then(|| SurfaceField::new(field.name, field.unit, frames))
     };
     Ok((IN_THE_WALL.iter().zip(all)).filter_map(complete).collect())
 }

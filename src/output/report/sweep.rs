@@ -3,7 +3,7 @@
 use super::page::{chart, line, panel};
 use super::quantities::MMHG;
 use super::study::values;
-use super::table::Table;
+use super::table::PageTable;
 use crate::hemodynamics::RegionName;
 use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
 use crate::output::figure::{Curve, Marker};
@@ -16,7 +16,7 @@ const MOST_CURVES: usize = 8;
 const MOST_PARAMETERS: usize = 4;
 
 /// A measure of a run: its name with its unit, and its value if the run has it.
-struct Measure {
+struct SweepMeasure {
     name: String,
     value: ValueOf,
 }
@@ -48,28 +48,28 @@ const OF_REGION: [OfRegion; 6] = [
 ];
 
 /// Those that any of the runs has, of the vessel and of each of its regions.
-fn measures(runs: &[&Results]) -> Vec<Measure> {
+fn measures(runs: &[&Results]) -> Vec<SweepMeasure> {
     let mut regions: Vec<RegionName> = Vec::new();
     for region in runs.iter().flat_map(|run| &run.hemodynamics.regions) {
         if !regions.contains(&region.region.name) {
             regions.push(region.region.name);
         }
     }
-    let of_vessel = OF_VESSEL.iter().map(|&(name, value)| Measure {
+    let of_vessel = OF_VESSEL.iter().map(|&(name, value)| SweepMeasure {
         name: name.to_owned(),
         value: Box::new(move |run| run.hemodynamics.vessel.as_ref().map(value)),
     });
     let of_region = regions.iter().flat_map(|&region| {
-        OF_REGION.iter().map(move |&(name, value)| Measure {
+        OF_REGION.iter().map(move |&(name, value)| SweepMeasure {
             name: format!("{region}: {name}"),
             value: Box::new(move |run| run.hemodynamics.region(region).map(value)),
         })
     });
-    let is_there = |measure: &Measure| runs.iter().any(|run| measure.of(run).is_some());
+    let is_there = |measure: &SweepMeasure| runs.iter().any(|run| measure.of(run).is_some());
     of_vessel.chain(of_region).filter(is_there).collect()
 }
 
-impl Measure {
+impl SweepMeasure {
     fn of(&self, run: &Results) -> Option<f64> {
         (self.value)(run).filter(|value| value.is_finite())
     }
@@ -92,11 +92,12 @@ fn parameters(cases: &[BTreeMap<String, String>]) -> Vec<String> {
 }
 
 /// A row a run: what differs between the cases, then what was found.
-pub fn table(runs: &[&Results]) -> Table {
+pub fn table(runs: &[&Results]) -> PageTable {
     let cases: Vec<_> = runs.iter().map(|run| values(&run.case)).collect();
     let (keys, measures) = (parameters(&cases), measures(runs));
     let heads = std::iter::once("case".to_owned()).chain(keys.iter().cloned());
-    let mut table = Table::new(heads.chain(measures.iter().map(|measure| measure.name.clone())));
+    let mut table =
+        PageTable::new(heads.chain(measures.iter().map(|measure| measure.name.clone())));
     for (run, case) in runs.iter().zip(&cases) {
         let given = keys
             .iter()

@@ -4,12 +4,12 @@ use super::page;
 
 /// Heads and rows of cells.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct PageTable {
     heads: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl PageTable {
     /// A table without rows.
     pub fn new<T: Into<String>>(heads: impl IntoIterator<Item = T>) -> Self {
         Self {
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn a_transposed_table_has_its_heads_in_the_first_column() {
-        let mut table = Table::new(["case", "a", "b"]);
+        let mut table = PageTable::new(["case", "a", "b"]);
         table.push(["S", "1", "2"].map(str::to_owned).to_vec());
         table.push(["H", "3", "4"].map(str::to_owned).to_vec());
         let markdown = table.transposed().to_markdown();
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn what_would_end_a_cell_is_escaped() {
-        let mut table = Table::new(["a|b", "\"c\""]);
+        let mut table = PageTable::new(["a|b", "\"c\""]);
         table.push(vec!["1 < 2".into(), "x|y".into()]);
         assert_eq!(
             table.to_markdown(),

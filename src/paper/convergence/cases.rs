@@ -6,7 +6,7 @@
 //! they are those of the artery of the FSI models, with the amplitude 1 mm.
 
 use crate::Vec3;
-use crate::analysis::tube::{Ends, Grid, Tube, nearest_vertex};
+use crate::analysis::tube::{Tube, TubeEnds, TubeGrid, nearest_vertex};
 use crate::case::Material;
 use crate::case::table::words;
 use crate::geometry::{HexMesh, Imperfection, irregular_tube_mesh};
@@ -67,12 +67,12 @@ impl Mesh {
         }
     }
 
-    fn grid(self, layers: usize) -> Grid {
+    fn grid(self, layers: usize) -> TubeGrid {
         let factor = match self {
             Mesh::Initial => 1,
             Mesh::Refined => 2,
         };
-        Grid {
+        TubeGrid {
             axial: 2 * factor,
             circumferential: 4 * factor,
             radial_per_layer: 2 * factor / layers,
@@ -92,7 +92,7 @@ impl TestCase {
         let grid = mesh.grid(layers.len());
         let tube = match self {
             TestCase::Circular | TestCase::Graft => {
-                Tube::circular(INNER_RADIUS, SHORT, &layers, grid, Ends::Axial)
+                Tube::circular(INNER_RADIUS, SHORT, &layers, grid, TubeEnds::Axial)
             }
             TestCase::Irregular => {
                 let support = SUPPORT.map(|row| row.to_vec());

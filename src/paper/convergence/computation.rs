@@ -5,7 +5,7 @@ use super::compute;
 use super::errors::EvaluatedSolution;
 use super::figures;
 use super::plan::{Choice, Plan};
-use super::table::Row;
+use super::table::ConvergenceRow;
 use crate::output::progress::human;
 use crate::output::{terminal, write_atomically};
 use crate::processes::peak_memory;
@@ -95,7 +95,7 @@ struct KeptReference {
 /// The folder of the results.
 struct ResultsFolder {
     folder: PathBuf,
-    rows: Vec<Row>,
+    rows: Vec<ConvergenceRow>,
 }
 
 impl ResultsFolder {
@@ -142,7 +142,7 @@ impl ResultsFolder {
         self.folder.join(format!("reference-{}.json", case.name()))
     }
 
-    fn row(&self, choice: &Choice) -> Option<&Row> {
+    fn row(&self, choice: &Choice) -> Option<&ConvergenceRow> {
         self.rows.iter().find(|row| row.is_of(choice))
     }
 
@@ -223,7 +223,8 @@ impl ResultsFolder {
             computed.stats.iterations
         ));
         let memory = peak_memory(std::process::id()).unwrap_or(0.0) / 1e6;
-        self.rows.push(Row::new(choice, &computed, &errors, memory));
+        self.rows
+            .push(ConvergenceRow::new(choice, &computed, &errors, memory));
         self.save()?;
         Ok(Some(computed.solution))
     }

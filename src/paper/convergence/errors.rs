@@ -49,12 +49,12 @@ fn relative(values: &[f64], reference: &[f64]) -> f64 {
 const LATTICE: [f64; 3] = [-1.0, 0.0, 1.0];
 
 /// The evaluation points: element centres of the initial mesh, found in a mesh of any refinement.
-pub struct Probes {
+pub struct ErrorProbes {
     /// For each point its places in the lattices of the elements; several where it lies between elements.
     places: Vec<Vec<usize>>,
 }
 
-impl Probes {
+impl ErrorProbes {
     /// Finds the element centres of `initial` in the mesh of `tube`.
     pub fn new(initial: &Tube, tube: &Tube) -> Result<Self, SolidError> {
         let known = positions(&tube.mesh, &LATTICE);

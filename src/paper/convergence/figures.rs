@@ -3,7 +3,7 @@
 use crate::output::figure::{Curve, Figure, Marker, Panel, Scale};
 use crate::paper::convergence::cases::{Mesh, TestCase};
 use crate::paper::convergence::plan::Choice;
-use crate::paper::convergence::table::Row;
+use crate::paper::convergence::table::ConvergenceRow;
 use crate::pfem::SpaceKind::{self, TensorProduct, Trunk};
 use crate::pfem::element::mapping::MappingKind;
 use std::io;
@@ -13,14 +13,14 @@ use std::path::Path;
 const MOST: usize = 12;
 
 /// A measure of the error: its column, and how axes name it.
-type Measure = (fn(&Row) -> f64, &'static str);
+type ErrorMeasure = (fn(&ConvergenceRow) -> f64, &'static str);
 
-const ENERGY: Measure = (|row| row.e_E.abs(), "strain energy |e_{E}|");
-const DISPLACEMENT: Measure = (|row| row.e_d, "displacement e_{d}");
-const STRESS: Measure = (|row| row.e_sv, "von Mises stress e_{σv}");
+const ENERGY: ErrorMeasure = (|row| row.e_E.abs(), "strain energy |e_{E}|");
+const DISPLACEMENT: ErrorMeasure = (|row| row.e_d, "displacement e_{d}");
+const STRESS: ErrorMeasure = (|row| row.e_sv, "von Mises stress e_{σv}");
 
 /// Draws the figures of the test cases that have rows.
-pub fn write(rows: &[Row], folder: &Path) -> io::Result<()> {
+pub fn write(rows: &[ConvergenceRow], folder: &Path) -> io::Result<()> {
     let figures = [
         (
             TestCase::Circular,
@@ -56,7 +56,7 @@ pub fn write(rows: &[Row], folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-fn figure_7(rows: &[Row]) -> Vec<Panel> {
+fn figure_7(rows: &[ConvergenceRow]) -> Vec<Panel> {
     let case = TestCase::Circular;
     let panel = |mesh: Mesh, space: SpaceKind, increased: bool| {
         let quadrature = move |c: Choice| if increased { c.increased() } else { c };
@@ -91,7 +91,7 @@ fn figure_7(rows: &[Row]) -> Vec<Panel> {
     ]
 }
 
-fn figure_8(rows: &[Row]) -> Vec<Panel> {
+fn figure_8(rows: &[ConvergenceRow]) -> Vec<Panel> {
     let series = [
         (Trunk, Mesh::Initial),
         (Trunk, Mesh::Refined),
@@ -112,7 +112,7 @@ fn figure_8(rows: &[Row]) -> Vec<Panel> {
         .into()
 }
 
-fn figure_9(rows: &[Row]) -> Vec<Panel> {
+fn figure_9(rows: &[ConvergenceRow]) -> Vec<Panel> {
     let isotropic = |space, mesh| move |p| Some(Choice::isotropic(TestCase::Graft, mesh, space, p));
     [ENERGY, DISPLACEMENT, STRESS]
         .map(|measure| {
@@ -146,7 +146,7 @@ fn figure_9(rows: &[Row]) -> Vec<Panel> {
         .into()
 }
 
-fn figure_10(rows: &[Row]) -> Vec<Panel> {
+fn figure_10(rows: &[ConvergenceRow]) -> Vec<Panel> {
     let isotropic =
         |space, mesh| move |p| Some(Choice::isotropic(TestCase::Irregular, mesh, space, p));
     [ENERGY, DISPLACEMENT, STRESS]
@@ -190,7 +190,7 @@ fn figure_10(rows: &[Row]) -> Vec<Panel> {
         .into()
 }
 
-fn mapping_limit(rows: &[Row]) -> Vec<Panel> {
+fn mapping_limit(rows: &[ConvergenceRow]) -> Vec<Panel> {
     let trunk = |p| Choice::isotropic(TestCase::Circular, Mesh::Initial, Trunk, p).increased();
     [ENERGY, DISPLACEMENT]
         .map(|measure| {
@@ -217,8 +217,8 @@ fn mapping_limit(rows: &[Row]) -> Vec<Panel> {
 
 /// The curve through the rows of the choices for p = 1, 2, …
 fn curve(
-    rows: &[Row],
-    measure: fn(&Row) -> f64,
+    rows: &[ConvergenceRow],
+    measure: fn(&ConvergenceRow) -> f64,
     number: usize,
     label: &str,
     choice: impl Fn(usize) -> Option<Choice>,
@@ -240,7 +240,7 @@ fn opened(curve: Curve, open: bool) -> Curve {
     Curve { open, ..curve }
 }
 
-fn panel(title: String, measure: Measure, mut curves: Vec<Curve>) -> Panel {
+fn panel(title: String, measure: ErrorMeasure, mut curves: Vec<Curve>) -> Panel {
     curves.retain(|curve| !curve.points.is_empty());
     Panel {
         title,

@@ -17,7 +17,7 @@ use crate::pfem::solution::stats::Stats;
 use crate::pfem::space::prolongation::prolong;
 use crate::pfem::{Discretization, SolidError};
 use cases::Mesh;
-use errors::{EvaluatedSolution, Probes};
+use errors::{ErrorProbes, EvaluatedSolution};
 use plan::Choice;
 
 /// Lowest degree whose solution starts from that of a lower one.
@@ -44,7 +44,7 @@ pub fn compute(choice: &Choice) -> Result<Computed, SolidError> {
     let found = tube.inflate(&body, &options, &statics(1e-10), start)?;
     let found = found.complete()?;
     let energy = tube::measure(&body, &options, &found.displacement)?.energy;
-    let probes = Probes::new(&choice.case.tube(Mesh::Initial), &tube)?;
+    let probes = ErrorProbes::new(&choice.case.tube(Mesh::Initial), &tube)?;
     Ok(Computed {
         dofs: body.coefficients(),
         solution: probes.evaluate(&body, &found.displacement, energy)?,

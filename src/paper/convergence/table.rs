@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// A row: a discretization, its errors and its cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
-pub struct Row {
+pub struct ConvergenceRow {
     /// `circular`, `graft` or `irregular`.
     pub test_case: TestCase,
     /// `trunk` or `tensor_product`.
@@ -50,7 +50,7 @@ pub struct Row {
 /// Case, space, mesh, quadrature, whether degrees differ, `p_G`, `p_T`, `p`.
 type Order<'a> = (&'a str, &'a str, &'a str, bool, bool, usize, usize, usize);
 
-impl Row {
+impl ConvergenceRow {
     /// The row of a computed choice.
     pub fn new(choice: &Choice, computed: &Computed, errors: &Errors, peak_memory: f64) -> Self {
         let stats = &computed.stats;

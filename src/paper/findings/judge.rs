@@ -3,7 +3,7 @@
 use super::{ALIKE, EXPONENTIAL, LINEAR, RESOLVED, Verdict};
 use crate::case::Extension;
 use crate::hemodynamics::RegionName::{self, Artery, MidArtery};
-use crate::hemodynamics::periodicity::Difference;
+use crate::hemodynamics::periodicity::PeriodDifference;
 use crate::hemodynamics::summary::RegionSummary;
 use crate::output::report::maps;
 use crate::output::report::page::significant;
@@ -133,7 +133,7 @@ pub fn periodicity(study: &Study) -> Judged {
         // What the coupling leaves of the displacement is a volume, and a flow within a step (docs/coupling.md).
         let floor_of_flow = tolerance * largest(|r| r.lumen_volume_m3) / time.step;
         let floor_of_displacement = tolerance * IN_TOLERANCES * largest(|r| r.max_displacement_m);
-        type Column<'a> = (&'a [Difference], fn(&HistoryRow) -> f64, f64);
+        type Column<'a> = (&'a [PeriodDifference], fn(&HistoryRow) -> f64, f64);
         let columns: [Column; 2] = [
             (&found.outflow, |r| r.Q_out_m3_s, floor_of_flow),
             (

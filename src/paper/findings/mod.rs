@@ -4,7 +4,7 @@ mod judge;
 
 use super::study::Study;
 use crate::hemodynamics::RegionName::{Bypass, MidArtery};
-use crate::output::report::Table;
+use crate::output::report::PageTable;
 use crate::output::report::page::{escape, table};
 pub use judge::series;
 
@@ -62,7 +62,7 @@ impl Verdict {
 
 /// A finding of the paper, beside that of the study.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
+pub struct PaperFinding {
     /// What the paper found.
     pub paper: &'static str,
     /// What the study found.
@@ -75,7 +75,7 @@ pub struct Finding {
 
 /// All findings as a table.
 pub fn html(study: &Study) -> String {
-    let row = |finding: Finding| {
+    let row = |finding: PaperFinding| {
         vec![
             format!("<span>{}</span>", escape(finding.paper)),
             format!("<span>{}</span>", escape(&finding.ours)),
@@ -98,8 +98,8 @@ pub fn html(study: &Study) -> String {
 }
 
 /// All findings, numbered, in words alone.
-pub fn plain(study: &Study) -> Table {
-    let mut table = Table::new(["", "what the paper found", "what this study found", ""]);
+pub fn plain(study: &Study) -> PageTable {
+    let mut table = PageTable::new(["", "what the paper found", "what this study found", ""]);
     for (i, finding) in all(study).into_iter().enumerate() {
         let verdict = finding.verdict.words().to_owned();
         table.push(vec![
@@ -113,7 +113,7 @@ pub fn plain(study: &Study) -> Table {
 }
 
 /// All findings.
-pub fn all(study: &Study) -> Vec<Finding> {
+pub fn all(study: &Study) -> Vec<PaperFinding> {
     let found = [
         (
             "Difference between successive periods of outflow and largest displacement decays close to exponentially and is small after the second period (fig. 11).",
@@ -194,7 +194,7 @@ pub fn all(study: &Study) -> Vec<Finding> {
                     Verdict::Missing,
                 )
             });
-            Finding {
+            PaperFinding {
                 paper,
                 ours,
                 verdict,

@@ -1,6 +1,6 @@
 //! The figures of a study.
 
-use super::{Difference, Study, influence};
+use super::{SectionDifference, Study, influence};
 use crate::case::Extension;
 use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
 use crate::hemodynamics::summary::RegionSummary;
@@ -221,7 +221,7 @@ pub fn distance(study: &Study) -> Vec<String> {
     };
     let mut figures = Vec::new();
     // Behind the straight extension there is hardly an OSI to which differences could be related.
-    type Shown = fn(&Difference) -> f64;
+    type Shown = fn(&SectionDifference) -> f64;
     let shown: [(_, &str, &str, Shown); 2] = [
         (
             TAWSS,

@@ -6,7 +6,7 @@ use super::findings;
 use super::models::{EXTENSIONS, is_model, vessel};
 use crate::case::Extension;
 use crate::output::report::page::{Page, gallery};
-use crate::output::report::surface::Surface;
+use crate::output::report::surface::DrawnSurface;
 use crate::output::report::{self, maps, run, scene};
 use crate::output::results::Results;
 use crate::output::wall_fields::FaceRow;
@@ -93,7 +93,7 @@ fn rings_of(run: &Results) -> Vec<(f64, Vec<&FaceRow>)> {
 }
 
 /// A field of two runs in a cross-section.
-pub struct Difference {
+pub struct SectionDifference {
     /// Where, m.
     pub x: f64,
     /// Root mean square of the difference around the axis.
@@ -103,7 +103,7 @@ pub struct Difference {
 }
 
 /// Difference of a field between two runs along the axis.
-pub fn influence(a: &Results, b: &Results, value: fn(&FaceRow) -> f64) -> Vec<Difference> {
+pub fn influence(a: &Results, b: &Results, value: fn(&FaceRow) -> f64) -> Vec<SectionDifference> {
     let Some(rings) = crate::hemodynamics::Rings::new(&maps::places(b)) else {
         return Vec::new();
     };
@@ -112,7 +112,7 @@ pub fn influence(a: &Results, b: &Results, value: fn(&FaceRow) -> f64) -> Vec<Di
         let there = |f: &FaceRow| rings.value(&values, f.x_m, f.phi_deg);
         let gap: f64 = ring.iter().map(|f| (value(f) - there(f)).powi(2)).sum();
         let size: f64 = ring.iter().map(|f| value(f).powi(2)).sum();
-        Difference {
+        SectionDifference {
             x: *x,
             absolute: (gap / ring.len() as f64).sqrt(),
             relative: (gap / size).sqrt(),
@@ -152,7 +152,7 @@ pub fn page(study: &Study) -> io::Result<String> {
             "Periodicity",
             &gallery(&run::periodicity(example)),
         );
-        if let Some(surface) = Surface::of(example)? {
+        if let Some(surface) = DrawnSurface::of(example)? {
             let html = format!(
                 "<p>Model {name} over the evaluated window. Drag to rotate, roll to zoom.</p>\n{}{}",
                 scene::viewer(&surface, surface.widest_frame()),

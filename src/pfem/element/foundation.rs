@@ -42,7 +42,7 @@ pub struct Foundation {
 struct Rest {
     /// Displacement from the reference configuration, m; none where it is that one.
     displacement: Option<Vec<Vec3>>,
-    places: Vec<Place>,
+    places: Vec<AxisPoint>,
     /// `k` times area, N/m.
     springs: Vec<f64>,
     /// `c` times area and directions, N s/m.
@@ -51,14 +51,14 @@ struct Rest {
 
 /// A point at rest, and the axis beside it.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct AxisPoint {
     position: Vec3,
     /// A point of the axis and its direction.
     foot: Vec3,
     tangent: Vec3,
 }
 
-impl Place {
+impl AxisPoint {
     /// The axis beside a point at rest.
     fn new(described: &Described, position: Vec3) -> Self {
         let (foot, tangent) = match &described.axis {
@@ -134,8 +134,8 @@ impl Foundation {
     }
 
     fn rest(&self, displacement: Option<Vec<Vec3>>, at: Vec<Vec3>, areas: Vec<f64>) -> Rest {
-        let place = |position| Place::new(&self.described, position);
-        let places: Vec<Place> = at.into_iter().map(place).collect();
+        let place = |position| AxisPoint::new(&self.described, position);
+        let places: Vec<AxisPoint> = at.into_iter().map(place).collect();
         let strength = || self.strength.iter().zip(&areas);
         let direction = self.described.direction;
         let dampers = strength().zip(&places);

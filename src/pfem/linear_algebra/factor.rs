@@ -23,7 +23,7 @@ pub struct Symbolic(Arc<SymbolicCholesky<usize>>, Arc<Substitution>);
 
 /// Which factorization was possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum FactorKind {
     /// `L Lᵀ`: the matrix is positive definite.
     Llt,
     /// `L D Lᵀ`: it is not.
@@ -41,7 +41,7 @@ enum Values {
 #[derive(Debug, Clone)]
 pub struct Factorization {
     symbolic: Symbolic,
-    kind: Kind,
+    kind: FactorKind,
     values: Values,
 }
 
@@ -115,9 +115,9 @@ impl Symbolic {
             MemStack::new(&mut buffer),
             Default::default(),
         );
-        let mut kind = Kind::Llt;
+        let mut kind = FactorKind::Llt;
         if positive.is_err() {
-            kind = Kind::Ldlt;
+            kind = FactorKind::Ldlt;
             let request = self
                 .0
                 .factorize_numeric_ldlt_scratch::<f64>(par, Default::default());
@@ -166,9 +166,9 @@ impl Factorization {
     /// inertia).
     pub fn negative_eigenvalues(&self) -> usize {
         match (&self.values, self.kind) {
-            (_, Kind::Llt) => 0,
-            (Values::Double(values), Kind::Ldlt) => negative_pivots(&self.symbolic, values),
-            (Values::Single(values), Kind::Ldlt) => negative_pivots(&self.symbolic, values),
+            (_, FactorKind::Llt) => 0,
+            (Values::Double(values), FactorKind::Ldlt) => negative_pivots(&self.symbolic, values),
+            (Values::Single(values), FactorKind::Ldlt) => negative_pivots(&self.symbolic, values),
         }
     }
 
@@ -211,7 +211,7 @@ impl Factorization {
         rhs: &mut [T],
     ) -> Result<(), SolidError> {
         let symbolic = &*self.symbolic.0;
-        if self.kind == Kind::Llt {
+        if self.kind == FactorKind::Llt {
             let factor = SupernodalLltRef::new(supernodal(symbolic), values);
             self.symbolic.1.solve(factor, rhs);
             return Ok(());

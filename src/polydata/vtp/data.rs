@@ -105,7 +105,7 @@ pub fn binary(
     layout: &Layout,
 ) -> Result<Vec<f64>, String> {
     let size = size(word).ok_or_else(|| format!("numbers of the type {word:?} are not known"))?;
-    let block = Block { source, encoding };
+    let block = DataBlock { source, encoding };
     let bytes = match layout.is_compressed {
         true => compressed(&block, layout)?,
         false => {
@@ -133,7 +133,7 @@ pub fn binary(
 }
 
 /// A header, `blocks, bytes of a block, bytes of the last, compressed bytes of each`, then the blocks.
-fn compressed(block: &Block<'_>, layout: &Layout) -> Result<Vec<u8>, String> {
+fn compressed(block: &DataBlock<'_>, layout: &Layout) -> Result<Vec<u8>, String> {
     let width = layout.header;
     let numbers = |bytes: &[u8]| -> Vec<usize> {
         bytes
@@ -179,12 +179,12 @@ fn compressed(block: &Block<'_>, layout: &Layout) -> Result<Vec<u8>, String> {
 const CUT_OFF: &str = "the data ends too early: the file is cut off or damaged";
 
 /// Bytes that may be written in base64; parts with padding of their own follow each other.
-struct Block<'a> {
+struct DataBlock<'a> {
     source: &'a [u8],
     encoding: Encoding,
 }
 
-impl Block<'_> {
+impl DataBlock<'_> {
     /// So many bytes from a place on.
     fn take(&self, from: usize, count: usize) -> Result<Vec<u8>, String> {
         let end = from.checked_add(count).ok_or(CUT_OFF)?;

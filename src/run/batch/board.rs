@@ -18,7 +18,7 @@ const INTERVAL: Duration = Duration::from_secs(60);
 
 /// The table.
 pub struct Board {
-    rows: Vec<Row>,
+    rows: Vec<ModelRow>,
     jobs: usize,
     quiet: bool,
     lines: Option<Lines>,
@@ -34,7 +34,7 @@ struct Lines {
 }
 
 /// What is known of a model.
-struct Row {
+struct ModelRow {
     name: String,
     files: RunFiles,
     steps: usize,
@@ -44,7 +44,7 @@ struct Row {
     pace: Option<f64>,
 }
 
-impl Row {
+impl ModelRow {
     fn look(&mut self) {
         let Ok(history) = tables::read::<HistoryRow>(&self.files.history()) else {
             return; // not there yet
@@ -76,10 +76,10 @@ impl Row {
 impl Board {
     /// A table of models, `jobs` of which work at once; `quiet` shows nothing.
     pub fn new(models: &[BatchRun], jobs: usize, quiet: bool) -> Self {
-        let rows: Vec<Row> = models
+        let rows: Vec<ModelRow> = models
             .iter()
             .map(|model| {
-                let mut row = Row {
+                let mut row = ModelRow {
                     name: model.name.clone(),
                     files: RunFiles::new(&model.out),
                     steps: model.case.steps(),
@@ -97,7 +97,7 @@ impl Board {
             let bar = columns.saturating_sub(BESIDE_BAR).clamp(4, 24);
             let template = format!("{{prefix:10}} {{bar:{bar}}} {{pos:>5}}/{{len}} {{wide_msg}}");
             let style = ProgressStyle::with_template(&template).expect("the template is valid");
-            let line = |row: &Row| {
+            let line = |row: &ModelRow| {
                 let bar = ProgressBar::new(row.steps as u64).with_prefix(row.name.clone());
                 all.add(bar.with_style(style.clone()))
             };

@@ -1,6 +1,6 @@
 //! The variants of a case in a study: values of keys in all combinations, one at a time, or row by row from a file.
 
-use crate::case::{Override, Place};
+use crate::case::{Override, ValuePlace};
 use crate::run::{CaseSelection, Failure};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -75,7 +75,7 @@ fn with(
     let mut selection = selection.clone();
     for (key, value) in sweep.keys.iter().zip(values) {
         selection.given.push(Override {
-            place: Place::Sweep,
+            place: ValuePlace::Sweep,
             key: key.clone(),
             value: value.clone(),
         });
@@ -207,7 +207,7 @@ fn samples(
                 (_, "") => {}
                 ("name", cell) => name = in_a_name(cell),
                 (keys, cell) => chosen.given.extend(keys.split('+').map(|key| Override {
-                    place: Place::Sweep,
+                    place: ValuePlace::Sweep,
                     key: key.trim().to_owned(),
                     value: cell.to_owned(),
                 })),

@@ -33,7 +33,7 @@ use crate::fluid::conversation::session::Terms;
 use crate::fluid::external::{ExternalFluid, ExternalSettings, Starter};
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings, VesselOpenings};
-use crate::fluid::openfoam::prepared::{Prepared, Source};
+use crate::fluid::openfoam::prepared::{MeshSource, Prepared};
 use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
 use crate::fluid::polygonal_wall::PolygonalWall;
@@ -382,8 +382,8 @@ fn rigid_volume(volumes: &[f64], domain: &Domain) -> f64 {
 /// The OpenFOAM case of a case.
 fn prepared<'a>(case: &'a Case, domain: &'a Domain) -> Result<Prepared<'a>, TableError> {
     let files = match &case.problem {
-        Problem::UserCase(own) => Source::Own(own::own_case_files(case, own, domain)),
-        _ => Source::Templates(case_files(case, &domain.fluid)?),
+        Problem::UserCase(own) => MeshSource::Own(own::own_case_files(case, own, domain)),
+        _ => MeshSource::Templates(case_files(case, &domain.fluid)?),
     };
     Ok(Prepared {
         files,

@@ -6,7 +6,8 @@ use crate::case::{
     VesselSide,
 };
 use crate::coupling::acceleration::surrogate::{
-    Axis, Comb, End, NoRings, StationOptions, Stations, SurrogateBlood, TubeSurrogate, WallShape,
+    Axis, Comb, NoRings, StationOptions, Stations, SurrogateBlood, SurrogateWall, TubeEnd,
+    TubeSurrogate,
 };
 use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
@@ -54,7 +55,7 @@ pub fn surrogate<S: Solid>(
     let geometry = Vessel::new(vessel);
     let [first, last] = [0, geometry.sections().len() - 1].map(|i| &geometry.sections()[i]);
     let [before, behind] = [-first.from, last.to - geometry.end()];
-    let open = |rigid_length| End::Pressure { rigid_length };
+    let open = |rigid_length| TubeEnd::Pressure { rigid_length };
     let (inlet, outlet) = match case.coupling.surrogate {
         case::SurrogateModel::None => return Ok(Box::new(Identity)),
         case::SurrogateModel::Tube => {
@@ -136,24 +137,24 @@ fn ends(
     period: f64,
     before: f64,
     behind: f64,
-) -> Result<(End, End), TableError> {
+) -> Result<(TubeEnd, TubeEnd), TableError> {
     let end = |end, rigid_length| {
         let condition = vessel.prescribed_at(end, period)?;
         let Some(PressureModel {
             proximal, distal, ..
         }) = condition.pressure()
         else {
-            return Ok(End::Flow);
+            return Ok(TubeEnd::Flow);
         };
         Ok(match (*distal, *proximal) {
-            (Some((resistance, compliance)), proximal) => End::Windkessel {
+            (Some((resistance, compliance)), proximal) => TubeEnd::Windkessel {
                 proximal,
                 resistance,
                 compliance,
                 rigid_length,
             },
-            (None, 0.0) => End::Pressure { rigid_length },
-            (None, resistance) => End::Resistance {
+            (None, 0.0) => TubeEnd::Pressure { rigid_length },
+            (None, resistance) => TubeEnd::Resistance {
                 resistance,
                 rigid_length,
             },
@@ -178,8 +179,8 @@ pub fn stations(
     };
     let options = StationOptions {
         shape: match solver {
-            Solver::Native => WallShape::Elements(vessel.fluid.native.degree),
-            Solver::OpenFoam | Solver::External => WallShape::Faces,
+            Solver::Native => SurrogateWall::Elements(vessel.fluid.native.degree),
+            Solver::OpenFoam | Solver::External => SurrogateWall::Faces,
         },
         most: MOST_STATIONS,
         around: MOST_PERIODS,

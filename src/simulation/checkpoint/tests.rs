@@ -1,5 +1,5 @@
 use super::*;
-use crate::coupling::acceleration::Column;
+use crate::coupling::acceleration::SecantPair;
 use crate::coupling::acceptance::Balance;
 use crate::pfem::SurfaceLoad;
 use crate::pfem::solution::quasi_newton::QuasiNewtonPairs;
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 type Example = Checkpoint<structure::StructureMemory, (u64, Vec<String>)>;
 
 pub fn example(step: usize) -> Example {
-    let column = Column::new(
+    let column = SecantPair::new(
         DVector::from_vec(vec![0.1, 0.2, 0.3]),
         DVector::from_vec(vec![1.0, -2.0, 0.5]),
         1.0,

@@ -12,11 +12,11 @@ pub fn example() -> String {
 }
 
 /// A folder with a file `tube.toml`.
-pub struct Tube {
+pub struct TubeCase {
     pub folder: tempfile::TempDir,
 }
 
-impl Tube {
+impl TubeCase {
     pub fn new(text: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("tube.toml"), text).unwrap();

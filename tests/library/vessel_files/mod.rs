@@ -10,7 +10,7 @@ use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset, ResolvedCase, Shape, VesselDescription};
 use fsi_driver::geometry::{Vessel, fluid_mesh, solid_mesh};
 use others::pairs_vtp;
-use shapes::{Tube, vtp_of};
+use shapes::{TubeSurface, vtp_of};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -216,7 +216,7 @@ fn a_noisy_line_is_smoothed_to_what_it_was() {
 }
 
 /// Largest difference (m) between the lumen of a case and what the shape says.
-fn off(case: &ResolvedCase, exact: &Tube, from: f64) -> f64 {
+fn off(case: &ResolvedCase, exact: &TubeSurface, from: f64) -> f64 {
     let vessel = Vessel::new(case.vessel().unwrap());
     let line = vessel.centre_line();
     let mut worst = 0.0f64;
@@ -244,18 +244,18 @@ fn a_lumen_is_that_of_its_surface_within_the_triangles() {
     for (name, tube, sides, most) in [
         (
             "a circle of 24 sides",
-            Tube::straight(0.05, round),
+            TubeSurface::straight(0.05, round),
             24,
             27e-6,
         ),
         (
             "a circle of 96 sides",
-            Tube::straight(0.05, round),
+            TubeSurface::straight(0.05, round),
             96,
             1.7e-6,
         ),
-        ("an ellipse", Tube::straight(0.05, ellipse), 96, 8e-6),
-        ("a bend", Tube::bent(0.05, 0.03, ellipse), 96, 12e-6),
+        ("an ellipse", TubeSurface::straight(0.05, ellipse), 96, 8e-6),
+        ("a bend", TubeSurface::bent(0.05, 0.03, ellipse), 96, 12e-6),
     ] {
         let slices = sides * 3;
         tube.write_line(&folder.path().join("line.csv"), 40, 1e3);
@@ -284,7 +284,7 @@ fn a_lumen_is_that_of_its_surface_within_the_triangles() {
 #[test]
 fn the_record_of_a_run_has_the_radii_in_place_of_the_surface() {
     let folder = tempfile::tempdir().unwrap();
-    let tube = Tube::bent(0.04, 0.03, |_, phi| 2.5e-3 + 0.3e-3 * (2.0 * phi).cos());
+    let tube = TubeSurface::bent(0.04, 0.03, |_, phi| 2.5e-3 + 0.3e-3 * (2.0 * phi).cos());
     tube.write_line(&folder.path().join("line.csv"), 30, 1e2);
     tube.write_surface(&folder.path().join("tube.stl"), 60, 40, false, 1e3);
     let text = "centre_line = \"line.csv\"\nunit = \"cm\"\nlumen = \"tube.stl\"\nlumen_unit = \"mm\"\nsmoothing_m = 2e-3\n";
@@ -471,9 +471,9 @@ fn broken_files(folder: &Path) {
         "loop.csv",
         (0..=60).map(turn).collect::<String>().as_bytes(),
     );
-    let tube = Tube::straight(0.05, |_, _| 3e-3);
+    let tube = TubeSurface::straight(0.05, |_, _| 3e-3);
     let write =
-        |name: &str, tube: &Tube| tube.write_surface(&folder.join(name), 40, 24, false, 1e3);
+        |name: &str, tube: &TubeSurface| tube.write_surface(&folder.join(name), 40, 24, false, 1e3);
     write("tube.stl", &tube);
     write("tube.vtp", &tube);
     let whole = std::fs::read(folder.join("tube.stl")).unwrap();
@@ -528,7 +528,7 @@ fn broken_files(folder: &Path) {
     }
     put("crack.stl", &crack);
     let step = |s: f64, _: f64| if s < 0.02 { 3e-3 } else { 5e-3 };
-    Tube::straight(0.05, step).write_surface(&folder.join("wall.stl"), 400, 24, false, 1e3);
+    TubeSurface::straight(0.05, step).write_surface(&folder.join("wall.stl"), 400, 24, false, 1e3);
     let fold = |_: f64, phi: f64| {
         if (1.0..2.0).contains(&phi) {
             9e-3
@@ -536,7 +536,7 @@ fn broken_files(folder: &Path) {
             3e-3
         }
     };
-    write("fold.stl", &Tube::straight(0.05, fold));
+    write("fold.stl", &TubeSurface::straight(0.05, fold));
 }
 
 #[test]

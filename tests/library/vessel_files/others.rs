@@ -1,6 +1,6 @@
 //! The same vessels as other programs write them.
 
-use super::shapes::Tube;
+use super::shapes::TubeSurface;
 use super::{described, load, try_load};
 
 /// A tree of lines between two points each: (0, 0, 0), (10, 0, 0), and from there to (20, 0, 0) and to (10, 10, 0).
@@ -121,7 +121,7 @@ fn centre_lines_in_tables_are_the_same_in_all_shapes() {
 fn surfaces_of_other_programs_are_the_same_vessel() {
     let folder = tempfile::tempdir().unwrap();
     let here = |name: &str| folder.path().join(name);
-    let tube = Tube::straight(0.05, |_, phi| 3e-3 + 0.3e-3 * phi.cos());
+    let tube = TubeSurface::straight(0.05, |_, phi| 3e-3 + 0.3e-3 * phi.cos());
     tube.write_line(&here("line.csv"), 20, 1e3);
     tube.write_surface(&here("good.stl"), 60, 48, false, 1e3);
     tube.write_surface(&here("ascii.stl"), 60, 48, false, 1e3);

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// A tube along a straight line or an arc (m), from the origin along +x, bending to +y; `radius(s, φ)` with φ from -y
 /// (the outside of the bend) for the arc, and from +y for the line.
-pub struct Tube {
+pub struct TubeSurface {
     length: f64,
     /// Curvature, 1/m.
     kappa: f64,
@@ -19,7 +19,7 @@ pub struct Tube {
     scatter: f64,
 }
 
-impl Tube {
+impl TubeSurface {
     pub fn straight(length: f64, radius: impl Fn(f64, f64) -> f64 + 'static) -> Self {
         Self {
             length,

@@ -7,8 +7,8 @@
 mod stations;
 mod tube;
 
-pub use stations::{Axis, NoRings, StationOptions, Stations, WallShape};
-pub use tube::{Comb, End, SurrogateBlood, TubeSurrogate};
+pub use stations::{Axis, NoRings, StationOptions, Stations, SurrogateWall};
+pub use tube::{Comb, SurrogateBlood, TubeEnd, TubeSurrogate};
 
 use nalgebra::DVector;
 

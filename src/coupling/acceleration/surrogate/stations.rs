@@ -29,7 +29,7 @@ const RAGGED: f64 = 0.05;
 
 /// What the fluid makes of the points of its wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WallShape {
+pub enum SurrogateWall {
     /// Faces between rings, as finite volumes have them: each moves as its points do on average, and each point is
     /// loaded by the average of the faces around it.
     Faces,
@@ -44,7 +44,7 @@ const NEARER: f64 = 1e-6;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StationOptions {
     /// Whose wall it is.
-    pub shape: WallShape,
+    pub shape: SurrogateWall,
     /// Most stations between the ends.
     pub most: usize,
     /// Most periods around the circumference.
@@ -53,7 +53,7 @@ pub struct StationOptions {
 
 /// A wall point that belongs to a station.
 #[derive(Debug, Clone, PartialEq)]
-struct Point {
+struct StationPoint {
     index: usize,
     /// Its share in the station.
     weight: f64,
@@ -70,7 +70,7 @@ struct Point {
 /// A cross-section between the ends.
 #[derive(Debug, Clone, PartialEq)]
 struct Station {
-    points: Vec<Point>,
+    points: Vec<StationPoint>,
     /// From the sums of radial displacement times [`wave`] over the points to the amplitudes of the waves.
     amplitudes: DMatrix<f64>,
 }
@@ -108,11 +108,11 @@ fn wave(wave: usize, angle: f64) -> f64 {
 impl Stations {
     /// Stations of the tube around `axis` whose wall consists of `points` (reference positions, m).
     pub fn new(points: &[Vec3], axis: Axis, options: StationOptions) -> Result<Self, NoRings> {
-        let mut placed: Vec<(f64, Point)> = (points.iter().enumerate())
+        let mut placed: Vec<(f64, StationPoint)> = (points.iter().enumerate())
             .map(|(index, x)| {
                 let beside = axis.line.nearest(x);
                 let across = x - beside.frame.origin;
-                let point = Point {
+                let point = StationPoint {
                     index,
                     weight: 1.0,
                     radial: across.normalize(),
@@ -144,15 +144,15 @@ impl Stations {
         let station = |members: Vec<(usize, f64)>| {
             let point = |(place, weight): (usize, f64)| {
                 let point = placed[place].1.clone();
-                Point {
+                StationPoint {
                     weight,
                     waves: (0..waves).map(|k| wave(k, point.angle)).collect(),
                     ..point
                 }
             };
-            let points: Vec<Point> = members.into_iter().map(point).collect();
+            let points: Vec<StationPoint> = members.into_iter().map(point).collect();
             let product = |i, j| {
-                let at = |p: &Point| p.weight * p.waves[i] * p.waves[j];
+                let at = |p: &StationPoint| p.weight * p.waves[i] * p.waves[j];
                 points.iter().map(at).sum()
             };
             let gram = DMatrix::from_fn(waves, waves, product);
@@ -339,7 +339,7 @@ fn at_rings(
         .collect();
     let pieces = inner.len() + 1;
     let degree = match options.shape {
-        WallShape::Elements(degree) if pieces.is_multiple_of(degree) => degree,
+        SurrogateWall::Elements(degree) if pieces.is_multiple_of(degree) => degree,
         _ => 1,
     };
     let fits = |step: &usize| {
@@ -358,8 +358,8 @@ fn at_rings(
         degree: (degree / step).max(1),
         // cos²(kh/2) of a wave of wave number k on faces of length h, for long waves
         smoothing: match options.shape {
-            WallShape::Faces => 0.25 / (step * step) as f64,
-            WallShape::Elements(_) => 0.0,
+            SurrogateWall::Faces => 0.25 / (step * step) as f64,
+            SurrogateWall::Elements(_) => 0.0,
         },
         members: members.collect(),
     }
@@ -416,7 +416,7 @@ mod tests {
 
     fn stations(degree: usize, most: usize) -> Stations {
         let options = StationOptions {
-            shape: WallShape::Elements(degree),
+            shape: SurrogateWall::Elements(degree),
             most,
             around: 3,
         };
@@ -494,7 +494,7 @@ mod tests {
     fn faces_see_less_of_short_waves() {
         for (most, step) in [(40, 1), (15, 2)] {
             let options = StationOptions {
-                shape: WallShape::Faces,
+                shape: SurrogateWall::Faces,
                 most,
                 around: 0,
             };
@@ -518,7 +518,7 @@ mod tests {
             x.x += 1e-3 * (0.37 * i as f64).fract() - 0.5e-3;
         }
         let options = StationOptions {
-            shape: WallShape::Elements(4),
+            shape: SurrogateWall::Elements(4),
             most: 20,
             around: 1,
         };
@@ -539,7 +539,7 @@ mod tests {
             .filter(|x| (x.x - 0.025).abs() > 0.0149)
             .collect();
         let options = StationOptions {
-            shape: WallShape::Faces,
+            shape: SurrogateWall::Faces,
             most: 20,
             around: 0,
         };

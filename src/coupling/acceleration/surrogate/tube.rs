@@ -35,7 +35,7 @@ pub struct SurrogateBlood {
 
 /// What happens at an end of the tube.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum End {
+pub enum TubeEnd {
     /// The flow is prescribed (a rigid tube before it makes no difference).
     Flow,
     /// The pressure is prescribed behind a rigid piece.
@@ -128,8 +128,8 @@ pub struct TubeSurrogate {
     to_waves: Vec<Vec<Comb>>,
     /// **S**: both as amplitudes of all waves at the stations, all stations of wave 0 first.
     compliance: DMatrix<f64>,
-    inlet: End,
-    outlet: End,
+    inlet: TubeEnd,
+    outlet: TubeEnd,
     /// By periods around the circumference: from amplitudes of the displacement to those of the pressure, Pa/m.
     pressure: Vec<DMatrix<f64>>,
     /// By periods around the circumference, cosine and sine together: 1 less the pressure that the wall's answer to a
@@ -145,8 +145,8 @@ impl TubeSurrogate {
         answers: &[DVector<f64>],
         to_waves: Vec<Vec<Comb>>,
         blood: SurrogateBlood,
-        inlet: End,
-        outlet: End,
+        inlet: TubeEnd,
+        outlet: TubeEnd,
     ) -> Self {
         let n = stations.count();
         assert_eq!(answers.len(), n, "one answer a station");
@@ -188,18 +188,18 @@ impl TubeSurrogate {
     }
 
     /// Flow per pressure at an end, m³/(Pa s).
-    fn conductance(&self, end: End, radius: f64) -> f64 {
+    fn conductance(&self, end: TubeEnd, radius: f64) -> f64 {
         let inertance = self.blood.density / self.blood.time_step * self.friction(radius)
             / (PI * radius * radius);
         let leak = LEAK / (self.stations.length() * inertance);
         let (rigid_length, impedance) = match end {
-            End::Flow => return leak,
-            End::Pressure { rigid_length } => (rigid_length, 0.0),
-            End::Resistance {
+            TubeEnd::Flow => return leak,
+            TubeEnd::Pressure { rigid_length } => (rigid_length, 0.0),
+            TubeEnd::Resistance {
                 resistance,
                 rigid_length,
             } => (rigid_length, resistance),
-            End::Windkessel {
+            TubeEnd::Windkessel {
                 proximal,
                 resistance,
                 compliance,
@@ -376,7 +376,7 @@ impl Surrogate for TubeSurrogate {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Axis, StationOptions, WallShape};
+    use super::super::{Axis, StationOptions, SurrogateWall};
     use super::*;
     use crate::Vec3;
     use crate::curve::SpaceCurve;
@@ -395,14 +395,14 @@ mod tests {
     }
 
     /// A tube of 50 mm length and 5 mm radius, stiffness 1.2e7 Pa/m.
-    fn tube(inlet: End, outlet: End, radial_inertia: bool) -> TubeSurrogate {
+    fn tube(inlet: TubeEnd, outlet: TubeEnd, radial_inertia: bool) -> TubeSurrogate {
         let points = points();
         let axis = Axis {
             line: SpaceCurve::x_axis(0.0, 0.05),
             length: 0.05,
         };
         let options = StationOptions {
-            shape: WallShape::Elements(4),
+            shape: SurrogateWall::Elements(4),
             most: 99,
             around: 2,
         };
@@ -446,7 +446,7 @@ mod tests {
 
     #[test]
     fn a_standing_wave_meets_the_added_mass_of_a_tube() {
-        let open = End::Pressure { rigid_length: 0.0 };
+        let open = TubeEnd::Pressure { rigid_length: 0.0 };
         // Without radial inertia 2 rho/(k² r); with it rho I0(kr)/(k I1(kr)): kr = 0.314159, 1.256637, 2.513274.
         for (half_waves, bessel) in [(1.0, 6.444_4), (4.0, 1.886_9), (8.0, 1.304_7)] {
             let k: f64 = half_waves * PI / 0.05;
@@ -469,7 +469,7 @@ mod tests {
     #[test]
     fn waves_around_the_circumference_meet_their_added_mass() {
         // rho I_m(kr)/(k I_m'(kr)) with kr = 0.314159: about rho r/m
-        let open = End::Pressure { rigid_length: 0.0 };
+        let open = TubeEnd::Pressure { rigid_length: 0.0 };
         let surrogate = tube(open, open, true);
         for (wave, periods) in [(1, 1.0), (2, 1.0), (3, 2.0), (4, 2.0)] {
             let d = points().into_iter().flat_map(|x| {
@@ -492,7 +492,7 @@ mod tests {
 
     #[test]
     fn a_closed_tube_keeps_its_volume() {
-        let surrogate = tube(End::Flow, End::Flow, true);
+        let surrogate = tube(TubeEnd::Flow, TubeEnd::Flow, true);
         let x = surrogate.widen(&standing_wave(1.0));
         let kept: f64 = surrogate
             .stations
@@ -511,7 +511,7 @@ mod tests {
 
     #[test]
     fn what_no_wave_expresses_passes() {
-        let surrogate = tube(End::Flow, End::Pressure { rigid_length: 0.0 }, true);
+        let surrogate = tube(TubeEnd::Flow, TubeEnd::Pressure { rigid_length: 0.0 }, true);
         let along = DVector::from_fn(3 * 101 * RING, |i, _| [0.3, 0.0, 0.0][i % 3]);
         let left = surrogate.predict(&along) - &along;
         assert!(left.norm() < 1e-9 * along.norm(), "{}", left.norm());

@@ -1,6 +1,6 @@
 //! What the fluid says: what may come when, and how its bytes are read.
 
-use super::{Kind, MAX_FAILURE_TEXT, ProtocolError, WireFrame};
+use super::{MAX_FAILURE_TEXT, MessageKind, ProtocolError, WireFrame};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
 
@@ -35,12 +35,12 @@ pub enum FromFluid {
 
 impl FromFluid {
     /// Its kind.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> MessageKind {
         match self {
-            FromFluid::Hello(_) => Kind::Hello,
-            FromFluid::Solved(_) => Kind::Solved,
-            FromFluid::Accepted(_) => Kind::Accepted,
-            FromFluid::Failure(_) => Kind::Failure,
+            FromFluid::Hello(_) => MessageKind::Hello,
+            FromFluid::Solved(_) => MessageKind::Solved,
+            FromFluid::Accepted(_) => MessageKind::Accepted,
+            FromFluid::Failure(_) => MessageKind::Failure,
         }
     }
 }
@@ -130,11 +130,11 @@ pub enum Expected {
 }
 
 impl Expected {
-    fn kind(self) -> Kind {
+    fn kind(self) -> MessageKind {
         match self {
-            Expected::Hello => Kind::Hello,
-            Expected::Solved { .. } => Kind::Solved,
-            Expected::Accepted { .. } => Kind::Accepted,
+            Expected::Hello => MessageKind::Hello,
+            Expected::Solved { .. } => MessageKind::Solved,
+            Expected::Accepted { .. } => MessageKind::Accepted,
         }
     }
 
@@ -147,7 +147,7 @@ impl Expected {
                 found: frame.length,
             })
         };
-        if frame.kind == Kind::Failure {
+        if frame.kind == MessageKind::Failure {
             return if frame.length <= MAX_FAILURE_TEXT {
                 Ok(())
             } else {
@@ -186,16 +186,18 @@ impl Expected {
 
 impl Expected {
     /// Decodes the payload of a message that has passed [`Expected::check`].
-    pub fn decode(self, kind: Kind, payload: &[u8]) -> Result<FromFluid, ProtocolError> {
+    pub fn decode(self, kind: MessageKind, payload: &[u8]) -> Result<FromFluid, ProtocolError> {
         let mut reader = Reader {
             kind,
             rest: payload,
             length: payload.len() as u64,
         };
         let message = match (kind, self) {
-            (Kind::Failure, _) => FromFluid::Failure(printable(std::mem::take(&mut reader.rest))),
-            (Kind::Hello, Expected::Hello) => FromFluid::Hello(hello(&mut reader)?),
-            (Kind::Solved, Expected::Solved { faces }) => {
+            (MessageKind::Failure, _) => {
+                FromFluid::Failure(printable(std::mem::take(&mut reader.rest)))
+            }
+            (MessageKind::Hello, Expected::Hello) => FromFluid::Hello(hello(&mut reader)?),
+            (MessageKind::Solved, Expected::Solved { faces }) => {
                 let correctors = reader.u32()?;
                 reader.u32()?;
                 FromFluid::Solved(Solved {
@@ -206,7 +208,7 @@ impl Expected {
                 })
             }
             (
-                Kind::Accepted,
+                MessageKind::Accepted,
                 Expected::Accepted {
                     faces, openings, ..
                 },
@@ -337,7 +339,7 @@ fn printable(bytes: &[u8]) -> String {
 }
 
 struct Reader<'a> {
-    kind: Kind,
+    kind: MessageKind,
     rest: &'a [u8],
     length: u64,
 }

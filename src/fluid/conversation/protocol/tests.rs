@@ -36,7 +36,7 @@ fn put_opening(payload: &mut Vec<u8>, flags: u32, name: &[u8]) {
 }
 
 fn decode_hello(payload: &[u8]) -> Result<FromFluid, ProtocolError> {
-    Expected::Hello.decode(Kind::Hello, payload)
+    Expected::Hello.decode(MessageKind::Hello, payload)
 }
 
 #[test]
@@ -116,7 +116,8 @@ fn numbers_that_are_none_are_refused_with_their_place() {
         &mut payload,
         &[Vec3::zeros(), Vec3::new(0.0, f64::NAN, 0.0)],
     );
-    let decode = |payload: &[u8]| Expected::Solved { faces: 2 }.decode(Kind::Solved, payload);
+    let decode =
+        |payload: &[u8]| Expected::Solved { faces: 2 }.decode(MessageKind::Solved, payload);
     let error = decode(&payload).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -146,7 +147,7 @@ fn a_report_brings_openings_wall_shear_and_the_state() {
     };
     let check = |with_state, length: usize| {
         let frame = WireFrame {
-            kind: Kind::Accepted,
+            kind: MessageKind::Accepted,
             length: length as u64,
         };
         expected(with_state).check(frame).is_ok()
@@ -156,7 +157,7 @@ fn a_report_brings_openings_wall_shear_and_the_state() {
     assert!(!check(true, with_vectors - 1));
     assert!(!check(true, with_vectors + MAX_STATE as usize + 1));
 
-    let decode = |payload: &[u8]| expected(true).decode(Kind::Accepted, payload);
+    let decode = |payload: &[u8]| expected(true).decode(MessageKind::Accepted, payload);
     let FromFluid::Accepted(accepted) = decode(&payload).unwrap() else {
         panic!("a report")
     };
@@ -225,7 +226,7 @@ fn frames_that_do_not_belong_are_refused() {
 
 #[test]
 fn a_failure_cannot_disturb_a_terminal() {
-    let decoded = Expected::Hello.decode(Kind::Failure, b"\x1b[2Jgone\xff\nwhy");
+    let decoded = Expected::Hello.decode(MessageKind::Failure, b"\x1b[2Jgone\xff\nwhy");
     let decoded = decoded.unwrap();
     assert_eq!(
         decoded,
@@ -242,7 +243,7 @@ proptest! {
         faces in 0_usize..8,
         openings in 0_usize..4,
     ) {
-        if let Some(kind) = Kind::from_number(number) {
+        if let Some(kind) = MessageKind::from_number(number) {
             for expected in [
                 Expected::Hello,
                 Expected::Solved { faces },

@@ -1,6 +1,6 @@
 //! What the driver says, and its bytes.
 
-use super::{Kind, MAX_FAILURE_TEXT, message};
+use super::{MAX_FAILURE_TEXT, MessageKind, message};
 use crate::Vec3;
 
 /// What the driver says.
@@ -65,7 +65,7 @@ impl ToFluid<'_> {
                 put_u32(&mut payload, points);
                 put_u32(&mut payload, faces);
                 payload.extend_from_slice(state);
-                Kind::Welcome
+                MessageKind::Welcome
             }
             ToFluid::Solve {
                 max_correctors,
@@ -79,24 +79,24 @@ impl ToFluid<'_> {
                 put_f64(&mut payload, pressure_residual);
                 put_f64(&mut payload, time_step);
                 put_vectors(&mut payload, displacement);
-                Kind::Solve
+                MessageKind::Solve
             }
             ToFluid::Accept { write } => {
                 put_u32(&mut payload, u32::from(write));
-                Kind::Accept
+                MessageKind::Accept
             }
             ToFluid::Discard { state } => {
                 payload.extend_from_slice(state);
-                Kind::Discard
+                MessageKind::Discard
             }
-            ToFluid::Stop => Kind::Stop,
+            ToFluid::Stop => MessageKind::Stop,
             ToFluid::Failure(text) => {
                 let mut end = text.len().min(MAX_FAILURE_TEXT as usize);
                 while !text.is_char_boundary(end) {
                     end -= 1;
                 }
                 payload.extend_from_slice(&text.as_bytes()[..end]);
-                Kind::Failure
+                MessageKind::Failure
             }
         };
         message(kind, &payload)

@@ -1,5 +1,5 @@
 use super::*;
-use crate::fluid::conversation::protocol::{Kind, ToFluid, message};
+use crate::fluid::conversation::protocol::{MessageKind, ToFluid, message};
 
 fn with_patience<T>(limit: Duration, action: impl FnOnce(&mut Patience) -> T) -> T {
     let interrupt = AtomicBool::new(false);
@@ -18,7 +18,7 @@ fn hear(bytes: &[u8], expected: Expected) -> Result<FromFluid, TransportError> {
 
 #[test]
 fn a_message_arrives() {
-    let solved = message(Kind::Solved, &[0; 48]);
+    let solved = message(MessageKind::Solved, &[0; 48]);
     assert!(matches!(
         hear(&solved, Expected::Solved { faces: 1 }),
         Ok(FromFluid::Solved(_))
@@ -27,7 +27,7 @@ fn a_message_arrives() {
 
 #[test]
 fn a_promise_of_a_gigabyte_is_not_believed() {
-    let mut hello = message(Kind::Hello, &[0; 100]);
+    let mut hello = message(MessageKind::Hello, &[0; 100]);
     hello[8..16].copy_from_slice(&(1_u64 << 30).to_le_bytes());
     assert!(matches!(
         hear(&hello, Expected::Hello),
@@ -42,7 +42,11 @@ fn a_promise_of_a_gigabyte_is_not_believed() {
 
 #[test]
 fn a_failure_is_an_error_with_its_text() {
-    let error = hear(&message(Kind::Failure, b"no such patch"), Expected::Hello).unwrap_err();
+    let error = hear(
+        &message(MessageKind::Failure, b"no such patch"),
+        Expected::Hello,
+    )
+    .unwrap_err();
     assert_eq!(error.to_string(), "the fluid reports: no such patch");
 }
 
@@ -88,7 +92,7 @@ fn files_are_whole_or_not_there() {
     );
 
     let expected = Expected::Solved { faces: 1 };
-    let solved = message(Kind::Solved, &[0; 48]);
+    let solved = message(MessageKind::Solved, &[0; 48]);
     let mut hear = |limit| with_patience(limit, |patience| transport.receive(expected, patience));
     fs::write(folder.join("00000001.fluid.partial"), &solved[..20]).unwrap();
     assert!(matches!(

@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 /// The openings of a vessel.
 #[derive(Debug, Clone)]
 pub struct VesselOpenings {
-    pub(super) openings: Vec<Patch>,
+    pub(super) openings: Vec<OpeningPatch>,
     pub(super) start: Start,
     /// Pressure in equilibrium at t = 0, Pa.
     equilibrium: f64,
@@ -21,7 +21,7 @@ pub struct VesselOpenings {
 
 /// An opening as a patch.
 #[derive(Debug, Clone)]
-pub(super) struct Patch {
+pub(super) struct OpeningPatch {
     pub(super) opening: Opening,
     /// Of a prescribed flow, if it is no plug.
     profile: Option<Profile>,
@@ -58,7 +58,7 @@ impl VesselOpenings {
             initial: windkessel.initial_pressure,
         };
         let flow = Condition::Flow(inflow, InletProfile::Plug);
-        let patch = |name: &str, end, condition| Patch {
+        let patch = |name: &str, end, condition| OpeningPatch {
             opening: Opening {
                 name: name.into(),
                 end,
@@ -84,7 +84,7 @@ impl VesselOpenings {
     /// If a curve cannot be read.
     pub fn new(case: &Case, vessel: &BloodVessel, mesh: &PolyMesh) -> Result<Self, TableError> {
         let openings = vessel.openings(case.time.period)?.into_iter();
-        let patch = |opening: Opening| Patch {
+        let patch = |opening: Opening| OpeningPatch {
             profile: Profile::new(&case.blood, vessel, &opening, mesh),
             // An end of the wall that slides stays in its plane, and so do the points of the opening.
             motion: match opening.end {
@@ -130,7 +130,7 @@ impl VesselOpenings {
             .filter(|patch| patch.opening.end == VesselSide::Start)
             .map(|patch| patch.opening.name.as_str())
             .collect();
-        let condition = |patch: &Patch, field: &str| match field {
+        let condition = |patch: &OpeningPatch, field: &str| match field {
             "p" => self.pressure(patch, ramp, density),
             "U" => patch.velocity(ramp, &inlets),
             _ => format!("type {}; value uniform (0 0 0);", patch.motion),
@@ -153,7 +153,7 @@ impl VesselOpenings {
     }
 
     /// The kinematic pressure at an opening.
-    fn pressure(&self, patch: &Patch, ramp: f64, density: f64) -> String {
+    fn pressure(&self, patch: &OpeningPatch, ramp: f64, density: f64) -> String {
         let Condition::Pressure(model) = &patch.opening.condition else {
             return "type zeroGradient;".into();
         };
@@ -189,7 +189,7 @@ impl VesselOpenings {
     /// between the rows of curves and repeats them.
     pub fn files(&self, step: f64) -> Vec<(String, String)> {
         let mut files = Vec::new();
-        for Patch {
+        for OpeningPatch {
             opening, profile, ..
         } in &self.openings
         {
@@ -211,7 +211,7 @@ impl VesselOpenings {
     }
 }
 
-impl Patch {
+impl OpeningPatch {
     /// The velocity at the opening, with a ramp of this duration (s); `inlets` are the patches where blood enters.
     fn velocity(&self, ramp: f64, inlets: &[&str]) -> String {
         let name = &self.opening.name;

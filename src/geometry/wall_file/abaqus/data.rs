@@ -2,19 +2,19 @@
 
 use super::lines::Line;
 use super::part::Label;
-use super::{Model, Scope, Section};
+use super::{AbaqusSection, Model, Scope};
 use crate::Vec3;
 
 impl Model {
     pub fn data(&mut self, line: &Line) -> Result<(), String> {
         let words: Vec<&str> = line.text.split(',').map(str::trim).collect();
         match &self.section {
-            Section::Ignored => Ok(()),
-            Section::Nodes { set, system } => {
+            AbaqusSection::Ignored => Ok(()),
+            AbaqusSection::Nodes { set, system } => {
                 let (set, system) = (set.clone(), *system);
                 self.node(&words, &set, system)
             }
-            Section::Elements {
+            AbaqusSection::Elements {
                 count,
                 is_solid,
                 set,
@@ -22,7 +22,7 @@ impl Model {
                 let (count, is_solid, set) = (*count, *is_solid, set.clone());
                 self.element(&words, count, is_solid, &set)
             }
-            Section::NodeSet {
+            AbaqusSection::NodeSet {
                 name,
                 is_range,
                 instance,
@@ -30,7 +30,7 @@ impl Model {
                 let (name, is_range, instance) = (name.clone(), *is_range, instance.clone());
                 self.set(&words, &name, is_range, &instance, true)
             }
-            Section::ElementSet {
+            AbaqusSection::ElementSet {
                 name,
                 is_range,
                 instance,
@@ -38,11 +38,11 @@ impl Model {
                 let (name, is_range, instance) = (name.clone(), *is_range, instance.clone());
                 self.set(&words, &name, is_range, &instance, false)
             }
-            Section::NodeSurface(name) => {
+            AbaqusSection::NodeSurface(name) => {
                 let name = name.clone();
                 self.set(&words[..1], &name, false, "", true)
             }
-            Section::Surface(name) => {
+            AbaqusSection::Surface(name) => {
                 let name = name.clone();
                 let side = words.get(1).copied().unwrap_or_default();
                 let side = side.trim_start_matches(['S', 's']).parse::<usize>().ok();
@@ -56,7 +56,7 @@ impl Model {
                 }
                 Ok(())
             }
-            Section::Position => self.position(&words),
+            AbaqusSection::Position => self.position(&words),
         }
     }
 

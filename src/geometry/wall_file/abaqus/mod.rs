@@ -22,7 +22,7 @@ const RULES: [&str; 8] = [
 ];
 
 /// What the lines behind a keyword are.
-enum Section {
+enum AbaqusSection {
     Ignored,
     Nodes {
         set: String,
@@ -69,7 +69,7 @@ struct Model {
     node_sets: Sets<Label>,
     surfaces: Vec<(String, String, usize, String)>,
     scope: Scope,
-    section: Section,
+    section: AbaqusSection,
     /// Numbers of an element that goes on in the next line.
     pending: Vec<usize>,
 }
@@ -83,7 +83,7 @@ pub fn read(path: &Path) -> Result<WallFile, String> {
         node_sets: Sets::default(),
         surfaces: Vec::new(),
         scope: Scope::Top,
-        section: Section::Ignored,
+        section: AbaqusSection::Ignored,
         pending: Vec::new(),
     };
     for line in lines::read(path)? {
@@ -120,20 +120,20 @@ impl Model {
             "PART" => return self.begin_part(&option("NAME")),
             "END PART" | "END ASSEMBLY" => {
                 self.scope = Scope::Top;
-                Section::Ignored
+                AbaqusSection::Ignored
             }
             "ASSEMBLY" => {
                 self.scope = Scope::Assembly;
-                Section::Ignored
+                AbaqusSection::Ignored
             }
             "INSTANCE" => {
                 return self.begin_instance(option("NAME"), &option("PART"), &option("LIBRARY"));
             }
             "END INSTANCE" => {
                 self.scope = Scope::Assembly;
-                Section::Ignored
+                AbaqusSection::Ignored
             }
-            "NODE" => Section::Nodes {
+            "NODE" => AbaqusSection::Nodes {
                 set: option("NSET"),
                 system: option("SYSTEM")
                     .to_ascii_uppercase()
@@ -144,36 +144,36 @@ impl Model {
             "ELEMENT" => elements(&option("TYPE").to_ascii_uppercase(), option("ELSET"))?,
             "NSET" if !option("ELSET").is_empty() => {
                 self.nodes_of_elements(&option("NSET"), &option("ELSET"))?;
-                Section::Ignored
+                AbaqusSection::Ignored
             }
-            "NSET" => Section::NodeSet {
+            "NSET" => AbaqusSection::NodeSet {
                 name: option("NSET"),
                 is_range,
                 instance,
             },
-            "ELSET" => Section::ElementSet {
+            "ELSET" => AbaqusSection::ElementSet {
                 name: option("ELSET"),
                 is_range,
                 instance,
             },
             "SURFACE" => match option("TYPE").to_ascii_uppercase().as_str() {
-                "" | "ELEMENT" => Section::Surface(option("NAME")),
-                "NODE" => Section::NodeSurface(option("NAME")),
-                _ => Section::Ignored,
+                "" | "ELEMENT" => AbaqusSection::Surface(option("NAME")),
+                "NODE" => AbaqusSection::NodeSurface(option("NAME")),
+                _ => AbaqusSection::Ignored,
             },
             "SOLID SECTION" => {
                 let section = (option("ELSET"), option("MATERIAL"));
                 if let Some(part) = self.part() {
                     part.sections.push(section);
                 }
-                Section::Ignored
+                AbaqusSection::Ignored
             }
             rule if RULES.contains(&rule) => {
                 return Err(format!(
                     "*{rule} makes or moves nodes and elements by a rule, which is not followed: write the mesh itself into the file"
                 ));
             }
-            _ => Section::Ignored,
+            _ => AbaqusSection::Ignored,
         };
         Ok(())
     }
@@ -188,7 +188,7 @@ impl Model {
         }
         self.parts.push((name.to_owned(), Part::default()));
         self.scope = Scope::Part(self.parts.len() - 1);
-        self.section = Section::Ignored;
+        self.section = AbaqusSection::Ignored;
         Ok(())
     }
 
@@ -218,7 +218,7 @@ impl Model {
             lines: 0,
         });
         self.scope = Scope::Instance(self.instances.len() - 1);
-        self.section = Section::Position;
+        self.section = AbaqusSection::Position;
         Ok(())
     }
 
@@ -240,7 +240,7 @@ impl Model {
     }
 }
 
-fn elements(kind: &str, set: String) -> Result<Section, String> {
+fn elements(kind: &str, set: String) -> Result<AbaqusSection, String> {
     let is_solid = kind.starts_with("C3D") || kind.starts_with("SC8");
     let count = match kind {
         kind if kind.starts_with("C3D27") => 27,
@@ -255,9 +255,9 @@ fn elements(kind: &str, set: String) -> Result<Section, String> {
             true => 8,
             false => 4,
         },
-        _ => return Ok(Section::Ignored),
+        _ => return Ok(AbaqusSection::Ignored),
     };
-    Ok(Section::Elements {
+    Ok(AbaqusSection::Elements {
         count,
         is_solid,
         set,

@@ -32,20 +32,20 @@ pub struct Drawing {
     pub places: Vec<WallPlace>,
     pub triangles: Vec<[u32; 3]>,
     /// What each triangle is a part of.
-    pub parts: Vec<Part>,
+    pub parts: Vec<DrawnPart>,
     lines: Vec<([Vec3; 2], [u8; 3])>,
 }
 
 /// What a triangle is a part of.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Part {
+pub enum DrawnPart {
     Lumen,
     Rigid,
     /// A layer of this material.
     Layer(usize),
 }
 
-impl Part {
+impl DrawnPart {
     pub fn colour(self) -> [u8; 3] {
         match self {
             Self::Lumen => LUMEN,
@@ -69,8 +69,8 @@ impl Drawing {
             [along, around],
             |i, j| (0, place(i), TAU * j as f64 / around as f64),
             |i| match place(i) >= start && place(i) < end {
-                true => Part::Lumen,
-                false => Part::Rigid,
+                true => DrawnPart::Lumen,
+                false => DrawnPart::Rigid,
             },
         );
         let turn = |j: usize| open + closed * j as f64 / around as f64;
@@ -81,9 +81,9 @@ impl Drawing {
             let s = |i: usize| section.from + (section.to - section.from) * i as f64 / n as f64;
             let last = layers.last().map_or(0, |(material, _)| *material);
             let skin = |i, j| (outside, s(i), turn(j));
-            drawing.lattice(shown, [n, around], skin, |_| Part::Layer(last));
+            drawing.lattice(shown, [n, around], skin, |_| DrawnPart::Layer(last));
             for (layer, (material, _)) in layers.iter().enumerate() {
-                let part = |_| Part::Layer(*material);
+                let part = |_| DrawnPart::Layer(*material);
                 for phi in [open, open + closed] {
                     drawing.lattice(shown, [n, 1], |i, j| (layer + j, s(i), phi), part);
                 }
@@ -105,7 +105,7 @@ impl Drawing {
         shown: &Shown<'_>,
         [n, m]: [usize; 2],
         at: impl Fn(usize, usize) -> WallPlace,
-        part: impl Fn(usize) -> Part,
+        part: impl Fn(usize) -> DrawnPart,
     ) {
         let first = self.points.len() as u32;
         for (i, j) in (0..=n).flat_map(|i| (0..=m).map(move |j| (i, j))) {

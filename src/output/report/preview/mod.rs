@@ -4,11 +4,11 @@ mod cross_section;
 mod cut_open;
 mod legend;
 
-use cut_open::{Drawing, Part};
+use cut_open::{Drawing, DrawnPart};
 
 use super::page::{Page, chart, escape, figure, gallery, line, panel, significant, table};
 use super::scene;
-use super::surface::{Field, Surface};
+use super::surface::{DrawnSurface, SurfaceField};
 use crate::Vec3;
 use crate::case::{ResolvedCase, Solver};
 use crate::geometry::{Surfaces, Vessel};
@@ -190,7 +190,7 @@ fn round_length(most: f64) -> f64 {
 }
 
 /// The wall cut open, with fields on it.
-fn wall(shown: &Shown<'_>) -> Surface {
+fn wall(shown: &Shown<'_>) -> DrawnSurface {
     let (_, cut) = cut_open::opened(shown);
     let drawing = Drawing::of(shown, cut, [ALONG, AROUND]);
     let outside = shown.surfaces - 1;
@@ -208,29 +208,29 @@ fn wall(shown: &Shown<'_>) -> Surface {
     // Colours of materials, then those of lumen and rigid parts.
     let materials = shown.vessel.material_names().len();
     let mut colours: Vec<[u8; 3]> = (0..materials).map(colour).collect();
-    colours.extend([Part::Lumen.colour(), Part::Rigid.colour()]);
+    colours.extend([DrawnPart::Lumen.colour(), DrawnPart::Rigid.colour()]);
     let mut parts = vec![0; drawing.points.len()];
     for (triangle, part) in drawing.triangles.iter().zip(&drawing.parts) {
         let number = match part {
-            Part::Layer(material) => *material,
-            Part::Lumen => materials,
-            Part::Rigid => materials + 1,
+            DrawnPart::Layer(material) => *material,
+            DrawnPart::Lumen => materials,
+            DrawnPart::Rigid => materials + 1,
         };
         triangle.iter().for_each(|p| parts[*p as usize] = number);
     }
     let faces = drawing.triangles.iter().map(|triangle| triangle.to_vec());
-    Surface {
+    DrawnSurface {
         wall: WetSurface::new(drawing.points.clone(), faces.collect()),
         times: vec![0.0],
         fields: vec![
-            Field::of_kinds("Material", &parts, &colours),
-            Field::new(
+            SurfaceField::of_kinds("Material", &parts, &colours),
+            SurfaceField::new(
                 "Distance of the lumen from the centre-line",
                 "mm",
                 vec![value(&|s, phi| 1e3 * radius(0)(s, phi))],
             ),
-            Field::new("Thickness of the wall", "mm", vec![value(&thickness)]),
-            Field::new(
+            SurfaceField::new("Thickness of the wall", "mm", vec![value(&thickness)]),
+            SurfaceField::new(
                 "Radius of the outside times curvature",
                 "",
                 vec![value(&bend)],
@@ -355,7 +355,12 @@ mod tests {
             all.filter(|(x, y)| is(at(*x, *y))).count()
         };
         // Patches in the legend, and lit surfaces of these colours in the picture.
-        for part in [Part::Layer(0), Part::Layer(1), Part::Lumen, Part::Rigid] {
+        for part in [
+            DrawnPart::Layer(0),
+            DrawnPart::Layer(1),
+            DrawnPart::Lumen,
+            DrawnPart::Rigid,
+        ] {
             let colour = part.colour();
             let legend = count(PIXELS[1]..height, &|p| p == colour);
             assert!(legend > 500, "{part:?}: {legend}");
