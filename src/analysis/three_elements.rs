@@ -1,5 +1,5 @@
-//! A windkessel of three elements behind a vessel that stores blood as well, in the periodic state, and the one that
-//! makes given pressures of a given flow.
+//! A windkessel of three elements downstream of a vessel that stores blood as well, in the periodic state, and the one
+//! that makes given pressures of a given flow.
 
 use super::windkessel::{NoWindkessel, Pressures, STEPS, TIME_CONSTANTS};
 use crate::case::FlowCurve;
@@ -80,8 +80,8 @@ impl ThreeElements {
         march(start).iter().map(|x| x[0]).collect()
     }
 
-    /// The windkessel behind the resistance `proximal` (Pa s/m³) and a vessel of the compliance `vessel` (m³/Pa) that
-    /// makes pressures between `lowest` and `highest` (Pa, both positive) of a flow into the vessel. For each time
+    /// The windkessel downstream of the resistance `proximal` (Pa s/m³) and a vessel of the compliance `vessel` (m³/Pa)
+    /// that makes pressures between `lowest` and `highest` (Pa, both positive) of a flow into the vessel. For each time
     /// constant `tau = R C` the highest pressure rises with R; of these the lowest rises with tau.
     ///
     /// # Errors

@@ -150,7 +150,7 @@ struct Path<'a> {
 }
 
 impl Path<'_> {
-    /// Displacement under a pressure (Pa) on the way; `None` behind the bifurcation.
+    /// Displacement under a pressure (Pa) on the way; `None` beyond the bifurcation.
     fn at(&self, pressure: f64) -> Result<Option<Vec<f64>>, SolidError> {
         let (solid, found) = (self.wall.solid, &self.found);
         let start = solid.pressure_at(0.0, self.pressure);
@@ -168,15 +168,15 @@ impl Path<'_> {
             .iter()
             .map(|step| (step.factor, &step.displacement));
         let known: Vec<(f64, &Vec<f64>)> = [unloaded].into_iter().chain(steps).collect();
-        let behind = known.iter().position(|(at, _)| *at > factor);
+        let upper = known.iter().position(|(at, _)| *at > factor);
         // Tissue that rests under a higher pressure has the way begin there.
-        let near = match behind {
+        let near = match upper {
             None | Some(0) => None,
             Some(i) => {
-                let [(a, before), (b, behind)] = [known[i - 1], known[i]];
+                let [(a, lower), (b, upper)] = [known[i - 1], known[i]];
                 let share = (factor - a) / (b - a);
-                let pairs = before.iter().zip(behind);
-                let start = pairs.map(|(before, behind)| before + share * (behind - before));
+                let pairs = lower.iter().zip(upper);
+                let start = pairs.map(|(lower, upper)| lower + share * (upper - lower));
                 solid.equilibrium_from(pressure, start.collect()).ok()
             }
         };

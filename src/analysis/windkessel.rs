@@ -64,9 +64,9 @@ impl Pressures {
         ];
         let (curve, model) = match (inlet, outlet) {
             (Condition::Flow(curve, _), Condition::Pressure(model)) => (curve, model),
-            (Condition::Pressure(PressureModel { behind, .. }), _) => {
+            (Condition::Pressure(PressureModel { downstream, .. }), _) => {
                 return Ok(Self::of(
-                    &times.map(|t| behind.pressure(t)).collect::<Vec<_>>(),
+                    &times.map(|t| downstream.pressure(t)).collect::<Vec<_>>(),
                 ));
             }
             _ => unreachable!("one of the openings of a checked case is under a pressure"),
@@ -74,11 +74,11 @@ impl Pressures {
         let PressureModel {
             proximal,
             distal,
-            behind,
+            downstream,
             ..
         } = model;
         let Some((resistance, compliance)) = distal else {
-            let at = |t: f64| behind.pressure(t) + proximal * curve.flow(t);
+            let at = |t: f64| downstream.pressure(t) + proximal * curve.flow(t);
             return Ok(Self::of(&times.map(at).collect::<Vec<_>>()));
         };
         if proximal == 0.0 {
@@ -156,9 +156,9 @@ impl TwoElements {
         Pressures::of(&pressures)
     }
 
-    /// The windkessel behind a vessel of the compliance `vessel` (m³/Pa) that makes pressures between `lowest` and
-    /// `highest` (Pa, both positive) of a flow into the vessel. With `tau = R C` the pressure is R times a function of
-    /// time and tau; tau follows from the ratio of its extremes, which rises with it, and R from the highest.
+    /// The windkessel downstream of a vessel of the compliance `vessel` (m³/Pa) that makes pressures between `lowest`
+    /// and `highest` (Pa, both positive) of a flow into the vessel. With `tau = R C` the pressure is R times a function
+    /// of time and tau; tau follows from the ratio of its extremes, which rises with it, and R from the highest.
     ///
     /// # Errors
     /// If there is none.

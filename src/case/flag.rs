@@ -1,4 +1,5 @@
-//! A flag behind a cylinder in a channel, which takes the place of the vessel where a case has the table `[flag]`.
+//! A flag downstream of a cylinder in a channel, which takes the place of the vessel where a case has the table
+//! `[flag]`.
 
 use super::Material;
 use super::schema::{ValueKind, above, from, whole};

@@ -89,7 +89,7 @@ table! {
 }
 
 words! {
-    /// How time derivatives of the blood are taken, in its equations and behind its outlet.
+    /// How time derivatives of the blood are taken, in its equations and downstream of its outlet.
     pub enum FluidTimeScheme {
         /// Implicit Euler: first order, damps waves.
         ImplicitEuler = "euler",

@@ -273,7 +273,7 @@ fn whole(
             }
             _ if 3 * missing >= RAYS => format!(
                 "{place} the line leaves the surface: {missing} of {RAYS} rays from it meet nothing; is the line longer than the \
-                 surface, or beside it?"
+                 surface, or next to it?"
             ),
             _ => format!(
                 "{place} the surface has a hole: {missing} of {RAYS} rays from the centre-line pass through it; close it"
@@ -289,9 +289,9 @@ fn holes(surface: &Surface, curve: &SpaceCurve, radius: f64) -> Result<(), Strin
     let length = curve.ends()[1];
     let edges = surface.open_edges();
     for (i, edge) in edges.iter().enumerate() {
-        let beside = curve.nearest(&edge.centre);
-        let away = beside.across[0].hypot(beside.across[1]);
-        let is_within = beside.s > OVERLAP * radius && beside.s < length - OVERLAP * radius;
+        let nearest = curve.nearest(&edge.centre);
+        let away = nearest.across[0].hypot(nearest.across[1]);
+        let is_within = nearest.s > OVERLAP * radius && nearest.s < length - OVERLAP * radius;
         // What lies further away are ends of other branches; cracks without width let no ray through.
         if !is_within || away >= 1.5 * radius || edge.area < CRACK * radius * radius {
             continue;
@@ -299,7 +299,7 @@ fn holes(surface: &Surface, curve: &SpaceCurve, radius: f64) -> Result<(), Strin
         let p = edge.centre;
         let place = format!(
             "around ({:.4}, {:.4}, {:.4}) m, {:.4e} m from the beginning of the centre-line",
-            p.x, p.y, p.z, beside.s
+            p.x, p.y, p.z, nearest.s
         );
         let others = edges.iter().enumerate().filter(|(j, _)| *j != i);
         let mut others = others.map(|(_, other)| (other.centre - p).norm());

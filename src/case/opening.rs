@@ -140,27 +140,27 @@ pub struct PressureModel {
     pub proximal: f64,
     /// R (Pa s/m³) and C (m³/Pa) of a windkessel.
     pub distal: Option<(f64, f64)>,
-    /// Where there is no windkessel: the pressure behind `R_p`.
-    pub behind: PressureCurve,
+    /// Where there is no windkessel: the pressure downstream of `R_p`.
+    pub downstream: PressureCurve,
     /// Where there is one: its pressure at t = 0, before any ramp, Pa.
     pub initial: f64,
 }
 
 impl PressureModel {
-    fn prescribed(behind: PressureCurve, proximal: f64) -> Self {
+    fn prescribed(downstream: PressureCurve, proximal: f64) -> Self {
         Self {
             proximal,
             distal: None,
-            behind,
+            downstream,
             initial: 0.0,
         }
     }
 
-    /// Pressure (Pa) behind `R_p` at t = 0, before any ramp.
+    /// Pressure (Pa) downstream of `R_p` at t = 0, before any ramp.
     pub fn at_start(&self) -> f64 {
         match self.distal {
             Some(_) => self.initial,
-            None => self.behind.pressure(0.0),
+            None => self.downstream.pressure(0.0),
         }
     }
 }
@@ -182,7 +182,7 @@ impl Condition {
                 curve.samples(step).all(|[_, flow]| flow == first)
             }
             Self::FlowSplit(_) => true,
-            Self::Pressure(model) => matches!(model.behind, PressureCurve::Constant(_)),
+            Self::Pressure(model) => matches!(model.downstream, PressureCurve::Constant(_)),
         }
     }
 
@@ -365,7 +365,7 @@ impl ConditionKeys {
             } => Condition::Pressure(PressureModel {
                 proximal: proximal.unwrap_or(0.0),
                 distal: Some((*resistance, *compliance)),
-                behind: PressureCurve::Constant(0.0),
+                downstream: PressureCurve::Constant(0.0),
                 initial: *initial_pressure,
             }),
         })

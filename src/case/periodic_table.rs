@@ -194,14 +194,14 @@ impl PeriodicTable {
         let is_even = times
             .windows(2)
             .all(|pair| ((pair[1] - pair[0]) / step - 1.0).abs() < 0.02);
-        // What sums of rounded times leave behind the sixth digit is none of the period.
-        let behind = format!("{:.5e}", span + step).parse().unwrap_or(span);
+        // What sums of rounded times leave after the sixth digit is not of the period.
+        let extended = format!("{:.5e}", span + step).parse().unwrap_or(span);
         let most = values.iter().fold(0.0f64, |most, q| most.max(q.abs()));
         let closes = (values[n - 1] - values[0]).abs() <= 1e-3 * most;
         match (closes, is_even) {
-            (true, true) if digits(behind) < digits(span) => Some(behind),
+            (true, true) if digits(extended) < digits(span) => Some(extended),
             (true, _) => Some(span),
-            (false, true) => Some(behind),
+            (false, true) => Some(extended),
             (false, false) => None,
         }
     }

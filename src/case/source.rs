@@ -176,9 +176,9 @@ fn line_at(text: &str, at: usize) -> &str {
 /// What else people write, and TOML does not know.
 fn hint(line: &str) -> &'static str {
     let value = line.split_once('=').map_or("", |(_, value)| value.trim());
-    let is_decimal = |(before, behind): (&str, &str)| {
-        before.trim_start_matches(['+', '-']).parse::<u64>().is_ok()
-            && behind.starts_with(|c: char| c.is_ascii_digit())
+    let is_decimal = |(whole, fraction): (&str, &str)| {
+        whole.trim_start_matches(['+', '-']).parse::<u64>().is_ok()
+            && fraction.starts_with(|c: char| c.is_ascii_digit())
     };
     if line.contains(['“', '”', '„', '‘', '’', '«', '»']) {
         "; quotation marks must be straight: \""

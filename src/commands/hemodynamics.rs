@@ -39,12 +39,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         _ => None,
     };
     let files = RunFiles::new(&arguments.folder);
-    let beside = window.filter(|_| !arguments.replace);
-    let into = beside.map_or(files.clone(), |window| results::beside(&files, window));
+    let own_folder = window.filter(|_| !arguments.replace);
+    let into = own_folder.map_or(files.clone(), |window| {
+        results::window_files(&files, window)
+    });
     let summary = results::reevaluate(&files, &into, window, arguments.phases)
         .map_err(|e| Failure::Input(e.to_string()))?;
     terminal::print(summary)?;
-    if beside.is_some() {
+    if own_folder.is_some() {
         terminal::print(format_args!(
             "in {}; the run's own evaluation is as it was (--replace puts this one in its place)\n",
             into.root().display()

@@ -30,7 +30,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         )
     })?;
     let preview = preview.map_err(|e| Failure::Run(format!("cannot draw the vessel: {e}")))?;
-    let beside = match arguments.folder.is_dir() {
+    let default_folder = match arguments.folder.is_dir() {
         true => arguments.folder.clone(),
         false => arguments
             .folder
@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             .map(PathBuf::from)
             .unwrap_or_default(),
     };
-    let folder = arguments.out.clone().unwrap_or(beside);
+    let folder = arguments.out.clone().unwrap_or(default_folder);
     std::fs::create_dir_all(&folder)
         .map_err(|e| Failure::Run(format!("cannot make {}: {e}", folder.display())))?;
     for (name, bytes) in [

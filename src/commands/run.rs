@@ -45,8 +45,8 @@ pub fn in_folder(arguments: &InFolder) -> Result<(), Failure> {
 
 /// The same of the case at `path`.
 pub fn run(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure> {
-    let beside = || results_of(path, chosen.preset);
-    let out = how.out.clone().unwrap_or_else(beside);
+    let default_folder = || results_of(path, chosen.preset);
+    let out = how.out.clone().unwrap_or_else(default_folder);
     let earlier = match how {
         How {
             new_tables: true, ..

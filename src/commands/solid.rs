@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = arguments
         .out
         .clone()
-        .unwrap_or_else(|| beside(&arguments.file));
+        .unwrap_or_else(|| default_folder(&arguments.file));
     results_folder::claim(&out, MARK, arguments.force)?;
     let text = std::fs::read(&arguments.file).map_err(|e| input(&e))?;
     write_atomically(&out.join(MARK), &text).map_err(written)?;
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// The folder `name-results` beside `name.toml`.
-fn beside(file: &Path) -> PathBuf {
+fn default_folder(file: &Path) -> PathBuf {
     let mut name = file.file_stem().unwrap_or_default().to_owned();
     name.push("-results");
     file.with_file_name(name)

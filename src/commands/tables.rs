@@ -135,13 +135,13 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
             fine_a,
             coarse_b,
             fine_b,
-            besides @ ..,
+            other_refinements @ ..,
         ] => {
             let names = [*coarse_a, *fine_a, *coarse_b, *fine_b];
             let [a, b, c, d] = names.map(figures);
             let mut others = [Vec::new(), Vec::new()];
-            for text in besides {
-                let (solver, before, after) = besides_of(text)?;
+            for text in other_refinements {
+                let (solver, before, after) = refinement_of(text)?;
                 others[solver].push([figures(before)?, figures(after)?]);
             }
             agreement_of([&a?, &b?, &c?, &d?], &others, names)?
@@ -203,7 +203,7 @@ fn named<'a>(runs: &'a [Results], name: &str) -> Option<&'a Results> {
 
 /// Of `first:BEFORE,AFTER` or `second:BEFORE,AFTER` whether it is the first solver (0) or the second, and the two
 /// studies.
-fn besides_of(text: &str) -> Result<(usize, &str, &str), Failure> {
+fn refinement_of(text: &str) -> Result<(usize, &str, &str), Failure> {
     let solver = |word| ["first", "second"].iter().position(|name| *name == word);
     let parts = text.split_once(':').and_then(|(word, studies)| {
         let (before, after) = studies.split_once(',')?;
@@ -220,13 +220,13 @@ fn besides_of(text: &str) -> Result<(usize, &str, &str), Failure> {
 /// before and after something else was refined with either.
 fn agreement_of(
     studies: [&[Results]; 4],
-    besides: &[Vec<[Vec<Results>; 2]>; 2],
+    other_refinements: &[Vec<[Vec<Results>; 2]>; 2],
     names: [&str; 4],
 ) -> Result<PageTable, Failure> {
     let [coarse_a, fine_a, coarse_b, fine_b] = studies;
     let pair = |fine: &'_ Results| {
         let name = fine.name();
-        let besides = besides.each_ref().map(|pairs| {
+        let other_refinements = other_refinements.each_ref().map(|pairs| {
             let pairs = pairs.iter();
             pairs
                 .filter_map(|[before, after]| Some([named(before, &name)?, named(after, &name)?]))
@@ -235,7 +235,7 @@ fn agreement_of(
         Some(RefinedPair {
             first: [named(coarse_a, &name)?, named(fine_a, &name)?],
             second: [named(coarse_b, &name)?, named(fine_b, &name)?],
-            besides,
+            other_refinements,
         })
     };
     let pairs: Vec<RefinedPair> = fine_a.iter().filter_map(pair).collect();

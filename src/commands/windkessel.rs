@@ -127,8 +127,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "--proximal is the third element: add --elements 3".into(),
         ));
     }
-    let yields = vessel.is_some_and(|vessel| !vessel.is_rigid());
-    if arguments.elements == 3 && arguments.proximal.is_none() && !yields {
+    let is_elastic = vessel.is_some_and(|vessel| !vessel.is_rigid());
+    if arguments.elements == 3 && arguments.proximal.is_none() && !is_elastic {
         return Err(wrong(
             "--elements 3 needs the proximal resistance, --proximal PA_S_M3 (a tenth of the whole is usual), or --case with an elastic wall, whose characteristic impedance is taken"
                 .into(),

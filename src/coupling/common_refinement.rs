@@ -87,12 +87,12 @@ impl CommonRefinement {
         let pieces = faces.iter().flat_map(|face| &face.pieces);
         pieces.for_each(|piece| totals[piece.face] += piece.share);
         for face in &mut faces {
-            let mut beside = 0.0;
+            let mut covered = 0.0;
             for piece in &mut face.pieces {
                 piece.share /= totals[piece.face];
-                beside += piece.share * areas[piece.face] * piece.cosine;
+                covered += piece.share * areas[piece.face] * piece.cosine;
             }
-            face.covered = beside / face.shadow;
+            face.covered = covered / face.shadow;
             if (face.covered - 1.0).abs() <= COVERED {
                 face.covered = 1.0;
             }

@@ -21,8 +21,11 @@ const BULGE: f64 = 0.4;
 pub fn cell_widths(mesh: &FluidMesh) -> [f64; 2] {
     let side = CORNER * ((1.0 - BULGE) * FRAC_PI_4.cos() + BULGE);
     let rings = CrossSection::new(mesh).rings;
-    let before = rings.len().checked_sub(2).map_or(0.0, |i| rings[i]);
-    [2.0 * side / mesh.core as f64, (1.0 - side) * (1.0 - before)]
+    let previous = rings.len().checked_sub(2).map_or(0.0, |i| rings[i]);
+    [
+        2.0 * side / mesh.core as f64,
+        (1.0 - side) * (1.0 - previous),
+    ]
 }
 
 /// Numbering of the points and cells of one cross-section.
@@ -325,9 +328,9 @@ impl Vessel {
                 .map(|(s, a)| corners(s, a))
                 .collect()
         };
-        let yields = elastic_pieces(&spans);
+        let elastic = elastic_pieces(&spans);
         let (elastic, rigid): (Vec<usize>, Vec<usize>) =
-            (0..slices).partition(|slice| yields.contains(slice));
+            (0..slices).partition(|slice| elastic.contains(slice));
         let patches = [
             PatchFaces {
                 name: "inlet",
@@ -370,8 +373,8 @@ pub fn elastic_pieces(spans: &[Span]) -> Range<usize> {
         .iter()
         .rposition(|span| span.is_elastic)
         .map_or(first, |last| last + 1);
-    let before = pieces(&spans[..first]);
-    before..before + pieces(&spans[first..last])
+    let start = pieces(&spans[..first]);
+    start..start + pieces(&spans[first..last])
 }
 
 /// The O-grid of a case's lumen; see [`Vessel::fluid_mesh`].

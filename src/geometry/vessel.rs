@@ -331,14 +331,14 @@ fn divided_at_rims(spans: Vec<Span>, rims: Rims) -> Vec<Span> {
             true => rims.pieces.min(left),
             false => 0,
         };
-        let before = here(first, span.pieces);
-        let behind = here(last, span.pieces - before);
-        let from = span.from + length * before as f64;
-        let to = span.to - length * behind as f64;
+        let upstream = here(first, span.pieces);
+        let downstream = here(last, span.pieces - upstream);
+        let from = span.from + length * upstream as f64;
+        let to = span.to - length * downstream as f64;
         let parts = [
-            (span.from, from, before * rims.parts),
-            (from, to, span.pieces - before - behind),
-            (to, span.to, behind * rims.parts),
+            (span.from, from, upstream * rims.parts),
+            (from, to, span.pieces - upstream - downstream),
+            (to, span.to, downstream * rims.parts),
         ];
         let parts = parts.into_iter().filter(|(.., pieces)| *pieces > 0);
         divided.extend(parts.map(|(from, to, pieces)| Span {

@@ -177,7 +177,7 @@ impl Monitor {
             true => self.wall.swept(&state.displacement),
             false => Vec::new(),
         };
-        let beside = self.adjacent_faces(stresses);
+        let neighbours = self.adjacent_faces(stresses);
         let observe = |part: &MonitoredRegion| {
             let (mut area, mut volume, mut mean) = (0.0, 0.0, 0.0);
             let mut most = (0.0, Place::default());
@@ -191,7 +191,7 @@ impl Monitor {
             }
             let lengths = part.points.iter().map(|&p| widened(&state.displacement[p]));
             let within: Vec<&WallStress> = (stresses.iter().enumerate())
-                .filter(|(i, peak)| self.holds(&part.region, &peak.middle, beside.get(*i)))
+                .filter(|(i, peak)| self.holds(&part.region, &peak.middle, neighbours.get(*i)))
                 .map(|(_, peak)| peak)
                 .collect();
             let stress = (within.iter()).max_by(|a, b| a.von_mises.total_cmp(&b.von_mises));
@@ -257,8 +257,8 @@ impl Monitor {
         stresses.iter().map(nearest).collect()
     }
 
-    /// Whether a region holds the part of the wall with this `middle` (m), whose nearest face is `beside` it.
-    fn holds(&self, region: &Region, middle: &Vec3, beside: Option<&usize>) -> bool {
+    /// Whether a region holds the part of the wall with this `middle` (m), whose nearest face is `nearest`.
+    fn holds(&self, region: &Region, middle: &Vec3, nearest: Option<&usize>) -> bool {
         match &region.extent {
             RegionExtent::Whole {} => true,
             RegionExtent::Box { box_m } => is_in_box(box_m, middle),
@@ -266,7 +266,7 @@ impl Monitor {
                 (*from_m..=*to_m).contains(&self.wall.place(middle).0.x_m)
             }
             RegionExtent::Patch { patch } => {
-                beside.is_some_and(|face| self.wall.is_of_patch(*face, patch))
+                nearest.is_some_and(|face| self.wall.is_of_patch(*face, patch))
             }
         }
     }

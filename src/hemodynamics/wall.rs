@@ -301,10 +301,10 @@ impl WetSurface {
                 let vector = 0.5 * (a - middle).cross(&(b - middle));
                 let centre = (a + b + middle) / 3.0;
                 extent.area += vector.norm();
-                let beside = self.line.nearest_from(&centre, *s);
-                let [y, z] = beside.across;
-                let [bend_y, bend_z] = beside.frame.across(&self.line.curvature(beside.s));
-                let [normal_y, normal_z] = beside.frame.across(&vector);
+                let nearest = self.line.nearest_from(&centre, *s);
+                let [y, z] = nearest.across;
+                let [bend_y, bend_z] = nearest.frame.across(&self.line.curvature(nearest.s));
+                let [normal_y, normal_z] = nearest.frame.across(&vector);
                 let q = bend_y * y + bend_z * z;
                 extent.volume += (0.5 - q / 3.0) / (1.0 - q) * (y * normal_y + z * normal_z);
             }

@@ -32,15 +32,15 @@ impl<const N: usize> SmoothingSpline<N> {
         let lambda = |i: usize| (halved[i] / std::f64::consts::TAU).powi(4);
         let h: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let weight = |i: usize| {
-            let before = if i > 0 { h[i - 1] } else { 0.0 };
-            0.5 * (before + h.get(i).copied().unwrap_or(0.0))
+            let previous = if i > 0 { h[i - 1] } else { 0.0 };
+            0.5 * (previous + h.get(i).copied().unwrap_or(0.0))
         };
         let weights: Vec<f64> = (0..n).map(weight).collect();
         // Column j of Q has the second difference at the inner place j + 1.
         let inner = n - 2;
         let column = |j: usize| {
-            let (before, after) = (1.0 / h[j], 1.0 / h[j + 1]);
-            [before, -before - after, after]
+            let (previous, after) = (1.0 / h[j], 1.0 / h[j + 1]);
+            [previous, -previous - after, after]
         };
         let columns: Vec<[f64; 3]> = (0..inner).map(column).collect();
         // (R + Qᵀ Λ W⁻¹ Q) γ = Qᵀ y, with two diagonals beside the main one.

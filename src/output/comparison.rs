@@ -192,13 +192,13 @@ impl Comparison {
             }
         }
         if !a.faces.is_empty() && !b.faces.is_empty() && !is_apart {
-            let beside = anywhere(a, b)?;
+            let common_points = anywhere(a, b)?;
             if a.vessel.is_some() {
                 walls = Some([WallOf::new(a)?, WallOf::new(b)?]);
             }
-            let pairs = |region: &Region, value| match (&walls, &beside) {
+            let pairs = |region: &Region, value| match (&walls, &common_points) {
                 (Some(both), _) => common_field(both, region, value),
-                (None, Some(beside)) => beside.pairs([a, b], region, value),
+                (None, Some(common_points)) => common_points.pairs([a, b], region, value),
                 (None, None) => Vec::new(),
             };
             for region in Region::of(&a.case) {

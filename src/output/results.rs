@@ -304,8 +304,8 @@ fn placed(wall: WetSurface, case: &Case, files: &RunFiles) -> io::Result<WetSurf
     }
 }
 
-/// The folder beside a run's own evaluation for that of another window.
-pub fn beside(files: &RunFiles, window: Window) -> RunFiles {
+/// The folder, next to a run's own evaluation, for that of another window.
+pub fn window_files(files: &RunFiles, window: Window) -> RunFiles {
     let Window { start_s, end_s } = window;
     RunFiles::new(&files.root().join(format!("window-{start_s}-to-{end_s}")))
 }

@@ -165,9 +165,9 @@ impl Discretization {
     ///
     /// # Errors
     /// If the displacement turns an element inside out.
-    pub fn before(&self, displacement: &[f64]) -> Result<Self, SolidError> {
+    pub fn unloaded_by(&self, displacement: &[f64]) -> Result<Self, SolidError> {
         let (numbering, space) = (&self.numbering, &self.space);
-        let mapping = self.mapping.before(numbering, space, displacement);
+        let mapping = self.mapping.unloaded_by(numbering, space, displacement);
         let foundations = self.foundations.iter();
         Ok(Self {
             space: self.space,

@@ -72,9 +72,9 @@ fn cells(numbers: Option<VertexNumbers>) -> Result<Vec<Vec<usize>>, String> {
         Some(VertexNumbers::Legacy { vertices, .. }) => {
             let mut rest = &vertices[..];
             while let Some((count, more)) = rest.split_first() {
-                let (cell, behind) = more.split_at_checked(*count as usize).ok_or_else(wrong)?;
+                let (cell, tail) = more.split_at_checked(*count as usize).ok_or_else(wrong)?;
                 cells.push(cell.iter().map(|point| *point as usize).collect());
-                rest = behind;
+                rest = tail;
             }
         }
         Some(VertexNumbers::XML {

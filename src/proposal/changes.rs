@@ -55,10 +55,10 @@ impl Changes {
         };
         let counts = input.radius.is_none() && input.lumen.is_none();
         for (i, point) in line.points().enumerate() {
-            let beside = curve.nearest(&point);
-            let over = (start - beside.s).max(beside.s - end).max(0.0);
-            let away = beside.across[0].hypot(beside.across[1]).hypot(over);
-            let here = law.at(beside.s.clamp(start, end));
+            let nearest = curve.nearest(&point);
+            let over = (start - nearest.s).max(nearest.s - end).max(0.0);
+            let away = nearest.across[0].hypot(nearest.across[1]).hypot(over);
+            let here = law.at(nearest.s.clamp(start, end));
             moved = [moved[0].max(away), moved[1].max(away / here)];
             if let Some(before) = line.radii().get(i).filter(|_| counts) {
                 compare(&mut radius, *before, here);

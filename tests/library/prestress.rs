@@ -68,7 +68,7 @@ fn the_unloaded_shape_is_found_again_from_the_loaded_one() {
     let exact = unloaded.equilibrium(pressure, Some(&moved)).unwrap();
     // The shape that it has then, as the given one.
     let back: Vec<f64> = exact.iter().map(|u| -u).collect();
-    let given = tube().before(back).unwrap();
+    let given = tube().unloaded_by(back).unwrap();
     let found = given.unloaded_shape(pressure, Some(&moved)).unwrap();
     let error = distance(&found.displacement, &exact);
     let size = distance(&exact, &vec![0.0; exact.len()]);

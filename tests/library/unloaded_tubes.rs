@@ -92,7 +92,7 @@ fn thin_fibred_walls_without_tissue_are_unloaded() {
         }
         let moved = (stretch != 1.0).then_some(&moved[..]);
         let found = given.unloaded_shape(pressure, moved).unwrap();
-        let unloaded = given.before(found.displacement.clone()).unwrap();
+        let unloaded = given.unloaded_by(found.displacement.clone()).unwrap();
         let rest = vec![0.0; found.displacement.len()];
         let radius = inner_radius(&unloaded, &rest, LENGTH / stretch);
         let (exact, _) = radial::unload(RADIUS, &layers, &loading(pressure, stretch));
@@ -135,7 +135,7 @@ fn tissue_that_rests_in_the_given_shape_holds_the_wall_back() {
         });
         let (given, _) = ring(&layers, foundation);
         let found = given.unloaded_shape(low, None).unwrap().displacement;
-        let mut wall = given.before(found.clone()).unwrap();
+        let mut wall = given.unloaded_by(found.clone()).unwrap();
         if tissue == Some(AtRest::Loaded) {
             wall.set_tissue_at_rest(low, found.clone()).unwrap();
         }

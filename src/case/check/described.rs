@@ -41,7 +41,7 @@ pub(super) fn check(vessel: &BloodVessel, keys: &VesselDescription, report: &mut
         );
     }
     match keys.is_rigid() {
-        true => of_yielding_ones(vessel, &mut watched),
+        true => of_elastic_walls(vessel, &mut watched),
         false => of_straight_ones(vessel, keys, &mut watched),
     }
     // What follows needs a curve; a file that cannot be read has been reported.
@@ -387,7 +387,7 @@ fn layers(
 }
 
 /// What is for elastic walls.
-fn of_yielding_ones(vessel: &BloodVessel, report: &mut Report<'_>) {
+fn of_elastic_walls(vessel: &BloodVessel, report: &mut Report<'_>) {
     let (tissue, ends) = (vessel.surroundings.as_ref(), vessel.ends.as_ref());
     for (key, is_given) in [
         ("ends.inlet", ends.is_some_and(|ends| ends.inlet.is_some())),

@@ -40,10 +40,10 @@ impl JacobianModel for Hybrid {
 
     fn predict(&mut self, residual: &DVector<f64>) -> Prediction {
         let now = self.current.predict(residual);
-        let before = self.remembered.predict(&now.rest);
+        let previous = self.remembered.predict(&now.rest);
         Prediction {
-            correction: now.correction + before.correction,
-            rest: before.rest,
+            correction: now.correction + previous.correction,
+            rest: previous.rest,
         }
     }
 

@@ -115,7 +115,7 @@ impl Flow {
     /// Accepts the trial.
     pub fn accept(&mut self, trial: FlowTrial) {
         let outflow = *trial.flow.last().expect("a tube has ends");
-        self.outlet_pressure = self.pressure_behind(outflow);
+        self.outlet_pressure = self.downstream_pressure(outflow);
         self.time += self.fluid.time_step;
         (self.area, self.flow) = (trial.area, trial.flow);
     }
@@ -143,13 +143,13 @@ impl Flow {
         for i in 0..n {
             flow.push(flow[i] - self.storage(i, area));
         }
-        let mut behind = self.pressure_behind(flow[n]);
-        let mut pressure = vec![behind; n];
+        let mut downstream = self.downstream_pressure(flow[n]);
+        let mut pressure = vec![downstream; n];
         for i in (1..=n).rev() {
-            behind += self.drop(i, area, &flow);
-            pressure[i - 1] = behind;
+            downstream += self.drop(i, area, &flow);
+            pressure[i - 1] = downstream;
         }
-        let inlet = behind + self.drop(0, area, &flow);
+        let inlet = downstream + self.drop(0, area, &flow);
         (flow, pressure, inlet)
     }
 
@@ -158,8 +158,8 @@ impl Flow {
         (area[i] - real(self.area[i])) * real(self.fluid.cell / self.fluid.time_step)
     }
 
-    /// Pressure before less pressure behind the cell end `i`, Pa: from the middle of a cell to the middle of the next,
-    /// half a cell at inlet and outlet.
+    /// Pressure upstream less pressure downstream of the cell end `i`, Pa: from the middle of a cell to the middle of
+    /// the next, half a cell at inlet and outlet.
     pub fn drop<T: Number>(&self, i: usize, area: &[T], flow: &[T]) -> T {
         let n = area.len();
         let momentum = |cell: usize| {
@@ -181,8 +181,8 @@ impl Flow {
         (length * (acceleration + friction) + gain) / section * real(self.fluid.density)
     }
 
-    /// Pressure behind the outlet for an outflow, Pa.
-    pub fn pressure_behind<T: Number>(&self, outflow: T) -> T {
+    /// Pressure downstream of the outlet for an outflow, Pa.
+    pub fn downstream_pressure<T: Number>(&self, outflow: T) -> T {
         match self.fluid.outlet {
             Outlet::Pressure(pressure) => real(pressure),
             Outlet::Windkessel {

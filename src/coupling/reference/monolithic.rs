@@ -56,12 +56,12 @@ impl Monolithic {
         }
         equations.push(self.flow.inlet_balance(&area, &q, &p));
         for i in 1..=n {
-            let behind = if i < n {
+            let downstream = if i < n {
                 p[i]
             } else {
-                self.flow.pressure_behind(q[n])
+                self.flow.downstream_pressure(q[n])
             };
-            let momentum = p[i - 1] - behind - self.flow.drop(i, &area, &q);
+            let momentum = p[i - 1] - downstream - self.flow.drop(i, &area, &q);
             equations.push(momentum * real(1.0 / UNITS[1]));
         }
         equations

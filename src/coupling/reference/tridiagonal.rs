@@ -60,9 +60,9 @@ mod tests {
         let b = [1.0, -2.0, 3.0, 4.0];
         let x = a.solve(&b);
         for i in 0..4 {
-            let before = if i > 0 { a.lower[i] * x[i - 1] } else { 0.0 };
+            let previous = if i > 0 { a.lower[i] * x[i - 1] } else { 0.0 };
             let after = if i < 3 { a.upper[i] * x[i + 1] } else { 0.0 };
-            assert!((before + a.diagonal[i] * x[i] + after - b[i]).abs() < 1e-14);
+            assert!((previous + a.diagonal[i] * x[i] + after - b[i]).abs() < 1e-14);
         }
     }
 }

@@ -74,9 +74,10 @@ impl StringWall {
     /// What is missing to equilibrium of ring `i` at the end of the next step, Pa.
     pub fn balance<T: Number>(&self, i: usize, displacement: &[T], pressure: T) -> T {
         let x = displacement[i];
-        let before = if i > 0 { displacement[i - 1] } else { -x };
+        let previous = if i > 0 { displacement[i - 1] } else { -x };
         let after = displacement.get(i + 1).copied().unwrap_or(-x);
-        let bend = (before + after - x * real(2.0)) * real(self.setup.tension / self.cell.powi(2));
+        let bend =
+            (previous + after - x * real(2.0)) * real(self.setup.tension / self.cell.powi(2));
         let inertia = x * real(4.0 / self.time_step.powi(2)) - real(self.memory(i));
         inertia * real(self.setup.mass) + x * real(self.setup.stiffness) - bend - pressure
     }

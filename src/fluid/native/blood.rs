@@ -38,9 +38,9 @@ const MOST_ITERATIONS: usize = 400;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Memory {
     flow: FlowState,
-    /// Pressure of the windkessel at each opening (without one, that behind it; 0 without any pressure) at the end of
+    /// Pressure of the windkessel at each opening (without one, that downstream; 0 without any pressure) at the end of
     /// the last step and of the one before, Pa.
-    behind: Vec<[f64; 2]>,
+    downstream: Vec<[f64; 2]>,
 }
 
 /// The last trial.
@@ -134,7 +134,7 @@ impl NativeFluid {
                     pressure: zeros(pressures),
                     preconditioner: None,
                 },
-                behind: ends.behind_at_start(),
+                downstream: ends.downstream_at_start(),
             },
             mesh,
             flow,
@@ -183,9 +183,9 @@ impl NativeFluid {
         let per_layer = 4 * self.mesh.resolution().core * self.mesh.resolution().radial
             + self.mesh.resolution().core.pow(2);
         let elastic = self.mesh.elastic();
-        let (before, behind) = (elastic.start * per_layer, elastic.end * per_layer);
+        let (upstream, downstream) = (elastic.start * per_layer, elastic.end * per_layer);
         let sum = |volumes: &[f64]| volumes.iter().sum::<f64>();
-        let rigid = sum(&metric.volumes[..before]) + sum(&metric.volumes[behind..]);
+        let rigid = sum(&metric.volumes[..upstream]) + sum(&metric.volumes[downstream..]);
         Ok([metric.volume, rigid])
     }
 
@@ -250,9 +250,9 @@ impl NativeFluid {
         ends.map(|(end, prescribed)| {
             let (flow, model_pressure) = match prescribed {
                 OpeningCondition::Flow(flow) => (*flow, None),
-                OpeningCondition::Behind(behind) => {
+                OpeningCondition::Downstream(downstream) => {
                     let out = *outflows.next().expect("each open end has a flow");
-                    (-out, Some(behind[0] + behind[1] * out))
+                    (-out, Some(downstream[0] + downstream[1] * out))
                 }
             };
             let exact = model_pressure.and_then(|p| self.ends.pressure_at(end, t, p, -flow));
@@ -317,7 +317,7 @@ impl Fluid for NativeFluid {
         let prescribed = self.ends.prescribed(&Coming {
             time: t,
             weights: self.flow.weights(state, time_step),
-            behind: &self.memory.behind,
+            downstream: &self.memory.downstream,
             growth: &|| self.flow.growth(state, time_step, &positions),
         });
         let pressures = self.ends.apply(&prescribed, t, &mut velocity);
@@ -365,9 +365,9 @@ impl Fluid for NativeFluid {
             openings,
         } = trial;
         let time = self.memory.flow.time + trial.time_step;
-        let behind = openings.iter().map(|opening| opening.model_pressure);
-        for (memory, behind) in self.memory.behind.iter_mut().zip(behind) {
-            *memory = [behind.unwrap_or(0.0), memory[0]];
+        let downstream = openings.iter().map(|opening| opening.model_pressure);
+        for (memory, downstream) in self.memory.downstream.iter_mut().zip(downstream) {
+            *memory = [downstream.unwrap_or(0.0), memory[0]];
         }
         let step = FluidStep {
             time: twelve_digits(time),

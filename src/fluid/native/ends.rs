@@ -167,9 +167,9 @@ impl FlowInlet {
 pub enum OpeningCondition {
     /// A flow into the vessel, m³/s.
     Flow(f64),
-    /// A pressure behind the proximal resistance, if there is one: a constant (Pa), and a part for each unit of
+    /// A pressure downstream of the proximal resistance, if there is one: a constant (Pa), and a part for each unit of
     /// outflow, Pa s/m³.
-    Behind([f64; 2]),
+    Downstream([f64; 2]),
 }
 
 /// A step, for what is prescribed at its end.
@@ -178,22 +178,22 @@ pub struct Coming<'a> {
     pub time: f64,
     /// Of the backward difference.
     pub weights: Weights,
-    /// Pressures behind each opening at the ends of the last step and of the one before, Pa.
-    pub behind: &'a [[f64; 2]],
+    /// Pressures downstream of each opening at the ends of the last step and of the one before, Pa.
+    pub downstream: &'a [[f64; 2]],
     /// Rate (m³/s) at which the vessel makes room.
     pub growth: &'a dyn Fn() -> f64,
 }
 
-/// Pressure behind the proximal resistance of a model at the end of a step that ends at the time `t` (s): a constant
-/// (Pa), and a part for each unit of outflow (Pa s/m³). `last` are the pressures at the ends of the last step and of
-/// the one before.
-fn behind(model: &PressureModel, t: f64, w: Weights, last: [f64; 2]) -> [f64; 2] {
+/// Pressure downstream of the proximal resistance of a model at the end of a step that ends at the time `t` (s): a
+/// constant (Pa), and a part for each unit of outflow (Pa s/m³). `last` are the pressures at the ends of the last step
+/// and of the one before.
+fn downstream(model: &PressureModel, t: f64, w: Weights, last: [f64; 2]) -> [f64; 2] {
     let Some((resistance, compliance)) = model.distal else {
-        return [model.behind.pressure(t), 0.0];
+        return [model.downstream.pressure(t), 0.0];
     };
-    let [last, before] = last;
+    let [last, previous] = last;
     let per_flow = 1.0 / (compliance * w.new + 1.0 / resistance);
-    let constant = -compliance * (w.old * last + w.older * before) * per_flow;
+    let constant = -compliance * (w.old * last + w.older * previous) * per_flow;
     [constant, per_flow]
 }
 
@@ -262,8 +262,8 @@ impl NativeOpenings {
         })
     }
 
-    /// Pressures behind the openings at t = 0, before any ramp, twice (Pa); 0 where there is none.
-    pub fn behind_at_start(&self) -> Vec<[f64; 2]> {
+    /// Pressures downstream of the openings at t = 0, before any ramp, twice (Pa); 0 where there is none.
+    pub fn downstream_at_start(&self) -> Vec<[f64; 2]> {
         let ends = self.openings.iter();
         ends.map(|end| match &end.condition {
             NativeCondition::Pressure(model) => [model.initial; 2],
@@ -274,7 +274,7 @@ impl NativeOpenings {
 
     /// What is prescribed at each opening at the end of a step.
     pub fn prescribed(&self, step: &Coming<'_>) -> Vec<OpeningCondition> {
-        let ends = self.openings.iter().zip(step.behind);
+        let ends = self.openings.iter().zip(step.downstream);
         ends.map(|(end, &last)| match &end.condition {
             NativeCondition::Flow(inlet) => {
                 OpeningCondition::Flow(self.flow_share(step.time) * inlet.flow(step.time))
@@ -284,7 +284,7 @@ impl NativeOpenings {
                 OpeningCondition::Flow(-fraction / (1.0 - fraction) * (step.growth)())
             }
             NativeCondition::Pressure(model) => {
-                OpeningCondition::Behind(behind(model, step.time, step.weights, last))
+                OpeningCondition::Downstream(downstream(model, step.time, step.weights, last))
             }
         })
         .collect()
@@ -307,8 +307,8 @@ impl NativeOpenings {
                 (NativeCondition::FlowSplit(_, outlet), OpeningCondition::Flow(flow)) => {
                     outlet.add_flow(*flow, field);
                 }
-                (NativeCondition::Pressure(model), OpeningCondition::Behind(behind)) => {
-                    let of_model = [behind[0], behind[1] + model.proximal];
+                (NativeCondition::Pressure(model), OpeningCondition::Downstream(downstream)) => {
+                    let of_model = [downstream[0], downstream[1] + model.proximal];
                     pressures.push(self.acting(end.side, t, of_model));
                 }
                 _ => unreachable!("a pressure or a flow"),
@@ -317,12 +317,18 @@ impl NativeOpenings {
         pressures
     }
 
-    /// Pressure (Pa) at an opening with this outflow (m³/s) and this pressure (Pa) behind it at a time (s), where it is
-    /// prescribed to the last digit: at an end of the vessel.
-    pub fn pressure_at(&self, end: &NativeOpening, t: f64, behind: f64, out: f64) -> Option<f64> {
+    /// Pressure (Pa) at an opening with this outflow (m³/s) and this pressure (Pa) downstream at a time (s), where it
+    /// is prescribed to the last digit: at an end of the vessel.
+    pub fn pressure_at(
+        &self,
+        end: &NativeOpening,
+        t: f64,
+        downstream: f64,
+        out: f64,
+    ) -> Option<f64> {
         match (&end.condition, end.side) {
             (NativeCondition::Pressure(model), VesselSide::End) => {
-                let at_end = [behind + model.proximal * out, 0.0];
+                let at_end = [downstream + model.proximal * out, 0.0];
                 Some(self.acting(end.side, t, at_end)[0])
             }
             _ => None,

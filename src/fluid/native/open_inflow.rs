@@ -26,7 +26,7 @@ pub enum OpenInflow {
     /// No energy: it comes from a place at rest, whose pressure the prescribed one is then (directional do-nothing
     /// condition: Braack and Mucha 2014).
     NoEnergy,
-    /// The velocity along the normal that it has behind the first elements, as if the vessel went on in front of the
+    /// The velocity along the normal that it has beyond the first elements, as if the vessel went on in front of the
     /// end, and across it that of the end itself. The prescribed pressure is the static one, and nothing grows: see
     /// [`along_normal`].
     AlongNormal,
@@ -84,11 +84,11 @@ impl OpenEnd {
 }
 
 /// Gives entries the velocity `w + (ū + f - f̄) n`: **w** is that of the end, `f` the velocity along its normal **n**
-/// behind the first elements, and the bar a mean over what enters.
+/// beyond the first elements, and the bar a mean over what enters.
 ///
 /// With the velocity `u` of the fluid at the node itself in place of `ū + f - f̄` the equations would say nothing of
 /// what enters. What is rough in it then grows, as fast as the fluid passes an element, where viscosity does not stop
-/// it. With that from behind the elements, what grows differs from what is brought, and the pressure resists it. `f` is
+/// it. With that from beyond the elements, what grows differs from what is brought, and the pressure resists it. `f` is
 /// smooth, the polynomial nearest to the velocity over the cross-section: with all that is found there what is rough
 /// would come back through the elements as strong as it was. What flows as it would in a long tube is brought as it is.
 /// The means leave the force of the prescribed pressure on the end as it is.
@@ -99,13 +99,13 @@ fn along_normal(
     moving: &Moving<'_>,
     entries: &mut [NodalInflow],
 ) {
-    let behind = space.space.inner_nodes(faces);
-    let area: Vec3 = (behind.iter())
+    let inner = space.space.inner_nodes(faces);
+    let area: Vec3 = (inner.iter())
         .map(|&[node, _]| space.vector(flux, node))
         .sum();
     let out = area.normalize();
     let share = |node: usize| space.vector(flux, node).dot(&out) / area.norm();
-    let middle: Vec3 = (behind.iter())
+    let middle: Vec3 = (inner.iter())
         .map(|&[node, _]| share(node) * space.vector(moving.positions, node))
         .sum();
     let aside = out.cross(&Vec3::ith(out.iamin(), 1.0)).normalize();
@@ -125,10 +125,10 @@ fn along_normal(
 
     let mut gram = DMatrix::from_diagonal_element(terms, terms, RIDGE);
     let mut moments = DVector::zeros(terms);
-    for &[node, behind] in &behind {
+    for &[node, inner] in &inner {
         let (weight, monomials) = (share(node), monomials(node));
         gram += weight * &monomials * monomials.transpose();
-        moments += weight * space.vector(moving.relative, behind).dot(&normal(node)) * monomials;
+        moments += weight * space.vector(moving.relative, inner).dot(&normal(node)) * monomials;
     }
     let coefficients =
         (gram.cholesky()).map_or_else(|| DVector::zeros(terms), |gram| gram.solve(&moments));

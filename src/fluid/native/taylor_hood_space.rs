@@ -180,13 +180,13 @@ impl TaylorHoodSpace {
 
     /// Nodes of faces, in ascending order.
     pub fn nodes_of(&self, faces: &[Face]) -> Vec<usize> {
-        let behind = self.inner_nodes(faces).into_iter();
-        let mut nodes: Vec<usize> = behind.map(|[node, _]| node).collect();
+        let pairs = self.inner_nodes(faces).into_iter();
+        let mut nodes: Vec<usize> = pairs.map(|[node, _]| node).collect();
         nodes.dedup();
         nodes
     }
 
-    /// Nodes of faces, in ascending order, each with the node straight behind it across its element.
+    /// Nodes of faces, in ascending order, each with the node on the opposite side of its element.
     pub fn inner_nodes(&self, faces: &[Face]) -> Vec<[usize; 2]> {
         let mut nodes: Vec<[usize; 2]> = (faces.iter())
             .flat_map(|face| {

@@ -130,9 +130,9 @@ impl WetQuads {
             for k in 0..4 {
                 let at = points[face[k]];
                 let next = points[face[(k + 1) % 4]] - at;
-                let before = points[face[(k + 3) % 4]] - at;
-                let weight = next.norm_squared() * before.norm_squared();
-                sums[face[k]] += next.cross(&before) / weight.max(f64::MIN_POSITIVE);
+                let previous = points[face[(k + 3) % 4]] - at;
+                let weight = next.norm_squared() * previous.norm_squared();
+                sums[face[k]] += next.cross(&previous) / weight.max(f64::MIN_POSITIVE);
             }
         }
         let mut normals: Vec<Vec3> = sums.iter().map(Vec3::normalize).collect();

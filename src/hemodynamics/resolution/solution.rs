@@ -136,13 +136,13 @@ pub fn jumps(wall: &WetSurface, fields: &WallFields) -> Vec<Option<f64>> {
     let area: f64 = fields.areas.iter().sum();
     let sum: f64 = fields.areas.iter().zip(shear).map(|(a, t)| a * t).sum();
     let jump = |(number, face): (usize, &Vec<u32>)| {
-        let beside: Vec<f64> = (0..face.len())
+        let neighbours: Vec<f64> = (0..face.len())
             .flat_map(|i| &sides[&side(face, i)])
             .filter(|other| **other != number)
             .map(|other| shear[*other])
             .collect();
-        let mean = beside.iter().sum::<f64>() / beside.len() as f64;
-        (beside.len() == face.len() && sum > 0.0)
+        let mean = neighbours.iter().sum::<f64>() / neighbours.len() as f64;
+        (neighbours.len() == face.len() && sum > 0.0)
             .then(|| (shear[number] - mean).abs() / (sum / area))
     };
     wall.faces.iter().enumerate().map(jump).collect()

@@ -211,13 +211,13 @@ impl Sections {
         let [first, last] = [elastic.start, elastic.end].map(|slice| slice * per_section);
         let mut sections: Vec<(f64, Vec<(Vec3, usize)>)> = Vec::new();
         for (cell, centre) in centres.take(last).skip(first) {
-            let beside = vessel.centre_line().nearest(&centre);
+            let nearest = vessel.centre_line().nearest(&centre);
             if (cell - first).is_multiple_of(per_section) {
-                sections.push((beside.s, Vec::with_capacity(per_section)));
+                sections.push((nearest.s, Vec::with_capacity(per_section)));
             }
-            let [y, z] = beside.across;
+            let [y, z] = nearest.across;
             let last = sections.len() - 1;
-            sections[last].1.push((Vec3::new(beside.s, y, z), cell));
+            sections[last].1.push((Vec3::new(nearest.s, y, z), cell));
         }
         Self(sections)
     }

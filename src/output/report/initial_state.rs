@@ -98,8 +98,8 @@ fn edges(
         let place = line.nearest(&given(x, u));
         let [y, z] = place.across;
         if z.abs() < NEAR * y.abs() {
-            let beside = line.nearest_from(&shape(x, u), place.s);
-            cut.push(([place.s, y], (1e3 * beside.s, 1e3 * beside.across[0])));
+            let nearest = line.nearest_from(&shape(x, u), place.s);
+            cut.push(([place.s, y], (1e3 * nearest.s, 1e3 * nearest.across[0])));
         }
     }
     cut.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
@@ -108,7 +108,7 @@ fn edges(
     while let Some(([from, y], _)) = rest.first() {
         let end = from + NEAR * y.abs();
         let count = rest.partition_point(|([s, _], _)| *s <= end);
-        let (section, behind) = rest.split_at_mut(count);
+        let (section, tail) = rest.split_at_mut(count);
         section.sort_by(|a, b| b.0[1].total_cmp(&a.0[1]));
         let above = section.partition_point(|([_, y], _)| *y > 0.0);
         let (upper, lower) = section.split_at(above);
@@ -116,7 +116,7 @@ fn edges(
         for (edge, end) in edges.iter_mut().zip(ends) {
             edge.extend(end.map(|(_, place)| *place));
         }
-        rest = behind;
+        rest = tail;
     }
     edges
 }

@@ -134,9 +134,9 @@ fn closed_part(run: &Results, wall: &Hexes, view: &View) -> Vec<usize> {
     let line = centre_line(&run.case);
     let is_kept = |hex: &[u32; 8]| {
         let middle = hex.iter().map(|p| wall.points[*p as usize]).sum::<Vec3>() / 8.0;
-        let beside = line.nearest(&middle);
+        let nearest = line.nearest(&middle);
         let angle = |[y, z]: [f64; 2]| z.atan2(y);
-        let from_eye = angle(beside.across) - angle(beside.frame.across(&view.eye()));
+        let from_eye = angle(nearest.across) - angle(nearest.frame.across(&view.eye()));
         ((from_eye + PI).rem_euclid(2.0 * PI) - PI).abs() > OPEN
     };
     (0..wall.hexes.len())

@@ -272,7 +272,7 @@ fn openings(run: &Results) -> io::Result<Vec<String>> {
 
 pub(crate) fn periodicity(run: &Results) -> Vec<String> {
     let beat = (run.case.time.period / run.case.time.step).round() as usize;
-    let against_the_beat_before = |value: fn(&HistoryRow) -> f64| -> Vec<(f64, f64)> {
+    let against_previous_beat = |value: fn(&HistoryRow) -> f64| -> Vec<(f64, f64)> {
         let size = run
             .history
             .iter()
@@ -288,12 +288,12 @@ pub(crate) fn periodicity(run: &Results) -> Vec<String> {
         line(
             "outflow",
             OPENINGS[1],
-            against_the_beat_before(|row| row.Q_out_m3_s),
+            against_previous_beat(|row| row.Q_out_m3_s),
         ),
         line(
             "largest displacement",
             0,
-            against_the_beat_before(|row| row.max_displacement_m),
+            against_previous_beat(|row| row.max_displacement_m),
         ),
     ];
     if curves[0].points.is_empty() {

@@ -114,7 +114,7 @@ pub struct RefinedPair<'a> {
     /// The second, whose errors fall faster than any power: lower and higher resolution.
     pub second: [&'a Results; 2],
     /// The same case before and after something else was refined, with either solver.
-    pub besides: [Vec<[&'a Results; 2]>; 2],
+    pub other_refinements: [Vec<[&'a Results; 2]>; 2],
 }
 
 impl RefinedPair<'_> {
@@ -147,8 +147,8 @@ pub fn agreement(pairs: &[RefinedPair], names: [&str; 2]) -> PageTable {
                     Limit::of_degrees(low, high),
                 ];
                 let [first, second] = [0, 1].map(|i| {
-                    let besides = pair.besides[i].iter();
-                    besides.fold(limits[i], |limit, runs| {
+                    let other_refinements = pair.other_refinements[i].iter();
+                    other_refinements.fold(limits[i], |limit, runs| {
                         match (figure.of(runs[0]), figure.of(runs[1])) {
                             (Some(before), Some(after)) => limit.with(after - before),
                             _ => limit,

@@ -162,13 +162,13 @@ pub fn page(study: &Study) -> io::Result<String> {
         }
     }
     let d_max = study.example().map_or(0.0, |run| vessel(run).model.d_max);
-    let beside = EXTENSIONS.map(|extension| study.find(extension, d_max));
-    let beside: Vec<&Results> = beside.into_iter().flatten().collect();
+    let extensions = EXTENSIONS.map(|extension| study.find(extension, d_max));
+    let extensions: Vec<&Results> = extensions.into_iter().flatten().collect();
     page.section(
         "extensions",
         "Oscillating shear index downstream of the three extensions",
         &gallery(&report::study::pictures(
-            &beside,
+            &extensions,
             "Oscillating",
             "Oscillating shear index",
         )?),

@@ -8,8 +8,8 @@
 //! `B_e` the product of the two linear functions that are one on the edge, `V_v` the trilinear function of a vertex
 //! (each vertex lies on three edges). [`Mapping::Exact`] interpolates the shape in the whole element with degree
 //! [`EXACT_DEGREE`]; for a quarter of a circle the interpolation error is below 1e-15 of the radius.
-//! [`Mapping::Before`] is `X = x - u`: a shape `x` that is given after a displacement `u` of the ansatz space. It fits
-//! together across elements as both of them do, and `u` leads back to `x` without an error of interpolation.
+//! [`Mapping::Unloaded`] is `X = x - u`: a shape `x` that is given after a displacement `u` of the ansatz space. It
+//! fits together across elements as both of them do, and `u` leads back to `x` without an error of interpolation.
 
 use super::super::space::numbering::Numbering;
 use super::super::space::shapes::Shapes;
@@ -59,7 +59,7 @@ pub enum Mapping {
         nodes: Vec<Vec<Vec3>>,
     },
     /// See the module.
-    Before {
+    Unloaded {
         /// The shape after the displacement.
         after: Box<Mapping>,
         /// The displacement.
@@ -100,13 +100,13 @@ impl Field {
 
 impl Mapping {
     /// The shape that `displacement` (m, coefficients of all functions) leads to this one.
-    pub fn before(&self, numbering: &Numbering, space: &Space, displacement: &[f64]) -> Self {
+    pub fn unloaded_by(&self, numbering: &Numbering, space: &Space, displacement: &[f64]) -> Self {
         let coefficients = |element: usize| {
             let mut local = vec![0.0; 3 * numbering.modes.len()];
             gather(numbering, element, displacement, &mut local);
             local
         };
-        Self::Before {
+        Self::Unloaded {
             after: Box::new(self.clone()),
             displacement: Field {
                 space: *space,
@@ -116,10 +116,10 @@ impl Mapping {
         }
     }
 
-    /// The shape as it is given, which [`Self::Before`] is the displacement away from.
+    /// The shape as it is given, which [`Self::Unloaded`] is the displacement away from.
     pub fn given(&self) -> &Self {
         match self {
-            Self::Before { after, .. } => after,
+            Self::Unloaded { after, .. } => after,
             _ => self,
         }
     }
@@ -163,7 +163,7 @@ impl Mapping {
         match self {
             Self::Blended { points, edges } => blend(points, &edges[element], axes),
             Self::Exact { points, nodes } => interpolate(points, &nodes[element], axes),
-            Self::Before {
+            Self::Unloaded {
                 after,
                 displacement,
             } => {

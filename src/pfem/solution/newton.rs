@@ -13,12 +13,12 @@ use std::sync::Arc;
 /// A system of nonlinear equations `r(d) = 0` with a symmetric tangent.
 pub trait Equilibrium {
     /// Residual at `d`, which is solved with a kept tangent, if there is one, and which a step with it led to from the
-    /// residual `before`.
+    /// residual `previous`.
     fn residual(
         &self,
         d: &[f64],
         kept: Option<&KeptTangent>,
-        before: Option<&Residual>,
+        previous: Option<&Residual>,
     ) -> Result<Residual, SolidError>;
     /// Assembles the tangent `∂r/∂d` at `d`, which is a full step of Newton's method away from `linearized_at`, if
     /// known.
@@ -99,9 +99,11 @@ pub fn solve(
 ) -> Result<Solution, SolidError> {
     let mut stats = Stats::default();
     let evaluate =
-        |d: &[f64], kept: Option<&KeptTangent>, before: Option<&Residual>, stats: &mut Stats| {
+        |d: &[f64], kept: Option<&KeptTangent>, previous: Option<&Residual>, stats: &mut Stats| {
             stats.residuals += 1;
-            let residual = timed(&mut stats.residual_s, || problem.residual(d, kept, before))?;
+            let residual = timed(&mut stats.residual_s, || {
+                problem.residual(d, kept, previous)
+            })?;
             // A finite difference of infinite forces would be taken for an equilibrium.
             if residual.norm().is_finite() && residual.scale.is_finite() {
                 Ok(residual)
@@ -120,9 +122,9 @@ pub fn solve(
     let mut linearized_at: Option<Vec<f64>> = None;
     let mut rises = 0;
     loop {
-        let before = history[history.len() - 1];
+        let previous = history[history.len() - 1];
         // A load that has changed by less than the tolerance still has its answer, which a coupling waits for.
-        if before <= tolerance && (stats.iterations > 0 || before == 0.0) {
+        if previous <= tolerance && (stats.iterations > 0 || previous == 0.0) {
             break;
         }
         if stats.iterations == options.max_iterations || rises > 4 {
@@ -143,7 +145,7 @@ pub fn solve(
                 let fresh = timed(&mut stats.factorization_s, || {
                     problem.factorize(&d, &values)
                 })?;
-                since = vec![before];
+                since = vec![previous];
                 let fresh = kept.insert(fresh);
                 if fresh.predicts_pressure() {
                     residual = evaluate(&d, Some(fresh), None, &mut stats)?;
@@ -168,14 +170,14 @@ pub fn solve(
         };
         let relative = new.relative();
         let Some(moved) = moved
-            .filter(|_| fresh || relative < before || (stats.iterations == 1 && relative < 1.0))
+            .filter(|_| fresh || relative < previous || (stats.iterations == 1 && relative < 1.0))
         else {
             // The old tangent led astray: forget it together with its step.
             *kept = None;
             continue;
         };
-        rises = if relative > before { rises + 1 } else { 0 };
-        if relative < before && !tangent.predicts_pressure() {
+        rises = if relative > previous { rises + 1 } else { 0 };
+        if relative < previous && !tangent.predicts_pressure() {
             let change = (new.vector.iter().zip(&residual.vector)).map(|(new, old)| new - old);
             let change = change.collect();
             step.iter_mut().for_each(|s| *s *= scale);

@@ -211,9 +211,9 @@ impl Structure {
     ///
     /// # Errors
     /// If the displacement turns an element inside out.
-    pub fn before(self, displacement: Vec<f64>) -> Result<Self, SolidError> {
+    pub fn unloaded_by(self, displacement: Vec<f64>) -> Result<Self, SolidError> {
         let old = &self.equation;
-        let body = old.body.before(&displacement)?;
+        let body = old.body.unloaded_by(&displacement)?;
         let reshaped =
             |surface: &Surface| surface.reshaped(&body.numbering, &body.space, &body.mapping);
         let outer = old.outer.as_ref();

@@ -160,7 +160,7 @@ impl Goal<'_> {
     fn residual(&self, displacement: &[f64]) -> Result<(DVector<f64>, f64), SolidError> {
         let all = self
             .body
-            .before(displacement)?
+            .unloaded_by(displacement)?
             .internal_forces(displacement)?;
         let [internal, external] = [&all[..], self.external].map(|f| self.body.restrict(f));
         let pairs = internal.iter().zip(&external);
@@ -184,7 +184,7 @@ impl Goal<'_> {
 
     /// The tangent of the internal forces in the unloaded shape that a displacement comes from.
     fn tangent(&self, displacement: &[f64]) -> Result<Factorization, SolidError> {
-        let unloaded = self.body.before(displacement)?;
+        let unloaded = self.body.unloaded_by(displacement)?;
         let mut tangent = unloaded.tangent(displacement, None, &[])?;
         unloaded.pattern.hold(&mut tangent);
         unloaded.factorize(&tangent)

@@ -151,7 +151,7 @@ pub(super) fn in_state(
             Some(found) => found,
             None => solid.unloaded_shape(vessel.image_pressure(), moved)?,
         };
-        solid = solid.before(shape.displacement.clone())?;
+        solid = solid.unloaded_by(shape.displacement.clone())?;
         unloaded.found = Some(shape);
     }
     if vessel.tissue_rests_loaded() {

@@ -81,8 +81,8 @@ fn of_vessel(case: &Case, vessel: &BloodVessel) -> Result<Drive, TableError> {
     let tissue = vessel.surroundings.as_ref().and_then(|s| s.pressure);
     let mut pressure = tissue.unwrap_or(0.0).abs();
     for model in models() {
-        let behind = model.behind.samples(step, period);
-        pressure += largest(&mut behind.into_iter()) + model.initial.abs();
+        let downstream = model.downstream.samples(step, period);
+        pressure += largest(&mut downstream.into_iter()) + model.initial.abs();
     }
     let flows = openings
         .iter()

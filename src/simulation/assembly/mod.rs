@@ -372,7 +372,7 @@ fn sampling(case: &Case) -> Sampling {
     }
 }
 
-/// Volume (m³) of the cells before and behind the deformable part.
+/// Volume (m³) of the cells upstream and downstream of the deformable part.
 fn rigid_volume(volumes: &[f64], domain: &Domain) -> f64 {
     let elastic = &domain.elastic_cells;
     let sum = |cells: &[f64]| cells.iter().sum::<f64>();

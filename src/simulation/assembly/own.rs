@@ -118,7 +118,7 @@ pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> 
     let fluid = fluid.map_err(|e| wrong("fluid.case")(e.to_string()))?;
     let wall = &own.wall;
     if wall.mode() != WallMode::Elastic {
-        return unyielding(own, fluid);
+        return rigid_domain(own, fluid);
     }
     let (solid, wet_surface) = match (&wall.extrude, &wall.file) {
         (Some(extrusion), _) => (extruded(case, own, extrusion, &fluid)?, "inner"),
@@ -143,7 +143,7 @@ pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> 
 }
 
 /// A rigid wall: a thin layer whose wet side holds, or moves as prescribed.
-fn unyielding(own: &OwnCase, fluid: PolyMesh) -> Result<Domain, DomainError> {
+fn rigid_domain(own: &OwnCase, fluid: PolyMesh) -> Result<Domain, DomainError> {
     let solid = fluid.lining(&own.fluid.patches);
     let solid = solid.map_err(|e| DomainError::new("fluid.patches", e))?;
     let motion = match (own.wall.mode(), &own.wall.motion) {

@@ -54,14 +54,14 @@ pub fn surrogate<S: Solid>(
     };
     let geometry = Vessel::new(vessel);
     let [first, last] = [0, geometry.sections().len() - 1].map(|i| &geometry.sections()[i]);
-    let [before, behind] = [-first.from, last.to - geometry.end()];
+    let [upstream, downstream] = [-first.from, last.to - geometry.end()];
     let open = |rigid_length| TubeEnd::Pressure { rigid_length };
     let (inlet, outlet) = match case.coupling.surrogate {
         case::SurrogateModel::None => return Ok(Box::new(Identity)),
         case::SurrogateModel::Tube => {
-            ends(vessel, case.time.period, before, behind).map_err(|e| e.to_string())?
+            ends(vessel, case.time.period, upstream, downstream).map_err(|e| e.to_string())?
         }
-        case::SurrogateModel::OpenTube => (open(before), open(behind)),
+        case::SurrogateModel::OpenTube => (open(upstream), open(downstream)),
     };
     let stations =
         stations(vessel, case.fluid.solver, &interface.points).map_err(|e| e.to_string())?;
@@ -103,9 +103,9 @@ pub fn surrogate<S: Solid>(
     for periods in 1..=stations.periods() {
         let [cosine, sine] = [2 * periods - 1, 2 * periods];
         let d = answer(&|x| stations.uniform(cosine, x))?;
-        let yields = stations.amplitudes(&d).column(cosine).amax();
+        let compliance = stations.amplitudes(&d).column(cosine).amax();
         let added_mass = blood.density * radius / periods as f64;
-        if yields * added_mass / blood.time_step.powi(2) < LEAST_ADDED_MASS {
+        if compliance * added_mass / blood.time_step.powi(2) < LEAST_ADDED_MASS {
             break;
         }
         for wave in [cosine, sine] {
@@ -131,12 +131,12 @@ pub fn surrogate<S: Solid>(
     Ok(Box::new(surrogate))
 }
 
-/// What happens at the ends of the tube, behind rigid pieces of these lengths (m), in beats of `period` (s).
+/// What happens at the ends of the tube, beyond rigid pieces of these lengths (m), in beats of `period` (s).
 fn ends(
     vessel: &BloodVessel,
     period: f64,
-    before: f64,
-    behind: f64,
+    upstream: f64,
+    downstream: f64,
 ) -> Result<(TubeEnd, TubeEnd), TableError> {
     let end = |end, rigid_length| {
         let condition = vessel.prescribed_at(end, period)?;
@@ -161,8 +161,8 @@ fn ends(
         })
     };
     Ok((
-        end(VesselSide::Start, before)?,
-        end(VesselSide::End, behind)?,
+        end(VesselSide::Start, upstream)?,
+        end(VesselSide::End, downstream)?,
     ))
 }
 

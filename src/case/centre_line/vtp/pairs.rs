@@ -88,9 +88,9 @@ impl<'a> Tree<'a> {
 
     /// From the root to an end.
     fn way(&self, end: usize) -> Result<Vec<usize>, String> {
-        let before = self.before();
+        let previous = self.previous();
         let mut way = vec![end];
-        while let Some((point, _)) = before.get(&way[way.len() - 1]).copied().flatten() {
+        while let Some((point, _)) = previous.get(&way[way.len() - 1]).copied().flatten() {
             way.push(point);
         }
         way.reverse();
@@ -104,30 +104,30 @@ impl<'a> Tree<'a> {
     }
 
     /// The point before each one that can be reached from the root, and how many there are before it.
-    fn before(&self) -> BTreeMap<usize, Option<(usize, usize)>> {
-        let mut before = BTreeMap::from([(self.root, None)]);
+    fn previous(&self) -> BTreeMap<usize, Option<(usize, usize)>> {
+        let mut previous = BTreeMap::from([(self.root, None)]);
         let mut open = vec![(self.root, 1)];
         while let Some((point, depth)) = open.pop() {
             for next in self.neighbours.get(&point).into_iter().flatten() {
-                if !before.contains_key(next) {
-                    before.insert(*next, Some((point, depth)));
+                if !previous.contains_key(next) {
+                    previous.insert(*next, Some((point, depth)));
                     open.push((*next, depth + 1));
                 }
             }
         }
-        before
+        previous
     }
 
     /// The points that have a value, if they are one way downstream.
     fn of_value(&self, array: &str, value: f64) -> Option<Vec<usize>> {
         let values = self.data.of_points.get(array)?;
-        let before = self.before();
+        let previous = self.previous();
         let has = |point: &usize| values.get(*point) == Some(&value);
         // The farthest of them, and from there up as long as they have it.
-        let depth = |point: &usize| before[point].map_or(0, |(_, depth)| depth);
-        let last = (before.keys().copied().filter(has)).max_by_key(depth)?;
+        let depth = |point: &usize| previous[point].map_or(0, |(_, depth)| depth);
+        let last = (previous.keys().copied().filter(has)).max_by_key(depth)?;
         let mut way = vec![last];
-        while let Some((above, _)) = before[&way[way.len() - 1]].filter(|(above, _)| has(above)) {
+        while let Some((above, _)) = previous[&way[way.len() - 1]].filter(|(above, _)| has(above)) {
             way.push(above);
         }
         way.reverse();

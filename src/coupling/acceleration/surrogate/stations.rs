@@ -110,17 +110,17 @@ impl Stations {
     pub fn new(points: &[Vec3], axis: Axis, options: StationOptions) -> Result<Self, NoRings> {
         let mut placed: Vec<(f64, StationPoint)> = (points.iter().enumerate())
             .map(|(index, x)| {
-                let beside = axis.line.nearest(x);
-                let across = x - beside.frame.origin;
+                let nearest = axis.line.nearest(x);
+                let across = x - nearest.frame.origin;
                 let point = StationPoint {
                     index,
                     weight: 1.0,
                     radial: across.normalize(),
-                    angle: beside.across[1].atan2(beside.across[0]),
+                    angle: nearest.across[1].atan2(nearest.across[0]),
                     waves: Vec::new(),
                     radius: across.norm(),
                 };
-                (beside.s, point)
+                (nearest.s, point)
             })
             .collect();
         let places = placed.iter().map(|(s, _)| *s).collect();
@@ -253,8 +253,8 @@ impl Stations {
 
     /// The value at `x` (m) of the field that is 1 at a station, 0 at all others, and linear between.
     pub fn share(&self, station: usize, x: &Vec3) -> f64 {
-        let [before, at, behind] = [0, 1, 2].map(|i| self.arcs[station + i]);
-        hat(self.axis.line.nearest(x).s, before, at, behind)
+        let [previous, at, next] = [0, 1, 2].map(|i| self.arcs[station + i]);
+        hat(self.axis.line.nearest(x).s, previous, at, next)
     }
 
     /// The value at `x` (m) of the wave of a `number` that is the same all along the tube.
@@ -281,12 +281,12 @@ impl Stations {
     }
 }
 
-/// The function that is 1 at `at`, 0 from `before` back and from `behind` on, and linear between.
-fn hat(s: f64, before: f64, at: f64, behind: f64) -> f64 {
+/// The function that is 1 at `at`, 0 from `previous` back and from `next` on, and linear between.
+fn hat(s: f64, previous: f64, at: f64, next: f64) -> f64 {
     let slope = if s < at {
-        (s - before) / (at - before)
+        (s - previous) / (at - previous)
     } else {
-        (behind - s) / (behind - at)
+        (next - s) / (next - at)
     };
     slope.max(0.0)
 }
@@ -303,10 +303,10 @@ fn rings(arcs: &[f64], length: f64) -> Option<Vec<Range<usize>>> {
         }
     }
     let gap = |pair: &[Range<usize>]| {
-        let [before, behind] = [&pair[0], &pair[1]];
+        let [previous, next] = [&pair[0], &pair[1]];
         let ragged = |ring: &Range<usize>| arcs[ring.end - 1] - arcs[ring.start];
-        let room = arcs[behind.start] - arcs[before.end - 1];
-        ragged(before).max(ragged(behind)) < RAGGED * room
+        let room = arcs[next.start] - arcs[previous.end - 1];
+        ragged(previous).max(ragged(next)) < RAGGED * room
     };
     let are_rings = rings.iter().all(|ring| ring.len() >= LEAST_POINTS);
     (rings.len() > 1 && are_rings && rings.windows(2).all(gap)).then_some(rings)

@@ -38,19 +38,19 @@ pub struct SurrogateBlood {
 pub enum TubeEnd {
     /// The flow is prescribed (a rigid tube before it makes no difference).
     Flow,
-    /// The pressure is prescribed behind a rigid piece.
+    /// The pressure is prescribed downstream of a rigid piece.
     Pressure {
         /// Length of the rigid piece, m; it has the radius of the adjacent section.
         rigid_length: f64,
     },
-    /// A pressure that is proportional to the flow, behind a rigid piece.
+    /// A pressure that is proportional to the flow, downstream of a rigid piece.
     Resistance {
         /// Pa s/m³.
         resistance: f64,
         /// Length of the rigid piece, m; it has the radius of the adjacent section.
         rigid_length: f64,
     },
-    /// A windkessel `C dp/dt + p/R = Q` behind a rigid piece and a resistance.
+    /// A windkessel `C dp/dt + p/R = Q` downstream of a rigid piece and a resistance.
     Windkessel {
         /// Proximal resistance of the windkessel, Pa s/m³.
         proximal: f64,

@@ -54,7 +54,7 @@ impl VesselOpenings {
         let model = PressureModel {
             proximal: windkessel.proximal.unwrap_or(0.0),
             distal: Some((windkessel.resistance, windkessel.compliance)),
-            behind: PressureCurve::Constant(0.0),
+            downstream: PressureCurve::Constant(0.0),
             initial: windkessel.initial_pressure,
         };
         let flow = Condition::Flow(inflow, InletProfile::Plug);
@@ -201,7 +201,7 @@ impl VesselOpenings {
                 }
                 Condition::FlowSplit(_) => {}
                 Condition::Pressure(model) if model.distal.is_none() => {
-                    let rows = model.behind.samples(step, self.period).into_iter();
+                    let rows = model.downstream.samples(step, self.period).into_iter();
                     files.push((name("Pressure"), table(rows)));
                 }
                 Condition::Pressure(_) => {}

@@ -105,7 +105,7 @@ pub fn draw(shown: &Shown<'_>, s: f64) -> String {
 }
 
 /// Drawings in a row.
-pub fn beside(drawings: &[String]) -> String {
+pub fn side_by_side(drawings: &[String]) -> String {
     let width = SIDE * drawings.len() as f64;
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{SIDE}\" viewBox=\"0 0 {width} {SIDE}\">\n"

@@ -132,12 +132,12 @@ fn flow(
         return; // it points at the eye
     }
     let [_, _, widest] = shown.radii(shown.surfaces - 1, from + 0.5 * long);
-    let beside = widest * projection.scale / DRAWN + 14.0 * unit;
+    let distance = widest * projection.scale / DRAWN + 14.0 * unit;
     // On the side where there is more room, above if there is as much.
     let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
     let [mut nx, mut ny] = [dy / size, -dx / size];
     let room = |nx: f64, ny: f64| {
-        let [x, y] = [middle[0] + beside * nx, middle[1] + beside * ny];
+        let [x, y] = [middle[0] + distance * nx, middle[1] + distance * ny];
         x.min(width - x).min(y - 24.0 * unit).min(height - y)
     };
     if ny > 0.0 {
@@ -146,7 +146,7 @@ fn flow(
     if room(nx, ny) < 10.0 * unit && room(-nx, -ny) > room(nx, ny) {
         (nx, ny) = (-nx, -ny);
     }
-    let [x, y] = [a[0] + beside * nx, a[1] + beside * ny];
+    let [x, y] = [a[0] + distance * nx, a[1] + distance * ny];
     let [ux, uy] = [dx / size, dy / size];
     let head = 9.0 * unit;
     let [ex, ey] = [x + dx, y + dy];

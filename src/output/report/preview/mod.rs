@@ -113,7 +113,7 @@ impl Preview {
             .map(|i| cross_section::draw(&shown, at(i)))
             .collect();
         let html = page(&shown, name, &png, &drawn);
-        let svg = cross_section::beside(&drawn);
+        let svg = cross_section::side_by_side(&drawn);
         Some(Ok(Self { html, png, svg }))
     }
 }
