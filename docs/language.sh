@@ -1,5 +1,6 @@
 #!/bin/sh
-# Checks the language of the project: spelling everywhere (codespell), phrases that are refused, and the width of prose.
+# Checks the language of the project: spelling everywhere (codespell), phrases that are refused, the width of prose, and
+# names of tests.
 set -eu
 cd "$(dirname "$0")/.."
 files() { git ls-files "*.md" docs src of-adapter examples openfoam-case tests benches; }
@@ -27,6 +28,28 @@ wide=$(text | grep -E '\.(md|rs|C|H|py|sh|c|h)$' | xargs perl -CSDA -ne '
     if (eof) { $code = 0; close ARGV }')
 if [ -n "$wide" ]; then
     printf '%s\nlanguage.sh: break these lines before column 120\n' "$wide" >&2
+    failed=1
+fi
+# Names of functions have at most 60 characters: what a test claims beyond that is in the line above it.
+long=$(git grep -nPo 'fn \K\w{61,}' -- '*.rs' || true)
+if [ -n "$long" ]; then
+    printf '%s\nlanguage.sh: shorten these names to 60 characters\n' "$long" >&2
+    failed=1
+fi
+# The tests that a page names exist, as a part of a function's or a file's name: of the library (L), with solvers (S),
+# within the source (U).
+unknown=$(grep -oP '\b(L|S\+?|U) `\w+`(, `\w+`)*' docs/*.md | tr -d '`,' | while read -r where names; do
+    case $where in
+    *:L) within=tests/library ;;
+    *:U) within=':!tests' ;;
+    *) within=tests/solvers ;;
+    esac
+    for name in $names; do
+        git ls-files "$within" | grep -q "$name" || git grep -qE "fn \w*$name" -- "$within" || echo "${where%:*}: $name"
+    done
+done)
+if [ -n "$unknown" ]; then
+    printf '%s\nlanguage.sh: there are no such tests\n' "$unknown" >&2
     failed=1
 fi
 exit $failed

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn the_proposed_windkessel_makes_the_pressures_that_were_asked_for() {
+    fn the_proposed_windkessel_makes_the_requested_pressures() {
         let (curve, wanted) = (pulse(), [80.0 * MMHG, 120.0 * MMHG]);
         let found = ThreeElements::between(wanted[0], wanted[1], &curve, 2e8, 2.6e-11).unwrap();
         for (pressure, wanted) in marched(found, &curve).into_iter().zip(wanted) {

@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_in_a_thin_linear_tube_have_the_speed_of_moens_and_korteweg() {
+    fn the_wave_speed_of_a_thin_tube_is_of_moens_and_korteweg() {
         // Held along its axis: c² = E h/(2 ρ r (1 - ν²)); the tube of `pulse-wave`.
         for nu in [0.0, 0.3, 0.45] {
             let material = Material::SaintVenantKirchhoff {

@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn the_proposed_windkessel_makes_the_pressures_that_were_asked_for() {
+    fn the_proposed_windkessel_makes_the_requested_pressures() {
         for (base, amplitude, vessel) in [(3.5e-6, 4.5e-6, 0.0), (1.35e-6, 5.2e-6, 2.6e-11)] {
             let curve = pulse(base, amplitude);
             let wanted = [80.0 * MMHG, 120.0 * MMHG];

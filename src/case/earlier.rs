@@ -41,8 +41,9 @@ mod tests {
     use crate::case::Preset;
     use std::path::Path;
 
+    /// Settings that came later have their defaults; physics that is not there is an error.
     #[test]
-    fn a_case_of_an_earlier_version_lacks_settings_but_never_physics() {
+    fn a_case_of_an_earlier_version_is_completed() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/H-0.5");
         let case = Case::load(&folder, Preset::Coarse, &[]).unwrap();
         let text = case.to_toml_string();

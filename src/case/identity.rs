@@ -184,8 +184,9 @@ fn add_folder(root: &Path, called: &str, found: &mut Vec<FileFingerprint>) -> io
 mod tests {
     use super::{MAY_CHANGE, changed_keys};
 
+    /// Keys that may change when a run is resumed are not named.
     #[test]
-    fn changed_keys_are_named_with_both_values_unless_they_may_change() {
+    fn changed_keys_are_named_with_both_values() {
         let before = "[time]\nstep_s = 0.002\nend_s = 1.0\n[output]\nfluid_interval_s = 1\n[wall.media]\nk2 = 3.5\n";
         let now = "[time]\nstep_s = 0.001\nend_s = 2.0\n[output]\nfluid_interval_s = 2\n[wall.media]\nk1 = 2.0\n";
         assert_eq!(

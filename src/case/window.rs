@@ -89,8 +89,9 @@ mod tests {
         assert_eq!(inside.len(), 50);
     }
 
+    /// A window that contains the ramp, and one that is not a whole number of periods.
     #[test]
-    fn a_window_with_the_ramp_in_it_or_a_part_of_a_period_is_warned_of() {
+    fn unsuitable_windows_are_warned_of() {
         let warnings = |start_s, end_s| {
             let ramp = Ramp { duration: 0.5 };
             Window { start_s, end_s }.warnings(&ramp, 0.8, false)

@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_stand_behind_the_number() {
+    fn units_follow_the_number() {
         for (text, metres) in [
             ("0.7mm", 0.7e-3),
             ("3 mm", 3e-3),

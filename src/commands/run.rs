@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn results_lie_beside_the_case() {
+    fn results_lie_next_to_the_case() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["case.toml", "closed.toml"] {
             std::fs::write(folder.path().join(name), "").unwrap();

@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn the_structures_error_is_told_with_the_iteration_and_the_trial() {
+    fn the_structures_error_names_iteration_and_trial() {
         let error = CouplingError::Solid(SolidError::Inverted {
             element: 7,
             jacobian: -0.1,

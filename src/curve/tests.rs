@@ -72,7 +72,7 @@ fn a_spline_through_a_helix_has_its_length_and_frames() {
 }
 
 #[test]
-fn points_beside_a_curve_are_found_again() {
+fn points_near_a_curve_are_found_again() {
     let points: Vec<Vec3> = (0..20)
         .map(|i| 5e-3 * i as f64)
         .map(|x| Vec3::new(x, 0.01 * (60.0 * x).sin(), 0.02 * (30.0 * x).cos()))

@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn values_at_the_faces_are_kept_also_across_the_cut_at_180_degrees() {
+    fn values_at_faces_are_kept_across_the_cut_at_180_degrees() {
         let places = tube(5, 7).places();
         let values: Vec<f64> = (0..places.len()).map(|i| i as f64).collect();
         let rings = Rings::new(&places).unwrap();

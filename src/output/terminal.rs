@@ -104,8 +104,9 @@ fn hanging_indent(letters: &[char], columns: usize) -> usize {
 mod tests {
     use super::wrapped;
 
+    /// The next line starts below the text of the first.
     #[test]
-    fn long_lines_are_broken_between_words_and_continue_below_their_text() {
+    fn long_lines_are_broken_between_words() {
         let line =
             "Newton iterations    41 (0.31 s assembly, 0.12 s solution, 0.52 s in all, 38 MB)";
         assert_eq!(wrapped(line, 100), line);

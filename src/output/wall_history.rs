@@ -409,8 +409,9 @@ mod tests {
         assert_eq!(read(&path).unwrap(), []);
     }
 
+    /// Every bit of the file is flipped in turn: each is noticed, and its place is named.
     #[test]
-    fn a_bit_that_is_flipped_anywhere_is_noticed_and_its_place_named() {
+    fn a_flipped_bit_is_found_wherever_it_is() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("wall.bin");
         written(&path, 3);

@@ -149,8 +149,9 @@ fn contents(folder: &Path) -> std::io::Result<Vec<std::ffi::OsString>> {
 mod tests {
     use super::*;
 
+    /// Not even `--force` replaces a folder that holds something else.
     #[test]
-    fn an_earlier_run_is_replaced_only_by_force_and_other_folders_never() {
+    fn only_force_replaces_an_earlier_run() {
         let parent = tempfile::tempdir().unwrap();
         let root = parent.path().join("run");
         let refused = RunFolder::open(&root, Earlier::Resume).unwrap_err();

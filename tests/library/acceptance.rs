@@ -131,7 +131,7 @@ fn an_answer_that_is_none_is_refused_before_the_fluid_keeps_it() {
 
 /// All of the load on one face of many, which interpolation to the wall's points cannot carry.
 #[test]
-fn a_load_that_does_not_reach_the_wall_is_refused_with_its_place() {
+fn a_load_that_does_not_reach_the_wall_is_refused() {
     let concentrated = |trial: &mut FluidTrial| {
         for (face, traction) in trial.tractions.iter_mut().enumerate() {
             if face != 7 {
@@ -147,7 +147,7 @@ fn a_load_that_does_not_reach_the_wall_is_refused_with_its_place() {
 }
 
 #[test]
-fn a_report_that_cannot_be_is_refused_and_the_fluid_has_to_go_back() {
+fn an_impossible_report_is_refused_and_the_fluid_rewound() {
     refused_too_late(
         |step| step.openings[1].flow = -0.97 * FLOW,
         "the difference is 3.0 % of what goes through, where 2 % is accepted",

@@ -495,7 +495,7 @@ fn what_is_prescribed_at_the_ends_must_fit_together() {
 }
 
 #[test]
-fn an_inlet_moves_with_the_wall_only_where_nothing_else_holds_it() {
+fn an_inlet_moves_with_the_wall_only_if_nothing_holds_it() {
     for (case, set, message) in [
         (
             "S-0.0",

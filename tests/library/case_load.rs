@@ -562,7 +562,7 @@ fn table_of(file: &Path, text: &str, unit: Option<FlowUnit>) -> FlowCurve {
 }
 
 #[test]
-fn a_flow_curve_from_a_file_interpolates_repeats_and_never_overshoots() {
+fn a_flow_curve_interpolates_repeats_and_never_overshoots() {
     let text = "# measured\ntime_s, flow_m3_s\n0.0,1e-6\n0.1,5e-6\n0.2,5e-6\n\n0.5,2e-6\r\n0.8,1e-6\n1.0,1e-6\n";
     let curve = table(text, 1.0);
     for (t, flow) in [

@@ -133,7 +133,7 @@ fn loaded_wall_has_its_given_radius() {
 
 /// Stretched by a tenth and without tissue, this wall finds no equilibrium under twice the highest pressure.
 #[test]
-fn a_wall_without_equilibrium_far_above_its_pressures_has_figures() {
+fn a_wall_without_equilibrium_far_above_keeps_its_figures() {
     let said = check(&[("initial.axial_stretch", "1.1"), ("structure.p", "3")]);
     for part in [
         "4.333 mm, stretch 1.353",

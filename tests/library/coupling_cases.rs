@@ -83,7 +83,7 @@ fn all_acceleration_models_reach_one_solution() {
 }
 
 #[test]
-fn rows_that_do_not_exist_are_refused_before_anything_is_written() {
+fn unknown_rows_are_refused_before_anything_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("table");
     let output = couple_test(&out, &["iqn_ls-7"], &[]);

@@ -33,7 +33,7 @@ fn the_artery_is_solved_as_by_the_monolithic_method_to_1e_8() {
 }
 
 #[test]
-fn the_pressure_pulse_is_solved_as_by_the_monolithic_method_to_1e_8() {
+fn the_pressure_pulse_is_the_monolithic_one_to_1e_8() {
     all_reach_the_exact_solution(2, 1e-10, 1e-8);
 }
 

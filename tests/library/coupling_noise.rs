@@ -105,7 +105,7 @@ fn errors_of_a_fifth_of_the_tolerance_are_borne() {
 }
 
 #[test]
-fn without_a_resolution_least_squares_take_the_error_for_the_jacobian() {
+fn without_a_resolution_least_squares_fit_the_noise() {
     for index in [0, 2] {
         assert!(!run(index, AccelerationModel::IqnLs, 0.0, false).converged);
     }

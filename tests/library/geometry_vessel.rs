@@ -46,8 +46,9 @@ proptest! {
     }
 }
 
+/// They are twice continuously differentiable.
 #[test]
-fn a_surface_is_twice_continuously_differentiable_and_flat_at_its_ends() {
+fn surfaces_are_smooth_and_flat_at_their_ends() {
     let values: Vec<Vec<f64>> = (0..7)
         .map(|i| {
             (0..5)
@@ -80,7 +81,7 @@ fn a_surface_is_twice_continuously_differentiable_and_flat_at_its_ends() {
 }
 
 #[test]
-fn the_imperfection_is_between_zero_and_d_max_and_vanishes_at_the_ends() {
+fn the_imperfection_is_at_most_d_max_and_zero_at_the_ends() {
     for (model, d_max) in [
         ("S-0.0", 0.0),
         ("S-0.25", 0.25e-3),
@@ -120,7 +121,7 @@ fn the_imperfection_is_between_zero_and_d_max_and_vanishes_at_the_ends() {
 /// What the surface was chosen by: the narrowest place lies well inside the evaluated part, which ends at 33.75 and
 /// 56.25 mm.
 #[test]
-fn the_imperfection_is_deepest_in_the_middle_of_the_evaluated_part() {
+fn the_imperfection_is_deepest_within_the_evaluated_part() {
     let vessel = Vessel::new(&load("S-0.5"));
     let deepest = |x: f64| {
         let around = (0..720).map(|i| (0.5 * f64::from(i)).to_radians());
@@ -161,7 +162,7 @@ fn support_values_that_are_all_zero_give_a_regular_vessel() {
 }
 
 #[test]
-fn the_blend_is_half_a_cosine_and_leaves_the_evaluated_part_alone() {
+fn the_blend_is_half_a_cosine_outside_the_evaluated_part() {
     let case = load("S-0.75");
     let vessel = Vessel::new(&case);
     // Of the outer surface, which the imperfection leaves alone: 4.5 mm in the graft, 4.3 mm in the artery.

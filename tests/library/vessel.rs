@@ -137,8 +137,9 @@ fn lumen_and_wall_fit_together_and_no_cell_is_inside_out() {
     }
 }
 
+/// The lumen has the area that the case asks for.
 #[test]
-fn a_stenosis_leaves_the_area_that_it_says_and_the_outside_alone() {
+fn a_stenosis_narrows_the_lumen_and_leaves_the_outside() {
     let folder = tempfile::tempdir().unwrap();
     let case = load(folder.path(), &(ARC.to_owned() + SECTIONS));
     let vessel = Vessel::new(case.vessel().unwrap());
@@ -192,8 +193,9 @@ fn a_vessel_that_is_rotated_has_rotated_meshes() {
     assert!(difference < 1e-15 * 1e3, "{difference:e}");
 }
 
+/// A line, an arc, points and a file give the same vessel.
 #[test]
-fn a_straight_vessel_is_the_same_by_a_line_an_arc_points_or_a_file() {
+fn a_straight_vessel_is_the_same_however_it_is_described() {
     let folder = tempfile::tempdir().unwrap();
     let head = "[vessel]\nradius_m = 3e-3\nupstream_extension_m = 0.01\n";
     let of = |text: &str| points(&load(folder.path(), &format!("{head}{text}{SECTIONS}")));

@@ -17,7 +17,7 @@ fn full_mesh() {
 
 /// At 120 mm of 200 mm the pulse passes twice, on its way to the end and back.
 #[test]
-fn a_pulse_comes_back_from_a_closed_end_where_its_pressure_doubles() {
+fn a_pulse_doubles_its_pressure_at_a_closed_end_and_returns() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let steps = ["--preset", "demo", "--set", "time.step_s=1e-3"];

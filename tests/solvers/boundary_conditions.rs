@@ -292,7 +292,7 @@ fn a_fixed_share_of_the_inflow_leaves() {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_fixed_share_of_the_inflow_leaves_with_openfoam_as_with_the_native_fluid() {
+fn a_fixed_share_of_the_inflow_leaves_with_either_fluid() {
     let folder = tempfile::tempdir().unwrap();
     let [of, native] = ["openfoam", "native"].map(|name| folder.path().join(name));
     let rows = flow_split(&of, false, 1e-6);

@@ -49,7 +49,7 @@ fibre_angle_deg = 35.0
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_tube_that_buckles_is_told_from_one_that_needs_smaller_steps() {
+fn buckling_is_distinguished_from_steps_that_are_too_long() {
     let folder = tempfile::tempdir().unwrap();
     let parts = ["graft", "media", "adventitia"].map(|part| format!("[wall.{part}]\n{MATERIAL}"));
     let case = format!("{CASE}{}", parts.concat());

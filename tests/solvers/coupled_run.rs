@@ -96,7 +96,7 @@ fn imbalance(q_in: f64, q_out: f64, dvdt: f64) -> f64 {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn blood_and_wall_fulfil_their_balances_and_the_files_can_be_read() {
+fn blood_and_wall_are_in_balance_and_their_files_readable() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let output = driver(&out, 0.04, &[]).output().unwrap();

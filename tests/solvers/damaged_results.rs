@@ -27,9 +27,10 @@ fn evaluation(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files.into_iter().map(read).collect()
 }
 
+/// The message names the place.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_damaged_wall_is_refused_with_its_place_and_good_results_stay() {
+fn a_damaged_wall_is_refused_and_good_results_stay() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     complete(driver(&out, 6, &[]));

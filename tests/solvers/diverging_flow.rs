@@ -94,7 +94,7 @@ fn templates(folder: &Path, consistent: &str) -> String {
 /// correctors differ by 2.0 and 0.95 %.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_stenosis_on_a_fine_mesh_converges_with_the_built_in_templates() {
+fn a_stenosis_on_a_fine_mesh_converges() {
     let folder = tempfile::tempdir().unwrap();
     let case = case(&folder.path().join("case"));
     let out = folder.path().join("run");
@@ -121,7 +121,7 @@ fn a_stenosis_on_a_fine_mesh_converges_with_the_built_in_templates() {
 /// enough.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn dictionaries_that_do_not_converge_get_shorter_steps_or_a_sentence() {
+fn a_case_that_does_not_converge_gets_shorter_steps() {
     let folder = tempfile::tempdir().unwrap();
     let case = case(&folder.path().join("case"));
     let usual = templates(&folder.path().join("templates"), "no");

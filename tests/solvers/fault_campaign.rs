@@ -164,7 +164,7 @@ fn ten_kills_change_nothing() {
 }
 
 #[test]
-fn kills_of_a_driver_that_computes_the_blood_itself_change_nothing() {
+fn kills_of_a_driver_with_the_native_fluid_change_nothing() {
     campaign(
         &OWN_FAULTS,
         [6, 24],

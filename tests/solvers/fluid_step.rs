@@ -152,7 +152,7 @@ fn a_repeated_step_of_shear_thinning_blood_forgets_its_trials() {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_repeated_step_with_a_model_of_turbulence_forgets_its_trials() {
+fn a_repeated_turbulent_step_forgets_its_trials() {
     a_repeated_step_forgets_its_trials(Channel::use_k_omega_sst, &["k", "omega", "nut"]);
 }
 
@@ -192,9 +192,10 @@ fn a_restart_of_newtonian_blood_continues_to_the_last_digit() {
     assert_eq!(difference_by_a_restart(|_| (), &[]), 0.0);
 }
 
+/// It continues to the last digit.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_restart_of_shear_thinning_blood_continues_to_the_last_digit() {
+fn a_restart_of_shear_thinning_blood_is_exact() {
     let found = difference_by_a_restart(Channel::use_bird_carreau, &["nu"]);
     assert_eq!(found, 0.0);
 }

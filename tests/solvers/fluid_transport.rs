@@ -78,9 +78,10 @@ fn a_run_continues_to_the_bit_from_a_written_time() {
     assert_eq!(continued, straight[STEPS..]);
 }
 
+/// It does so whether it died or went on meanwhile.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_solver_that_died_or_went_on_recalls_what_it_remembered_to_the_bit() {
+fn a_solver_recalls_its_state_to_the_bit() {
     let channel = Channel::new(false);
     let mut fluid = channel.start();
     let interface = fluid.interface().clone();

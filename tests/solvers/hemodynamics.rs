@@ -108,7 +108,7 @@ fn the_measures_agree_with_openfoams_own_wall_shear_stress() {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn what_was_gathered_while_running_is_what_the_stored_wall_gives() {
+fn the_stored_wall_gives_what_was_gathered_while_running() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     complete(driver(&out, 6, &[]));

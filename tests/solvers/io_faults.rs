@@ -243,7 +243,7 @@ fn a_call_for_a_file_that_fails_once_changes_no_result() {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_call_for_a_file_that_fails_once_changes_no_result_with_openfoam() {
+fn a_file_call_that_fails_once_changes_nothing_with_openfoam() {
     let Some(bench) = Bench::new(&[], false) else {
         return;
     };

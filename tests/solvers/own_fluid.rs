@@ -76,7 +76,7 @@ fn spoilt(folder: &Path, deed: &str) -> PathBuf {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_fluid_in_python_agrees_with_openfoam_and_goes_on_after_a_restart() {
+fn a_fluid_in_python_agrees_with_openfoam_and_can_resume() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let [straight, resumed, openfoam] =
@@ -146,8 +146,9 @@ fn the_clients_in_python_and_in_c_give_the_same_history() {
     }
 }
 
+/// No process is left over, and the message says what the fluid did.
 #[test]
-fn fluids_that_die_hang_or_lie_end_a_run_with_a_sentence_and_no_orphan() {
+fn fluids_that_die_hang_or_lie_end_a_run_with_a_message() {
     let Some(python) = python() else { return };
     for (name, deed, said) in [
         ("dies", "os.kill(os.getpid(), signal.SIGKILL)", "signal: 9"),
@@ -215,7 +216,7 @@ fn nonsense_of_a_fluid_ends_the_run() {
 }
 
 #[test]
-fn a_fluid_that_somebody_else_starts_is_waited_for() {
+fn a_fluid_that_is_started_separately_is_waited_for() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");

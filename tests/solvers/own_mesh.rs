@@ -86,7 +86,7 @@ fn how_deep_the_cells_of_a_plane_case_are_makes_no_difference() {
 /// The flap as published, one cell of 1 m deep, bends as that of 0.1 m does.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_flap_beside_one_cell_of_a_metre_bends_as_beside_one_of_a_tenth() {
+fn a_flap_bends_alike_in_a_cell_of_a_metre_and_of_a_tenth() {
     let folder = tempfile::tempdir().unwrap();
     let tips = ["flap", "flap-one-cell-deep"].map(|name| {
         let out = folder.path().join(name);
@@ -106,7 +106,7 @@ fn a_flap_beside_one_cell_of_a_metre_bends_as_beside_one_of_a_tenth() {
 /// A wall in millimetres beside a fluid in metres, and one of which a part has no fluid beside it.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_wall_in_another_unit_is_refused_and_one_that_reaches_farther_told() {
+fn a_wall_in_another_unit_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let flap = project("examples/own-case/flap-one-cell-deep");
     for (unit, words) in [

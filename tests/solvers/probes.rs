@@ -175,8 +175,9 @@ fn probes_see_the_flow_and_a_resumed_run_sees_the_same() {
     }
 }
 
+/// Nothing is written before.
 #[test]
-fn points_outside_the_blood_are_refused_before_anything_is_written() {
+fn points_outside_the_blood_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let outside = [

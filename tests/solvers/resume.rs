@@ -5,9 +5,10 @@ use rustix::process::Signal;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+/// This holds for the newest checkpoint and for the one before.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn an_extended_run_is_the_longer_run_also_from_the_older_checkpoint() {
+fn an_extended_run_is_the_longer_run() {
     let folder = tempfile::tempdir().unwrap();
     let (straight, resumed) = (
         folder.path().join("straight"),
@@ -53,7 +54,7 @@ fn an_extended_run_is_the_longer_run_also_from_the_older_checkpoint() {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_signal_saves_the_last_step_a_second_one_ends_the_run_at_once() {
+fn a_signal_saves_the_last_step_a_second_one_ends_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let seldom = ["--set", "output.checkpoint_interval_min=5"];
@@ -178,9 +179,10 @@ impl Drop for SmallDisk {
     }
 }
 
+/// The full disk is reported, and the run goes on once there is space.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_full_disk_is_reported_and_the_run_goes_on_once_there_is_space() {
+fn a_run_continues_after_a_full_disk() {
     let Some(disk) = SmallDisk::new(16) else {
         println!("not tested: mounting a small file system needs root");
         return;
@@ -255,9 +257,10 @@ fn half_written_files_are_not_taken() {
     assert_same_run(&resumed, &straight);
 }
 
+/// The result comes closer to what short steps give.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_step_that_fails_is_cut_and_comes_closer_to_what_short_steps_give() {
+fn a_step_that_fails_is_cut() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, step: &str, newton: usize| {
         let out = folder.path().join(name);

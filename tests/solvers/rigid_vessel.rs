@@ -318,9 +318,10 @@ fn under_pressure(folder: &Path) -> String {
     "condition = \"pressure\"\nfile = \"pressure.csv\"".to_owned()
 }
 
+/// From the first slice of cells on.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn womersleys_profile_is_there_from_the_first_slice_on_with_openfoam() {
+fn womersleys_profile_is_there_at_once_with_openfoam() {
     let folder = tempfile::tempdir().unwrap();
     let openfoam = ["structure.axial_per_section=1"];
     // The cells of `demo`, and implicit Euler

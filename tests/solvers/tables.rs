@@ -67,7 +67,7 @@ fn a_page_is_filled_once_and_then_unchanged() {
 }
 
 #[test]
-fn a_mark_that_cannot_be_answered_is_refused_and_nothing_is_written() {
+fn a_mark_without_answer_is_refused_and_nothing_written() {
     let folder = tempfile::tempdir().unwrap();
     let good = folder.path().join("good.md");
     let page = folder.path().join("page.md");

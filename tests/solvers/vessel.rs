@@ -38,7 +38,7 @@ fn columns<const N: usize>(run: &Path, names: [&str; N]) -> Vec<[f64; N]> {
 
 /// What flows in and not out is in the vessel, and every elastic section is a region.
 #[test]
-fn the_examples_of_vessels_run_with_either_fluid_and_can_be_reported() {
+fn the_examples_of_vessels_run_with_either_fluid() {
     let folder = tempfile::tempdir().unwrap();
     let mut shares = Vec::new();
     for (name, expected) in EXAMPLES {

@@ -208,7 +208,7 @@ fn the_outlet_moves_with_the_end_of_the_wall_with_both_fluids() {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn a_run_from_equilibrium_that_is_resumed_is_the_uninterrupted_one() {
+fn a_resumed_run_from_equilibrium_is_the_uninterrupted_one() {
     let folder = tempfile::tempdir().unwrap();
     for (name, fluid) in [("native", &NATIVE[..]), ("openfoam", &[])] {
         let [straight, resumed] =

@@ -275,8 +275,9 @@ mod tests {
         assert!(answer.rest.norm() < 1e-12);
     }
 
+    /// A change below the resolution is dropped unless it is the newest.
     #[test]
-    fn a_change_below_the_resolution_is_dropped_unless_it_is_the_newest() {
+    fn changes_below_the_resolution_are_dropped() {
         let mut fit = LeastSquares::new(Filter {
             resolution: 0.1,
             ..Filter::exact(1e-3)

@@ -241,8 +241,9 @@ mod tests {
         (counted, told)
     }
 
+    /// A surrogate that slows the iteration down is dropped, and the run reports it.
     #[test]
-    fn a_surrogate_that_is_worse_than_none_is_dropped_and_that_is_told() {
+    fn a_surrogate_worse_than_none_is_dropped() {
         let (counted, told) = run(Box::new(Wrong));
         let (step, text) = told.expect("it is reported");
         assert_eq!(step, JUDGED);
@@ -266,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_fails_beside_a_wrong_one_is_tried_again_without() {
+    fn a_step_that_fails_with_a_wrong_surrogate_is_tried_without() {
         let (mut problem, mut model) = (Linear::new(30, 20.0), model(Box::new(Wrong)));
         assert!(iterate(&mut problem, &mut model, 3).is_none());
         model.reset();

@@ -68,7 +68,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     #[test]
-    fn the_highest_polynomial_of_each_axis_is_found_and_lower_ones_are_not() {
+    fn only_the_highest_polynomial_of_each_axis_counts() {
         let degree = 4;
         let plane = |degree| Plane::grid([1, 1], degree);
         let space = TaylorHoodSpace::swept(&plane(degree), &plane(degree - 1), degree, 1);

@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_system_that_is_not_symmetric_is_solved_also_across_a_restart() {
+    fn an_unsymmetric_system_is_solved_across_restarts() {
         let n = 150;
         let entry = |i: usize, j: usize| match i.abs_diff(j) {
             0 => 2.0 + (i % 7) as f64,

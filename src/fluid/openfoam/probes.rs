@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_read_as_they_are_written_and_points_outside_are_no_numbers() {
+    fn rows_are_read_as_written_and_points_outside_are_undefined() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("system")).unwrap();
         let sampling = Sampling {

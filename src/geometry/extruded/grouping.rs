@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_and_rings_are_grouped_where_their_numbers_are_multiples() {
+    fn blocks_and_rings_are_grouped_where_counts_are_multiples() {
         for (quads, n, count) in [
             (block(6, 9, false), 3, 6),
             (block(8, 4, true), 4, 2),

@@ -50,7 +50,7 @@ fn volume(mesh: &HexMesh, region: usize) -> (f64, f64) {
 /// Nodes on arcs of 30 degrees: straight edges lose 4.507 % of the volume, parabolas 1.553e-4, cubics gain 2.276e-5:
 /// computed by themselves.
 #[test]
-fn hexahedra_of_all_orders_and_formats_have_the_shape_of_the_body() {
+fn hexahedra_of_all_orders_and_formats_have_the_bodys_shape() {
     let exact = PI / 4.0 * (9.0 - 4.0);
     for (file, inner, bottom, expected) in [
         ("block1.msh", "inner", "bottom", 4.507e-2),

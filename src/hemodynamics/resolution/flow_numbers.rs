@@ -427,8 +427,9 @@ mod tests {
         assert_eq!(course(&[[0.0, 0.0], [1.0, 0.0]]), None);
     }
 
+    /// The more pressure a narrow place loses, the lower the limit is.
     #[test]
-    fn the_limit_of_laminar_flow_falls_with_what_a_narrow_place_loses() {
+    fn a_stenosis_lowers_the_limit_of_laminar_flow() {
         assert_eq!(laminar_limit(0.0), 2000.0);
         assert_relative_eq!(laminar_limit(0.5), 1000.0, max_relative = 1e-12);
         assert_relative_eq!(laminar_limit(0.75), 400.0, max_relative = 1e-12);

@@ -257,8 +257,9 @@ mod tests {
         found.iter().map(|(name, _)| name.as_str()).collect()
     }
 
+    /// Values combine or stand alone, and linked keys change together.
     #[test]
-    fn values_combine_or_stand_alone_and_linked_keys_change_together() {
+    fn sweeps_combine_values_and_link_keys() {
         let two = [
             "a.k1_Pa=500,*2",
             "b[media].mu_Pa+b[adventitia].mu_Pa=*0.8,1:2",

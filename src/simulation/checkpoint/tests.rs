@@ -101,8 +101,9 @@ proptest! {
     }
 }
 
+/// The last two checkpoints are kept.
 #[test]
-fn the_last_two_are_kept_and_the_older_serves_if_the_newer_is_damaged() {
+fn the_older_checkpoint_serves_if_the_newer_is_damaged() {
     let run = tempfile::tempdir().unwrap();
     let store = Store::new(run.path());
     assert!(matches!(newest(&store), Err(StoreError::None(_))));
