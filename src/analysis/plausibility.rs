@@ -49,7 +49,7 @@ const KEYS: [Usual; 13] = [
     (&["blood.density_kg_m3"], "the density of blood", SI, [900.0, 1200.0], 1050.0),
     (&["blood.viscosity_Pa_s"], "the viscosity of blood", SI, [8e-4, 0.015], 3.5e-3),
     (&["wall.density_kg_m3"], "the density of walls", SI, [800.0, 2500.0], 1100.0),
-    (&["inner_radius_m", "vessel.radius_m", "end_radius_m", "radii_m", "section[].radius_m"], "the radius of vessels", MM, [2e-4, 0.025], 3e-3),
+    (&["inner_radius_m", "vessel.radius_m", "vessel.end_radius_m", "radii_m", "section[].radius_m"], "the radius of vessels", MM, [2e-4, 0.025], 3e-3),
     (&[".mu_Pa"], "the shear modulus of walls and grafts", KPA, [500.0, 1e7], 5e4),
     (&[".kappa_Pa"], "the bulk modulus of walls and grafts", KPA, [2e4, 1e11], 1e8),
     (&[".k1_Pa"], "the stiffness of fibres", KPA, [50.0, 5e6], 5e3),

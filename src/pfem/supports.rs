@@ -183,7 +183,7 @@ pub fn tissue(vessel: &BloodVessel, line: &SpaceCurve) -> Vec<Foundation> {
 }
 
 /// Whether the elastic part of a vessel, from the arc length 0 on, lies on the x-axis.
-fn is_x_axis(line: &SpaceCurve) -> bool {
+pub fn is_x_axis(line: &SpaceCurve) -> bool {
     let knots: Vec<f64> = line.knots().into_iter().filter(|s| *s >= 0.0).collect();
     let middles = knots.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
     let mut places = middles.chain(knots.iter().copied());

@@ -47,8 +47,12 @@ impl Beat {
             }
             (Some(period), _) => period,
             (None, Some(period)) => {
+                let closed = match last < period * (1.0 - 1e-9) {
+                    true => ", with one more step back to its first value",
+                    false => "",
+                };
                 remarks.push(format!(
-                    "beat      {period} s, as long as the curve in {file} (--period gives another)"
+                    "beat      {period} s, as long as the curve in {file}{closed} (--period gives another)"
                 ));
                 period
             }
@@ -68,12 +72,12 @@ impl Beat {
         }
         if !(OF_HEARTS[0]..=OF_HEARTS[1]).contains(&period) && asked.is_none() {
             remarks.push(format!(
-                "take care: a beat of {period} s; are the times of {file} seconds?"
+                "warning: a beat of {period} s; are the times of {file} seconds?"
             ));
         }
         if let Some(shown) = shown.filter(|shown| *shown < (1.0 - GAP) * period) {
             remarks.push(format!(
-                "take care: the curve in {file} is {shown} s long, and the beat {period} s; in between it is interpolated \
+                "warning: the curve in {file} is {shown} s long, and the beat {period} s; in between it is interpolated \
                  (--flow-period {shown} stretches it)"
             ));
         }

@@ -120,7 +120,7 @@ impl Changes {
             .collect();
         if !notable.is_empty() {
             remarks.push(format!(
-                "take care: smoothing changes {} by more than {:.0} %; is that scatter of the files, or shape? --smoothing sets \
+                "warning: smoothing changes {} by more than {:.0} %; is that scatter of the files, or shape? --smoothing sets \
                  its length",
                 notable.join(" and "),
                 100.0 * NOTABLE

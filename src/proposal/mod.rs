@@ -166,7 +166,7 @@ impl Proposal {
             remarks.extend(changes.remarks());
             if let Some(least) = numbers.least_bend {
                 remarks.push(format!(
-                    "take care: bends of less than {:.2} mm are rounded off, because the wall could not follow them; a thinner one \
+                    "warning: bends of less than {:.2} mm are rounded off, because the wall could not follow them; a thinner one \
                      could (--thickness)",
                     1e3 * least
                 ));
@@ -324,7 +324,7 @@ impl Figures {
         ];
         if reynolds > TURBULENT {
             remarks.push(format!(
-                "take care: above a Reynolds number of about {TURBULENT:.0} flow may be turbulent, and the blood is computed as laminar"
+                "warning: above a Reynolds number of about {TURBULENT:.0} flow may be turbulent, and the blood is computed as laminar"
             ));
         }
         remarks.extend(plausible);

@@ -143,7 +143,7 @@ pub fn plausible(
     let [thin, wide] = RADII;
     if !(thin..=wide).contains(&radius) && (input.line.is_some() || input.radius.is_some()) {
         remarks.push(format!(
-            "take care: a radius of {:.3} mm is {} than that of the arteries which are computed: is the unit of the lengths right?",
+            "warning: a radius of {:.3} mm is {} than that of the arteries which are computed: is the unit of the lengths right?",
             1e3 * radius,
             if radius > wide { "larger" } else { "smaller" }
         ));
@@ -193,6 +193,6 @@ fn flow(
     if is_impossible || table.is_unit_assumed() {
         return Err(format!("--flow {file}: {found}"));
     }
-    remarks.push(format!("take care: {found}"));
+    remarks.push(format!("warning: {found}"));
     Ok(())
 }

@@ -161,7 +161,7 @@ fn a_beat_is_as_long_as_its_curve() {
         &["new", "gap", "--flow", "closed.csv", "--period", "1.0"],
     );
     assert!(
-        said.contains("take care: the curve in closed.csv is 0.857 s long, and the beat 1 s"),
+        said.contains("warning: the curve in closed.csv is 0.857 s long, and the beat 1 s"),
         "{said}"
     );
     succeeds(

@@ -369,7 +369,7 @@ fn new_says_what_it_understood_of_a_file() {
         assert!(!here.join("a").exists(), "{arguments:?}");
     }
     let said = succeeds(here, &["new", "fast", "--flow", "doubtful.csv"]);
-    assert!(said.contains("take care: the flow reaches"), "{said}");
+    assert!(said.contains("warning: the flow reaches"), "{said}");
     let said = succeeds(here, &["windkessel", "--flow", "positive.flow"]);
     assert!(
         said.contains("positive values enter, as in SimVascular's 0-D and 1-D solvers")

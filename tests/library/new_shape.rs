@@ -95,7 +95,7 @@ fn sharp_bends_are_rounded_off_where_they_are() {
     assert!((32.5..34.0).contains(&length), "{length}\n{said}");
     assert!(
         said.contains("length from 34.68")
-            && said.contains("take care: smoothing changes the length"),
+            && said.contains("warning: smoothing changes the length"),
         "{said}"
     );
     let text = std::fs::read_to_string(here.join("kinked/case.toml")).unwrap();

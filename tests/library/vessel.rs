@@ -317,7 +317,9 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("[[vessel.material]]", "[[vessel.region]]\nname = \"a\"\nfrom_m = 0.01\nto_m = 0.005\n[[vessel.material]]", "vessel.region[0].to_m", "expected more than from_m = 0.01"),
     ("[[vessel.material]]", "[[vessel.region]]\nname = \"a\"\nfrom_m = 0.01\nto_m = 0.05\n[[vessel.material]]", "vessel.region[0].to_m", "at most 4.0000e-2, where the elastic part ends"),
     ("[[vessel.material]]", "[[vessel.region]]\nname = \"distal\"\nfrom_m = 0.01\nto_m = 0.02\n[[vessel.material]]", "vessel.region[0].name", "a section or another region has this name"),
-    ("extends", "initial.axial_stretch = 1.1\nextends", "initial.axial_stretch", "keeps its length"),
+    ("extends", "initial.axial_stretch = 1.1\nextends", "initial.axial_stretch", "its stretched shape must be the given one"),
+    ("extends", "initial.axial_stretch = 1.1\ninitial.shape = \"loaded\"\ninitial.start = \"equilibrium\"\nsurroundings.spring_Pa_m = 1e6\nextends",
+        "initial.axial_stretch", "surroundings.at_rest = \"loaded\""),
     ("extends", "geometry.graft_length_m = 0.03\nextends", "geometry.graft_length_m", "a case with the table [vessel] has no such key"),
     ("extends", "surroundings.axial_spring_Pa_m = 1e6\nsurroundings.direction = \"all\"\nextends", "surroundings.axial_spring_Pa_m", "resists displacements along the axis already"),
 ];

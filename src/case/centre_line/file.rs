@@ -32,6 +32,11 @@ impl LineFile {
             (Some("vtp" | "vtk"), _) => vtp::read(path, branch),
             (Some("swc"), _) => swc::read(path, branch),
             (Some("pth"), _) => pth::read(path),
+            (Some("yml" | "yaml"), _) => Err(
+                "a network of a one-dimensional code (openBF) has lengths and radii, but no coordinates: give a vessel of it by its \
+                 radius and length (vessel.radius_m, [[vessel.piece]]), or its centre-line as .csv, .vtp or .swc"
+                    .to_owned(),
+            ),
             _ => Err(
                 "expected a file that ends with .csv, .vtp or .swc (or .txt, .dat, .vtk, .pth)"
                     .to_owned(),

@@ -432,13 +432,9 @@ fn of_straight_ones(vessel: &BloodVessel, keys: &VesselDescription, report: &mut
     if !pieces.is_empty() && pieces.iter().all(is_line) && begins_elastic {
         return;
     }
+    stretch_of_curved_ones(vessel, keys, report);
     const STRAIGHT: &str =
         "is for vessels of straight [[vessel.piece]] that begin with an elastic section";
-    report(
-        &["initial.axial_stretch"],
-        vessel.axial_stretch() != 1.0,
-        format!("{STRAIGHT}; this one keeps its length: leave it out"),
-    );
     report(
         &["ends.inlet"],
         vessel.inlet_end() != InletEnd::Clamped,
@@ -451,6 +447,36 @@ fn of_straight_ones(vessel: &BloodVessel, keys: &VesselDescription, report: &mut
             VesselEnd::Sliding | VesselEnd::Radial
         ),
         format!("{STRAIGHT}; the ends of this one are \"clamped\", or the outlet on \"springs\""),
+    );
+}
+
+/// A curved vessel is stretched as an image shows it: its unloaded form, more curved and shorter, is found. What was
+/// unloaded and given would leave its centre-line, along which tissue, places and sections are described.
+fn stretch_of_curved_ones(vessel: &BloodVessel, keys: &VesselDescription, report: &mut Report<'_>) {
+    if vessel.axial_stretch() == 1.0 {
+        return;
+    }
+    report(
+        &["initial.axial_stretch", "initial.shape"],
+        vessel.given_shape() != GivenShape::Loaded,
+        "a curved vessel leaves its centre-line when it is stretched, so its stretched shape must be the given one: write \
+         initial.shape = \"loaded\""
+            .into(),
+    );
+    let tissue = vessel.surroundings.as_ref();
+    let is_held = tissue.is_some_and(|t| t.spring.is_some() || t.axial_spring.is_some());
+    report(
+        &["initial.axial_stretch", "surroundings.at_rest"],
+        is_held && !vessel.tissue_rests_loaded(),
+        "tissue around a curved vessel that is stretched is at rest in the given shape: write surroundings.at_rest = \"loaded\""
+            .into(),
+    );
+    report(
+        &["initial.axial_stretch", "vessel.section"],
+        keys.section.iter().any(|section| !section.is_elastic()),
+        "a rigid section of a curved vessel does not move with the end of the elastic wall: make all sections elastic, or leave \
+         the stretch out"
+            .into(),
     );
 }
 

@@ -136,8 +136,11 @@ fn find_library() -> Result<PathBuf, InstallError> {
     ];
     let prefixes = prefixes.into_iter().flatten();
     places.extend(prefixes.map(|prefix| prefix.join(BELOW_PREFIX)));
-    places.push(built(Path::new(env!("CARGO_MANIFEST_DIR"))));
-    places.extend(std::env::current_dir().map(|folder| built(&folder)));
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).to_owned();
+    for folder in [Some(sources), std::env::current_dir().ok()] {
+        let place = folder.map(|folder| built(&folder));
+        places.extend(place.filter(|place| !places.contains(place)));
+    }
     let mut files = places.iter().map(|place| place.join(LIBRARY));
     match files.find(|path| path.is_file()) {
         Some(path) => Ok(path),

@@ -5,11 +5,11 @@ use super::{Domain, structure};
 use crate::Vec3;
 use crate::case::{BloodVessel, Case, GivenShape, Problem};
 use crate::fluid::polygonal_wall::RoundWall;
-use crate::geometry::{HexMesh, PolyMesh, WallPolygons};
+use crate::geometry::{HexMesh, PolyMesh, Vessel, WallPolygons};
 use crate::pfem::solution::stability::AtBifurcation;
 use crate::pfem::solution::statics::StaticOptions;
 use crate::pfem::solution::unloaded;
-use crate::pfem::supports::Profile;
+use crate::pfem::supports::{self, Profile};
 use crate::pfem::{Discretization, Solid, SolidError, Structure};
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, PoisonError};
@@ -65,7 +65,14 @@ pub fn unloaded_wall(case: &Case, domain: &Domain) -> Result<UnloadedWall, Solid
             found: None,
         });
     };
-    let moved = along_axis(vessel, solid.body(), &domain.solid);
+    let shape = Vessel::new(vessel);
+    let line = shape.centre_line();
+    let moved = match supports::is_x_axis(line) {
+        true => along_axis(vessel, solid.body(), &domain.solid, on_x_axis),
+        false => along_axis(vessel, solid.body(), &domain.solid, |point| {
+            line.nearest(point).frame.origin - line.frame(0.0).origin
+        }),
+    };
     let known = known(case).map(|known| known.unloaded);
     let is_new = known.is_none();
     let (solid, unloaded) = in_state(vessel, solid, moved.as_deref(), known)?;
@@ -114,24 +121,34 @@ fn remember(known: Known) {
     *KNOWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(known);
 }
 
-/// Displacement of the vertices by the axial stretch of a vessel, evenly along x, if it is stretched: at held
-/// coefficients those to which they are moved.
+/// Displacement of the vertices by the axial stretch of a vessel, if it is stretched: at held coefficients those to
+/// which they are moved. A cross-section whose centre lies at `centre` (m, from that of the inlet) moves as a whole, by
+/// the same share of that vector everywhere, so that an even stretch scales the centre-line and leaves its form.
 pub(super) fn along_axis(
     vessel: &BloodVessel,
     body: &Discretization,
     mesh: &HexMesh,
+    centre: impl Fn(&Vec3) -> Vec3,
 ) -> Option<Vec<f64>> {
     let stretch = vessel.axial_stretch();
-    // By how much an even stretch moves the vertices, as a share of the given x.
+    if stretch == 1.0 {
+        return None;
+    }
     let share = match vessel.given_shape() {
         GivenShape::Unloaded => stretch - 1.0,
         GivenShape::Loaded => 1.0 - 1.0 / stretch,
     };
     let mut guess = vec![0.0; body.coefficients()];
     for (vertex, &function) in body.numbering.of_vertex.iter().enumerate() {
-        guess[3 * function] = share * mesh.vertices[vertex].x;
+        let moved = share * centre(&mesh.vertices[vertex]);
+        guess[3 * function..][..3].copy_from_slice(moved.as_slice());
     }
-    (stretch != 1.0).then_some(guess)
+    Some(guess)
+}
+
+/// Centre (m) of the cross-section of a point on the x-axis.
+pub(super) fn on_x_axis(point: &Vec3) -> Vec3 {
+    Vec3::new(point.x, 0.0, 0.0)
 }
 
 /// The wall of a vessel, which is given in the shape of the case, in its unloaded one, with its tissue at rest where it
@@ -404,5 +421,58 @@ mod tests {
         let mut other = case.case.clone();
         other.wall.density *= 2.0;
         assert!(known(&other).is_none());
+    }
+
+    /// The wall of a loaded vessel 40 mm long whose centre-line has this bend, stretched by 1.2: the centres of its two
+    /// ends and of its middle in the unloaded shape (m), and where these lie in the given one.
+    fn centres(piece: &str) -> [[Vec3; 3]; 2] {
+        let folder = tempfile::tempdir().unwrap();
+        let text = format!(
+            "extends = \"defaults\"\n[vessel]\nradius_m = 3e-3\n[[vessel.piece]]\nlength_m = 0.04\n{piece}\n[[vessel.section]]\n\
+             name = \"artery\"\nlayers = [\"wall\"]\nthicknesses = [0.25]\n[[vessel.material]]\nname = \"wall\"\n\
+             material = \"neo_hooke\"\nmu_Pa = 1.5e5\nkappa_Pa = 1e7\n[initial]\nstart = \"equilibrium\"\n\
+             shape = \"loaded\"\naxial_stretch = 1.2\n[windkessel]\ninitial_pressure_Pa = 1.1e4\n[structure]\np = 3\n\
+             axial_per_section = 6\ncircumferential = 4\n"
+        );
+        std::fs::write(folder.path().join("case.toml"), text).unwrap();
+        let case = Case::load(folder.path(), Preset::Demo, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let domain = Domain::new(&case).unwrap();
+        let state = initial_state(&case, &domain).unwrap_or_else(|e| panic!("{e}"));
+        let unloading = state.unloading.unwrap();
+        assert!(unloading.distance_after_loading_m < 1e-9, "{unloading:?}");
+        let wall = unloaded_wall(&case, &domain).unwrap_or_else(|e| panic!("{e}"));
+        let line = Vessel::new(case.vessel().unwrap());
+        let frames = [0.0, 0.5, 1.0].map(|share| line.centre_line().frame(share * line.end()));
+        let given = frames.map(|frame| frame.origin);
+        let unloaded = frames.map(|frame| {
+            let across = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+            let ring = across.map(|[y, z]| frame.point(3e-3 * y, 3e-3 * z));
+            let places = wall.solid.locate(&ring).unwrap();
+            let moved = wall.solid.accepted_displacement(&places);
+            let unloaded = ring.iter().zip(&moved).map(|(x, u)| x + u);
+            unloaded.sum::<Vec3>() / 4.0
+        });
+        [unloaded, given]
+    }
+
+    /// The ends of a curved vessel come as much nearer to each other as those of a straight one, and between them it
+    /// bends more without load than with it, since tension along a curve straightens it. One that is hardly curved is
+    /// as good as straight.
+    #[test]
+    fn curved_vessels_are_stretched_too() {
+        let [straight, given] = centres("piece = \"line\"");
+        assert!((given[2].x - 0.04).abs() < 1e-12 && (straight[2].x - 0.04 / 1.2).abs() < 1e-9);
+        let [hardly, _] = centres("piece = \"arc\"\nbend_radius_m = 1e4");
+        for (a, b) in straight.iter().zip(&hardly) {
+            assert!((a - b).norm() < 1e-6, "{a} {b}");
+        }
+        let [unloaded, given] = centres("piece = \"arc\"\nbend_radius_m = 0.08");
+        let chord = |ends: &[Vec3; 3]| (ends[2] - ends[0]).norm();
+        let rise = |ends: &[Vec3; 3]| (ends[1] - 0.5 * (ends[0] + ends[2])).norm();
+        assert!((chord(&given) / chord(&unloaded) - 1.2).abs() < 1e-6);
+        // An even stretch would leave the ratio of rise and chord. A slender beam bends by
+        // N L²/(48 E I) = 0.96, without the shear of one that is not.
+        let bends = rise(&unloaded) / chord(&unloaded) * chord(&given) / rise(&given);
+        assert!((2.30..2.45).contains(&bends), "{bends}");
     }
 }

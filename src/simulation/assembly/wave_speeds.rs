@@ -18,7 +18,7 @@
 //! has the lower root (incremental theory: Atabek and Lew, *Wave propagation through a viscous incompressible fluid
 //! contained in an initially stressed elastic tube*, Biophys. J. 6, 1966).
 
-use super::initial_state::{along_axis, in_state};
+use super::initial_state::{along_axis, in_state, on_x_axis};
 use crate::Vec3;
 use crate::case::{BloodVessel, Case, Material};
 use crate::geometry::{HexFace, Section, Vessel, tube_mesh};
@@ -96,7 +96,7 @@ pub fn wave_speeds(
         gravity: Vec3::zeros(),
     };
     let solid = Structure::new(&mesh, &materials, &options)?;
-    let moved = along_axis(keys, solid.body(), &mesh);
+    let moved = along_axis(keys, solid.body(), &mesh, on_x_axis);
     let (solid, unloaded) = in_state(keys, solid, moved.as_deref(), None)?;
     let base = solid.equilibrium(pressure, moved.as_deref())?;
     let stretch = keys.axial_stretch();
