@@ -20,6 +20,8 @@ MDBOOK = "0.5.4"
 # What pages link to, beside pages: everything else stays out of the book.
 LINKED = re.compile(r"\.(md|png|svg|toml|txt|py|rs|h|c|sh|sbatch|csv|stl|vtp|cff|yml|html)$|(^|/)(LICENSE|Containerfile)$|^openfoam-case/base/")
 
+CODE = r"(^```.*?^```|`[^`\n]*`)"
+
 
 def main():
     mdbook = find_mdbook()
@@ -55,7 +57,7 @@ def stage():
         if name.endswith(".md"):
             text = (ROOT / name).read_text(encoding="utf-8")
             text = re.sub(r"^```(rooms|csv)$", "```text", text, flags=re.M)  # no language that is highlighted
-            target.write_text(with_mathml(text, name), encoding="utf-8")
+            target.write_text(with_mathml(unbroken(text), name), encoding="utf-8")
         else:
             shutil.copyfile(ROOT / name, target)
     shutil.copyfile(ROOT / "docs/book/SUMMARY.md", SOURCE / "SUMMARY.md")
@@ -124,9 +126,18 @@ def program(*words):
     return subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
 
 
+def unbroken(text):
+    """Numbers stay on one line with their units and exponents."""
+    pieces = re.split(CODE, text, flags=re.M | re.S)
+    for i in range(0, len(pieces), 2):
+        pieces[i] = re.sub(r"(?<=\d) (%|[mk]?Pa|mmHg|[mµk]?m|ms|s|Hz|MB|GB|ml)(?![\w/])", "\u00a0\\1", pieces[i])
+        pieces[i] = re.sub(r"(?<![\w./#-])\d[\d.]*e-\d+(?![\w/-])", r'<span class="number">\g<0></span>', pieces[i])
+    return "".join(pieces)
+
+
 def with_mathml(text, name):
     """`$$...$$` and `$...$` outside of code as MathML."""
-    pieces = re.split(r"(^```.*?^```|`[^`\n]*`)", text, flags=re.M | re.S)
+    pieces = re.split(CODE, text, flags=re.M | re.S)
     for i in range(0, len(pieces), 2):
         pieces[i] = re.sub(r"\$\$(.+?)\$\$", lambda m: mathml(m[1], "block", name), pieces[i], flags=re.S)
         pieces[i] = re.sub(r"\$([^\s$](?:[^$\n]*[^\s$])?)\$", lambda m: mathml(m[1], "inline", name), pieces[i])

@@ -18,7 +18,7 @@ impl Case {
             warnings.extend(tissue_at_rest(vessel));
             let is_steady = self.is_driven_steadily();
             let window = Window::of(self);
-            warnings.extend(window.warnings(&self.ramp, self.time.period, is_steady));
+            warnings.extend(window.warning(&self.ramp, self.time.period, is_steady));
             for opening in vessel.openings(self.time.period).unwrap_or_default() {
                 if let Condition::Flow(curve, _) = &opening.condition
                     && let Some([from, to]) = curve.gap(LONG_GAP)

@@ -31,20 +31,19 @@ impl Window {
         time > self.start_s + 0.5 * step && time < self.end_s + 0.5 * step
     }
 
-    /// Why averages over the window may not be those of a beat; empty if nothing is to be said against it. A run that
-    /// is driven steadily has no beats.
-    pub fn warnings(self, ramp: &Ramp, period: f64, is_steady: bool) -> Vec<String> {
+    /// Why averages over the window may not be those of a beat, in one line; `None` if nothing is to be said against
+    /// it. A run that is driven steadily has no beats.
+    pub fn warning(self, ramp: &Ramp, period: f64, is_steady: bool) -> Option<String> {
         let Self { start_s, end_s } = self;
-        let mut warnings = Vec::new();
+        let mut reasons = Vec::new();
         let rounding = 1e-9 * period;
         // A run that ends within its first period has no better window; only a start that fills most of it is worth a
         // word.
         let is_short = end_s <= period - rounding;
         let start_counts = !is_short || ramp.duration > 0.5 * (end_s - start_s);
         if start_s < ramp.duration - rounding && start_counts {
-            warnings.push(format!(
-                "the window of the hemodynamics, {start_s} to {end_s} s, contains the smooth start, which ends at \
-                 {} s (ramp.duration_s): its averages are not those of a beat",
+            reasons.push(format!(
+                "contains the smooth start until {} s",
                 ramp.duration
             ));
         }
@@ -52,12 +51,14 @@ impl Window {
         let is_whole =
             periods.round() >= 1.0 && (periods - periods.round()).abs() <= 1e-6 * periods;
         if !is_steady && !is_whole && !is_short {
-            warnings.push(format!(
-                "the window of the hemodynamics, {start_s} to {end_s} s, covers {} periods, not a whole number of them (time.period_s = {period}): its averages depend on where it begins",
-                significant(periods)
-            ));
+            reasons.push(format!("covers {} periods", significant(periods)));
         }
-        warnings
+        (!reasons.is_empty()).then(|| {
+            format!(
+                "the window {start_s} to {end_s} s (output.window_start_s) {}: its averages are not those of a beat",
+                reasons.join(" and ")
+            )
+        })
     }
 }
 
@@ -92,34 +93,36 @@ mod tests {
     /// A window that contains the ramp, and one that is not a whole number of periods.
     #[test]
     fn unsuitable_windows_are_warned_of() {
-        let warnings = |start_s, end_s| {
+        let warning = |start_s, end_s, is_steady| {
             let ramp = Ramp { duration: 0.5 };
-            Window { start_s, end_s }.warnings(&ramp, 0.8, false)
+            Window { start_s, end_s }.warning(&ramp, 0.8, is_steady)
         };
         // Whole periods after the ramp, with the rounding of decimal numbers.
         for (start, end) in [(0.5, 1.3), (1.6, 2.4), (0.7, 0.7 + 3.0 * 0.8)] {
-            assert_eq!(warnings(start, end), Vec::<String>::new());
+            assert_eq!(warning(start, end, false), None);
         }
-        let ramp = warnings(0.48, 1.28);
-        assert_eq!(ramp.len(), 1);
-        assert!(
-            ramp[0].contains("0.48 to 1.28 s, contains the smooth start, which ends at 0.5 s"),
-            "{ramp:?}"
-        );
-        let part = warnings(0.8, 1.0);
-        assert_eq!(part.len(), 1);
-        assert!(
-            part[0].contains("covers 0.25 periods, not a whole number of them"),
-            "{part:?}"
-        );
-        assert_eq!(warnings(0.0, 1.0).len(), 2);
-        assert!(warnings(0.8, 2.0)[0].contains("covers 1.5 periods"));
-        let part = Window {
-            start_s: 0.8,
-            end_s: 1.0,
-        };
-        let steady = part.warnings(&Ramp { duration: 0.5 }, 0.8, true);
-        assert_eq!(steady, Vec::<String>::new());
+        for (start, end, said) in [
+            (
+                0.48,
+                1.28,
+                "window 0.48 to 1.28 s (output.window_start_s) contains the smooth start until 0.5 s:",
+            ),
+            (
+                0.8,
+                1.0,
+                "(output.window_start_s) covers 0.25 periods: its averages",
+            ),
+            (0.8, 2.0, "covers 1.5 periods:"),
+            (
+                0.0,
+                1.0,
+                "contains the smooth start until 0.5 s and covers 1.25 periods:",
+            ),
+        ] {
+            let warning = warning(start, end, false).unwrap();
+            assert!(warning.contains(said), "{warning}");
+        }
+        assert_eq!(warning(0.8, 1.0, true), None);
         assert_eq!(significant(1.0 / 3.0), "0.333");
         assert_eq!(significant(1234.5), "1234");
     }

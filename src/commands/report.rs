@@ -3,15 +3,19 @@
 use super::Failure;
 use crate::output::report::{self, Study};
 use crate::output::results::{Results, ResultsError};
-use crate::output::run_files::MARK;
+use crate::output::run_files::{MARK, RunFiles};
 use crate::output::{figure, terminal, write_atomically};
 use crate::paper;
-use crate::run::at_work;
+use crate::run::{Interrupt, at_work};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// Pixels of a picture's PNG per pixel of its SVG: a picture is 1012 pixels wide.
 const PIXELS_PER_UNIT: f32 = 1.15;
+
+/// A page is followed by the next one after at least this time, and this many times what it took to make.
+const PAUSE: (Duration, u32) = (Duration::from_secs(5), 10);
 
 /// Options of the report.
 #[derive(Debug, clap::Args)]
@@ -28,10 +32,74 @@ pub struct Arguments {
     /// Show it in the browser.
     #[arg(long)]
     open: bool,
+    /// Makes the page of a run that is going on again and again, until the run has ended or Ctrl-C.
+    #[arg(long)]
+    follow: bool,
 }
 
 /// Writes the page.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let folder = &arguments.folder;
+    if arguments.follow {
+        if !folder.join(MARK).is_file() {
+            return Err(Failure::Input(format!(
+                "--follow: {} is not the folder of a run (it holds no {MARK}); name that of a run that is going on",
+                folder.display()
+            )));
+        }
+        return follow(arguments);
+    }
+    let (page, size) = make(arguments)?;
+    tell(&page, size)?;
+    match arguments.open {
+        true => open(&page),
+        false => Ok(()),
+    }
+}
+
+/// Makes the page as the history of the run grows, until the run has ended or the user asks to end.
+fn follow(arguments: &Arguments) -> Result<(), Failure> {
+    let interrupt = Interrupt::listen(None)?;
+    let folder = &arguments.folder;
+    let history = RunFiles::new(folder).history();
+    let reached = || std::fs::metadata(&history).map_or(0, |file| file.len());
+    let (mut shown, mut next, mut is_open) = (0, Instant::now(), !arguments.open);
+    loop {
+        let goes_on = at_work(folder).is_some();
+        let length = reached();
+        if !goes_on || length > shown && Instant::now() > next {
+            let begun = Instant::now();
+            let (page, size) = make(arguments)?;
+            if shown == 0 || !goes_on {
+                tell(&page, size)?;
+            }
+            if !is_open {
+                open(&page)?;
+                is_open = true;
+            }
+            if !goes_on {
+                return Ok(());
+            }
+            (shown, next) = (
+                length,
+                Instant::now() + PAUSE.0.max(PAUSE.1 * begun.elapsed()),
+            );
+        }
+        if interrupt.asked() {
+            return Ok(());
+        }
+        std::thread::sleep(Duration::from_millis(200));
+    }
+}
+
+/// Says where the page is.
+fn tell(page: &Path, size: f64) -> Result<(), Failure> {
+    let line = format_args!("{} ({size:.1} MB)\n", page.display());
+    Ok(terminal::print(line)?)
+}
+
+/// Writes the page; returns where it is, and its size in MB.
+fn make(arguments: &Arguments) -> Result<(PathBuf, f64), Failure> {
     let folder = &arguments.folder;
     let unreadable = |e: std::io::Error| {
         Failure::Input(format!(
@@ -40,7 +108,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         ))
     };
     let html = if folder.join(MARK).is_file() {
-        let run = load(folder)?;
+        let run = match at_work(folder) {
+            Some(_) => Results::load_unfinished(folder),
+            None => Results::load(folder),
+        };
+        let run = run.map_err(|error| Failure::Input(error.to_string()))?;
         if let Some(file) = &arguments.picture {
             write_picture(file, &report::picture(&run).map_err(unreadable)?)?;
         }
@@ -65,12 +137,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .clone()
         .unwrap_or_else(|| folder.join("report.html"));
     write("--out", &page, html.as_bytes())?;
-    let size = html.len() as f64 / 1e6;
-    terminal::print(format_args!("{} ({size:.1} MB)\n", page.display()))?;
-    if arguments.open {
-        open(&page)?;
-    }
-    Ok(())
+    Ok((page, html.len() as f64 / 1e6))
 }
 
 /// Writes the file that an `option` names.

@@ -120,6 +120,8 @@ pub struct Results {
     pub hemodynamics: HemodynamicsSummary,
     /// One row per face; empty if no step of the window was seen.
     pub faces: Vec<FaceRow>,
+    /// Whether it was read while the run was going on.
+    pub is_going_on: bool,
 }
 
 impl Results {
@@ -185,11 +187,9 @@ impl Results {
             return Vec::new();
         }
         let window = self.hemodynamics.window;
-        let mut warnings = window.warnings(
-            &self.case.ramp,
-            self.case.time.period,
-            self.case.is_driven_steadily(),
-        );
+        let (case, is_steady) = (&self.case, self.case.is_driven_steadily());
+        let of_window = window.warning(&case.ramp, case.time.period, is_steady);
+        let mut warnings = Vec::from_iter(of_window);
         warnings.extend(self.hemodynamics.alternates());
         if let Some(summary) = &self.summary {
             let findings = summary.resolution.iter().flat_map(|found| &found.findings);
@@ -205,14 +205,7 @@ impl Results {
     /// If there is none, or it has not ended yet, or a file of it is damaged, or it is one of a flag.
     pub fn load_figures(root: &Path) -> Result<Self, ResultsError> {
         let files = RunFiles::new(root);
-        let case = read_case(&files)?;
-        if let Problem::Flag(_) = &case.problem {
-            return Err(ResultsError(format!(
-                "{} is the run of a [flag], but reports and comparisons are about vessels and OpenFOAM cases of your own; look at its \
-                 probes.csv and history.csv, and open structure.pvd and openfoam/fluid.foam in ParaView",
-                root.display()
-            )));
-        }
+        let case = case_with_page(&files)?;
         let vessel = case.vessel().cloned();
         let failed = |path: &Path, error: &dyn std::fmt::Display| {
             ResultsError(format!("cannot read {}: {error}", path.display()))
@@ -235,6 +228,62 @@ impl Results {
             hemodynamics,
             case,
             vessel,
+            files,
+            is_going_on: false,
+        })
+    }
+
+    /// Reads the run in the folder `root` while it is going on, as far as it has come: what is averaged is so over the
+    /// steps of the window until now.
+    ///
+    /// # Errors
+    /// If it has no step yet, or a file cannot be read, or it is the run of a flag.
+    pub fn load_unfinished(root: &Path) -> Result<Self, ResultsError> {
+        let files = RunFiles::new(root);
+        let case = case_with_page(&files)?;
+        let unread = |e: io::Error| ResultsError(format!("cannot read {e}"));
+        let history: Vec<HistoryRow> = match files.history() {
+            path if path.is_file() => tables::read(&path).map_err(unread)?,
+            _ => Vec::new(),
+        };
+        if history.is_empty() {
+            return Err(ResultsError(format!(
+                "the run in {} has not finished its first step yet",
+                root.display()
+            )));
+        }
+        let regions: Vec<RegionStep> = tables::read(&files.regions()).map_err(unread)?;
+        let (window, path) = (Window::of(&case), files.wall_history());
+        let (wall, statistics) = match path.is_file() {
+            true => {
+                let gathered = wall_record::gather(&path, window, case.time.step, &[]);
+                let (wall, statistics) = gathered.map_err(|e| ResultsError(e.to_string()))?;
+                (placed(wall, &case, &files).map_err(unread)?, statistics)
+            }
+            false => (
+                WetSurface::new(Vec::new(), Vec::new()),
+                WindowStatistics::new(window, 0, 0),
+            ),
+        };
+        let series = series(&tables::whole_steps(&history, case.time.step));
+        let times = [case.time.step, case.time.period];
+        let (parts, fields) = (Region::of(&case), WallFields::new(&wall, &statistics));
+        Ok(Self {
+            hemodynamics: HemodynamicsSummary::new(
+                &wall,
+                &parts,
+                &statistics,
+                &regions,
+                &series,
+                times,
+            ),
+            faces: fields.map_or(Vec::new(), |fields| wall_fields::rows(&wall, &fields)),
+            vessel: case.vessel().cloned(),
+            summary: None,
+            is_going_on: true,
+            history,
+            regions,
+            case,
             files,
         })
     }
@@ -266,6 +315,19 @@ impl Results {
         }
         run.regions = tables::read(&files.regions()).map_err(unread)?;
         Ok(run)
+    }
+}
+
+/// The case of a run that pages and comparisons are about.
+fn case_with_page(files: &RunFiles) -> Result<Case, ResultsError> {
+    let case = read_case(files)?;
+    match &case.problem {
+        Problem::Flag(_) => Err(ResultsError(format!(
+            "{} is the run of a [flag], but reports and comparisons are about vessels and OpenFOAM cases of your own; look at its \
+             probes.csv and history.csv, and open structure.pvd and openfoam/fluid.foam in ParaView",
+            files.root().display()
+        ))),
+        Problem::Vessel(_) | Problem::UserCase(_) => Ok(case),
     }
 }
 

@@ -2,8 +2,10 @@
 
 use crate::run_support::*;
 use base64::Engine;
+use rustix::process::Signal;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::time::Duration;
 
 const STEPS: usize = 5;
 const EVERY_STEP: [&str; 2] = ["--set", "output.structure_interval_s=0.002"];
@@ -290,19 +292,53 @@ fn pages_are_whole_and_comparisons_find_differences() {
     assert!(!html.contains("&amp;"), "escaped twice");
 }
 
+/// Its page says so and reloads itself; `--follow` remakes it until the run has ended; a comparison has to wait.
 #[test]
-fn a_run_that_is_going_on_is_said_to() {
+fn a_run_that_is_going_on_has_a_page() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
+    let html = out.join("report.html");
+    let goes_on = |html: &str| {
+        let reloads = html.contains("http-equiv=\"refresh\" content=\"60\"");
+        assert_eq!(html.contains("The run is going on"), reloads);
+        reloads
+    };
+    let output = fsi(&["report", "--follow"], &[folder.path()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output).contains("--follow:"), "{}", text(&output));
+
     let mut child = start(&mut driver(&out, 500, &crate::native_run::FEW));
     wait_for_steps(&mut child, &out, 1);
     let output = fsi(&["report"], &[&out]);
+    assert!(output.status.success(), "{}", text(&output));
+    let first = page(&html);
+    assert!(goes_on(&first));
+    inspect(&first);
+    let output = fsi(&["compare"], &[&out, &out]);
     assert_eq!(output.status.code(), Some(2));
-    let said = text(&output);
     let part = format!("is going on (process {} on", child.id());
-    assert!(said.contains(&part) && !said.contains("--resume"), "{said}");
-    child.kill().unwrap();
+    assert!(text(&output).contains(&part), "{}", text(&output));
+
+    let mut follow = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    let mut follow = follow
+        .args(["report", "--follow"])
+        .arg(&out)
+        .spawn()
+        .unwrap();
+    wait_for_steps(&mut child, &out, 3);
+    eventually("the page is made again", Duration::from_secs(60), || {
+        page(&html) != first
+    });
+    assert!(follow.try_wait().unwrap().is_none());
+    signal(child.id() as i32, Signal::INT);
     child.wait().unwrap();
+    assert!(follow.wait().unwrap().success());
+    let last = page(&html);
+    assert!(!goes_on(&last));
+    inspect(&last);
+
+    // One that was killed has results only once it is resumed.
+    std::fs::remove_file(out.join("hemodynamics.json")).unwrap();
     let output = fsi(&["report"], &[&out]);
     assert!(text(&output).contains("--resume"), "{}", text(&output));
 }

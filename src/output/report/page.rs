@@ -10,6 +10,8 @@ use std::io::Write as _;
 
 const STYLE: &str = include_str!("style.css");
 const VIEWER: &str = include_str!("viewer.js");
+/// Has browsers load a page again after so many seconds.
+const RELOAD: &str = "<meta http-equiv=\"refresh\" content=\"60\">\n";
 /// Columns of a table that is too wide for most screens.
 const WIDE: usize = 9;
 const LIBRARY: &str = include_str!("vendor/three.min.js");
@@ -20,6 +22,8 @@ pub struct Page {
     lead: String,
     sections: Vec<(String, String, String)>,
     has_viewer: bool,
+    /// What is said of a run that has not ended.
+    going_on: Option<String>,
 }
 
 impl Page {
@@ -30,7 +34,13 @@ impl Page {
             lead: lead.into(),
             sections: Vec::new(),
             has_viewer: false,
+            going_on: None,
         }
+    }
+
+    /// Makes it the page of a run that has not ended, as a sentence says: browsers reload it each minute.
+    pub fn of_unfinished_run(&mut self, sentence: &str) {
+        self.going_on = Some(sentence.into());
     }
 
     /// Adds a section with this HTML; `id` is where links lead.
@@ -45,8 +55,10 @@ impl Page {
         let mut html = format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p class=\"lead\">{}</p>\n<nav>",
-            escape(&self.lead)
+             {}<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p class=\"lead\">{}</p>\n{}<nav>",
+            self.going_on.as_ref().map_or("", |_| RELOAD),
+            escape(&self.lead),
+            warnings(self.going_on.as_slice()),
         );
         for (id, title, _) in &self.sections {
             let _ = write!(html, "<a href=\"#{id}\">{}</a>", escape(title));

@@ -39,13 +39,20 @@ pub fn page(run: &Results) -> io::Result<String> {
         twelve_digits(run.history.last().map_or(0.0, |row| row.time_s)),
         window.start_s,
         window.end_s,
-        if run.hemodynamics.complete {
-            ""
-        } else {
-            ", of which not every step was computed"
+        match (run.hemodynamics.complete, run.is_going_on) {
+            (true, _) => "",
+            (false, true) => ", as far as they are computed",
+            (false, false) => ", of which not every step was computed",
         },
     );
     let mut page = Page::new(&format!("Blood and wall of {name}"), &lead);
+    if run.is_going_on {
+        page.of_unfinished_run(&format!(
+            "The run is going on: these are its results until now, of t = {} s. This page reloads itself each minute; \
+             fsi-driver report --follow keeps it up to date.",
+            run.case.time.end
+        ));
+    }
     let figures = warnings(&run.warnings()) + &measures(run);
     page.section("figures", "In figures", &figures);
     page.section("case", "The case", &case_table::html(run));
