@@ -5,7 +5,7 @@
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::fluid::native::NativeFluid;
-use fsi_driver::fluid::{Fluid, FluidEffort};
+use fsi_driver::fluid::{Fluid, FluidEffort, Wanted};
 use std::path::Path;
 use std::time::Instant;
 
@@ -23,6 +23,7 @@ const DT: f64 = 2e-3;
 const EFFORT: FluidEffort = FluidEffort {
     max_sweeps: 1,
     residual: 1e-2,
+    from_old_state: false,
 };
 
 fn main() {
@@ -68,7 +69,7 @@ fn main() {
                 }
                 std::hint::black_box(trial);
             }
-            let accepted = fluid.accept(false).unwrap();
+            let accepted = fluid.accept(Wanted::default()).unwrap();
             if step == 20 {
                 let shear: f64 = accepted.wall_shear.iter().map(|s| s.norm()).sum();
                 println!(

@@ -4,7 +4,7 @@ use fsi_driver::Vec3;
 use fsi_driver::case::Case;
 use fsi_driver::fluid::{
     Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
-    Opening,
+    Opening, Wanted,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -179,7 +179,7 @@ impl Fluid for OneDimensionalFluid {
         })
     }
 
-    fn accept(&mut self, _write: bool) -> Result<FluidStep, FluidError> {
+    fn accept(&mut self, _: Wanted) -> Result<FluidStep, FluidError> {
         self.state = (self.trial.take())
             .ok_or_else(|| FluidError::NotSolved("nothing has been solved".into()))?;
         let opening = |name: &str, flow, mean_pressure| Opening {
@@ -197,11 +197,11 @@ impl Fluid for OneDimensionalFluid {
             ],
             volume: self.volume(state),
             wall_shear: vec![Vec3::zeros(); self.interface.faces.len()],
-            wall_velocity_mismatch: 0.0,
+            ..FluidStep::default()
         })
     }
 
-    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+    fn memory(&mut self, _: &dyn Fn(f64) -> bool) -> Result<FluidMemory, FluidError> {
         let State {
             time,
             area,

@@ -17,7 +17,7 @@ pub mod reference;
 pub mod transfer;
 
 use crate::Vec3;
-use crate::fluid::{Fluid, FluidCost, FluidEffort, FluidError, FluidStep, FluidTrial};
+use crate::fluid::{Fluid, FluidCost, FluidEffort, FluidError, FluidStep, FluidTrial, Wanted};
 use crate::geometry::CentreShift;
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
 use acceleration::Columns;
@@ -160,10 +160,10 @@ pub struct Solved<T> {
 }
 
 impl<F: Fluid, S: Solid> Coupling<F, S> {
-    /// Solves one time step and accepts it. `write` lets the fluid leave its fields on disk.
-    pub fn step(&mut self, write: bool) -> Result<Step, FailedStep> {
+    /// Solves one time step and accepts it.
+    pub fn step(&mut self) -> Result<Step, FailedStep> {
         let solved = self.solve()?;
-        self.accept(solved, write)
+        self.accept(solved, Wanted::default())
     }
 
     /// Solves one time step; both solvers still have the state at its beginning.
@@ -189,6 +189,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             solid: &mut self.solid,
             transfer: &self.transfer,
             settings: self.settings,
+            effort: self.settings.fluid_effort,
             near: NEAR * self.fixed_point.criterion().relative,
             iterations: Vec::new(),
             trial: unflatten(self.fixed_point.predictor().last()),
@@ -196,6 +197,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             beside: Some(beside),
         };
         let done = self.fixed_point.solve_from(start, &mut step);
+        self.settings.fluid_effort.from_old_state = step.effort.from_old_state;
         let CoupledStep {
             iterations,
             last,
@@ -227,8 +229,8 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         Err(self.failed(iterations, &trial, error))
     }
 
-    /// Makes a solved step the new state of both sides. `write` lets the fluid leave its fields on disk.
-    pub fn accept(&mut self, solved: Solved<S::Trial>, write: bool) -> Result<Step, FailedStep> {
+    /// Makes a solved step the new state of both sides; what is `wanted` comes from the fluid.
+    pub fn accept(&mut self, solved: Solved<S::Trial>, wanted: Wanted) -> Result<Step, FailedStep> {
         let Solved {
             mut iterations,
             trial,
@@ -236,7 +238,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
             tractions,
         } = solved;
         let clock = Instant::now();
-        let fluid = match self.fluid.accept(write) {
+        let fluid = match self.fluid.accept(wanted) {
             Ok(fluid) => fluid,
             Err(error) => return Err(self.failed(iterations, &displacement, error.into())),
         };
@@ -301,7 +303,7 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
     /// Makes the next step a more careful attempt, the `attempt`-th (from 2), at the one that failed: from the old
     /// state of the fluid, and as [`FixedPoint::back_off`] says.
     pub fn back_off(&mut self, attempt: usize) {
-        self.fluid.forget_trial();
+        self.settings.fluid_effort.from_old_state = true;
         self.fixed_point.back_off(attempt);
     }
 
@@ -320,6 +322,8 @@ struct CoupledStep<'a, F, S: Solid, B> {
     solid: &'a mut S,
     transfer: &'a Transfer<S::Location>,
     settings: StepSettings,
+    /// What the fluid may spend on the next trial.
+    effort: FluidEffort,
     /// Coupling residual from which on Newton's iteration must not end early.
     near: f64,
     iterations: Vec<Iteration>,
@@ -356,9 +360,10 @@ impl<F: Fluid, S: Solid, B: FnOnce(&S) + Send> CoupledProblem for CoupledStep<'_
                 threads.spawn(move || beside(solid));
             }
             let clock = Instant::now();
-            let flow = (self.fluid).solve(&self.trial, dt, self.settings.fluid_effort); // F
+            let flow = (self.fluid).solve(&self.trial, dt, self.effort); // F
             (flow, clock.elapsed().as_secs_f64())
         });
+        self.effort.from_old_state = false;
         let flow = flow?;
         require_finite(&flow, self.transfer)?;
         let areas = self.transfer.face_areas(&self.trial);

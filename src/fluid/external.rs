@@ -9,6 +9,7 @@ use super::conversation::session::{Session, Terms};
 use super::conversation::transport::{Listener, Patience, TransportError};
 use super::{
     Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial, FluidUsage,
+    Wanted,
 };
 use crate::Vec3;
 use crate::case::TransportKind;
@@ -166,6 +167,23 @@ impl ExternalFluid {
         self.partner.outlast_interrupts();
     }
 
+    /// Tells the solver which of its states nobody needs any more; one that cannot be reached is told another time.
+    fn discard(&mut self, needed: &dyn Fn(f64) -> bool) {
+        let partner = &mut self.partner;
+        self.states.retain(|Resting { time, state }| {
+            let mut is_told = || {
+                partner
+                    .talk(|session, patience| session.discard(state, patience))
+                    .is_ok()
+            };
+            needed(*time) || !(state.is_empty() || is_told())
+        });
+    }
+
+    fn usage(&self) -> FluidUsage {
+        self.earlier.and(self.partner.usage())
+    }
+
     /// Sends STOP and waits for the end of the process; what was found of it.
     pub(super) fn end(&mut self, limit: Duration) -> Result<String, String> {
         self.partner.end(limit)
@@ -200,11 +218,8 @@ impl Fluid for ExternalFluid {
         self.partner.solve(displacement, time_step, effort)
     }
 
-    fn forget_trial(&mut self) {
-        self.partner.forget_trial();
-    }
-
-    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
+    fn accept(&mut self, wanted: Wanted) -> Result<FluidStep, FluidError> {
+        let write = wanted.anything();
         let mut accepted =
             (self.partner).talk(|session, patience| session.accept(write, patience))?;
         self.kept = write.then(|| Resting {
@@ -212,10 +227,13 @@ impl Fluid for ExternalFluid {
             state: std::mem::take(&mut accepted.state),
         });
         self.states.extend(self.kept.clone());
-        Ok(self.partner.session().step(accepted))
+        Ok(FluidStep {
+            usage: self.usage(),
+            ..self.partner.session().step(accepted)
+        })
     }
 
-    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+    fn memory(&mut self, needed: &dyn Fn(f64) -> bool) -> Result<FluidMemory, FluidError> {
         let resting = match &self.kept {
             Some(kept) if kept.state.is_empty() => {
                 return Err(FluidError::Storage(format!(
@@ -226,8 +244,10 @@ impl Fluid for ExternalFluid {
             Some(kept) => kept,
             None => &self.begun,
         };
+        let state = postcard::to_stdvec(resting).map_err(|e| FluidError::Storage(e.to_string()))?;
+        self.discard(needed);
         Ok(FluidMemory {
-            state: postcard::to_stdvec(resting).map_err(|e| FluidError::Storage(e.to_string()))?,
+            state,
             files: Vec::new(),
         })
     }
@@ -244,20 +264,6 @@ impl Fluid for ExternalFluid {
         *self = Self::start_at(self.settings.clone(), resting, interface)?;
         (self.earlier, self.states) = (earlier, states);
         Ok(())
-    }
-
-    fn discard(&mut self, wanted: &dyn Fn(f64) -> bool) -> Result<(), FluidError> {
-        let states = std::mem::take(&mut self.states).into_iter();
-        let (needed, others) = states.partition(|resting: &Resting| wanted(resting.time));
-        self.states = needed;
-        for unneeded in others.iter().filter(|resting| !resting.state.is_empty()) {
-            (self.partner).talk(|session, patience| session.discard(&unneeded.state, patience))?;
-        }
-        Ok(())
-    }
-
-    fn usage(&self) -> FluidUsage {
-        self.earlier.and(self.partner.usage())
     }
 }
 

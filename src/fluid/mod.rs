@@ -1,9 +1,8 @@
 //! The fluid as a black box: displacement of the wall in, traction on the wall out.
 //!
-//! [`Fluid`] is all that the coupling and a simulation know of a flow solver. It has two verbs for a coupling iteration
-//! ([`Fluid::solve`], [`Fluid::forget_trial`]), one for the end of a step ([`Fluid::accept`]), and two for a
-//! checkpoint ([`Fluid::memory`], [`Fluid::recall`]); the others have answers that fit a solver within the driver's own
-//! process.
+//! [`Fluid`] is all that the coupling and a simulation know of a flow solver: its wall ([`Fluid::interface`]), a verb for
+//! a coupling iteration ([`Fluid::solve`]), one for the end of a step ([`Fluid::accept`]), and two for a checkpoint
+//! ([`Fluid::memory`], [`Fluid::recall`]).
 
 pub use field::FluidField;
 
@@ -60,6 +59,9 @@ pub struct FluidEffort {
     pub max_sweeps: u32,
     /// It answers earlier once the relative residual with which a sweep began is below this.
     pub residual: f64,
+    /// It starts from the state at the beginning of the step instead of from the last trial: slower, but the way back
+    /// from a trial that went astray. Solvers that always do so need not look.
+    pub from_old_state: bool,
 }
 
 /// The work that the fluid did spend.
@@ -94,8 +96,24 @@ pub struct Opening {
     pub model_pressure: Option<f64>,
 }
 
-/// What the fluid reports of an accepted time step.
-#[derive(Debug, Clone, PartialEq)]
+/// What is wanted of an accepted step beyond the figures that every one has.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// The state, so that [`Fluid::memory`] may be called.
+    pub state: bool,
+    /// The flow in the whole domain, for the user: on disk, or as [`FluidStep::field`].
+    pub field: bool,
+}
+
+impl Wanted {
+    /// Whether a solver that keeps state and fields in the same files has to write them.
+    pub fn anything(self) -> bool {
+        self.state || self.field
+    }
+}
+
+/// What the fluid reports of an accepted time step. What a solver does not have stays as in `FluidStep::default()`.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct FluidStep {
     /// Time at the end of the step, s.
     pub time: f64,
@@ -108,6 +126,18 @@ pub struct FluidStep {
     pub wall_shear: Vec<Vec3>,
     /// Largest difference between the fluid's velocity at the wall and the velocity of the wall's mesh, m/s.
     pub wall_velocity_mismatch: f64,
+    /// Pressure and velocity at the points that the solver was asked to watch.
+    pub probes: Vec<FluidProbe>,
+    /// The flow in the whole domain, where it was [wanted](Wanted::field); none from a solver that leaves its fields on
+    /// disk itself.
+    pub field: Option<FluidField>,
+    /// How well its elements resolve the flow; none from a solver without polynomials.
+    pub element_modes: Option<ElementModes>,
+    /// What processes of its own have used so far; nothing for a solver within the driver's own process.
+    pub usage: FluidUsage,
+    /// Seconds of wall-clock time since the solver was started by named part of its work (`momentum`); empty where it
+    /// does not know them, as some do after steps of which nothing was [wanted](Wanted).
+    pub seconds_by_part: Vec<(String, f64)>,
 }
 
 impl FluidStep {
@@ -196,7 +226,7 @@ pub struct FluidMemory {
 /// What a fluid has used in processes of its own.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FluidUsage {
-    /// CPU time so far, s.
+    /// CPU time so far but for that of their starts, s.
     pub cpu_seconds: f64,
     /// Largest memory so far, bytes.
     pub peak_memory: f64,
@@ -223,7 +253,8 @@ pub(crate) fn require_finite(displacement: &[Vec3]) -> Result<(), FluidError> {
     }
 }
 
-/// A flow solver that can repeat a time step with different displacements of the wall.
+/// A flow solver that can repeat a time step with different displacements of the wall. None of its methods has a
+/// default, which whoever wraps a fluid could forget to pass on.
 pub trait Fluid {
     /// The wet surface in the reference configuration.
     fn interface(&self) -> &FluidInterface;
@@ -237,20 +268,16 @@ pub trait Fluid {
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError>;
 
-    /// Makes the next [`Fluid::solve`] start from the state at the beginning of the step instead of from the last
-    /// trial: slower, but the way back from a trial that went astray. Solvers that always do so need not know.
-    fn forget_trial(&mut self) {}
-
-    /// Keeps the last trial as the new state. `write` asks the solver to leave its fields on disk, for the user and so
-    /// that [`Fluid::memory`] may be called.
-    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError>;
+    /// Keeps the last trial as the new state.
+    fn accept(&mut self, wanted: Wanted) -> Result<FluidStep, FluidError>;
 
     /// The state after the last accepted step, to be stored. It is asked for between two steps, before the first one or
-    /// after one that was accepted with `write`.
+    /// after one that was accepted with [`Wanted::state`]. Then what the solver has left on disk at other times (s)
+    /// than those that are `needed` is removed.
     ///
     /// # Errors
     /// If the state is not whole, a full disk for example; the solver itself goes on.
-    fn memory(&mut self) -> Result<FluidMemory, FluidError>;
+    fn memory(&mut self, needed: &dyn Fn(f64) -> bool) -> Result<FluidMemory, FluidError>;
 
     /// Goes back (or on) to a state that [`Fluid::memory`] has given, perhaps in an earlier process, and continues from
     /// it to the last digit. A solver that has died comes to life again.
@@ -258,39 +285,6 @@ pub trait Fluid {
     /// # Errors
     /// If it cannot; it may be tried again.
     fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError>;
-
-    /// Removes what the solver has left on disk at times (s) that are not `wanted`.
-    fn discard(&mut self, _wanted: &dyn Fn(f64) -> bool) -> Result<(), FluidError> {
-        Ok(())
-    }
-
-    /// What processes of its own have used; nothing for a solver within the driver's own process.
-    fn usage(&self) -> FluidUsage {
-        FluidUsage::default()
-    }
-
-    /// Pressure and velocity at the points that the solver was asked to watch, at the end of the last accepted step.
-    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
-        Ok(Vec::new())
-    }
-
-    /// The flow in the whole domain at the end of the last accepted step; none from a solver that leaves its fields on
-    /// disk itself.
-    fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
-        Ok(None)
-    }
-
-    /// How well its elements resolve the flow at the end of the last accepted step; none from a solver without
-    /// polynomials.
-    fn element_modes(&self) -> Option<ElementModes> {
-        None
-    }
-
-    /// Seconds of wall-clock time since the solver was started by named part of its work (`momentum`), as far as it
-    /// knows them after a step that was accepted with `write`.
-    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
-        Ok(Vec::new())
-    }
 }
 
 impl<F: Fluid + ?Sized> Fluid for Box<F> {
@@ -307,44 +301,16 @@ impl<F: Fluid + ?Sized> Fluid for Box<F> {
         (**self).solve(displacement, time_step, effort)
     }
 
-    fn forget_trial(&mut self) {
-        (**self).forget_trial();
+    fn accept(&mut self, wanted: Wanted) -> Result<FluidStep, FluidError> {
+        (**self).accept(wanted)
     }
 
-    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
-        (**self).accept(write)
-    }
-
-    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
-        (**self).memory()
+    fn memory(&mut self, needed: &dyn Fn(f64) -> bool) -> Result<FluidMemory, FluidError> {
+        (**self).memory(needed)
     }
 
     fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
         (**self).recall(memory)
-    }
-
-    fn discard(&mut self, wanted: &dyn Fn(f64) -> bool) -> Result<(), FluidError> {
-        (**self).discard(wanted)
-    }
-
-    fn usage(&self) -> FluidUsage {
-        (**self).usage()
-    }
-
-    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
-        (**self).probes()
-    }
-
-    fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
-        (**self).field()
-    }
-
-    fn element_modes(&self) -> Option<ElementModes> {
-        (**self).element_modes()
-    }
-
-    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
-        (**self).seconds_by_part()
     }
 }
 

@@ -5,8 +5,8 @@
 //! before the first step.
 
 use super::{
-    Fluid, FluidEffort, FluidError, FluidField, FluidInterface, FluidMemory, FluidProbe, FluidStep,
-    FluidTrial, FluidUsage, face_areas,
+    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial, Wanted,
+    face_areas,
 };
 use crate::Vec3;
 use crate::geometry::WallPolygons;
@@ -104,39 +104,15 @@ impl<F: Fluid> Fluid for PolygonalWall<F> {
         Ok(trial)
     }
 
-    fn forget_trial(&mut self) {
-        self.fluid.forget_trial();
+    fn accept(&mut self, wanted: Wanted) -> Result<FluidStep, FluidError> {
+        self.fluid.accept(wanted)
     }
 
-    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
-        self.fluid.accept(write)
-    }
-
-    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
-        self.fluid.memory()
+    fn memory(&mut self, needed: &dyn Fn(f64) -> bool) -> Result<FluidMemory, FluidError> {
+        self.fluid.memory(needed)
     }
 
     fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
         self.fluid.recall(memory)
-    }
-
-    fn discard(&mut self, wanted: &dyn Fn(f64) -> bool) -> Result<(), FluidError> {
-        self.fluid.discard(wanted)
-    }
-
-    fn usage(&self) -> FluidUsage {
-        self.fluid.usage()
-    }
-
-    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
-        self.fluid.probes()
-    }
-
-    fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
-        self.fluid.field()
-    }
-
-    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
-        self.fluid.seconds_by_part()
     }
 }

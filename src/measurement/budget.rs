@@ -1,7 +1,7 @@
 //! Seconds per step, by part, and their comparison.
 
 use crate::case::Case;
-use crate::fluid::{Fluid, FluidError, FluidUsage};
+use crate::fluid::FluidUsage;
 use crate::output::write_atomically;
 use crate::pfem::solution::stats::Stats;
 use crate::processes::{cpu_seconds, peak_memory};
@@ -184,18 +184,18 @@ pub struct Meter {
 
 impl Meter {
     /// From now on.
-    pub fn start(run: &CoupledRun) -> Result<Self, FluidError> {
-        Ok(Self {
+    pub fn start(run: &CoupledRun) -> Self {
+        Self {
             totals: run.simulation.totals(),
             stats: run.simulation.coupling.solid.stats(),
-            fluid: run.simulation.coupling.fluid.usage(),
-            fluid_parts: run.simulation.coupling.fluid.seconds_by_part()?,
+            fluid: run.simulation.fluid_usage(),
+            fluid_parts: run.simulation.fluid_seconds().to_vec(),
             cpu_seconds: cpu_seconds(std::process::id()),
-        })
+        }
     }
 
     /// The means over all steps until now.
-    pub fn stop(self, run: &CoupledRun) -> Result<Budget, FluidError> {
+    pub fn stop(self, run: &CoupledRun) -> Budget {
         let (before, after) = (&self.totals, &run.simulation.totals());
         let steps = (after.steps - before.steps) as f64;
         let mean = |before: f64, after: f64| (after - before) / steps;
@@ -219,18 +219,18 @@ impl Meter {
             coupling_s: seconds(|t| t.seconds.coupling_s),
             fluid_cpu_s: mean(
                 self.fluid.cpu_seconds,
-                run.simulation.coupling.fluid.usage().cpu_seconds,
+                run.simulation.fluid_usage().cpu_seconds,
             ),
             driver_peak_memory_MB: peak_memory(std::process::id()).unwrap_or(0.0) / 1e6,
-            fluid_peak_memory_MB: run.simulation.fluid_peak_memory() / 1e6,
+            fluid_peak_memory_MB: run.simulation.fluid_usage().peak_memory / 1e6,
             ..Budget::default()
         };
         let all = mean(self.cpu_seconds, cpu_seconds(std::process::id()));
         budget.driver_cpu_s = all - budget.fluid_cpu_s;
         let mut rest = budget.fluid_s;
-        for (part, after) in run.simulation.coupling.fluid.seconds_by_part()? {
-            let before = self.fluid_parts.iter().find(|(name, _)| *name == part);
-            let seconds = mean(before.map_or(0.0, |(_, seconds)| *seconds), after);
+        for (part, after) in run.simulation.fluid_seconds() {
+            let before = self.fluid_parts.iter().find(|(name, _)| name == part);
+            let seconds = mean(before.map_or(0.0, |(_, seconds)| *seconds), *after);
             rest -= seconds;
             let key = format!("fluid_{}_s", part.replace(' ', "_"));
             budget.fluid_parts.insert(key, seconds);
@@ -243,6 +243,6 @@ impl Meter {
             - budget.structure_assembly_s
             - budget.structure_factorization_s;
         budget.output_s = budget.step_s - budget.fluid_s - budget.structure_s - budget.coupling_s;
-        Ok(budget)
+        budget
     }
 }

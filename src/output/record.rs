@@ -293,7 +293,7 @@ impl Observer<Structure> for Record {
     ) -> io::Result<()> {
         let (time, step) = (accepted.time(), &accepted.step);
         self.fields.add(accepted, wall.solid)?;
-        if let (Some(series), Some(field)) = (&mut self.fluid_fields, &accepted.fluid_field) {
+        if let (Some(series), Some(field)) = (&mut self.fluid_fields, &accepted.step.fluid.field) {
             fluid_fields::add(series, time, field)?;
         }
         if let Some((probes, table)) = &mut self.probes {
@@ -301,12 +301,12 @@ impl Observer<Structure> for Record {
         }
         if let Some(table) = &mut self.fluid_probes {
             let points = &self.settings.fluid_probe_points;
-            table.append(&fluid_rows(time, points, &accepted.fluid_probes))?;
+            table.append(&fluid_rows(time, points, &accepted.step.fluid.probes))?;
         }
         self.openings.append(&opening_rows(&step.fluid))?;
         let state = WallState::new(time, &step.fluid.wall_shear, &step.displacement);
         let lumen = step.fluid.volume - self.settings.rigid_volume;
-        let modes = accepted.element_modes.as_ref();
+        let modes = accepted.step.fluid.element_modes.as_ref();
         self.wall.step(&state, modes, wall.stresses, lumen)?;
         let rows = iteration_rows(time, accepted.attempt, &step.iterations);
         self.iterations.append(&rows)?;

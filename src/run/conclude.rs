@@ -34,7 +34,7 @@ impl CoupledRun {
             fluid_cells: self.fluid_cells,
             structure_dofs: self.degrees_of_freedom(),
             unloading: self.unloading,
-            fluid_peak_memory: self.simulation.fluid_peak_memory(),
+            fluid_peak_memory: self.simulation.fluid_usage().peak_memory,
         };
         let Self {
             simulation,

@@ -15,7 +15,7 @@ use crate::case::CaseIdentity;
 use crate::coupling::fixed_point::FixedPointMemory;
 use crate::coupling::{Coupling, FailedStep, diagnosis};
 use crate::files::{FileFingerprint, below};
-use crate::fluid::{Fluid, FluidEffort, FluidError};
+use crate::fluid::{Fluid, FluidEffort, FluidError, FluidStep, FluidUsage, Wanted};
 use crate::pfem::{Solid, SolidError};
 use checkpoint::{Checkpoint, Store, StoreError};
 use clock::Clock;
@@ -108,7 +108,8 @@ pub struct Simulation<F, S: Solid, O> {
     saved: Instant,
     /// Since when wall-clock time is not in the totals yet.
     started: Instant,
-    fluid_peak_memory: f64,
+    fluid_usage: FluidUsage,
+    fluid_seconds: Vec<(String, f64)>,
 }
 
 /// Why no step was taken.
@@ -148,7 +149,8 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             pace: 0.0,
             saved: Instant::now(),
             started: Instant::now(),
-            fluid_peak_memory: 0.0,
+            fluid_usage: FluidUsage::default(),
+            fluid_seconds: Vec::new(),
         }
     }
 
@@ -226,15 +228,13 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         let solved = solved.map_err(|e| Stop::Step(Box::new(e)))?;
         let saving = completes && self.is_checkpoint_due(number, interrupted());
         let fields = completes && self.is_fluid_due(number);
-        let write = saving || fields;
-        let step = self.coupling.accept(solved, write);
-        let step = step.map_err(|e| Stop::Step(Box::new(e)))?;
-
-        let fluid_probes = self.coupling.fluid.probes()?;
-        let fluid_field = match fields {
-            true => self.coupling.fluid.field()?,
-            false => None,
+        let wanted = Wanted {
+            state: saving,
+            field: fields,
         };
+        let step = self.coupling.accept(solved, wanted);
+        let step = step.map_err(|e| Stop::Step(Box::new(e)))?;
+        self.see_usage(&step.fluid);
         if let Some(text) = self.slowness(&step.iterations) {
             let time = step.fluid.time;
             self.observer.note(&Note::Slow { time, text });
@@ -248,9 +248,6 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             self.observer.note(&Note::Notice { time, text });
         }
         let accepted = AcceptedStep {
-            fluid_probes,
-            fluid_field,
-            element_modes: self.coupling.fluid.element_modes(),
             number,
             last: self.clock.last(),
             completes,
@@ -269,8 +266,6 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         self.pace = seconds;
         let steps = self.clock.steps();
         (self.totals).add(&accepted.step, steps, seconds, self.effort.residual);
-        let memory = self.coupling.fluid.usage().peak_memory;
-        self.fluid_peak_memory = self.fluid_peak_memory.max(memory);
         self.untold = (!at_once).then_some(accepted);
         if saving {
             self.save()?;
@@ -322,9 +317,25 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         }
     }
 
-    /// Largest memory of the fluid's processes, as far as seen, bytes.
-    pub fn fluid_peak_memory(&self) -> f64 {
-        self.fluid_peak_memory
+    /// What the fluid's processes have used until the last accepted step.
+    pub fn fluid_usage(&self) -> FluidUsage {
+        self.fluid_usage
+    }
+
+    /// Seconds by part of the fluid's work until the last accepted step after which it knew them.
+    pub fn fluid_seconds(&self) -> &[(String, f64)] {
+        &self.fluid_seconds
+    }
+
+    fn see_usage(&mut self, step: &FluidStep) {
+        let peak_memory = self.fluid_usage.peak_memory.max(step.usage.peak_memory);
+        self.fluid_usage = FluidUsage {
+            peak_memory,
+            ..step.usage
+        };
+        if !step.seconds_by_part.is_empty() {
+            self.fluid_seconds.clone_from(&step.seconds_by_part);
+        }
     }
 
     /// Whether the last accepted step is in a checkpoint, if there are any.
@@ -374,7 +385,16 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         };
         let failed = |what: &dyn std::fmt::Display| SimulationError::Save(what.to_string());
         let root = checkpoints.store.root();
-        let mut fluid = self.coupling.fluid.memory().map_err(|e| failed(&e))?;
+        let step = self.clock.steps();
+        let kept = checkpoints.store.kept(step).map_err(|e| failed(&e))?;
+        let (time_step, interval) = (self.clock.time_step(), self.settings.fluid_interval);
+        let done = self.totals.time_s + 0.5 * time_step;
+        let needed = |time: f64| {
+            let step = (time / time_step).round() as usize;
+            let needed = step == 0 || kept.contains(&step) || is_due(step, time_step, interval);
+            time < done && needed
+        };
+        let mut fluid = (self.coupling.fluid.memory(&needed)).map_err(|e| failed(&e))?;
         let observer = self.observer.memory().map_err(|e| failed(&e))?;
         let tables = self.observer.files(&observer).into_iter();
         let tables = tables.filter(|(_, length)| *length > 0);
@@ -406,21 +426,14 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         Ok(())
     }
 
-    /// Removes checkpoints and times of the fluid that nobody needs once the last accepted step is in a checkpoint.
-    fn tidy(&mut self) -> Result<(), SimulationError> {
-        let Some(checkpoints) = &self.checkpoints else {
-            return Ok(());
-        };
-        let kept = checkpoints.store.tidy(self.clock.steps());
-        let kept = kept.map_err(SimulationError::Tidy)?;
-        let (time_step, interval) = (self.clock.time_step(), self.settings.fluid_interval);
-        let done = self.totals.time_s + 0.5 * time_step;
-        self.coupling.fluid.discard(&|time| {
-            let step = (time / time_step).round() as usize;
-            let wanted = step == 0 || kept.contains(&step) || is_due(step, time_step, interval);
-            time < done && wanted
-        })?;
-        Ok(())
+    /// Removes checkpoints that nobody needs once the last accepted step is in one.
+    fn tidy(&self) -> Result<(), SimulationError> {
+        match &self.checkpoints {
+            Some(checkpoints) => {
+                (checkpoints.store.tidy(self.clock.steps())).map_err(SimulationError::Tidy)
+            }
+            None => Ok(()),
+        }
     }
 
     /// Gives solvers, coupling, clock and totals the state of a checkpoint.

@@ -2,7 +2,6 @@
 
 use super::clock::is_due;
 use crate::coupling::{Iteration, Step};
-use crate::fluid::{ElementModes, FluidField, FluidProbe};
 use crate::pfem::evaluation::samples::StressPeak;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -13,12 +12,6 @@ use std::path::PathBuf;
 pub struct AcceptedStep {
     /// What it came to.
     pub step: Step,
-    /// The fluid at the points that it was asked to watch.
-    pub fluid_probes: Vec<FluidProbe>,
-    /// The flow in its whole domain, where it is due and the fluid does not write it itself.
-    pub fluid_field: Option<FluidField>,
-    /// How well the fluid's elements resolve the flow, if it has polynomials.
-    pub element_modes: Option<ElementModes>,
     /// Number of the time step, from 1.
     pub number: usize,
     /// The last one.

@@ -8,6 +8,7 @@ use fsi_driver::coupling::{Coupling, CouplingError, Step};
 use fsi_driver::fluid::native::NativeFluid;
 use fsi_driver::fluid::{
     Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial, Opening,
+    Wanted,
 };
 use fsi_driver::pfem::Structure;
 use fsi_driver::simulation::assembly::{Domain, couple};
@@ -35,8 +36,8 @@ impl Fluid for Wrong {
         Ok(trial)
     }
 
-    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
-        let mut step = self.fluid.accept(write)?;
+    fn accept(&mut self, wanted: Wanted) -> Result<FluidStep, FluidError> {
+        let mut step = self.fluid.accept(wanted)?;
         let opening = |name: &str, flow| Opening {
             name: name.into(),
             flow,
@@ -50,8 +51,8 @@ impl Fluid for Wrong {
         Ok(step)
     }
 
-    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
-        self.fluid.memory()
+    fn memory(&mut self, needed: &dyn Fn(f64) -> bool) -> Result<FluidMemory, FluidError> {
+        self.fluid.memory(needed)
     }
 
     fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {
@@ -80,7 +81,7 @@ fn tube(answer: fn(&mut FluidTrial), report: fn(&mut FluidStep)) -> Coupling<Wro
 
 fn step(answer: fn(&mut FluidTrial), report: fn(&mut FluidStep)) -> Result<Step, CouplingError> {
     let mut coupling = tube(answer, report);
-    coupling.step(false).map_err(|failed| failed.error)
+    coupling.step().map_err(|failed| failed.error)
 }
 
 /// The fluid still has the state before the step.
@@ -176,7 +177,7 @@ fn an_impossible_report_is_refused_and_the_fluid_rewound() {
 fn a_fluid_with_openings_that_are_not_known_need_not_balance() {
     let mut coupling = tube(|_| (), |step| step.openings[1].flow = 0.0);
     coupling.settings.limits.is_closed = false;
-    coupling.step(false).unwrap();
+    coupling.step().unwrap();
 }
 
 /// A volume that grows faster and faster, with flows as second-order schemes have them.
@@ -205,8 +206,7 @@ fn second_order_flows_may_differ_from_the_change() {
                     time: t,
                     openings: vec![opening],
                     volume: volume(t),
-                    wall_shear: Vec::new(),
-                    wall_velocity_mismatch: 0.0,
+                    ..FluidStep::default()
                 },
                 0.01,
             );

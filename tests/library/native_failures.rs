@@ -4,12 +4,13 @@
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::fluid::native::NativeFluid;
-use fsi_driver::fluid::{Fluid, FluidEffort, FluidError};
+use fsi_driver::fluid::{Fluid, FluidEffort, FluidError, Wanted};
 
 const TIME_STEP: f64 = 0.002;
 const EFFORT: FluidEffort = FluidEffort {
     max_sweeps: 1,
     residual: 1.0,
+    from_old_state: false,
 };
 
 fn fluid() -> NativeFluid {
@@ -73,5 +74,5 @@ fn each_failure_names_a_place() {
 
     let found = fluid.solve(&little, TIME_STEP, EFFORT).unwrap();
     assert_eq!(found, expected);
-    assert!(fluid.accept(false).is_ok());
+    assert!(fluid.accept(Wanted::default()).is_ok());
 }

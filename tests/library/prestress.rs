@@ -279,7 +279,7 @@ fn iterations(text: &str, steps: usize, settings: &[(&str, &str)]) -> Vec<usize>
         .collect();
     let case = Case::load(folder.path(), Preset::Demo, &settings).unwrap();
     let mut model = CoupledModel::new(&case, Workplace::default(), None).unwrap();
-    let step = |_| model.coupling.step(false).unwrap().iterations.len();
+    let step = |_| model.coupling.step().unwrap().iterations.len();
     (0..steps).map(step).collect()
 }
 

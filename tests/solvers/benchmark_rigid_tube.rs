@@ -1,6 +1,6 @@
 //! Flow in a straight rigid tube against Poiseuille's and Womersley's exact solutions.
 
-use crate::fluid_support::{BIRD_CARREAU, correctors, read_internal_field, use_bird_carreau};
+use crate::fluid_support::{BIRD_CARREAU, correctors, keep, read_internal_field, use_bird_carreau};
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, FlowCurve, Preset, ResolvedCase};
 use fsi_driver::fluid::conversation::session::Terms;
@@ -96,7 +96,7 @@ impl RigidTube {
         self.fluid
             .solve(&rest, self.time_step, correctors(4))
             .unwrap();
-        self.fluid.accept(write).unwrap()
+        self.fluid.accept(keep(write)).unwrap()
     }
 
     /// Axial velocity (m/s) with distance (m) from the axis and volume (m³) of each cell at a written time.

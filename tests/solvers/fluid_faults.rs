@@ -3,7 +3,7 @@
 use crate::fluid_support::*;
 use fsi_driver::case::TransportKind;
 use fsi_driver::fluid::openfoam::OpenFoam;
-use fsi_driver::fluid::{Fluid, FluidError};
+use fsi_driver::fluid::{Fluid, FluidError, Wanted};
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -147,7 +147,7 @@ fn a_trial_that_is_not_finite_is_refused_and_the_solver_lives() {
     assert!(matches!(error, FluidError::NotSolved(_)), "{error}");
     assert!(error.to_string().contains("point 3"), "{error}");
     fluid.solve(&good, STEP, correctors(2)).unwrap();
-    fluid.accept(false).unwrap();
+    fluid.accept(Wanted::default()).unwrap();
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn a_solver_that_is_told_to_stop_ends_by_itself() {
             let displacement = prescribed(fluid.interface(), 1);
             fluid.solve(&displacement, STEP, correctors(2)).unwrap();
             if !within_a_step {
-                fluid.accept(false).unwrap();
+                fluid.accept(Wanted::default()).unwrap();
             }
             let since = Instant::now();
             drop(fluid);

@@ -2,7 +2,7 @@
 
 use crate::fluid_support::*;
 use fsi_driver::Vec3;
-use fsi_driver::fluid::Fluid;
+use fsi_driver::fluid::{Fluid, Wanted};
 
 /// A step that is tried at full length first and then taken at half of it leaves the same memory as one that is half as
 /// long from the beginning.
@@ -17,13 +17,14 @@ fn a_halved_step_counts_as_a_short_one() {
         let half = 0.5 * STEP;
         for (n, length) in [STEP, STEP, half, half, STEP].into_iter().enumerate() {
             let right = prescribed(&interface, n + 1);
+            let mut effort = correctors(5);
             if n == 2 && trial_first {
                 let wild: Vec<Vec3> = right.iter().map(|u| u * 2.0).collect();
                 fluid.solve(&wild, STEP, correctors(2)).unwrap();
-                fluid.forget_trial();
+                effort.from_old_state = true;
             }
-            fluid.solve(&right, length, correctors(5)).unwrap();
-            fluid.accept(n == 4).unwrap();
+            fluid.solve(&right, length, effort).unwrap();
+            fluid.accept(keep(n == 4)).unwrap();
         }
         drop(fluid);
         let written = channel.case().join("0.008");
@@ -57,7 +58,7 @@ fn friction(step_of: usize, condition: &str) -> f64 {
             })
             .collect();
         fluid.solve(&wall, step, correctors(5)).unwrap();
-        let step = fluid.accept(false).unwrap();
+        let step = fluid.accept(Wanted::default()).unwrap();
         found = step.wall_shear.iter().map(|t| t[0]).sum();
     }
     found

@@ -2,7 +2,7 @@
 
 use crate::fluid_support::*;
 use fsi_driver::Vec3;
-use fsi_driver::fluid::Fluid;
+use fsi_driver::fluid::{Fluid, FluidEffort, Wanted};
 
 /// The windkessel's discrete equation, the inflow curve, volume, and the velocity of the wall, step by step.
 #[test]
@@ -18,7 +18,7 @@ fn a_step_fulfils_the_boundary_conditions_and_conserves_volume() {
         fluid
             .solve(&prescribed(&interface, n), STEP, correctors(10))
             .unwrap();
-        let step = fluid.accept(false).unwrap();
+        let step = fluid.accept(Wanted::default()).unwrap();
         let time = n as f64 * STEP;
         assert!((step.time - time).abs() < 1e-12, "{} {time}", step.time);
 
@@ -71,7 +71,7 @@ fn correctors_of_two_steps(channel: &Channel) -> usize {
     for n in 1..=2 {
         let trial = fluid.solve(&prescribed(&interface, n), STEP, correctors(3));
         assert_eq!(trial.unwrap().cost.sweeps, 3);
-        fluid.accept(false).unwrap();
+        fluid.accept(Wanted::default()).unwrap();
     }
     drop(fluid);
     let log = std::fs::read_to_string(&channel.settings.log).unwrap();
@@ -107,12 +107,13 @@ fn a_repeated_step_forgets_its_trials(choose_model: fn(&Channel), fields: &[&str
                     let wild: Vec<Vec3> = right.iter().map(|u| u * *factor).collect();
                     fluid.solve(&wild, STEP, correctors(2)).unwrap();
                 }
-                if forget {
-                    fluid.forget_trial();
-                }
             }
-            fluid.solve(&right, STEP, correctors(25)).unwrap();
-            fluid.accept(n == 3).unwrap();
+            let effort = FluidEffort {
+                from_old_state: forget && n > 1,
+                ..correctors(25)
+            };
+            fluid.solve(&right, STEP, effort).unwrap();
+            fluid.accept(keep(n == 3)).unwrap();
         }
         drop(fluid);
         let written = channel.case().join("0.006");
@@ -168,7 +169,7 @@ fn difference_by_a_restart(choose_model: fn(&Channel), fields: &[&str]) -> f64 {
             fluid
                 .solve(&prescribed(&interface, n), STEP, correctors(3))
                 .unwrap();
-            fluid.accept(true).unwrap();
+            fluid.accept(keep(true)).unwrap();
             if restart && n == 2 {
                 drop(fluid);
                 channel.settings.terms.start_time = 2.0 * STEP;

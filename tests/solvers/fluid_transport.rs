@@ -18,7 +18,7 @@ fn run(channel: &Channel, from: usize, to: usize) -> Vec<FluidStep> {
             let first: Vec<_> = right.iter().map(|u| u * 0.9).collect();
             fluid.solve(&first, STEP, correctors(2)).unwrap();
             fluid.solve(&right, STEP, correctors(6)).unwrap();
-            fluid.accept(n == to).unwrap()
+            fluid.accept(keep(n == to)).unwrap()
         })
         .collect()
 }
@@ -88,18 +88,18 @@ fn a_solver_recalls_its_state_to_the_bit() {
     let step = |fluid: &mut OpenFoam, n: usize, write| {
         let right = prescribed(&interface, n + 1);
         fluid.solve(&right, STEP, correctors(4)).unwrap();
-        fluid.accept(write).unwrap()
+        fluid.accept(keep(write)).unwrap()
     };
     assert!(
-        fluid.memory().unwrap().files.is_empty(),
+        fluid.memory(&|_| true).unwrap().files.is_empty(),
         "what it began with"
     );
     step(&mut fluid, 0, false);
     // A step that has not been written is no state to go back to.
-    let error = fluid.memory().unwrap_err();
+    let error = fluid.memory(&|_| true).unwrap_err();
     assert!(matches!(error, FluidError::Storage(_)), "{error}");
     step(&mut fluid, 1, true);
-    let memory = fluid.memory().unwrap();
+    let memory = fluid.memory(&|_| true).unwrap();
     assert!(memory.files.iter().any(|file| file.ends_with("0.004/U")));
     let straight = [2, 3].map(|n| step(&mut fluid, n, false));
     for death in [false, true] {

@@ -8,7 +8,7 @@ use example::{Row, Rows, elastic_tube};
 use fsi_driver::Vec3;
 use fsi_driver::case::Case;
 use fsi_driver::fluid::{
-    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
+    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial, Wanted,
 };
 use fsi_driver::pfem::{Solid, Structure};
 use fsi_driver::simulation::Simulation;
@@ -59,6 +59,7 @@ impl Fluid for Unlucky {
 
     fn solve(&mut self, d: &[Vec3], dt: f64, e: FluidEffort) -> Result<FluidTrial, FluidError> {
         self.calls += 1;
+        self.forgotten += usize::from(e.from_old_state);
         match self.accident {
             Accident::Died { call } if call == self.calls => self.dead = true,
             Accident::NotSolved { call } if (call..call + 2).contains(&self.calls) => {
@@ -79,12 +80,8 @@ impl Fluid for Unlucky {
         Ok(trial)
     }
 
-    fn forget_trial(&mut self) {
-        self.forgotten += 1;
-    }
-
-    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
-        let mut step = self.fluid.accept(write)?;
+    fn accept(&mut self, wanted: Wanted) -> Result<FluidStep, FluidError> {
+        let mut step = self.fluid.accept(wanted)?;
         self.accepted += 1;
         if let Accident::Leaks { from, to } = self.accident
             && (from..=to).contains(&self.accepted)
@@ -94,8 +91,8 @@ impl Fluid for Unlucky {
         Ok(step)
     }
 
-    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
-        self.fluid.memory()
+    fn memory(&mut self, needed: &dyn Fn(f64) -> bool) -> Result<FluidMemory, FluidError> {
+        self.fluid.memory(needed)
     }
 
     fn recall(&mut self, memory: &FluidMemory) -> Result<(), FluidError> {

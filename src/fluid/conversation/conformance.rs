@@ -9,7 +9,9 @@ use super::session::Session;
 use super::transport::{Patience, TransportError};
 use crate::Vec3;
 use crate::fluid::external::{ExternalFluid, ExternalSettings};
-use crate::fluid::{Fluid, FluidEffort, FluidError, FluidInterface, FluidStep, FluidTrial};
+use crate::fluid::{
+    Fluid, FluidEffort, FluidError, FluidInterface, FluidStep, FluidTrial, FluidUsage, Wanted,
+};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
@@ -143,7 +145,7 @@ impl Examination<'_> {
 
         let before = fluid.volumes()[0];
         let what = "it accepts a step";
-        let accepted = fluid.accept(false);
+        let accepted = fluid.accept(Wanted::default());
         let step = self.get(what, accepted)?;
         self.note(what, report(&step, dt));
         let grown =
@@ -165,17 +167,20 @@ impl Examination<'_> {
         let what = "it gives its state when it is asked to";
         let solved = ask(&mut fluid, &scaled(1.5), dt, false);
         self.get(what, solved)?;
-        let accepted = fluid.accept(true);
+        let state = Wanted {
+            state: true,
+            field: false,
+        };
+        let accepted = fluid.accept(state);
         self.get(what, accepted)?;
-        let memory = fluid.memory();
+        let memory = fluid.memory(&|_| true);
         let memory = self.get(what, memory)?;
         self.note(what, Ok(format!("{} bytes", memory.state.len())));
         let third = scaled(1.2);
         let what = "it continues after a restart from that state, to the last digit";
-        let straight =
-            ask(&mut fluid, &third, dt, true).and_then(|t| Ok((t, fluid.accept(false)?)));
+        let straight = ask(&mut fluid, &third, dt, true).and_then(|t| Ok((t, finish(&mut fluid)?)));
         let (straight, end) = self.get(what, straight)?;
-        let discarded = fluid.discard(&|_| false);
+        let discarded = fluid.memory(&|_| false);
         self.get("it takes DISCARD", discarded)?;
         let after = ask(&mut fluid, &third, dt, true);
         self.get("it takes DISCARD", after)?;
@@ -185,7 +190,7 @@ impl Examination<'_> {
 
         let resumed = ExternalFluid::start(self.settings.clone(), Some(&memory));
         let mut fluid = self.get(what, resumed)?;
-        let resumed = ask(&mut fluid, &third, dt, true).and_then(|t| Ok((t, fluid.accept(false)?)));
+        let resumed = ask(&mut fluid, &third, dt, true).and_then(|t| Ok((t, finish(&mut fluid)?)));
         let (resumed, its_end) = self.get(what, resumed)?;
         let answers = same(&straight.tractions, &resumed.tractions);
         let whole = answers.and_then(|text| match its_end == end {
@@ -272,14 +277,20 @@ fn ask(
     time_step: f64,
     from_old_state: bool,
 ) -> Result<FluidTrial, FluidError> {
-    if from_old_state {
-        fluid.forget_trial();
-    }
     let effort = FluidEffort {
         max_sweeps: 1000,
         residual: 1e-6,
+        from_old_state,
     };
     fluid.solve(displacement, time_step, effort)
+}
+
+/// Accepts a step; its report but for what the process has used.
+fn finish(fluid: &mut ExternalFluid) -> Result<FluidStep, FluidError> {
+    let usage = FluidUsage::default();
+    fluid
+        .accept(Wanted::default())
+        .map(|step| FluidStep { usage, ..step })
 }
 
 /// A smooth displacement outwards of points that keeps the rim of the surface.

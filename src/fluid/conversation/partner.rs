@@ -43,8 +43,6 @@ pub(crate) struct Partner {
     interrupt: Arc<AtomicBool>,
     /// The longest that an answer has taken.
     longest: Duration,
-    /// Whether the next trial starts from the old state.
-    from_old_state: bool,
     /// Whether it was given something to solve.
     is_at_work: bool,
     /// Whether it was told to go.
@@ -53,6 +51,8 @@ pub(crate) struct Partner {
     session: Session,
     /// None if it was not started by the driver.
     process: Option<Process>,
+    /// CPU time that the process took to start, s.
+    start_seconds: f64,
 }
 
 impl Partner {
@@ -107,10 +107,11 @@ impl Partner {
                 answer_limit,
                 interrupt: interrupt.clone(),
                 longest: Duration::ZERO,
-                from_old_state: false,
                 is_at_work: false,
                 is_over: false,
                 session,
+                start_seconds: (process.as_ref())
+                    .map_or(0.0, |process| processes::cpu_seconds(process.id())),
                 process,
             }),
             Err(error) => Err(explain(name, error, process.as_mut())),
@@ -157,11 +158,9 @@ impl Partner {
         effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError> {
         require_finite(displacement)?;
-        let from_old_state = std::mem::take(&mut self.from_old_state);
         self.is_at_work = true;
-        let solved = self.talk(|session, patience| {
-            session.solve(displacement, time_step, effort, from_old_state, patience)
-        })?;
+        let solved = self
+            .talk(|session, patience| session.solve(displacement, time_step, effort, patience))?;
         Ok(FluidTrial {
             tractions: solved.tractions,
             cost: FluidCost {
@@ -169,11 +168,6 @@ impl Partner {
                 residual: solved.pressure_residual,
             },
         })
-    }
-
-    /// Makes the next trial start from the old state.
-    pub fn forget_trial(&mut self) {
-        self.from_old_state = true;
     }
 
     /// Whether it was given something to solve.
@@ -249,7 +243,7 @@ impl Partner {
     pub fn usage(&self) -> FluidUsage {
         self.process_id()
             .map_or_else(FluidUsage::default, |process| FluidUsage {
-                cpu_seconds: processes::cpu_seconds(process),
+                cpu_seconds: processes::cpu_seconds(process) - self.start_seconds,
                 peak_memory: processes::peak_memory_of_all(process),
             })
     }

@@ -134,7 +134,6 @@ impl Session {
         displacement: &[Vec3],
         time_step: f64,
         effort: FluidEffort,
-        from_old_state: bool,
         patience: &mut Patience,
     ) -> Result<Solved, TransportError> {
         if displacement.len() != self.interface.points.len() {
@@ -155,7 +154,7 @@ impl Session {
         }
         let solve = ToFluid::Solve {
             max_correctors: effort.max_sweeps.max(1),
-            from_old_state,
+            from_old_state: effort.from_old_state,
             pressure_residual: effort.residual,
             time_step,
             displacement,
@@ -208,6 +207,7 @@ impl Session {
             volume: accepted.volume,
             wall_shear: accepted.wall_shear,
             wall_velocity_mismatch: accepted.wall_velocity_mismatch,
+            ..FluidStep::default()
         }
     }
 

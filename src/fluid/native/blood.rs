@@ -16,8 +16,8 @@ use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
 use crate::case::{Case, Problem, Rheology};
 use crate::fluid::{
-    ElementModes, Fluid, FluidCost, FluidEffort, FluidError, FluidField, FluidInterface,
-    FluidMemory, FluidProbe, FluidStep, FluidTrial, HighestModes, Opening,
+    ElementModes, Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory,
+    FluidProbe, FluidStep, FluidTrial, FluidUsage, HighestModes, Opening, Wanted,
 };
 use crate::geometry::Vessel;
 use crate::numbers::twelve_digits;
@@ -168,6 +168,35 @@ impl NativeFluid {
         (self.trial.as_ref()).map_or(0, |trial| trial.solution.iterations)
     }
 
+    /// Pressure and velocity at the points that are watched, at the end of the last accepted step.
+    pub fn probes(&self) -> Vec<FluidProbe> {
+        let FlowState {
+            positions,
+            velocity,
+            pressure,
+            ..
+        } = &self.memory.flow;
+        let [positions, velocity] = [&positions[0], &velocity[0]];
+        let space = self.flow.space();
+        probe(space, positions, velocity, &pressure[0], &self.watched)
+    }
+
+    /// How well the elements resolve the flow at the end of the last accepted step.
+    fn element_modes(&self) -> ElementModes {
+        let by_element = highest_modes(self.flow.space(), &self.memory.flow.velocity[0]);
+        let volume: f64 = self.element_volumes.iter().sum();
+        let mut domain = HighestModes::default();
+        for (modes, part) in by_element.iter().zip(&self.element_volumes) {
+            domain.add(modes, part / volume);
+        }
+        let elements = self.faces_of_interface();
+        let at_wall = elements.map(|(face, _)| by_element[self.wall[face].element]);
+        ElementModes {
+            at_wall: at_wall.collect(),
+            domain,
+        }
+    }
+
     /// Begins with the wall displaced (m), and at rest there. For a fluid that has taken no step.
     pub fn begin_at(&mut self, displacement: Vec<Vec3>) {
         let positions = self.mesh.positions(&displacement);
@@ -293,13 +322,16 @@ impl Fluid for NativeFluid {
         self.mesh.interface()
     }
 
-    /// One linear system, whatever the effort: velocity and pressure are found together.
+    /// One linear system, however many sweeps it may spend: velocity and pressure are found together.
     fn solve(
         &mut self,
         displacement: &[Vec3],
         time_step: f64,
-        _effort: FluidEffort,
+        effort: FluidEffort,
     ) -> Result<FluidTrial, FluidError> {
+        if effort.from_old_state {
+            self.trial = None;
+        }
         let not_finite = |u: &Vec3| !u.iter().all(|c| c.is_finite());
         if let Some(i) = displacement.iter().position(not_finite) {
             let place = self.mesh.interface().points[i];
@@ -351,11 +383,7 @@ impl Fluid for NativeFluid {
         Ok(FluidTrial { tractions, cost })
     }
 
-    fn forget_trial(&mut self) {
-        self.trial = None;
-    }
-
-    fn accept(&mut self, _write: bool) -> Result<FluidStep, FluidError> {
+    fn accept(&mut self, wanted: Wanted) -> Result<FluidStep, FluidError> {
         let Some(trial) = self.trial.take() else {
             return Err(FluidError::NotSolved("there is no trial to accept".into()));
         };
@@ -369,18 +397,23 @@ impl Fluid for NativeFluid {
         for (memory, downstream) in self.memory.downstream.iter_mut().zip(downstream) {
             *memory = [downstream.unwrap_or(0.0), memory[0]];
         }
-        let step = FluidStep {
+        let (volume, wall_shear) = (trial.volume, loads.iter().map(|load| load.shear));
+        self.flow.accept(&mut self.memory.flow, trial);
+        Ok(FluidStep {
             time: twelve_digits(time),
             openings,
-            volume: trial.volume,
-            wall_shear: loads.iter().map(|load| load.shear).collect(),
+            volume,
+            wall_shear: wall_shear.collect(),
             wall_velocity_mismatch: 0.0, // prescribed at every node
-        };
-        self.flow.accept(&mut self.memory.flow, trial);
-        Ok(step)
+            probes: self.probes(),
+            field: (wanted.field).then(|| field(self.flow.space(), &self.memory.flow)),
+            element_modes: Some(self.element_modes()),
+            usage: FluidUsage::default(),
+            seconds_by_part: self.flow.clock().by_part(),
+        })
     }
 
-    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+    fn memory(&mut self, _: &dyn Fn(f64) -> bool) -> Result<FluidMemory, FluidError> {
         let state = postcard::to_stdvec(&self.memory)
             .map_err(|error| FluidError::Storage(error.to_string()))?;
         Ok(FluidMemory {
@@ -412,44 +445,5 @@ impl Fluid for NativeFluid {
         self.memory = memory;
         self.trial = None;
         Ok(())
-    }
-
-    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
-        let FlowState {
-            positions,
-            velocity,
-            pressure,
-            ..
-        } = &self.memory.flow;
-        Ok(probe(
-            self.flow.space(),
-            &positions[0],
-            &velocity[0],
-            &pressure[0],
-            &self.watched,
-        ))
-    }
-
-    fn element_modes(&self) -> Option<ElementModes> {
-        let by_element = highest_modes(self.flow.space(), &self.memory.flow.velocity[0]);
-        let volume: f64 = self.element_volumes.iter().sum();
-        let mut domain = HighestModes::default();
-        for (modes, part) in by_element.iter().zip(&self.element_volumes) {
-            domain.add(modes, part / volume);
-        }
-        let elements = self.faces_of_interface();
-        let at_wall = elements.map(|(face, _)| by_element[self.wall[face].element]);
-        Some(ElementModes {
-            at_wall: at_wall.collect(),
-            domain,
-        })
-    }
-
-    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
-        Ok(self.flow.clock().by_part())
-    }
-
-    fn field(&mut self) -> Result<Option<FluidField>, FluidError> {
-        Ok(Some(field(self.flow.space(), &self.memory.flow)))
     }
 }

@@ -7,8 +7,8 @@ use super::conversation::partner::{Beginning, Partner};
 use super::conversation::session::Terms;
 use super::conversation::transport::Listener;
 use super::{
-    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidProbe, FluidStep, FluidTrial,
-    FluidUsage,
+    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial, FluidUsage,
+    Wanted,
 };
 use crate::Vec3;
 use crate::case;
@@ -146,6 +146,10 @@ impl OpenFoam {
         self.partner.process_id().expect("it was started from here")
     }
 
+    fn usage(&self) -> FluidUsage {
+        self.earlier.and(self.partner.usage())
+    }
+
     /// The files of the written time `at` (s), the end of a step of the length `step` (s).
     fn files(&self, at: f64, step: f64) -> Result<times::TimeFiles, FluidError> {
         times::files(&self.settings.case, at, step).map_err(storage_error)
@@ -166,27 +170,31 @@ impl Fluid for OpenFoam {
         self.partner.solve(displacement, time_step, effort)
     }
 
-    fn forget_trial(&mut self) {
-        self.partner.forget_trial();
-    }
-
-    fn accept(&mut self, write: bool) -> Result<FluidStep, FluidError> {
+    fn accept(&mut self, wanted: Wanted) -> Result<FluidStep, FluidError> {
+        let write = wanted.anything();
         let accepted = (self.partner).talk(|session, patience| session.accept(write, patience))?;
         let before = self
             .accepted
             .map_or(self.settings.terms.start_time, |(end, _)| end);
-        self.accepted = Some((accepted.time, accepted.time - before));
-        Ok(self.partner.session().step(accepted))
-    }
-
-    fn probes(&mut self) -> Result<Vec<FluidProbe>, FluidError> {
-        let (time, _) = self.accepted.unwrap_or_default();
-        self.probes.read(time)
+        let (end, length) = (accepted.time, accepted.time - before);
+        self.accepted = Some((end, length));
+        let seconds_by_part = match write {
+            true => times::files(&self.settings.case, end, length)
+                .and_then(|written| profile::seconds_by_part(&written.files))
+                .unwrap_or_default(), // what is not whole is for `memory` to refuse
+            false => Vec::new(),
+        };
+        Ok(FluidStep {
+            probes: self.probes.read(end)?,
+            usage: self.usage(),
+            seconds_by_part,
+            ..self.partner.session().step(accepted)
+        })
     }
 
     /// The state stays where OpenFOAM has written it; the time as the name of that folder spells it leads back to it
     /// to the bit.
-    fn memory(&mut self) -> Result<FluidMemory, FluidError> {
+    fn memory(&mut self, needed: &dyn Fn(f64) -> bool) -> Result<FluidMemory, FluidError> {
         let start = self.settings.terms.start_time;
         let written = match self.accepted {
             Some((end, step)) => self.files(end, step)?,
@@ -195,6 +203,7 @@ impl Fluid for OpenFoam {
         };
         (written.files.iter())
             .try_for_each(|file| times::sync_whole(file))
+            .and_then(|()| times::prune(&self.settings.case, needed))
             .map_err(storage_error)?;
         Ok(FluidMemory {
             state: written.time.to_le_bytes().to_vec(),
@@ -217,21 +226,6 @@ impl Fluid for OpenFoam {
         *self = Self::start(settings)?;
         self.earlier = earlier;
         Ok(())
-    }
-
-    fn discard(&mut self, wanted: &dyn Fn(f64) -> bool) -> Result<(), FluidError> {
-        times::prune(&self.settings.case, wanted).map_err(storage_error)
-    }
-
-    fn usage(&self) -> FluidUsage {
-        self.earlier.and(self.partner.usage())
-    }
-
-    fn seconds_by_part(&self) -> Result<Vec<(String, f64)>, FluidError> {
-        let Some((end, step)) = self.accepted else {
-            return Ok(Vec::new());
-        };
-        profile::seconds_by_part(&self.files(end, step)?.files).map_err(storage_error)
     }
 }
 

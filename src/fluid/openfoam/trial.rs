@@ -6,7 +6,7 @@ use super::{OpenFoam, OpenFoamSettings};
 use crate::Vec3;
 use crate::case::TransportKind;
 use crate::fluid::conversation::session::Terms;
-use crate::fluid::{Fluid, FluidEffort, FluidError};
+use crate::fluid::{Fluid, FluidEffort, FluidError, Wanted};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -63,12 +63,13 @@ pub fn start(
     let effort = FluidEffort {
         max_sweeps: 1,
         residual: 1.0,
+        from_old_state: false,
     };
     match fluid.solve(&rest, time_step, effort) {
         Err(FluidError::Interrupted) => Err(FluidError::Interrupted),
         // A step that fails otherwise is tried again with more care in a run.
         Err(_) => complaint().map_or(Ok(()), Err),
-        Ok(_) if watched => match fluid.accept(false).and_then(|_| fluid.probes()) {
+        Ok(_) if watched => match fluid.accept(Wanted::default()) {
             Err(FluidError::Storage(said)) => Err(FluidError::Storage(
                 said.replace(&*root.to_string_lossy(), "a trial's folder"),
             )),

@@ -263,6 +263,7 @@ fn join<F: Fluid>(
             fluid_effort: FluidEffort {
                 max_sweeps: case.fluid.max_correctors,
                 residual: case.fluid.pressure_residual,
+                from_old_state: false,
             },
             newton_tolerance: case.structure.newton_tolerance,
             limits: limits::limits(case)?,

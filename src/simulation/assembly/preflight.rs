@@ -78,8 +78,8 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             (Some(interface(&domain)), domain.fluid.contains(&points))
         }
         Solver::Native => match NativeFluid::new(case) {
-            Ok(mut fluid) => {
-                let probes = fluid.probes().unwrap_or_default().into_iter();
+            Ok(fluid) => {
+                let probes = fluid.probes().into_iter();
                 let inside = probes.map(|probe| !probe.pressure.is_nan());
                 (Some(fluid.interface().clone()), inside.collect())
             }

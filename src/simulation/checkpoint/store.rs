@@ -112,17 +112,21 @@ impl Store {
         Ok(sync_folder(&folder)?)
     }
 
-    /// Removes the checkpoints before the last two until the one after `step` steps, and newer ones, of a future that
-    /// is done again; returns the steps of those that are there now, newest first.
-    pub fn tidy(&self, step: usize) -> Result<Vec<usize>, StoreError> {
-        let (newer, mut kept): (Vec<_>, Vec<_>) =
-            self.steps()?.into_iter().partition(|other| *other > step);
-        let older = kept.split_off(kept.len().min(KEPT));
-        for step in newer.into_iter().chain(older) {
+    /// Steps of the checkpoints that stay when the one after `step` steps is there, which may be still to be written:
+    /// the last two until then, newest first.
+    pub fn kept(&self, step: usize) -> io::Result<Vec<usize>> {
+        let older = self.steps()?.into_iter().filter(|other| *other < step);
+        Ok(std::iter::once(step).chain(older).take(KEPT).collect())
+    }
+
+    /// Removes the checkpoints but those that are [kept](Self::kept) with the one after `step` steps.
+    pub fn tidy(&self, step: usize) -> Result<(), StoreError> {
+        let kept = self.kept(step)?;
+        for step in self.steps()?.into_iter().filter(|it| !kept.contains(it)) {
             let path = self.path(step);
             fs::remove_file(&path).map_err(named(&path))?;
         }
-        Ok(kept)
+        Ok(())
     }
 
     /// The newest checkpoint that is whole, with all files that it stands on.

@@ -9,7 +9,7 @@ use fsi_driver::case::{
 use fsi_driver::fluid::conversation::session::Terms;
 use fsi_driver::fluid::openfoam::case_files::{CaseFiles, Openings, VesselOpenings};
 use fsi_driver::fluid::openfoam::{OpenFoam, OpenFoamSettings, Programs, install};
-use fsi_driver::fluid::{FluidEffort, FluidInterface};
+use fsi_driver::fluid::{FluidEffort, FluidInterface, Wanted};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -243,6 +243,15 @@ pub fn correctors(n: u32) -> FluidEffort {
     FluidEffort {
         max_sweeps: n,
         residual: 0.0,
+        from_old_state: false,
+    }
+}
+
+/// Whether the state after a step is to be kept.
+pub fn keep(state: bool) -> Wanted {
+    Wanted {
+        state,
+        field: false,
     }
 }
 
