@@ -46,12 +46,9 @@ pub mod pfem;
 pub mod polydata;
 pub mod processes;
 pub mod proposal;
-pub(crate) mod quadrature;
 mod run;
 pub mod simulation;
 pub(crate) mod tabular;
 
-/// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).
-pub type Vec3 = nalgebra::Vector3<f64>;
-/// A second-order tensor of space, such as a deformation gradient or a stress.
-pub type Mat3 = nalgebra::Matrix3<f64>;
+pub use fsi_numerics::{Mat3, Vec3};
+pub(crate) use fsi_numerics::{lagrange, quadrature};

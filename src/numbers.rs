@@ -1,17 +1,8 @@
 //! Numbers in JSON, which has neither infinity nor NaN: these are the texts `"Infinity"`, `"-Infinity"` and `"NaN"`, as
 //! Protocol Buffers have them in JSON, and Python's `float()` reads them. Elsewhere numbers stay as they are.
-//!
-//! And times without the rounding of their sums.
 
 use serde::de::{Error, Visitor};
 use serde::{Deserializer, Serializer};
-
-/// A time (s) in 12 digits, as OpenFOAM spells it in the names of folders (`timePrecision`): 0.018 where sums of time
-/// steps give 0.018000000000000002. The adapter makes it OpenFOAM's own time before the next step.
-pub fn twelve_digits(time: f64) -> f64 {
-    let text = format!("{time:.11e}");
-    text.parse().unwrap_or(time)
-}
 
 /// Writes a number, for `#[serde(with = "…")]`.
 pub fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
@@ -66,22 +57,5 @@ impl Visitor<'_> for Number {
             "NaN" => Ok(f64::NAN),
             other => Err(E::invalid_value(serde::de::Unexpected::Str(other), &self)),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_are_spelt_without_the_rounding_of_their_sums() {
-        let mut time = 0.0;
-        for n in 1..=2000 {
-            time = twelve_digits(time + 0.002);
-            assert_eq!(time.to_string(), (f64::from(2 * n) / 1000.0).to_string());
-        }
-        assert_eq!(twelve_digits(0.018000000000000002), 0.018);
-        assert_eq!(twelve_digits(0.0), 0.0);
-        assert_eq!(twelve_digits(1.0 / 3.0), 0.333333333333);
     }
 }

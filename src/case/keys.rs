@@ -4,6 +4,9 @@ use super::measured::MOST_POINTS;
 use super::schema::{ValueKind, above, from, whole};
 use super::table::{choice, table, words};
 use super::{Blood, Problem, templates};
+use fsi_coupling::acceleration::AccelerationModel;
+use fsi_coupling::convergence::ConvergenceQuantity;
+use fsi_coupling::predictor::Extrapolation;
 use std::path::PathBuf;
 
 table! {
@@ -218,17 +221,6 @@ table! {
 }
 
 words! {
-    /// What must be small for a coupling iteration to have converged.
-    #[derive(Default)]
-    pub enum ConvergenceQuantity {
-        /// The change of the accelerated displacement: criterion (14).
-        Change = "change" (default),
-        /// The residual of the fixed point, by which most published numbers of iterations are counted.
-        Residual = "residual",
-    }
-}
-
-words! {
     /// A cheap model of both solvers.
     pub enum SurrogateModel {
         /// None: unknown components pass unchanged.
@@ -237,38 +229,6 @@ words! {
         Tube = "tube",
         /// A one-dimensional tube with prescribed pressures at both ends.
         OpenTube = "open_tube",
-    }
-}
-
-words! {
-    /// How the next trial displacement is found.
-    pub enum AccelerationModel {
-        /// Constant relaxation.
-        Constant = "constant",
-        /// Aitken's dynamic relaxation.
-        Aitken = "aitken",
-        /// Interface quasi-Newton: one least-squares fit of the columns of this and earlier steps.
-        IqnLs = "iqn_ls",
-        /// Interface quasi-Newton: the Jacobian of the earlier steps, updated by the columns of this one.
-        MultiVector = "multi_vector",
-        /// Interface quasi-Newton: the columns of this step first; earlier ones for what those do not span.
-        Hybrid = "hybrid",
-    }
-}
-
-words! {
-    /// How accepted displacements are extrapolated to the next step of the same length; simplest first.
-    pub enum Extrapolation {
-        /// The last displacement.
-        Constant = "constant",
-        /// The line through the last two.
-        Linear = "linear",
-        /// The parabola through the last three.
-        Quadratic = "quadratic",
-        /// The parabola that fits the last five best: with Legendre's polynomials for equidistant points (Gram's).
-        /// Where accepted displacements carry the scatter of the coupling tolerance it passes less of it on:
-        /// `sqrt(sum w²)` is 2.1 against 4.4 for the parabola through three.
-        LeastSquares = "least_squares",
     }
 }
 

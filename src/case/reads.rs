@@ -2,8 +2,7 @@
 
 use super::error::ValuePlace;
 use super::{
-    AccelerationModel, Case, ConditionKeys, Extension, Problem, ResolvedCase, Shape, Solver,
-    VesselSide, WallMode,
+    Case, ConditionKeys, Extension, Problem, ResolvedCase, Shape, Solver, VesselSide, WallMode,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -235,12 +234,5 @@ impl ResolvedCase {
             }
             self.unread.retain(|unread| !unread.keys.is_empty());
         }
-    }
-}
-
-impl AccelerationModel {
-    /// Whether the model learns from earlier steps.
-    pub fn remembers(self) -> bool {
-        !matches!(self, Self::Constant | Self::Aitken)
     }
 }

@@ -6,7 +6,7 @@ use super::schema::ValueKind;
 use super::source::CaseValue;
 use super::stack::Stack;
 use super::value::shorten;
-use crate::numbers::twelve_digits;
+use fsi_numerics::twelve_digits;
 use toml::Value;
 
 /// The entry with indices for names, `vessel.material[media].mu_Pa`, and a value for a factor.

@@ -1,40 +1,10 @@
 //! How a key is declared: once, with its field, its name in the file, its range and its meaning. From that line come
 //! the type, the check of what a file says, the file of record, `fsi-driver keys` and the schema for editors.
 
-/// An enumeration whose variants are words of a file; their docs are the words' meanings.
+/// An enumeration whose variants are words of a file, as in [`fsi_numerics::words!`], for keys that may be absent.
 macro_rules! words {
-    (
-        $(#[$meta:meta])*
-        $visibility:vis enum $enum:ident {
-            $($(#[doc = $about:literal])+ $variant:ident = $word:literal $(($default:ident))?,)+
-        }
-    ) => {
-        $(#[$meta])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-        $visibility enum $enum {
-            $($(#[doc = $about])+ #[serde(rename = $word)] $(#[$default])? $variant,)+
-        }
-
-        impl $enum {
-            /// All of them.
-            pub const ALL: [Self; [$($word),+].len()] = [$(Self::$variant),+];
-            /// The word of each in files, and what it means.
-            pub const WORDS: &'static [(&'static str, &'static str)] =
-                &[$(($word, concat!($($about),+).trim_ascii())),+];
-
-            /// The word in files, in tables and on the command line.
-            pub const fn name(self) -> &'static str {
-                match self {
-                    $(Self::$variant => $word,)+
-                }
-            }
-        }
-
-        impl std::fmt::Display for $enum {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str(self.name())
-            }
-        }
+    ($(#[$meta:meta])* $visibility:vis enum $enum:ident { $($variants:tt)* }) => {
+        fsi_numerics::words! { $(#[$meta])* $visibility enum $enum { $($variants)* } }
 
         impl $crate::case::table::Absent for $enum {}
     };
@@ -179,6 +149,8 @@ pub(crate) trait Absent {
 impl Absent for bool {}
 
 impl Absent for f64 {}
+
+impl Absent for fsi_coupling::convergence::ConvergenceQuantity {}
 
 impl<T> Absent for Option<T> {
     fn is_absent(&self) -> bool {

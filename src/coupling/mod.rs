@@ -4,17 +4,16 @@
 //! to left, `A ∘ I_M^N ∘ S ∘ I_FC^QP ∘ F` to it: the fluid, the interpolation of its load to the structure's
 //! quadrature points, the structure, its displacement at the fluid's points, and the acceleration.
 
-pub mod acceleration;
 pub mod acceptance;
 pub mod common_refinement;
-pub mod convergence;
 pub(crate) mod diagnosis;
-pub mod fixed_point;
 pub(crate) mod interpolation;
 mod nearest;
-pub mod predictor;
 pub mod reference;
+pub mod surrogate;
 pub mod transfer;
+
+pub use fsi_coupling::{acceleration, convergence, fixed_point, predictor};
 
 use crate::Vec3;
 use crate::fluid::{Fluid, FluidCost, FluidEffort, FluidError, FluidStep, FluidTrial, Wanted};

@@ -1,7 +1,18 @@
 //! Criterion (14).
 
-pub use crate::case::ConvergenceQuantity;
+use fsi_numerics::words;
 use nalgebra::DVector;
+
+words! {
+    /// What must be small for a coupling iteration to have converged.
+    #[derive(Default)]
+    pub enum ConvergenceQuantity {
+        /// The change of the accelerated displacement: criterion (14).
+        Change = "change" (default),
+        /// The residual of the fixed point, by which most published numbers of iterations are counted.
+        Residual = "residual",
+    }
+}
 
 /// A change below the limit does not count while the residual is this many times above it. The state that is
 /// accepted is the image `S∘F(d)`: its distance to the solution is about the residual, which with much added mass is 20

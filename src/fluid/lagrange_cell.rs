@@ -1,7 +1,6 @@
 //! Hexahedra with Lagrange polynomials: where a point lies in one, and the value of a field there.
 
-use super::native::basis::{lagrange, lagrange_derivatives};
-use crate::Vec3;
+use crate::{Vec3, lagrange};
 use nalgebra::Matrix3;
 
 /// A curved cell reaches beyond its nodes by this share of their extent at most.
@@ -71,7 +70,7 @@ impl LagrangeCell<'_> {
 
     /// Values of the nodes' polynomials at a place in local coordinates.
     pub fn shapes(&self, xi: &Vec3) -> Vec<f64> {
-        products(&[0, 1, 2].map(|d| lagrange(self.rule, xi[d])))
+        products(&[0, 1, 2].map(|d| lagrange::values(self.rule, xi[d])))
     }
 
     /// A vector field with its derivatives by the local coordinates.
@@ -80,8 +79,8 @@ impl LagrangeCell<'_> {
         field: &impl Fn(usize) -> Vec3,
         xi: &Vec3,
     ) -> (Vec3, Matrix3<f64>) {
-        let values = [0, 1, 2].map(|d| lagrange(self.rule, xi[d]));
-        let slopes = [0, 1, 2].map(|d| lagrange_derivatives(self.rule, xi[d]));
+        let values = [0, 1, 2].map(|d| lagrange::values(self.rule, xi[d]));
+        let slopes = [0, 1, 2].map(|d| lagrange::derivatives(self.rule, xi[d]));
         let derived = [0, 1, 2].map(|d| {
             let mut factors = values.clone();
             factors[d].clone_from(&slopes[d]);

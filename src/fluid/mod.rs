@@ -146,6 +146,15 @@ impl FluidStep {
         self.openings.first().map_or(0.0, |inlet| inlet.flow)
     }
 
+    /// The same without what it cost, in which two runs differ.
+    pub fn without_costs(self) -> Self {
+        Self {
+            usage: FluidUsage::default(),
+            seconds_by_part: Vec::new(),
+            ..self
+        }
+    }
+
     /// Flow out of the domain through all outlets, m³/s.
     pub fn outflow(&self) -> f64 {
         (self.openings.iter().skip(1)).fold(0.0, |sum, outlet| sum - outlet.flow)

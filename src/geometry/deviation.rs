@@ -3,6 +3,7 @@
 
 use super::{Span, Vessel};
 use crate::case::{Case, Solver};
+use crate::lagrange;
 use crate::quadrature::Rule;
 use std::f64::consts::TAU;
 
@@ -46,7 +47,7 @@ impl Vessel {
         let (mut meshed, mut described) = (0.0, 0.0);
         let weights: Vec<(f64, Vec<f64>)> = (0..ALONG)
             .map(|i| 2.0 * (i as f64 + 0.5) / ALONG as f64 - 1.0)
-            .map(|x| (x, lagrange(nodes, x)))
+            .map(|x| (x, lagrange::values(nodes, x)))
             .collect();
         for span in spans {
             let length = (span.to - span.from) / span.pieces as f64;
@@ -90,17 +91,6 @@ impl Case {
             }
         })
     }
-}
-
-/// Values at `x` of the polynomials that are 1 at one of the nodes and 0 at the others.
-fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
-    let of = |i: usize| {
-        let others = nodes.iter().enumerate().filter(move |(j, _)| *j != i);
-        others
-            .map(|(_, node)| (x - node) / (nodes[i] - node))
-            .product()
-    };
-    (0..nodes.len()).map(of).collect()
 }
 
 #[cfg(test)]

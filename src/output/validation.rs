@@ -7,7 +7,7 @@ use super::results::Results;
 use super::tables::{self, FluidProbeRow, ProbeRow};
 use crate::Vec3;
 use crate::case::measured::{MeasuredPoint, MeasuredQuantity, MeasuredSeries, Measurements};
-use crate::numbers::twelve_digits;
+use fsi_numerics::twelve_digits;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 

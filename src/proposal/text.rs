@@ -4,7 +4,7 @@ use super::beat::fitting;
 use super::files::VesselSizes;
 use super::{Figures, Like, MMHG, ProposalInput, STEP, THICKNESS, Windkessel};
 use crate::case::{LengthUnit, ResolvedCase};
-use crate::numbers::twelve_digits;
+use fsi_numerics::twelve_digits;
 use std::fmt::Write;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Where a simulation is in time.
 
 use super::subdivision::StepSubdivision;
-use crate::numbers::twelve_digits;
+use fsi_numerics::twelve_digits;
 use serde::{Deserialize, Serialize};
 
 /// Counts the time steps of a simulation, whose length the case fixes, and the parts into which trouble has cut them.

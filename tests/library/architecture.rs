@@ -103,7 +103,7 @@ fn no_room_knows_one_that_comes_after_it() {
             .filter(|part| part != "mod")
             .collect();
         let room = parts[0].as_str();
-        if room == "lib" || room == "main" {
+        if room == "lib" || room == "main" || src.join(room).join("Cargo.toml").is_file() {
             continue;
         }
         assert!(
@@ -128,6 +128,38 @@ fn no_room_knows_one_that_comes_after_it() {
     for room in rooms.keys() {
         let exists = src.join(room).is_dir() || src.join(format!("{room}.rs")).is_file();
         assert!(exists, "ARCHITECTURE.md lists {room}, which is not there");
+    }
+}
+
+/// The compiler keeps the order of the crates; here it is that of ARCHITECTURE.md.
+#[test]
+fn crates_come_first_and_in_order() {
+    let rooms = declared();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let workspace = std::fs::read_to_string(root.join("Cargo.toml")).unwrap();
+    // `fsi-pfem = { version = "0.2.0", path = "src/pfem" }`
+    let crates: BTreeMap<&str, &str> = (workspace.lines())
+        .filter_map(|line| {
+            let (name, rest) = line.split_once(" = { version")?;
+            let (_, room) = rest.split_once("path = \"src/")?;
+            Some((name, room.split('"').next()?))
+        })
+        .collect();
+    assert!(crates.len() > 1, "{crates:?}");
+    for room in crates.values() {
+        let manifest = std::fs::read_to_string(root.join("src").join(room).join("Cargo.toml"));
+        let manifest = manifest.unwrap();
+        for (name, used) in &crates {
+            let uses = manifest.contains(&format!("\n{name}."));
+            assert!(!uses || rooms[*used] < rooms[*room], "{room} → {used}");
+        }
+        let of_the_driver = rooms.iter().filter(|(name, _)| {
+            let is_crate = crates.values().any(|room| room == name);
+            !is_crate
+        });
+        for (name, level) in of_the_driver {
+            assert!(rooms[*room] < *level, "{name} stands above the crate {room}");
+        }
     }
 }
 

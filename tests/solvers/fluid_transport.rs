@@ -18,7 +18,7 @@ fn run(channel: &Channel, from: usize, to: usize) -> Vec<FluidStep> {
             let first: Vec<_> = right.iter().map(|u| u * 0.9).collect();
             fluid.solve(&first, STEP, correctors(2)).unwrap();
             fluid.solve(&right, STEP, correctors(6)).unwrap();
-            fluid.accept(keep(n == to)).unwrap()
+            fluid.accept(keep(n == to)).unwrap().without_costs()
         })
         .collect()
 }
@@ -88,7 +88,7 @@ fn a_solver_recalls_its_state_to_the_bit() {
     let step = |fluid: &mut OpenFoam, n: usize, write| {
         let right = prescribed(&interface, n + 1);
         fluid.solve(&right, STEP, correctors(4)).unwrap();
-        fluid.accept(keep(write)).unwrap()
+        fluid.accept(keep(write)).unwrap().without_costs()
     };
     assert!(
         fluid.memory(&|_| true).unwrap().files.is_empty(),

@@ -3,7 +3,7 @@
 use super::{Flow, Inlet, Monolithic, Outlet, Reference, StringWall, TubeFluid, WallSetup};
 use crate::Vec3;
 use crate::coupling::acceleration::Surrogate;
-use crate::coupling::acceleration::surrogate::{
+use crate::coupling::surrogate::{
     Axis, StationOptions, Stations, SurrogateBlood, SurrogateWall, TubeEnd, TubeSurrogate,
 };
 use crate::curve::SpaceCurve;

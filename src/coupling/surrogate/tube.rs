@@ -12,8 +12,9 @@
 //! also overcomes Poiseuille's friction. The added mass of a wave along the tube is `rho I_m(kr)/(k I_m'(kr))` then
 //! (Hughes and Lubliner 1973 for long ones): good to 3 % up to `kr = 4` for m = 0.
 
-use super::{Stations, Surrogate};
-use crate::pfem::element::mapping::lagrange;
+use super::Stations;
+use crate::coupling::acceleration::Surrogate;
+use crate::lagrange::values_and_derivatives as lagrange;
 use crate::quadrature::Rule;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use std::f64::consts::PI;

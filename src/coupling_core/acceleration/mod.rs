@@ -42,6 +42,7 @@ pub use multi_vector::MultiVector;
 pub use quasi_newton::{JacobianModel, Prediction, QuasiNewton};
 pub use surrogate::{Identity, Surrogate};
 
+use fsi_numerics::words;
 use nalgebra::DVector;
 
 /// Finds the next trial of a fixed-point iteration.
@@ -89,9 +90,28 @@ pub struct AccelerationSettings {
     pub max_columns: usize,
 }
 
-pub use crate::case::AccelerationModel;
+words! {
+    /// How the next trial displacement is found.
+    pub enum AccelerationModel {
+        /// Constant relaxation.
+        Constant = "constant",
+        /// Aitken's dynamic relaxation.
+        Aitken = "aitken",
+        /// Interface quasi-Newton: one least-squares fit of the columns of this and earlier steps.
+        IqnLs = "iqn_ls",
+        /// Interface quasi-Newton: the Jacobian of the earlier steps, updated by the columns of this one.
+        MultiVector = "multi_vector",
+        /// Interface quasi-Newton: the columns of this step first; earlier ones for what those do not span.
+        Hybrid = "hybrid",
+    }
+}
 
 impl AccelerationModel {
+    /// Whether the model learns from earlier steps.
+    pub fn remembers(self) -> bool {
+        !matches!(self, Self::Constant | Self::Aitken)
+    }
+
     /// The model with its settings; `surrogate` is the initial inverse Jacobian ([`Identity`] if there is none).
     pub fn build(
         self,

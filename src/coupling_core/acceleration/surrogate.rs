@@ -4,12 +4,6 @@
 //! bought with iterations, but a coarse model of the same physics knows the modes that cost them, those of long wave
 //! length. It need not be accurate; its errors are corrected by the secants.
 
-mod stations;
-mod tube;
-
-pub use stations::{Axis, NoRings, StationOptions, Stations, SurrogateWall};
-pub use tube::{Comb, SurrogateBlood, TubeEnd, TubeSurrogate};
-
 use nalgebra::DVector;
 
 /// An initial inverse Jacobian of the residual `r(d) = S∘F(d) - d`.

@@ -1,7 +1,7 @@
 //! A linear interface problem with a dial for the added mass.
 
 use super::Reference;
-use crate::coupling::acceleration::Surrogate;
+use crate::acceleration::Surrogate;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 

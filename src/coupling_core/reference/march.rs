@@ -1,10 +1,10 @@
 //! A reference problem taken through its time steps as the driver does: predict, iterate, accept.
 
 use super::Reference;
-use crate::coupling::acceleration::Columns;
-use crate::coupling::convergence::ResidualMeasure;
-use crate::coupling::fixed_point::{CoupledProblem, FixedPoint};
-use crate::coupling::predictor::Extrapolation;
+use crate::acceleration::Columns;
+use crate::convergence::ResidualMeasure;
+use crate::fixed_point::{CoupledProblem, FixedPoint};
+use crate::predictor::Extrapolation;
 use nalgebra::DVector;
 use std::convert::Infallible;
 

@@ -9,9 +9,7 @@ use super::session::Session;
 use super::transport::{Patience, TransportError};
 use crate::Vec3;
 use crate::fluid::external::{ExternalFluid, ExternalSettings};
-use crate::fluid::{
-    Fluid, FluidEffort, FluidError, FluidInterface, FluidStep, FluidTrial, FluidUsage, Wanted,
-};
+use crate::fluid::{Fluid, FluidEffort, FluidError, FluidInterface, FluidStep, FluidTrial, Wanted};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
@@ -285,12 +283,8 @@ fn ask(
     fluid.solve(displacement, time_step, effort)
 }
 
-/// Accepts a step; its report but for what the process has used.
 fn finish(fluid: &mut ExternalFluid) -> Result<FluidStep, FluidError> {
-    let usage = FluidUsage::default();
-    fluid
-        .accept(Wanted::default())
-        .map(|step| FluidStep { usage, ..step })
+    Ok(fluid.accept(Wanted::default())?.without_costs())
 }
 
 /// A smooth displacement outwards of points that keeps the rim of the surface.

@@ -6,7 +6,7 @@ use super::protocol::{
 use super::transport::{Patience, Transport, TransportError};
 use crate::Vec3;
 use crate::fluid::{FluidEffort, FluidInterface, FluidStep, Opening};
-use crate::numbers::twelve_digits;
+use fsi_numerics::twelve_digits;
 
 /// What the driver knows of the problem before the fluid has said a word.
 #[derive(Debug, Clone, PartialEq)]

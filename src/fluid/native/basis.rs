@@ -1,5 +1,6 @@
 //! One-dimensional operators of an element: nodes, quadrature points, and the matrices between them.
 
+use crate::lagrange;
 use crate::quadrature::Rule;
 
 /// Lagrange polynomials on Gauss-Lobatto points, for velocity and geometry of degree `N` and pressure of degree `N -
@@ -36,12 +37,12 @@ impl Basis {
         let gauss = Rule::gauss_legendre(Self::gauss_points(degree));
         let table = |from: &Rule, to: &Rule| -> Vec<Vec<f64>> {
             (to.points.iter())
-                .map(|&x| lagrange(&from.points, x))
+                .map(|&x| lagrange::values(&from.points, x))
                 .collect()
         };
         let slopes = |rule: &Rule| -> Vec<Vec<f64>> {
             (rule.points.iter())
-                .map(|&x| lagrange_derivatives(&rule.points, x))
+                .map(|&x| lagrange::derivatives(&rule.points, x))
                 .collect()
         };
         Self {
@@ -69,34 +70,6 @@ impl Basis {
     pub fn degree(&self) -> usize {
         self.nodes.len() - 1
     }
-}
-
-/// Values at `x` of the polynomials that are 1 at one of the `points` and 0 at the others.
-pub fn lagrange(points: &[f64], x: f64) -> Vec<f64> {
-    let value = |i: usize| -> f64 {
-        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
-        others
-            .map(|(_, &other)| (x - other) / (points[i] - other))
-            .product()
-    };
-    (0..points.len()).map(value).collect()
-}
-
-/// Derivatives at `x` of the same polynomials.
-pub fn lagrange_derivatives(points: &[f64], x: f64) -> Vec<f64> {
-    let n = points.len();
-    let derivative = |i: usize| -> f64 {
-        // Product rule: one factor is differentiated at a time.
-        let term = |k: usize| -> f64 {
-            let others = (0..n).filter(|&j| j != i && j != k);
-            others
-                .map(|j| (x - points[j]) / (points[i] - points[j]))
-                .product::<f64>()
-                / (points[i] - points[k])
-        };
-        (0..n).filter(|&k| k != i).map(term).sum()
-    };
-    (0..n).map(derivative).collect()
 }
 
 #[cfg(test)]

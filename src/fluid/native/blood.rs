@@ -20,7 +20,7 @@ use crate::fluid::{
     FluidProbe, FluidStep, FluidTrial, FluidUsage, HighestModes, Opening, Wanted,
 };
 use crate::geometry::Vessel;
-use crate::numbers::twelve_digits;
+use fsi_numerics::twelve_digits;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

@@ -1,20 +1,24 @@
 //! The flow at equally spaced points of each element, as programs that draw it expect.
 
-use super::basis::lagrange;
 use super::flow::FlowState;
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
 use crate::Vec3;
 use crate::fluid::FluidField;
 use crate::fluid::field::equally_spaced;
+use crate::lagrange;
 
 /// The newest fields of a state: the same polynomials, known by their values at other points. Elements that meet have
 /// the same values where they do.
 pub fn field(space: &SpectralElements, state: &FlowState) -> FluidField {
     let degree = space.basis.degree();
     let places = equally_spaced(degree);
-    let rows =
-        |points: &[f64]| -> Vec<Vec<f64>> { places.iter().map(|&x| lagrange(points, x)).collect() };
+    let rows = |points: &[f64]| -> Vec<Vec<f64>> {
+        places
+            .iter()
+            .map(|&x| lagrange::values(points, x))
+            .collect()
+    };
     let from_nodes = rows(&space.basis.nodes.points);
     let from_pressures = rows(&space.basis.pressure_nodes.points);
     let nodes = space.space.nodes;

@@ -4,11 +4,12 @@
 //! and the section's centre, the square in the middle is spanned by its four sides. The same blend makes the unloaded
 //! mesh and moves it, so the mesh depends on the wall's displacement alone, not on the way there.
 
-use super::basis::{Basis, lagrange};
+use super::basis::Basis;
 use super::taylor_hood_space::{Plane, Side, TaylorHoodSpace};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
 use crate::geometry::{AxialNumbers, Span, Vessel, elastic_pieces};
+use crate::lagrange;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::ops::Range;
@@ -259,7 +260,7 @@ impl VesselMesh {
                 layers,
             ),
             from_lattice: (basis.nodes.points.iter())
-                .map(|&x| lagrange(&uniform, x))
+                .map(|&x| lagrange::values(&uniform, x))
                 .collect(),
             interface: FluidInterface {
                 points,

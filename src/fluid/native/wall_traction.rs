@@ -1,12 +1,12 @@
 //! What the fluid does to the wall.
 
-use super::basis::{lagrange, lagrange_derivatives};
 use super::shear_thinning::rate_of_shear;
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
 use super::taylor_hood_space::{Face, Side};
 use crate::Vec3;
 use crate::case::Rheology;
+use crate::lagrange;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -46,8 +46,11 @@ pub fn wall_loads(
     let rows = |points: &[f64], f: fn(&[f64], f64) -> Vec<f64>| -> Vec<Vec<f64>> {
         at.iter().map(|&x| f(points, x)).collect()
     };
-    let (values, slopes) = (rows(nodes, lagrange), rows(nodes, lagrange_derivatives));
-    let pressure_values = rows(&space.basis.pressure_nodes.points, lagrange);
+    let (values, slopes) = (
+        rows(nodes, lagrange::values),
+        rows(nodes, lagrange::derivatives),
+    );
+    let pressure_values = rows(&space.basis.pressure_nodes.points, lagrange::values);
     let across = &space.basis.nodal_derivative[n - 1];
     let outer = Side {
         axis: 0,

@@ -302,17 +302,6 @@ fn curved_face(corners: [(Vec3, Vec3); 4], nodes: &[f64]) -> Vec<(Vec3, Vec3)> {
     (0..n * n).map(|p| at(share(p % n), share(p / n))).collect()
 }
 
-/// Lagrange's polynomials of these nodes at `x`: exactly 1 and 0 at the nodes.
-pub(super) fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
-    let value = |i: usize| {
-        let others = (0..nodes.len()).filter(|&k| k != i);
-        others.fold(1.0, |product, k| {
-            product * ((x - nodes[k]) / (nodes[i] - nodes[k]))
-        })
-    };
-    (0..nodes.len()).map(value).collect()
-}
-
 impl HexShape for Layers {
     fn position(&self, element: usize, xi: [f64; 3]) -> Vec3 {
         let layers = self.heights[0].len() - 1;
@@ -321,7 +310,7 @@ impl HexShape for Layers {
         let layer = k / self.elements_per_layer;
         let step = (k % self.elements_per_layer) as f64 + 0.5 * (1.0 + xi[2]);
         let share = step / self.elements_per_layer as f64;
-        let [along, across] = [0, 1].map(|d| lagrange(&self.nodes, xi[d]));
+        let [along, across] = [0, 1].map(|d| crate::lagrange::values(&self.nodes, xi[d]));
         let [below, above] = [layer, layer + 1].map(|level| &self.heights[group][level]);
         let mut position = Vec3::zeros();
         for (p, (x, normal)) in self.surfaces[group].iter().enumerate() {

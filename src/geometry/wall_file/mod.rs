@@ -250,7 +250,7 @@ impl HexShape for FileShape {
 /// Lagrange's interpolation of the nodes of an element at local coordinates.
 fn interpolated(order: usize, nodes: &[Vec3], xi: [f64; 3]) -> Vec3 {
     let places = super::extruded::equidistant(order);
-    let values = xi.map(|x| super::extruded::lagrange(&places, x));
+    let values = xi.map(|x| crate::lagrange::values(&places, x));
     let n = order + 1;
     let weighted = nodes
         .iter()

@@ -6,11 +6,11 @@ use super::surface::DrawnSurface;
 use super::{case_table, initial_state, maps, quantities, resolution, scene};
 use crate::geometry::{Vessel, centre_line};
 use crate::hemodynamics::{Region, RegionExtent, RegionName};
-use crate::numbers::twelve_digits;
 use crate::output::figure::{Curve, Panel, Scale};
 use crate::output::results::Results;
 use crate::output::tables::{self, HistoryRow, OpeningRow, whole_steps};
 use crate::output::wall_history::WallHistoryReader;
+use fsi_numerics::twelve_digits;
 use std::io;
 
 /// Writes the page.

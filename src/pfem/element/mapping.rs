@@ -16,6 +16,7 @@ use super::super::space::shapes::Shapes;
 use super::super::space::{Mode, Space};
 use super::gather;
 use crate::geometry::HexMesh;
+use crate::lagrange::values_and_derivatives as lagrange;
 use crate::quadrature::Rule;
 use crate::{Mat3, Vec3};
 
@@ -295,19 +296,4 @@ fn interpolate(points: &[f64], nodes: &[Vec3], axes: [&[f64]; 3]) -> Vec<MappedP
         }
     }
     result
-}
-
-/// Values and derivatives of the Lagrange polynomials through `points` at `x`.
-pub fn lagrange(points: &[f64], x: f64) -> (Vec<f64>, Vec<f64>) {
-    let n = points.len();
-    let mut values = vec![1.0; n];
-    let mut derivatives = vec![0.0; n];
-    for i in 0..n {
-        for j in (0..n).filter(|&j| j != i) {
-            let scale = 1.0 / (points[i] - points[j]);
-            derivatives[i] = (derivatives[i] * (x - points[j]) + values[i]) * scale;
-            values[i] *= (x - points[j]) * scale;
-        }
-    }
-    (values, derivatives)
 }

@@ -30,7 +30,7 @@ use super::time_scheme::TimeScheme;
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::HexMesh;
-use crate::numbers::twelve_digits;
+use fsi_numerics::twelve_digits;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;

@@ -5,12 +5,12 @@ use crate::case::{
     self, BloodVessel, Case, FluidTimeScheme, PressureModel, Problem, Solver, TableError,
     VesselSide,
 };
-use crate::coupling::acceleration::surrogate::{
+use crate::coupling::acceleration::{Identity, Surrogate};
+use crate::coupling::flatten;
+use crate::coupling::surrogate::{
     Axis, Comb, NoRings, StationOptions, Stations, SurrogateBlood, SurrogateWall, TubeEnd,
     TubeSurrogate,
 };
-use crate::coupling::acceleration::{Identity, Surrogate};
-use crate::coupling::flatten;
 use crate::coupling::transfer::Transfer;
 use crate::fluid::FluidInterface;
 use crate::geometry::Vessel;

@@ -1,0 +1,72 @@
+//! Lagrange polynomials: those that are 1 at one of some points and 0 at the others.
+
+/// Their values at `x`.
+pub fn values(points: &[f64], x: f64) -> Vec<f64> {
+    let value = |i: usize| -> f64 {
+        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
+        others
+            .map(|(_, &other)| (x - other) / (points[i] - other))
+            .product()
+    };
+    (0..points.len()).map(value).collect()
+}
+
+/// Their derivatives at `x`.
+pub fn derivatives(points: &[f64], x: f64) -> Vec<f64> {
+    let n = points.len();
+    let derivative = |i: usize| -> f64 {
+        // Product rule: one factor is differentiated at a time.
+        let term = |k: usize| -> f64 {
+            let others = (0..n).filter(|&j| j != i && j != k);
+            others
+                .map(|j| (x - points[j]) / (points[i] - points[j]))
+                .product::<f64>()
+                / (points[i] - points[k])
+        };
+        (0..n).filter(|&k| k != i).map(term).sum()
+    };
+    (0..n).map(derivative).collect()
+}
+
+/// Both, by recurrence over the factors: cheaper, and rounded otherwise.
+pub fn values_and_derivatives(points: &[f64], x: f64) -> (Vec<f64>, Vec<f64>) {
+    let n = points.len();
+    let mut values = vec![1.0; n];
+    let mut derivatives = vec![0.0; n];
+    for i in 0..n {
+        for j in (0..n).filter(|&j| j != i) {
+            let scale = 1.0 / (points[i] - points[j]);
+            derivatives[i] = (derivatives[i] * (x - points[j]) + values[i]) * scale;
+            values[i] *= (x - points[j]) * scale;
+        }
+    }
+    (values, derivatives)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Polynomials of the degree are interpolated and differentiated exactly, in both ways.
+    #[test]
+    fn polynomials_of_the_degree_are_exact() {
+        let points = [-1.0, -0.3, 0.2, 0.9];
+        let f = |x: f64| (0.3 + x).powi(3);
+        let sum = |weights: &[f64]| -> f64 {
+            let terms = weights.iter().zip(&points);
+            terms.map(|(weight, &x)| weight * f(x)).sum()
+        };
+        for x in [-0.7, 0.2, 1.1] {
+            let slope = 3.0 * (0.3_f64 + x).powi(2);
+            let (both, slopes) = values_and_derivatives(&points, x);
+            for (found, expected) in [
+                (sum(&values(&points, x)), f(x)),
+                (sum(&both), f(x)),
+                (sum(&derivatives(&points, x)), slope),
+                (sum(&slopes), slope),
+            ] {
+                assert!((found - expected).abs() < 1e-13, "{found} {expected}");
+            }
+        }
+    }
+}

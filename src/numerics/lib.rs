@@ -1,0 +1,58 @@
+//! # fsi-numerics: what several solvers need
+//!
+//! Small things without physics, shared by `fsi-pfem` (the wall), `fsi-spectral` (the blood), `fsi-coupling` (their
+//! fixed point) and `fsi-driver`, which joins them:
+//!
+//! * [`Vec3`] and [`Mat3`], vectors and tensors of space;
+//! * [`quadrature`]: Gauss-Legendre and Gauss-Lobatto rules of any size, Legendre polynomials;
+//! * [`lagrange`]: the polynomials that are 1 at one of some points and 0 at the others;
+//! * [`words!`]: an enumeration whose variants are words of a file of settings;
+//! * [`twelve_digits`]: times without the rounding of their sums.
+//!
+//! ```
+//! use fsi_numerics::{lagrange, quadrature::Rule};
+//!
+//! // The integral of x⁴ over [-1, 1], by interpolation at the points of a Gauss-Lobatto rule.
+//! let (nodes, rule) = (Rule::gauss_lobatto(5), Rule::gauss_legendre(3));
+//! let values: Vec<f64> = nodes.points.iter().map(|x| x.powi(4)).collect();
+//! let at = |x: f64| -> f64 {
+//!     let polynomials = lagrange::values(&nodes.points, x);
+//!     polynomials.iter().zip(&values).map(|(l, f)| l * f).sum()
+//! };
+//! let points = rule.points.iter().zip(&rule.weights);
+//! let integral: f64 = points.map(|(&x, weight)| weight * at(x)).sum();
+//! assert!((integral - 0.4).abs() < 1e-15);
+//! ```
+
+pub mod lagrange;
+pub mod quadrature;
+mod words;
+
+/// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A second-order tensor of space, such as a deformation gradient or a stress.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// A time (s) in 12 digits, as OpenFOAM spells it in the names of folders (`timePrecision`): 0.018 where sums of time
+/// steps give 0.018000000000000002.
+pub fn twelve_digits(time: f64) -> f64 {
+    let text = format!("{time:.11e}");
+    text.parse().unwrap_or(time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_spelt_without_the_rounding_of_their_sums() {
+        let mut time = 0.0;
+        for n in 1..=2000 {
+            time = twelve_digits(time + 0.002);
+            assert_eq!(time.to_string(), (f64::from(2 * n) / 1000.0).to_string());
+        }
+        assert_eq!(twelve_digits(0.018000000000000002), 0.018);
+        assert_eq!(twelve_digits(0.0), 0.0);
+        assert_eq!(twelve_digits(1.0 / 3.0), 0.333333333333);
+    }
+}
