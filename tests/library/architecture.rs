@@ -158,7 +158,10 @@ fn crates_come_first_and_in_order() {
             !is_crate
         });
         for (name, level) in of_the_driver {
-            assert!(rooms[*room] < *level, "{name} stands above the crate {room}");
+            assert!(
+                rooms[*room] < *level,
+                "{name} stands above the crate {room}"
+            );
         }
     }
 }
