@@ -1,7 +1,7 @@
 //! The fluid as a black box: displacement of the wall in, traction on the wall out.
 //!
-//! [`Fluid`] is all that the coupling and a simulation know of a flow solver: its wall ([`Fluid::interface`]), a verb for
-//! a coupling iteration ([`Fluid::solve`]), one for the end of a step ([`Fluid::accept`]), and two for a checkpoint
+//! [`Fluid`] is all that the coupling and a simulation know of a flow solver: its wall ([`Fluid::interface`]), a verb
+//! for a coupling iteration ([`Fluid::solve`]), one for the end of a step ([`Fluid::accept`]), and two for a checkpoint
 //! ([`Fluid::memory`], [`Fluid::recall`]).
 
 pub use field::FluidField;
@@ -262,8 +262,8 @@ pub(crate) fn require_finite(displacement: &[Vec3]) -> Result<(), FluidError> {
     }
 }
 
-/// A flow solver that can repeat a time step with different displacements of the wall. None of its methods has a
-/// default, which whoever wraps a fluid could forget to pass on.
+/// A flow solver that can repeat a time step with different displacements of the wall. No method has a
+/// default: a wrapper could forget to pass it on.
 pub trait Fluid {
     /// The wet surface in the reference configuration.
     fn interface(&self) -> &FluidInterface;
