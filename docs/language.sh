@@ -38,8 +38,12 @@ if [ -n "$long" ]; then
 fi
 # The tests that a page names exist, as a part of a function's or a file's name: of the library (L), with solvers (S),
 # within the source (U).
-unknown=$(grep -oP '\b(L|S\+?|U) `\w+`(, `\w+`)*' docs/*.md | tr -d '`,' | while read -r where names; do
+unknown=$({
+    grep -oP '\b(L|S\+?|U) `\w+`(, `\w+`)*' docs/*.md
+    git ls-files '*.md' | xargs grep -oP '`(a|an|the)_\w+`' | sed 's/:/:any /'
+} | tr -d '`,' | while read -r where names; do
     case $where in
+    *:any) within=. ;;
     *:L) within=tests/library ;;
     *:U) within=':!tests' ;;
     *) within=tests/solvers ;;

@@ -48,7 +48,7 @@ pub fn page(run: &Results) -> io::Result<String> {
     let mut page = Page::new(&format!("Blood and wall of {name}"), &lead);
     if run.is_going_on {
         page.of_unfinished_run(&format!(
-            "The run is going on: these are its results until now, of t = {} s. This page reloads itself each minute; \
+            "The run is going on, to t = {} s: these are its results so far. This page reloads itself each minute; \
              fsi-driver report --follow keeps it up to date.",
             run.case.time.end
         ));
