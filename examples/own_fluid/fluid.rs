@@ -4,7 +4,7 @@ use fsi_driver::Vec3;
 use fsi_driver::case::Case;
 use fsi_driver::fluid::{
     Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
-    Opening, Wanted,
+    OpeningReport, Wanted,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -182,7 +182,7 @@ impl Fluid for OneDimensionalFluid {
     fn accept(&mut self, _: Wanted) -> Result<FluidStep, FluidError> {
         self.state = (self.trial.take())
             .ok_or_else(|| FluidError::NotSolved("nothing has been solved".into()))?;
-        let opening = |name: &str, flow, mean_pressure| Opening {
+        let opening = |name: &str, flow, mean_pressure| OpeningReport {
             name: name.into(),
             flow,
             mean_pressure,

@@ -127,7 +127,7 @@ fn unpack(files: TemplateFiles, parent: &Path, name: &str) -> io::Result<PathBuf
         fs::create_dir_all(file.parent().unwrap_or(&inner))?;
         fs::write(file, text)?;
     }
-    // What somebody has changed makes room; another process may have been faster.
+    // What was changed by hand makes room; another process may have been faster.
     if folder.exists() && !is_whole(files, &folder) {
         fs::rename(&folder, partial.path().join("changed"))?;
     }

@@ -18,7 +18,7 @@ pub struct Arguments {
     #[arg(value_name = "B")]
     second: PathBuf,
     #[command(flatten)]
-    limits: Limits,
+    limits: CompareLimits,
     /// Folder for the table, the figures of the histories, and maps of both runs and of their difference.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -29,7 +29,7 @@ pub struct Arguments {
 
 /// How far two runs may be from each other.
 #[derive(Debug, clap::Args)]
-pub struct Limits {
+pub struct CompareLimits {
     /// Largest allowed root mean square of the difference of a history, relative to that of the history.
     #[arg(long, value_name = "SHARE", default_value_t = 0.02)]
     history: f64,
@@ -41,7 +41,7 @@ pub struct Limits {
     osi: f64,
 }
 
-impl Limits {
+impl CompareLimits {
     /// Those of histories, of fields, and of the oscillating shear index.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! `fsi-driver cross-check CASE…`: the same cases with both solvers for the blood, and how far they are from each
 //! other.
 
-use super::compare::Limits;
+use super::compare::CompareLimits;
 use super::{CaseArguments, Failure};
 use crate::case::{Case, Native, Override, ValuePlace};
 use crate::output::comparison::{Comparison, RunDifference};
@@ -54,7 +54,7 @@ pub struct Arguments {
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
-    limits: Limits,
+    limits: CompareLimits,
     #[command(flatten)]
     case: CaseArguments,
 }

@@ -126,8 +126,8 @@ fn make(arguments: &Arguments) -> Result<(PathBuf, f64), Failure> {
             )));
         }
         let study = study(folder, Results::load)?;
-        let page = match paper::Study::is_that_of(&study) {
-            true => paper::study::page(&paper::Study::new(study)),
+        let page = match paper::PaperStudy::is_that_of(&study) {
+            true => paper::study::page(&paper::PaperStudy::new(study)),
             false => report::of_study(&study),
         };
         page.map_err(unreadable)?

@@ -114,12 +114,12 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
         }
         ["findings", path] => {
             let study = study(path, Results::load)?;
-            if !paper::Study::is_that_of(&study) {
+            if !paper::PaperStudy::is_that_of(&study) {
                 return Err(Failure::Input(format!(
                     "{path} holds runs of other cases than the paper's models: its findings are about those alone"
                 )));
             }
-            paper::findings::plain(&paper::Study::new(study))
+            paper::findings::plain(&paper::PaperStudy::new(study))
         }
         ["differences", first, second] => {
             differences(&figures(first)?, &figures(second)?, [first, second])?.transposed()
@@ -190,8 +190,8 @@ fn validation(folder: &Path, file: &str, runs: &[&str]) -> Result<Validation, Fa
 
 /// The runs of a study, those of the paper in its order.
 fn ordered(study: crate::output::report::Study) -> Vec<Results> {
-    match paper::Study::is_that_of(&study) {
-        true => paper::Study::new(study).into_runs(),
+    match paper::PaperStudy::is_that_of(&study) {
+        true => paper::PaperStudy::new(study).into_runs(),
         false => study.runs,
     }
 }

@@ -27,7 +27,7 @@ const NO_TEXT: [(&[u8], &str); 8] = [
     ),
 ];
 
-/// What a file is that begins with these bytes, if it is known to be something else than anybody meant to give.
+/// What a file is that begins with these bytes, if it is known to be something else than the user meant to give.
 pub fn stranger(bytes: &[u8]) -> Option<&'static str> {
     let begins = |start: &[u8]| {
         (bytes.get(..start.len())).is_some_and(|bytes| bytes.eq_ignore_ascii_case(start))

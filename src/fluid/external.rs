@@ -1,6 +1,6 @@
 //! Blood by a user-supplied solver: a program that speaks the protocol of `of-adapter/PROTOCOL.md`.
 //!
-//! It is started with the way to the driver in its environment ([`ExternalFluid::start`]), or waited for while somebody
+//! It is started with the way to the driver in its environment ([`ExternalFluid::start`]), or waited for while the user
 //! starts it elsewhere. Its state between two steps are the bytes that it hands over with ACCEPTED and gets back with
 //! WELCOME.
 
@@ -33,7 +33,7 @@ pub const WALL: &str = "wall.obj";
 pub enum Starter {
     /// The driver: a program and its arguments.
     Command(Vec<String>),
-    /// Somebody else; these words are printed when the driver waits for it.
+    /// The user; these words are printed when the driver waits for it.
     User(Option<fn(&str)>),
 }
 
@@ -76,7 +76,7 @@ pub struct ExternalFluid {
     begun: Resting,
     /// The last accepted step that it was asked to keep.
     kept: Option<Resting>,
-    /// Its states that somebody may still need.
+    /// Its states that may still be needed.
     states: Vec<Resting>,
     /// What processes before this one have used.
     earlier: FluidUsage,
@@ -167,7 +167,7 @@ impl ExternalFluid {
         self.partner.outlast_interrupts();
     }
 
-    /// Tells the solver which of its states nobody needs any more; one that cannot be reached is told another time.
+    /// Tells the solver which of its states are no longer needed; one that cannot be reached is told another time.
     fn discard(&mut self, needed: &dyn Fn(f64) -> bool) {
         let partner = &mut self.partner;
         self.states.retain(|Resting { time, state }| {

@@ -85,7 +85,7 @@ pub struct FluidTrial {
 
 /// Where the fluid enters or leaves its domain.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Opening {
+pub struct OpeningReport {
     /// Its name: that of the patch, for a solver with a mesh.
     pub name: String,
     /// Flow into the domain, m³/s; negative where the fluid leaves it.
@@ -118,7 +118,7 @@ pub struct FluidStep {
     /// Time at the end of the step, s.
     pub time: f64,
     /// The openings: the inlet first, then one or more outlets.
-    pub openings: Vec<Opening>,
+    pub openings: Vec<OpeningReport>,
     /// Volume of the whole domain, m³.
     pub volume: f64,
     /// Viscous part of the load on the wall at each face of the interface, `-mu n . dev(2 sym grad u)`: the wall shear

@@ -200,7 +200,7 @@ pub struct HemodynamicsSummary {
     pub periodicity: Periodicity,
 }
 
-/// A share of the wall shear that nobody overlooks in a curve.
+/// A share of the wall shear that is obvious in a curve.
 const MUCH: f64 = 0.01;
 
 impl HemodynamicsSummary {

@@ -12,7 +12,7 @@ use budget::Budget;
 pub use budget::BudgetReport;
 use std::path::Path;
 
-/// What is done when somebody asks a measurement to end.
+/// What is done when the user asks a measurement to end.
 pub const STEPS_END: &str = "the time step is finished";
 
 /// Steps of a case that are measured.

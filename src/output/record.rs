@@ -11,7 +11,7 @@ use super::write_atomically;
 use crate::Vec3;
 use crate::case::{Case, Window};
 use crate::coupling::Iteration;
-use crate::fluid::{Fluid, FluidStep, Opening};
+use crate::fluid::{Fluid, FluidStep, OpeningReport};
 use crate::geometry::centre_line;
 use crate::hemodynamics::{Monitor, Region, Resolution, Steadiness, WallState, WetSurface};
 use crate::pfem::evaluation::samples::StressPeak;
@@ -454,7 +454,7 @@ impl RunSummary {
 }
 
 fn opening_rows(step: &FluidStep) -> Vec<OpeningRow> {
-    let row = |opening: &Opening| OpeningRow {
+    let row = |opening: &OpeningReport| OpeningRow {
         time_s: step.time,
         opening: opening.name.clone(),
         flow_m3_s: opening.flow,

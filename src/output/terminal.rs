@@ -28,7 +28,7 @@ pub fn print(text: impl Display) -> Result<(), PrintError> {
     }
 }
 
-/// Prints a line to standard error, if anybody is still there to see it.
+/// Prints a line to standard error, if it is still open.
 pub fn note(text: impl Display) {
     let _ = write(&mut io::stderr().lock(), format_args!("{text}\n"));
 }

@@ -6,4 +6,4 @@ pub(crate) mod findings;
 pub(crate) mod models;
 pub(crate) mod study;
 
-pub use study::Study;
+pub use study::PaperStudy;

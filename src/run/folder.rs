@@ -131,7 +131,7 @@ impl RunFolder {
     }
 }
 
-/// Who works in the folder of a run, if anybody does.
+/// The process that works in the folder of a run, if there is one.
 pub fn at_work(root: &Path) -> Option<String> {
     Lock::holder(&root.join(LOCK))
 }

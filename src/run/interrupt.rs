@@ -33,7 +33,7 @@ fn ignored_signals() -> u64 {
         .unwrap_or(0)
 }
 
-/// Whether somebody asked the run to end.
+/// Whether the user asked the run to end.
 #[derive(Debug, Clone)]
 pub struct Interrupt {
     asked: Arc<AtomicBool>,

@@ -50,7 +50,7 @@ impl Lock {
 }
 
 impl Lock {
-    /// Who has the lock, if anybody does.
+    /// The process that has the lock, if there is one.
     pub fn holder(path: &Path) -> Option<String> {
         let mut file = File::open(path).ok()?;
         match flock(&file, FlockOperation::NonBlockingLockShared) {

@@ -52,7 +52,7 @@ pub struct Checkpoints {
 /// Why a simulation ended before its last step.
 #[derive(Debug, thiserror::Error)]
 pub enum SimulationError {
-    /// Somebody asked it to end; the last step is in a checkpoint, if there are any.
+    /// The user asked it to end; the last step is in a checkpoint, if there are any.
     #[error("interrupted")]
     Interrupted,
     /// A step failed, and no attempt helped.
@@ -347,7 +347,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         reading.subdivision.done() == 0 && checkpoints.store.path(reading.steps).exists()
     }
 
-    /// Writes a checkpoint of the last accepted step, which the fluid has written, and removes what nobody needs any
+    /// Writes a checkpoint of the last accepted step, which the fluid has written, and removes what is not needed any
     /// more.
     ///
     /// # Errors
@@ -426,7 +426,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         Ok(())
     }
 
-    /// Removes checkpoints that nobody needs once the last accepted step is in one.
+    /// Removes checkpoints that are not needed once the last accepted step is in one.
     fn tidy(&self) -> Result<(), SimulationError> {
         match &self.checkpoints {
             Some(checkpoints) => {

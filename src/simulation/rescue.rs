@@ -126,7 +126,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
     /// again with more care; one that has died is started again from the newest checkpoint.
     ///
     /// # Errors
-    /// If there is no hope, or somebody asked the run to end.
+    /// If there is no hope, or the user asked the run to end.
     pub(super) fn rescue(&mut self, failed: FailedStep) -> Result<String, SimulationError> {
         let place = self.place();
         let (number, time) = (place.0, self.clock.next_time());
@@ -138,13 +138,13 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             iterations: &failed.iterations,
         })?;
         let what = format!("step {number} (t = {time:.6} s): {failed}");
-        let Verdict {
+        let RescueVerdict {
             dead,
             gone,
             of_the_fluid,
             needs_shorter_steps,
             in_vain,
-        } = match Verdict::of(&failed.error) {
+        } = match RescueVerdict::of(&failed.error) {
             Ok(verdict) => verdict,
             Err(FluidError::Interrupted) => return Err(SimulationError::Interrupted),
             Err(_) => return Err(SimulationError::Step(what)),
@@ -226,7 +226,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
 
 /// What a failure says of the fluid, and of another attempt.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Verdict {
+struct RescueVerdict {
     /// The fluid has died.
     dead: bool,
     /// It has not the state at the beginning of the step any more.
@@ -239,7 +239,7 @@ struct Verdict {
     in_vain: bool,
 }
 
-impl Verdict {
+impl RescueVerdict {
     /// # Errors
     /// What ends the run at once: another attempt would not find more room on the disk.
     fn of(error: &CouplingError) -> Result<Self, &FluidError> {

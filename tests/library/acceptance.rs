@@ -7,8 +7,8 @@ use fsi_driver::coupling::acceptance::{Balance, Limits};
 use fsi_driver::coupling::{Coupling, CouplingError, Step};
 use fsi_driver::fluid::native::NativeFluid;
 use fsi_driver::fluid::{
-    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial, Opening,
-    Wanted,
+    Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory, FluidStep, FluidTrial,
+    OpeningReport, Wanted,
 };
 use fsi_driver::pfem::Structure;
 use fsi_driver::simulation::assembly::{Domain, couple};
@@ -38,7 +38,7 @@ impl Fluid for Wrong {
 
     fn accept(&mut self, wanted: Wanted) -> Result<FluidStep, FluidError> {
         let mut step = self.fluid.accept(wanted)?;
-        let opening = |name: &str, flow| Opening {
+        let opening = |name: &str, flow| OpeningReport {
             name: name.into(),
             flow,
             mean_pressure: 0.0,
@@ -191,7 +191,7 @@ fn second_order_flows_may_differ_from_the_change() {
         let mut largest = 0.0_f64;
         for i in 1..40 {
             let t = 0.01 * f64::from(i);
-            let opening = Opening {
+            let opening = OpeningReport {
                 name: "in".into(),
                 // The first step of such a scheme is one of Euler's
                 flow: match i {

@@ -5,7 +5,7 @@ use fsi_driver::case::{Case, Preset, Rheology};
 use fsi_driver::fluid::native::metric::Metric;
 use fsi_driver::fluid::native::spectral_elements::SpectralElements;
 use fsi_driver::fluid::native::taylor_hood_space::Boundary;
-use fsi_driver::fluid::native::vessel_mesh::{Resolution, VesselMesh};
+use fsi_driver::fluid::native::vessel_mesh::{MeshResolution, VesselMesh};
 use fsi_driver::fluid::native::wall_traction::wall_loads;
 use fsi_driver::fluid::native::{
     BoundaryConditions, Flow, FlowError, FlowSettings, FlowState, OpenEnd, OpenInflow, TimeScheme,
@@ -33,7 +33,7 @@ fn tube(degree: usize) -> VesselMesh {
         set("geometry.extension_length_m", "5e-3"),
     ];
     let case = Case::load("tests/cases/S-0.0".as_ref(), Preset::Demo, &overrides).unwrap();
-    let resolution = Resolution {
+    let resolution = MeshResolution {
         degree,
         core: 2,
         radial: 1,

@@ -5,7 +5,7 @@ use super::protocol::{
 };
 use super::transport::{Patience, Transport, TransportError};
 use crate::Vec3;
-use crate::fluid::{FluidEffort, FluidInterface, FluidStep, Opening};
+use crate::fluid::{FluidEffort, FluidInterface, FluidStep, OpeningReport};
 use fsi_numerics::twelve_digits;
 
 /// What the driver knows of the problem before the fluid has said a word.
@@ -195,7 +195,7 @@ impl Session {
     /// What ACCEPTED says, in the driver's terms.
     pub fn step(&self, accepted: Accepted) -> FluidStep {
         let openings = self.openings.iter().zip(&accepted.openings);
-        let openings = openings.map(|(terms, report)| Opening {
+        let openings = openings.map(|(terms, report)| OpeningReport {
             name: terms.name.clone(),
             flow: report.flow,
             mean_pressure: report.mean_pressure,

@@ -11,13 +11,13 @@ use super::open_inflow::OpenEnd;
 use super::probes::probe;
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::{Boundary, Face};
-use super::vessel_mesh::{Resolution, VesselMesh};
+use super::vessel_mesh::{MeshResolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
 use crate::case::{Case, Problem, Rheology};
 use crate::fluid::{
     ElementModes, Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory,
-    FluidProbe, FluidStep, FluidTrial, FluidUsage, HighestModes, Opening, Wanted,
+    FluidProbe, FluidStep, FluidTrial, FluidUsage, HighestModes, OpeningReport, Wanted,
 };
 use crate::geometry::Vessel;
 use fsi_numerics::twelve_digits;
@@ -49,7 +49,7 @@ struct NativeTrial {
     /// Loads on the faces of the interface.
     loads: Vec<WallLoad>,
     /// The openings.
-    openings: Vec<Opening>,
+    openings: Vec<OpeningReport>,
 }
 
 /// Blood by spectral elements.
@@ -81,7 +81,7 @@ impl NativeFluid {
             return Err(FluidError::Died(reason.into()));
         };
         let numbers = &vessel.fluid.native;
-        let resolution = Resolution {
+        let resolution = MeshResolution {
             degree: numbers.degree,
             core: numbers.core,
             radial: numbers.radial,
@@ -273,7 +273,7 @@ impl NativeFluid {
         t: f64,
         prescribed: &[OpeningCondition],
         trial: &FlowSolution,
-    ) -> Vec<Opening> {
+    ) -> Vec<OpeningReport> {
         let mut outflows = trial.outflows.iter();
         let ends = self.ends.openings.iter().zip(prescribed);
         ends.map(|(end, prescribed)| {
@@ -285,7 +285,7 @@ impl NativeFluid {
                 }
             };
             let exact = model_pressure.and_then(|p| self.ends.pressure_at(end, t, p, -flow));
-            Opening {
+            OpeningReport {
                 name: end.name.clone(),
                 flow,
                 mean_pressure: exact.unwrap_or_else(|| self.mean_pressure(&end.faces, trial)),

@@ -14,7 +14,7 @@ pub trait System {
     /// Weights of the squares of the unknowns in the norm.
     fn weights(&self) -> &[f64];
 
-    /// Whether nobody waits for the solution any more.
+    /// Whether the solution is no longer needed.
     fn is_given_up(&self) -> bool {
         false
     }

@@ -76,7 +76,7 @@ pub enum FlowError {
         /// The node whose velocity is the worst, m.
         position: [f64; 3],
     },
-    /// Nobody waits for the solution any more.
+    /// The solution is no longer needed.
     #[error("interrupted")]
     Interrupted,
     /// What is known is not a number.

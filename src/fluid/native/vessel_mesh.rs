@@ -28,7 +28,7 @@ pub(crate) fn element_widths(core: usize, radial: usize) -> [f64; 2] {
 
 /// Numbers of elements, and their degree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Resolution {
+pub struct MeshResolution {
     /// Degree of the velocity.
     pub degree: usize,
     /// Elements along a side of the square in the middle, and a quarter of those around.
@@ -54,7 +54,7 @@ struct SectionNodes {
 
 impl SectionNodes {
     /// For elements whose nodes lie at `nodes` in [-1, 1].
-    fn new(resolution: &Resolution, nodes: &[f64]) -> Self {
+    fn new(resolution: &MeshResolution, nodes: &[f64]) -> Self {
         Self {
             side: resolution.core * (nodes.len() - 1),
             along: subdivided(resolution.core, nodes),
@@ -97,7 +97,7 @@ impl SectionNodes {
     }
 
     /// Quadrilaterals and, as patch 0, the sides on the wall.
-    fn plane(&self, resolution: &Resolution, degree: usize) -> Plane {
+    fn plane(&self, resolution: &MeshResolution, degree: usize) -> Plane {
         let mut plane = Plane {
             nodes: self.nodes(),
             quads: Vec::new(),
@@ -179,7 +179,7 @@ fn subdivided(elements: usize, nodes: &[f64]) -> Vec<f64> {
 /// direction as the degree, so that a polynomial of this degree is known by its values there.
 #[derive(Debug, Clone)]
 pub struct VesselMesh {
-    resolution: Resolution,
+    resolution: MeshResolution,
     /// Layers of elements with an elastic wall.
     elastic: Range<usize>,
     section: SectionNodes,
@@ -194,8 +194,8 @@ pub struct VesselMesh {
 
 impl VesselMesh {
     /// The mesh in a vessel.
-    pub fn new(vessel: &Vessel, resolution: Resolution) -> Self {
-        let Resolution { degree, core, .. } = resolution;
+    pub fn new(vessel: &Vessel, resolution: MeshResolution) -> Self {
+        let MeshResolution { degree, core, .. } = resolution;
         let basis = Basis::new(degree);
         let section = SectionNodes::new(&resolution, &basis.nodes.points);
         let pressure_section = SectionNodes::new(&resolution, &basis.pressure_nodes.points);
@@ -285,7 +285,7 @@ impl VesselMesh {
     }
 
     /// Numbers of elements.
-    pub fn resolution(&self) -> Resolution {
+    pub fn resolution(&self) -> MeshResolution {
         self.resolution
     }
 

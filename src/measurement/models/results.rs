@@ -49,17 +49,17 @@ struct SummaryFile {
     max_coupling_iterations: usize,
     failed_attempts: usize,
     seconds_per_step: f64,
-    seconds: Seconds,
+    seconds: ModelSeconds,
 }
 
 #[derive(Deserialize)]
-struct Seconds {
+struct ModelSeconds {
     fluid_s: f64,
     structure_s: f64,
 }
 
 #[derive(Deserialize)]
-struct Iteration {
+struct ModelIteration {
     time_s: f64,
     attempt: usize,
     iteration: usize,
@@ -85,7 +85,7 @@ impl Measured {
             return Ok(None);
         }
         let per_step = |seconds: f64| seconds / summary.steps.max(1) as f64;
-        let rows: Vec<Iteration> = rows(&run.join("iterations.csv"))?;
+        let rows: Vec<ModelIteration> = rows(&run.join("iterations.csv"))?;
         let probes: Vec<Probe> = rows_if_any(&run.join("probes.csv"))?;
         Ok(Some(Self {
             complete: summary.status == "complete",
@@ -133,7 +133,7 @@ fn rows_if_any<T: DeserializeOwned>(path: &Path) -> io::Result<Vec<T>> {
     }
 }
 
-fn by_residual(rows: &[Iteration], tolerance: f64) -> ByResidual {
+fn by_residual(rows: &[ModelIteration], tolerance: f64) -> ByResidual {
     // By step, whose time is its name: the last attempt's iterations, and the first of them below the tolerance.
     let mut steps: BTreeMap<u64, (usize, Option<usize>)> = BTreeMap::new();
     for row in rows {
@@ -175,7 +175,7 @@ mod tests {
     /// Iterations are counted to the first small residual of the last attempt.
     #[test]
     fn iterations_are_counted_to_the_first_small_residual() {
-        let row = |time_s, attempt, iteration, residual| Iteration {
+        let row = |time_s, attempt, iteration, residual| ModelIteration {
             time_s,
             attempt,
             iteration,

@@ -104,7 +104,7 @@ impl Projection {
 pub type Colour<'a> = &'a dyn Fn(usize, [usize; 3], [f64; 3]) -> [u8; 3];
 
 /// Triangles, and lines on them.
-pub struct Solid<'a> {
+pub struct DrawnSolid<'a> {
     /// Corners, m.
     pub points: &'a [Vec3],
     /// Numbers of the corners.
@@ -115,7 +115,7 @@ pub struct Solid<'a> {
     pub lines: &'a [([Vec3; 2], [u8; 3])],
 }
 
-impl Solid<'_> {
+impl DrawnSolid<'_> {
     /// How it lies in a picture of so many columns and rows of pixels, which it fills.
     pub fn projection(&self, view: &View, [columns, rows]: [usize; 2]) -> Projection {
         let eye = view.eye();

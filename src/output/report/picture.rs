@@ -9,7 +9,7 @@ use crate::geometry::centre_line;
 use crate::output::figure::Figure;
 use crate::output::figure::colour::Palette;
 use crate::output::figure::picture::Picture;
-use crate::output::figure::solid::{Solid, View};
+use crate::output::figure::solid::{DrawnSolid, View};
 use crate::output::results::Results;
 use crate::output::vtu::{self, Hexes};
 use std::collections::{BTreeMap, HashMap};
@@ -109,7 +109,7 @@ fn draw(
     triangles.extend(on_lumen.iter().map(|t| t.map(|p| p + first as u32)));
     let points: Vec<Vec3> = moved.iter().chain(lumen).copied().collect();
     let palette = Palette::sequential();
-    let solid = Solid {
+    let solid = DrawnSolid {
         points: &points,
         triangles: &triangles,
         colour: &|triangle, corners, weights| match colours.get(triangle) {

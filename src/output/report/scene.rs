@@ -3,7 +3,7 @@
 use super::page::{escape, significant};
 use super::surface::{DrawnSurface, SurfaceField};
 use crate::Vec3;
-use crate::output::figure::solid::{Solid, View};
+use crate::output::figure::solid::{DrawnSolid, View};
 use crate::output::figure::{colour::Palette, png_image};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -124,7 +124,7 @@ pub fn interpolated(values: &[f64], corners: [usize; 3], weights: [f64; 3]) -> f
 /// Lit from the eye.
 fn render(positions: &[Vec3], triangles: &[[u32; 3]], shares: &[f64]) -> Vec<[u8; 3]> {
     let palette = Palette::sequential();
-    let solid = Solid {
+    let solid = DrawnSolid {
         points: positions,
         triangles,
         colour: &|_, corners, weights| palette.at(interpolated(shares, corners, weights)),

@@ -10,14 +10,14 @@ use crate::output::report::page::significant;
 use crate::output::results::Results;
 use crate::output::tables::{HistoryRow, whole_steps};
 use crate::paper::models::{EXTENSIONS, letter, vessel};
-use crate::paper::study::{Study, influence};
+use crate::paper::study::{PaperStudy, influence};
 
 /// What the study found; `None` if models are missing.
 type Judged = Option<(String, Verdict)>;
 
 /// The value of a region for each `d_max` (mm) of an extension.
 pub fn series(
-    study: &Study,
+    study: &PaperStudy,
     extension: Extension,
     region: RegionName,
     value: impl Fn(&RegionSummary) -> f64,
@@ -31,7 +31,7 @@ pub fn series(
 }
 
 /// The extension that the paper shows, or one that is there with at least three models.
-fn shown(study: &Study) -> Option<Extension> {
+fn shown(study: &PaperStudy) -> Option<Extension> {
     let all = [Extension::Helix, Extension::Straight, Extension::Arc];
     all.into_iter()
         .find(|extension| study.of(*extension).len() >= 3)
@@ -119,7 +119,7 @@ fn decay(values: &[(f64, f64)], step: f64, period: f64, ramp: f64, floor: f64) -
 const IN_TOLERANCES: f64 = 2.0;
 
 /// Successive periods.
-pub fn periodicity(study: &Study) -> Judged {
+pub fn periodicity(study: &PaperStudy) -> Judged {
     let mut last: Option<f64> = None;
     let mut decays = Vec::new();
     for run in study.runs() {
@@ -183,7 +183,7 @@ pub fn periodicity(study: &Study) -> Judged {
 }
 
 /// Flows and the rate of change of the volume.
-pub fn balance(study: &Study) -> Judged {
+pub fn balance(study: &PaperStudy) -> Judged {
     let run = study.example()?;
     let history = &run.history;
     let window = run.hemodynamics.window;
@@ -222,7 +222,12 @@ pub fn balance(study: &Study) -> Judged {
 }
 
 /// A value of the artery over `d_max`, whose slope has this sign.
-pub fn linear(study: &Study, value: fn(&RegionSummary) -> f64, sign: f64, what: &str) -> Judged {
+pub fn linear(
+    study: &PaperStudy,
+    value: fn(&RegionSummary) -> f64,
+    sign: f64,
+    what: &str,
+) -> Judged {
     let extension = shown(study)?;
     let points = series(study, extension, Artery, value);
     if points.len() < 3 {
@@ -243,7 +248,7 @@ pub fn linear(study: &Study, value: fn(&RegionSummary) -> f64, sign: f64, what: 
 }
 
 /// The largest displacement over `d_max`.
-pub fn monotonic(study: &Study) -> Judged {
+pub fn monotonic(study: &PaperStudy) -> Judged {
     let extension = shown(study)?;
     let points = series(study, extension, Artery, |r| 1e3 * r.max_displacement_m.max);
     if points.len() < 3 {
@@ -261,7 +266,7 @@ pub fn monotonic(study: &Study) -> Judged {
 }
 
 /// Where the lowest largest wall shear stress is, in the middle of the artery, which is judged, and anywhere in it.
-pub fn lowest_shear(study: &Study) -> Judged {
+pub fn lowest_shear(study: &PaperStudy) -> Judged {
     let (mut texts, mut anywhere) = (Vec::new(), Vec::new());
     let (mut agree, mut resolved) = (true, true);
     for extension in EXTENSIONS {
@@ -294,7 +299,7 @@ pub fn lowest_shear(study: &Study) -> Judged {
 }
 
 /// The largest von Mises stress over `d_max`.
-pub fn stress(study: &Study) -> Judged {
+pub fn stress(study: &PaperStudy) -> Judged {
     let extension = shown(study)?;
     let points = series(study, extension, MidArtery, |r| {
         1e-3 * r.max_von_mises_Pa.max
@@ -320,7 +325,7 @@ fn is_at_rest(t: f64, period: f64) -> bool {
 }
 
 /// The same while the load hardly changes.
-pub fn stress_at_rest(study: &Study) -> Judged {
+pub fn stress_at_rest(study: &PaperStudy) -> Judged {
     let extension = shown(study)?;
     let mean = |run: &Results| {
         let period = run.case.time.period;
@@ -350,7 +355,7 @@ pub fn stress_at_rest(study: &Study) -> Judged {
 }
 
 /// Radius and oscillating shear index.
-pub fn alike(study: &Study) -> Judged {
+pub fn alike(study: &PaperStudy) -> Judged {
     let run = study
         .example()
         .filter(|run| vessel(run).model.d_max > 0.0)?;
@@ -371,7 +376,12 @@ pub fn alike(study: &Study) -> Judged {
 }
 
 /// Whether the largest index of each model lies within limits.
-pub fn osi_range(study: &Study, region: RegionName, [low, high]: [f64; 2], curved: bool) -> Judged {
+pub fn osi_range(
+    study: &PaperStudy,
+    region: RegionName,
+    [low, high]: [f64; 2],
+    curved: bool,
+) -> Judged {
     let mut values = Vec::new();
     for extension in EXTENSIONS {
         if curved && extension == Extension::Straight {
@@ -406,7 +416,7 @@ fn is_flat_and_then_grows(points: &[(f64, f64)]) -> bool {
 }
 
 /// The largest index over `d_max`.
-pub fn osi_order(study: &Study) -> Judged {
+pub fn osi_order(study: &PaperStudy) -> Judged {
     let mut texts = Vec::new();
     let (mut agrees, mut resolved) = (true, true);
     for extension in EXTENSIONS {
@@ -442,7 +452,7 @@ pub fn osi_order(study: &Study) -> Judged {
 const GONE: f64 = 0.05;
 
 /// How far the extension is felt.
-pub fn distance(study: &Study) -> Judged {
+pub fn distance(study: &PaperStudy) -> Judged {
     let mut texts = Vec::new();
     let mut farthest: f64 = 0.0;
     let straight = study.find(Extension::Straight, vessel(study.example()?).model.d_max)?;

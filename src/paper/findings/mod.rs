@@ -2,7 +2,7 @@
 
 mod judge;
 
-use super::study::Study;
+use super::study::PaperStudy;
 use crate::hemodynamics::RegionName::{Bypass, MidArtery};
 use crate::output::report::PageTable;
 use crate::output::report::page::{escape, table};
@@ -74,7 +74,7 @@ pub struct PaperFinding {
 }
 
 /// All findings as a table.
-pub fn html(study: &Study) -> String {
+pub fn html(study: &PaperStudy) -> String {
     let row = |finding: PaperFinding| {
         vec![
             format!("<span>{}</span>", escape(finding.paper)),
@@ -98,7 +98,7 @@ pub fn html(study: &Study) -> String {
 }
 
 /// All findings, numbered, in words alone.
-pub fn plain(study: &Study) -> PageTable {
+pub fn plain(study: &PaperStudy) -> PageTable {
     let mut table = PageTable::new(["", "what the paper found", "what this study found", ""]);
     for (i, finding) in all(study).into_iter().enumerate() {
         let verdict = finding.verdict.words().to_owned();
@@ -113,7 +113,7 @@ pub fn plain(study: &Study) -> PageTable {
 }
 
 /// All findings.
-pub fn all(study: &Study) -> Vec<PaperFinding> {
+pub fn all(study: &PaperStudy) -> Vec<PaperFinding> {
     let found = [
         (
             "Difference between successive periods of outflow and largest displacement decays close to exponentially and is small after the second period (fig. 11).",

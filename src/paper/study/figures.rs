@@ -1,6 +1,6 @@
 //! The figures of a study.
 
-use super::{SectionDifference, Study, influence};
+use super::{PaperStudy, SectionDifference, influence};
 use crate::case::Extension;
 use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
 use crate::hemodynamics::summary::RegionSummary;
@@ -17,7 +17,7 @@ use std::io;
 
 /// A curve with points over d_max for each extension.
 fn over_d_max(
-    study: &Study,
+    study: &PaperStudy,
     region: RegionName,
     value: impl Fn(&RegionSummary) -> f64,
 ) -> Vec<Curve> {
@@ -48,7 +48,7 @@ fn d_max_chart(
 }
 
 /// Figure 14 of the paper.
-pub fn influence_of_d_max(study: &Study) -> Vec<String> {
+pub fn influence_of_d_max(study: &PaperStudy) -> Vec<String> {
     vec![
         d_max_chart(
             "artery-volume",
@@ -75,7 +75,7 @@ pub fn influence_of_d_max(study: &Study) -> Vec<String> {
 }
 
 /// Figure 15.
-pub fn largest(study: &Study) -> Vec<String> {
+pub fn largest(study: &PaperStudy) -> Vec<String> {
     let at = |r: &RegionSummary| r.max_wall_shear_Pa.at;
     let mut figures = vec![
         d_max_chart(
@@ -115,7 +115,7 @@ pub fn largest(study: &Study) -> Vec<String> {
 }
 
 /// Figure 16.
-pub fn stress(study: &Study) -> io::Result<Vec<String>> {
+pub fn stress(study: &PaperStudy) -> io::Result<Vec<String>> {
     let mut figures = Vec::new();
     for extension in EXTENSIONS {
         let curve = |(i, run): (usize, &&Results)| {
@@ -159,7 +159,7 @@ pub fn stress(study: &Study) -> io::Result<Vec<String>> {
 }
 
 /// Figure 17.
-pub fn alike(study: &Study) -> Vec<String> {
+pub fn alike(study: &PaperStudy) -> Vec<String> {
     let Some(run) = study.example().filter(|run| !run.faces.is_empty()) else {
         return Vec::new();
     };
@@ -185,7 +185,7 @@ pub fn alike(study: &Study) -> Vec<String> {
 }
 
 /// Figure 18.
-pub fn osi(study: &Study) -> Vec<String> {
+pub fn osi(study: &PaperStudy) -> Vec<String> {
     let caption = "Largest oscillating shear index on a face.";
     [
         ("bypass", Bypass),
@@ -206,7 +206,7 @@ pub fn osi(study: &Study) -> Vec<String> {
 }
 
 /// How far along the vessel the extension is felt.
-pub fn distance(study: &Study) -> Vec<String> {
+pub fn distance(study: &PaperStudy) -> Vec<String> {
     let Some(example) = study.example() else {
         return Vec::new();
     };

@@ -13,13 +13,13 @@ use crate::output::wall_fields::FaceRow;
 use std::io;
 
 /// Runs of the paper's models.
-pub struct Study {
+pub struct PaperStudy {
     runs: Vec<Results>,
     /// Models that cannot be shown, and why.
     missing: Vec<String>,
 }
 
-impl Study {
+impl PaperStudy {
     /// Whether a study has no other cases than the paper's models.
     pub fn is_that_of(study: &report::Study) -> bool {
         study.runs.iter().all(is_model)
@@ -122,7 +122,7 @@ pub fn influence(a: &Results, b: &Results, value: fn(&FaceRow) -> f64) -> Vec<Se
 }
 
 /// Writes the page.
-pub fn page(study: &Study) -> io::Result<String> {
+pub fn page(study: &PaperStudy) -> io::Result<String> {
     let lead = format!(
         "{} model(s) of the joint of a bypass graft and an artery: straight (S), helical (H) and arc-shaped (A) upstream extension, \
          imperfections of up to d_max = 0.75 mm.",

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-/// Buffers that nobody uses at present.
+/// Buffers that are not in use.
 #[derive(Debug)]
 pub struct Pool<T>(Mutex<Vec<T>>);
 

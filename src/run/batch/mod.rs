@@ -16,7 +16,7 @@ pub use worker::{Outcome, Worker};
 /// Time between two looks at the models.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Keeps `jobs` models at work until all are done, or until somebody asks to end; returns what became of each.
+/// Keeps `jobs` models at work until all are done, or until the user asks to end; returns what became of each.
 pub fn work(
     models: &[BatchRun],
     interrupt: &Interrupt,

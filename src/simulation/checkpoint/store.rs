@@ -37,7 +37,7 @@ pub enum StoreError {
     /// There is none.
     #[error("{} holds no checkpoint", .0.display())]
     None(PathBuf),
-    /// Nobody has asked for any.
+    /// None was asked for.
     #[error("no checkpoints are kept")]
     Unwanted,
     /// There is none that could be used.

@@ -98,7 +98,7 @@ pub struct Accepted {
     pub state: Vec<u8>,
 }
 
-/// What ACCEPTED says of an opening; the fields are those of [`crate::fluid::Opening`].
+/// What ACCEPTED says of an opening; the fields are those of [`crate::fluid::OpeningReport`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs)]
 pub struct OpeningReport {

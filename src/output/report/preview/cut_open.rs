@@ -4,7 +4,7 @@ use super::{Shown, colour, legend};
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::Surfaces;
-use crate::output::figure::solid::{Solid, View};
+use crate::output::figure::solid::{DrawnSolid, View};
 use std::f64::consts::{PI, TAU};
 
 /// Colours of what is no material.
@@ -158,7 +158,7 @@ pub fn picture(shown: &Shown<'_>, pixels: [usize; 2]) -> std::io::Result<Vec<u8>
         fibres(shown, section, cut, &mut drawing);
     }
     edges(shown, cut, &mut drawing);
-    let solid = Solid {
+    let solid = DrawnSolid {
         points: &drawing.points,
         triangles: &drawing.triangles,
         colour: &|triangle, _, _| drawing.parts[triangle].colour(),
