@@ -161,7 +161,7 @@ mod tests {
 
     /// A file that is added to the templates is built in as well.
     #[test]
-    fn what_is_built_in_is_what_stands_in_the_project() {
+    fn built_in_templates_are_those_of_the_project() {
         let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case");
         for (files, folder) in [(VESSEL, "base"), (CHANNEL, "turek-hron/fluid")] {
             assert!(is_whole(files, &project.join(folder)), "{folder}");
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn changed_files_are_written_anew() {
+    fn changed_files_are_written_again() {
         let parent = tempfile::tempdir().unwrap();
         let folder = unpack(VESSEL, parent.path(), "vessel-1").unwrap();
         assert!(is_whole(VESSEL, &folder));

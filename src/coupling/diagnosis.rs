@@ -206,7 +206,7 @@ pub fn failure(failed: &FailedStep) -> String {
     } = failed;
     match failed.centre_shift.as_deref() {
         Some(seen) if seen.is_large() => {
-            format!("{}; then {}", moved_aside(seen), consequence(failed))
+            format!("{}; then {}", moved_sideways(seen), consequence(failed))
         }
         _ => format!("{error}{}", circumstances(error, iterations)),
     }
@@ -230,7 +230,7 @@ fn circumstances(error: &CouplingError, iterations: &[Iteration]) -> String {
 }
 
 /// That the wall has moved sideways, and what usually helps.
-fn moved_aside(seen: &CentreShift) -> String {
+fn moved_sideways(seen: &CentreShift) -> String {
     let mm = |metres: f64| 1e3 * metres;
     format!(
         "the wall has moved sideways, as a tube held at both ends does when it buckles under pressure: at ({:.1}, {:.1}, {:.1}) mm the centre of its cross-section lies {:.2} mm from where it was, {:.1} times the radius, of {:.2} mm that any point has moved. Smaller steps do not help; what holds arteries straight is axial prestretch and support by the tissue around them, else a thicker or shorter wall or less pressure helps (docs/limitations.md, \"Lateral buckling\"; `fsi-driver check DIR --wall` finds the pressure)",
@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_that_has_moved_aside_is_told_to_have_buckled() {
+    fn a_wall_that_has_moved_sideways_is_reported_as_buckled() {
         let failed = |shift, error| {
             let failed = FailedStep {
                 iterations: iterations(&[0.5, 0.1]),

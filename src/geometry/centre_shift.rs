@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bent_tube_has_moved_aside_where_it_has_moved_most() {
+    fn a_bent_tube_has_moved_sideways_where_it_has_moved_most() {
         let bow = |s: f64, phi: f64| {
             let widened = 3e-4 * (PI * s).sin();
             let aside = 9e-3 * (PI * s).sin().powi(2);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plate_is_no_tube() {
+    fn a_plate_is_not_a_tube() {
         let corner = |i: usize| Vec3::new(0.35 * (i / 4) as f64 / 30.0, 0.01, 0.005);
         let signs = |i: usize| Vec3::new(1.0, [1.0, -1.0][i % 2], [1.0, -1.0][i / 2 % 2]);
         let points: Vec<Vec3> = (0..124)

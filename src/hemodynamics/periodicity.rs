@@ -57,7 +57,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     #[test]
-    fn what_alternates_is_told_from_what_is_smooth() {
+    fn alternation_is_distinguished_from_smooth_change() {
         let sign = |n: i32| if n % 2 == 0 { 1.0 } else { -1.0 };
         let curve = |a: f64| -> Vec<f64> {
             let value = |n: i32| 3.0 + (TAU * f64::from(n) / 500.0).sin() + a * sign(n);

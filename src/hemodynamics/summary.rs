@@ -401,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn what_alternates_much_is_told_and_where_most() {
+    fn strong_alternation_is_reported_with_its_region() {
         let mut summary = summary();
         assert_eq!(summary.alternates(), None);
         for (region, share) in summary.regions.iter_mut().zip([0.004, 0.02, 0.015]) {

@@ -378,7 +378,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn places_are_told_by_axis_and_angle() {
+    fn places_are_given_by_axis_and_angle() {
         let places = tube(4, 8).places();
         assert_relative_eq!(places[0].x_m, 0.5);
         assert_relative_eq!(places[0].phi_deg, 22.5, max_relative = 1e-12);

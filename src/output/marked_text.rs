@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_between_the_marks_is_replaced_and_nothing_else() {
+    fn only_text_between_the_marks_is_replaced() {
         let text = "a\n<!-- table: x y -->\nold\nolder\n<!-- end of table -->\nb\n";
         let filled = "a\n<!-- table: x y -->\nx+y x+y\n<!-- end of table -->\nb\n";
         assert_eq!(doubled(text), Ok((filled.into(), 1)));

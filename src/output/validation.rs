@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_told_by_what_differs() {
+    fn places_are_named_by_what_differs() {
         assert_eq!(
             series(&[(1.0, None), (2.0, None)]).places(),
             ["x = 0 mm", "x = 1 mm"]

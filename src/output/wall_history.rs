@@ -436,7 +436,7 @@ mod tests {
     }
 
     #[test]
-    fn records_that_are_missing_doubled_or_no_numbers_are_refused() {
+    fn missing_doubled_and_non_finite_records_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("wall.bin");
         written(&path, 3);

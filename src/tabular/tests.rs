@@ -111,7 +111,7 @@ fn names_and_units_stand_where_people_put_them() {
 }
 
 #[test]
-fn what_is_no_table_is_told_with_the_line() {
+fn files_that_are_not_tables_are_refused_with_the_line() {
     for (text, line, expected) in [
         ("t,Q\n0,x\n1,2\n", Some(2), "expected a number, found \"x\""),
         ("t,Q\n0,1\n1,x\n", Some(3), "expected a number, found \"x\""),

@@ -107,7 +107,7 @@ fn refused_too_late(report: fn(&mut FluidStep), words: &str) {
 }
 
 #[test]
-fn an_answer_that_is_none_is_refused_before_the_fluid_keeps_it() {
+fn a_wrong_answer_is_refused_before_the_fluid_keeps_it() {
     let healthy = step(|_| (), |_| ()).unwrap();
     assert_eq!(healthy.mass_lost, 0.0);
     let mismatch = healthy.iterations.last().unwrap().force_mismatch;

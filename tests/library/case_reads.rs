@@ -36,7 +36,7 @@ fn write(folder: &Path, more: &str) -> PathBuf {
 }
 
 #[test]
-fn a_value_of_the_command_line_that_is_not_read_is_told() {
+fn a_value_of_the_command_line_that_is_not_read_is_reported() {
     for (set, key, when) in [
         (
             &[

@@ -380,7 +380,7 @@ fn new_says_what_it_understood_of_a_file() {
 
 /// Files of kinds that people have, with what `new` says of them; an exclamation mark is before what is refused.
 #[test]
-fn odd_files_are_read_rightly_or_told_rightly() {
+fn odd_files_are_read_or_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let line = |separator: &str, head: &str, width: f64| -> String {

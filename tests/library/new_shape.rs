@@ -209,7 +209,7 @@ fn a_proposal_does_not_depend_on_the_distances_of_points() {
 
 /// Options for the wall and what is around it.
 #[test]
-fn a_wall_can_be_told_with_its_thickness_and_state() {
+fn a_wall_can_be_given_with_its_thickness_and_state() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let row = |i: i32| [f64::from(i), 0.0, 0.0, 3.0];

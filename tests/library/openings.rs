@@ -168,7 +168,7 @@ fn lists_that_make_no_sense_are_refused() {
 
 /// Tables in whose place the list stands do nothing, and are told.
 #[test]
-fn tables_beside_the_list_are_told() {
+fn tables_next_to_the_list_are_reported() {
     let case = load(
         "[windkessel]\ncompliance_m3_Pa = 1e-10\n[[opening]]\nend = \"end\"\ncondition = \"pressure\"\npressure_Pa = 1e4",
     );

@@ -56,7 +56,7 @@ fn the_models_of_the_paper_raise_no_doubt() {
 }
 
 #[test]
-fn reynolds_numbers_beyond_laminar_flow_are_told() {
+fn reynolds_numbers_beyond_laminar_flow_are_reported() {
     // 2 Q/(π r ν) with r = 3 mm, ν = 3.5e-3/1050 m²/s
     let flow = |reynolds: f64| 0.5 * reynolds * std::f64::consts::PI * 3e-3 * (3.5e-3 / 1050.0);
     for (reynolds, doubtful) in [(1900.0, false), (2100.0, true), (1e6, true)] {
@@ -89,7 +89,7 @@ fn reynolds_numbers_beyond_laminar_flow_are_told() {
 }
 
 #[test]
-fn a_layer_that_the_mesh_does_not_see_is_told() {
+fn a_layer_that_the_mesh_does_not_resolve_is_reported() {
     // 12 mm, a pulse of half a second: 1.40 Hz, Womersley number 19
     let (folder, case) = tube(12e-3, 0.0, 1e-4, "");
     let coarse = ["fluid.mesh.core=2", "fluid.mesh.radial=2"];
@@ -115,7 +115,7 @@ fn a_layer_that_the_mesh_does_not_see_is_told() {
 }
 
 #[test]
-fn long_time_steps_are_told() {
+fn long_time_steps_are_reported() {
     let (folder, _) = tube(3e-3, 1e-6, 4e-6, "");
     let with = |set: &[&str]| load(folder.path(), Preset::Paper, set);
     assert_eq!(doubts(&with(&["time.step_s=2e-3"])), []);

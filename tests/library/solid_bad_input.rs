@@ -108,7 +108,7 @@ fn what_does_not_fit_together_is_refused() {
 }
 
 #[test]
-fn files_that_are_none_are_refused() {
+fn incomplete_and_invalid_files_are_refused() {
     assert!(
         TubeCase::new("")
             .refused()

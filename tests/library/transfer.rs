@@ -219,7 +219,7 @@ fn linear_loads_keep_their_values() {
 }
 
 #[test]
-fn meshes_of_other_units_and_other_walls_are_told_so() {
+fn meshes_of_other_units_and_other_walls_are_refused() {
     let solid = plate([2, 2], 2);
     let refused = |fluid: &FluidInterface| {
         Transfer::conserving(fluid, &solid)

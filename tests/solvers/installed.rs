@@ -107,7 +107,7 @@ fn an_installed_program_runs_a_case_from_any_folder() {
 
 /// Where the user's cache cannot be written, the dictionaries go where temporary files do.
 #[test]
-fn a_home_that_cannot_be_written_is_no_obstacle() {
+fn a_home_that_cannot_be_written_does_not_matter() {
     let installed = Installation::new();
     let case = installed.folder.path().join("case.toml");
     fs::write(&case, "extends = \"defaults\"\n").unwrap();

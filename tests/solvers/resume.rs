@@ -98,7 +98,7 @@ fn a_signal_saves_the_last_step_a_second_one_ends_at_once() {
 
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
-fn nobody_else_may_work_in_the_folder_of_a_run() {
+fn two_processes_cannot_work_in_the_folder_of_a_run() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let mut child = start(&mut driver(&out, 1000, &[]));

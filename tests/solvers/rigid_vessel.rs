@@ -379,7 +379,7 @@ fn a_rigid_vessel_runs_is_resumed_and_reported() {
 }
 
 #[test]
-fn what_is_of_walls_that_yield_is_refused_for_a_rigid_vessel() {
+fn keys_of_elastic_walls_are_refused_for_a_rigid_vessel() {
     let folder = tempfile::tempdir().unwrap();
     for (lines, key) in [
         ("[ends]\noutlet = \"sliding\"", "ends.outlet"),

@@ -78,7 +78,7 @@ fn experiment() -> String {
 const VISCOSITY: f64 = 3.5e-3;
 
 #[test]
-fn a_run_stands_beside_what_was_measured() {
+fn a_run_is_compared_with_measurements() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path();
     fs::write(root.join("case.toml"), TUBE).unwrap();

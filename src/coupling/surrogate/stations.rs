@@ -456,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_are_told_apart() {
+    fn waves_are_distinguished() {
         let stations = stations(1, 40);
         assert_eq!(stations.waves(), 7);
         for number in 0..7 {
@@ -480,7 +480,7 @@ mod tests {
     }
 
     #[test]
-    fn moving_the_tube_is_no_widening_but_a_wave_of_one_period() {
+    fn moving_the_tube_is_a_wave_of_one_period_not_a_widening() {
         let d = DVector::from_fn(3 * 31 * 12, |i, _| [0.3, -0.2, 0.1][i % 3]);
         let amplitudes = stations(1, 7).amplitudes(&d);
         for row in amplitudes.row_iter() {

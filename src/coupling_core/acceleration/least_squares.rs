@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_that_is_zero_or_not_a_number_is_no_column() {
+    fn a_change_that_is_zero_or_non_finite_is_left_out() {
         let zero = DVector::zeros(2);
         assert!(SecantPair::new(zero.clone(), zero.clone(), 1.0).is_none());
         assert!(SecantPair::new(zero, DVector::from_element(2, f64::NAN), 1.0).is_none());

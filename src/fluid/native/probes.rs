@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn points_outside_are_no_numbers() {
+    fn points_outside_are_undefined() {
         let (space, positions, _) = mesh(4);
         let (n, p) = (space.space.nodes, space.space.pressures);
         let outside = [

@@ -544,7 +544,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_dictionary_is_refused_with_the_line() {
+    fn files_that_are_not_dictionaries_are_refused_with_the_line() {
         for (text, line, message) in [
             ("rubbish", 1, "`rubbish` has no end: expected `;`"),
             ("a 1;\n\nb { c 2;\n", 3, "`{` is never closed"),

@@ -89,7 +89,7 @@ fn hexahedra_of_all_orders_and_formats_have_the_bodys_shape() {
 }
 
 #[test]
-fn what_is_no_wall_is_refused_with_the_place() {
+fn files_that_are_not_walls_are_refused_with_the_place() {
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str, text: &str| {
         let path = folder.path().join(name);

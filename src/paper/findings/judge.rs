@@ -484,7 +484,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_exponential_decay_is_told_from_others() {
+    fn an_exponential_decay_is_distinguished_from_others() {
         let step = 0.01;
         let of = |transient: fn(f64) -> f64, beats: i32| {
             let times = (1..=100 * beats).map(|n| f64::from(n) * step);

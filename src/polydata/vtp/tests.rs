@@ -1,7 +1,7 @@
 use super::*;
 
 #[test]
-fn what_is_no_polydata_is_told_in_a_sentence() {
+fn files_that_are_not_polydata_are_refused() {
     let head = r#"<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian">"#;
     let file = |points: &str, offsets: &str| {
         format!(

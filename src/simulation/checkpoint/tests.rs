@@ -86,7 +86,7 @@ proptest! {
     }
 
     #[test]
-    fn no_change_under_a_right_checksum_brings_the_reader_down(
+    fn no_change_under_a_right_checksum_crashes_the_reader(
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
         cut in any::<prop::sample::Index>(),
     ) {

@@ -97,7 +97,7 @@ fn centre_lines_of_vmtk_are_the_same_in_all_encodings() {
 }
 
 #[test]
-fn a_branch_is_chosen_and_the_others_are_told() {
+fn a_branch_is_chosen_and_the_others_are_listed() {
     let folder = tempfile::tempdir().unwrap();
     let file = |more: &str| of_vmtk("binary-zlib-64.vtp", more);
     let error = try_load(folder.path(), &file("")).unwrap_err();

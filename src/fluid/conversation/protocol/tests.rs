@@ -110,7 +110,7 @@ fn a_hello_that_does_not_add_up_is_refused() {
 }
 
 #[test]
-fn numbers_that_are_none_are_refused_with_their_place() {
+fn non_finite_numbers_are_refused_with_their_place() {
     let mut payload = vec![0; 24];
     put_vectors(
         &mut payload,
@@ -133,7 +133,7 @@ fn numbers_that_are_none_are_refused_with_their_place() {
 }
 
 #[test]
-fn a_report_brings_openings_wall_shear_and_the_state() {
+fn a_report_holds_openings_wall_shear_and_the_state() {
     let mut payload = Vec::new();
     (1..=9).for_each(|i| put_f64(&mut payload, f64::from(i)));
     let shear = vec![Vec3::new(2.0, 0.0, -2.0); 3];

@@ -63,7 +63,7 @@ fn a_closed_socket_is_noticed() {
 }
 
 #[test]
-fn nobody_else_can_reach_the_socket_and_it_goes_with_the_driver() {
+fn the_socket_is_private_and_removed_with_the_driver() {
     let listener = Listener::socket().unwrap();
     let address = listener.address();
     let mode = fs::metadata(address.parent().unwrap())
