@@ -203,7 +203,7 @@ table! {
     pub struct CouplingSettings {
         acceleration: AccelerationModel = "acceleration", ValueKind::Word(AccelerationModel::WORDS), "acceleration of the coupling";
         /// It answers for what the acceleration has not learnt.
-        surrogate: SurrogateModel = "surrogate", ValueKind::Word(SurrogateModel::WORDS), "model of blood and wall behind the acceleration";
+        surrogate: SurrogateModel = "surrogate", ValueKind::Word(SurrogateModel::WORDS), "model of blood and wall that gives the acceleration its first Jacobian";
         /// Of the constant relaxation, and of the first iteration of the others.
         relaxation: Option<f64> = "relaxation", above(0.0, 1.0), "relaxation factor",
             absent "0.9 with a surrogate, 0.1 without";

@@ -16,7 +16,7 @@ words! {
     /// Resolution and length of a run, with everything else unchanged.
     #[derive(Default, clap::ValueEnum)]
     pub enum Preset {
-        /// About 5000 fluid cells, 0.1 s: to see that everything runs.
+        /// About 5000 fluid cells and a short time: to see that everything runs.
         Demo = "demo",
         /// About 10,000 fluid cells, three beats.
         Coarse = "coarse",

@@ -86,7 +86,7 @@ choice! {
         /// A pressure.
         Pressure = "pressure" {
             pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "constant prescribed pressure; downstream of a resistance the venous one",
-                absent "0 behind a resistance; else opening.pressure_file";
+                absent "0 downstream of a resistance; else opening.pressure_file";
             file: Option<PathBuf> = "pressure_file", ValueKind::Path, "CSV file of the prescribed pressure over one period",
                 absent "opening.pressure_Pa";
             unit: Option<PressureUnit> = "pressure_unit", ValueKind::Word(PressureUnit::WORDS), "unit of the pressures in that file",
@@ -98,7 +98,7 @@ choice! {
         Resistance = "resistance" {
             resistance: f64 = "resistance_Pa_s_m3", above(0.0, 1e15), "resistance R, of the windkessel or alone";
             pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "constant prescribed pressure; downstream of a resistance the venous one",
-                absent "0 behind a resistance; else opening.pressure_file";
+                absent "0 downstream of a resistance; else opening.pressure_file";
         }
         /// A windkessel of two elements or three, `C dp/dt + p/R = Q`.
         Windkessel = "windkessel" {
