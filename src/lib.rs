@@ -42,7 +42,6 @@ mod measurement;
 mod numbers;
 pub mod output;
 pub mod paper;
-pub mod pfem;
 pub mod polydata;
 pub mod processes;
 pub mod proposal;
@@ -52,3 +51,4 @@ pub(crate) mod tabular;
 
 pub use fsi_numerics::{Mat3, Vec3};
 pub(crate) use fsi_numerics::{lagrange, quadrature};
+pub use fsi_pfem as pfem;

@@ -8,7 +8,7 @@ use crate::Mat3;
 use crate::Vec3;
 use crate::case::{BloodVessel, Case, GivenShape, TissueDirection};
 use crate::geometry::{Section, Vessel};
-use crate::pfem::material::{HyperelasticMaterial, WallAxes, from_case};
+use crate::pfem::material::{HyperelasticMaterial, Law, WallAxes};
 use crate::quadrature::Rule;
 
 /// Gauss points through a layer.
@@ -50,7 +50,10 @@ impl TubeLaw {
         let layers = layers.into_iter().map(|(material, thickness)| {
             let inner = radius;
             radius += thickness;
-            (from_case(&geometry.materials()[material]), [inner, radius])
+            (
+                Law::from(&geometry.materials()[material]).elastic,
+                [inner, radius],
+            )
         });
         let mut tube = Self {
             layers: layers.collect(),
@@ -219,7 +222,7 @@ mod tests {
     fn tube(layers: &[(Material, [f64; 2])]) -> TubeLaw {
         let layers = layers
             .iter()
-            .map(|(material, radii)| (from_case(material), *radii));
+            .map(|(material, radii)| (Law::from(material).elastic, *radii));
         TubeLaw {
             layers: layers.collect(),
             axial_stretch: 1.0,

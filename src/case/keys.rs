@@ -7,6 +7,8 @@ use super::{Blood, Problem, templates};
 use fsi_coupling::acceleration::AccelerationModel;
 use fsi_coupling::convergence::ConvergenceQuantity;
 use fsi_coupling::predictor::Extrapolation;
+use fsi_pfem::Formulation;
+use fsi_pfem::solution::time_scheme::TimeScheme;
 use std::path::PathBuf;
 
 table! {
@@ -114,32 +116,6 @@ table! {
             absent "newmark";
         newton_tolerance: f64 = "newton_tolerance", from(1e-14, 0.1), "relative residual at which Newton's method stops";
         newton_max_iterations: usize = "newton_max_iterations", whole(1, 1000), "most Newton iterations";
-    }
-}
-
-words! {
-    /// Which volume ratio the volumetric energy of the wall sees.
-    #[derive(Default)]
-    pub enum Formulation {
-        /// Its projection onto a lower space in each element: no volumetric locking.
-        Mixed = "mixed" (default),
-        /// That of the displacement at every point: locks at low degrees.
-        Displacement = "displacement",
-    }
-}
-
-words! {
-    /// How the wall's velocity and acceleration follow from its displacement.
-    #[derive(Default)]
-    pub enum TimeScheme {
-        /// Newmark's method as the trapezoidal rule: second order, no numerical damping.
-        Newmark = "newmark" (default),
-        /// Newmark's method with `β = 0.3025`, `γ = 0.6`: first order, damps what changes from step to step.
-        DampedNewmark = "damped_newmark",
-        /// Wood, Bossak and Zienkiewicz's method: second order, halves what changes from step to step.
-        Bossak = "bossak",
-        /// First order; damps what is not resolved, and some of what is.
-        ImplicitEuler = "implicit_euler",
     }
 }
 

@@ -37,6 +37,7 @@ mod flow_curve;
 pub mod identity;
 mod json_schema;
 mod keys;
+mod law;
 mod load;
 mod lumen;
 pub mod measured;

@@ -152,6 +152,10 @@ impl Absent for f64 {}
 
 impl Absent for fsi_coupling::convergence::ConvergenceQuantity {}
 
+impl Absent for fsi_pfem::Formulation {}
+
+impl Absent for fsi_pfem::solution::time_scheme::TimeScheme {}
+
 impl<T> Absent for Option<T> {
     fn is_absent(&self) -> bool {
         self.is_none()

@@ -1,8 +1,9 @@
 //! The imperfection: a smooth random thickening of the artery's wall towards the inside, equation (17).
 
 use super::HexMesh;
-use super::wall::{Surfaces, WallGrid, equal_stations};
+use super::{Surfaces, WallGrid};
 use crate::interpolation::BicubicSurface;
+use fsi_pfem::mesh::equal_stations;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 

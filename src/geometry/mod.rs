@@ -18,7 +18,6 @@ pub(crate) mod extruded;
 mod feature;
 pub(crate) mod flag;
 mod foam_files;
-pub(crate) mod hex_mesh;
 pub(crate) mod imperfection;
 mod lining;
 mod lumen;
@@ -28,15 +27,17 @@ pub(crate) mod o_grid;
 pub(crate) mod poly_mesh;
 mod section;
 mod size;
+pub(crate) mod supports;
 pub(crate) mod vessel;
-pub(crate) mod wall;
 mod wall_file;
 
 pub use centre_shift::CentreShift;
 pub use described::ANY as RIGID_MATERIAL;
 pub use deviation::Deviation;
 pub use extruded::{Growth, GrowthError, SurfaceError, WetQuads};
-pub use hex_mesh::{HexFace, HexMesh, HexShape, WallDirections};
+pub use fsi_pfem::mesh::{
+    HexFace, HexMesh, HexShape, Surfaces, WallDirections, WallGrid, tube_mesh,
+};
 pub use imperfection::{Imperfection, irregular_tube_mesh};
 pub use mesh_file::MeshFileError;
 pub use o_grid::{
@@ -46,5 +47,4 @@ pub use poly_mesh::{Patch, PolyMesh};
 pub use section::Section;
 pub use size::centre_line;
 pub use vessel::{AxialNumbers, Span, Vessel, solid_mesh};
-pub use wall::{Surfaces, WallGrid, tube_mesh};
 pub use wall_file::{WET, WallFile};

@@ -6,9 +6,9 @@
 
 use super::poly_mesh::{PatchFaces, PolyMesh};
 use super::vessel::{Span, Vessel};
-use super::wall::equal_stations;
 use crate::Vec3;
 use crate::case::{BloodVessel, FluidMesh};
+use fsi_pfem::mesh::equal_stations;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::ops::Range;
 

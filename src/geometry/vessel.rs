@@ -2,12 +2,13 @@
 
 use super::feature::Feature;
 use super::section::Section;
-use super::wall::{Surfaces, WallGrid, equal_stations};
 use super::{HexMesh, Imperfection};
+use super::{Surfaces, WallGrid};
 use crate::Vec3;
 use crate::case::{BloodVessel, FluidMesh, Material, Native, Shape, VesselSide, WallMesh};
 use crate::case::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG};
 use crate::curve::SpaceCurve;
+use fsi_pfem::mesh::equal_stations;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 

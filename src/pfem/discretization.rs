@@ -17,9 +17,8 @@ use super::space::numbering::Numbering;
 use super::space::shapes::Shapes;
 use super::supports::{self, Support, Supports};
 use crate::Vec3;
-use crate::case::Material;
-use crate::geometry::{HexFace, HexMesh, WallDirections};
-use crate::quadrature::Rule;
+use crate::mesh::{HexFace, HexMesh, WallDirections};
+use fsi_numerics::quadrature::Rule;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -72,16 +71,29 @@ pub struct Discretization {
     formulation: Formulation,
     quadrature_points: [usize; 3],
     foundations: Vec<Foundation>,
-    materials: Arc<[Box<dyn HyperelasticMaterial>]>,
+    materials: Arc<[Arc<dyn HyperelasticMaterial>]>,
     viscous: Vec<Option<KelvinVoigt>>,
     regions: Vec<usize>,
 }
 
 impl Discretization {
     /// Puts a body together; `materials` by region.
-    pub fn new(
+    pub fn new<M>(
         mesh: &HexMesh,
-        materials: &[Material],
+        materials: &[M],
+        supports: &[Support],
+        options: &Options,
+    ) -> Result<Self, SolidError>
+    where
+        for<'a> Law: From<&'a M>,
+    {
+        let laws: Vec<Law> = materials.iter().map(Law::from).collect();
+        Self::of_laws(mesh, &laws, supports, options)
+    }
+
+    fn of_laws(
+        mesh: &HexMesh,
+        materials: &[Law],
         supports: &[Support],
         options: &Options,
     ) -> Result<Self, SolidError> {
@@ -137,8 +149,8 @@ impl Discretization {
             formulation,
             quadrature_points: points,
             foundations,
-            materials: materials.iter().map(material::from_case).collect(),
-            viscous: materials.iter().map(material::viscous_from_case).collect(),
+            materials: materials.iter().map(|law| law.elastic.clone()).collect(),
+            viscous: materials.iter().map(|law| law.viscous).collect(),
             regions: mesh.regions.clone(),
         })
     }

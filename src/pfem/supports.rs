@@ -3,10 +3,9 @@
 use super::SolidError;
 use super::element::mapping::Mapping;
 use super::space::numbering::Numbering;
-use crate::case::{BloodVessel, GivenShape, InletEnd, TissueDirection, VesselEnd};
-use crate::curve::SpaceCurve;
-use crate::geometry::{HexFace, HexMesh};
+use crate::mesh::{HexFace, HexMesh};
 use crate::{Mat3, Vec3};
+use std::fmt;
 use std::sync::Arc;
 
 /// Components of displacement that are held at all functions of a body.
@@ -16,7 +15,7 @@ pub struct Supports {
 }
 
 /// Something that holds a part of the body; see the variants.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum Support {
     /// All components on a named surface.
     Clamped(String),
@@ -33,7 +32,7 @@ pub enum Support {
 
 /// Springs and dampers between a surface and a surrounding at rest; see
 /// [`foundation`](super::element::foundation).
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Foundation {
     /// Name of the surface.
     pub surface: String,
@@ -46,7 +45,24 @@ pub struct Foundation {
     /// The state in which springs exert nothing.
     pub at_rest: AtRest,
     /// The axis of `direction`; the x-axis if there is none.
-    pub axis: Option<Arc<SpaceCurve>>,
+    pub axis: Option<Arc<dyn Axis>>,
+}
+
+/// A line along a body, by which directions and strengths of springs are told.
+pub trait Axis: fmt::Debug + Send + Sync {
+    /// The line where it is nearest to the point `x` (m).
+    fn nearest(&self, x: &Vec3) -> AxisPoint;
+}
+
+/// A point of an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisPoint {
+    /// Arc length, m.
+    pub s: f64,
+    /// Position, m.
+    pub position: Vec3,
+    /// Direction of the line, a unit vector.
+    pub tangent: Vec3,
 }
 
 /// Which displacement springs and dampers resist.
@@ -124,79 +140,6 @@ pub fn on_springs(name: &str, spring: f64) -> Support {
         direction: Direction::All,
         ..Foundation::default()
     })
-}
-
-/// What holds the wall of a vessel with this centre-line: its ends, and the tissue around it.
-pub fn of_vessel(vessel: &BloodVessel, line: &SpaceCurve) -> Vec<Support> {
-    if vessel.is_rigid() {
-        // The lumen holds, and what is around it stays with it.
-        return ["start", "inner", "end"]
-            .map(|name| Support::Clamped(name.into()))
-            .into();
-    }
-    let mut supports = match vessel.inlet_end() {
-        InletEnd::Clamped => vec![Support::Clamped("start".into())],
-        InletEnd::Sliding => vec![sliding("start")],
-        InletEnd::Radial => sliding_radially("start").into(),
-    };
-    let (outlet, spring) = vessel.outlet_end();
-    match outlet {
-        VesselEnd::Clamped => supports.push(Support::Clamped("end".into())),
-        VesselEnd::Sliding => supports.push(sliding("end")),
-        VesselEnd::Radial => supports.extend(sliding_radially("end")),
-        VesselEnd::Springs => supports.push(on_springs("end", spring)),
-    }
-    supports.extend(tissue(vessel, line).into_iter().map(Support::Foundation));
-    supports
-}
-
-/// The springs and dampers around a vessel with this centre-line: of one direction, and of their own along the axis.
-pub fn tissue(vessel: &BloodVessel, line: &SpaceCurve) -> Vec<Foundation> {
-    let Some(tissue) = &vessel.surroundings else {
-        return Vec::new();
-    };
-    let axis = (!is_x_axis(line)).then(|| Arc::new(line.clone()));
-    let direction = match tissue.direction.unwrap_or_default() {
-        TissueDirection::Radial => Direction::Radial,
-        TissueDirection::Axial => Direction::Axial,
-        TissueDirection::All => Direction::All,
-    };
-    let kinds = [
-        (direction, tissue.spring, tissue.damping),
-        (Direction::Axial, tissue.axial_spring, tissue.axial_damping),
-    ];
-    let foundation = |(direction, spring, damping)| Foundation {
-        surface: "outer".into(),
-        spring: Profile(vessel.along(spring)),
-        damping: Profile(vessel.along(damping)),
-        direction,
-        at_rest: match tissue.at_rest.unwrap_or_default() {
-            GivenShape::Unloaded => AtRest::Reference,
-            GivenShape::Loaded => AtRest::Loaded,
-        },
-        axis: axis.clone(),
-    };
-    let all = kinds.into_iter().map(foundation);
-    let none = Profile::default();
-    all.filter(|tissue| tissue.spring != none || tissue.damping != none)
-        .collect()
-}
-
-/// Whether the elastic part of a vessel, from the arc length 0 on, lies on the x-axis.
-pub fn is_x_axis(line: &SpaceCurve) -> bool {
-    let knots: Vec<f64> = line.knots().into_iter().filter(|s| *s >= 0.0).collect();
-    let middles = knots.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-    let mut places = middles.chain(knots.iter().copied());
-    places.all(|s| {
-        let frame = line.frame(s);
-        frame.tangent == Vec3::x() && frame.origin == Vec3::new(s, 0.0, 0.0)
-    })
-}
-
-/// Pressure (Pa) on the outer surface of a vessel, along x.
-pub fn pressure_around(vessel: &BloodVessel) -> Profile {
-    let tissue = vessel.surroundings.as_ref();
-    Profile(vessel.along(tissue.and_then(|tissue| tissue.pressure)))
 }
 
 impl Supports {

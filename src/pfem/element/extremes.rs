@@ -145,36 +145,34 @@ impl Elements {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::Material;
-    use crate::geometry::tube_mesh;
-    use crate::pfem::discretization::{Discretization, Options};
-    use crate::pfem::{Formulation, Space, SpaceKind};
+    use crate::discretization::{Discretization, Options};
+    use crate::material::{HolzapfelGasserOgden, Law, NeoHooke};
+    use crate::mesh::tube_mesh;
+    use crate::{Formulation, Space, SpaceKind};
 
     #[test]
     fn they_are_those_of_the_states_one_by_one() {
-        let graft = Material::NeoHooke {
+        let graft = NeoHooke {
             mu: 3.33e5,
             kappa: 1.67e9,
-            viscosity: None,
         };
-        let media = Material::HolzapfelGasserOgden {
+        let media = HolzapfelGasserOgden {
             mu: 5.4e4,
             kappa: 1e9,
             k1: 640.0,
             k2: 3.54,
-            fibre_angle_deg: 10.0,
-            dispersion: None,
+            fibre: [10_f64.to_radians().cos(), 10_f64.to_radians().sin()],
+            dispersion: 0.0,
             tension_only: false,
-            viscosity: None,
         };
+        let laws = [Law::from(&graft), Law::from(&media)];
         let mesh = tube_mesh(3e-3, &[5e-4, 4e-4], 4e-3, 1, 4, 1);
         for formulation in [Formulation::Mixed, Formulation::Displacement] {
             let options = Options {
                 formulation,
                 ..Options::new(Space::isotropic(SpaceKind::Trunk, 2))
             };
-            let body = Discretization::new(&mesh, &[graft.clone(), media.clone()], &[], &options)
-                .expect("well posed");
+            let body = Discretization::new(&mesh, &laws, &[], &options).expect("well posed");
             let waves = |i: usize| 2e-5 * (1.7 * i as f64).sin();
             let displacement: Vec<f64> = (0..body.coefficients()).map(waves).collect();
             let elements = &body.elements;
@@ -192,7 +190,7 @@ mod tests {
             );
             for (e, (extremes, states)) in found.iter().zip(states.chunks(per_element)).enumerate()
             {
-                let largest = |f: &dyn Fn(&crate::pfem::StressState) -> f64| {
+                let largest = |f: &dyn Fn(&crate::StressState) -> f64| {
                     states.iter().map(f).fold(f64::NEG_INFINITY, f64::max)
                 };
                 for (value, expected) in [

@@ -21,9 +21,9 @@ use super::super::supports::{AtRest, Direction, Foundation as Described};
 use super::PAIRS;
 use super::mapping::Mapping;
 use super::surface::Surface;
-use crate::geometry::HexFace;
-use crate::pfem::space::Space;
-use crate::pfem::space::numbering::Numbering;
+use crate::mesh::HexFace;
+use crate::space::Space;
+use crate::space::numbering::Numbering;
 use crate::{Mat3, Vec3};
 
 /// A foundation at the quadrature points of the surface that it holds.
@@ -64,8 +64,8 @@ impl AxisPoint {
         let (foot, tangent) = match &described.axis {
             None => (Vec3::zeros(), Vec3::x()),
             Some(line) => {
-                let frame = line.nearest(&position).frame;
-                (frame.origin, frame.tangent)
+                let nearest = line.nearest(&position);
+                (nearest.position, nearest.tangent)
             }
         };
         Self {

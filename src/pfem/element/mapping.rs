@@ -15,10 +15,10 @@ use super::super::space::numbering::Numbering;
 use super::super::space::shapes::Shapes;
 use super::super::space::{Mode, Space};
 use super::gather;
-use crate::geometry::HexMesh;
-use crate::lagrange::values_and_derivatives as lagrange;
-use crate::quadrature::Rule;
+use crate::mesh::HexMesh;
 use crate::{Mat3, Vec3};
+use fsi_numerics::lagrange::values_and_derivatives as lagrange;
+use fsi_numerics::quadrature::Rule;
 
 /// Degree of the interpolation in all directions that stands for the exact shape.
 pub const EXACT_DEGREE: usize = 14;

@@ -13,16 +13,16 @@
 mod deformation;
 mod extremes;
 mod forces;
-pub(crate) mod foundation;
+pub mod foundation;
 pub mod mapping;
 mod pool;
-pub(crate) mod predicted_pressure;
+pub mod predicted_pressure;
 mod states;
 mod stiffness;
-pub(crate) mod sum_factorization;
+pub mod sum_factorization;
 pub mod surface;
 mod viscous;
-pub(crate) mod volume;
+pub mod volume;
 
 pub use deformation::{gather, scatter};
 
@@ -31,10 +31,10 @@ use super::material::{HyperelasticMaterial, KelvinVoigt, WallAxes};
 use super::space::numbering::Numbering;
 use super::space::shapes::Shapes;
 use super::space::{Mode, Space};
-use crate::geometry::WallDirections;
-use crate::quadrature::Rule;
+use crate::mesh::WallDirections;
 use crate::{Mat3, Vec3};
 use forces::Groups;
+use fsi_numerics::quadrature::Rule;
 use mapping::{Mapping, lattice};
 use pool::Pool;
 use rayon::prelude::*;

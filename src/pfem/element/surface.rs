@@ -17,9 +17,9 @@ use super::super::supports::modes_on_face;
 use super::PAIRS;
 use super::mapping::Mapping;
 use crate::Vec3;
-use crate::case::table::words;
-use crate::geometry::HexFace;
-use crate::quadrature::Rule;
+use crate::mesh::HexFace;
+use fsi_numerics::quadrature::Rule;
+use fsi_numerics::words;
 use std::collections::HashMap;
 
 words! {

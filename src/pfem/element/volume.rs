@@ -20,12 +20,23 @@ use super::super::space::{Mode, Space, SpaceKind};
 use super::mapping::lattice;
 use super::{ElementPoint, PAIRS};
 use crate::Mat3;
-pub use crate::case::Formulation;
-use crate::quadrature::legendre;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
+use fsi_numerics::quadrature::legendre;
+use fsi_numerics::words;
 use multiversion::multiversion;
 use nalgebra::DMatrix;
+
+words! {
+    /// Which volume ratio the volumetric energy of the wall sees.
+    #[derive(Default)]
+    pub enum Formulation {
+        /// Its projection onto a lower space in each element: no volumetric locking.
+        Mixed = "mixed" (default),
+        /// That of the displacement at every point: locks at low degrees.
+        Displacement = "displacement",
+    }
+}
 
 /// Degree from which on the trunk space has internal modes.
 const INTERNAL: usize = 6;

@@ -5,7 +5,7 @@ use super::super::discretization::Discretization;
 use super::super::element::surface::{directions, mode_on_face, on_face};
 use super::super::supports::modes_on_face;
 use crate::Vec3;
-use crate::geometry::HexFace;
+use crate::mesh::HexFace;
 
 /// Sample points along each direction of a face, from which the search starts.
 const SAMPLES: usize = 7;

@@ -107,7 +107,7 @@ fn split(A: &Mat3) -> (f64, Mat3, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pfem::material::HolzapfelGasserOgden;
+    use crate::material::HolzapfelGasserOgden;
 
     #[test]
     fn eigenvalues_are_those_of_the_diagonal_form() {

@@ -14,9 +14,9 @@ pub use kelvin_voigt::KelvinVoigt;
 pub use neo_hooke::NeoHooke;
 pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
 
-use crate::case::Material;
 use crate::{Mat3, Vec3};
 use lanes::{LANES, Lanes, Tensor, Vector};
+use std::sync::Arc;
 
 /// Fourth-order tensor `A_ijkl` at row `3 i + j` and column `3 k + l`.
 pub type Tensor4 = nalgebra::SMatrix<f64, 9, 9>;
@@ -145,48 +145,28 @@ pub trait HyperelasticMaterial: Send + Sync {
     }
 }
 
-/// The material that a case describes.
-pub fn from_case(material: &Material) -> Box<dyn HyperelasticMaterial> {
-    match *material {
-        Material::NeoHooke { mu, kappa, .. } => Box::new(NeoHooke { mu, kappa }),
-        Material::HolzapfelGasserOgden {
-            mu,
-            kappa,
-            k1,
-            k2,
-            fibre_angle_deg,
-            dispersion,
-            tension_only,
-            ..
-        } => Box::new(HolzapfelGasserOgden {
-            mu,
-            kappa,
-            k1,
-            k2,
-            fibre: [
-                fibre_angle_deg.to_radians().cos(),
-                fibre_angle_deg.to_radians().sin(),
-            ],
-            dispersion: dispersion.unwrap_or(0.0),
-            tension_only,
-        }),
-        Material::SaintVenantKirchhoff {
-            youngs_modulus,
-            poisson_ratio,
-            ..
-        } => Box::new(SaintVenantKirchhoff::new(youngs_modulus, poisson_ratio)),
+/// What a part of a body is made of.
+#[derive(Clone)]
+pub struct Law {
+    /// Stress by deformation.
+    pub elastic: Arc<dyn HyperelasticMaterial>,
+    /// Stress by rate of deformation, if there is any.
+    pub viscous: Option<KelvinVoigt>,
+}
+
+impl<M: HyperelasticMaterial + Clone + 'static> From<&M> for Law {
+    fn from(material: &M) -> Self {
+        Self {
+            elastic: Arc::new(material.clone()),
+            viscous: None,
+        }
     }
 }
 
-/// The viscous part of a material that a case describes, if it has one.
-pub fn viscous_from_case(material: &Material) -> Option<KelvinVoigt> {
-    let viscosity = match *material {
-        Material::NeoHooke { viscosity, .. }
-        | Material::HolzapfelGasserOgden { viscosity, .. }
-        | Material::SaintVenantKirchhoff { viscosity, .. } => viscosity,
-    };
-    let viscosity = viscosity.filter(|&viscosity| viscosity > 0.0)?;
-    Some(KelvinVoigt { viscosity })
+impl From<&Self> for Law {
+    fn from(law: &Self) -> Self {
+        law.clone()
+    }
 }
 
 /// `A_ijkl += a X_ij Y_kl`.

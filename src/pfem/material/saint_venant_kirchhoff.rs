@@ -62,7 +62,7 @@ impl HyperelasticMaterial for SaintVenantKirchhoff {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pfem::material::verification::check;
+    use crate::material::verification::check;
 
     #[test]
     fn derivatives_symmetry_and_objectivity() {

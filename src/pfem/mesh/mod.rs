@@ -1,5 +1,11 @@
 //! Hexahedra with curved shape, as the structural solver takes them.
 
+mod block;
+mod tube;
+
+pub use block::block_mesh;
+pub use tube::{Surfaces, WallGrid, equal_stations, tube_mesh};
+
 use crate::Vec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -134,7 +134,7 @@ impl HexShape for WallShape {
 }
 
 /// `n + 1` equally spaced stations from `start` to `end`.
-pub(super) fn equal_stations(start: f64, end: f64, n: usize) -> Vec<f64> {
+pub fn equal_stations(start: f64, end: f64, n: usize) -> Vec<f64> {
     (0..=n)
         .map(|i| {
             if i == n {
@@ -151,7 +151,7 @@ pub(super) fn equal_stations(start: f64, end: f64, n: usize) -> Vec<f64> {
 ///
 /// ```
 /// // The two-layer artery of the paper's first test case, initial mesh 2 × 4 × 2.
-/// let mesh = fsi_driver::geometry::tube_mesh(3e-3, &[0.5e-3, 0.5e-3], 10e-3, 2, 4, 1);
+/// let mesh = fsi_pfem::mesh::tube_mesh(3e-3, &[0.5e-3, 0.5e-3], 10e-3, 2, 4, 1);
 /// assert_eq!(mesh.hexes.len(), 16);
 /// assert_eq!(mesh.surfaces["inner"].len(), 8);
 /// ```

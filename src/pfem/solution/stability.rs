@@ -3,7 +3,7 @@
 use super::super::SolidError;
 use super::super::discretization::Discretization;
 use super::super::linear_algebra::factor::Factorization;
-use crate::case::table::words;
+use fsi_numerics::words;
 
 /// Relative change of an eigenvalue at which the iteration ends.
 const TOLERANCE: f64 = 1e-8;

@@ -28,8 +28,7 @@ use super::stability_watch::StabilityWatch;
 use super::stats::Stats;
 use super::time_scheme::TimeScheme;
 use crate::Vec3;
-use crate::case::Material;
-use crate::geometry::HexMesh;
+use crate::mesh::HexMesh;
 use fsi_numerics::twelve_digits;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -156,13 +155,25 @@ impl Given {
 
 impl Structure {
     /// A structure at rest in its reference configuration; `materials` by region of the mesh.
-    pub fn new(
+    pub fn new<M>(
         mesh: &HexMesh,
-        materials: &[Material],
+        materials: &[M],
+        options: &StructureOptions,
+    ) -> Result<Self, SolidError>
+    where
+        for<'a> Law: From<&'a M>,
+    {
+        let discretization = &options.discretization;
+        let body = Discretization::new(mesh, materials, &options.supports, discretization)?;
+        Self::of_body(mesh, body, options)
+    }
+
+    fn of_body(
+        mesh: &HexMesh,
+        body: Discretization,
         options: &StructureOptions,
     ) -> Result<Self, SolidError> {
         let discretization = &options.discretization;
-        let body = Discretization::new(mesh, materials, &options.supports, discretization)?;
         let faces = supports::surface(mesh, &options.wet_surface)?;
         let points = discretization
             .quadrature_points

@@ -1,8 +1,22 @@
 //! Time integration: velocity and acceleration at the end of a step from the displacement there.
 
 use super::equation_of_motion::State;
+use fsi_numerics::words;
 
-pub use crate::case::TimeScheme;
+words! {
+    /// How the wall's velocity and acceleration follow from its displacement.
+    #[derive(Default)]
+    pub enum TimeScheme {
+        /// Newmark's method as the trapezoidal rule: second order, no numerical damping.
+        Newmark = "newmark" (default),
+        /// Newmark's method with `β = 0.3025`, `γ = 0.6`: first order, damps what changes from step to step.
+        DampedNewmark = "damped_newmark",
+        /// Wood, Bossak and Zienkiewicz's method: second order, halves what changes from step to step.
+        Bossak = "bossak",
+        /// First order; damps what is not resolved, and some of what is.
+        ImplicitEuler = "implicit_euler",
+    }
+}
 
 /// Wood, Bossak and Zienkiewicz's parameter with which the highest frequencies fall to `(1 - α)/(1 + α)` = 1/2 a step.
 const BOSSAK: f64 = 1.0 / 3.0;

@@ -8,7 +8,7 @@
 //! `N_k` vanishes at both ends for `k >= 2` and has the parity of `k`: `N_k(-x) = (-1)^k N_k(x)`, which is all that
 //! continuity between elements of different orientation needs.
 
-use crate::quadrature::legendre;
+use fsi_numerics::quadrature::legendre;
 
 /// Values and derivatives of the `p + 1` shape functions at `x`.
 pub fn shape_functions(p: usize, x: f64) -> (Vec<f64>, Vec<f64>) {
@@ -54,7 +54,7 @@ impl BasisTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quadrature::Rule;
+    use fsi_numerics::quadrature::Rule;
 
     #[test]
     fn derivatives_of_the_modes_are_orthonormal() {

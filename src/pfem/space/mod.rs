@@ -22,12 +22,12 @@
 //! | 9 | 250 | 1000 |
 //! | 10 | 319 | 1331 |
 
-pub(crate) mod basis;
-pub(crate) mod numbering;
-pub(crate) mod prolongation;
+pub mod basis;
+pub mod numbering;
+pub mod prolongation;
 pub mod shapes;
 
-use crate::case::table::words;
+use fsi_numerics::words;
 
 words! {
     /// Which products of one-dimensional functions belong to a space.

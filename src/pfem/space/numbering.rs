@@ -8,7 +8,7 @@
 
 use super::super::SolidError;
 use super::{Mode, Space};
-use crate::geometry::HexMesh;
+use crate::mesh::HexMesh;
 use std::collections::HashMap;
 
 /// What a mode belongs to.

@@ -88,8 +88,8 @@ impl Domain {
             materials: vessel.materials().to_vec(),
             space: Space::isotropic(SpaceKind::Trunk, p),
             wet_surface: "inner",
-            supports: supports::of_vessel(keys, vessel.centre_line()),
-            outer_pressure: supports::pressure_around(keys),
+            supports: crate::geometry::supports::of_vessel(keys, vessel.centre_line()),
+            outer_pressure: crate::geometry::supports::pressure_around(keys),
             motion: None,
         }
     }
