@@ -10,6 +10,7 @@ use crate::case::{BloodVessel, Case, GivenShape, TissueDirection};
 use crate::geometry::{Section, Vessel};
 use crate::pfem::material::{HyperelasticMaterial, Law, WallAxes};
 use crate::quadrature::Rule;
+use std::sync::Arc;
 
 /// Gauss points through a layer.
 const POINTS: usize = 6;
@@ -21,7 +22,7 @@ const WIDEST: f64 = 3.0;
 /// A tube, unloaded.
 pub struct TubeLaw {
     /// Materials with the radii (m) of both sides, from the inside out.
-    layers: Vec<(Box<dyn HyperelasticMaterial>, [f64; 2])>,
+    layers: Vec<(Arc<dyn HyperelasticMaterial>, [f64; 2])>,
     /// Length relative to the unloaded one.
     axial_stretch: f64,
     /// Springs around the tube, Pa/m of the unloaded outer surface.

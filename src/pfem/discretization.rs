@@ -10,7 +10,7 @@ use super::element::{Body, Elements, Motion, gather, scatter};
 use super::linear_algebra::factor::{Factorization, Symbolic};
 use super::linear_algebra::ordering;
 use super::linear_algebra::sparse::Pattern;
-use super::material::{self, HyperelasticMaterial, KelvinVoigt};
+use super::material::{HyperelasticMaterial, KelvinVoigt, Law};
 use super::solid::SurfaceLoad;
 use super::space::Space;
 use super::space::numbering::Numbering;

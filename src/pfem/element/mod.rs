@@ -38,6 +38,7 @@ use fsi_numerics::quadrature::Rule;
 use mapping::{Mapping, lattice};
 use pool::Pool;
 use rayon::prelude::*;
+use std::sync::Arc;
 use sum_factorization::{SumFactorization, Workspace};
 use volume::{Formulation, Projection};
 
@@ -80,7 +81,7 @@ pub struct Body<'a> {
     /// Global numbers of the modes.
     pub numbering: &'a Numbering,
     /// Material of each region.
-    pub materials: &'a [Box<dyn HyperelasticMaterial>],
+    pub materials: &'a [Arc<dyn HyperelasticMaterial>],
     /// Viscous part of it, if it has one.
     pub viscous: &'a [Option<KelvinVoigt>],
     /// Region of each element.

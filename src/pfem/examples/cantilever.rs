@@ -18,7 +18,7 @@ use fsi_pfem::{SolidError, Space, SpaceKind, Vec3};
 const LENGTH: f64 = 1.0; // m
 const SIDE: f64 = 0.1; // m
 const YOUNG: f64 = 1e6; // Pa
-const POISSON: f64 = 0.3;
+const POISSON: f64 = 0.0; // as in beam theory, cross-sections keep their shape
 const ELEMENTS: usize = 4;
 
 fn main() -> Result<(), SolidError> {
@@ -38,7 +38,7 @@ fn main() -> Result<(), SolidError> {
         let (unknowns, tip) = hang(degree, light)?;
         let ratio = -tip.z / exact(light);
         println!("{degree:>6}{unknowns:>11}{:>15.3} %", 100.0 * ratio);
-        assert!(degree < 3 || (ratio - 1.0).abs() < 0.01, "{ratio}");
+        assert!(degree < 3 || (ratio - 1.0).abs() < 5e-4, "{ratio}");
     }
 
     // 3. More and more weight: the tip comes back towards the clamp, and no beam theory of small displacements has it.

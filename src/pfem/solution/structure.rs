@@ -28,6 +28,7 @@ use super::stability_watch::StabilityWatch;
 use super::stats::Stats;
 use super::time_scheme::TimeScheme;
 use crate::Vec3;
+use crate::material::Law;
 use crate::mesh::HexMesh;
 use fsi_numerics::twelve_digits;
 use rayon::prelude::*;
@@ -39,7 +40,7 @@ use std::sync::Arc;
 const MAX_CUTS: u32 = 6;
 
 /// Choices of a dynamic structure.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct StructureOptions {
     /// Space, mapping and quadrature.
     pub discretization: discretization::Options,

@@ -3,7 +3,7 @@
 use super::own;
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};
 use crate::geometry::{HexMesh, PolyMesh, Vessel, elastic_pieces};
-use crate::pfem::supports::{self, Profile, Support};
+use crate::pfem::supports::{Profile, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
 use std::ops::Range;
 
