@@ -2,7 +2,7 @@
 //! degree: `cargo bench --bench wall_table -- FILE [ROW ...]`. Rows that `FILE` has already are left alone, so that a
 //! table can be interrupted. A row is `WALL:Pa:FORM:AXIALxAROUNDxRADIAL:p[:POINTS]`, such as
 //! `S-0.5:15700:mixed:16x8x2:4`; without any, the rows of `docs/wall.md` are computed. `FORM` is `mixed` or `pure`, in
-//! the trunk space, or with `-tensor` behind it in that of all products. `WALL` is
+//! the trunk space, or with `-tensor` after it in that of all products. `WALL` is
 //!
 //! - `tube`: the two-layer artery of table 1, inner radius 3 mm, layers of 0.5 mm, 6 mm long between planes; its radial
 //!   displacement is known (`tests/library/pfem_static_tube.rs`);

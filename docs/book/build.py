@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "target/book-source"
 BOOK = ROOT / "target/book"
 MDBOOK = "0.5.4"
-# What pages link to, beside pages: everything else stays out of the book.
+# What pages link to, in addition to pages: everything else stays out of the book.
 LINKED = re.compile(r"\.(md|png|svg|toml|txt|py|rs|h|c|sh|sbatch|csv|stl|vtp|cff|yml|html)$|(^|/)(LICENSE|Containerfile)$|^openfoam-case/base/")
 
 CODE = r"(^```.*?^```|`[^`\n]*`)"

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The nozzle with either fluid on two meshes, beside the experiment: openfoam-case/fda-nozzle/validation.sh FOLDER
+# The nozzle with either fluid on two meshes and the experiment: openfoam-case/fda-nozzle/validation.sh FOLDER
 #
 # Some hours on two cores. What has been computed in FOLDER is kept, so the same line goes on where it ended. In the end
 # the last step of each run is copied to openfoam-case/fda-nozzle/kept, and the tables of the pages are made again.

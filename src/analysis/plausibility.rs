@@ -62,7 +62,7 @@ const KEYS: [Usual; 13] = [
     (&["inlet.pressure_Pa", "outlet.pressure_Pa", "initial.pressure_Pa"], "a pressure in vessels", MMHG, [130.0, 3e4], 1.1e4),
 ];
 
-/// A value beside its range, and the keys that it follows from.
+/// A value with its range, and the keys that it follows from.
 struct Judged<'a> {
     /// What it is, if it is not the value of the one key.
     what: String,
@@ -71,7 +71,7 @@ struct Judged<'a> {
     /// The value to expect.
     typical: f64,
     shown: Shown,
-    /// What of such things is usual; empty beside `what`.
+    /// What of such things is usual; empty with `what`.
     about: &'a str,
     /// The keys to look at; it is proportional to this power of the first one, and all have one unit of [`SLIPS`].
     keys: Vec<String>,

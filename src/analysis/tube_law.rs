@@ -1,8 +1,8 @@
 //! Pressure and radius of a long straight tube of hyperelastic layers: what a wall does before anything is meshed.
 //!
-//! The wall keeps its volume, `r² = r_i² + (R² - R_i²)/λ_z`, and its radial stress is small beside the one around, as
-//! in a membrane; each material finds its radial stretch from that. Virtual work then gives the pressure `p = ∫ P_θθ/r
-//! dR`, exact for incompressible layers and right to the first order in the thickness for others.
+//! The wall keeps its volume, `r² = r_i² + (R² - R_i²)/λ_z`, and its radial stress is small compared with the one
+//! around, as in a membrane; each material finds its radial stretch from that. Virtual work then gives the pressure `p
+//! = ∫ P_θθ/r dR`, exact for incompressible layers and right to the first order in the thickness for others.
 
 use crate::Mat3;
 use crate::Vec3;

@@ -29,7 +29,7 @@ pub struct Explained {
     pub value: Option<Value>,
     /// Where the value, or its absence, comes from.
     pub origin: Option<Origin>,
-    /// The comment beside it, without origins.
+    /// The comment next to it, without origins.
     pub remark: String,
 }
 

@@ -124,7 +124,7 @@ table! {
     pub struct FluidSettings {
         solver: Solver = "solver", ValueKind::Word(Solver::WORDS), "solver for the blood",
             absent "external with fluid.command or fluid.await, otherwise openfoam";
-        /// Files beside the one that names them are passed as absolute paths.
+        /// Files next to the one that names them are passed as absolute paths.
         command: Vec<String> = "command", ValueKind::Command(100), "a fluid solver of your own, with its arguments", absent "none", only EXTERNAL;
         is_awaited: bool = "await", ValueKind::Flag, "whether to wait for a fluid solver that is started separately", absent "false", only EXTERNAL;
         templates: PathBuf = "templates", ValueKind::PathOr(templates::WORDS), "folder of the OpenFOAM dictionary templates", only TEMPLATES;

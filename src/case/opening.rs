@@ -24,7 +24,7 @@ words! {
     }
 }
 
-/// An opening: what it is called and where it is, beside the keys of its condition.
+/// An opening: what it is called and where it is, next to the keys of its condition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OpeningKeys {
     /// `end`: at which end of the vessel it is.

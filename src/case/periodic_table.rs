@@ -260,7 +260,7 @@ fn monotone_slopes(times: &[f64], values: &[f64], period: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Digits of a number as it is written, without zeros before and behind.
+/// Digits of a number as it is written, without zeros before and after.
 fn digits(x: f64) -> usize {
     let text = format!("{x:.8e}");
     let (mantissa, _) = text.split_once('e').unwrap_or((&text, ""));

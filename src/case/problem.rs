@@ -1,6 +1,6 @@
 //! What a case is about: one of a few kinds, each with keys that no other has.
 //!
-//! In a file the keys of every kind stand at the root beside those that all cases have; which kind it is shows in the
+//! In a file the keys of every kind stand at the root next to those that all cases have; which kind it is shows in the
 //! table (or key) that only that kind has, and is the paper's vessel where there is none. In the types the keys of a
 //! kind are in its variant of [`Problem`] and nowhere else. A further kind is a variant here, a word of [`ProblemKind`]
 //! with the table that shows it, and an arm of the few `match`es that the compiler then asks for.

@@ -179,7 +179,7 @@ mod tests {
             assert_eq!(unpack(VESSEL, parent.path(), "vessel-1").unwrap(), folder);
             assert!(is_whole(VESSEL, &folder));
         }
-        // Nothing is left beside them.
+        // Nothing is left next to them.
         assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 1);
     }
 }

@@ -136,7 +136,7 @@ fn absolute(path: &str, entry: &CaseValue) -> Option<Value> {
     absolute.to_str().map(Value::from)
 }
 
-/// A program and its arguments. What is the name of a file beside the one that the words stand in becomes its path; so
+/// A program and its arguments. What is the name of a file next to the one that the words stand in becomes its path; so
 /// does a program with a slash in its name, the others are looked for in `PATH`.
 fn read_command(words: &[Value], entry: &CaseValue) -> Option<Value> {
     let word = |(i, word): (usize, &Value)| {

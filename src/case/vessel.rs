@@ -184,7 +184,7 @@ words! {
     }
 }
 
-/// A material: its name beside its own keys.
+/// A material: its name next to its own keys.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NamedMaterial {
     /// `name`: what sections call it.

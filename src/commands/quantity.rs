@@ -1,4 +1,4 @@
-//! Lengths and pressures of the command line, with their unit behind the number: 0.7mm, 80mmHg.
+//! Lengths and pressures of the command line, with their unit after the number: 0.7mm, 80mmHg.
 
 /// Units of lengths in metres, and of pressures in pascals.
 const LENGTHS: [(&str, f64); 4] = [("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6), ("m", 1.0)];

@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// The folder `name-results` beside `name.toml`.
+/// The folder `name-results` next to `name.toml`.
 fn default_folder(file: &Path) -> PathBuf {
     let mut name = file.file_stem().unwrap_or_default().to_owned();
     name.push("-results");

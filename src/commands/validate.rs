@@ -1,4 +1,4 @@
-//! `fsi-driver validate FILE RUN…`: runs beside what an experiment has measured.
+//! `fsi-driver validate FILE RUN…`: runs compared with what an experiment has measured.
 
 use super::Failure;
 use crate::output::terminal;

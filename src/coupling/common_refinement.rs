@@ -1,6 +1,6 @@
 //! The common refinement of two meshes of one surface, and an interpolation between them that conserves forces.
 //!
-//! Each face of the wall is cut with the faces of the fluid beside it, in the plane of its mean normal. The force of a
+//! Each face of the wall is cut with the faces of the fluid next to it, in the plane of its mean normal. The force of a
 //! face of the fluid is divided between the faces of the wall in proportion to the areas that they share, so the forces
 //! on the wall add up to those of the fluid, whatever the meshes (Jaiman, Jiao, Geubelle, Loth, *Conservative load
 //! transfer along curved fluid-solid interface with non-matching meshes*, J. Comput. Phys. 218, 2006). Within a face of
@@ -16,19 +16,19 @@ use std::ops::Range;
 
 /// Faces lie next to each other if they are not farther apart than this share of the size of the larger one.
 const BESIDE: f64 = 0.25;
-/// A face of the wall counts as covered if its area differs by at most this share from that of the fluid's faces beside
-/// it: facets differ a little from the curved face that they stand for.
+/// A face of the wall counts as covered if its area differs by at most this share from that of the fluid's faces next
+/// to it: facets differ a little from the curved face that they stand for.
 const COVERED: f64 = 1e-2;
 /// With less than this share covered, the load is taken for constant on a face: the interpolation would extrapolate.
 const MOSTLY: f64 = 0.9;
 
-/// Which part of each face of the fluid lies beside which face of the wall.
+/// Which part of each face of the fluid lies next to which face of the wall.
 #[derive(Debug, Clone)]
 pub struct CommonRefinement {
     faces: Vec<WallFace>,
     /// Area (m²) of each face of the fluid.
     areas: Vec<f64>,
-    /// Area (m²) of the fluid's faces that lie beside no face of the wall.
+    /// Area (m²) of the fluid's faces that lie next to no face of the wall.
     lost: f64,
 }
 
@@ -42,12 +42,12 @@ struct WallFace {
     area: f64,
     /// The same seen along the mean normal, m².
     shadow: f64,
-    /// Area of the fluid's faces beside it over its own, both seen along its mean normal.
+    /// Area of the fluid's faces next to it over its own, both seen along its mean normal.
     covered: f64,
     pieces: Vec<Overlap>,
 }
 
-/// The part of a face of the fluid that lies beside a face of the wall.
+/// The part of a face of the fluid that lies next to a face of the wall.
 #[derive(Debug, Clone)]
 struct Overlap {
     /// The face of the fluid.
@@ -108,7 +108,7 @@ impl CommonRefinement {
         }
     }
 
-    /// Share of the wall's area that has no face of the fluid beside it, and carries no load.
+    /// Share of the wall's area that has no face of the fluid next to it, and carries no load.
     pub fn uncovered(&self) -> f64 {
         let bare = |face: &WallFace| (1.0 - face.covered).max(0.0) * face.area;
         let area: f64 = self.faces.iter().map(|face| face.area).sum();
@@ -131,7 +131,7 @@ impl CommonRefinement {
     }
 
     /// The `pointwise` interpolation to the wall's quadrature `points`, with what its mean on each face of the wall
-    /// lacks of the mean of the fluid's faces beside it.
+    /// lacks of the mean of the fluid's faces next to it.
     pub(super) fn conserving(
         &self,
         pointwise: &Interpolation,
@@ -170,7 +170,7 @@ impl CommonRefinement {
         }
     }
 
-    /// Adds the mean of the load on the pieces beside a face of the wall. On a face of the fluid that lies beside
+    /// Adds the mean of the load on the pieces next to a face of the wall. On a face of the fluid that lies next to
     /// several, the load is taken for linear, about the middle of all its pieces (`centres`).
     fn add_mean(
         &self,
@@ -208,7 +208,7 @@ impl Weights {
 }
 
 impl WallFace {
-    /// Cuts a face of the wall with all that lies beside it; shares are areas (m²) still.
+    /// Cuts a face of the wall with all that lies next to it; shares are areas (m²) still.
     fn cut(
         fluid: &FluidInterface,
         sources: &Sources,

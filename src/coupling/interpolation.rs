@@ -333,7 +333,7 @@ mod tests {
         }
     }
 
-    /// A plate that is thin beside its faces: the nearest face is one of the other side.
+    /// A plate that is thin compared with its faces: the nearest face is one of the other side.
     #[test]
     fn the_two_sides_of_a_thin_plate_have_nothing_in_common() {
         let square = |x: f64, z: f64| {

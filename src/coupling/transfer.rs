@@ -7,9 +7,9 @@ use crate::fluid::FluidInterface;
 use crate::geometry::CentreShift;
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
 
-/// With a smaller share of the wall's wet surface beside the fluid, the two meshes are taken for a mistake.
+/// With a smaller share of the wall's wet surface next to the fluid, the two meshes are taken for a mistake.
 const LEAST_COVERED: f64 = 0.1;
-/// Most of the fluid's wetted area, as a share, that may have no wall beside it.
+/// Most of the fluid's wetted area, as a share, that may have no wall next to it.
 const MOST_LOST: f64 = 1e-3;
 /// Meshes are of different units, not of the same wall, if one is so many times as large as the other.
 const OTHER_UNIT: f64 = 5.0;
@@ -28,13 +28,13 @@ pub enum TransferError {
         /// Of the fluid's faces on it.
         fluid: f64,
     },
-    /// Most of the wall has no fluid beside it, this share of its area.
+    /// Most of the wall has no fluid next to it, this share of its area.
     #[error(
         "{:.1} % of the wall's wet surface has no face of the fluid next to it: the surfaces that the fluid touches are others, or face the other way",
         1e2 * .0
     )]
     Uncovered(f64),
-    /// A part of the fluid's wetted area has no wall beside it, this share.
+    /// A part of the fluid's wetted area has no wall next to it, this share.
     #[error(
         "{:.1} % of the area of the fluid's wetted patches has no face of the wall next to it, so its load would be lost: the wall's wet surface must reach as far as these patches and face them",
         1e2 * .0
@@ -101,7 +101,7 @@ impl<L> Transfer<L> {
     }
 
     /// Relates any two meshes: the wall gets the fluid's force, whatever they look like. Parts of the wall without the
-    /// fluid beside them carry no load.
+    /// fluid next to them carry no load.
     ///
     /// # Errors
     /// If the two meshes do not describe the same wall.

@@ -52,7 +52,7 @@ pub struct Criterion {
 /// Distance of a coupling iteration to convergence.
 ///
 /// Criterion (14) tests the change of the *accelerated* displacement, which a small relaxation factor makes small by
-/// itself; the residual of the fixed point is recorded beside it so that one can tell.
+/// itself; the residual of the fixed point is recorded next to it so that one can tell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResidualMeasure {
     /// |d_{k+1} - d_k| / |d_k|.

@@ -70,7 +70,7 @@ impl Frame {
     }
 }
 
-/// Where a point lies beside a curve.
+/// Where a point lies next to a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearestPoint {
     /// Arc length of the cross-section that holds the point, m.
@@ -222,7 +222,7 @@ impl SpaceCurve {
         }
     }
 
-    /// Where a point lies beside the curve.
+    /// Where a point lies next to the curve.
     pub fn nearest(&self, point: &Vec3) -> NearestPoint {
         let distances = self.nodes.iter().map(|node| (node - point).norm_squared());
         let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));

@@ -92,7 +92,8 @@ pub struct OpeningReport {
     pub flow: f64,
     /// Pressure, mean over its area, Pa.
     pub mean_pressure: f64,
-    /// Pressure that the model behind it holds (that of a windkessel, before any ramp), Pa; none without such a model.
+    /// Pressure that the model downstream of it holds (that of a windkessel, before any ramp), Pa; none without such a
+    /// model.
     pub model_pressure: Option<f64>,
 }
 
@@ -172,7 +173,7 @@ impl FluidStep {
         outlet.map_or(0.0, |outlet| outlet.mean_pressure)
     }
 
-    /// Pressure of the model behind the first outlet, Pa; that of the outlet itself if there is none.
+    /// Pressure of the model downstream of the first outlet, Pa; that of the outlet itself if there is none.
     pub fn outlet_model_pressure(&self) -> f64 {
         let model = (self.openings.get(1)).and_then(|outlet| outlet.model_pressure);
         model.unwrap_or_else(|| self.outlet_pressure())

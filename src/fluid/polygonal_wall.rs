@@ -11,7 +11,7 @@ use super::{
 use crate::Vec3;
 use crate::geometry::WallPolygons;
 
-/// The wall of a fluid's mesh beside that of the structure, at t = 0.
+/// The wall of a fluid's mesh compared with that of the structure, at t = 0.
 pub struct RoundWall {
     /// The points on the unloaded wall, m.
     pub unloaded: Vec<Vec3>,

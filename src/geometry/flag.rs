@@ -1,4 +1,4 @@
-//! A flag behind a cylinder in a channel: hexahedra for the flag, blocks of cells for the fluid around it.
+//! A flag downstream of a cylinder in a channel: hexahedra for the flag, blocks of cells for the fluid around it.
 
 use super::blocks::{Block, PlanePoint, Side, extruded};
 use super::{HexFace, HexMesh, HexShape, PolyMesh};
@@ -88,8 +88,8 @@ impl Flag {
         cells.sum()
     }
 
-    /// Four blocks around the cylinder, of which the flag cuts the one behind it in two; above and below the flag;
-    /// three behind it; one in front.
+    /// Four blocks around the cylinder, of which the flag cuts the one downstream in two; above and below the flag;
+    /// three downstream of it; one in front.
     fn blocks(&self) -> Vec<Block> {
         let sizes = &self.mesh;
         let grown =
@@ -178,7 +178,7 @@ impl Flag {
                 on("inlet", &inlet),
                 inner(&box_side),
             ),
-            // Around the cylinder: in front, below, above, behind and below, behind and above.
+            // Around the cylinder: in front, below, above, downstream and below, downstream and above.
             block(
                 inner(&back_to_front(&to_sw)),
                 inner(&back_to_front(&to_nw)),

@@ -121,7 +121,7 @@ fn check_patches(patches: &[Patch], boundary: Range<usize>) -> Result<(), String
     }
 }
 
-/// The bytes of a file behind its header, and how far they have been read.
+/// The bytes of a file after its header, and how far they have been read.
 struct File {
     bytes: Vec<u8>,
     at: usize,

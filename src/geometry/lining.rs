@@ -63,7 +63,7 @@ impl Quads {
         quads
     }
 
-    /// A quadrilateral at each corner of each face: it, the middles of the edges beside it, and that of the face.
+    /// A quadrilateral at each corner of each face: it, the middles of the edges next to it, and that of the face.
     fn of_corners(mesh: &PolyMesh, faces: &[&Vec<usize>]) -> Self {
         let mut quads = Self::default();
         let mut numbers = HashMap::new();

@@ -161,7 +161,7 @@ impl PolyMesh {
         mesh
     }
 
-    /// Number of cells. The last one may be a neighbour of all others beside it, and own no face.
+    /// Number of cells. The last one may be a neighbour of all others next to it, and own no face.
     pub fn cells(&self) -> usize {
         let cells = self.owner.iter().chain(&self.neighbour);
         cells.max().map_or(0, |last| last + 1)

@@ -43,7 +43,7 @@ impl<const N: usize> SmoothingSpline<N> {
             [previous, -previous - after, after]
         };
         let columns: Vec<[f64; 3]> = (0..inner).map(column).collect();
-        // (R + Qᵀ Λ W⁻¹ Q) γ = Qᵀ y, with two diagonals beside the main one.
+        // (R + Qᵀ Λ W⁻¹ Q) γ = Qᵀ y, with two diagonals next to the main one.
         let product = |j: usize, off: usize| {
             let shared = (off..3).map(|row| {
                 let share = lambda(j + row) / weights[j + row];
@@ -119,7 +119,7 @@ impl<const N: usize> SmoothingSpline<N> {
     }
 }
 
-/// Solves a symmetric positive definite system with the main diagonal and two beside it, by `L D Lᵀ`; the right-hand
+/// Solves a symmetric positive definite system with the main diagonal and two next to it, by `L D Lᵀ`; the right-hand
 /// side becomes the solution.
 fn solve_banded<const N: usize>(diagonals: &mut [[f64; 3]], right: &mut [[f64; N]]) {
     let n = diagonals.len();

@@ -26,7 +26,7 @@ pub enum MarkedTextError<E> {
     },
 }
 
-/// The text with its places filled again: `content` answers to the words of a mark. How many there are stands beside
+/// The text with its places filled again: `content` answers to the words of a mark. How many there are stands next to
 /// it.
 ///
 /// # Errors

@@ -34,7 +34,7 @@ pub fn evaluate(
     if fields.is_none() && into.hemodynamics().exists() {
         return Ok(summary);
     }
-    // Whole files beside the earlier ones, then in their place: a full disk spoils nothing.
+    // Whole files next to the earlier ones, then in their place: a full disk spoils nothing.
     let folder = draft(into)?;
     let draft = RunFiles::new(folder.path());
     if let Some(fields) = &fields {
@@ -63,7 +63,7 @@ pub fn evaluate(
     Ok(summary)
 }
 
-/// A folder beside the results, for those that are to take their place.
+/// A folder next to the results, for those that are to take their place.
 pub(super) fn draft(files: &RunFiles) -> io::Result<tempfile::TempDir> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(UNFINISHED).tempdir_in(files.root())

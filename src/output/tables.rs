@@ -94,7 +94,7 @@ pub struct OpeningRow {
     pub flow_m3_s: f64,
     /// Mean pressure.
     pub p_Pa: f64,
-    /// Pressure of the model behind it, such as a windkessel's before its ramp; empty without one.
+    /// Pressure of the model downstream, such as a windkessel's before its ramp; empty without one.
     pub p_model_Pa: Option<f64>,
 }
 

@@ -79,7 +79,7 @@ fn broken(line: &str, columns: usize) -> String {
     pieces.join(&format!("\n{:indent$}", ""))
 }
 
-/// Whether the blank at `i` lies between a number and its unit or beside an equals sign.
+/// Whether the blank at `i` lies between a number and its unit or next to an equals sign.
 fn belongs_together(letters: &[char], i: usize) -> bool {
     let neighbour = |at: Option<usize>| at.and_then(|at| letters.get(at)).copied().unwrap_or(' ');
     let (before, after) = (neighbour(i.checked_sub(1)), neighbour(i.checked_add(1)));

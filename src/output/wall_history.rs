@@ -36,7 +36,7 @@ const MAGIC: &[u8; 7] = b"FSIWALL";
 const VERSION: u8 = 2;
 /// Magic, version and counts.
 const BEGIN: usize = 24;
-/// Bytes of a record beside its fields: time, number, checksum.
+/// Bytes of a record in addition to its fields: time, number, checksum.
 const BESIDE_FIELDS: usize = 8 + 4 + 4;
 
 /// Why a file is not a history of the wall.

@@ -91,7 +91,7 @@ pub enum AtRest {
 }
 
 /// A value that varies along the axis: given at some places (m, ascending), linear in between, constant before the
-/// first and behind the last; zero without any.
+/// first and after the last; zero without any.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Profile(pub Vec<(f64, f64)>);
 

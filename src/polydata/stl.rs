@@ -29,7 +29,7 @@ pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
         // Some programs begin binary files with "solid" as well: their length tells them apart.
         Some(count) if HEADER + TRIANGLE * count == bytes.len() => triangles(count),
         _ if begins_as_text && is_text(body) => ascii(&text_of(body))?,
-        // Some write their number only in the end, or never; and something behind the last triangle.
+        // Some write their number only in the end, or never; and something after the last triangle.
         Some(0) => triangles(whole),
         Some(count) if count <= whole => triangles(count),
         Some(count) if count / UNLIKELY <= whole => {

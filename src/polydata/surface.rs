@@ -51,7 +51,7 @@ fn weld(points: &[[f64; 3]]) -> (Vec<usize>, Vec<[f64; 3]>) {
         .sum::<f64>()
         .sqrt();
     let reach = WELD * size;
-    // Cells of twice the reach: what is within reach lies in this one or in one beside it.
+    // Cells of twice the reach: what is within reach lies in this one or in one next to it.
     let cell = |x: f64| {
         if reach > 0.0 {
             (x / (2.0 * reach)).floor() as i64

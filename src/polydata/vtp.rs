@@ -1,5 +1,5 @@
 //! VTK's polydata in XML, as VMTK, SimVascular, 3D Slicer and ParaView write it: numbers in ASCII, in base64 or as raw
-//! bytes behind the XML, compressed by zlib or not (*VTK File Formats*, kitware.com).
+//! bytes after the XML, compressed by zlib or not (*VTK File Formats*, kitware.com).
 
 mod data;
 mod grid;
@@ -34,7 +34,7 @@ struct Piece {
 struct Parsed<'a> {
     pieces: Vec<Piece>,
     layout: Layout,
-    /// What stands behind the underscore of the appended data.
+    /// What follows the underscore of the appended data.
     appended: Option<(&'a [u8], Encoding)>,
 }
 

@@ -109,7 +109,7 @@ pub struct ProposalInput {
 pub struct Proposal {
     /// The text of `case.toml`.
     pub text: String,
-    /// Files that stand beside it, by their names there.
+    /// Files that stand next to it, by their names there.
     pub files: Vec<(String, PathBuf)>,
     /// What a user wants to know of it, a line each.
     pub remarks: Vec<String>,

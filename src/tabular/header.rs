@@ -49,7 +49,7 @@ pub fn find<'a>(
             return Err(Fault::at(*line, no_number(odd)));
         }
     }
-    // The last lines above the rows, a line of units perhaps behind that of names.
+    // The last lines above the rows, a line of units perhaps after that of names.
     if let Some((last, before)) = above.split_last() {
         let found = fits(last.1);
         if let (Some(units), Some(names)) = (found.clone().filter(|c| are_units(c)), before.last())

@@ -201,7 +201,7 @@ impl Unit {
     /// The unit with which a column's name ends, as `flow_ml_min`, `Q (ml/min)`, `Q / ml/min` or `pressure [mmHg]`.
     ///
     /// # Errors
-    /// What stands in brackets behind the name, if that looks like a unit and is none of this dimension.
+    /// What stands in brackets after the name, if that looks like a unit and is none of this dimension.
     pub fn of_name(name: &str, wanted: Dimension) -> Result<Option<Self>, String> {
         if let Some((_, rest)) = name.rsplit_once(['(', '[', '{']) {
             let inside = rest.trim_end_matches([')', ']', '}', ' ']);

@@ -641,7 +641,7 @@ fn a_compressible_neo_hookean_wall_is_accepted() {
     assert!(case.is_ok(), "{case:?}");
 }
 
-/// Points of an experiment are recorded beside those that the case gives, each once; a file that holds none, and a run
+/// Points of an experiment are recorded next to those that the case gives, each once; a file that holds none, and a run
 /// that would record too many, are refused.
 #[test]
 fn points_of_an_experiment_are_recorded() {

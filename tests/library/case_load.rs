@@ -672,7 +672,7 @@ fn what_makes_results_doubtful_is_said() {
     );
 }
 
-/// A program for the blood is found beside its case and chooses the solver.
+/// A program for the blood is found next to its case and chooses the solver.
 #[test]
 fn a_fluid_program_is_found_next_to_its_case() {
     let folder = tempfile::tempdir().unwrap();

@@ -160,7 +160,7 @@ fn points_follow_the_wall() {
     let largest = (0..grid.points.len()).map(|i| from_middle(i).norm());
     assert!(largest.fold(0.0, f64::max) > 3e-3);
     let wall: Vec<Vec3> = (0..grid.points.len()).map(from_middle).collect();
-    // Rings of a wall with an imperfection have their middle a little beside the centre-line.
+    // Rings of a wall with an imperfection have their middle a little next to the centre-line.
     for (u, x) in blend.spread(|point| 0.1 * wall[point]).iter().zip(&wall) {
         assert!((u - 0.1 * x).norm() < 1e-5, "{u} {x}");
     }

@@ -258,7 +258,7 @@ fn the_orders_in_time_are_one_and_two_on_a_bent_and_moving_mesh() {
     }
 }
 
-/// Kovasznay 1948: the flow behind a grid at a Reynolds number of 40.
+/// Kovasznay 1948: the flow downstream of a grid at a Reynolds number of 40.
 struct Kovasznay;
 
 impl Kovasznay {

@@ -160,7 +160,7 @@ fn a_closed_circle_stays_one_and_is_refused() {
 fn a_proposal_does_not_depend_on_the_distances_of_points() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    // An arc that is wide at first and narrow behind.
+    // An arc that is wide at first and narrow later.
     let row = |t: f64| {
         let (sin, cos) = (1.5 * t).sin_cos();
         let r = 4.0 - 2.0 * (1.0 / (1.0 + (-20.0 * (t - 0.4)).exp()));

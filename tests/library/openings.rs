@@ -1,4 +1,4 @@
-//! Tables `[[opening]]`: what they are beside `[inflow]`, `[inlet]`, `[windkessel]` and `[outlet]`, and what is
+//! Tables `[[opening]]`: what they are next to `[inflow]`, `[inlet]`, `[windkessel]` and `[outlet]`, and what is
 //! refused.
 
 use fsi_driver::case::{Case, Condition, FlowCurve, Preset, ResolvedCase, VesselSide};

@@ -12,8 +12,8 @@ use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, Sur
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The elastic beam of Turek and Hron behind their cylinder: 0.02 m high, it begins on the circle of radius 0.05 m
-/// around (0.2, 0.2) m and ends at x = 0.6 m. One element thick.
+/// The elastic beam of Turek and Hron downstream of their cylinder: 0.02 m high, it begins on the circle of radius 0.05
+/// m around (0.2, 0.2) m and ends at x = 0.6 m. One element thick.
 struct Beam {
     stations: Vec<f64>,
 }

@@ -253,7 +253,7 @@ fn pulsate(newton: NewtonOptions, resume: bool) -> (Structure, usize) {
     pulsate_to(newton, 1e-8, 1.0, resume.then_some(33))
 }
 
-/// The same with solutions to this relative residual, beside a fluid of so many seconds, handed over before the step
+/// The same with solutions to this relative residual, next to a fluid of so many seconds, handed over before the step
 /// `resumed`.
 fn pulsate_to(
     newton: NewtonOptions,

@@ -181,7 +181,7 @@ fn tangent_is_the_derivative_of_the_forces_and_symmetric() {
         let faces = supports::surface(&mesh, "inner").unwrap();
         let surface = Surface::new(&body.numbering, &space, &body.mapping, faces, 9).unwrap();
         let points = surface.points.len();
-        // So large a pressure that its stiffness matters beside that of a nearly incompressible wall.
+        // So large a pressure that its stiffness matters compared with that of a nearly incompressible wall.
         let load = SurfaceLoad::uniform_pressure(1e9, points);
         let mut numbers = Numbers(5);
         let project =

@@ -1,4 +1,4 @@
-//! Where walls lose their stability: buckling loads against theory, and the paths behind them.
+//! Where walls lose their stability: buckling loads against theory, and the paths beyond them.
 
 use fsi_driver::case::Material;
 use fsi_driver::geometry::tube_mesh;

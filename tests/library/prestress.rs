@@ -233,7 +233,7 @@ fn a_loaded_shape_whose_pressure_is_not_said_is_warned_of() {
     assert!(!said(&[image]).contains("mmHg"));
 }
 
-/// A carotid artery as an image shows it at 80 mmHg, straight, with rigid tubes before and behind it.
+/// A carotid artery as an image shows it at 80 mmHg, straight, with rigid tubes upstream and downstream of it.
 const CAROTID: &str = r#"
 extends = "defaults"
 [vessel]
@@ -283,7 +283,7 @@ fn iterations(text: &str, steps: usize, settings: &[(&str, &str)]) -> Vec<usize>
     (0..steps).map(step).collect()
 }
 
-/// With a surrogate that took the rigid tube behind the artery for none: 5, 41, 7, 7, 5, 6.
+/// With a surrogate that took the rigid tube downstream of the artery for none: 5, 41, 7, 7, 5, 6.
 #[test]
 fn a_prestressed_wall_takes_as_few_iterations_as_any() {
     for (shape, surrogate, expected) in [

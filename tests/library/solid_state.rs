@@ -293,7 +293,7 @@ fn ends_that_slide_radially_leave_a_tube_in_plane_strain() {
         println!("radial ends: {error:.1e}");
         assert!(error < 1e-6, "{found} {exact}");
     }
-    // Nothing pulls at the guides: measured 3.2e-13 J beside 2.9e-4 J.
+    // Nothing pulls at the guides: measured 3.2e-13 J compared with 2.9e-4 J.
     let guides = number(&summary, "spring_energy_J");
     assert!(guides > 0.0 && guides < 1e-12, "{guides:e}");
 }

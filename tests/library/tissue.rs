@@ -60,7 +60,7 @@ fn springs_hold_where_they_stand_and_in_their_directions() {
     assert!((across - 0.9917).abs() < 0.003, "{across}");
 }
 
-/// Around a centre-line that bends beside the wall, and from a state of rest that is not the reference configuration.
+/// Around a centre-line that bends next to the wall, and from a state of rest that is not the reference configuration.
 #[test]
 fn springs_around_a_curve_derive_from_their_energy() {
     let mesh = tube_mesh(3e-3, &[5e-4, 5e-4], 6e-3, 2, 4, 1);

@@ -23,7 +23,7 @@ const COARSE: [&str; 5] = [
 /// Young's modulus (Pa) and Poisson's ratio of the case.
 const WALL: [f64; 2] = [1e6, 0.3];
 
-/// What was computed over what theory says behind the front, in a wall of this Young's modulus (Pa) and Poisson's
+/// What was computed over what theory says upstream of the front, in a wall of this Young's modulus (Pa) and Poisson's
 /// ratio: the displacement 20 mm downstream of the inlet and the inflow, both means from 6 to 12 ms (or the end), in
 /// which the wall rings; the mean number of coupling iterations; and the inflow of the last 4 ms.
 fn behind_the_front(wall: [f64; 2], settings: &[&str]) -> [f64; 4] {

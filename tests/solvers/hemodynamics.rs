@@ -29,7 +29,7 @@ fn patch_vectors(path: &Path, patch: &str) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// The templates with OpenFOAM's function object beside the adapter.
+/// The templates with OpenFOAM's function object next to the adapter.
 fn templates(folder: &Path) {
     let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/base");
     for part in ["0", "constant", "system"] {

@@ -173,7 +173,7 @@ fn paraview_files_hold_the_flow_of_the_history() {
         // What the end sweeps does not count as outflow: 1.5e-9, for its rim is clamped to the accuracy of the points'
         // places.
         assert!(errors[1].abs() < 4e-9, "flow: {errors:?}");
-        // That of the outlet is what the model behind it prescribes, on the mean: 1.6e-3, 3e-5 and 5e-4 off, measured.
+        // That of the outlet is what the model downstream prescribes, on the mean: 1.6e-3, 3e-5 and 5e-4 off, measured.
         assert!(errors[2].abs() < 2e-3, "pressure: {errors:?}");
     }
     by_paraview(

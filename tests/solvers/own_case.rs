@@ -76,8 +76,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     apart.fold(0.0, f64::max) / size
 }
 
-/// The elastic tube from OpenFOAM's side, beside the one that the driver makes, on meshes with as many faces: the pulse
-/// on its way past the first quarter of the tube.
+/// The elastic tube from OpenFOAM's side, compared with the one that the driver makes, on meshes with as many faces:
+/// the pulse on its way past the first quarter of the tube.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn the_tube_of_an_openfoam_case_is_the_built_in_one() {
@@ -651,7 +651,7 @@ fn a_rigid_wall_is_the_flow_of_openfoam_alone() {
     let (start, rest) = text_of.split_once("[wall.extrude]").unwrap();
     let rest = &rest[rest.find("[blood]").unwrap()..];
     fs::write(&settings, format!("{start}mode = \"rigid\"\n\n{rest}")).unwrap();
-    // Faces stay flat: these points of the circle lie beside them.
+    // Faces stay flat: these points of the circle lie next to them.
     edit(&settings, "probes_m", "# probes_m");
 
     let alone = folder.path().join("alone");
@@ -903,7 +903,7 @@ fn a_rim_that_moves_takes_the_points_of_its_patch_along() {
         );
         assert!(written.contains("inlet { type fixedValue;"), "{written}");
         let rest = PolyMesh::read(&fluid).unwrap();
-        // The moved points stand beside the fields.
+        // The moved points stand next to the fields.
         let moved = folder.path().join(name).join("moved/constant/polyMesh");
         fs::create_dir_all(&moved).unwrap();
         for file in ["faces", "owner", "neighbour", "boundary"] {

@@ -103,7 +103,7 @@ fn a_flap_bends_alike_in_a_cell_of_a_metre_and_of_a_tenth() {
     assert!((tips[1] / tips[0] - 1.0).abs() < 1e-5, "{tips:?}");
 }
 
-/// A wall in millimetres beside a fluid in metres, and one of which a part has no fluid beside it.
+/// A wall in millimetres next to a fluid in metres, and one of which a part has no fluid next to it.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_wall_in_another_unit_is_refused() {
@@ -175,7 +175,7 @@ fn a_mesh_whose_last_cell_lies_inside_has_all_its_cells() {
     assert!((volume[1] / 2.7e-8 - 1.0).abs() < 1e-12, "{volume:?}");
 }
 
-/// OpenFOAM looks for what a file includes beside that file, wherever the case is copied to.
+/// OpenFOAM looks for what a file includes next to that file, wherever the case is copied to.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn files_include_others_from_anywhere_in_the_case() {

@@ -110,7 +110,7 @@ fn the_fda_nozzle_on_a_wedge_meets_the_axisymmetric_solution() {
             .parse()
             .unwrap()
     };
-    // At 0.24 s the flow stands from the throat to 40 mm behind it: these are within 0.3 % of those at 1.4 s.
+    // At 0.24 s the flow stands from the throat to 40 mm downstream of it: these are within 0.3 % of those at 1.4 s.
     for (x, reference) in [
         ("0.0", 0.7472),
         ("0.008", 0.7290),

@@ -1,4 +1,4 @@
-//! Runs beside measurements: `output.measured` and `fsi-driver validate`.
+//! Runs compared with measurements: `output.measured` and `fsi-driver validate`.
 
 use crate::run_support::*;
 use std::fs;

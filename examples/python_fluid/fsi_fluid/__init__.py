@@ -93,7 +93,7 @@ class Opening:
     """Where the fluid enters or leaves its domain."""
 
     name: str
-    has_model: bool = False  # whether a model with a pressure of its own, such as a windkessel, stands behind it
+    has_model: bool = False  # whether a model with a pressure of its own, such as a windkessel, is downstream of it
 
 
 @dataclass

@@ -8,7 +8,7 @@ from pathlib import Path
 
 LENGTH, BEND = 50.0, 45.0  # of the centre-line, and the radius of its arc
 SLICES, SIDES = 100, 36
-BEYOND = 1.5  # the surface goes on so far behind the ends of the line
+BEYOND = 1.5  # the surface goes on so far beyond the ends of the line
 
 
 def frame(s):

@@ -34,7 +34,7 @@ table! {
     }
 }
 
-/// A layer: its thickness beside the keys of its material.
+/// A layer: its thickness next to the keys of its material.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
     /// `thickness_m`.

@@ -126,7 +126,7 @@ fn smooth_radii(places: &[f64], radii: &[f64]) -> Vec<f64> {
 }
 
 /// Standard deviation of what scatters in values at ascending places: how far each is from the cubic through the two
-/// before and the two behind it, of which the median counts, so that a narrowing is no scatter. `None` of fewer than
+/// before and the two after it, of which the median counts, so that a narrowing is no scatter. `None` of fewer than
 /// eight.
 fn scatter(places: &[f64], values: &[f64]) -> Option<f64> {
     if values.len() < 8 {

@@ -106,7 +106,7 @@ fn nodes(text: &str) -> Result<(BTreeMap<i64, Node>, [f64; 3]), String> {
         }
         let wrong =
             || format!("line {line}: expected \"id type x y z radius parent\", found {row:?}");
-        // What stands behind the parent belongs to other programs.
+        // What follows the parent belongs to other programs.
         let [id, _, x, y, z, r, parent, ..] = fields[..] else {
             return Err(wrong());
         };

@@ -201,7 +201,7 @@ impl Stations {
     }
 
     /// What the blood sees of a displacement with these amplitudes at the stations: the matrix that averages over the
-    /// faces around each point; of waves that are long beside them almost everything.
+    /// faces around each point; of waves that are long compared with them almost everything.
     pub fn smoothing(&self) -> DMatrix<f64> {
         DMatrix::from_fn(self.count(), self.count(), |i, j| match i.abs_diff(j) {
             0 => 1.0 - 2.0 * self.smoothing,

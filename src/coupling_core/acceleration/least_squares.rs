@@ -61,7 +61,7 @@ pub struct Filter {
     pub doubt: f64,
 }
 
-/// Doubt of a new column beside a surrogate. Measured on the elastic tube and on S-0.25, where from 0.003 to 0.02 made
+/// Doubt of a new column with a surrogate. Measured on the elastic tube and on S-0.25, where from 0.003 to 0.02 made
 /// little difference.
 const DOUBT: f64 = 0.01;
 
@@ -73,7 +73,7 @@ const AGING: f64 = 0.3;
 const ROUNDING: f64 = 1e-6;
 
 impl Filter {
-    /// The filter of models beside a surrogate, or without: what a fixed-point iteration makes of the rest is so wrong
+    /// The filter of models with a surrogate, or without: what a fixed-point iteration makes of the rest is so wrong
     /// where there is much added mass that any column is better.
     pub fn new(dependence: f64, resolution: f64, surrogate: bool) -> Self {
         Self {

@@ -22,7 +22,7 @@ pub struct Oseen<'a> {
     pub convection: Vec<f64>,
     /// Dynamic viscosity, Pa s.
     pub viscosity: OseenViscosity,
-    /// What stands on the diagonal of `A` beside convection and viscosity, for each node.
+    /// What stands on the diagonal of `A` in addition to convection and viscosity, for each node.
     pub mass: Vec<f64>,
     /// Nodes with prescribed velocity: their rows are left out.
     pub fixed: &'a [bool],

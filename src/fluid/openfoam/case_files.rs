@@ -1,4 +1,4 @@
-//! Writes an OpenFOAM case: copies the templates, and writes beside them the numbers of the case.
+//! Writes an OpenFOAM case: copies the templates, and writes next to them the numbers of the case.
 //!
 //! The templates include two generated files, so they need no substitution of text and stay valid dictionaries:
 //! `system/fsiParameters` (the physics) and `system/fsiConnection` (the way to the driver, new at every start).

@@ -401,7 +401,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Goes on behind the next occurrence of `end`; None if there is none.
+    /// Goes on after the next occurrence of `end`; None if there is none.
     fn take_until(&mut self, end: &str) -> Option<String> {
         let mut text = String::new();
         while !text.ends_with(end) {

@@ -103,9 +103,9 @@ pub fn with_blanks(paths: &[&Path]) -> Option<String> {
     ))
 }
 
-/// What `FSI_DRIVER_ADAPTER` names; or else the first of these: `of-adapter/build/` beside the program or one of the
+/// What `FSI_DRIVER_ADAPTER` names; or else the first of these: `of-adapter/build/` next to the program or one of the
 /// folders above it (a build in the source tree), `lib/fsi-driver/` below the prefix of the program, `~/.local` or
-/// `/usr/local` (`setup.sh --prefix`), `of-adapter/build/` beside the sources it was compiled from, or in the working
+/// `/usr/local` (`setup.sh --prefix`), `of-adapter/build/` next to the sources it was compiled from, or in the working
 /// directory.
 fn find_library() -> Result<PathBuf, InstallError> {
     if let Some(named) = std::env::var_os(VARIABLE).filter(|name| !name.is_empty()) {
@@ -159,7 +159,7 @@ pub fn version() -> Option<String> {
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Compares the stamp that setup.sh left beside the library with the installed package.
+/// Compares the stamp that setup.sh left next to the library with the installed package.
 fn check_version(library: &Path) -> Result<(), InstallError> {
     let Ok(stamp) = std::fs::read_to_string(library.with_file_name("stamp")) else {
         return Ok(()); // a user-supplied library; it compares versions itself when it is loaded

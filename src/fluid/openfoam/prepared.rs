@@ -17,7 +17,7 @@ pub struct Prepared<'a> {
 /// Where the dictionaries of a case come from.
 #[derive(Debug, Clone)]
 pub enum MeshSource<'a> {
-    /// Templates, with the numbers of the case beside them.
+    /// Templates, with the numbers of the case next to them.
     Templates(CaseFiles<'a>),
     /// A user-supplied case, with its own mesh.
     Own(OwnCaseFiles<'a>),

@@ -330,7 +330,7 @@ fn copy_folder(
     Ok(())
 }
 
-/// The templates may be the folder of a case, beside its runs.
+/// The templates may be the folder of a case, next to its runs.
 fn holds_a_run(folder: &Path) -> bool {
     folder.join("openfoam/system").is_dir()
 }

@@ -90,7 +90,7 @@ fn complaint(log: &Path, case: &Path, templates: &Path) -> Option<String> {
         .lines()
         .take_while(|line| !line.starts_with("    From") && !line.starts_with("FOAM exiting"))
         .collect();
-    // The place stands behind a list of all types that there are, which is cut off.
+    // The place follows a list of all types that there are, which is cut off.
     let (place, words): (Vec<&str>, Vec<&str>) = lines
         .into_iter()
         .partition(|line| line.starts_with("file: "));

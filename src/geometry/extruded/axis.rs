@@ -31,7 +31,7 @@ impl WetQuads {
     }
 
     /// Solves Laplace's equation with the `fixed` values. Fluxes run along edges, each through half of the width of the
-    /// faces beside it: exact on rectangles.
+    /// faces next to it: exact on rectangles.
     fn potential(&self, fixed: &[Option<f64>]) -> Vec<f64> {
         let points = &self.quads.points;
         let mut weights: HashMap<(usize, usize), f64> = HashMap::new();

@@ -191,7 +191,7 @@ fn spread(
     Ok(places)
 }
 
-/// How many faces of its group lie between a face and the side of the group behind its edge `k`, and how many before it
+/// How many faces of its group lie between a face and the side of the group beyond its edge `k`, and how many before it
 /// along that side.
 fn seen_from([a, b]: [usize; 2], k: usize, n: usize) -> [usize; 2] {
     let last = n - 1;

@@ -23,7 +23,7 @@ const CORNERS: [[usize; 3]; 8] = [
     [0, 1, 1],
 ];
 
-/// Where a format has the nodes behind the corners.
+/// Where a format has the nodes after the corners.
 pub struct Order {
     /// Ends of the edges.
     pub edges: [[usize; 2]; 12],

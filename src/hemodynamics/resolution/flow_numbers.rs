@@ -358,7 +358,7 @@ fn mean_radius(vessel: &Vessel, s: f64) -> f64 {
     ((0..AROUND).map(square).sum::<f64>() / AROUND as f64).sqrt()
 }
 
-/// The Reynolds number of the wide part from which on flow behind a place that loses this share of the area is
+/// The Reynolds number of the wide part from which on flow downstream of a place that loses this share of the area is
 /// doubtful.
 fn laminar_limit(reduction: f64) -> f64 {
     let [first, .., last] = WIDENING;
@@ -372,7 +372,7 @@ fn laminar_limit(reduction: f64) -> f64 {
     })
 }
 
-/// The widening where the Reynolds number is largest beside its limit, with radii (m) along the vessel.
+/// The widening where the Reynolds number is largest compared with its limit, with radii (m) along the vessel.
 fn jet(
     stations: &[[f64; 2]],
     reynolds: impl Fn(f64) -> f64,

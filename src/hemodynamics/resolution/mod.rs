@@ -19,7 +19,7 @@ pub enum Doubt {
     Laminar,
     /// The layer at the wall in which pulses are felt.
     Layer,
-    /// The jet behind a narrow place.
+    /// The jet downstream of a narrow place.
     Jet,
     /// The length of a time step.
     Step,

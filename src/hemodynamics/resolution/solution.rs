@@ -119,7 +119,7 @@ impl Resolution {
     }
 }
 
-/// Difference between the time-averaged wall shear stress of each face and the mean of the faces beside it, as a share
+/// Difference between the time-averaged wall shear stress of each face and the mean of the faces next to it, as a share
 /// of the mean over the wall; none of faces at a rim.
 pub fn jumps(wall: &WetSurface, fields: &WallFields) -> Vec<Option<f64>> {
     let mut sides: HashMap<[u32; 2], Vec<usize>> = HashMap::new();

@@ -30,7 +30,7 @@ impl Up {
         }
     }
 
-    /// Values with a mark, and the numbers beside them.
+    /// Values with a mark, and the numbers next to them.
     fn ticks(self, floor: f64, top: f64) -> Vec<(f64, String)> {
         let minus = |text: String| text.replace('-', "\u{2212}");
         match self {

@@ -1,5 +1,5 @@
 //! Figures of curves, as SVG for the screen and PNG for paper. They look the same on any machine:
-//! the PNG is drawn with an embedded font (`font/DejaVuSans-subset.ttf`, licence beside it).
+//! the PNG is drawn with an embedded font (`font/DejaVuSans-subset.ttf`, licence next to it).
 
 pub mod axis;
 pub mod colour;
@@ -243,7 +243,7 @@ pub fn to_png(svg: &str, scale: f32) -> std::io::Result<Vec<u8>> {
 }
 
 /// The same onto the pixels, row by row from the top, of a picture of so many columns and rows in its upper left
-/// corner; what lies beside it stays transparent.
+/// corner; what lies next to it stays transparent.
 pub fn onto_png(
     svg: &str,
     scale: f32,

@@ -1,4 +1,4 @@
-//! Pictures of pixels within a figure, and the colours beside them.
+//! Pictures of pixels within a figure, and the colours next to them.
 
 use super::axis::{Axis, Scale};
 use super::colour::Palette;

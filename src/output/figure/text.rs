@@ -47,7 +47,7 @@ pub(super) fn text(svg: &mut String, x: f64, y: f64, anchor: &str, size: f64, la
     svg.push_str("</text>\n");
 }
 
-/// The label of an axis or a colour bar beside it, centred at (x, y) and read from below.
+/// The label of an axis or a colour bar next to it, centred at (x, y) and read from below.
 pub(super) fn upward(svg: &mut String, x: f64, y: f64, label: &str) {
     let _ = write!(
         svg,

@@ -105,7 +105,7 @@ fn law(material: &Material) -> String {
     }
 }
 
-/// Blood, inflow and what is behind the outlet.
+/// Blood, inflow and what is downstream of the outlet.
 fn flow(case: &Case, figures: &CaseFigures, rows: &mut Rows) {
     let Some(keys) = case.vessel() else {
         return;

@@ -1,4 +1,4 @@
-//! One picture of a run: the wall cut open beside the wall shear stress on the lumen, above pressure and flow.
+//! One picture of a run: the wall cut open next to the wall shear stress on the lumen, above pressure and flow.
 
 use super::run;
 use super::scene::interpolated;
@@ -18,7 +18,7 @@ use std::io;
 
 /// Pixels of the vessel.
 const PIXELS: [usize; 2] = [920, 314];
-/// This share of the values has colours of its own; the largest ones, beside clamped ends, would leave none for the
+/// This share of the values has colours of its own; the largest ones, next to clamped ends, would leave none for the
 /// others.
 const SHOWN: f64 = 0.97;
 /// Half of the angle that is cut out of the wall, towards the reader.

@@ -60,7 +60,7 @@ impl Verdict {
     }
 }
 
-/// A finding of the paper, beside that of the study.
+/// A finding of the paper, next to that of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PaperFinding {
     /// What the paper found.

@@ -10,7 +10,7 @@
 //! traction   -k (r - R) e,
 //! tangent    k (e ⊗ e + (1 - R/r) a ⊗ a),       a = t × e
 //! ```
-//! The axis is the x-axis, or the line that touches a curved centre-line beside the point at rest. The direction turns
+//! The axis is the x-axis, or the line that touches a curved centre-line next to the point at rest. The direction turns
 //! with the point: springs that kept theirs would let a wall under pressure slip around the axis, for the distance
 //! along a fixed direction shrinks as a point turns away from it. Dampers act along the direction at rest, `-c (v ·
 //! e_0) e_0` (after Moireau et al., *External tissue support and fluid-structure simulation in blood flows*, Biomech.
@@ -49,7 +49,7 @@ struct Rest {
     dampers: Vec<Mat3>,
 }
 
-/// A point at rest, and the axis beside it.
+/// A point at rest, and the axis next to it.
 #[derive(Debug, Clone, Copy)]
 struct AxisPoint {
     position: Vec3,
@@ -59,7 +59,7 @@ struct AxisPoint {
 }
 
 impl AxisPoint {
-    /// The axis beside a point at rest.
+    /// The axis next to a point at rest.
     fn new(described: &Described, position: Vec3) -> Self {
         let (foot, tangent) = match &described.axis {
             None => (Vec3::zeros(), Vec3::x()),

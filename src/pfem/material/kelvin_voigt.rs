@@ -1,4 +1,4 @@
-//! A viscous stress beside the elastic one: Kelvin and Voigt's model on the second Piola-Kirchhoff stress.
+//! A viscous stress in addition to the elastic one: Kelvin and Voigt's model on the second Piola-Kirchhoff stress.
 
 use super::{Tensor4, add_crossed, add_parallel};
 use crate::Mat3;

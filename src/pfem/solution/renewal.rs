@@ -1,8 +1,8 @@
 //! A new tangent, factorized on another thread while the fluid works.
 //!
 //! When it takes the place of the old one is decided by counts alone, never by clocks, so that a run can be repeated to
-//! the last digit. Whether it will be ready by then is estimated: a wall that is large beside its fluid would wait for
-//! it.
+//! the last digit. Whether it will be ready by then is estimated: a wall that is large compared with its fluid would
+//! wait for it.
 
 use super::super::SolidError;
 use super::super::discretization::Discretization;
@@ -64,7 +64,7 @@ impl Renewal {
     }
 }
 
-/// Steps that a renewal takes beside a fluid that needs `fluid` seconds for one; at least one.
+/// Steps that a renewal takes next to a fluid that needs `fluid` seconds for one; at least one.
 ///
 /// Seconds are those of one machine (`docs/speed.md`, the wall); where it is slower or faster, the fluid is as well.
 pub fn lead(body: &Discretization, fluid: f64) -> usize {

@@ -7,7 +7,7 @@ use super::equation_of_motion::{EquationOfMotion, Linearization};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
-/// Accepted steps between two looks, each of which costs an assembly and a factorization beside the run.
+/// Accepted steps between two looks, each of which costs an assembly and a factorization next to the run.
 const INTERVAL: usize = 20;
 
 /// What was seen so far.

@@ -8,7 +8,7 @@
 //! An equilibrium whose tangent has negative eigenvalues is unstable. The step is then cut too, since a long one may
 //! have led past a stable path that turns; if that does not help, the path has lost its stability, and
 //! [`AtBifurcation`] says what to do. The stable path that branches off is reached with a small force in the direction
-//! of the buckling mode, which is taken away behind the bifurcation.
+//! of the buckling mode, which is taken away beyond the bifurcation.
 
 use super::super::SolidError;
 use super::super::discretization::Discretization;

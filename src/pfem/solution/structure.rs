@@ -284,8 +284,8 @@ impl Structure {
         })
     }
 
-    /// The same structure beside a fluid that needs about so many `seconds` for a time step, on the machine for which
-    /// the costs of the structure are known. Of a large wall beside a small fluid a tangent is given several steps to
+    /// The same structure next to a fluid that needs about so many `seconds` for a time step, on the machine for which
+    /// the costs of the structure are known. Of a large wall next to a small fluid a tangent is given several steps to
     /// be made.
     #[must_use]
     pub fn with_background_seconds(self, seconds: f64) -> Self {

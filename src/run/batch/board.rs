@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Steps over which the speed of a model is averaged.
 const RECENT: usize = 50;
-/// Columns of a line beside its bar.
+/// Columns of a line next to its bar.
 const BESIDE_BAR: usize = 54;
 /// Time between two tables where they do not update.
 const INTERVAL: Duration = Duration::from_secs(60);

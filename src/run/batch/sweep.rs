@@ -19,7 +19,7 @@ struct Sweep {
 pub struct Variation<'a> {
     /// `KEY=VALUE,…`, linked keys joined by `+`.
     pub sweeps: &'a [String],
-    /// Whether each value is tried by itself, beside the case as it is, and not in all combinations.
+    /// Whether each value is tried by itself, next to the case as it is, and not in all combinations.
     pub one_at_a_time: bool,
     /// A table with a column a key and a row a variant.
     pub samples: Option<&'a Path>,

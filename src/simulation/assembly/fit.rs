@@ -22,7 +22,7 @@ pub struct Fit {
     pub degrees_of_freedom: usize,
     /// Largest distance (m) of a point of the fluid's wet patches from the wall's surface.
     pub distance: f64,
-    /// Share of the wall's wet surface that has no face of the fluid beside it, and carries no load.
+    /// Share of the wall's wet surface that has no face of the fluid next to it, and carries no load.
     pub uncovered: f64,
     /// Two corners (m) of a box around such faces of the wall, if there are any.
     pub bare: Option<[Vec3; 2]>,

@@ -340,7 +340,7 @@ fn external(
     Ok(fluid)
 }
 
-/// How the user-supplied solver is started. What it leaves lies beside the folder that OpenFOAM would have.
+/// How the user-supplied solver is started. What it leaves lies next to the folder that OpenFOAM would have.
 ///
 /// # Errors
 /// If a mesh that the case names cannot be used.

@@ -8,9 +8,9 @@ use crate::processes::on_path;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What a fluid leaves beside its folder that could not be started.
+/// What a fluid leaves next to its folder that could not be started.
 pub const LOGS: [&str; 3] = ["openfoam.log", "log.decomposePar", EXTERNAL_LOG];
-/// Folder of a user-supplied fluid, beside that which OpenFOAM would have.
+/// Folder of a user-supplied fluid, next to that which OpenFOAM would have.
 pub const OWN_FLUID: &str = "fluid";
 /// Messages of a user-supplied fluid.
 pub(super) const EXTERNAL_LOG: &str = "fluid.log";

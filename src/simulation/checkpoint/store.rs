@@ -101,7 +101,7 @@ impl Store {
         Ok(steps)
     }
 
-    /// Writes a checkpoint beside those that are there.
+    /// Writes a checkpoint next to those that are there.
     pub fn write<S: Serialize, O: Serialize>(
         &self,
         checkpoint: &Checkpoint<S, O>,

@@ -1,6 +1,6 @@
 //! Vessels from the files that people have: centre-lines of VMTK and in SWC, surfaces in STL and VTP.
 //!
-//! The files `*.vtp` beside this one were written by VTK 9 in each of its encodings: two noisy centre-lines from one
+//! The files `*.vtp` next to this one were written by VTK 9 in each of its encodings: two noisy centre-lines from one
 //! inlet, cut into tracts as `vmtkbranchextractor` does.
 
 mod others;
@@ -510,7 +510,7 @@ fn broken_files(folder: &Path) {
     let count = u32::from_le_bytes(hole[80..84].try_into().unwrap()) - 3;
     hole[80..84].copy_from_slice(&count.to_le_bytes());
     put("hole.stl", &hole);
-    // The triangles behind the middle, moved by a hundredth of a millimetre.
+    // The triangles after the middle, moved by a hundredth of a millimetre.
     let mut crack = whole.clone();
     for corner in crack[84..]
         .chunks_exact_mut(50)

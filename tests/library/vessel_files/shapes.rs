@@ -15,7 +15,7 @@ pub struct TubeSurface {
     radius: Box<dyn Fn(f64, f64) -> f64>,
     /// Where it lies in files.
     place: (Rotation3<f64>, Vec3),
-    /// How far (m) the points of its line lie beside it.
+    /// How far (m) the points of its line lie next to it.
     scatter: f64,
 }
 
@@ -48,7 +48,7 @@ impl TubeSurface {
         }
     }
 
-    /// With points of the line beside it, m.
+    /// With points of the line next to it, m.
     pub fn scattering(self, scatter: f64) -> Self {
         Self { scatter, ..self }
     }
@@ -130,7 +130,7 @@ impl TubeSurface {
         all
     }
 
-    /// The surface from 1 mm before the line to 1 mm behind it: binary STL, ASCII STL if the name begins so, or VTP.
+    /// The surface from 1 mm before the line to 1 mm after it: binary STL, ASCII STL if the name begins so, or VTP.
     pub fn write_surface(
         &self,
         path: &Path,

@@ -17,7 +17,7 @@ const SOLVED_HEAD: u64 = 24;
 /// Most openings, and most bytes of the name of one.
 const MAX_OPENINGS: u32 = 64;
 const MAX_NAME: u32 = 64;
-/// Flag of an opening: a model with a pressure of its own stands behind it.
+/// Flag of an opening: a model with a pressure of its own is downstream of it.
 const HAS_MODEL: u32 = 1;
 
 /// What the fluid says.
@@ -67,7 +67,7 @@ pub struct Hello {
 pub struct OpeningTerms {
     /// Its name.
     pub name: String,
-    /// Whether a model with a pressure of its own, such as a windkessel, stands behind it.
+    /// Whether a model with a pressure of its own, such as a windkessel, is downstream of it.
     pub has_model: bool,
 }
 

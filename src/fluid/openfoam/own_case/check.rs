@@ -6,7 +6,7 @@ use crate::geometry::PolyMesh;
 use std::fs;
 use std::path::Path;
 
-/// Files that the case must have, beside the start fields.
+/// Files that the case must have, in addition to the start fields.
 const NEEDED: [&str; 5] = [
     "system/controlDict",
     "system/fvSchemes",

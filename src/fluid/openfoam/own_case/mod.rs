@@ -65,7 +65,7 @@ impl From<MeshFileError> for OwnCaseError {
 pub enum PatchMotion {
     /// Within the plane of the patch.
     InPlane,
-    /// As the mesh beside them.
+    /// As the mesh next to them.
     Free,
 }
 
@@ -79,7 +79,7 @@ impl PatchMotion {
     }
 }
 
-/// A user-supplied case with what the driver must tell OpenFOAM beside it.
+/// A user-supplied case with what the driver must tell OpenFOAM in addition.
 #[derive(Debug, Clone)]
 pub struct OwnCaseFiles<'a> {
     /// The case, its wet patches and openings.

@@ -1,4 +1,4 @@
-//! The lines behind keywords.
+//! The lines after keywords.
 
 use super::lines::Line;
 use super::part::Label;

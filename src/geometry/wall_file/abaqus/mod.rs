@@ -21,7 +21,7 @@ const RULES: [&str; 8] = [
     "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "IMPORT",
 ];
 
-/// What the lines behind a keyword are.
+/// What the lines after a keyword are.
 enum AbaqusSection {
     Ignored,
     Nodes {

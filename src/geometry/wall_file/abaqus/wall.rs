@@ -16,7 +16,7 @@ const FACES: [[usize; 4]; 6] = [
     [2, 6, 7, 3],
     [3, 7, 4, 0],
 ];
-/// Where VTK's nodes behind the twentieth stand in C3D27: the middles of the faces S6, S4, S3, S5, S1, S2, then that of
+/// Where VTK's nodes after the twentieth stand in C3D27: the middles of the faces S6, S4, S3, S5, S1, S2, then that of
 /// the volume, which is the first of them.
 const MIDDLES: [usize; 7] = [26, 24, 23, 25, 21, 22, 20];
 

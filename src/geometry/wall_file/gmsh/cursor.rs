@@ -131,7 +131,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Goes behind the end of a section, whatever stands in it.
+    /// Goes past the end of a section, whatever stands in it.
     pub fn skip(&mut self, section: &str) {
         let end = format!("$End{section}");
         let rest = self.bytes.get(self.at..).unwrap_or_default();

@@ -10,7 +10,7 @@ use std::fmt::Write;
 /// Height of a line of the legend, and of its letters, for a picture of 1000 pixels width.
 const LINE: f64 = 24.0;
 const LETTERS: f64 = 13.0;
-/// Width of a letter relative to its height, at most, and room behind a name.
+/// Width of a letter relative to its height, at most, and room after a name.
 const WIDE: f64 = 0.6;
 const ROOM: f64 = 20.0;
 /// Pixels of an image for one of the drawing.
@@ -112,7 +112,7 @@ fn scale(projection: &Projection, [x, y]: [f64; 2], unit: f64, svg: &mut String)
     x + long + (6.0 + WIDE * LETTERS * name.len() as f64 + ROOM) * unit
 }
 
-/// An arrow beside the beginning of the vessel.
+/// An arrow next to the beginning of the vessel.
 fn flow(
     shown: &Shown<'_>,
     projection: &Projection,
