@@ -9,6 +9,7 @@ use fsi_coupling::convergence::ConvergenceQuantity;
 use fsi_coupling::predictor::Extrapolation;
 use fsi_pfem::Formulation;
 use fsi_pfem::solution::time_scheme::TimeScheme;
+pub use fsi_spectral::TimeScheme as FluidTimeScheme;
 use std::path::PathBuf;
 
 table! {
@@ -90,16 +91,6 @@ table! {
         scheme: FluidTimeScheme = "scheme", ValueKind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
         max_halvings: usize = "max_halvings", whole(0, 4), "how often a failing step may be halved";
         period: f64 = "period_s", above(0.0, 1e3), "duration of a beat";
-    }
-}
-
-words! {
-    /// How time derivatives of the blood are taken, in its equations and downstream of its outlet.
-    pub enum FluidTimeScheme {
-        /// Implicit Euler: first order, damps waves.
-        ImplicitEuler = "euler",
-        /// Backward differences of second order; the first step is implicit Euler's.
-        Bdf2 = "bdf2",
     }
 }
 

@@ -1,7 +1,7 @@
 //! One-dimensional operators of an element: nodes, quadrature points, and the matrices between them.
 
-use crate::lagrange;
-use crate::quadrature::Rule;
+use fsi_numerics::lagrange;
+use fsi_numerics::quadrature::Rule;
 
 /// Lagrange polynomials on Gauss-Lobatto points, for velocity and geometry of degree `N` and pressure of degree `N -
 /// 1`, with the Gauss points at which all integrals but the mass are taken.

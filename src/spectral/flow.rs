@@ -17,7 +17,7 @@ use super::surface::face_values;
 use super::taylor_hood_space::{Boundary, Face};
 use super::time_scheme::{self, TimeScheme, Weights, extrapolation};
 use crate::Vec3;
-use crate::case::Rheology;
+use crate::rheology::Rheology;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -192,7 +192,7 @@ impl Metric {
         // Squares and products of the one-dimensional functions and their slopes at the Gauss points
         let values = &space.basis.to_gauss;
         let slopes: Vec<Vec<f64>> = (space.basis.gauss.points.iter())
-            .map(|&x| crate::lagrange::derivatives(&space.basis.nodes.points, x))
+            .map(|&x| fsi_numerics::lagrange::derivatives(&space.basis.nodes.points, x))
             .collect();
         let product = |q: usize, i: usize, kind: usize| match kind {
             0 => values[q][i] * values[q][i],

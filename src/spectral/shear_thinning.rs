@@ -7,7 +7,7 @@
 use super::contraction::LANES;
 use super::metric::Metric;
 use super::spectral_elements::SpectralElements;
-use crate::case::Rheology;
+use crate::rheology::Rheology;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 

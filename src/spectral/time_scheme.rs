@@ -1,6 +1,16 @@
 //! Backward differences in time, for steps of any length.
 
-pub use crate::case::FluidTimeScheme as TimeScheme;
+use fsi_numerics::words;
+
+words! {
+    /// How time derivatives of the blood are taken, in its equations and downstream of its outlet.
+    pub enum TimeScheme {
+        /// Implicit Euler: first order, damps waves.
+        ImplicitEuler = "euler",
+        /// Backward differences of second order; the first step is implicit Euler's.
+        Bdf2 = "bdf2",
+    }
+}
 
 /// Weights of `du/dt ≈ new u + old u_n + older u_(n-1)`, 1/s.
 #[derive(Debug, Clone, Copy, PartialEq)]

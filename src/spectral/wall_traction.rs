@@ -5,8 +5,8 @@ use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
 use super::taylor_hood_space::{Face, Side};
 use crate::Vec3;
-use crate::case::Rheology;
-use crate::lagrange;
+use crate::rheology::Rheology;
+use fsi_numerics::lagrange;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 

@@ -20,7 +20,6 @@ mod geometry_vessel;
 mod geometry_wall;
 mod keys;
 mod native_failures;
-mod native_flow;
 mod native_tube;
 mod near_buckling;
 mod new_beat;

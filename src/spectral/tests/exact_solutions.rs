@@ -1,11 +1,9 @@
 //! The spectral elements for the blood against exact solutions: a free stream, Kovasznay, Ethier and Steinman,
 //! Poiseuille, Womersley.
 
-use fsi_driver::Vec3;
-use fsi_driver::case::Rheology;
-use fsi_driver::fluid::native::spectral_elements::SpectralElements;
-use fsi_driver::fluid::native::taylor_hood_space::{Boundary, Face, Plane, TaylorHoodSpace};
-use fsi_driver::fluid::native::{BoundaryConditions, Flow, FlowSettings, FlowState, TimeScheme};
+use fsi_spectral::spectral_elements::SpectralElements;
+use fsi_spectral::taylor_hood_space::{Boundary, Face, Plane, TaylorHoodSpace};
+use fsi_spectral::{BoundaryConditions, Flow, FlowSettings, FlowState, Rheology, TimeScheme, Vec3};
 use nalgebra::Matrix3;
 
 /// A problem in a box that is bent and moves, with an exact solution.
