@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         case.time.step,
         memory / 1e9,
     ))?;
-    if let Some(numbers) = FlowNumbers::of(&case) {
+    if let Some(numbers) = crate::analysis::flow_numbers(&case) {
         terminal::print(format_args!("flow    {numbers}\n"))?;
     }
     if let Some(fit) = &fit {

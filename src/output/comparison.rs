@@ -201,7 +201,7 @@ impl Comparison {
                 (None, Some(common_points)) => common_points.pairs([a, b], region, value),
                 (None, None) => Vec::new(),
             };
-            for region in Region::of(&a.case) {
+            for region in crate::analysis::regions(&a.case) {
                 for (quantity, value) in FIELDS {
                     let limit = match quantity {
                         OSI => osi,

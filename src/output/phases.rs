@@ -103,7 +103,7 @@ fn columns(
         let values: Vec<f64> = history.iter().map(quantity).collect();
         columns.push((name.into(), means(&times, &values)));
     }
-    for region in Region::of(case) {
+    for region in crate::analysis::regions(case) {
         let rows: Vec<_> = regions
             .iter()
             .filter(|row| row.region == region.name)

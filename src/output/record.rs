@@ -163,7 +163,7 @@ impl RecordSettings {
             wall: WallRecordSettings {
                 regions: files.regions(),
                 history: case.output.wall_history.then(|| files.wall_history()),
-                monitor: Monitor::new(wall, &Region::of(case), mesh),
+                monitor: Monitor::new(wall, &crate::analysis::regions(case), mesh),
                 window: Window::of(case),
                 time_step: case.time.step,
             },

@@ -29,7 +29,7 @@ pub fn evaluate(
     let times = [case.time.step, case.time.period];
     let series = series(&tables::whole_steps(&history, case.time.step));
     let summary =
-        HemodynamicsSummary::new(wall, &Region::of(case), statistics, &rows, &series, times);
+        HemodynamicsSummary::new(wall, &crate::analysis::regions(case), statistics, &rows, &series, times);
     let fields = WallFields::new(wall, statistics);
     if fields.is_none() && into.hemodynamics().exists() {
         return Ok(summary);
@@ -267,7 +267,7 @@ impl Results {
         };
         let series = series(&tables::whole_steps(&history, case.time.step));
         let times = [case.time.step, case.time.period];
-        let (parts, fields) = (Region::of(&case), WallFields::new(&wall, &statistics));
+        let (parts, fields) = (crate::analysis::regions(&case), WallFields::new(&wall, &statistics));
         Ok(Self {
             hemodynamics: HemodynamicsSummary::new(
                 &wall,
@@ -355,7 +355,7 @@ pub fn read_case(files: &RunFiles) -> Result<Case, ResultsError> {
 /// A stored wall around the centre-line of its case, and on its patches where regions are made of them.
 fn placed(wall: WetSurface, case: &Case, files: &RunFiles) -> io::Result<WetSurface> {
     let wall = wall.around(centre_line(case));
-    let regions = Region::of(case).into_iter();
+    let regions = crate::analysis::regions(case).into_iter();
     let mut extents = regions.map(|region| region.extent);
     match case.own() {
         Some(own) if extents.any(|extent| matches!(extent, RegionExtent::Patch { .. })) => {

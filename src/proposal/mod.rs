@@ -10,7 +10,7 @@ mod told;
 use crate::analysis::three_elements::ThreeElements;
 use crate::analysis::windkessel::TwoElements;
 use crate::case::{
-    Case, FlowCurve, FlowUnit, FluidMesh, LengthUnit, Preset, ResolvedCase, TOO_SHARP,
+    Case, FlowCurve, FlowUnit, FluidMesh, LengthUnit, Preset, Ramp, ResolvedCase, TOO_SHARP,
 };
 use crate::geometry::Vessel;
 use beat::Beat;
@@ -382,7 +382,7 @@ impl Figures {
         let before = -periods * self.curve.period();
         let mean = found.pressures(&self.curve).mean;
         let periodic = march(before, ramp, mean, &|_| 1.0);
-        let rise = |t: f64| 0.5 * (1.0 - (PI * t / ramp).cos());
+        let rise = |t: f64| Ramp { duration: ramp }.factor(t);
         let brought = march(0.0, ramp, 0.0, &rise);
         let start = (periodic - brought) * (ramp / tau).exp();
         Some(Windkessel {

@@ -41,9 +41,9 @@ impl Judgement {
                 .iter()
                 .filter(|row| row.time_s > statistics.window.start_s);
             let samples: Vec<[f64; 2]> = within.map(|row| [row.time_s, row.Q_in_m3_s]).collect();
-            FlowNumbers::of_flow(case, &samples)
+            crate::analysis::flow_numbers_of(case, &samples)
         };
-        let numbers = FlowNumbers::of(case).or_else(measured);
+        let numbers = crate::analysis::flow_numbers(case).or_else(measured);
         let steadiness = match case.is_driven_steadily() {
             true => Steadiness::of(&measures(files, &history)?, case.ramp.duration),
             false => None,

@@ -80,7 +80,7 @@ impl CaseSelection {
 /// Says on standard error what makes the results of a case doubtful, and what in it does nothing.
 pub fn warn(case: &ResolvedCase) {
     let unread = case.unread.iter().map(ToString::to_string);
-    let numbers = FlowNumbers::of(case);
+    let numbers = crate::analysis::flow_numbers(case);
     let findings = numbers.iter().flat_map(FlowNumbers::findings);
     let warnings = case.warnings(cores()).into_iter().chain(unread);
     for warning in warnings.chain(findings.map(|finding| finding.text)) {

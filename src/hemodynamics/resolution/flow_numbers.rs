@@ -1,8 +1,8 @@
 //! What is known of a vessel's flow, and of its meshes, before it is computed.
 
 use super::{Doubt, ResolutionFinding};
-use crate::case::{BloodVessel, Case, FluidTimeScheme, Problem, Solver, VesselSide};
-use crate::geometry::{self, Vessel};
+use crate::geometry::{Span, Vessel};
+use fsi_spectral::TimeScheme;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -84,71 +84,52 @@ pub struct FlowNumbers {
 
 /// Sizes of cells or distances of nodes, as shares of the radius.
 #[derive(Debug, Clone, Copy)]
-struct Points {
-    across: f64,
-    at_wall: f64,
-    has_elements: bool,
+pub struct PointSpacing {
+    /// Across the lumen.
+    pub across: f64,
+    /// At the wall.
+    pub at_wall: f64,
+    /// Whether the fluid has elements of high degree instead of cells.
+    pub has_elements: bool,
 }
 
-impl Points {
-    fn of(vessel: &BloodVessel, solver: Solver) -> Option<Self> {
-        let native = &vessel.fluid.native;
-        match solver {
-            Solver::OpenFoam => {
-                let [across, at_wall] = geometry::cell_widths(&vessel.fluid.mesh);
-                Some(Self {
-                    across,
-                    at_wall,
-                    has_elements: false,
-                })
-            }
-            Solver::Native => {
-                let widths =
-                    crate::fluid::native::vessel_mesh::element_widths(native.core, native.radial);
-                let [across, at_wall] = widths.map(|width| width / native.degree as f64);
-                Some(Self {
-                    across,
-                    at_wall,
-                    has_elements: true,
-                })
-            }
-            Solver::External => None,
-        }
-    }
+/// A vessel, and how its flow is computed.
+pub struct FlowSetting<'a> {
+    /// The vessel.
+    pub vessel: &'a Vessel,
+    /// Kinematic viscosity, m²/s.
+    pub viscosity: f64,
+    /// Length of a time step, s.
+    pub time_step: f64,
+    /// Duration of a beat, s.
+    pub period: f64,
+    /// Time integration.
+    pub scheme: TimeScheme,
+    /// Points across the lumen, if they are known.
+    pub spacing: Option<PointSpacing>,
+    /// Cells along the vessel.
+    pub cells: Vec<Span>,
 }
 
 impl FlowNumbers {
-    /// Of a case whose flow is prescribed; none of others.
-    pub fn of(case: &Case) -> Option<Self> {
-        let vessel = case.vessel()?;
-        let inlet = vessel.prescribed_at(VesselSide::Start, case.time.period);
-        let samples: Vec<[f64; 2]> = (inlet.ok()?.flow()?).samples(case.time.step).collect();
-        Self::of_flow(case, &samples)
-    }
-
-    /// Of a case with this flow, pairs of time (s) and flow (m³/s); none if it is not a vessel, or nothing flows.
-    pub fn of_flow(case: &Case, samples: &[[f64; 2]]) -> Option<Self> {
-        let Problem::Vessel(keys) = &case.problem else {
-            return None;
-        };
+    /// With a flow of these samples, pairs of time (s) and flow (m³/s); none if nothing flows.
+    pub fn new(setting: &FlowSetting<'_>, samples: &[[f64; 2]]) -> Option<Self> {
         let (peak, swing) = course(samples)?;
-        let nu = case.blood.viscosity / case.blood.density;
-        let vessel = Vessel::new(keys);
+        let (vessel, nu, time_step) = (setting.vessel, setting.viscosity, setting.time_step);
         let sections = vessel.sections();
         let [from, to] = [sections.first()?.from, sections.last()?.to];
         let stations: Vec<[f64; 2]> = (0..=STATIONS)
             .map(|i| from + (to - from) * i as f64 / STATIONS as f64)
-            .map(|s| [s, mean_radius(&vessel, s)])
+            .map(|s| [s, mean_radius(vessel, s)])
             .collect();
         let narrowest = stations.iter().min_by(|a, b| a[1].total_cmp(&b[1]))?;
         let reynolds = |radius: f64| 2.0 * peak / (PI * radius * nu);
         let velocity = |radius: f64| peak / (PI * radius * radius);
-        let points = Points::of(keys, case.fluid.solver);
+        let points = setting.spacing;
         let omega = swing.map(|swing| swing * TAU);
         let layer = omega.map(|omega| (2.0 * nu / omega).sqrt().min(0.5 * narrowest[1]));
         let widest = stations.iter().map(|[_, r]| *r).fold(0.0, f64::max);
         let cells = points.filter(|points| !points.has_elements);
-        let longest_step = case.time.step;
         Some(Self {
             peak_flow_m3_s: peak,
             reynolds: reynolds(narrowest[1]),
@@ -158,19 +139,18 @@ impl FlowNumbers {
             points_in_layer: layer
                 .zip(points)
                 .map(|(layer, points)| layer / (points.at_wall * widest)),
-            steps_per_period: case.time.period / longest_step,
-            step_error: omega.map(|omega| step_error(case.time.scheme, omega * longest_step)),
+            steps_per_period: setting.period / time_step,
+            step_error: omega.map(|omega| step_error(setting.scheme, omega * time_step)),
             courant: cells.map(|_| {
-                let spans = vessel.spans(&keys.fluid.mesh).into_iter();
-                let number = |span: geometry::Span| {
+                let number = |span: &Span| {
                     let middle = 0.5 * (span.from + span.to);
                     let speed = [span.from, middle, span.to]
-                        .map(|s| velocity(mean_radius(&vessel, s)))
+                        .map(|s| velocity(mean_radius(vessel, s)))
                         .into_iter()
                         .fold(0.0, f64::max);
-                    speed * longest_step * span.pieces as f64 / (span.to - span.from)
+                    speed * time_step * span.pieces as f64 / (span.to - span.from)
                 };
-                spans.map(number).fold(0.0, f64::max)
+                setting.cells.iter().map(number).fold(0.0, f64::max)
             }),
             cell_reynolds: cells.map(|cells| 0.5 * reynolds(narrowest[1]) * cells.across),
             jet: jet(&stations, reynolds, points),
@@ -341,10 +321,10 @@ fn course(samples: &[[f64; 2]]) -> Option<(f64, Option<f64>)> {
 }
 
 /// Relative error of a time scheme for a swing of the phase `phase` (radians) in a step.
-fn step_error(scheme: FluidTimeScheme, phase: f64) -> f64 {
+fn step_error(scheme: TimeScheme, phase: f64) -> f64 {
     match scheme {
-        FluidTimeScheme::ImplicitEuler => 0.5 * phase,
-        FluidTimeScheme::Bdf2 => phase * phase / 3.0,
+        TimeScheme::ImplicitEuler => 0.5 * phase,
+        TimeScheme::Bdf2 => phase * phase / 3.0,
     }
 }
 
@@ -376,7 +356,7 @@ fn laminar_limit(reduction: f64) -> f64 {
 fn jet(
     stations: &[[f64; 2]],
     reynolds: impl Fn(f64) -> f64,
-    points: Option<Points>,
+    points: Option<PointSpacing>,
 ) -> Option<Jet> {
     let mut worst: Option<Jet> = None;
     for (i, &[at, narrow]) in stations.iter().enumerate() {

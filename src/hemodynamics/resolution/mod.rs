@@ -6,7 +6,7 @@
 mod flow_numbers;
 mod solution;
 
-pub use flow_numbers::{FlowNumbers, Jet};
+pub use flow_numbers::{FlowNumbers, FlowSetting, Jet, PointSpacing};
 pub use solution::{Resolution, jumps};
 
 use serde::{Deserialize, Serialize};

@@ -109,7 +109,7 @@ pub fn whole(run: &Results) -> [f64; 2] {
 
 /// The middle part of the artery, or the whole vessel if there is none.
 pub fn middle(run: &Results) -> [f64; 2] {
-    let regions = Region::of(&run.case);
+    let regions = crate::analysis::regions(&run.case);
     let found = regions.iter().find(|r| r.name == RegionName::MidArtery);
     match found.map(|region| &region.extent) {
         Some(RegionExtent::Along { from_m, to_m }) => [*from_m, *to_m],

@@ -180,14 +180,7 @@ pub(super) fn pressure_panel(run: &Results) -> Panel {
 
 pub(crate) fn flow(run: &Results) -> Vec<String> {
     let volume = column(run, |row| row.lumen_volume_m3, MILLILITRE);
-    let ramp = run.case.ramp.duration;
-    let share = |t: f64| {
-        if t < ramp {
-            0.5 * (1.0 - (std::f64::consts::PI * t / ramp).cos())
-        } else {
-            1.0
-        }
-    };
+    let share = |t: f64| run.case.ramp.factor(t);
     let ramps = run
         .history
         .iter()
@@ -335,7 +328,7 @@ fn wall(run: &Results) -> Vec<String> {
         RegionName::MidArtery => 1,
         RegionName::Section(_) => 1 + number % 6,
     };
-    let regions = Region::of(&run.case);
+    let regions = crate::analysis::regions(&run.case);
     let by_region = |value: fn(&crate::hemodynamics::RegionStep) -> f64| {
         // Dashed, since the middle is a part of the artery and often has the artery's own value.
         let some = regions.iter().enumerate().map(|(number, found)| Curve {

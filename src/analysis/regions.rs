@@ -1,0 +1,62 @@
+//! The parts of a case's vessel, or of another wet surface, that are evaluated one by one.
+
+use crate::case::{BloodVessel, Case, OwnCase, OwnRegion, Problem, Shape};
+use crate::geometry::{Section, Vessel};
+use crate::hemodynamics::{Region, RegionExtent, RegionName};
+
+/// The elastic sections of a vessel and what its case names besides, or bypass, artery and its middle. The last of
+/// these begins where the blend of the cross-sections ends, and ends as far from the outlet; there is none if the
+/// artery is too short for it. Those of a user-supplied OpenFOAM case are boxes and patches, or its whole wall. A flag
+/// is not a vessel and has no regions.
+pub fn regions(case: &Case) -> Vec<Region> {
+    match &case.problem {
+        Problem::Vessel(vessel) => of_vessel(vessel),
+        Problem::Flag(_) => Vec::new(),
+        Problem::UserCase(own) => of_own(own),
+    }
+}
+
+fn of_vessel(vessel: &BloodVessel) -> Vec<Region> {
+    let geometry = match &vessel.shape {
+        Shape::Anastomosis(vessel) => &vessel.geometry,
+        Shape::Vessel(keys) => {
+            let vessel = Vessel::new(vessel);
+            let region = |section: &Section| {
+                Region::along(section.name.clone().into(), section.from, section.to)
+            };
+            let own = keys.region.iter().flatten();
+            let own = own.map(|own| Region::along(own.name.clone().into(), own.from, own.to));
+            return vessel.elastic_sections().map(region).chain(own).collect();
+        }
+    };
+    let joint = geometry.graft_length;
+    let end = joint + geometry.artery_length;
+    let margin = 0.5 * geometry.blend_length;
+    let regions = [
+        (RegionName::Bypass, 0.0, joint),
+        (RegionName::Artery, joint, end),
+        (RegionName::MidArtery, joint + margin, end - margin),
+    ];
+    let some = regions.into_iter().filter(|(_, from, to)| from < to);
+    some.map(|(name, from, to)| Region::along(name, from, to))
+        .collect()
+}
+
+fn of_own(own: &OwnCase) -> Vec<Region> {
+    let region = |keys: &OwnRegion| Region {
+        name: keys.name.clone().into(),
+        extent: match (&keys.patch, &keys.corners[..]) {
+            (None, [a, b]) => RegionExtent::Box { box_m: [*a, *b] },
+            (patch, _) => RegionExtent::Patch {
+                patch: patch.clone().unwrap_or_default(),
+            },
+        },
+    };
+    match &own.fluid.region {
+        Some(regions) if !regions.is_empty() => regions.iter().map(region).collect(),
+        _ => vec![Region {
+            name: "wall".to_owned().into(),
+            extent: RegionExtent::Whole {},
+        }],
+    }
+}
