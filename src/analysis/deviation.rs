@@ -1,8 +1,8 @@
 //! How far the lumen of a mesh is from the one that a case describes: between the places where the mesh takes its
 //! radii.
 
-use super::{Span, Vessel};
 use crate::case::{Case, Solver};
+use crate::geometry::{Span, Vessel};
 use crate::lagrange;
 use crate::quadrature::Rule;
 use std::f64::consts::TAU;

@@ -1,8 +1,8 @@
 //! How large a case is before anything is built.
 
-use super::{Span, Vessel};
 use crate::case::{Case, FluidMesh, Native, Problem, Solver, WallMesh};
 use crate::curve::SpaceCurve;
+use crate::geometry::{Span, Vessel};
 
 impl FluidMesh {
     /// Number of cells in a slice of the vessel.

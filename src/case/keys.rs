@@ -155,6 +155,17 @@ words! {
     }
 }
 
+impl Solver {
+    /// What the blood is divided into.
+    pub fn pieces(self) -> &'static str {
+        match self {
+            Self::OpenFoam => "cells",
+            Self::Native => "elements",
+            Self::External => "wet faces",
+        }
+    }
+}
+
 words! {
     /// How the driver and a fluid in a process of its own talk.
     pub enum TransportKind {

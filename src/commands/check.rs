@@ -3,13 +3,14 @@
 use super::wall::with_wall;
 use super::{CaseArguments, Failure};
 use crate::Vec3;
+use crate::analysis::Deviation;
 use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::Pressures;
 use crate::case::{BloodVessel, Case, ConditionKeys, Problem, Shape, Solver, VesselSide};
 use crate::fluid::openfoam::install;
-use crate::geometry::{Deviation, Section, Vessel};
+use crate::geometry::{Section, Vessel};
 use crate::hemodynamics::FlowNumbers;
 use crate::output::progress::{human, tell_statics};
 use crate::output::report::quantities::MMHG;

@@ -12,7 +12,6 @@ mod anastomosis;
 pub(crate) mod blocks;
 pub(crate) mod centre_shift;
 mod described;
-mod deviation;
 mod extent;
 pub(crate) mod extruded;
 mod feature;
@@ -26,14 +25,12 @@ mod mesh_quality;
 pub(crate) mod o_grid;
 pub(crate) mod poly_mesh;
 mod section;
-mod size;
 pub(crate) mod supports;
 pub(crate) mod vessel;
 mod wall_file;
 
 pub use centre_shift::CentreShift;
 pub use described::ANY as RIGID_MATERIAL;
-pub use deviation::Deviation;
 pub use extruded::{Growth, GrowthError, SurfaceError, WetQuads};
 pub use fsi_pfem::mesh::{
     HexFace, HexMesh, HexShape, Surfaces, WallDirections, WallGrid, tube_mesh,
@@ -45,6 +42,5 @@ pub use o_grid::{
 };
 pub use poly_mesh::{Patch, PolyMesh};
 pub use section::Section;
-pub use size::centre_line;
 pub use vessel::{AxialNumbers, Span, Vessel, solid_mesh};
 pub use wall_file::{WET, WallFile};

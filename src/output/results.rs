@@ -5,9 +5,10 @@ use super::tables::{self, HistoryRow};
 use super::wall_fields::{self, FaceRow};
 use super::wall_history::WallHistoryReader;
 use super::{phases, record, wall_record, write_atomically};
+use crate::analysis::centre_line;
 use crate::case::{BloodVessel, Case, Problem, Window};
 use crate::files::{UNFINISHED, named};
-use crate::geometry::{PolyMesh, centre_line};
+use crate::geometry::PolyMesh;
 use crate::hemodynamics::summary::{HistorySeries, WallFields};
 use crate::hemodynamics::{
     HemodynamicsSummary, Region, RegionExtent, RegionStep, Steadiness, WetSurface, WindowStatistics,
@@ -28,8 +29,14 @@ pub fn evaluate(
     let history: Vec<HistoryRow> = tables::read(&files.history())?;
     let times = [case.time.step, case.time.period];
     let series = series(&tables::whole_steps(&history, case.time.step));
-    let summary =
-        HemodynamicsSummary::new(wall, &crate::analysis::regions(case), statistics, &rows, &series, times);
+    let summary = HemodynamicsSummary::new(
+        wall,
+        &crate::analysis::regions(case),
+        statistics,
+        &rows,
+        &series,
+        times,
+    );
     let fields = WallFields::new(wall, statistics);
     if fields.is_none() && into.hemodynamics().exists() {
         return Ok(summary);
@@ -267,7 +274,10 @@ impl Results {
         };
         let series = series(&tables::whole_steps(&history, case.time.step));
         let times = [case.time.step, case.time.period];
-        let (parts, fields) = (crate::analysis::regions(&case), WallFields::new(&wall, &statistics));
+        let (parts, fields) = (
+            crate::analysis::regions(&case),
+            WallFields::new(&wall, &statistics),
+        );
         Ok(Self {
             hemodynamics: HemodynamicsSummary::new(
                 &wall,

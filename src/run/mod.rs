@@ -14,7 +14,7 @@ mod selection;
 mod status;
 
 use crate::analysis::case_figures::step_is_large;
-use crate::case::{ResolvedCase, Solver};
+use crate::case::ResolvedCase;
 use crate::output::run_files::RunFiles;
 use crate::output::{terminal, write_atomically};
 use crate::simulation::assembly::{preflight, surroundings};
@@ -94,11 +94,7 @@ impl RunRequest<'_> {
                 "{}: {} fluid {}, {} structural degrees of freedom, {} steps; ready in {:.1} s",
                 self.path.display(),
                 run.fluid_cells,
-                match case.fluid.solver {
-                    Solver::OpenFoam => "cells",
-                    Solver::Native => "elements",
-                    Solver::External => "wet faces",
-                },
+                case.fluid.solver.pieces(),
                 run.degrees_of_freedom(),
                 case.steps(),
                 clock.elapsed().as_secs_f64(),

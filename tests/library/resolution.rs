@@ -94,7 +94,10 @@ fn a_layer_that_the_mesh_does_not_resolve_is_reported() {
     let (folder, case) = tube(12e-3, 0.0, 1e-4, "");
     let coarse = ["fluid.mesh.core=2", "fluid.mesh.radial=2"];
     let with = |set: &[&str]| load(folder.path(), Preset::Paper, set);
-    let layer = fsi_driver::analysis::flow_numbers(&case).unwrap().layer_m.unwrap();
+    let layer = fsi_driver::analysis::flow_numbers(&case)
+        .unwrap()
+        .layer_m
+        .unwrap();
     assert!((8.6e-4..8.8e-4).contains(&layer), "{layer}");
     assert_eq!(doubts(&with(&coarse)), [Doubt::Layer]);
     assert_eq!(doubts(&with(&["fluid.mesh.radial=20"])), []);

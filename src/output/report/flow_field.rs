@@ -1,9 +1,10 @@
 //! The velocity of the blood at times that were written, and where the lumen was then.
 
 use crate::Vec3;
+use crate::analysis::centre_line;
 use crate::case::BloodVessel;
 use crate::fluid::field::SearchableField;
-use crate::geometry::{Vessel, centre_line, elastic_pieces};
+use crate::geometry::{Vessel, elastic_pieces};
 use crate::hemodynamics::{Rings, WetSurface};
 use crate::output::fluid_fields;
 use crate::output::results::Results;

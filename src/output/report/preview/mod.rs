@@ -10,7 +10,7 @@ use super::page::{Page, chart, escape, figure, gallery, line, panel, significant
 use super::scene;
 use super::surface::{DrawnSurface, SurfaceField};
 use crate::Vec3;
-use crate::case::{ResolvedCase, Solver};
+use crate::case::ResolvedCase;
 use crate::geometry::{Surfaces, Vessel};
 use crate::hemodynamics::WetSurface;
 use base64::Engine;
@@ -120,9 +120,9 @@ impl Preview {
 
 fn page(shown: &Shown<'_>, name: &str, png: &[u8], sections: &[String]) -> String {
     let case = shown.case;
-    let blood = match case.fluid.solver {
-        Solver::Native => format!("{} elements", case.fluid_cells()),
-        _ => format!("{} cells", case.fluid_cells()),
+    let blood = match case.fluid_cells() {
+        0 => "0 cells".into(), // of a solver that brings its own
+        cells => format!("{cells} {}", case.fluid.solver.pieces()),
     };
     let lead = format!(
         "Before anything is computed. Blood in {blood}; wall of {} elements of degree {}, {} degrees of freedom; {} steps of {} s; \
