@@ -156,6 +156,11 @@ words! {
 }
 
 impl Solver {
+    /// Whether the blood is divided as `fluid.mesh` says; a user-supplied solver may follow it.
+    pub fn has_cells(self) -> bool {
+        self != Self::Native
+    }
+
     /// What the blood is divided into.
     pub fn pieces(self) -> &'static str {
         match self {

@@ -8,7 +8,7 @@ use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::Pressures;
-use crate::case::{BloodVessel, Case, ConditionKeys, Problem, Shape, Solver, VesselSide};
+use crate::case::{BloodVessel, Case, ConditionKeys, Problem, Shape, VesselSide};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Section, Vessel};
 use crate::hemodynamics::FlowNumbers;
@@ -18,7 +18,7 @@ use crate::output::terminal;
 use crate::pfem::SolidError;
 use crate::processes::machine_memory;
 use crate::run::{Interrupt, warn};
-use crate::simulation::assembly::{Domain, Fit, preflight, wave_speeds};
+use crate::simulation::assembly::{Domain, Fit, preflight, surroundings, wave_speeds};
 use std::path::PathBuf;
 
 /// Options of the check.
@@ -39,15 +39,16 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     tell_statics();
     let case = arguments.case.load(&arguments.folder)?;
-    let openfoam = match (case.fluid.solver, install::check(case.fluid.ranks)) {
-        (Solver::Native | Solver::External, _) => "is not needed".to_owned(),
-        (Solver::OpenFoam, Ok(_)) => {
+    let needs_openfoam = surroundings::needs_openfoam(case.fluid.solver);
+    let openfoam = match (needs_openfoam, install::check(case.fluid.ranks)) {
+        (false, _) => "is not needed".to_owned(),
+        (true, Ok(_)) => {
             let interrupt = Interrupt::listen(None)?;
             preflight::try_fluid(&case, interrupt.of_the_start())?;
             interrupt.stop_listening()?;
             "takes the templates".to_owned()
         }
-        (Solver::OpenFoam, Err(missing)) => format!("was left out: {missing}"),
+        (true, Err(missing)) => format!("was left out: {missing}"),
     };
     let fit = case.own().map(|_| fit(&case)).transpose()?;
     let (cells, degrees_of_freedom) = match &fit {
@@ -57,14 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let memory: f64 = (case.memory_with(cells, degrees_of_freedom).iter())
         .map(|(bytes, _)| bytes)
         .sum();
-    let blood = match (&case.problem, case.fluid.solver) {
-        (_, Solver::External) if case.fluid.is_awaited => "a solver that is waited for".to_owned(),
-        (_, Solver::External) => format!("by {}", case.fluid.command.join(" ")),
-        (Problem::Vessel(vessel), Solver::Native) => {
-            format!("{cells} elements of degree {}", vessel.fluid.native.degree)
-        }
-        _ => format!("{cells} cells, {} MPI rank(s)", case.fluid.ranks),
-    };
+    let blood = surroundings::described(&case, cells);
     let held = match fit {
         Some(_) => "",
         None => ", the held ones included",

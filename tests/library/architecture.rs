@@ -196,6 +196,24 @@ fn a_wrong_arrow_is_seen_however_it_is_written() {
     assert!(!wrong("case", "use super::output;"));
 }
 
+/// What a case is, and which solver it chooses, is asked where cases are read, analysed and assembled.
+#[test]
+fn the_kind_of_solver_is_asked_in_three_rooms() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let doors = ["case/", "analysis/", "simulation/assembly/"];
+    for path in sources(&src) {
+        let below = path.strip_prefix(&src).unwrap().to_str().unwrap();
+        let source = std::fs::read_to_string(&path).unwrap();
+        let words = source.split(|c: char| !c.is_alphanumeric() && c != '_' && c != ':');
+        for word in words {
+            let asks = word.starts_with("Solver::") && !doors.iter().any(|d| below.starts_with(d));
+            assert!(!asks, "{below} asks for {word}");
+            let knows = word == "Case" && below.starts_with("hemodynamics/");
+            assert!(!knows, "{below} knows a case");
+        }
+    }
+}
+
 #[test]
 fn only_its_own_room_knows_openfoam() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

@@ -14,7 +14,7 @@ use super::taylor_hood_space::{Boundary, Face};
 use super::vessel_mesh::{MeshResolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
-use crate::case::{Case, Problem, Rheology};
+use crate::case::{Case, Rheology};
 use crate::fluid::{
     ElementModes, Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory,
     FluidProbe, FluidStep, FluidTrial, FluidUsage, HighestModes, OpeningReport, Wanted,
@@ -76,7 +76,7 @@ impl NativeFluid {
     /// # Errors
     /// If the vessel cannot be meshed so, or the curve of the inflow cannot be read.
     pub fn new(case: &Case) -> Result<Self, FluidError> {
-        let Problem::Vessel(vessel) = &case.problem else {
+        let Some(vessel) = case.vessel() else {
             let reason = "the driver's own solver is for vessels, and this is a flag in a channel";
             return Err(FluidError::Died(reason.into()));
         };

@@ -20,6 +20,23 @@ pub(super) const EXTERNAL_LOG: &str = "fluid.log";
 #[error("{0}")]
 pub struct Missing(String);
 
+/// Whether the solver is OpenFOAM, or stands on it.
+pub fn needs_openfoam(solver: Solver) -> bool {
+    solver == Solver::OpenFoam
+}
+
+/// What the blood of a case is computed on, in `cells` cells or elements.
+pub fn described(case: &Case, cells: usize) -> String {
+    match (case.vessel(), case.fluid.solver) {
+        (_, Solver::External) if case.fluid.is_awaited => "a solver that is waited for".into(),
+        (_, Solver::External) => format!("by {}", case.fluid.command.join(" ")),
+        (Some(vessel), Solver::Native) => {
+            format!("{cells} elements of degree {}", vessel.fluid.native.degree)
+        }
+        _ => format!("{cells} cells, {} MPI rank(s)", case.fluid.ranks),
+    }
+}
+
 /// Whether what the fluid of a case needs is installed.
 ///
 /// # Errors

@@ -1,7 +1,6 @@
 //! A cross-section: layers of the wall by material, its elements, and the cells of the blood.
 
 use super::{Shown, colour, html_colour};
-use crate::case::Solver;
 use crate::geometry::{Surfaces, section_quads};
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -74,7 +73,7 @@ pub fn draw(shown: &Shown<'_>, s: f64) -> String {
             svg,
             "<path d=\"{elements}\" fill=\"none\" stroke=\"#333\" stroke-width=\"0.8\"/>"
         );
-        if shown.case.fluid.solver != Solver::Native {
+        if shown.case.fluid.solver.has_cells() {
             let mut cells = String::new();
             for quad in section_quads(&keys.fluid.mesh, |phi| shown.vessel.lumen_radius(s, phi)) {
                 let _ = write!(cells, "M{}Z", quad.map(at).join("L"));
