@@ -13,7 +13,6 @@ use crate::analysis::centre_line;
 use crate::case::{Case, Window};
 use crate::coupling::Iteration;
 use crate::fluid::{Fluid, FluidStep, OpeningReport};
-use crate::analysis::centre_line;
 use crate::hemodynamics::{Monitor, Region, Resolution, Steadiness, WallState, WetSurface};
 use crate::pfem::evaluation::samples::StressPeak;
 use crate::pfem::{SolidError, Structure};
