@@ -3,6 +3,7 @@
 use super::wall::with_wall;
 use super::{CaseArguments, Failure};
 use crate::Vec3;
+use crate::analysis;
 use crate::analysis::Deviation;
 use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
@@ -11,7 +12,6 @@ use crate::analysis::windkessel::Pressures;
 use crate::case::{BloodVessel, Case, ConditionKeys, Problem, Shape, VesselSide};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Section, Vessel};
-use crate::hemodynamics::FlowNumbers;
 use crate::output::progress::{human, tell_statics};
 use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         case.time.step,
         memory / 1e9,
     ))?;
-    if let Some(numbers) = crate::analysis::flow_numbers(&case) {
+    if let Some(numbers) = analysis::flow_numbers(&case) {
         terminal::print(format_args!("flow    {numbers}\n"))?;
     }
     if let Some(fit) = &fit {

@@ -9,6 +9,7 @@ use super::tables::HistoryRow;
 use super::wall_fields::FaceRow;
 use super::write_atomically;
 use crate::Vec3;
+use crate::analysis;
 use crate::case::value::shorten;
 use crate::case::{Anastomosis, BloodVessel, Case, Problem, Shape, VesselDescription};
 use crate::geometry::Vessel;
@@ -201,7 +202,7 @@ impl Comparison {
                 (None, Some(common_points)) => common_points.pairs([a, b], region, value),
                 (None, None) => Vec::new(),
             };
-            for region in crate::analysis::regions(&a.case) {
+            for region in analysis::regions(&a.case) {
                 for (quantity, value) in FIELDS {
                     let limit = match quantity {
                         OSI => osi,

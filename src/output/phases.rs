@@ -7,11 +7,12 @@ use super::vtu::{Cells, Values, VtuGrid, VtuSeries};
 use super::wall_history::WallHistoryReader;
 use super::write_atomically;
 use crate::Vec3;
+use crate::analysis;
 use crate::analysis::centre_line;
 use crate::case::{Case, Window};
 use crate::files::named;
+use crate::hemodynamics::RegionStep;
 use crate::hemodynamics::phases::{PhaseMean, Phases, WallPhases, phase_means};
-use crate::hemodynamics::{Region, RegionStep};
 use std::io;
 
 /// A quantity of the history.
@@ -103,7 +104,7 @@ fn columns(
         let values: Vec<f64> = history.iter().map(quantity).collect();
         columns.push((name.into(), means(&times, &values)));
     }
-    for region in crate::analysis::regions(case) {
+    for region in analysis::regions(case) {
         let rows: Vec<_> = regions
             .iter()
             .filter(|row| row.region == region.name)

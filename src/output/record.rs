@@ -9,11 +9,12 @@ use super::vtu::VtuSeries;
 use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::Vec3;
+use crate::analysis;
 use crate::analysis::centre_line;
 use crate::case::{Case, Window};
 use crate::coupling::Iteration;
 use crate::fluid::{Fluid, FluidStep, OpeningReport};
-use crate::hemodynamics::{Monitor, Region, Resolution, Steadiness, WallState, WetSurface};
+use crate::hemodynamics::{Monitor, Resolution, Steadiness, WallState, WetSurface};
 use crate::pfem::evaluation::samples::StressPeak;
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
@@ -163,7 +164,7 @@ impl RecordSettings {
             wall: WallRecordSettings {
                 regions: files.regions(),
                 history: case.output.wall_history.then(|| files.wall_history()),
-                monitor: Monitor::new(wall, &crate::analysis::regions(case), mesh),
+                monitor: Monitor::new(wall, &analysis::regions(case), mesh),
                 window: Window::of(case),
                 time_step: case.time.step,
             },

@@ -5,13 +5,14 @@ use super::tables::{self, HistoryRow};
 use super::wall_fields::{self, FaceRow};
 use super::wall_history::WallHistoryReader;
 use super::{phases, record, wall_record, write_atomically};
+use crate::analysis;
 use crate::analysis::centre_line;
 use crate::case::{BloodVessel, Case, Problem, Window};
 use crate::files::{UNFINISHED, named};
 use crate::geometry::PolyMesh;
 use crate::hemodynamics::summary::{HistorySeries, WallFields};
 use crate::hemodynamics::{
-    HemodynamicsSummary, Region, RegionExtent, RegionStep, Steadiness, WetSurface, WindowStatistics,
+    HemodynamicsSummary, RegionExtent, RegionStep, Steadiness, WetSurface, WindowStatistics,
 };
 use std::io;
 use std::path::Path;
@@ -31,7 +32,7 @@ pub fn evaluate(
     let series = series(&tables::whole_steps(&history, case.time.step));
     let summary = HemodynamicsSummary::new(
         wall,
-        &crate::analysis::regions(case),
+        &analysis::regions(case),
         statistics,
         &rows,
         &series,
@@ -275,7 +276,7 @@ impl Results {
         let series = series(&tables::whole_steps(&history, case.time.step));
         let times = [case.time.step, case.time.period];
         let (parts, fields) = (
-            crate::analysis::regions(&case),
+            analysis::regions(&case),
             WallFields::new(&wall, &statistics),
         );
         Ok(Self {
@@ -365,7 +366,7 @@ pub fn read_case(files: &RunFiles) -> Result<Case, ResultsError> {
 /// A stored wall around the centre-line of its case, and on its patches where regions are made of them.
 fn placed(wall: WetSurface, case: &Case, files: &RunFiles) -> io::Result<WetSurface> {
     let wall = wall.around(centre_line(case));
-    let regions = crate::analysis::regions(case).into_iter();
+    let regions = analysis::regions(case).into_iter();
     let mut extents = regions.map(|region| region.extent);
     match case.own() {
         Some(own) if extents.any(|extent| matches!(extent, RegionExtent::Patch { .. })) => {

@@ -1,10 +1,11 @@
 //! What a run says of its own results: whether its flow is resolved, and whether it has become steady where it should.
 
+use crate::analysis;
 use crate::case::{Case, Problem};
 use crate::fluid::HighestModes;
 use crate::hemodynamics::resolution::jumps;
 use crate::hemodynamics::summary::WallFields;
-use crate::hemodynamics::{FlowNumbers, Place, RegionStep, Resolution, Steadiness, SteadyMeasure};
+use crate::hemodynamics::{Place, RegionStep, Resolution, Steadiness, SteadyMeasure};
 use crate::output::record::Record;
 use crate::output::run_files::RunFiles;
 use crate::output::tables::{self, CsvTable, FluidProbeRow, HistoryRow, ResolutionRow};
@@ -41,9 +42,9 @@ impl Judgement {
                 .iter()
                 .filter(|row| row.time_s > statistics.window.start_s);
             let samples: Vec<[f64; 2]> = within.map(|row| [row.time_s, row.Q_in_m3_s]).collect();
-            crate::analysis::flow_numbers_of(case, &samples)
+            analysis::flow_numbers_of(case, &samples)
         };
-        let numbers = crate::analysis::flow_numbers(case).or_else(measured);
+        let numbers = analysis::flow_numbers(case).or_else(measured);
         let steadiness = match case.is_driven_steadily() {
             true => Steadiness::of(&measures(files, &history)?, case.ramp.duration),
             false => None,

@@ -1,6 +1,7 @@
 //! Which case is run: a preset, and values that replace those of its files.
 
 use super::Failure;
+use crate::analysis;
 use crate::case::{Case, Override, Preset, ResolvedCase, ValuePlace};
 use crate::hemodynamics::FlowNumbers;
 use crate::output::terminal;
@@ -80,7 +81,7 @@ impl CaseSelection {
 /// Says on standard error what makes the results of a case doubtful, and what in it does nothing.
 pub fn warn(case: &ResolvedCase) {
     let unread = case.unread.iter().map(ToString::to_string);
-    let numbers = crate::analysis::flow_numbers(case);
+    let numbers = analysis::flow_numbers(case);
     let findings = numbers.iter().flat_map(FlowNumbers::findings);
     let warnings = case.warnings(cores()).into_iter().chain(unread);
     for warning in warnings.chain(findings.map(|finding| finding.text)) {

@@ -1,7 +1,7 @@
 //! What is said beforehand of the resolution of a vessel's flow.
 
+use fsi_driver::analysis;
 use fsi_driver::case::{Case, Override, Preset, ResolvedCase, ValuePlace};
-use fsi_driver::hemodynamics::FlowNumbers;
 use fsi_driver::hemodynamics::resolution::{Doubt, ResolutionFinding};
 use std::path::Path;
 
@@ -18,7 +18,7 @@ fn load(folder: &Path, preset: Preset, set: &[&str]) -> ResolvedCase {
 }
 
 fn findings(case: &Case) -> Vec<ResolutionFinding> {
-    fsi_driver::analysis::flow_numbers(case).unwrap().findings()
+    analysis::flow_numbers(case).unwrap().findings()
 }
 
 fn doubts(case: &Case) -> Vec<Doubt> {
@@ -61,7 +61,7 @@ fn reynolds_numbers_beyond_laminar_flow_are_reported() {
     let flow = |reynolds: f64| 0.5 * reynolds * std::f64::consts::PI * 3e-3 * (3.5e-3 / 1050.0);
     for (reynolds, doubtful) in [(1900.0, false), (2100.0, true), (1e6, true)] {
         let (_folder, case) = tube(3e-3, flow(reynolds), 0.0, "");
-        let numbers = fsi_driver::analysis::flow_numbers(&case).unwrap();
+        let numbers = analysis::flow_numbers(&case).unwrap();
         assert!((numbers.reynolds / reynolds - 1.0).abs() < 1e-6);
         let found = findings(&case);
         let laminar = found.iter().find(|finding| finding.doubt == Doubt::Laminar);
@@ -94,10 +94,7 @@ fn a_layer_that_the_mesh_does_not_resolve_is_reported() {
     let (folder, case) = tube(12e-3, 0.0, 1e-4, "");
     let coarse = ["fluid.mesh.core=2", "fluid.mesh.radial=2"];
     let with = |set: &[&str]| load(folder.path(), Preset::Paper, set);
-    let layer = fsi_driver::analysis::flow_numbers(&case)
-        .unwrap()
-        .layer_m
-        .unwrap();
+    let layer = analysis::flow_numbers(&case).unwrap().layer_m.unwrap();
     assert!((8.6e-4..8.8e-4).contains(&layer), "{layer}");
     assert_eq!(doubts(&with(&coarse)), [Doubt::Layer]);
     assert_eq!(doubts(&with(&["fluid.mesh.radial=20"])), []);

@@ -1,8 +1,9 @@
 //! Maps of the unrolled wall.
 
 use super::page::figure;
+use crate::analysis;
 use crate::geometry::Vessel;
-use crate::hemodynamics::{Place, Region, RegionExtent, RegionName, Rings};
+use crate::hemodynamics::{Place, RegionExtent, RegionName, Rings};
 use crate::output::figure::colour::Palette;
 use crate::output::figure::map::{Map, Up};
 use crate::output::results::Results;
@@ -109,7 +110,7 @@ pub fn whole(run: &Results) -> [f64; 2] {
 
 /// The middle part of the artery, or the whole vessel if there is none.
 pub fn middle(run: &Results) -> [f64; 2] {
-    let regions = crate::analysis::regions(&run.case);
+    let regions = analysis::regions(&run.case);
     let found = regions.iter().find(|r| r.name == RegionName::MidArtery);
     match found.map(|region| &region.extent) {
         Some(RegionExtent::Along { from_m, to_m }) => [*from_m, *to_m],

@@ -4,6 +4,7 @@ use super::flow_field::LumenFlow;
 use super::page::{Page, chart, escape, gallery, line, panel, table, warnings};
 use super::surface::DrawnSurface;
 use super::{case_table, initial_state, maps, quantities, resolution, scene};
+use crate::analysis;
 use crate::analysis::centre_line;
 use crate::geometry::Vessel;
 use crate::hemodynamics::{Region, RegionExtent, RegionName};
@@ -329,7 +330,7 @@ fn wall(run: &Results) -> Vec<String> {
         RegionName::MidArtery => 1,
         RegionName::Section(_) => 1 + number % 6,
     };
-    let regions = crate::analysis::regions(&run.case);
+    let regions = analysis::regions(&run.case);
     let by_region = |value: fn(&crate::hemodynamics::RegionStep) -> f64| {
         // Dashed, since the middle is a part of the artery and often has the artery's own value.
         let some = regions.iter().enumerate().map(|(number, found)| Curve {

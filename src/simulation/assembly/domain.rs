@@ -2,6 +2,7 @@
 
 use super::own;
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};
+use crate::geometry::supports as vessel_supports;
 use crate::geometry::{HexMesh, PolyMesh, Vessel, elastic_pieces};
 use crate::pfem::supports::{Profile, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
@@ -88,8 +89,8 @@ impl Domain {
             materials: vessel.materials().to_vec(),
             space: Space::isotropic(SpaceKind::Trunk, p),
             wet_surface: "inner",
-            supports: crate::geometry::supports::of_vessel(keys, vessel.centre_line()),
-            outer_pressure: crate::geometry::supports::pressure_around(keys),
+            supports: vessel_supports::of_vessel(keys, vessel.centre_line()),
+            outer_pressure: vessel_supports::pressure_around(keys),
             motion: None,
         }
     }

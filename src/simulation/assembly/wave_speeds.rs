@@ -21,6 +21,7 @@
 use super::initial_state::{along_axis, in_state, on_x_axis};
 use crate::Vec3;
 use crate::case::{BloodVessel, Case, Material};
+use crate::geometry::supports as vessel_supports;
 use crate::geometry::{HexFace, Section, Vessel, tube_mesh};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::solution::newton::NewtonOptions;
@@ -92,9 +93,7 @@ pub fn wave_speeds(
         newton: NewtonOptions::default(),
         wet_surface: "inner".into(),
         supports: ring_supports(keys, &vessel, middle),
-        outer_pressure: Profile::constant(
-            crate::geometry::supports::pressure_around(keys).at(middle),
-        ),
+        outer_pressure: Profile::constant(vessel_supports::pressure_around(keys).at(middle)),
         gravity: Vec3::zeros(),
     };
     let solid = Structure::new(&mesh, &materials, &options)?;
@@ -124,7 +123,7 @@ pub fn wave_speeds(
 /// Planes at both ends that keep their distance, and what of the tissue acts across.
 fn ring_supports(keys: &BloodVessel, vessel: &Vessel, middle: f64) -> Vec<Support> {
     let ends = ["start", "end"].map(supports::sliding_radially);
-    let tissue = crate::geometry::supports::tissue(keys, vessel.centre_line()).into_iter();
+    let tissue = vessel_supports::tissue(keys, vessel.centre_line()).into_iter();
     let across = tissue.filter(|tissue| tissue.direction != Direction::Axial);
     let here = across.map(|tissue| {
         Support::Foundation(Foundation {
