@@ -8,6 +8,7 @@ use super::poly_mesh::{PatchFaces, PolyMesh};
 use super::vessel::{Span, Vessel};
 use crate::Vec3;
 use crate::case::{BloodVessel, FluidMesh};
+use fsi_numerics::Layers;
 use fsi_pfem::mesh::equal_stations;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::ops::Range;
@@ -299,7 +300,10 @@ impl Vessel {
         }
 
         let (quads, slices) = (section.quads(), stations.len() - 1);
-        let at = |slice: usize, point: usize| slice * section.points() + point;
+        let order = Layers {
+            each: section.points(),
+        };
+        let at = |slice: usize, point: usize| order.number(slice, point);
         let cells: Vec<[usize; 8]> = (0..slices)
             .flat_map(|slice| {
                 quads

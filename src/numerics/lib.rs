@@ -6,6 +6,7 @@
 //! * [`Vec3`] and [`Mat3`], vectors and tensors of space;
 //! * [`quadrature`]: Gauss-Legendre and Gauss-Lobatto rules of any size, Legendre polynomials;
 //! * [`lagrange`]: the polynomials that are 1 at one of some points and 0 at the others;
+//! * [`Layers`]: the order of what lies layer by layer along a sweep;
 //! * [`words!`]: an enumeration whose variants are words of a file of settings;
 //! * [`twelve_digits`]: times without the rounding of their sums.
 //!
@@ -25,8 +26,11 @@
 //! ```
 
 pub mod lagrange;
+mod layers;
 pub mod quadrature;
 mod words;
+
+pub use layers::Layers;
 
 /// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).
 pub type Vec3 = nalgebra::Vector3<f64>;

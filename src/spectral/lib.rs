@@ -7,8 +7,7 @@
 //! ## A guided tour
 //!
 //! 1. [`taylor_hood_space`]: a plane mesh of quadrilaterals ([`Plane`](taylor_hood_space::Plane)) swept over layers
-//!    numbers the unknowns; [`Section by section`](taylor_hood_space::TaylorHoodSpace::swept), which the factorization
-//!    counts on.
+//!    numbers the unknowns, section by section ([`Layers`](fsi_numerics::Layers)), which the factorization counts on.
 //! 2. [`basis`] has the polynomials of an element, [`contraction`] their products, [`kernel`] its operations, and
 //!    [`spectral_elements`] all of these together.
 //! 3. [`metric`] is the geometry of the elements at a moment, [`surface`] has integrals over the boundary.

@@ -67,11 +67,12 @@ impl SchurComplement {
                 TriangleRow { first, values }
             })
             .collect();
-        let factor = PlaneCholesky::new(space.space.plane_pressures, &rows).map_err(|_| {
-            FlowError::Model(
-                "the pressure's matrix cannot be factorized: is there no outlet?".into(),
-            )
-        })?;
+        let factor =
+            PlaneCholesky::new(space.space.pressure_sections.each, &rows).map_err(|_| {
+                FlowError::Model(
+                    "the pressure's matrix cannot be factorized: is there no outlet?".into(),
+                )
+            })?;
         Ok(Self { factor })
     }
 

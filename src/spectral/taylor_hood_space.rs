@@ -1,7 +1,9 @@
 //! Numbering of the unknowns: plane quadrilaterals, swept along a line.
 //!
 //! The local coordinates of an element are ξ and η in the plane and ζ along the sweep, in this order right-handed;
-//! local indices run fastest along ξ. Nodes are numbered layer by layer along the sweep.
+//! local indices run fastest along ξ. Elements, faces and nodes are numbered layer by layer along the sweep ([`Layers`]).
+
+use fsi_numerics::Layers;
 
 /// A side of an element, by the local coordinate that is constant there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -104,10 +106,14 @@ pub struct TaylorHoodSpace {
     pub pressure_places: Vec<u32>,
     /// Faces of the boundary.
     pub faces: Vec<Face>,
-    /// Nodes of a cross-section.
-    pub plane_nodes: usize,
-    /// The same for the pressure.
-    pub plane_pressures: usize,
+    /// The order of the elements.
+    pub layers: Layers,
+    /// The order of the faces of the mantle, which are the first of `faces`.
+    pub mantle: Layers,
+    /// The order of the nodes, cross-section by cross-section.
+    pub sections: Layers,
+    /// That of the pressure's nodes.
+    pub pressure_sections: Layers,
 }
 
 impl TaylorHoodSpace {
@@ -155,8 +161,16 @@ impl TaylorHoodSpace {
             pressure_starts,
             pressure_places,
             faces,
-            plane_nodes: velocity.nodes,
-            plane_pressures: pressure.nodes,
+            layers: Layers { each: quads },
+            mantle: Layers {
+                each: velocity.edges.len(),
+            },
+            sections: Layers {
+                each: velocity.nodes,
+            },
+            pressure_sections: Layers {
+                each: pressure.nodes,
+            },
         }
     }
 

@@ -95,9 +95,7 @@ impl NativeFluid {
         let positions = mesh.positions(&still);
         let faces = |wanted: fn(Boundary) -> bool| space.space.faces_of(wanted);
         let walls = faces(|patch| matches!(patch, Boundary::Mantle(_)));
-        let [first, last] = [mesh.elastic().start, mesh.elastic().end];
-        let around = 4 * resolution.core;
-        let wall = walls[first * around..last * around].to_vec();
+        let wall = walls[space.space.mantle.numbers(mesh.elastic())].to_vec();
         let ends = NativeOpenings::new(case, vessel, &space, &walls, &positions)
             .map_err(|error| failed(&error))?;
         let open: Vec<OpenEnd> = ends.openings.iter().filter_map(|end| end.open()).collect();
@@ -209,12 +207,9 @@ impl NativeFluid {
         let positions = self.mesh.positions(&self.initial);
         let metric = Metric::new(self.flow.space(), &positions)
             .map_err(|error| FluidError::NotSolved(error.to_string()))?;
-        let per_layer = 4 * self.mesh.resolution().core * self.mesh.resolution().radial
-            + self.mesh.resolution().core.pow(2);
-        let elastic = self.mesh.elastic();
-        let (upstream, downstream) = (elastic.start * per_layer, elastic.end * per_layer);
+        let elastic = self.mesh.space().layers.numbers(self.mesh.elastic());
         let sum = |volumes: &[f64]| volumes.iter().sum::<f64>();
-        let rigid = sum(&metric.volumes[..upstream]) + sum(&metric.volumes[downstream..]);
+        let rigid = sum(&metric.volumes[..elastic.start]) + sum(&metric.volumes[elastic.end..]);
         Ok([metric.volume, rigid])
     }
 
@@ -258,11 +253,10 @@ impl NativeFluid {
     /// The face of an element, and the part of it, that each face of the interface is.
     fn faces_of_interface(&self) -> impl Iterator<Item = (usize, usize)> {
         let degree = self.mesh.resolution().degree;
-        let around = self.mesh.around();
-        let parts = around / degree;
+        let (rings, mantle) = (self.mesh.rings(), self.mesh.space().mantle);
         (0..self.mesh.interface().faces.len()).map(move |face| {
-            let (ring, a) = (face / around, face % around);
-            let element = ring / degree * parts + a / degree;
+            let [ring, a] = rings.place(face);
+            let element = mantle.number(ring / degree, a / degree);
             (element, ring % degree * degree + a % degree)
         })
     }

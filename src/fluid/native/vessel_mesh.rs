@@ -10,6 +10,7 @@ use crate::Vec3;
 use crate::fluid::FluidInterface;
 use crate::geometry::{AxialNumbers, Span, Vessel, elastic_pieces};
 use crate::lagrange;
+use fsi_numerics::Layers;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::ops::Range;
@@ -238,9 +239,10 @@ impl VesselMesh {
             .map(|(s, a)| surface(s, angle(a as f64)))
             .collect();
         let (mut faces, mut face_centres) = (Vec::new(), Vec::new());
+        let order = Layers { each: around };
         for ring in 0..rings.len() - 1 {
             for a in 0..around {
-                let at = |ring: usize, a: usize| (ring * around + a % around) as u32;
+                let at = |ring: usize, a: usize| order.number(ring, a % around) as u32;
                 faces.push(vec![
                     at(ring, a),
                     at(ring, a + 1),
@@ -295,17 +297,19 @@ impl VesselMesh {
         &self.interface
     }
 
-    /// Points around the wall.
-    pub fn around(&self) -> usize {
-        self.section.around()
+    /// The order of points and faces of the wall.
+    pub fn rings(&self) -> Layers {
+        Layers {
+            each: self.section.around(),
+        }
     }
 
     /// Positions (m, one component after the other) of all nodes for a displacement (m) of the lattice's points.
     pub fn positions(&self, displacement: &[Vec3]) -> Vec<f64> {
-        let (degree, around) = (self.resolution.degree, self.around());
+        let (degree, around) = (self.resolution.degree, self.rings().each);
         let mut wall = self.wall.clone();
         let [first, last] = [self.elastic.start, self.elastic.end].map(|layer| layer * degree);
-        let deformable = &mut wall[first * around..(last + 1) * around];
+        let deformable = &mut wall[self.rings().numbers(first..last + 1)];
         let rings = deformable.len() / around;
         let rows = deformable.par_chunks_mut(around).enumerate();
         rows.for_each(|(k, row)| {
