@@ -1,7 +1,8 @@
 //! Numbering of the unknowns: plane quadrilaterals, swept along a line.
 //!
 //! The local coordinates of an element are ξ and η in the plane and ζ along the sweep, in this order right-handed;
-//! local indices run fastest along ξ. Elements, faces and nodes are numbered layer by layer along the sweep ([`Layers`]).
+//! local indices run fastest along ξ. Elements, faces and nodes are numbered layer by layer along the sweep
+//! ([`Layers`]).
 
 use fsi_numerics::Layers;
 
