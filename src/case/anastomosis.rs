@@ -3,6 +3,7 @@
 use super::keys::Material;
 use super::schema::{ValueKind, above, from};
 use super::table::{table, words};
+use super::{BloodVessel, Case, Problem, Shape};
 
 table! {
     /// A graft that is sewn end to end to an artery.
@@ -60,5 +61,20 @@ table! {
         [graft: Material, "the graft"]
         [media: Material, "the artery's inner layer"]
         [adventitia: Material, "the artery's outer layer"]
+    }
+}
+
+impl Case {
+    /// The same without the imperfection of its wall; none if it has none.
+    pub fn without_imperfection(&self) -> Option<Self> {
+        let mut perfect = self.clone();
+        match &mut perfect.problem {
+            Problem::Vessel(BloodVessel {
+                shape: Shape::Anastomosis(vessel),
+                ..
+            }) if vessel.model.d_max != 0.0 => vessel.model.d_max = 0.0,
+            _ => return None,
+        }
+        Some(perfect)
     }
 }

@@ -116,6 +116,14 @@ impl Case {
         }
     }
 
+    /// The flag in a channel, if it has one.
+    pub fn flag(&self) -> Option<&Flag> {
+        match &self.problem {
+            Problem::Flag(flag) => Some(flag),
+            Problem::Vessel(_) | Problem::UserCase(_) => None,
+        }
+    }
+
     /// The user-supplied OpenFOAM case, if the case is about one.
     pub fn own(&self) -> Option<&OwnCase> {
         match &self.problem {

@@ -9,7 +9,7 @@ use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::Pressures;
-use crate::case::{BloodVessel, Case, ConditionKeys, Problem, Shape, VesselSide};
+use crate::case::{BloodVessel, Case, ConditionKeys, VesselSide};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Section, Vessel};
 use crate::output::progress::{human, tell_statics};
@@ -150,7 +150,7 @@ fn expected(case: &Case) -> Vec<(&'static str, String)> {
 
 /// What was understood of the files with curves.
 fn of_files(case: &Case) -> Vec<(&'static str, String)> {
-    let Problem::Vessel(vessel) = &case.problem else {
+    let Some(vessel) = case.vessel() else {
         return Vec::new();
     };
     let keys = vessel.opening_keys();
@@ -248,18 +248,11 @@ fn figures(
     vessel: &BloodVessel,
     pressures: &[f64],
 ) -> Result<WallFigures, SolidError> {
-    let mut perfect = case.clone();
-    let is_perfect = match &mut perfect.problem {
-        Problem::Vessel(BloodVessel {
-            shape: Shape::Anastomosis(vessel),
-            ..
-        }) => std::mem::take(&mut vessel.model.d_max) == 0.0,
-        _ => true,
-    };
+    let perfect = case.without_imperfection();
     let sections: Vec<Section> = (Vessel::new(vessel).elastic_sections().cloned()).collect();
-    with_wall(case, vessel, |wall| match is_perfect {
-        true => WallFigures::new(wall, None, &sections, pressures),
-        false => with_wall(&perfect, vessel, |perfect| {
+    with_wall(case, vessel, |wall| match &perfect {
+        None => WallFigures::new(wall, None, &sections, pressures),
+        Some(perfect) => with_wall(perfect, vessel, |perfect| {
             WallFigures::new(wall, Some(perfect), &sections, pressures)
         }),
     })

@@ -366,10 +366,7 @@ mod tests {
             &[],
         );
         let case = case.unwrap();
-        let crate::case::Problem::Flag(flag) = &case.problem else {
-            panic!("it has a flag")
-        };
-        let mesh = flag.fluid_mesh();
+        let mesh = case.flag().unwrap().fluid_mesh();
         let folder = tempfile::tempdir().unwrap();
         mesh.write(folder.path()).unwrap();
         assert_eq!(PolyMesh::read(folder.path()).unwrap(), mesh);

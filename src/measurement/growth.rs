@@ -2,7 +2,7 @@
 
 use super::budget::Budget;
 use super::{BudgetReport, Measurement};
-use crate::case::{BloodVessel, Problem, ResolvedCase};
+use crate::case::{BloodVessel, ResolvedCase};
 use crate::output::figure::{Curve, Figure, Marker, Panel, Scale};
 use crate::output::{terminal, write_atomically};
 use crate::run::{CaseSelection, Failure, Interrupt};
@@ -23,7 +23,7 @@ pub fn measure(
     folder: &Path,
     interrupt: &Interrupt,
 ) -> Result<(), Failure> {
-    let Problem::Vessel(vessel) = &case.problem else {
+    let Some(vessel) = case.vessel() else {
         return Err(Failure::Input(format!(
             "--growth: {} is a flag in a channel, and the sizes are those of a vessel's meshes; give a case with a vessel",
             measurement.case.display()

@@ -11,7 +11,7 @@ use super::write_atomically;
 use crate::Vec3;
 use crate::analysis;
 use crate::case::value::shorten;
-use crate::case::{Anastomosis, BloodVessel, Case, Problem, Shape, VesselDescription};
+use crate::case::{Anastomosis, BloodVessel, Case, Shape, VesselDescription};
 use crate::geometry::Vessel;
 use crate::hemodynamics::{Place, Region, RegionExtent, Rings, WetSurface};
 use serde::Serialize;
@@ -443,8 +443,8 @@ fn differing(first: &Results, second: &Results) -> Result<Vec<String>, Compariso
         ("ramp", a.ramp == b.ramp),
         ("time.period_s", a.time.period == b.time.period),
     ];
-    match (&a.problem, &b.problem) {
-        (Problem::Vessel(v), Problem::Vessel(w)) => parts.extend([
+    match ([a.vessel(), b.vessel()], [a.own(), b.own()]) {
+        ([Some(v), Some(w)], _) => parts.extend([
             (
                 "model",
                 part_of(v, |v| &v.model) == part_of(w, |w| &w.model),
@@ -462,7 +462,7 @@ fn differing(first: &Results, second: &Results) -> Result<Vec<String>, Compariso
             ("opening", v.opening == w.opening),
         ]),
         // What the OpenFOAM case says is the user's.
-        (Problem::UserCase(v), Problem::UserCase(w)) => parts.extend([
+        (_, [Some(v), Some(w)]) => parts.extend([
             ("fluid.patches", v.fluid.patches == w.fluid.patches),
             ("fluid.openings", v.fluid.openings == w.fluid.openings),
             ("wall.mode", v.wall.mode() == w.wall.mode()),

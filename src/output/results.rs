@@ -7,7 +7,7 @@ use super::wall_history::WallHistoryReader;
 use super::{phases, record, wall_record, write_atomically};
 use crate::analysis;
 use crate::analysis::centre_line;
-use crate::case::{BloodVessel, Case, Problem, Window};
+use crate::case::{BloodVessel, Case, Window};
 use crate::files::{UNFINISHED, named};
 use crate::geometry::PolyMesh;
 use crate::hemodynamics::summary::{HistorySeries, WallFields};
@@ -332,13 +332,13 @@ impl Results {
 /// The case of a run that pages and comparisons are about.
 fn case_with_page(files: &RunFiles) -> Result<Case, ResultsError> {
     let case = read_case(files)?;
-    match &case.problem {
-        Problem::Flag(_) => Err(ResultsError(format!(
+    match case.flag() {
+        Some(_) => Err(ResultsError(format!(
             "{} is the run of a [flag], but reports and comparisons are about vessels and OpenFOAM cases of your own; look at its \
              probes.csv and history.csv, and open structure.pvd and openfoam/fluid.foam in ParaView",
             files.root().display()
         ))),
-        Problem::Vessel(_) | Problem::UserCase(_) => Ok(case),
+        None => Ok(case),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a run says of its own results: whether its flow is resolved, and whether it has become steady where it should.
 
 use crate::analysis;
-use crate::case::{Case, Problem};
+use crate::case::Case;
 use crate::fluid::HighestModes;
 use crate::hemodynamics::resolution::jumps;
 use crate::hemodynamics::summary::WallFields;
@@ -32,7 +32,7 @@ impl Judgement {
     /// # Errors
     /// If a table cannot be read.
     pub fn of(case: &Case, files: &RunFiles, record: &Record) -> io::Result<Self> {
-        if let Problem::Flag(_) = case.problem {
+        if case.flag().is_some() {
             return Ok(Self::default());
         }
         let history: Vec<HistoryRow> = tables::read(&files.history())?;

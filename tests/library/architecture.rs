@@ -198,7 +198,7 @@ fn a_wrong_arrow_is_seen_however_it_is_written() {
 
 /// What a case is, and which solver it chooses, is asked where cases are read, analysed and assembled.
 #[test]
-fn the_kind_of_solver_is_asked_in_three_rooms() {
+fn kinds_of_cases_and_solvers_are_asked_in_three_rooms() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let doors = ["case/", "analysis/", "simulation/assembly/"];
     for path in sources(&src) {
@@ -206,7 +206,10 @@ fn the_kind_of_solver_is_asked_in_three_rooms() {
         let source = std::fs::read_to_string(&path).unwrap();
         let words = source.split(|c: char| !c.is_alphanumeric() && c != '_' && c != ':');
         for word in words {
-            let asks = word.starts_with("Solver::") && !doors.iter().any(|d| below.starts_with(d));
+            let is_kind = ["Solver::", "Problem::"]
+                .iter()
+                .any(|kind| word.starts_with(kind));
+            let asks = is_kind && !doors.iter().any(|door| below.starts_with(door));
             assert!(!asks, "{below} asks for {word}");
             let knows = word == "Case" && below.starts_with("hemodynamics/");
             assert!(!knows, "{below} knows a case");
