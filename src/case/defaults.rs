@@ -189,7 +189,7 @@ mod tests {
                 .is_some_and(|e| e.value.is_some());
             let needed = key.absent.is_none()
                 && key.choices.is_empty()
-                && Case::schema().optional_table(&key.path).is_none()
+                && Case::schema().optional_tables(&key.path).next().is_none()
                 && (key.problems.is_empty() || key.problems.contains(&ProblemKind::Anastomosis));
             assert!(
                 has_value || !needed,

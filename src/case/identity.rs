@@ -120,9 +120,19 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
         Problem::UserCase(own) => {
             // What else lies there are results, perhaps those of this run.
             for part in ["0", "0.orig", "constant", "system"] {
-                let folder = own.fluid.case.join(part);
-                if folder.is_dir() {
+                let folder = own.fluid.case.as_ref().map(|case| case.join(part));
+                if let Some(folder) = folder.filter(|folder| folder.is_dir()) {
                     add_folder(&folder, &format!("fluid.case/{part}"), &mut found)?;
+                }
+            }
+            if let Some(tree) = &own.tree {
+                add_folder(&case.fluid.templates, "fluid.templates", &mut found)?;
+                for (i, keys) in tree.opening.iter().flatten().enumerate() {
+                    let file = keys.condition.file();
+                    let named = |(name, path): (&str, &PathBuf)| {
+                        (format!("tree.opening[{i}].{name}"), path.clone())
+                    };
+                    single.extend(file.map(named));
                 }
             }
             let mesh = own.wall.file.as_ref().map(|file| &file.mesh);

@@ -89,7 +89,7 @@ fn object(schema: &Schema, path: &str) -> Value {
                 false => object(schema, &table),
             };
             properties.insert(name.to_owned(), value);
-            if schema.optional_table(&key.path).is_none() {
+            if schema.optional_tables(&key.path).next().is_none() {
                 required.insert(name.to_owned());
             }
         }

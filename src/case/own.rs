@@ -1,25 +1,27 @@
 //! A user-supplied OpenFOAM case with an elastic wall: `[fluid]` and `[wall]` of such a case.
 
-use super::NamedMaterial;
 use super::schema::{ValueKind, above, from, whole};
 use super::table::{choice, table, words};
+use super::{NamedMaterial, TreeKeys};
 use std::path::PathBuf;
 
 table! {
-    /// A user-supplied OpenFOAM case: its mesh, boundary conditions and models, with an elastic wall on some of
-    /// its patches.
+    /// An elastic wall on patches of a mesh of any shape: that of a user-supplied OpenFOAM case with its boundary
+    /// conditions and models, or that of a tree.
     pub struct OwnCase {
-        [fluid: OwnFluid, "the OpenFOAM case"]
+        [fluid: OwnFluid, "the OpenFOAM case", absent "that of a tree"]
+        [tree: Option<TreeKeys>, "a vessel that branches, in place of an OpenFOAM case"]
         [wall: OwnWall, "the elastic wall"]
     }
 }
 
 table! {
     /// The OpenFOAM case.
+    #[derive(Default)]
     pub struct OwnFluid {
         /// It is copied; nothing in it is changed.
-        case: PathBuf = "case", ValueKind::Path, "folder of your own OpenFOAM case for pimpleFoam, with its mesh or its blockMeshDict";
-        patches: Vec<String> = "patches", ValueKind::Names(100), "patches of that case that the elastic wall touches";
+        case: Option<PathBuf> = "case", ValueKind::Path, "folder of your own OpenFOAM case for pimpleFoam, with its mesh or its blockMeshDict", absent "tree";
+        patches: Vec<String> = "patches", ValueKind::Names(100), "patches of that case that the elastic wall touches", absent "the wall of a tree";
         openings: Vec<String> = "openings", ValueKind::Names(100), "patches of that case where it flows in or out, the inlet first",
             absent "its patches of the type patch, those called inlet… first";
         [region: Option<Vec<OwnRegion>>, "parts of the wet surface that are evaluated separately"]

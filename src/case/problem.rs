@@ -12,7 +12,8 @@ use super::stack::{Stack, insert};
 use super::table::words;
 use super::value::shorten;
 use super::{
-    Anastomosis, BloodVessel, Case, Flag, Output, OwnCase, Shape, VesselDescription, WallMode,
+    Anastomosis, BloodVessel, Case, Flag, Output, OwnCase, Shape, TreeKeys, VesselDescription,
+    WallMode,
 };
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -27,7 +28,7 @@ pub enum Problem {
     Vessel(BloodVessel),
     /// A flag in a channel.
     Flag(Flag),
-    /// A user-supplied OpenFOAM case with an elastic wall.
+    /// An elastic wall on a mesh of any shape: a user-supplied OpenFOAM case, or a tree.
     #[serde(rename = "own")]
     UserCase(OwnCase),
 }
@@ -43,6 +44,8 @@ words! {
         Flag = "flag",
         /// An OpenFOAM case of your own with an elastic wall.
         UserCase = "own",
+        /// A vessel that branches.
+        Tree = "tree",
     }
 }
 
@@ -54,6 +57,7 @@ impl ProblemKind {
             Self::Vessel => Some("vessel"),
             Self::Flag => Some("flag"),
             Self::UserCase => Some("fluid.case"),
+            Self::Tree => Some("tree"),
         }
     }
 
@@ -86,7 +90,7 @@ impl ProblemKind {
             // The table is called as the variant.
             [Self::Vessel] => format!("problem.vessel.shape.{path}"),
             [Self::Flag] => format!("problem.{path}"),
-            [Self::UserCase] => format!("problem.own.{path}"),
+            [Self::UserCase, Self::Tree] => format!("problem.own.{path}"),
             _ => format!("problem.vessel.{path}"),
         }
     }
@@ -101,7 +105,7 @@ impl KeyTable for Problem {
         schema.of_problems(&[ProblemKind::Flag], |schema| {
             Flag::describe("flag", schema)
         });
-        schema.of_problems(&[ProblemKind::UserCase], |schema| {
+        schema.of_problems(&[ProblemKind::UserCase, ProblemKind::Tree], |schema| {
             OwnCase::describe("", schema);
         });
     }
@@ -124,12 +128,22 @@ impl Case {
         }
     }
 
-    /// The user-supplied OpenFOAM case, if the case is about one.
+    /// The wall on a mesh of any shape, if the case is about one.
     pub fn own(&self) -> Option<&OwnCase> {
         match &self.problem {
             Problem::UserCase(own) => Some(own),
             Problem::Vessel(_) | Problem::Flag(_) => None,
         }
+    }
+
+    /// The vessel that branches, if the case is about one.
+    pub fn tree(&self) -> Option<&TreeKeys> {
+        self.own().and_then(|own| own.tree.as_ref())
+    }
+
+    /// Whether its fluid is a user-supplied OpenFOAM case.
+    pub fn has_own_openfoam(&self) -> bool {
+        self.own().is_some_and(|own| own.tree.is_none())
     }
 
     /// Whether its wall is elastic.
@@ -163,6 +177,11 @@ impl Case {
         if let Some(Err(mistake)) = self.description().map(VesselDescription::read_file) {
             errors.extend(refused(stack, mistake));
         }
+        if let Problem::UserCase(own) = &mut self.problem
+            && let Err(mistake) = own.read_tree()
+        {
+            errors.extend(refused(stack, mistake));
+        }
         if let Some(Err(reason)) = self
             .output
             .measured
@@ -188,6 +207,12 @@ impl Case {
     /// Forgets the files whose content stands in the case, and how it was read from them.
     pub(super) fn forget_files(&mut self) {
         self.output.measured = None;
+        if let Problem::UserCase(OwnCase {
+            tree: Some(tree), ..
+        }) = &mut self.problem
+        {
+            (tree.lines, tree.unit) = (None, None);
+        }
         if let Some(vessel) = self.description() {
             (vessel.centre_line, vessel.unit, vessel.branch) = (None, None, None);
             (vessel.is_reversed, vessel.smoothing, vessel.least_bend) = (None, None, None);

@@ -40,8 +40,8 @@ pub(super) mod conditions {
         EXTERNAL: "with fluid.solver = \"external\"", |case, _| case.fluid.solver == Solver::External;
         NOT_NATIVE: "with another fluid.solver than \"native\"", |case, _| case.fluid.solver != Solver::Native;
         TEMPLATES: "with fluid.solver = \"openfoam\", and not by an OpenFOAM case of your own",
-            |case, _| case.fluid.solver == Solver::OpenFoam && case.own().is_none();
-        NOT_OWN: "in other cases than an OpenFOAM case of your own", |case, _| case.own().is_none();
+            |case, _| case.fluid.solver == Solver::OpenFoam && !case.has_own_openfoam();
+        NOT_OWN: "in other cases than an OpenFOAM case of your own", |case, _| !case.has_own_openfoam();
         COUPLED_MESH: "with fluid.solver = \"openfoam\" and an elastic wall",
             |case, _| case.fluid.solver == Solver::OpenFoam && case.has_elastic_wall();
         FLOW: "where a flow is prescribed, not with inlet.condition = \"pressure\" or an [[opening]] at the start",

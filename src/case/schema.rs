@@ -42,6 +42,12 @@ impl Key {
         ProblemKind::place(self.problems, path)
     }
 
+    /// Whether nothing but a case of this kind has it; such a key has no default.
+    pub(super) fn is_special_to(&self, kind: ProblemKind) -> bool {
+        let is_of_default = self.problems.contains(&ProblemKind::Anastomosis);
+        self.problems.contains(&kind) && (self.problems.len() == 1 || !is_of_default)
+    }
+
     /// Whether only cases of other kinds have it.
     pub(super) fn is_foreign_to(&self, kind: ProblemKind) -> bool {
         !self.problems.is_empty() && !self.problems.contains(&kind)
@@ -224,11 +230,11 @@ impl Schema {
         self.keys.iter().any(|key| key.path.starts_with(&prefix))
     }
 
-    /// The outermost optional table that the key at `path` stands in.
-    pub fn optional_table(&self, path: &str) -> Option<&str> {
-        let mut tables = self.optional_tables.iter();
+    /// The optional tables that the key at `path` stands in, from the outside in.
+    pub fn optional_tables(&self, path: &str) -> impl Iterator<Item = &str> {
+        let tables = self.optional_tables.iter();
         tables
-            .find(|table| is_within(path, table))
+            .filter(move |table| is_within(path, table))
             .map(String::as_str)
     }
 

@@ -78,8 +78,8 @@ impl Stack {
             {
                 return false;
             }
-            let optional = self.schema.optional_table(path);
-            optional.is_none_or(|table| self.tables.iter().any(|t| schema::is_within(table, t)))
+            let mut optional = self.schema.optional_tables(path);
+            optional.all(|table| self.tables.iter().any(|t| schema::is_within(table, t)))
         });
         paths
     }
@@ -241,7 +241,7 @@ impl Stack {
     /// The first value that only a case of this kind has.
     fn first_of_kind(&self) -> Option<&CaseValue> {
         let is_own =
-            |path: &str| (self.schema.find(path)).is_some_and(|key| key.problems == [self.kind]);
+            |path: &str| (self.schema.find(path)).is_some_and(|key| key.is_special_to(self.kind));
         let mut entries = self.top.iter();
         let found = entries.find(|(path, _)| is_own(path));
         found.map(|(_, (_, entry))| entry)
@@ -251,10 +251,11 @@ impl Stack {
     pub(crate) fn require_all(&self, file: &Path, errors: &mut Vec<CaseError>) {
         let mut missing = Vec::new();
         for key in self.schema.keys() {
-            let optional = self.schema.optional_table(&key.path);
+            let mut optional = self.schema.optional_tables(&key.path);
+            let is_optional = self.schema.optional_tables(&key.path).next().is_some();
             if key.absent.is_some()
                 || self.is_foreign(key)
-                || optional.is_some_and(|table| !self.is_there(table))
+                || optional.any(|table| !self.is_there(table))
             {
                 continue;
             }
@@ -263,13 +264,13 @@ impl Stack {
                     .is_some_and(|(choice, _)| key.choices.contains(&choice));
                 let needed = key.choices.is_empty() || chosen;
                 if needed && !self.top.contains_key(&path) && !self.wrong.contains(&path) {
-                    let shown_by_table = key.problems == [self.kind] && self.kind.mark().is_some();
-                    missing.push((path, key, optional.is_some() || shown_by_table));
+                    let shown_by_table = key.is_special_to(self.kind) && self.kind.mark().is_some();
+                    missing.push((path, key, is_optional || shown_by_table));
                 }
             }
         }
         // Nearly all keys of a kind: perhaps the case was never meant to be of that kind.
-        let own = |(_, key, _): &(String, &Key, bool)| key.problems == [self.kind];
+        let own = |(_, key, _): &(String, &Key, bool)| key.is_special_to(self.kind);
         let of_kind = missing.iter().filter(|missing| own(missing));
         let (first, count) = (of_kind.clone().next(), of_kind.count());
         if let (Some(_), Some((first, ..))) = (self.kind.mark(), first)

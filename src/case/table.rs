@@ -12,7 +12,7 @@ macro_rules! words {
 
 /// A table of a file as a type. A key is a line `field: Type = "name_unit", kind, "meaning";`, with `, absent "what
 /// counts then"` if it may be and `, only CONDITION` if not every case reads it (`case/reads.rs`); a table in it is a
-/// line `[field: Type, "meaning"]`, perhaps with `, only CONDITION`.
+/// line `[field: Type, "meaning"]`, perhaps with the same two.
 macro_rules! table {
     (
         $(#[$meta:meta])*
@@ -21,7 +21,7 @@ macro_rules! table {
                 $(#[$more:meta])*
                 $field:ident: $type:ty = $name:literal, $kind:expr, $about:literal $(, absent $absent:literal)? $(, only $only:ident)?;
             )*
-            $([$table:ident: $inner:ty, $about_table:literal $(, only $only_table:ident)?])*
+            $([$table:ident: $inner:ty, $about_table:literal $(, absent $absent_table:literal)? $(, only $only_table:ident)?])*
         }
     ) => {
         $(#[$meta])*
@@ -40,6 +40,10 @@ macro_rules! table {
             )*
             $(
                 #[doc = concat!("`[", stringify!($table), "]`: ", $about_table, ".")]
+                $(
+                    #[doc = concat!("If absent: ", $absent_table, ".")]
+                    #[serde(default)]
+                )?
                 pub $table: $inner,
             )*
         }

@@ -26,6 +26,7 @@ pub(crate) mod o_grid;
 pub(crate) mod poly_mesh;
 mod section;
 pub(crate) mod supports;
+pub mod tree;
 pub(crate) mod vessel;
 mod wall_file;
 

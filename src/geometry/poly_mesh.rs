@@ -37,9 +37,9 @@ pub struct PolyMesh {
 
 /// A patch to be: name, OpenFOAM's type, and the points of its faces in any rotation or sense.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PatchFaces {
+pub struct PatchFaces<'a> {
     /// Name, such as `inlet`.
-    pub name: &'static str,
+    pub name: &'a str,
     /// OpenFOAM's type, such as `patch` or `wall`.
     pub kind: &'static str,
     /// Points of each face.
@@ -101,7 +101,7 @@ impl PolyMesh {
     ///
     /// # Panics
     /// If three cells share a face, or the patches are not exactly the boundary: mistakes of the program that calls.
-    pub fn from_hexes(points: Vec<Vec3>, cells: &[[usize; 8]], patches: &[PatchFaces]) -> Self {
+    pub fn from_hexes(points: Vec<Vec3>, cells: &[[usize; 8]], patches: &[PatchFaces<'_>]) -> Self {
         let key = |mut face: [usize; 4]| {
             face.sort_unstable();
             face

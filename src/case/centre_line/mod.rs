@@ -6,6 +6,7 @@ mod smooth;
 mod survey;
 mod swc;
 mod table;
+mod tree;
 mod vtp;
 
 use super::vessel::MOST_POINTS;
@@ -14,6 +15,7 @@ use file::LineFile;
 pub use file::LineReading;
 use std::path::Path;
 pub use survey::LineSurvey;
+pub use tree::lines_of_tree;
 
 /// Most branches that a message names.
 const MOST_NAMED: usize = 8;

@@ -65,14 +65,8 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
             node.line, node.radius
         ));
     }
-    let mean = scale.iter().product::<f64>().cbrt();
-    let scaled = |node: &&Node| [0, 1, 2].map(|c| node.point[c] * scale[c]);
-    let line = CentreLine {
-        points: way.iter().map(scaled).collect(),
-        radii: way.iter().map(|node| node.radius * mean).collect(),
-    };
     Ok(LineFile {
-        line,
+        line: scaled(&way, scale),
         unit: None,
         understood: format!(
             "SWC with {} points, {} of them from the root to point {end}{}",
@@ -84,6 +78,27 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
             }
         ),
     })
+}
+
+/// The ways from the root to each end, as points and radii in the unit of the file.
+pub fn all(path: &Path) -> Result<Vec<CentreLine>, String> {
+    let bytes = read_regular(path, MOST_BYTES).map_err(|error| error.to_string())?;
+    let (nodes, scale) = nodes(&text::decode(&bytes)?)?;
+    let parents: BTreeSet<i64> = nodes.values().map(|node| node.parent).collect();
+    let ends = nodes.keys().filter(|id| !parents.contains(id));
+    let line = |end: &i64| way(&nodes, *end).map(|way| scaled(&way, scale));
+    ends.map(line).collect()
+}
+
+/// Points and radii of nodes.
+fn scaled(way: &[&Node], scale: [f64; 3]) -> CentreLine {
+    let mean = scale.iter().product::<f64>().cbrt();
+    CentreLine {
+        points: (way.iter())
+            .map(|node| [0, 1, 2].map(|c| node.point[c] * scale[c]))
+            .collect(),
+        radii: way.iter().map(|node| node.radius * mean).collect(),
+    }
 }
 
 /// All points by their numbers, and what their coordinates are to be multiplied by.

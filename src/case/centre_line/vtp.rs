@@ -67,6 +67,39 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
     })
 }
 
+/// All lines, or the ways from the root to each end where lines join two points each, in the unit of the file.
+pub fn all(path: &Path) -> Result<Vec<CentreLine>, String> {
+    let data = PolyData::read(path)?;
+    let ids = values(&data, NAMES[0]);
+    let chosen: Vec<Vec<usize>> = match pairs::Tree::new(&data) {
+        Some(tree) => tree.ways()?,
+        // Tracts of whole lines.
+        None if ids.len() > 1 => ids
+            .iter()
+            .map(|id| {
+                joined(
+                    &data,
+                    &in_order(&data, &find(&data, &format!("{}={id}", NAMES[0]))),
+                )
+                .0
+            })
+            .collect(),
+        None => data.lines.clone(),
+    };
+    let radius = RADII.iter().find_map(|name| data.of_points.get(*name));
+    let radius = radius.ok_or_else(|| {
+        format!(
+            "the lines have no radii: expected an array of the points called {}",
+            RADII[0]
+        )
+    })?;
+    let line = |chosen: &Vec<usize>| CentreLine {
+        points: chosen.iter().map(|i| data.points[*i]).collect(),
+        radii: chosen.iter().map(|i| radius[*i]).collect(),
+    };
+    Ok(chosen.iter().map(line).collect())
+}
+
 /// The points of one of several lines.
 fn of_lines(data: &PolyData, branch: Option<&str>) -> Result<Vec<usize>, String> {
     let all: Vec<usize> = (0..data.lines.len()).collect();

@@ -12,22 +12,53 @@ pub const MESH_FILES: [&str; 3] = ["msh", "inp", "vtu"];
 
 pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     let (fluid, wall) = (&own.fluid, &own.wall);
-    report(
-        &["fluid.case"],
-        !fluid.case.join("system/controlDict").is_file(),
-        format!(
-            "{} is not an OpenFOAM case: expected a folder with system/controlDict, 0 and constant",
-            fluid.case.display()
-        ),
-    );
+    match (&fluid.case, &own.tree) {
+        (Some(folder), None) => {
+            report(
+                &["fluid.case"],
+                !folder.join("system/controlDict").is_file(),
+                format!(
+                    "{} is not an OpenFOAM case: expected a folder with system/controlDict, 0 and constant",
+                    folder.display()
+                ),
+            );
+            report(
+                &["fluid.patches"],
+                fluid.patches.is_empty(),
+                "which patches does the elastic wall touch? Write their names".into(),
+            );
+        }
+        (case_folder, tree) => {
+            report(
+                &["fluid.case", "tree.lines"],
+                case_folder.is_some(),
+                "the blood flows either in a mesh of your own or in that of a tree: leave out one of fluid.case and [tree]".into(),
+            );
+            for (keys, reason) in tree.iter().flat_map(|tree| tree.mistakes(case.time.period)) {
+                report(
+                    &keys.iter().map(String::as_str).collect::<Vec<_>>(),
+                    true,
+                    reason,
+                );
+            }
+        }
+    }
     report(
         &["fluid.solver"],
         case.fluid.solver != Solver::OpenFoam,
-        "a case of OpenFOAM is for OpenFOAM: expected \"openfoam\", or leave fluid.case out".into(),
+        match own.tree {
+            None => {
+                "a case of OpenFOAM is for OpenFOAM: expected \"openfoam\", or leave fluid.case out"
+                    .into()
+            }
+            Some(_) => {
+                "the blood in a tree is computed by OpenFOAM so far: expected \"openfoam\"".into()
+            }
+        },
     );
     report(
         &["time.scheme"],
-        case.time.scheme == FluidTimeScheme::Bdf2,
+        case.has_own_openfoam() && case.time.scheme == FluidTimeScheme::Bdf2,
         "your own case sets its time scheme in system/fvSchemes, ddtSchemes { default backward; }: write it there, and \
          leave this key out"
             .into(),
@@ -35,8 +66,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     report(
         &["coupling.surrogate"],
         case.coupling.surrogate != SurrogateModel::None,
-        "the surrogate is a tube, and nothing is known of one in a case of your own: write \"none\""
-            .into(),
+        "the surrogate is a single tube, which is not what this case is: write \"none\"".into(),
     );
     let is_elastic = wall.mode() == WallMode::Elastic;
     let both = wall.extrude.is_some() && wall.file.is_some();
@@ -48,7 +78,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
             .into(),
     );
     report(
-        &["fluid.case"],
+        &[if own.tree.is_some() { "tree.lines" } else { "fluid.case" }],
         is_elastic && wall.extrude.is_none() && wall.file.is_none(),
         "it has no wall yet: add a table [wall.extrude] with layers and thicknesses_m, or [wall.file] with a mesh; or wall.mode = \"rigid\""
             .into(),

@@ -47,7 +47,7 @@ impl Prepared<'_> {
     pub fn folder(&self) -> &Path {
         match &self.files {
             MeshSource::Templates(files) => files.templates,
-            MeshSource::Own(files) => &files.keys.case,
+            MeshSource::Own(files) => files.folder,
         }
     }
 

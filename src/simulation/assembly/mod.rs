@@ -383,8 +383,10 @@ fn rigid_volume(volumes: &[f64], domain: &Domain) -> f64 {
 /// The OpenFOAM case of a case.
 fn prepared<'a>(case: &'a Case, domain: &'a Domain) -> Result<Prepared<'a>, TableError> {
     let files = match &case.problem {
-        Problem::UserCase(own) => MeshSource::Own(own::own_case_files(case, own, domain)),
-        _ => MeshSource::Templates(case_files(case, &domain.fluid)?),
+        Problem::UserCase(own) if own.tree.is_none() => {
+            MeshSource::Own(own::own_case_files(case, own, domain))
+        }
+        _ => MeshSource::Templates(case_files(case, domain)?),
     };
     Ok(Prepared {
         files,
@@ -393,14 +395,21 @@ fn prepared<'a>(case: &'a Case, domain: &'a Domain) -> Result<Prepared<'a>, Tabl
 }
 
 /// The templates of a case with this mesh, and the numbers for them.
-fn case_files<'a>(case: &'a Case, mesh: &PolyMesh) -> Result<CaseFiles<'a>, TableError> {
+fn case_files<'a>(case: &'a Case, domain: &Domain) -> Result<CaseFiles<'a>, TableError> {
+    let mesh = &domain.fluid;
     Ok(CaseFiles {
         templates: &case.fluid.templates,
         blood: &case.blood,
         openings: match &case.problem {
             Problem::Vessel(vessel) => Openings::Vessel(VesselOpenings::new(case, vessel, mesh)?),
             Problem::Flag(flag) => Openings::Channel(flag),
-            Problem::UserCase(_) => unreachable!("a user-supplied case has no templates"),
+            Problem::UserCase(own) => {
+                let tree = own.tree.as_ref();
+                let openings = tree.expect("a user-supplied case has no templates");
+                let openings = openings.openings(case.time.period)?;
+                let moving = own::moving_patches(own, domain);
+                Openings::Vessel(VesselOpenings::of_tree(case, openings, &moving, mesh))
+            }
         },
         ramp: &case.ramp,
         time: &case.time,

@@ -3,9 +3,11 @@
 use super::domain::{Domain, DomainError};
 use crate::Vec3;
 use crate::case::{
-    Case, Extrusion, FibreAxis, OwnCase, OwnWall, WallFile, WallMode, WallMotion, WallSupport,
+    Case, Extrusion, FibreAxis, OwnCase, OwnWall, TREE_WALL, TreeKeys, WallFile, WallMode,
+    WallMotion, WallSupport,
 };
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
+use crate::geometry::tree::{CentreLine, Lumen, SectionGrid, Tree, TreeError};
 use crate::geometry::{self, Growth, HexMesh, Patch, PolyMesh, RIGID_MATERIAL, WET, WetQuads};
 use crate::pfem::supports::{Direction, Foundation, Profile, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
@@ -16,6 +18,7 @@ use std::path::Path;
 /// What the driver adds to the case.
 pub(super) fn files<'a>(case: &Case, own: &'a OwnCase) -> OwnCaseFiles<'a> {
     OwnCaseFiles {
+        folder: own.fluid.case.as_deref().unwrap_or(Path::new("")),
         keys: &own.fluid,
         density: case.blood.density,
         time_step: case.time.step,
@@ -46,7 +49,7 @@ pub(super) fn all_openings_are_known(own: &OwnCase, mesh: &PolyMesh) -> bool {
 
 /// The patches at which a wall ends whose rim moves there: that of an extruded wall unless it is held, that of a
 /// prescribed motion where it moves. Those of a wall from a file are not known.
-fn moving_patches(own: &OwnCase, domain: &Domain) -> BTreeMap<String, PatchMotion> {
+pub(super) fn moving_patches(own: &OwnCase, domain: &Domain) -> BTreeMap<String, PatchMotion> {
     let mesh = &domain.fluid;
     let others = mesh
         .patches
@@ -108,14 +111,36 @@ fn plane_normal(mesh: &PolyMesh, patch: &Patch) -> Option<Vec3> {
     normals.all(|n| n.dot(&first) > 1.0 - 1e-9).then_some(first)
 }
 
+/// The lumen of a tree.
+fn tree_mesh(keys: &TreeKeys) -> Result<PolyMesh, TreeError> {
+    let lines = keys.line.iter().flatten().map(|line| {
+        let points: Vec<Vec3> = line.points.iter().map(|x| Vec3::from(*x)).collect();
+        CentreLine::new(&points, &line.radii)
+    });
+    let lumen = Lumen {
+        lines: lines.collect(),
+    };
+    let grid = SectionGrid::new(
+        keys.core.unwrap_or(6),
+        keys.radial.unwrap_or(5),
+        keys.wall_grading.unwrap_or(3.0),
+    );
+    let tree = Tree::new(lumen, grid, keys.length.unwrap_or(0.4))?;
+    tree.mesh(&keys.names(), TREE_WALL)
+}
+
 /// Reads the mesh and puts the wall on it.
 ///
 /// # Errors
 /// What is wrong with the mesh, the patches or the wall.
 pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
     let wrong = |key| move |reason: String| DomainError { key, reason };
-    let fluid = files(case, own).mesh();
-    let fluid = fluid.map_err(|e| wrong("fluid.case")(e.to_string()))?;
+    let fluid = match &own.tree {
+        Some(tree) => tree_mesh(tree).map_err(|e| DomainError::new(tree.key(), e))?,
+        None => files(case, own)
+            .mesh()
+            .map_err(|e| DomainError::new("fluid.case", e))?,
+    };
     let wall = &own.wall;
     if wall.mode() != WallMode::Elastic {
         return rigid_domain(own, fluid);

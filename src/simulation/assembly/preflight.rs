@@ -39,7 +39,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     let points = case.output.fluid_probes.iter().copied();
     let points: Vec<Vec3> = points.map(Vec3::from).collect();
     let (interface, inside) = match case.fluid.solver {
-        Solver::OpenFoam if let Some(own) = case.own() => {
+        Solver::OpenFoam if let Some(own) = case.own().filter(|own| own.tree.is_none()) => {
             let found = own::own_case_files(case, own, &domain)
                 .check(&domain.fluid)
                 .into_iter();
@@ -56,6 +56,9 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             }
             if case.fluid.convection != ConvectionScheme::LinearUpwind {
                 found.extend(templates::check_convection(folder));
+            }
+            if case.tree().is_some() {
+                found.extend(templates::check_openings(folder));
             }
             if let Some(vessel) = case.vessel() {
                 if vessel.opening.is_some() {
@@ -215,8 +218,8 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
     let prepared = prepared.map_err(|e| refused("inflow.file", e.to_string()))?;
     // The templates that come with the program are nobody's mistake.
     let key = match case.own() {
-        Some(_) => Some("fluid.case"),
-        None => (!case.is_built_in("fluid.templates")).then_some("fluid.templates"),
+        Some(_) if case.has_own_openfoam() => Some("fluid.case"),
+        _ => (!case.is_built_in("fluid.templates")).then_some("fluid.templates"),
     };
     trial::start(&prepared, sampling(case), interrupt).map_err(|error| match error {
         FluidError::Interrupted => TrialError::Interrupted,

@@ -71,6 +71,14 @@ impl<'a> Tree<'a> {
             .ok_or_else(|| format!("there is no branch {name:?}; there is {}", self.offered()))
     }
 
+    /// The ways to all ends.
+    ///
+    /// # Errors
+    /// If one cannot be reached.
+    pub fn ways(&self) -> Result<Vec<Vec<usize>>, String> {
+        self.ends.iter().map(|end| self.way(*end)).collect()
+    }
+
     /// The points of the branch of this name, downstream.
     fn find(&self, name: &str) -> Option<Vec<usize>> {
         let (array, value) = name.split_once('=')?;

@@ -1,11 +1,14 @@
 //! What is prescribed at the openings of a vessel, as boundary fields and files of an OpenFOAM case.
 
+use super::super::own_case::PatchMotion;
+use crate::Vec3;
 use crate::case::{
     Blood, BloodVessel, Case, Condition, FlowCurve, InletEnd, InletProfile, Opening, PressureCurve,
     PressureModel, Start, TableError, VesselEnd, VesselSide, Windkessel,
 };
 use crate::fluid::inlet_velocity::InletVelocity;
 use crate::geometry::{PolyMesh, Vessel};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
@@ -84,8 +87,11 @@ impl VesselOpenings {
     /// If a curve cannot be read.
     pub fn new(case: &Case, vessel: &BloodVessel, mesh: &PolyMesh) -> Result<Self, TableError> {
         let openings = vessel.openings(case.time.period)?.into_iter();
+        let geometry = Vessel::new(vessel);
         let patch = |opening: Opening| OpeningPatch {
-            profile: Profile::new(&case.blood, vessel, &opening, mesh),
+            profile: Profile::new(&case.blood, &opening, mesh, |x| {
+                geometry.opening_share(opening.end, x)
+            }),
             // An end of the wall that slides stays in its plane, and so do the points of the opening.
             motion: match opening.end {
                 VesselSide::Start => match vessel.inlet_end() {
@@ -106,6 +112,40 @@ impl VesselOpenings {
             equilibrium: vessel.equilibrium_pressure(),
             period: case.time.period,
         })
+    }
+
+    /// Those of a tree whose blood has this mesh, and how the points of patches move that are not held.
+    pub fn of_tree(
+        case: &Case,
+        openings: Vec<Opening>,
+        moving: &BTreeMap<String, PatchMotion>,
+        mesh: &PolyMesh,
+    ) -> Self {
+        let patch = |opening: Opening| {
+            let faces = mesh.patch(&opening.name).map(|patch| {
+                let faces = patch.start..patch.start + patch.size;
+                faces
+                    .map(|face| mesh.face_geometry(face))
+                    .collect::<Vec<_>>()
+            });
+            let faces = faces.unwrap_or_default();
+            let area: f64 = faces.iter().map(|(_, area)| area.norm()).sum();
+            let middle: Vec3 = faces.iter().map(|(x, area)| x * area.norm()).sum::<Vec3>() / area;
+            let share = |x: &Vec3| (x - middle).norm() / (area / PI).sqrt();
+            OpeningPatch {
+                profile: Profile::new(&case.blood, &opening, mesh, share),
+                motion: moving
+                    .get(&opening.name)
+                    .map_or("fixedValue", |it| it.condition()),
+                opening,
+            }
+        };
+        Self {
+            openings: openings.into_iter().map(patch).collect(),
+            start: Start::Ramp,
+            equilibrium: 0.0,
+            period: case.time.period,
+        }
     }
 
     /// Names of the patches.
@@ -264,12 +304,13 @@ fn table(rows: impl Iterator<Item = [f64; 2]>) -> String {
 }
 
 impl Profile {
-    /// None if the velocity is the same all over.
+    /// None if the velocity is the same all over. `share` says how far a point (m) is from the middle, relative to the
+    /// radius.
     fn new(
         blood: &Blood,
-        vessel: &BloodVessel,
         opening: &Opening,
         mesh: &PolyMesh,
+        share: impl Fn(&Vec3) -> f64,
     ) -> Option<Self> {
         let Condition::Flow(curve, profile) = &opening.condition else {
             return None;
@@ -277,15 +318,13 @@ impl Profile {
         if *profile == InletProfile::Plug {
             return None;
         }
-        let geometry = Vessel::new(vessel);
         let patch = mesh.patch(&opening.name)?;
         let faces = patch.start..patch.start + patch.size;
         let faces: Vec<_> = faces.map(|face| mesh.face_geometry(face)).collect();
         let area = faces.iter().map(|(_, area)| area.norm()).sum::<f64>();
-        let points = faces.iter().map(|(centre, _)| {
-            let share = geometry.opening_share(opening.end, centre);
-            ((*centre).into(), share)
-        });
+        let points = faces
+            .iter()
+            .map(|(centre, _)| ((*centre).into(), share(centre)));
         Some(Self {
             velocity: InletVelocity::new(
                 *profile,

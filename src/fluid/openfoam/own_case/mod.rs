@@ -71,7 +71,7 @@ pub enum PatchMotion {
 
 impl PatchMotion {
     /// The type of its condition in `pointDisplacement`.
-    fn condition(self) -> &'static str {
+    pub(super) fn condition(self) -> &'static str {
         match self {
             Self::InPlane => "slip",
             Self::Free => "zeroGradient",
@@ -82,7 +82,9 @@ impl PatchMotion {
 /// A user-supplied case with what the driver must tell OpenFOAM in addition.
 #[derive(Debug, Clone)]
 pub struct OwnCaseFiles<'a> {
-    /// The case, its wet patches and openings.
+    /// Folder of the case.
+    pub folder: &'a Path,
+    /// Its wet patches and openings.
     pub keys: &'a OwnFluid,
     /// Density, kg/m³: OpenFOAM's pressure is divided by it.
     pub density: f64,
@@ -96,7 +98,7 @@ pub struct OwnCaseFiles<'a> {
 
 impl OwnCaseFiles<'_> {
     fn folder(&self) -> &Path {
-        &self.keys.case
+        self.folder
     }
 
     /// The folder with the fields at the start: `0`, or `0.orig`.

@@ -1,0 +1,285 @@
+//! A vessel that branches: `[tree]` of a case, whose lumen is meshed by the driver and whose wall is extruded from it.
+
+use super::centre_line::lines_of_tree;
+use super::opening::{ConditionKeys, Opening, VesselSide};
+use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
+use super::table::table;
+use super::vessel::MOST_POINTS;
+use super::{LengthUnit, OwnCase, TableError};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// Name of the patch at which blood and wall meet.
+pub const TREE_WALL: &str = "wallFsi";
+/// Most openings of a tree, as many as the adapter carries.
+const MOST_ENDS: usize = 63;
+
+table! {
+    /// A vessel that branches, by the centre-lines from its beginning to each of its ends.
+    pub struct TreeKeys {
+        lines: Option<PathBuf> = "lines", ValueKind::Path, "file with the centre-lines of all branches and their radii: .vtp, .vtk or .swc",
+            absent "tree.line";
+        unit: Option<LengthUnit> = "unit", ValueKind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "needed with tree.lines";
+        inlet: Option<String> = "inlet", ValueKind::Text(30), "name of the opening where the lines begin", absent "inlet";
+        outlets: Vec<String> = "outlets", ValueKind::Names(63), "names of the openings where they end, in the order of the lines",
+            absent "those of tree.line, or outlet1, outlet2 and so on";
+        core: Option<usize> = "core", whole(2, 40), "cells along a side of the square in the middle of a cross-section, an even number", absent "6";
+        radial: Option<usize> = "radial", whole(1, 100), "cells from that square to the wall", absent "5";
+        wall_grading: Option<f64> = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall", absent "3";
+        length: Option<f64> = "length", above(0.0, 10.0), "length of a cell along a branch, in radii", absent "0.4";
+        [line: Option<Vec<TreeLine>>, "centre-lines in place of a file"]
+        [opening: Option<Vec<TreeOpening>>, "what is prescribed at the openings"]
+    }
+}
+
+table! {
+    /// A centre-line from the beginning of a tree to one of its ends, or from another line on.
+    pub struct TreeLine {
+        name: Option<String> = "name", ValueKind::Text(30), "name of the opening where it ends", absent "outlet1, outlet2 and so on";
+        points: Vec<[f64; 3]> = "points_m", ValueKind::Points(MOST_POINTS), "points of the centre-line";
+        radii: Vec<f64> = "radii_m", ValueKind::Sizes(MOST_POINTS), "radius of the lumen at each of these points";
+    }
+}
+
+/// What is prescribed at an opening of a tree.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TreeOpening {
+    /// `name`: that of the opening.
+    pub name: String,
+    /// The others.
+    #[serde(flatten)]
+    pub condition: ConditionKeys,
+}
+
+impl KeyTable for TreeOpening {
+    fn describe(path: &str, schema: &mut Schema) {
+        schema.add(Key {
+            path: join(path, "name"),
+            kind: ValueKind::Text(30),
+            absent: None,
+            about: "name of the opening: tree.inlet, or one of tree.outlets",
+            choices: Vec::new(),
+            problems: &[],
+            only: Vec::new(),
+        });
+        ConditionKeys::describe(path, schema);
+    }
+}
+
+impl TreeKeys {
+    /// Names of the openings, that where the lines begin first.
+    pub fn names(&self) -> Vec<String> {
+        let inlet = self.inlet.clone().unwrap_or_else(|| "inlet".into());
+        let lines = self.line.iter().flatten().enumerate();
+        let outlet = |(i, line): (usize, &TreeLine)| {
+            let given = self.outlets.get(i).or(line.name.as_ref());
+            given.cloned().unwrap_or_else(|| format!("outlet{}", i + 1))
+        };
+        [inlet].into_iter().chain(lines.map(outlet)).collect()
+    }
+
+    /// The key by which the lines are given.
+    pub fn key(&self) -> &'static str {
+        match self.lines {
+            Some(_) => "tree.lines",
+            None => "tree.line",
+        }
+    }
+
+    /// On which side of the blood's way an opening is.
+    fn side(&self, name: &str) -> VesselSide {
+        match self.names()[0] == name {
+            true => VesselSide::Start,
+            false => VesselSide::End,
+        }
+    }
+
+    /// What is prescribed at each opening, that where the lines begin first, in beats of `period` (s).
+    ///
+    /// # Errors
+    /// If a curve cannot be read.
+    pub fn openings(&self, period: f64) -> Result<Vec<Opening>, TableError> {
+        let mut openings = Vec::new();
+        for name in self.names() {
+            let keys = self.opening.iter().flatten().find(|keys| keys.name == name);
+            let Some(keys) = keys else { continue };
+            let end = self.side(&name);
+            openings.push(Opening {
+                condition: keys.condition.read(end, period)?,
+                name,
+                end,
+            });
+        }
+        Ok(openings)
+    }
+
+    /// What is wrong with it: the keys to blame, and why.
+    pub(super) fn mistakes(&self, period: f64) -> Vec<(Vec<String>, String)> {
+        let mut found: Vec<(Vec<String>, String)> = Vec::new();
+        let mut report = |keys: &[&str], is_wrong: bool, reason: String| {
+            if is_wrong {
+                found.push((keys.iter().map(|key| (*key).to_owned()).collect(), reason));
+            }
+        };
+        let lines: Vec<&TreeLine> = self.line.iter().flatten().collect();
+        report(
+            &["tree.core"],
+            self.core.is_some_and(|core| core % 2 == 1),
+            "branches meet along a line through the middle of the square: expected an even number"
+                .into(),
+        );
+        report(
+            &["tree.lines"],
+            lines.len() < 2,
+            format!(
+                "expected the centre-lines of two branches at least, found {}; a vessel of one is a table [vessel]",
+                lines.len()
+            ),
+        );
+        report(
+            &["tree.lines"],
+            lines.len() > MOST_ENDS,
+            format!(
+                "expected at most {MOST_ENDS} ends, found {}: leave out small branches",
+                lines.len()
+            ),
+        );
+        report(
+            &["tree.outlets"],
+            !self.outlets.is_empty() && self.outlets.len() != lines.len(),
+            format!(
+                "expected a name for each of the {} ends, found {}",
+                lines.len(),
+                self.outlets.len()
+            ),
+        );
+        for (i, line) in lines.iter().enumerate() {
+            report(
+                &[&format!("tree.line[{i}].radii_m")],
+                line.radii.len() != line.points.len() || line.points.len() < 2,
+                format!(
+                    "expected two points at least and a radius for each, found {} points and {} radii",
+                    line.points.len(),
+                    line.radii.len()
+                ),
+            );
+        }
+        let names = self.names();
+        let is_word = |name: &String| {
+            name.chars()
+                .all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c))
+        };
+        let odd = names
+            .iter()
+            .find(|name| !is_word(name) || **name == TREE_WALL);
+        report(
+            &["tree.outlets"],
+            odd.is_some(),
+            format!(
+                "{:?} cannot be the name of an opening: expected letters, digits, _, - and ., and not \"{TREE_WALL}\"",
+                odd.map_or("", String::as_str)
+            ),
+        );
+        let twice = (names.iter().enumerate()).find(|(i, name)| names[..*i].contains(name));
+        report(
+            &["tree.outlets"],
+            twice.is_some(),
+            format!(
+                "two openings are called {:?}",
+                twice.map_or("", |(_, name)| name)
+            ),
+        );
+        let listed = format!("\"{}\"", names.join("\", \""));
+        for (i, keys) in self.opening.iter().flatten().enumerate() {
+            let path = |name: &str| format!("tree.opening[{i}].{name}");
+            let others = self.opening.iter().flatten().take(i);
+            report(
+                &[&path("name")],
+                !names.contains(&keys.name),
+                format!("no opening is called {:?}; there is {listed}", keys.name),
+            );
+            report(
+                &[&path("name")],
+                others.into_iter().any(|other| other.name == keys.name),
+                "what is prescribed at this opening is said twice: leave out one of the two".into(),
+            );
+            for (wrong, reason) in keys.condition.mistakes(self.side(&keys.name), period) {
+                let wrong: Vec<String> = wrong.into_iter().map(path).collect();
+                report(
+                    &wrong.iter().map(String::as_str).collect::<Vec<_>>(),
+                    true,
+                    reason,
+                );
+            }
+        }
+        let given: Vec<&String> = self
+            .opening
+            .iter()
+            .flatten()
+            .map(|keys| &keys.name)
+            .collect();
+        let open: Vec<&str> = (names.iter())
+            .filter(|name| !given.contains(name))
+            .map(String::as_str)
+            .collect();
+        report(
+            &["tree.opening"],
+            !open.is_empty(),
+            format!(
+                "what is prescribed at \"{}\"? Add a table [[tree.opening]] with its name and a condition",
+                open.join("\", \"")
+            ),
+        );
+        let has_pressure = self
+            .opening
+            .iter()
+            .flatten()
+            .any(|keys| !keys.condition.is_flow());
+        report(
+            &["tree.opening"],
+            open.is_empty() && !has_pressure,
+            "the flow is prescribed at all openings, so nothing says what the pressure is: give one of them a pressure, a resistance or \
+             a windkessel"
+                .into(),
+        );
+        found
+    }
+}
+
+impl OwnCase {
+    /// Reads the file of the centre-lines, if the case names one: they then stand in it, and so do patch and openings.
+    ///
+    /// # Errors
+    /// The key to blame, and what is wrong.
+    pub(super) fn read_tree(&mut self) -> Result<(), (&'static str, String)> {
+        let Some(tree) = &mut self.tree else {
+            return Ok(());
+        };
+        if let Some(path) = &tree.lines {
+            if tree.line.is_some() {
+                let reason = "the case has [[tree.line]] as well: leave out one of the two";
+                return Err(("tree.lines", reason.into()));
+            }
+            let Some(unit) = tree.unit else {
+                let words: Vec<_> = LengthUnit::WORDS.iter().map(|(word, _)| *word).collect();
+                let words = words.join("\", \"");
+                let reason = format!(
+                    "expected its unit of length next to it: tree.unit = one of \"{words}\""
+                );
+                return Err(("tree.lines", reason));
+            };
+            let lines = lines_of_tree(path);
+            let lines = lines.map_err(|e| ("tree.lines", format!("{}: {e}", path.display())))?;
+            let size = unit.metres();
+            let scaled = lines.into_iter().map(|(points, radii)| TreeLine {
+                name: None,
+                points: points.into_iter().map(|x| x.map(|c| c * size)).collect(),
+                radii: radii.into_iter().map(|r| r * size).collect(),
+            });
+            tree.line = Some(scaled.collect());
+        }
+        self.fluid.patches = vec![TREE_WALL.into()];
+        self.fluid.openings = tree.names();
+        Ok(())
+    }
+}

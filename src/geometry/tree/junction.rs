@@ -1,0 +1,366 @@
+//! A junction: half-discs that share an axis, one between each two neighbouring branches.
+//!
+//! The branches, parent and daughters, lie around an axis across the plane in which they spread. Each two neighbours
+//! share a half-disc from the axis to a key point of the lumen's surface between them: the apex of two daughters, or a
+//! point on the outer side of parent and daughter. A branch begins or ends with the cross-section, folded along the
+//! axis, of the half-discs on its two sides; a few cross-sections further on it is plane. (Compare Verma et al. 2005 and
+//! De Santis et al. 2011, whose branches share one line as well.)
+
+use super::TreeError;
+use super::lumen::{CentreLine, Lumen};
+use super::section::{CrossSection, SectionGrid, worst_between};
+use crate::Vec3;
+use std::f64::consts::{PI, TAU};
+
+/// Distances of a junction's centre upstream of its apices that are tried, in radii of the parent.
+const BACK: [f64; 9] = [0.3, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2, 1.35, 1.5];
+/// Plane cross-sections end so far upstream of the centre, in radii of the parent ...
+const PARENT_CUT: f64 = 1.5;
+/// ... and begin so far downstream of the apices, in radii of the daughter.
+const DAUGHTER_CUT: f64 = 1.0;
+/// The smallest angle between two half-discs, rad.
+const LEAST_ANGLE: f64 = 0.35;
+
+/// The end of a branch at a junction.
+#[derive(Debug, Clone, Copy)]
+pub struct BranchEnd {
+    /// Centre-line that it follows.
+    pub line: usize,
+    /// Arc length of that line (m) at which its plane cross-sections begin, or end.
+    pub cut: f64,
+}
+
+/// Where branches meet.
+#[derive(Debug, Clone)]
+pub struct Junction {
+    /// The middle of the axis, m.
+    pub centre: Vec3,
+    /// Unit vector along the axis.
+    pub axis: Vec3,
+    /// The parent.
+    pub parent: BranchEnd,
+    /// The daughters, in the order of the half-discs.
+    pub daughters: Vec<BranchEnd>,
+    /// Rims of the half-discs (m), from one end of the axis to the other: between parent and first daughter, daughter
+    /// and daughter, last daughter and parent.
+    rims: Vec<Vec<Vec3>>,
+}
+
+/// Lines that part: each with the arc length (m) up to which it lies in another's tube.
+pub type Parting = [(usize, f64)];
+
+/// The directions in which branches spread.
+struct Spread {
+    /// Along the parent.
+    flow: Vec3,
+    /// Across it, from one daughter to the others.
+    across: Vec3,
+    /// Across both.
+    axis: Vec3,
+}
+
+impl Junction {
+    /// The junction of lines that part: that whose worst hexahedron is best.
+    ///
+    /// # Errors
+    /// If they leave at angles that are too small, or the surface is open there.
+    pub fn new(
+        lumen: &Lumen,
+        parting: &Parting,
+        grid: &SectionGrid,
+        along: f64,
+    ) -> Result<Self, TreeError> {
+        let spread = Spread::of(lumen, parting);
+        let mut order = parting.to_vec();
+        let place = |&(line, s): &(usize, f64)| past(&lumen.lines[line], s).dot(&spread.across);
+        order.sort_by(|a, b| place(a).total_cmp(&place(b)));
+        let apices: Vec<Vec3> = (order.windows(2))
+            .map(|pair| apex(lumen, pair[0], pair[1]))
+            .collect::<Result<_, _>>()?;
+        let mut best: Result<(f64, Self), TreeError> = Err(TreeError::Open(apices[0]));
+        for back in BACK {
+            let tried = Self::at(lumen, &order, &spread, &apices, grid, back)
+                .and_then(|junction| Ok((junction.quality(lumen, grid, along)?, junction)));
+            best = match (best, tried) {
+                (Ok(best), Ok(tried)) if best.0 >= tried.0 => Ok(best),
+                (Ok(best), Err(_)) => Ok(best),
+                (_, tried) => tried,
+            };
+        }
+        best.map(|(_, junction)| junction)
+    }
+
+    /// That with its centre `back` radii upstream of the apices.
+    fn at(
+        lumen: &Lumen,
+        order: &Parting,
+        spread: &Spread,
+        apices: &[Vec3],
+        grid: &SectionGrid,
+        back: f64,
+    ) -> Result<Self, TreeError> {
+        let Spread { flow, across, axis } = spread;
+        let mean = |all: &mut dyn Iterator<Item = Vec3>| all.sum::<Vec3>() / order.len() as f64;
+        let crotch = apices.iter().sum::<Vec3>() / apices.len() as f64;
+        let radius = lumen.lines[order[0].0]
+            .foot(&(crotch - flow * (back * lumen.lines[order[0].0].radius(order[0].1))))
+            .radius;
+        let mut centre = crotch - flow * (back * radius);
+        // Between the lines there, and in the middle of the lumen along the axis.
+        for _ in 0..2 {
+            let feet = mean(
+                &mut order
+                    .iter()
+                    .map(|(line, _)| lumen.lines[*line].foot(&centre).centre),
+            );
+            let off = feet - centre;
+            centre += off - flow * off.dot(flow);
+            let near = lumen.near(&centre);
+            let [up, down] = [*axis, -axis].map(|direction| near.ray(&centre, &direction));
+            let (up, down) = up.zip(down).ok_or(TreeError::Open(centre))?;
+            centre += axis * (0.5 * (up - down));
+        }
+        let daughters: Vec<BranchEnd> = (order.iter())
+            .map(|&(line, s)| {
+                let path = &lumen.lines[line];
+                let beyond = path.foot(&crotch).s.max(s);
+                BranchEnd {
+                    line,
+                    cut: beyond + DAUGHTER_CUT * path.radius(s),
+                }
+            })
+            .collect();
+        // Angles about the axis, from the flow's direction on: halfway between parent and daughter, and the apices.
+        let angle = |x: &Vec3| {
+            let arm = x - centre;
+            arm.dot(across).atan2(arm.dot(flow))
+        };
+        let of_daughter = |end: &BranchEnd| angle(&lumen.lines[end.line].at(end.cut));
+        let mut keys = vec![0.5 * (of_daughter(&daughters[0]) - PI)];
+        keys.extend(apices.iter().map(angle));
+        keys.push(0.5 * (of_daughter(&daughters[daughters.len() - 1]) + PI));
+        if keys.windows(2).any(|pair| pair[1] - pair[0] < LEAST_ANGLE) {
+            return Err(TreeError::Angle(crotch));
+        }
+        let near = lumen.near(&centre);
+        let half = grid.around() / 2;
+        let rim = |theta: &f64| {
+            let key = flow * theta.cos() + across * theta.sin();
+            let points = (0..=half).map(|a| {
+                let phi = PI * a as f64 / half as f64;
+                let direction = axis * phi.cos() + key * phi.sin();
+                let distance = near
+                    .ray(&centre, &direction)
+                    .ok_or(TreeError::Open(centre))?;
+                Ok(centre + direction * distance)
+            });
+            points.collect::<Result<Vec<Vec3>, TreeError>>()
+        };
+        let rims = keys.iter().map(rim).collect::<Result<_, _>>()?;
+        let line = order[0].0;
+        Ok(Self {
+            parent: BranchEnd {
+                line,
+                cut: lumen.lines[line].foot(&centre).s - PARENT_CUT * radius,
+            },
+            centre,
+            axis: *axis,
+            daughters,
+            rims,
+        })
+    }
+
+    /// The folded cross-section of the parent (`None`) or of a daughter; its rim begins at the end of the axis and turns
+    /// counter-clockwise about the flow.
+    pub fn section(&self, daughter: Option<usize>) -> CrossSection {
+        let (low, high) = match daughter {
+            None => (0, self.rims.len() - 1),
+            Some(i) => (i, i + 1),
+        };
+        let back = self.rims[high].iter().rev().skip(1);
+        let mut rim: Vec<Vec3> = self.rims[low].iter().chain(back).copied().collect();
+        rim.pop();
+        CrossSection {
+            centre: self.centre,
+            rim,
+        }
+    }
+
+    /// The smallest scaled Jacobian of the hexahedra around it.
+    fn quality(&self, lumen: &Lumen, grid: &SectionGrid, along: f64) -> Result<f64, TreeError> {
+        let ends = [(None, self.parent)].into_iter();
+        let ends = ends.chain(
+            self.daughters
+                .iter()
+                .enumerate()
+                .map(|(i, end)| (Some(i), *end)),
+        );
+        let mut worst = f64::INFINITY;
+        for (daughter, end) in ends {
+            let line = &lumen.lines[end.line];
+            let tangent = line.tangent(end.cut);
+            let plane = plane_section(
+                lumen,
+                line.at(end.cut),
+                &tangent,
+                &across(&self.axis, &tangent),
+                0.0,
+                grid,
+            )?;
+            let upstream = daughter.is_none();
+            let size = along * line.radius(end.cut);
+            let mut all = unfolding(
+                lumen,
+                self.section(daughter),
+                &plane,
+                &tangent,
+                size,
+                upstream,
+            )?;
+            all.push(plane);
+            if upstream {
+                all.reverse();
+            }
+            worst = worst.min(worst_between(grid, &all));
+        }
+        Ok(worst)
+    }
+}
+
+impl Spread {
+    fn of(lumen: &Lumen, parting: &Parting) -> Self {
+        let upstream = |&(line, s): &(usize, f64)| {
+            let line = &lumen.lines[line];
+            line.tangent((s - 2.0 * line.radius(s)).max(0.0))
+        };
+        let flow = parting.iter().map(upstream).sum::<Vec3>().normalize();
+        let mut widest = Vec3::zeros();
+        for (i, (a, s)) in parting.iter().enumerate() {
+            for (b, t) in &parting[..i] {
+                let arm = past(&lumen.lines[*b], *t) - past(&lumen.lines[*a], *s);
+                let arm = arm - flow * flow.dot(&arm);
+                if arm.norm() > widest.norm() {
+                    widest = arm;
+                }
+            }
+        }
+        let across = widest.normalize();
+        Self {
+            flow,
+            across,
+            axis: flow.cross(&across),
+        }
+    }
+}
+
+/// A centre-line one radius past the arc length `s` (m).
+fn past(line: &CentreLine, s: f64) -> Vec3 {
+    line.at(s + line.radius(s))
+}
+
+/// A direction without its part along `tangent`.
+pub fn across(direction: &Vec3, tangent: &Vec3) -> Vec3 {
+    (direction - tangent * tangent.dot(direction)).normalize()
+}
+
+/// The plane cross-section at a centre, its rim from the direction `first` on, turned by an angle (rad).
+pub fn plane_section(
+    lumen: &Lumen,
+    centre: Vec3,
+    tangent: &Vec3,
+    first: &Vec3,
+    turned: f64,
+    grid: &SectionGrid,
+) -> Result<CrossSection, TreeError> {
+    let second = tangent.cross(first);
+    let directions = (0..grid.around()).map(|a| {
+        let phi = TAU * a as f64 / grid.around() as f64 + turned;
+        first * phi.cos() + second * phi.sin()
+    });
+    section_along(lumen, centre, directions)
+}
+
+/// The cross-section whose rim lies in these directions from a centre.
+fn section_along(
+    lumen: &Lumen,
+    centre: Vec3,
+    directions: impl Iterator<Item = Vec3>,
+) -> Result<CrossSection, TreeError> {
+    let near = lumen.near(&centre);
+    let rim = directions.map(|direction| {
+        let distance = near
+            .ray(&centre, &direction)
+            .ok_or(TreeError::Open(centre))?;
+        Ok(centre + direction * distance)
+    });
+    Ok(CrossSection {
+        centre,
+        rim: rim.collect::<Result<_, _>>()?,
+    })
+}
+
+/// Cross-sections about `size` (m) apart from a folded one (included) towards a plane one (not included), which lies
+/// upstream or downstream of it across `tangent`.
+pub fn unfolding(
+    lumen: &Lumen,
+    folded: CrossSection,
+    plane: &CrossSection,
+    tangent: &Vec3,
+    size: f64,
+    upstream: bool,
+) -> Result<Vec<CrossSection>, TreeError> {
+    let length = (plane.centre - folded.centre).norm();
+    let pieces = (length / size).round().max(2.0) as usize;
+    let end = if upstream { -tangent } else { *tangent };
+    // Parabolas that end along the branch.
+    let on = |a: &Vec3, b: &Vec3, u: f64| {
+        let control = b - end * (0.5 * (b - a).norm());
+        a * (1.0 - u).powi(2) + control * (2.0 * u * (1.0 - u)) + b * (u * u)
+    };
+    let between = (1..pieces).map(|k| {
+        let u = k as f64 / pieces as f64;
+        let centre = on(&folded.centre, &plane.centre, u);
+        let pairs = folded.rim.iter().zip(&plane.rim);
+        section_along(
+            lumen,
+            centre,
+            pairs.map(|(a, b)| (on(a, b, u) - centre).normalize()),
+        )
+    });
+    let between: Vec<CrossSection> = between.collect::<Result<_, _>>()?;
+    Ok([folded].into_iter().chain(between).collect())
+}
+
+/// The arc length (m) at which the line `a` first leaves the tube around `b`; none if it never does.
+pub fn leaves(lumen: &Lumen, a: usize, b: usize) -> Option<f64> {
+    let (line, other) = (&lumen.lines[a], &lumen.lines[b]);
+    let is_inside = |s: &f64| {
+        let foot = other.foot(&line.at(*s));
+        foot.distance < foot.radius
+    };
+    line.places().find(|s| !is_inside(s))
+}
+
+/// The point of the surface between two lines that part, halfway between their walls.
+fn apex(lumen: &Lumen, (a, s): (usize, f64), (b, t): (usize, f64)) -> Result<Vec3, TreeError> {
+    const STEPS: usize = 200;
+    let (p, q) = (&lumen.lines[a], &lumen.lines[b]);
+    let r = p.radius(s).max(q.radius(t));
+    let at = |u: f64| {
+        let (f, g) = (p.radius(s + u), q.radius(t + u));
+        (p.at(s + u) * g + q.at(t + u) * f) / (f + g)
+    };
+    let is_inside = |u: f64| lumen.near(&p.at(s + u)).value(&at(u)) < 0.0;
+    let u = |i: usize| r * (-2.0 + 10.0 * i as f64 / STEPS as f64);
+    let place = (0..STEPS).find(|i| is_inside(u(*i)) && !is_inside(u(i + 1)));
+    let i = place.ok_or(TreeError::Apex(p.at(s)))?;
+    let (mut low, mut high) = (u(i), u(i + 1));
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        match is_inside(middle) {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Ok(at(low))
+}

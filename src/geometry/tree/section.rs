@@ -1,0 +1,196 @@
+//! A cross-section of a branch, plane or folded: an O-grid of four quadrants.
+//!
+//! A quadrant depends on the centre and on its own quarter of the rim alone. So cross-sections that are folded along a
+//! line through their centre share the half on one side of it with one neighbour and the other half with another, which
+//! is how the branches of a tree meet.
+
+use crate::Vec3;
+use std::f64::consts::{FRAC_PI_4, TAU};
+
+/// Distance of the core's corners from the centre, relative to that of the rim, as in the O-grid of a tube.
+const CORNER: f64 = 0.56;
+/// Shape of the core's sides: 0 straight, 1 arcs of a circle.
+const BULGE: f64 = 0.4;
+
+/// A cross-section: its centre and points of the wall around it (m), from the middle of one side of the core on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CrossSection {
+    /// Centre.
+    pub centre: Vec3,
+    /// Points of the wall, counter-clockwise about the flow.
+    pub rim: Vec<Vec3>,
+}
+
+/// Numbers of cells in a cross-section.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SectionGrid {
+    /// Cells along a side of the core, an even number.
+    pub core: usize,
+    /// Distance from the core (0) to the wall (1) of the rings' points.
+    pub rings: Vec<f64>,
+}
+
+impl SectionGrid {
+    /// Rings grow thinner towards the wall: the innermost is `grading` times as thick as that at the wall.
+    pub fn new(core: usize, radial: usize, grading: f64) -> Self {
+        assert!(
+            core % 2 == 0 && core > 0 && radial > 0,
+            "an even core, one ring"
+        );
+        let ratio = match radial {
+            1 => 1.0,
+            _ => grading.powf(-1.0 / (radial - 1) as f64),
+        };
+        let thickness: Vec<f64> = (0..radial).map(|k| ratio.powi(k as i32)).collect();
+        let total: f64 = thickness.iter().sum();
+        let mut reached = 0.0;
+        let mut rings: Vec<f64> = (thickness.iter())
+            .map(|t| {
+                reached += t / total;
+                reached
+            })
+            .collect();
+        rings[radial - 1] = 1.0;
+        Self { core, rings }
+    }
+
+    /// Points around.
+    pub fn around(&self) -> usize {
+        4 * self.core
+    }
+
+    /// Points of a cross-section.
+    pub fn points(&self) -> usize {
+        (self.core + 1).pow(2) + self.around() * self.rings.len()
+    }
+
+    fn core_point(&self, i: usize, j: usize) -> usize {
+        j * (self.core + 1) + i
+    }
+
+    /// Point `a` around the core (ring 0) or a ring, counter-clockwise from the middle of the side i = core.
+    pub fn ring_point(&self, ring: usize, a: usize) -> usize {
+        let n = self.core;
+        let a = a % self.around();
+        if ring > 0 {
+            return (n + 1).pow(2) + (ring - 1) * self.around() + a;
+        }
+        let a = (a + n / 2) % self.around();
+        let along = a % n;
+        match a / n {
+            0 => self.core_point(n, along),
+            1 => self.core_point(n - along, n),
+            2 => self.core_point(0, n - along),
+            _ => self.core_point(along, 0),
+        }
+    }
+
+    /// Points of each cell, counter-clockwise.
+    pub fn quads(&self) -> Vec<[usize; 4]> {
+        let n = self.core;
+        let core = (0..n * n).map(|cell| {
+            let (i, j) = (cell % n, cell / n);
+            [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.core_point(i, j))
+        });
+        let rings = (0..self.rings.len() * self.around()).map(|cell| {
+            let (ring, a) = (cell / self.around(), cell % self.around());
+            [(ring, a), (ring + 1, a), (ring + 1, a + 1), (ring, a + 1)]
+                .map(|(ring, a)| self.ring_point(ring, a))
+        });
+        core.chain(rings).collect()
+    }
+
+    /// Positions (m) of all points of a cross-section; the corners of its rim are moved outward, so that the polygon
+    /// encloses what the round wall does.
+    pub fn positions(&self, section: &CrossSection) -> Vec<Vec3> {
+        let (n, half) = (self.core, self.core / 2);
+        let angle = TAU / self.around() as f64;
+        let growth = (angle / angle.sin()).sqrt();
+        let centre = section.centre;
+        let arms = section.rim.iter().map(|x| (x - centre) * growth);
+        let mut at = vec![centre; self.points()];
+        for (a, arm) in arms.enumerate() {
+            let from_middle = FRAC_PI_4 * (2.0 * ((a + half) % n) as f64 / n as f64 - 1.0);
+            let straight = FRAC_PI_4.cos() / from_middle.cos();
+            let core = CORNER * ((1.0 - BULGE) * straight + BULGE);
+            for ring in 0..=self.rings.len() {
+                let t = if ring == 0 { 0.0 } else { self.rings[ring - 1] };
+                at[self.ring_point(ring, a)] = centre + arm * (core * (1.0 - t) + t);
+            }
+        }
+        for quadrant in 0..4 {
+            self.fill(quadrant, &mut at);
+        }
+        at
+    }
+
+    /// Core points of a quadrant: Coons' transfinite interpolation between its two sides on the core's border and the
+    /// two straight ones to the centre.
+    fn fill(&self, quadrant: usize, at: &mut [Vec3]) {
+        let h = self.core / 2;
+        // In the first quadrant, i and j count from the centre towards the points 0 and `core` of the rim.
+        let point = |i: usize, j: usize| {
+            let (x, y) = match quadrant {
+                0 => (h + i, h + j),
+                1 => (h - j, h + i),
+                2 => (h - i, h - j),
+                _ => (h + j, h - i),
+            };
+            self.core_point(x, y)
+        };
+        let centre = at[point(0, 0)];
+        for k in 1..h {
+            let t = k as f64 / h as f64;
+            at[point(k, 0)] = centre + (at[point(h, 0)] - centre) * t;
+            at[point(0, k)] = centre + (at[point(0, h)] - centre) * t;
+        }
+        for j in 1..h {
+            for i in 1..h {
+                let [s, t] = [i, j].map(|k| k as f64 / h as f64);
+                let p = |i: usize, j: usize| at[point(i, j)];
+                let sides = p(i, 0) * (1.0 - t) + p(i, h) * t + p(0, j) * (1.0 - s) + p(h, j) * s;
+                let corners = (p(0, 0) * (1.0 - t) + p(0, h) * t) * (1.0 - s)
+                    + (p(h, 0) * (1.0 - t) + p(h, h) * t) * s;
+                at[point(i, j)] = sides - corners;
+            }
+        }
+    }
+}
+
+/// The smallest scaled Jacobian of the hexahedra between consecutive cross-sections.
+pub fn worst_between(grid: &SectionGrid, sections: &[CrossSection]) -> f64 {
+    let quads = grid.quads();
+    let points: Vec<Vec<Vec3>> = sections
+        .iter()
+        .map(|section| grid.positions(section))
+        .collect();
+    let pairs = points.windows(2);
+    let hexes = pairs.flat_map(|pair| {
+        quads.iter().map(|[a, b, c, d]| {
+            let (low, high) = (&pair[0], &pair[1]);
+            scaled_jacobian([
+                low[*a], low[*b], low[*c], low[*d], high[*a], high[*b], high[*c], high[*d],
+            ])
+        })
+    });
+    hexes.fold(f64::INFINITY, f64::min)
+}
+
+/// The smallest of the triple products of the unit edges at the corners of a hexahedron.
+pub fn scaled_jacobian(corners: [Vec3; 8]) -> f64 {
+    const EDGES: [[usize; 4]; 8] = [
+        [0, 1, 3, 4],
+        [1, 2, 0, 5],
+        [2, 3, 1, 6],
+        [3, 0, 2, 7],
+        [4, 7, 5, 0],
+        [5, 4, 6, 1],
+        [6, 5, 7, 2],
+        [7, 6, 4, 3],
+    ];
+    let at = |[o, a, b, c]: [usize; 4]| {
+        let [a, b, c] = [a, b, c].map(|i| (corners[i] - corners[o]).normalize());
+        a.cross(&b).dot(&c)
+    };
+    EDGES.map(at).into_iter().fold(f64::INFINITY, f64::min)
+}
