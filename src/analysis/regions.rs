@@ -6,8 +6,8 @@ use crate::hemodynamics::{Region, RegionExtent, RegionName};
 
 /// The elastic sections of a vessel and what its case names besides, or bypass, artery and its middle. The last of
 /// these begins where the blend of the cross-sections ends, and ends as far from the outlet; there is none if the
-/// artery is too short for it. Those of a user-supplied OpenFOAM case are boxes and patches, or its whole wall. A flag
-/// is not a vessel and has no regions.
+/// artery is too short for it. Those of a user-supplied OpenFOAM case are boxes and patches, or its whole wall; those
+/// of a tree are its branches. A flag is not a vessel and has no regions.
 pub fn regions(case: &Case) -> Vec<Region> {
     match &case.problem {
         Problem::Vessel(vessel) => of_vessel(vessel),
@@ -52,8 +52,16 @@ fn of_own(own: &OwnCase) -> Vec<Region> {
             },
         },
     };
-    match &own.fluid.region {
-        Some(regions) if !regions.is_empty() => regions.iter().map(region).collect(),
+    match (&own.fluid.region, &own.tree) {
+        (Some(regions), _) if !regions.is_empty() => regions.iter().map(region).collect(),
+        (_, Some(tree)) => {
+            let pairs = tree.branches().into_iter().zip(tree.walls());
+            let of_branch = |(name, patch): (String, String)| Region {
+                name: name.into(),
+                extent: RegionExtent::Patch { patch },
+            };
+            pairs.map(of_branch).collect()
+        }
         _ => vec![Region {
             name: "wall".to_owned().into(),
             extent: RegionExtent::Whole {},

@@ -214,16 +214,18 @@ mod tests {
             vessels += usize::from(case.vessel().is_some() && case.anastomosis().is_none());
             probes += case.output.probes.len();
         }
-        assert_eq!((flags, vessels, own, probes), (1, 6, 4, 1));
+        assert_eq!((flags, vessels, own, probes), (1, 6, 6, 1));
     }
 
     fn load<'a>(lines: impl Iterator<Item = &'a Line>) -> Case {
         let folder = tempfile::tempdir().unwrap();
         let mut text = String::from("extends = \"defaults\"\n");
-        let mut table = "";
+        let (mut table, mut seen) = ("", BTreeSet::new());
         for line in lines {
-            if table != parent(&line.path) {
+            // A key that is there already begins the next table of a list.
+            if table != parent(&line.path) || !seen.insert(&line.path) {
                 table = parent(&line.path);
+                seen = BTreeSet::from([&line.path]);
                 let _ = match table.strip_suffix("[]") {
                     Some(list) => writeln!(text, "[[{list}]]"),
                     None => writeln!(text, "[{table}]"),
@@ -256,6 +258,7 @@ mod tests {
             std::fs::copy(examples.join(from), folder.path().join(to)).unwrap()
         };
         put("carotid/lines.vtp", "lines.vtp");
+        put("../trees/carotid/lines.vtp", "tree.vtp");
         put("surface/lumen.stl", "lumen.stl");
         put("surface/centre-line.csv", "middle.csv");
         let case = Case::load(folder.path(), Preset::Paper, &[]);

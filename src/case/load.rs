@@ -75,6 +75,14 @@ impl ResolvedCase {
         adjusted.chain(self.case.warnings(cores)).collect()
     }
 
+    /// The key to blame where `key` is: that which the case gives in its place.
+    pub fn given<'a>(&self, key: &'a str) -> &'a str {
+        match key {
+            "tree.lines" if !self.origins.contains_key(key) => "tree.line",
+            key => key,
+        }
+    }
+
     /// The key to blame for a point of `key`: that of the file with what was measured, if that alone gives points.
     pub fn key_of_points(&self, key: &'static str) -> &'static str {
         const MEASURED: &str = "output.measured";

@@ -1,6 +1,6 @@
 //! A vessel that branches: `[tree]` of a case, whose lumen is meshed by the driver and whose wall is extruded from it.
 
-use super::centre_line::lines_of_tree;
+use super::centre_line::{from_the_beginning, lines_of_tree};
 use super::opening::{ConditionKeys, Opening, VesselSide};
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
 use super::table::table;
@@ -9,8 +9,9 @@ use super::{LengthUnit, OwnCase, TableError};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Name of the patch at which blood and wall meet.
-pub const TREE_WALL: &str = "wallFsi";
+/// How the names of the patches begin at which blood and wall meet; that of a branch with an opening goes on with the
+/// name of that.
+const WALL: &str = "wallFsi";
 /// Most openings of a tree, as many as the adapter carries.
 const MOST_ENDS: usize = 63;
 
@@ -78,12 +79,21 @@ impl TreeKeys {
         [inlet].into_iter().chain(lines.map(outlet)).collect()
     }
 
-    /// The key by which the lines are given.
-    pub fn key(&self) -> &'static str {
-        match self.lines {
-            Some(_) => "tree.lines",
-            None => "tree.line",
+    /// Names of the patches of the wall: of the branch at each opening, and of all others if there may be some.
+    pub fn walls(&self) -> Vec<String> {
+        let names = self.names();
+        let others = (names.len() > 3).then(|| WALL.to_owned());
+        let at_openings = names.iter().map(|name| format!("{WALL}_{name}"));
+        at_openings.chain(others).collect()
+    }
+
+    /// Names of the branches that the patches of the wall are of.
+    pub fn branches(&self) -> Vec<String> {
+        let mut names = self.names();
+        if names.len() > 3 {
+            names.push("between".into());
         }
+        names
     }
 
     /// On which side of the blood's way an opening is.
@@ -116,10 +126,21 @@ impl TreeKeys {
     /// What is wrong with it: the keys to blame, and why.
     pub(super) fn mistakes(&self, period: f64) -> Vec<(Vec<String>, String)> {
         let mut found: Vec<(Vec<String>, String)> = Vec::new();
+        if self.lines.is_some() && self.line.is_none() {
+            return found; // the file could not be read, which is known
+        }
         let mut report = |keys: &[&str], is_wrong: bool, reason: String| {
             if is_wrong {
                 found.push((keys.iter().map(|key| (*key).to_owned()).collect(), reason));
             }
+        };
+        let lines_key = match self.lines {
+            Some(_) => "tree.lines",
+            None => "tree.line[0].points_m",
+        };
+        let names_key = match self.outlets.is_empty() {
+            true => lines_key,
+            false => "tree.outlets",
         };
         let lines: Vec<&TreeLine> = self.line.iter().flatten().collect();
         report(
@@ -129,7 +150,7 @@ impl TreeKeys {
                 .into(),
         );
         report(
-            &["tree.lines"],
+            &[lines_key],
             lines.len() < 2,
             format!(
                 "expected the centre-lines of two branches at least, found {}; a vessel of one is a table [vessel]",
@@ -137,7 +158,7 @@ impl TreeKeys {
             ),
         );
         report(
-            &["tree.lines"],
+            &[lines_key],
             lines.len() > MOST_ENDS,
             format!(
                 "expected at most {MOST_ENDS} ends, found {}: leave out small branches",
@@ -145,7 +166,7 @@ impl TreeKeys {
             ),
         );
         report(
-            &["tree.outlets"],
+            &[names_key],
             !self.outlets.is_empty() && self.outlets.len() != lines.len(),
             format!(
                 "expected a name for each of the {} ends, found {}",
@@ -169,20 +190,19 @@ impl TreeKeys {
             name.chars()
                 .all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c))
         };
-        let odd = names
-            .iter()
-            .find(|name| !is_word(name) || **name == TREE_WALL);
+        let odd = (names.iter())
+            .find(|name| !is_word(name) || name.starts_with(WALL) || *name == "between");
         report(
-            &["tree.outlets"],
+            &[names_key],
             odd.is_some(),
             format!(
-                "{:?} cannot be the name of an opening: expected letters, digits, _, - and ., and not \"{TREE_WALL}\"",
+                "{:?} cannot be the name of an opening: expected letters, digits, _, - and ., and neither \"{WALL}\" nor \"between\"",
                 odd.map_or("", String::as_str)
             ),
         );
         let twice = (names.iter().enumerate()).find(|(i, name)| names[..*i].contains(name));
         report(
-            &["tree.outlets"],
+            &[names_key],
             twice.is_some(),
             format!(
                 "two openings are called {:?}",
@@ -223,7 +243,7 @@ impl TreeKeys {
             .map(String::as_str)
             .collect();
         report(
-            &["tree.opening"],
+            &[lines_key],
             !open.is_empty(),
             format!(
                 "what is prescribed at \"{}\"? Add a table [[tree.opening]] with its name and a condition",
@@ -236,7 +256,7 @@ impl TreeKeys {
             .flatten()
             .any(|keys| !keys.condition.is_flow());
         report(
-            &["tree.opening"],
+            &[lines_key],
             open.is_empty() && !has_pressure,
             "the flow is prescribed at all openings, so nothing says what the pressure is: give one of them a pressure, a resistance or \
              a windkessel"
@@ -278,7 +298,22 @@ impl OwnCase {
             });
             tree.line = Some(scaled.collect());
         }
-        self.fluid.patches = vec![TREE_WALL.into()];
+        let lines = tree.line.iter().flatten();
+        let fits = |line: &TreeLine| line.points.len() > 1 && line.points.len() == line.radii.len();
+        if tree.lines.is_none() && lines.clone().all(fits) {
+            let lines: Vec<_> = (lines.clone())
+                .map(|line| (line.points.clone(), line.radii.clone()))
+                .collect();
+            let given = tree.line.take().unwrap_or_default();
+            let whole = from_the_beginning(&lines).into_iter();
+            let named = whole.map(|(number, (points, radii))| TreeLine {
+                name: given[number].name.clone(),
+                points,
+                radii,
+            });
+            tree.line = Some(named.collect());
+        }
+        self.fluid.patches = tree.walls();
         self.fluid.openings = tree.names();
         Ok(())
     }

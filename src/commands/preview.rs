@@ -26,7 +26,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = case.output.title.clone().or(name).unwrap_or_default();
     let preview = Preview::of(&case, &name).ok_or_else(|| {
         Failure::Input(
-            "the case is not about a vessel along a centre-line, but about a flag or an OpenFOAM case of your own: there is nothing to draw".into(),
+            "the case is not about a vessel along one centre-line, but about a tree, a flag or an OpenFOAM case of your own: there is nothing \
+             to draw; the page of a run shows its wall"
+                .into(),
         )
     })?;
     let preview = preview.map_err(|e| Failure::Run(format!("cannot draw the vessel: {e}")))?;

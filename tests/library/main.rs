@@ -43,6 +43,7 @@ mod solid_static;
 mod solid_support;
 mod tissue;
 mod transfer;
+mod trees;
 mod unloaded_tubes;
 mod vessel;
 mod vessel_files;

@@ -48,6 +48,7 @@ impl RigidTube {
         mesh.points = sides.fit(&mesh, &vessel.fluid.mesh, &mesh.points);
         mesh.write(folder.path()).unwrap();
         CaseFiles {
+            walls: vec!["wallFsi"],
             templates: &case.fluid.templates,
             blood: &case.blood,
             openings: Openings::Vessel(VesselOpenings::flow_and_windkessel(

@@ -3,6 +3,7 @@
 use fsi_driver::case::{Case, Preset, Problem};
 use fsi_driver::fluid::openfoam::Programs;
 use fsi_driver::geometry::fluid_mesh;
+use fsi_driver::simulation::assembly::Domain;
 use std::path::Path;
 
 const MODELS: [&str; 12] = [
@@ -24,9 +25,11 @@ fn check_in(models: &Path, model: &str, preset: Preset) -> f64 {
     let mesh = match &case.problem {
         Problem::Vessel(vessel) => fluid_mesh(vessel),
         Problem::Flag(flag) => flag.fluid_mesh(),
-        Problem::UserCase(_) => panic!("it has a mesh of its own"),
+        Problem::UserCase(_) => Domain::new(&case).unwrap().fluid,
     };
-    assert_eq!(mesh.cells(), case.fluid_cells());
+    if case.own().is_none() {
+        assert_eq!(mesh.cells(), case.fluid_cells());
+    }
     let scratch = tempfile::tempdir().unwrap();
     mesh.write(scratch.path()).unwrap();
     let system = scratch.path().join("system");
@@ -147,5 +150,15 @@ fn narrow_and_bent_vessels_have_good_meshes() {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/vessels");
     for name in ["surface", "carotid"] {
         check_in(&examples, name, Preset::Demo);
+    }
+}
+
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn openfoam_accepts_the_meshes_of_trees() {
+    let trees = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/trees");
+    for tree in ["carotid", "arteries"] {
+        let degrees = check_in(&trees, tree, Preset::Demo);
+        assert!(degrees < MAX_NON_ORTHOGONALITY, "{tree}: {degrees}");
     }
 }

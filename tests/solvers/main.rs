@@ -48,6 +48,7 @@ mod study;
 mod tables;
 mod terminal;
 mod tethered_wave;
+mod trees;
 
 mod validation;
 mod vessel;

@@ -344,6 +344,15 @@ fn examples_of_own_cases() {
     }
 }
 
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn how_to_trees() {
+    says(&run("docs/trees.md", Some("0.01")), &["can be run"]);
+    for tree in ["carotid", "arteries"] {
+        run(&format!("examples/trees/{tree}/README.md"), Some("0.01"));
+    }
+}
+
 /// Every page of the book's tutorials and how-tos with a block that could be tested is in a test above.
 #[test]
 fn every_page_is_tested() {

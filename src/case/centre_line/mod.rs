@@ -15,7 +15,7 @@ use file::LineFile;
 pub use file::LineReading;
 use std::path::Path;
 pub use survey::LineSurvey;
-pub use tree::lines_of_tree;
+pub use tree::{from_the_beginning, lines_of_tree};
 
 /// Most branches that a message names.
 const MOST_NAMED: usize = 8;

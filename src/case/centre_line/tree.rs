@@ -6,8 +6,7 @@ use std::path::Path;
 /// Points and radii of a line, in the unit of its file.
 pub type LineOfTree = (Vec<[f64; 3]>, Vec<f64>);
 
-/// The lines of a file, each from the beginning of the tree to one of its ends. Lines that begin on another one are
-/// branches of it.
+/// The lines of a file, each from the beginning of the tree to one of its ends.
 ///
 /// # Errors
 /// What is wrong with the file, in a sentence.
@@ -28,65 +27,60 @@ pub fn lines_of_tree(path: &Path) -> Result<Vec<LineOfTree>, String> {
             ));
         }
     }
+    let lines: Vec<LineOfTree> = (lines.into_iter())
+        .map(|line| (line.points, line.radii))
+        .collect();
     Ok(from_the_beginning(&lines)
         .into_iter()
-        .map(|line| (line.points, line.radii))
+        .map(|(_, line)| line)
         .collect())
 }
 
-/// Lines from the beginning of the tree to each end. The first line of the file begins there.
-fn from_the_beginning(lines: &[CentreLine]) -> Vec<CentreLine> {
-    let distance =
-        |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
-    let Some(first) = lines.first() else {
+/// Lines from the beginning of the tree, where the first one begins, to each end, with the number of the line that ends
+/// there. A line that begins on another one is a branch of it.
+pub fn from_the_beginning(lines: &[LineOfTree]) -> Vec<(usize, LineOfTree)> {
+    let distance = |a: &[f64; 3], b: &[f64; 3]| {
+        let squares = (0..3).map(|c| (a[c] - b[c]).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let Some((first, first_radii)) = lines.first() else {
         return Vec::new();
     };
     // The line, and its point, that another one begins at, unless that one begins where the first does.
     let parent = |number: usize| {
-        let start = lines[number].points[0];
-        if distance(&start, &first.points[0]) <= first.radii[0] {
+        let start = lines[number].0[0];
+        if distance(&start, &first[0]) <= first_radii[0] {
             return None;
         }
-        let points = lines
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| *other != number);
-        let points = points.flat_map(|(other, line)| {
-            let radii = line.radii.iter();
-            (line.points.iter().zip(radii).enumerate())
-                .map(move |(i, (x, r))| (other, i, distance(x, &start) / r))
+        let others = (lines.iter().enumerate()).filter(|(other, _)| *other != number);
+        let points = others.flat_map(|(other, (points, radii))| {
+            let of_point = move |(i, (x, r))| (other, i, distance(x, &start) / r);
+            points.iter().zip(radii).enumerate().map(of_point)
         });
         let nearest = points.min_by(|a, b| a.2.total_cmp(&b.2));
-        nearest
-            .filter(|(.., radii)| *radii <= 1.0)
-            .map(|(other, i, _)| (other, i))
+        let nearest = nearest.filter(|(.., radii)| *radii <= 1.0);
+        nearest.map(|(other, i, _)| (other, i))
     };
     let parents: Vec<Option<(usize, usize)>> = (0..lines.len()).map(parent).collect();
-    let is_end = |number: usize| {
-        let last = lines[number].points.len() - 1;
+    let is_end = |number: &usize| {
+        let last = lines[*number].0.len() - 1;
         // Not where others go on.
-        !parents
-            .iter()
-            .flatten()
-            .any(|(other, i)| *other == number && *i == last)
+        let mut joints = parents.iter().flatten();
+        !joints.any(|joint| *joint == (*number, last))
     };
     let whole = |number: usize| {
-        let mut line = lines[number].clone();
+        let (mut points, mut radii) = lines[number].clone();
         let mut at = number;
         for _ in 0..lines.len() {
             let Some((other, i)) = parents[at] else { break };
-            let above = &lines[other];
             // The point where it begins is on both.
-            line.points.splice(0..1, above.points[..=i].iter().copied());
-            line.radii.splice(0..1, above.radii[..=i].iter().copied());
+            points.splice(0..1, lines[other].0[..=i].iter().copied());
+            radii.splice(0..1, lines[other].1[..=i].iter().copied());
             at = other;
         }
-        line
+        (number, (points, radii))
     };
-    (0..lines.len())
-        .filter(|number| is_end(*number))
-        .map(whole)
-        .collect()
+    (0..lines.len()).filter(is_end).map(whole).collect()
 }
 
 #[cfg(test)]
@@ -95,28 +89,26 @@ mod tests {
 
     #[test]
     fn branches_are_led_back_to_the_beginning() {
-        let line = |points: &[[f64; 3]]| CentreLine {
-            points: points.to_vec(),
-            radii: vec![0.4; points.len()],
-        };
+        let line = |points: &[[f64; 3]]| (points.to_vec(), vec![0.4; points.len()]);
         let trunk = line(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
         let left = line(&[[2.0, 0.0, 0.0], [3.0, 1.0, 0.0]]);
         let side = line(&[[1.1, 0.0, 0.0], [1.1, -2.0, 0.0]]);
         let twig = line(&[[3.0, 1.0, 0.0], [3.0, 2.0, 0.0]]);
         let whole = from_the_beginning(&[trunk, left, side, twig]);
-        let points: Vec<Vec<[f64; 3]>> = whole.into_iter().map(|line| line.points).collect();
+        let (numbers, lines): (Vec<usize>, Vec<LineOfTree>) = whole.into_iter().unzip();
+        assert_eq!(numbers, [2, 3]);
         assert_eq!(
-            points,
-            [
-                vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.1, -2.0, 0.0]],
-                vec![
-                    [0.0, 0.0, 0.0],
-                    [1.0, 0.0, 0.0],
-                    [2.0, 0.0, 0.0],
-                    [3.0, 1.0, 0.0],
-                    [3.0, 2.0, 0.0]
-                ],
-            ]
+            lines[0].0,
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.1, -2.0, 0.0]]
         );
+        let twig = [
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [3.0, 1.0, 0.0],
+            [3.0, 2.0, 0.0],
+        ];
+        assert_eq!(lines[1].0, twig);
+        assert_eq!(lines[1].1, [0.4; 5]);
     }
 }

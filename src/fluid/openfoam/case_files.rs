@@ -36,6 +36,9 @@ pub(super) const CONVECTION: &str = "convectionScheme";
 /// The parameter by which templates tell the adapter the openings.
 pub(super) const OPENINGS: &str = "openings";
 
+/// The parameter by which templates tell the adapter the patches of the elastic wall.
+pub(super) const WALLS: &str = "wetPatches";
+
 /// Why the case could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum CaseFilesError {
@@ -81,6 +84,8 @@ pub struct CaseFiles<'a> {
     pub blood: &'a Blood,
     /// What it flows through.
     pub openings: Openings<'a>,
+    /// Patches of the elastic wall.
+    pub walls: Vec<&'a str>,
     /// Smooth start.
     pub ramp: &'a Ramp,
     /// Time axis.
@@ -261,6 +266,7 @@ impl CaseFiles<'_> {
             Openings::Channel(_) => vec!["inlet", "outlet"],
         };
         let _ = writeln!(text, "{OPENINGS:<23} ({});", names.join(" "));
+        let _ = writeln!(text, "{WALLS:<23} ({});", self.walls.join(" "));
         if let Openings::Vessel(openings) = &self.openings
             && !self.includes_openings()
         {

@@ -1,6 +1,6 @@
 //! The templates of an OpenFOAM case: what there must be, and that OpenFOAM can read it.
 
-use super::case_files::{CONVECTION, FIELDS, OPENINGS, TIME_DERIVATIVE, included};
+use super::case_files::{CONVECTION, FIELDS, OPENINGS, TIME_DERIVATIVE, WALLS, included};
 use super::dictionary::{Dictionary, DictionaryError};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -101,6 +101,12 @@ pub fn check_openings(folder: &Path) -> Vec<TemplateError> {
     let effect = "the adapter knows the names of tables [[opening]]";
     let names = check_reads(folder, "system/controlDict", &[OPENINGS], effect);
     missing.chain(names).collect()
+}
+
+/// What a wall of several patches misses in the templates in `folder`.
+pub fn check_walls(folder: &Path) -> Option<TemplateError> {
+    let effect = "the adapter knows the patches of the wall of a tree";
+    check_reads(folder, "system/controlDict", &[WALLS], effect)
 }
 
 /// What an end of the wall that moves, at this `opening` ("inlet" or "outlet"), misses in the templates in `folder`: a
@@ -399,7 +405,7 @@ mod tests {
                 "0/U: its header says class volScalarField: expected volVectorField",
             ),
             (
-                |t| edit(&t.join("0/p"), "wallFsi", "wall"),
+                |t| edit(&t.join("0/p"), "\"wallFsi.*\"", "wall"),
                 "0/p: boundaryField has no condition for the patch wallFsi; the mesh has inlet, ",
             ),
             (

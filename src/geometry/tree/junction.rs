@@ -64,12 +64,8 @@ impl Junction {
     ///
     /// # Errors
     /// If they leave at angles that are too small, or the surface is open there.
-    pub fn new(
-        lumen: &Lumen,
-        parting: &Parting,
-        grid: &SectionGrid,
-        along: f64,
-    ) -> Result<Self, TreeError> {
+    pub fn new(slicer: &Slicer, parting: &Parting) -> Result<Self, TreeError> {
+        let lumen = &slicer.lumen;
         let spread = Spread::of(lumen, parting);
         let mut order = parting.to_vec();
         let place = |&(line, s): &(usize, f64)| past(&lumen.lines[line], s).dot(&spread.across);
@@ -79,8 +75,8 @@ impl Junction {
             .collect::<Result<_, _>>()?;
         let mut best: Result<(f64, Self), TreeError> = Err(TreeError::Open(apices[0]));
         for back in BACK {
-            let tried = Self::at(lumen, &order, &spread, &apices, grid, back)
-                .and_then(|junction| Ok((junction.quality(lumen, grid, along)?, junction)));
+            let tried = Self::at(slicer, &order, &spread, &apices, back)
+                .and_then(|junction| Ok((junction.quality(slicer)?, junction)));
             best = match (best, tried) {
                 (Ok(best), Ok(tried)) if best.0 >= tried.0 => Ok(best),
                 (Ok(best), Err(_)) => Ok(best),
@@ -92,19 +88,19 @@ impl Junction {
 
     /// That with its centre `back` radii upstream of the apices.
     fn at(
-        lumen: &Lumen,
+        slicer: &Slicer,
         order: &Parting,
         spread: &Spread,
         apices: &[Vec3],
-        grid: &SectionGrid,
         back: f64,
     ) -> Result<Self, TreeError> {
+        let lumen = &slicer.lumen;
         let Spread { flow, across, axis } = spread;
         let mean = |all: &mut dyn Iterator<Item = Vec3>| all.sum::<Vec3>() / order.len() as f64;
         let crotch = apices.iter().sum::<Vec3>() / apices.len() as f64;
-        let radius = lumen.lines[order[0].0]
-            .foot(&(crotch - flow * (back * lumen.lines[order[0].0].radius(order[0].1))))
-            .radius;
+        let (line, s) = order[0];
+        let upstream = crotch - flow * (back * lumen.lines[line].radius(s));
+        let radius = lumen.lines[line].foot(&upstream).radius;
         let mut centre = crotch - flow * (back * radius);
         // Between the lines there, and in the middle of the lumen along the axis.
         for _ in 0..2 {
@@ -143,7 +139,7 @@ impl Junction {
             return Err(TreeError::Angle(crotch));
         }
         let near = lumen.near(&centre);
-        let half = grid.around() / 2;
+        let half = slicer.grid.around() / 2;
         let rim = |theta: &f64| {
             let key = flow * theta.cos() + across * theta.sin();
             let points = (0..=half).map(|a| {
@@ -157,7 +153,6 @@ impl Junction {
             points.collect::<Result<Vec<Vec3>, TreeError>>()
         };
         let rims = keys.iter().map(rim).collect::<Result<_, _>>()?;
-        let line = order[0].0;
         Ok(Self {
             parent: BranchEnd {
                 line,
@@ -187,41 +182,23 @@ impl Junction {
     }
 
     /// The smallest scaled Jacobian of the hexahedra around it.
-    fn quality(&self, lumen: &Lumen, grid: &SectionGrid, along: f64) -> Result<f64, TreeError> {
-        let ends = [(None, self.parent)].into_iter();
-        let ends = ends.chain(
-            self.daughters
-                .iter()
-                .enumerate()
-                .map(|(i, end)| (Some(i), *end)),
-        );
+    fn quality(&self, slicer: &Slicer) -> Result<f64, TreeError> {
+        let daughters = self.daughters.iter().enumerate();
+        let daughters = daughters.map(|(i, end)| (Some(i), *end));
         let mut worst = f64::INFINITY;
-        for (daughter, end) in ends {
-            let line = &lumen.lines[end.line];
+        for (daughter, end) in [(None, self.parent)].into_iter().chain(daughters) {
+            let line = &slicer.lumen.lines[end.line];
             let tangent = line.tangent(end.cut);
-            let plane = plane_section(
-                lumen,
-                line.at(end.cut),
-                &tangent,
-                &across(&self.axis, &tangent),
-                0.0,
-                grid,
-            )?;
-            let upstream = daughter.is_none();
-            let size = along * line.radius(end.cut);
-            let mut all = unfolding(
-                lumen,
-                self.section(daughter),
-                &plane,
-                &tangent,
-                size,
-                upstream,
-            )?;
+            let first = across(&self.axis, &tangent);
+            let plane = slicer.plane(line.at(end.cut), &tangent, &first, 0.0)?;
+            let (upstream, radius) = (daughter.is_none(), line.radius(end.cut));
+            let folded = self.section(daughter);
+            let mut all = slicer.unfolding(folded, &plane, &tangent, radius, upstream)?;
             all.push(plane);
             if upstream {
                 all.reverse();
             }
-            worst = worst.min(worst_between(grid, &all));
+            worst = worst.min(worst_between(&slicer.grid, &all));
         }
         Ok(worst)
     }
@@ -263,72 +240,97 @@ pub fn across(direction: &Vec3, tangent: &Vec3) -> Vec3 {
     (direction - tangent * tangent.dot(direction)).normalize()
 }
 
-/// The plane cross-section at a centre, its rim from the direction `first` on, turned by an angle (rad).
-pub fn plane_section(
-    lumen: &Lumen,
-    centre: Vec3,
-    tangent: &Vec3,
-    first: &Vec3,
-    turned: f64,
-    grid: &SectionGrid,
-) -> Result<CrossSection, TreeError> {
-    let second = tangent.cross(first);
-    let directions = (0..grid.around()).map(|a| {
-        let phi = TAU * a as f64 / grid.around() as f64 + turned;
-        first * phi.cos() + second * phi.sin()
-    });
-    section_along(lumen, centre, directions)
+/// Cuts a lumen into cross-sections.
+#[derive(Debug, Clone)]
+pub struct Slicer {
+    /// What is cut.
+    pub lumen: Lumen,
+    /// Cells of a cross-section.
+    pub grid: SectionGrid,
+    /// Length of a cell along a branch, in radii.
+    pub along: f64,
 }
 
-/// The cross-section whose rim lies in these directions from a centre.
-fn section_along(
-    lumen: &Lumen,
-    centre: Vec3,
-    directions: impl Iterator<Item = Vec3>,
-) -> Result<CrossSection, TreeError> {
-    let near = lumen.near(&centre);
-    let rim = directions.map(|direction| {
-        let distance = near
-            .ray(&centre, &direction)
-            .ok_or(TreeError::Open(centre))?;
-        Ok(centre + direction * distance)
-    });
-    Ok(CrossSection {
-        centre,
-        rim: rim.collect::<Result<_, _>>()?,
-    })
-}
+impl Slicer {
+    /// The plane cross-section at a centre, its rim from the direction `first` on, turned by an angle (rad).
+    pub fn plane(
+        &self,
+        centre: Vec3,
+        tangent: &Vec3,
+        first: &Vec3,
+        turned: f64,
+    ) -> Result<CrossSection, TreeError> {
+        let second = tangent.cross(first);
+        let directions = (0..self.grid.around()).map(|a| {
+            let phi = TAU * a as f64 / self.grid.around() as f64 + turned;
+            first * phi.cos() + second * phi.sin()
+        });
+        self.cut(centre, directions)
+    }
 
-/// Cross-sections about `size` (m) apart from a folded one (included) towards a plane one (not included), which lies
-/// upstream or downstream of it across `tangent`.
-pub fn unfolding(
-    lumen: &Lumen,
-    folded: CrossSection,
-    plane: &CrossSection,
-    tangent: &Vec3,
-    size: f64,
-    upstream: bool,
-) -> Result<Vec<CrossSection>, TreeError> {
-    let length = (plane.centre - folded.centre).norm();
-    let pieces = (length / size).round().max(2.0) as usize;
-    let end = if upstream { -tangent } else { *tangent };
-    // Parabolas that end along the branch.
-    let on = |a: &Vec3, b: &Vec3, u: f64| {
-        let control = b - end * (0.5 * (b - a).norm());
-        a * (1.0 - u).powi(2) + control * (2.0 * u * (1.0 - u)) + b * (u * u)
-    };
-    let between = (1..pieces).map(|k| {
-        let u = k as f64 / pieces as f64;
-        let centre = on(&folded.centre, &plane.centre, u);
-        let pairs = folded.rim.iter().zip(&plane.rim);
-        section_along(
-            lumen,
-            centre,
-            pairs.map(|(a, b)| (on(a, b, u) - centre).normalize()),
-        )
-    });
-    let between: Vec<CrossSection> = between.collect::<Result<_, _>>()?;
-    Ok([folded].into_iter().chain(between).collect())
+    /// The cross-section whose rim lies in these directions from a centre.
+    fn cut(
+        &self,
+        centre: Vec3,
+        directions: impl Iterator<Item = Vec3>,
+    ) -> Result<CrossSection, TreeError> {
+        let near = self.lumen.near(&centre);
+        let point = |direction: Vec3| {
+            let distance = near.ray(&centre, &direction);
+            Ok(centre + direction * distance.ok_or(TreeError::Open(centre))?)
+        };
+        let rim = directions.map(point).collect::<Result<_, _>>()?;
+        Ok(CrossSection { centre, rim })
+    }
+
+    /// Cross-sections from a folded one (included) towards a plane one (not included) of this radius (m), which lies
+    /// upstream or downstream of it across `tangent`.
+    pub fn unfolding(
+        &self,
+        folded: CrossSection,
+        plane: &CrossSection,
+        tangent: &Vec3,
+        radius: f64,
+        upstream: bool,
+    ) -> Result<Vec<CrossSection>, TreeError> {
+        let cells = (plane.centre - folded.centre).norm() / (self.along * radius);
+        let pieces = self.grid.pieces(cells.max(2.0));
+        let end = if upstream { -tangent } else { *tangent };
+        // Parabolas that end along the branch.
+        let on = |a: &Vec3, b: &Vec3, u: f64| {
+            let control = b - end * (0.5 * (b - a).norm());
+            a * (1.0 - u).powi(2) + control * (2.0 * u * (1.0 - u)) + b * (u * u)
+        };
+        let between = (1..pieces).map(|k| {
+            let u = k as f64 / pieces as f64;
+            let centre = on(&folded.centre, &plane.centre, u);
+            let pairs = folded.rim.iter().zip(&plane.rim);
+            self.cut(
+                centre,
+                pairs.map(|(a, b)| (on(a, b, u) - centre).normalize()),
+            )
+        });
+        let between: Vec<CrossSection> = between.collect::<Result<_, _>>()?;
+        Ok([folded].into_iter().chain(between).collect())
+    }
+
+    /// Places of a line from `begin` to `end` (m), a cell apart.
+    pub fn stations(&self, line: &CentreLine, begin: f64, end: f64) -> Vec<f64> {
+        const SAMPLES: usize = 400;
+        let h = (end - begin) / SAMPLES as f64;
+        let mut sum = vec![0.0];
+        for i in 0..SAMPLES {
+            let radius = line.radius(begin + (i as f64 + 0.5) * h);
+            sum.push(sum[i] + h / (self.along * radius));
+        }
+        let pieces = self.grid.pieces(sum[SAMPLES]);
+        let place = |k: usize| {
+            let goal = sum[SAMPLES] * k as f64 / pieces as f64;
+            let i = sum.partition_point(|x| *x <= goal).clamp(1, SAMPLES) - 1;
+            begin + h * (i as f64 + (goal - sum[i]) / (sum[i + 1] - sum[i]))
+        };
+        (0..=pieces).map(place).collect()
+    }
 }
 
 /// The arc length (m) at which the line `a` first leaves the tube around `b`; none if it never does.

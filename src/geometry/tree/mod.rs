@@ -16,7 +16,7 @@ pub use section::{SectionGrid, scaled_jacobian};
 use super::PolyMesh;
 use super::poly_mesh::PatchFaces;
 use crate::Vec3;
-use junction::{Junction, across, leaves, plane_section, unfolding};
+use junction::{Junction, Slicer, across, leaves};
 use section::CrossSection;
 use std::f64::consts::FRAC_PI_2;
 
@@ -69,12 +69,9 @@ struct Branch {
 /// A tree in its branches.
 #[derive(Debug, Clone)]
 pub struct Tree {
-    lumen: Lumen,
+    slicer: Slicer,
     junctions: Vec<Junction>,
     branches: Vec<Branch>,
-    grid: SectionGrid,
-    /// Length of a cell along a branch, in radii.
-    along: f64,
 }
 
 impl Tree {
@@ -93,11 +90,9 @@ impl Tree {
         }
         let all: Vec<usize> = (0..lumen.lines.len()).collect();
         let mut tree = Self {
-            lumen,
+            slicer: Slicer { lumen, grid, along },
             junctions: Vec::new(),
             branches: Vec::new(),
-            grid,
-            along,
         };
         tree.divide(&all, None)?;
         Ok(tree)
@@ -119,18 +114,16 @@ impl Tree {
         if lines.len() == 1 {
             return Ok(());
         }
-        let lumen = &self.lumen;
-        let apart: Vec<Vec<f64>> = (lines.iter())
-            .map(|&a| {
-                let others = lines.iter();
-                others
-                    .map(|&b| match a == b {
-                        true => f64::INFINITY,
-                        false => leaves(lumen, a, b),
-                    })
-                    .collect()
-            })
-            .collect();
+        let lumen = &self.slicer.lumen;
+        let leave = |a: usize, b: usize| match a == b {
+            true => Ok(f64::INFINITY),
+            false => {
+                let line = &lumen.lines[a];
+                leaves(lumen, a, b).ok_or_else(|| TreeError::Apex(line.at(line.length())))
+            }
+        };
+        let of_line = |&a: &usize| lines.iter().map(|&b| leave(a, b)).collect();
+        let apart: Vec<Vec<f64>> = lines.iter().map(of_line).collect::<Result<_, _>>()?;
         let first = apart
             .iter()
             .flatten()
@@ -156,7 +149,7 @@ impl Tree {
         let parting: Vec<(usize, f64)> = (classes.iter())
             .map(|class| (lines[class[0]], leaves_others(class)))
             .collect();
-        let junction = Junction::new(lumen, &parting, &self.grid, self.along)?;
+        let junction = Junction::new(&self.slicer, &parting)?;
         let at = self.junctions.len();
         self.branches[number].to = Some(at);
         let order: Vec<usize> = junction.daughters.iter().map(|end| end.line).collect();
@@ -169,12 +162,13 @@ impl Tree {
         Ok(())
     }
 
-    /// The mesh: patches of the openings, first that where the lines begin, then where each ends, and the wall.
+    /// The mesh: patches of the openings, first that where the lines begin, then where each ends; and of the walls of the
+    /// branches with these openings, in the same order, and of all others.
     ///
     /// # Errors
     /// If a branch cannot be meshed.
-    pub fn mesh(&self, openings: &[String], wall: &str) -> Result<PolyMesh, TreeError> {
-        let grid = &self.grid;
+    pub fn mesh(&self, openings: &[String], walls: &[String]) -> Result<PolyMesh, TreeError> {
+        let grid = &self.slicer.grid;
         let (quads, outer) = (grid.quads(), grid.rings.len());
         let (mut points, mut hexes): (Vec<Vec3>, Vec<[usize; 8]>) = Default::default();
         let patch = |name, kind| PatchFaces {
@@ -184,13 +178,18 @@ impl Tree {
         };
         let mut patches: Vec<PatchFaces<'_>> = (openings.iter())
             .map(|name| patch(name, "patch"))
-            .chain([patch(wall, "wall")])
+            .chain(walls.iter().map(|name| patch(name, "wall")))
             .collect();
         // Points of the junctions, to be found again.
         let mut shared: Vec<Vec<usize>> = vec![Vec::new(); self.junctions.len()];
         for branch in &self.branches {
             let sections = self.sections(branch)?;
             let last = sections.len() - 1;
+            let wall = match (branch.from, branch.to) {
+                (None, _) => 0,
+                (Some(_), None) => 1 + branch.line,
+                (Some(_), Some(_)) => walls.len() - 1,
+            };
             let mut below: Vec<usize> = Vec::new();
             for (j, section) in sections.iter().enumerate() {
                 let junction = match j {
@@ -230,7 +229,7 @@ impl Tree {
                         let [p, q] = [a, a + 1].map(|a| grid.ring_point(outer, a));
                         [below[p], below[q], here[q], here[p]]
                     });
-                    patches[openings.len()].faces.extend(faces);
+                    patches[openings.len() + wall].faces.extend(faces);
                 }
                 let opening = match j {
                     0 if branch.from.is_none() => Some(0),
@@ -249,14 +248,15 @@ impl Tree {
 
     /// The cross-sections of a branch, downstream.
     fn sections(&self, branch: &Branch) -> Result<Vec<CrossSection>, TreeError> {
-        let line = &self.lumen.lines[branch.line];
+        let line = &self.slicer.lumen.lines[branch.line];
         let begin = branch.from.map_or(0.0, |(junction, daughter)| {
             self.junctions[junction].daughters[daughter].cut
         });
         let end = branch.to.map_or(line.length(), |junction| {
             // That of the parent is a place of another line, perhaps.
             let parent = self.junctions[junction].parent;
-            line.foot(&self.lumen.lines[parent.line].at(parent.cut)).s
+            line.foot(&self.slicer.lumen.lines[parent.line].at(parent.cut))
+                .s
         });
         let least = LEAST_LENGTH * line.radius(begin);
         if end - begin < least {
@@ -266,7 +266,7 @@ impl Tree {
                 radii.max(0.0),
             ));
         }
-        let stations = stations(&|s| line.radius(s), begin, end, self.along);
+        let stations = self.slicer.stations(line, begin, end);
         let tangents: Vec<Vec3> = stations.iter().map(|s| line.tangent(*s)).collect();
         let axis = |junction: usize| self.junctions[junction].axis;
         let frames = Frames::new(
@@ -280,33 +280,26 @@ impl Tree {
             // Without a kink at the ends.
             let turned = frames.turn * share * share * (3.0 - 2.0 * share);
             let first = &frames.first[i];
-            sections.push(plane_section(
-                &self.lumen,
-                line.at(*s),
-                tangent,
-                first,
-                turned,
-                &self.grid,
-            )?);
+            sections.push(self.slicer.plane(line.at(*s), tangent, first, turned)?);
         }
-        let size = |s: f64| self.along * line.radius(s);
         if let Some((junction, daughter)) = branch.from {
             let folded = self.junctions[junction].section(Some(daughter));
-            let between = unfolding(
-                &self.lumen,
-                folded,
-                &sections[0],
-                &tangents[0],
-                size(begin),
-                false,
-            )?;
+            let (plane, radius) = (&sections[0], line.radius(begin));
+            let between = self
+                .slicer
+                .unfolding(folded, plane, &tangents[0], radius, false)?;
             sections.splice(0..0, between);
         }
         if let Some(junction) = branch.to {
             let mut folded = self.junctions[junction].section(None);
-            folded.rim.rotate_right(frames.quarters * self.grid.core);
+            folded
+                .rim
+                .rotate_right(frames.quarters * self.slicer.grid.core);
             let (plane, tangent) = (&sections[sections.len() - 1], &tangents[tangents.len() - 1]);
-            let mut between = unfolding(&self.lumen, folded, plane, tangent, size(end), true)?;
+            let radius = line.radius(end);
+            let mut between = self
+                .slicer
+                .unfolding(folded, plane, tangent, radius, true)?;
             between.reverse();
             sections.extend(between);
         }
@@ -354,21 +347,4 @@ impl Frames {
         }
         frames
     }
-}
-
-/// Places from `begin` to `end` (m) about `along` radii apart.
-fn stations(radius: &dyn Fn(f64) -> f64, begin: f64, end: f64, along: f64) -> Vec<f64> {
-    const SAMPLES: usize = 400;
-    let h = (end - begin) / SAMPLES as f64;
-    let mut sum = vec![0.0];
-    for i in 0..SAMPLES {
-        sum.push(sum[i] + h / (along * radius(begin + (i as f64 + 0.5) * h)));
-    }
-    let pieces = sum[SAMPLES].round().max(1.0);
-    let place = |k: usize| {
-        let goal = sum[SAMPLES] * k as f64 / pieces;
-        let i = sum.partition_point(|x| *x <= goal).clamp(1, SAMPLES) - 1;
-        begin + h * (i as f64 + (goal - sum[i]) / (sum[i + 1] - sum[i]))
-    };
-    (0..=pieces as usize).map(place).collect()
 }

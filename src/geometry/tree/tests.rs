@@ -27,11 +27,17 @@ fn y(angle: f64, radius: f64, turned: f64, fold: f64) -> Lumen {
     }
 }
 
+fn walls(openings: &[String]) -> Vec<String> {
+    let names = openings.iter().map(|name| format!("wall_{name}"));
+    names.chain(["wall".to_owned()]).collect()
+}
+
 fn mesh(lumen: Lumen, core: usize) -> Result<PolyMesh, TreeError> {
     let names: Vec<String> = (0..=lumen.lines.len())
         .map(|i| format!("opening{i}"))
         .collect();
-    Tree::new(lumen, SectionGrid::new(core, core, 3.0), 2.4 / core as f64)?.mesh(&names, "wall")
+    Tree::new(lumen, SectionGrid::new(core, core, 3.0), 2.4 / core as f64)?
+        .mesh(&names, &walls(&names))
 }
 
 /// The smallest scaled Jacobian of a mesh of a tree, by its cells' points as they are handed out.
@@ -40,13 +46,14 @@ fn worst(lumen: Lumen) -> f64 {
         .map(|i| format!("opening{i}"))
         .collect();
     let tree = Tree::new(lumen, SectionGrid::new(6, 4, 3.0), 0.4).unwrap_or_else(|e| panic!("{e}"));
-    tree.mesh(&names, "wall").unwrap_or_else(|e| panic!("{e}"));
+    tree.mesh(&names, &walls(&names))
+        .unwrap_or_else(|e| panic!("{e}"));
     let sections = tree
         .branches
         .iter()
         .map(|branch| tree.sections(branch).unwrap());
     sections
-        .map(|sections| section::worst_between(&tree.grid, &sections))
+        .map(|sections| section::worst_between(&tree.slicer.grid, &sections))
         .fold(f64::INFINITY, f64::min)
 }
 
@@ -169,14 +176,11 @@ fn a_tree_of_three_generations_has_a_mesh() {
 
 #[test]
 fn trees_that_cannot_be_meshed_are_refused() {
-    // A daughter that stays inside its parent.
-    let inside = Lumen {
-        lines: vec![
-            y(2.0, 3.0, 0.0, 0.0).lines[0].clone(),
-            y(2.0, 3.0, 0.0, 0.0).lines[1].clone(),
-        ],
-    };
-    assert!(matches!(mesh(inside, 4), Err(TreeError::Apex(_))));
+    // Daughters that stay within each other.
+    assert!(matches!(
+        mesh(y(2.0, 3.0, 0.0, 0.0), 4),
+        Err(TreeError::Apex(_))
+    ));
     let mut apart = y(60.0, 2.4, 0.0, 0.0);
     apart.lines[1] = CentreLine::new(
         &[Vec3::new(0.0, 50.0, 0.0), Vec3::new(20.0, 50.0, 0.0)],

@@ -395,7 +395,7 @@ fn prepared<'a>(case: &'a Case, domain: &'a Domain) -> Result<Prepared<'a>, Tabl
 }
 
 /// The templates of a case with this mesh, and the numbers for them.
-fn case_files<'a>(case: &'a Case, domain: &Domain) -> Result<CaseFiles<'a>, TableError> {
+fn case_files<'a>(case: &'a Case, domain: &'a Domain) -> Result<CaseFiles<'a>, TableError> {
     let mesh = &domain.fluid;
     Ok(CaseFiles {
         templates: &case.fluid.templates,
@@ -411,6 +411,7 @@ fn case_files<'a>(case: &'a Case, domain: &Domain) -> Result<CaseFiles<'a>, Tabl
                 Openings::Vessel(VesselOpenings::of_tree(case, openings, &moving, mesh))
             }
         },
+        walls: domain.wet_patches.iter().map(String::as_str).collect(),
         ramp: &case.ramp,
         time: &case.time,
         convection: case.fluid.convection,

@@ -3,8 +3,8 @@
 use super::domain::{Domain, DomainError};
 use crate::Vec3;
 use crate::case::{
-    Case, Extrusion, FibreAxis, OwnCase, OwnWall, TREE_WALL, TreeKeys, WallFile, WallMode,
-    WallMotion, WallSupport,
+    Case, Extrusion, FibreAxis, OwnCase, OwnWall, TreeKeys, WallFile, WallMode, WallMotion,
+    WallSupport,
 };
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
 use crate::geometry::tree::{CentreLine, Lumen, SectionGrid, Tree, TreeError};
@@ -126,7 +126,7 @@ fn tree_mesh(keys: &TreeKeys) -> Result<PolyMesh, TreeError> {
         keys.wall_grading.unwrap_or(3.0),
     );
     let tree = Tree::new(lumen, grid, keys.length.unwrap_or(0.4))?;
-    tree.mesh(&keys.names(), TREE_WALL)
+    tree.mesh(&keys.names(), &keys.walls())
 }
 
 /// Reads the mesh and puts the wall on it.
@@ -136,7 +136,7 @@ fn tree_mesh(keys: &TreeKeys) -> Result<PolyMesh, TreeError> {
 pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
     let wrong = |key| move |reason: String| DomainError { key, reason };
     let fluid = match &own.tree {
-        Some(tree) => tree_mesh(tree).map_err(|e| DomainError::new(tree.key(), e))?,
+        Some(tree) => tree_mesh(tree).map_err(|e| DomainError::new("tree.lines", e))?,
         None => files(case, own)
             .mesh()
             .map_err(|e| DomainError::new("fluid.case", e))?,

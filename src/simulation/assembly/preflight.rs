@@ -34,7 +34,7 @@ const COARSE_AXIAL: usize = 60;
 /// All mistakes that were found, with the keys to blame.
 pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     let domain = Domain::new(case)
-        .map_err(|error| CaseErrors(vec![case.mistake(error.key, error.reason)]))?;
+        .map_err(|error| CaseErrors(vec![case.mistake(case.given(error.key), error.reason)]))?;
     let mut errors = Vec::new();
     let points = case.output.fluid_probes.iter().copied();
     let points: Vec<Vec3> = points.map(Vec3::from).collect();
@@ -59,6 +59,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             }
             if case.tree().is_some() {
                 found.extend(templates::check_openings(folder));
+                found.extend(templates::check_walls(folder));
             }
             if let Some(vessel) = case.vessel() {
                 if vessel.opening.is_some() {
@@ -213,7 +214,7 @@ pub fn try_fluid(case: &ResolvedCase, interrupt: Arc<AtomicBool>) -> Result<(), 
         TrialError::Refused(CaseErrors(vec![case.mistake(key, reason)]))
     };
     let coarse = coarse(case);
-    let domain = Domain::new(&coarse).map_err(|e| refused(e.key, e.reason))?;
+    let domain = Domain::new(&coarse).map_err(|e| refused(case.given(e.key), e.reason))?;
     let prepared = prepared(&coarse, &domain);
     let prepared = prepared.map_err(|e| refused("inflow.file", e.to_string()))?;
     // The templates that come with the program are nobody's mistake.

@@ -63,6 +63,7 @@ impl Channel {
         let case = folder.path().join("case");
         let templates = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/base");
         CaseFiles {
+            walls: vec!["wallFsi"],
             templates: &templates,
             blood: &Blood::newtonian(DENSITY, 3.5e-3),
             openings: Openings::Vessel(VesselOpenings::flow_and_windkessel(

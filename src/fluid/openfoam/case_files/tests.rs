@@ -3,6 +3,7 @@ use crate::case::{FlowCurve, Inflow, Start, Windkessel};
 
 fn files<'a>(inflow: &'a FlowCurve, time: &'a Time, templates: &'a Path) -> CaseFiles<'a> {
     CaseFiles {
+        walls: vec!["wallFsi"],
         templates,
         blood: const { &Blood::newtonian(1050.0, 3.5e-3) },
         openings: Openings::Vessel(openings(inflow)),

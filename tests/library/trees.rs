@@ -1,0 +1,183 @@
+//! Vessels that branch: what is read, and what is refused.
+
+use fsi_driver::case::{Case, CaseErrors, Preset};
+use fsi_driver::simulation::assembly::Domain;
+use std::path::Path;
+
+const TREE: &str = "extends = \"defaults\"\n[tree]\nlines = \"y.swc\"\nunit = \"mm\"\noutlets = [\"left\", \"right\"]\ncore = 2\n\
+                    radial = 2\nlength = 0.8\n[[tree.opening]]\nname = \"inlet\"\ncondition = \"flow\"\nbase_m3_s = 1e-6\n\
+                    [[tree.opening]]\nname = \"left\"\ncondition = \"resistance\"\nresistance_Pa_s_m3 = 1e9\n[[tree.opening]]\n\
+                    name = \"right\"\ncondition = \"pressure\"\npressure_Pa = 0.0\n[wall.extrude]\nlayers = [\"wall\"]\n\
+                    thicknesses = [0.2]\nfaces_per_element = 1\n[[wall.material]]\nname = \"wall\"\nmaterial = \"neo_hooke\"\n\
+                    mu_Pa = 1e5\nkappa_Pa = 1e7\n[coupling]\nsurrogate = \"none\"\n";
+
+/// A parent of 3 mm along x, 20 mm long, and two daughters of 2.4 mm at these angles (degrees), as SWC.
+fn swc(angles: &[f64]) -> String {
+    let mut text = String::from("# id type x y z radius parent\n");
+    let mut row = |x: f64, y: f64, r: f64, parent: i64| {
+        let id = text.lines().count() as i64;
+        text += &format!("{id} 0 {x} {y} 0 {r} {parent}\n");
+        id
+    };
+    let mut trunk = row(-20.0, 0.0, 3.0, -1);
+    for i in 1..=20 {
+        trunk = row(f64::from(i) - 20.0, 0.0, 3.0, trunk);
+    }
+    for angle in angles {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let mut parent = trunk;
+        for i in 1..=16 {
+            let s = f64::from(i);
+            parent = row(s * cos, s * sin, 3.0 - 0.6 * (s / 3.0).min(1.0), parent);
+        }
+    }
+    text
+}
+
+fn load(folder: &Path, text: &str, lines: &str) -> Result<Case, CaseErrors> {
+    std::fs::write(folder.join("y.swc"), lines).unwrap();
+    std::fs::write(folder.join("case.toml"), text).unwrap();
+    Case::load(folder, Preset::Demo, &[]).map(|resolved| resolved.case)
+}
+
+/// The mesh from a file, and from the lines in the case of record, which need no file.
+#[test]
+fn the_case_of_record_has_the_same_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = load(folder.path(), TREE, &swc(&[-30.0, 30.0])).unwrap_or_else(|e| panic!("{e}"));
+    let tree = case.tree().unwrap();
+    assert_eq!(tree.names(), ["inlet", "left", "right"]);
+    let domain = Domain::new(&case).unwrap();
+    let patches: Vec<&str> = domain
+        .fluid
+        .patches
+        .iter()
+        .map(|patch| patch.name.as_str())
+        .collect();
+    assert_eq!(
+        patches,
+        [
+            "inlet",
+            "left",
+            "right",
+            "wallFsi_inlet",
+            "wallFsi_left",
+            "wallFsi_right"
+        ]
+    );
+    // Cylinders of 20 and 16 mm, less what they share.
+    let cylinders = std::f64::consts::PI * 1e-9 * (9.0 * 20.0 + 2.0 * 5.76 * 16.0);
+    let share = domain.fluid.volume() / cylinders;
+    assert!((0.97..1.03).contains(&share), "{share}");
+
+    let other = tempfile::tempdir().unwrap();
+    let lines: String = (tree.line.iter().flatten().zip(["left", "right"]))
+        .map(|(line, name)| {
+            format!(
+                "[[tree.line]]\nname = \"{name}\"\npoints_m = {:?}\nradii_m = {:?}\n",
+                line.points, line.radii
+            )
+        })
+        .collect();
+    let text = TREE.replace(
+        "lines = \"y.swc\"\nunit = \"mm\"\noutlets = [\"left\", \"right\"]\n",
+        "",
+    ) + &lines;
+    let same = load(other.path(), &text, "").unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(Domain::new(&same).unwrap().fluid, domain.fluid);
+}
+
+/// What is replaced in the case, by what, the key to blame and a part of the reason.
+#[rustfmt::skip]
+const MISTAKES: &[(&str, &str, &str, &str)] = &[
+    ("unit = \"mm\"\n", "", "tree.lines", "expected its unit of length next to it"),
+    ("unit = \"mm\"", "unit = \"inch\"", "tree.unit", "\"um\""),
+    ("lines = \"y.swc\"", "lines = \"z.swc\"", "tree.lines", "z.swc"),
+    ("lines = \"y.swc\"", "lines = \"y.csv\"", "tree.lines", "ends with .vtp, .vtk or .swc"),
+    ("outlets = [\"left\", \"right\"]", "outlets = [\"left\"]", "tree.outlets", "a name for each of the 2 ends, found 1"),
+    ("outlets = [\"left\", \"right\"]", "outlets = [\"left\", \"left\"]", "tree.outlets", "two openings are called \"left\""),
+    ("outlets = [\"left\", \"right\"]", "outlets = [\"left\", \"inlet\"]", "tree.outlets", "two openings are called \"inlet\""),
+    ("outlets = [\"left\", \"right\"]", "outlets = [\"left\", \"to the right\"]", "tree.outlets", "letters, digits"),
+    ("outlets = [\"left\", \"right\"]", "outlets = [\"left\", \"wallFsi\"]", "tree.outlets", "neither \"wallFsi\" nor"),
+    ("core = 2", "core = 3", "tree.core", "an even number"),
+    ("core = 2", "core = 0", "tree.core", "from 2 to 40"),
+    ("length = 0.8", "length = 0.0", "tree.length", "above 0.0"),
+    ("name = \"left\"", "name = \"middle\"", "tree.opening[1].name", "there is \"inlet\", \"left\", \"right\""),
+    ("name = \"left\"", "name = \"right\"", "tree.opening[2].name", "said twice"),
+    ("[[tree.opening]]\nname = \"right\"\ncondition = \"pressure\"\npressure_Pa = 0.0\n", "", "tree.lines", "what is prescribed at \"right\"?"),
+    ("condition = \"resistance\"\nresistance_Pa_s_m3 = 1e9", "condition = \"resistance\"", "tree.opening[1].resistance_Pa_s_m3", "is missing"),
+    ("condition = \"flow\"", "condition = \"flow_split\"\nfraction = 0.5", "tree.opening[0].base_m3_s", ""),
+    ("base_m3_s = 1e-6", "flow_file = \"q.csv\"", "tree.opening[0].flow_file", "q.csv"),
+    ("[tree]", "[fluid]\ncase = \"here\"\n[tree]", "fluid.case", "leave out one of"),
+    ("[tree]", "[fluid]\nsolver = \"native\"\n[tree]", "fluid.solver", "by OpenFOAM so far"),
+    ("surrogate = \"none\"", "surrogate = \"tube\"", "coupling.surrogate", "write \"none\""),
+    ("thicknesses = [0.2]", "", "wall.extrude.layers", "how thick are they?"),
+    ("layers = [\"wall\"]", "layers = [\"media\"]", "wall.extrude.layers", "there is \"wall\""),
+    ("[tree]", "[vessel]\nradius_m = 3e-3\n[tree]", "", "no such key"),
+    ("[tree]", "[[tree.line]]\npoints_m = [[0.0, 0.0, 0.0]]\nradii_m = [1e-3]\n[tree]", "tree.line", "leave out one of the two"),
+];
+
+#[test]
+fn mistakes_in_a_tree_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = swc(&[-30.0, 30.0]);
+    for (old, new, key, reason) in MISTAKES {
+        assert!(TREE.contains(old), "{old}");
+        let Err(errors) = load(folder.path(), &TREE.replacen(old, new, 1), &lines) else {
+            panic!("accepted: {new}");
+        };
+        let text = errors.to_string();
+        assert!(
+            text.contains(key) && text.contains(reason),
+            "{new}: {text}\nexpected {key}: {reason}"
+        );
+    }
+}
+
+/// Lines that cannot be read, or be meshed, with a part of the reason.
+#[test]
+fn lines_that_make_no_tree_are_reported() {
+    let one = swc(&[20.0]);
+    let inside = swc(&[-1.0, 1.0]);
+    let crossed = swc(&[-30.0, 30.0]).replace("2 0 -19 0 0 3 1", "2 0 -19 0 0 0 1");
+    let apart = swc(&[-30.0, 30.0]) + "99 0 0 90 0 2 -1\n100 0 9 90 0 2 99\n";
+    let folder = tempfile::tempdir().unwrap();
+    for (lines, reason) in [
+        ("", "found 0"),
+        (one.as_str(), "found 1; a vessel of one is a table [vessel]"),
+        (&crossed, "expected one above 0"),
+        ("1 0 0 0 0 x 1\n", "found \"1 0 0 0 0 x 1\""),
+    ] {
+        let Err(errors) = load(folder.path(), TREE, lines) else {
+            panic!("accepted: {lines}");
+        };
+        assert!(
+            errors.to_string().contains(reason),
+            "{errors}\nexpected {reason}"
+        );
+    }
+    let open = TREE.replace("outlets = [\"left\", \"right\"]\n", "inlet = \"inlet\"\n");
+    let named = |text: &str, ends: usize| {
+        let mut text = text
+            .replace("\"left\"", "\"outlet1\"")
+            .replace("\"right\"", "\"outlet2\"");
+        if ends == 3 {
+            text += "[[tree.opening]]\nname = \"outlet3\"\ncondition = \"pressure\"\npressure_Pa = 0.0\n";
+        }
+        text
+    };
+    for (lines, ends, reason) in [
+        (&inside, 2, "their lumens do not"),
+        (&apart, 3, "are there two trees in the file?"),
+    ] {
+        let case =
+            load(folder.path(), &named(&open, ends), lines).unwrap_or_else(|e| panic!("{e}"));
+        let error = Domain::new(&case).map(|_| ()).unwrap_err();
+        assert_eq!(error.key, "tree.lines");
+        assert!(
+            error.reason.contains(reason),
+            "{}\nexpected {reason}",
+            error.reason
+        );
+    }
+}

@@ -1,0 +1,155 @@
+//! Vessels that branch, with OpenFOAM: docs/trees.md.
+
+use crate::run_support::*;
+use std::path::Path;
+
+/// A symmetric Y: a parent of 3 mm, two daughters of 2.4 mm, 60° between them, each with the same windkessel.
+const CASE: &str = r#"extends = "defaults"
+[tree]
+core = 2
+radial = 3
+length = 0.8
+LINES
+[[tree.opening]]
+name = "inlet"
+condition = "flow"
+base_m3_s = 4e-6
+[[tree.opening]]
+name = "left"
+condition = "windkessel"
+resistance_Pa_s_m3 = 5e8
+compliance_m3_Pa = 6e-11
+initial_pressure_Pa = 1e3
+[[tree.opening]]
+name = "right"
+condition = "windkessel"
+resistance_Pa_s_m3 = 5e8
+compliance_m3_Pa = 6e-11
+initial_pressure_Pa = 1e3
+[wall.extrude]
+layers = ["wall"]
+thicknesses = [0.25]
+faces_per_element = 1
+[[wall.material]]
+name = "wall"
+material = "neo_hooke"
+mu_Pa = 1.5e5
+kappa_Pa = 1e7
+[ramp]
+duration_s = 0.02
+[time]
+step_s = 0.002
+[structure]
+p = 3
+[fluid]
+pressure_residual = 1e-7
+max_correctors = 60
+[coupling]
+surrogate = "none"
+e_rel = 1e-6
+[output]
+checkpoint_interval_min = 0.0
+"#;
+
+fn line(name: &str, side: f64) -> String {
+    let (sin, cos) = (side * 30f64.to_radians()).sin_cos();
+    let daughter = (1..=5).map(|i| [3e-3 * f64::from(i) * cos, 3e-3 * f64::from(i) * sin, 0.0]);
+    let parent = [
+        [-12e-3, 0.0, 0.0],
+        [-8e-3, 0.0, 0.0],
+        [-4e-3, 0.0, 0.0],
+        [0.0; 3],
+    ];
+    let points: Vec<[f64; 3]> = parent.into_iter().chain(daughter).collect();
+    let radii = [
+        3e-3, 3e-3, 3e-3, 3e-3, 2.4e-3, 2.4e-3, 2.4e-3, 2.4e-3, 2.4e-3,
+    ];
+    format!("[[tree.line]]\nname = \"{name}\"\npoints_m = {points:?}\nradii_m = {radii:?}\n")
+}
+
+fn case(folder: &Path, change: impl Fn(String) -> String) {
+    std::fs::create_dir_all(folder).unwrap();
+    let lines = line("left", -1.0) + &line("right", 1.0);
+    let text = change(CASE.replace("LINES", &lines));
+    std::fs::write(folder.join("case.toml"), text).unwrap();
+}
+
+/// Flow and pressure of an opening over time.
+fn opening(run: &Path, name: &str) -> Vec<[f64; 2]> {
+    let rows = rows(&run.join("openings.csv")).into_iter().skip(1);
+    let own = rows.filter(|row| row[1] == name);
+    own.map(|row| [2, 3].map(|column| row[column].parse().unwrap()))
+        .collect()
+}
+
+fn run(case: &Path, out: &Path, steps: usize, more: &[&str]) {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    command.arg("--case").arg(case).arg("--out").arg(out);
+    command
+        .args(["--preset", "demo", "--end-time"])
+        .arg(format!("{}", 0.002 * steps as f64));
+    command.args(more);
+    complete(command);
+}
+
+/// The flow divides equally, nothing is lost, and a run that goes on repeats one that was not interrupted.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_symmetric_y_divides_its_flow_and_resumes() {
+    let folder = tempfile::tempdir().unwrap();
+    let [at, whole, parts] = ["case", "whole", "parts"].map(|name| folder.path().join(name));
+    case(&at, |text| text);
+    run(&at, &whole, 8, &[]);
+    let [inlet, left, right] = ["inlet", "left", "right"].map(|name| opening(&whole, name));
+    assert_eq!((inlet.len(), left.len(), right.len()), (8, 8, 8));
+    let largest = inlet.iter().map(|row| row[0]).fold(0.0, f64::max);
+    // The ramp is at its middle after five steps.
+    assert!((3.0e-6..4.0e-6).contains(&largest), "{largest}");
+    for (a, b) in left.iter().zip(&right) {
+        assert!((a[0] - b[0]).abs() < 2e-4 * largest, "{a:?} {b:?}");
+        assert!(
+            (a[1] - b[1]).abs() < 1e-3 * a[1].abs().max(1.0),
+            "{a:?} {b:?}"
+        );
+    }
+    let history = rows(&whole.join("history.csv"));
+    let column = |name: &str| -> Vec<f64> {
+        let place = history[0].iter().position(|title| title == name).unwrap();
+        history[1..]
+            .iter()
+            .map(|row| row[place].parse().unwrap())
+            .collect()
+    };
+    let volume = column("lumen_volume_m3");
+    for n in 1..8 {
+        let stored = (volume[n] - volume[n - 1]) / 0.002;
+        let lost = inlet[n][0] + left[n][0] + right[n][0] - stored;
+        assert!(lost.abs() < 5e-5 * largest, "step {n}: {lost:e}");
+    }
+    run(&at, &parts, 4, &[]);
+    run(&at, &parts, 8, &["--resume"]);
+    assert_same_run(&whole, &parts);
+}
+
+/// A fixed share leaves through one of the daughters, whatever their resistances.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_share_of_the_flow_leaves_by_a_daughter() {
+    let folder = tempfile::tempdir().unwrap();
+    let [at, out] = ["case", "run"].map(|name| folder.path().join(name));
+    let windkessel = "name = \"left\"\ncondition = \"windkessel\"\nresistance_Pa_s_m3 = 5e8\ncompliance_m3_Pa = 6e-11\n\
+                      initial_pressure_Pa = 1e3";
+    case(&at, |text| {
+        text.replace(
+            windkessel,
+            "name = \"left\"\ncondition = \"flow_split\"\nfraction = 0.3",
+        )
+    });
+    run(&at, &out, 4, &[]);
+    for (inlet, left) in opening(&out, "inlet").iter().zip(opening(&out, "left")) {
+        assert!(
+            (left[0] / inlet[0] + 0.3).abs() < 1e-6,
+            "{inlet:?} {left:?}"
+        );
+    }
+}
