@@ -134,7 +134,7 @@ impl Stack {
             self.chosen_since.insert(key.clone(), self.layers);
         }
         let own = self.schema.find(&key);
-        if own.is_some_and(|key| key.problems == [self.kind]) {
+        if own.is_some_and(|key| key.is_special_to(self.kind)) {
             self.kind_since = self.kind_since.min(self.layers);
         }
         self.top.insert(key, (self.layers, entry));

@@ -15,11 +15,11 @@ const MAX_NON_ORTHOGONALITY: f64 = 65.0;
 /// Runs `checkMesh` on the model's mesh and returns the largest non-orthogonality in degrees.
 fn check(model: &str, preset: Preset) -> f64 {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case");
-    check_in(&models, model, preset)
+    check_in(&models, model, preset, MAX_NON_ORTHOGONALITY)
 }
 
 /// The same of a case in the folder `models`.
-fn check_in(models: &Path, model: &str, preset: Preset) -> f64 {
+fn check_in(models: &Path, model: &str, preset: Preset, most: f64) -> f64 {
     let folder = models.join(model);
     let case = Case::load(&folder, preset, &[]).unwrap_or_else(|errors| panic!("{errors}"));
     let mesh = match &case.problem {
@@ -78,7 +78,7 @@ fn check_in(models: &Path, model: &str, preset: Preset) -> f64 {
         mesh.cells()
     );
     assert!(
-        non_orthogonality < MAX_NON_ORTHOGONALITY,
+        non_orthogonality < most,
         "{model} {preset}: {non_orthogonality}°"
     );
     // checkMesh prints six digits.
@@ -143,13 +143,13 @@ fn narrow_and_bent_vessels_have_good_meshes() {
     ] {
         described(folder.path(), name, &lines);
         for preset in [Preset::Demo, Preset::Coarse, Preset::Paper] {
-            check_in(folder.path(), name, preset);
+            check_in(folder.path(), name, preset, MAX_NON_ORTHOGONALITY);
         }
     }
     // From surfaces and centre-lines of segmentations.
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/vessels");
     for name in ["surface", "carotid"] {
-        check_in(&examples, name, Preset::Demo);
+        check_in(&examples, name, Preset::Demo, MAX_NON_ORTHOGONALITY);
     }
 }
 
@@ -157,8 +157,9 @@ fn narrow_and_bent_vessels_have_good_meshes() {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn openfoam_accepts_the_meshes_of_trees() {
     let trees = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/trees");
-    for tree in ["carotid", "arteries"] {
-        let degrees = check_in(&trees, tree, Preset::Demo);
-        assert!(degrees < MAX_NON_ORTHOGONALITY, "{tree}: {degrees}");
+    // Next to an apex; OpenFOAM warns from 70° on.
+    for (tree, range) in [("carotid", 55.0..70.0), ("arteries", 45.0..70.0)] {
+        let degrees = check_in(&trees, tree, Preset::Demo, range.end);
+        assert!(range.contains(&degrees), "{tree}: {degrees}");
     }
 }

@@ -74,11 +74,27 @@ fn case(folder: &Path, change: impl Fn(String) -> String) {
     std::fs::write(folder.join("case.toml"), text).unwrap();
 }
 
+/// A column of a table, of the rows that `holds` is true of.
+fn column(file: &Path, name: &str, holds: impl Fn(&csv::StringRecord) -> bool) -> Vec<f64> {
+    let mut reader = csv::Reader::from_path(file).unwrap();
+    let place = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .position(|title| title == name);
+    let rows = reader.records().map(Result::unwrap).filter(holds);
+    rows.map(|row| row[place.unwrap()].parse().unwrap())
+        .collect()
+}
+
 /// Flow and pressure of an opening over time.
 fn opening(run: &Path, name: &str) -> Vec<[f64; 2]> {
-    let rows = rows(&run.join("openings.csv")).into_iter().skip(1);
-    let own = rows.filter(|row| row[1] == name);
-    own.map(|row| [2, 3].map(|column| row[column].parse().unwrap()))
+    let [flows, pressures] = ["flow_m3_s", "p_Pa"]
+        .map(|title| column(&run.join("openings.csv"), title, |row| &row[1] == name));
+    flows
+        .into_iter()
+        .zip(pressures)
+        .map(|(flow, p)| [flow, p])
         .collect()
 }
 
@@ -112,15 +128,7 @@ fn a_symmetric_y_divides_its_flow_and_resumes() {
             "{a:?} {b:?}"
         );
     }
-    let history = rows(&whole.join("history.csv"));
-    let column = |name: &str| -> Vec<f64> {
-        let place = history[0].iter().position(|title| title == name).unwrap();
-        history[1..]
-            .iter()
-            .map(|row| row[place].parse().unwrap())
-            .collect()
-    };
-    let volume = column("lumen_volume_m3");
+    let volume = column(&whole.join("history.csv"), "lumen_volume_m3", |_| true);
     for n in 1..8 {
         let stored = (volume[n] - volume[n - 1]) / 0.002;
         let lost = inlet[n][0] + left[n][0] + right[n][0] - stored;

@@ -24,10 +24,10 @@ const LEAST_ANGLE: f64 = 0.35;
 /// The end of a branch at a junction.
 #[derive(Debug, Clone, Copy)]
 pub struct BranchEnd {
-    /// Centre-line that it follows.
+    /// One of the lines that begin, or go on, with it.
     pub line: usize,
-    /// Arc length of that line (m) at which its plane cross-sections begin, or end.
-    pub cut: f64,
+    /// Where its plane cross-sections begin, or end, m.
+    pub cut: Vec3,
 }
 
 /// Where branches meet.
@@ -64,7 +64,7 @@ impl Junction {
     ///
     /// # Errors
     /// If they leave at angles that are too small, or the surface is open there.
-    pub fn new(slicer: &Slicer, parting: &Parting) -> Result<Self, TreeError> {
+    pub fn new(slicer: &Slicer, trunk: &CentreLine, parting: &Parting) -> Result<Self, TreeError> {
         let lumen = &slicer.lumen;
         let spread = Spread::of(lumen, parting);
         let mut order = parting.to_vec();
@@ -75,8 +75,8 @@ impl Junction {
             .collect::<Result<_, _>>()?;
         let mut best: Result<(f64, Self), TreeError> = Err(TreeError::Open(apices[0]));
         for back in BACK {
-            let tried = Self::at(slicer, &order, &spread, &apices, back)
-                .and_then(|junction| Ok((junction.quality(slicer)?, junction)));
+            let tried = Self::at(slicer, trunk, &order, &spread, &apices, back)
+                .and_then(|junction| Ok((junction.quality(slicer, trunk)?, junction)));
             best = match (best, tried) {
                 (Ok(best), Ok(tried)) if best.0 >= tried.0 => Ok(best),
                 (Ok(best), Err(_)) => Ok(best),
@@ -89,6 +89,7 @@ impl Junction {
     /// That with its centre `back` radii upstream of the apices.
     fn at(
         slicer: &Slicer,
+        trunk: &CentreLine,
         order: &Parting,
         spread: &Spread,
         apices: &[Vec3],
@@ -98,9 +99,8 @@ impl Junction {
         let Spread { flow, across, axis } = spread;
         let mean = |all: &mut dyn Iterator<Item = Vec3>| all.sum::<Vec3>() / order.len() as f64;
         let crotch = apices.iter().sum::<Vec3>() / apices.len() as f64;
-        let (line, s) = order[0];
-        let upstream = crotch - flow * (back * lumen.lines[line].radius(s));
-        let radius = lumen.lines[line].foot(&upstream).radius;
+        let upstream = crotch - flow * (back * trunk.radius(trunk.length()));
+        let radius = trunk.foot(&upstream).radius;
         let mut centre = crotch - flow * (back * radius);
         // Between the lines there, and in the middle of the lumen along the axis.
         for _ in 0..2 {
@@ -122,7 +122,7 @@ impl Junction {
                 let beyond = path.foot(&crotch).s.max(s);
                 BranchEnd {
                     line,
-                    cut: beyond + DAUGHTER_CUT * path.radius(s),
+                    cut: path.at(beyond + DAUGHTER_CUT * path.radius(s)),
                 }
             })
             .collect();
@@ -131,7 +131,7 @@ impl Junction {
             let arm = x - centre;
             arm.dot(across).atan2(arm.dot(flow))
         };
-        let of_daughter = |end: &BranchEnd| angle(&lumen.lines[end.line].at(end.cut));
+        let of_daughter = |end: &BranchEnd| angle(&end.cut);
         let mut keys = vec![0.5 * (of_daughter(&daughters[0]) - PI)];
         keys.extend(apices.iter().map(angle));
         keys.push(0.5 * (of_daughter(&daughters[daughters.len() - 1]) + PI));
@@ -155,8 +155,8 @@ impl Junction {
         let rims = keys.iter().map(rim).collect::<Result<_, _>>()?;
         Ok(Self {
             parent: BranchEnd {
-                line,
-                cut: lumen.lines[line].foot(&centre).s - PARENT_CUT * radius,
+                line: order[0].0,
+                cut: trunk.at(trunk.foot(&centre).s - PARENT_CUT * radius),
             },
             centre,
             axis: *axis,
@@ -182,16 +182,20 @@ impl Junction {
     }
 
     /// The smallest scaled Jacobian of the hexahedra around it.
-    fn quality(&self, slicer: &Slicer) -> Result<f64, TreeError> {
+    fn quality(&self, slicer: &Slicer, trunk: &CentreLine) -> Result<f64, TreeError> {
         let daughters = self.daughters.iter().enumerate();
         let daughters = daughters.map(|(i, end)| (Some(i), *end));
         let mut worst = f64::INFINITY;
         for (daughter, end) in [(None, self.parent)].into_iter().chain(daughters) {
-            let line = &slicer.lumen.lines[end.line];
-            let tangent = line.tangent(end.cut);
+            let line = match daughter {
+                None => trunk,
+                Some(_) => &slicer.lumen.lines[end.line],
+            };
+            let foot = line.foot(&end.cut);
+            let tangent = line.tangent(foot.s);
             let first = across(&self.axis, &tangent);
-            let plane = slicer.plane(line.at(end.cut), &tangent, &first, 0.0)?;
-            let (upstream, radius) = (daughter.is_none(), line.radius(end.cut));
+            let plane = slicer.plane(foot.centre, &tangent, &first, 0.0)?;
+            let (upstream, radius) = (daughter.is_none(), foot.radius);
             let folded = self.section(daughter);
             let mut all = slicer.unfolding(folded, &plane, &tangent, radius, upstream)?;
             all.push(plane);

@@ -85,15 +85,31 @@ impl CentreLine {
                 fine_radii.push(radii[i] * a + radii[i + 1] * b + r0 * c + r1 * d);
             }
         }
+        Self::sampled(fine, fine_radii)
+    }
+
+    fn sampled(points: Vec<Vec3>, radii: Vec<f64>) -> Self {
         let mut s = vec![0.0];
-        for pair in fine.windows(2) {
+        for pair in points.windows(2) {
             s.push(s[s.len() - 1] + (pair[1] - pair[0]).norm());
         }
-        Self {
-            points: fine,
-            radii: fine_radii,
-            s,
-        }
+        Self { points, radii, s }
+    }
+
+    /// The mean of lines that begin as one branch, as far as the arc length `end` (m) of the first one.
+    pub fn mean(lines: &[&Self], end: f64) -> Self {
+        let samples = lines[0].places().take_while(|s| *s <= end);
+        let share = 1.0 / lines.len() as f64;
+        // At the same arc length, so that lines that mirror each other have a mean in the mirror's plane.
+        let mean = samples.map(|s| {
+            let centre: Vec3 = lines.iter().map(|line| line.at(s) * share).sum();
+            (
+                centre,
+                lines.iter().map(|line| line.radius(s) * share).sum::<f64>(),
+            )
+        });
+        let (points, radii): (Vec<Vec3>, Vec<f64>) = mean.unzip();
+        Self::sampled(points, radii)
     }
 
     /// Length, m.

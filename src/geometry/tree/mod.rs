@@ -58,8 +58,10 @@ fn shown(x: &Vec3) -> String {
 /// A stretch between two junctions, or a junction and an end of the tree.
 #[derive(Debug, Clone)]
 struct Branch {
-    /// Centre-line that it follows.
+    /// One of the lines that go through it.
     line: usize,
+    /// Their mean.
+    axis: CentreLine,
     /// Junction where it begins, and which daughter it is there.
     from: Option<(usize, usize)>,
     /// Junction where it ends.
@@ -105,13 +107,14 @@ impl Tree {
 
     /// Takes lines apart that begin as one branch.
     fn divide(&mut self, lines: &[usize], from: Option<(usize, usize)>) -> Result<(), TreeError> {
-        self.branches.push(Branch {
+        let mut branch = Branch {
             line: lines[0],
+            axis: self.slicer.lumen.lines[lines[0]].clone(),
             from,
             to: None,
-        });
-        let number = self.branches.len() - 1;
+        };
         if lines.len() == 1 {
+            self.branches.push(branch);
             return Ok(());
         }
         let lumen = &self.slicer.lumen;
@@ -129,6 +132,8 @@ impl Tree {
             .flatten()
             .copied()
             .fold(f64::INFINITY, f64::min);
+        let together: Vec<&CentreLine> = lines.iter().map(|i| &lumen.lines[*i]).collect();
+        branch.axis = CentreLine::mean(&together, first);
         let reach = TOGETHER * lumen.lines[lines[0]].radius(first);
         // Classes of lines that stay together.
         let mut classes: Vec<Vec<usize>> = Vec::new();
@@ -149,9 +154,10 @@ impl Tree {
         let parting: Vec<(usize, f64)> = (classes.iter())
             .map(|class| (lines[class[0]], leaves_others(class)))
             .collect();
-        let junction = Junction::new(&self.slicer, &parting)?;
+        let junction = Junction::new(&self.slicer, &branch.axis, &parting)?;
         let at = self.junctions.len();
-        self.branches[number].to = Some(at);
+        branch.to = Some(at);
+        self.branches.push(branch);
         let order: Vec<usize> = junction.daughters.iter().map(|end| end.line).collect();
         self.junctions.push(junction);
         for (daughter, line) in order.into_iter().enumerate() {
@@ -248,15 +254,13 @@ impl Tree {
 
     /// The cross-sections of a branch, downstream.
     fn sections(&self, branch: &Branch) -> Result<Vec<CrossSection>, TreeError> {
-        let line = &self.slicer.lumen.lines[branch.line];
+        let line = &branch.axis;
         let begin = branch.from.map_or(0.0, |(junction, daughter)| {
-            self.junctions[junction].daughters[daughter].cut
+            line.foot(&self.junctions[junction].daughters[daughter].cut)
+                .s
         });
         let end = branch.to.map_or(line.length(), |junction| {
-            // That of the parent is a place of another line, perhaps.
-            let parent = self.junctions[junction].parent;
-            line.foot(&self.slicer.lumen.lines[parent.line].at(parent.cut))
-                .s
+            line.foot(&self.junctions[junction].parent.cut).s
         });
         let least = LEAST_LENGTH * line.radius(begin);
         if end - begin < least {
