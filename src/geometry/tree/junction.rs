@@ -3,8 +3,8 @@
 //! The branches, parent and daughters, lie around an axis across the plane in which they spread. Each two neighbours
 //! share a half-disc from the axis to a key point of the lumen's surface between them: the apex of two daughters, or a
 //! point on the outer side of parent and daughter. A branch begins or ends with the cross-section, folded along the
-//! axis, of the half-discs on its two sides; a few cross-sections further on it is plane. (Compare Verma et al. 2005 and
-//! De Santis et al. 2011, whose branches share one line as well.)
+//! axis, of the half-discs on its two sides; a few cross-sections further on it is plane. (Compare Verma et al. 2005
+//! and De Santis et al. 2011, whose branches share one line as well.)
 
 use super::TreeError;
 use super::lumen::{CentreLine, Lumen};
@@ -165,8 +165,8 @@ impl Junction {
         })
     }
 
-    /// The folded cross-section of the parent (`None`) or of a daughter; its rim begins at the end of the axis and turns
-    /// counter-clockwise about the flow.
+    /// The folded cross-section of the parent (`None`) or of a daughter; its rim begins at the end of the axis and
+    /// turns counter-clockwise about the flow.
     pub fn section(&self, daughter: Option<usize>) -> CrossSection {
         let (low, high) = match daughter {
             None => (0, self.rims.len() - 1),

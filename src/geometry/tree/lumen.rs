@@ -11,8 +11,8 @@ const REACH: f64 = 4.0;
 /// Steps of a ray before it is refined.
 const RAY_STEPS: usize = 40;
 
-/// A centre-line from the root of a tree to one of its ends, with its radii. The parts that several share may differ by a
-/// fraction of a radius.
+/// A centre-line from the root of a tree to one of its ends, with its radii. The parts that several share may differ
+/// by a fraction of a radius.
 #[derive(Debug, Clone)]
 pub struct CentreLine {
     /// Samples, m.
@@ -215,8 +215,8 @@ impl Lumen {
 }
 
 impl Near<'_> {
-    /// Below 0 inside, above outside; about the distance from the surface, m. Tubes of two centre-lines blend where their
-    /// surfaces point apart, not where they coincide: over `k = FILLET r (1 - n_a · n_b)/2` by
+    /// Below 0 inside, above outside; about the distance from the surface, m. Tubes of two centre-lines blend where
+    /// their surfaces point apart, not where they coincide: over `k = FILLET r (1 - n_a · n_b)/2` by
     /// `min(a, b) - max(k - |a - b|, 0)²/(4 k)`.
     pub fn value(&self, x: &Vec3) -> f64 {
         let mut all: Vec<(f64, Vec3, f64)> = Vec::with_capacity(self.ranges.len());

@@ -1,8 +1,8 @@
 //! The lumen of a branching vessel as hexahedra, from centre-lines with radii.
 //!
 //! Its surface is the smooth union of the tubes around the lines from the root to each end ([`Lumen`]). Lines part at
-//! [`Junction`]s; between these lie branches, each a stack of cross-sections of an O-grid ([`SectionGrid`]), which begins
-//! and ends with the folded cross-sections that it shares with its neighbours.
+//! [`Junction`]s; between these lie branches, each a stack of cross-sections of an O-grid ([`SectionGrid`]), which
+//! begins and ends with the folded cross-sections that it shares with its neighbours.
 
 mod junction;
 mod lumen;
@@ -168,8 +168,8 @@ impl Tree {
         Ok(())
     }
 
-    /// The mesh: patches of the openings, first that where the lines begin, then where each ends; and of the walls of the
-    /// branches with these openings, in the same order, and of all others.
+    /// The mesh: patches of the openings, first that where the lines begin, then where each ends; and of the walls of
+    /// the branches with these openings, in the same order, and of all others.
     ///
     /// # Errors
     /// If a branch cannot be meshed.

@@ -54,8 +54,8 @@ impl SectionGrid {
         Self { core, rings }
     }
 
-    /// How many cells to take for what is so many cells long: a multiple of half the core's, so that the wall's faces can
-    /// be grouped into elements, eight of them around.
+    /// How many cells to take for what is so many cells long: a multiple of half the core's, so that the wall's faces
+    /// can be grouped into elements, eight of them around.
     pub fn pieces(&self, cells: f64) -> usize {
         let group = self.core / 2;
         group * (cells / group as f64).round().max(1.0) as usize
