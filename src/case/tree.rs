@@ -145,7 +145,7 @@ impl TreeKeys {
         let lines: Vec<&TreeLine> = self.line.iter().flatten().collect();
         report(
             &["tree.core"],
-            self.core.is_some_and(|core| core % 2 == 1),
+            self.core.is_some_and(|core| !core.is_multiple_of(2)),
             "branches meet along a line through the middle of the square: expected an even number"
                 .into(),
         );

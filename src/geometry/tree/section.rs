@@ -34,7 +34,7 @@ impl SectionGrid {
     /// Rings grow thinner towards the wall: the innermost is `grading` times as thick as that at the wall.
     pub fn new(core: usize, radial: usize, grading: f64) -> Self {
         assert!(
-            core % 2 == 0 && core > 0 && radial > 0,
+            core.is_multiple_of(2) && core > 0 && radial > 0,
             "an even core, one ring"
         );
         let ratio = match radial {
