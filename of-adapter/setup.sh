@@ -136,7 +136,7 @@ check_run() {
     cp "$here/check/blockMeshDict" "$check/system/"
     cat >"$check/system/fsiParameters" <<-END
 	density 1050; kinematicViscosity 3.3e-6; timeStep 0.002; rampDuration 0.01; ranks 1;
-	initialPressure 0; meshMotion referenceLaplacian; transportModel Newtonian; openings (inlet outlet);
+	initialPressure 0; meshMotion referenceLaplacian; transportModel Newtonian; openings (inlet outlet); wetPatches (wallFsi);
 	normalGradient corrected; nonOrthogonalCorrectors 0; consistentPressure no; timeDerivative Euler;
 	convectionScheme linearUpwind grad(U);
 	END

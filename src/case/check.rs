@@ -5,6 +5,7 @@ mod described;
 mod flag;
 mod openings;
 mod own;
+mod tree;
 mod vessel;
 
 use super::error::CaseError;

@@ -11,10 +11,9 @@ use std::path::PathBuf;
 
 /// How the names of the patches begin at which blood and wall meet; that of a branch with an opening goes on with the
 /// name of that.
-const WALL: &str = "wallFsi";
-/// Most openings of a tree, as many as the adapter carries.
-const MOST_ENDS: usize = 63;
-
+pub(super) const WALL: &str = "wallFsi";
+/// What the branches are called that lie between two junctions.
+pub(super) const BETWEEN: &str = "between";
 table! {
     /// A vessel that branches, by the centre-lines from its beginning to each of its ends.
     pub struct TreeKeys {
@@ -91,13 +90,13 @@ impl TreeKeys {
     pub fn branches(&self) -> Vec<String> {
         let mut names = self.names();
         if names.len() > 3 {
-            names.push("between".into());
+            names.push(BETWEEN.into());
         }
         names
     }
 
     /// On which side of the blood's way an opening is.
-    fn side(&self, name: &str) -> VesselSide {
+    pub(super) fn side(&self, name: &str) -> VesselSide {
         match self.names()[0] == name {
             true => VesselSide::Start,
             false => VesselSide::End,
@@ -121,148 +120,6 @@ impl TreeKeys {
             });
         }
         Ok(openings)
-    }
-
-    /// What is wrong with it: the keys to blame, and why.
-    pub(super) fn mistakes(&self, period: f64) -> Vec<(Vec<String>, String)> {
-        let mut found: Vec<(Vec<String>, String)> = Vec::new();
-        if self.lines.is_some() && self.line.is_none() {
-            return found; // the file could not be read, which is known
-        }
-        let mut report = |keys: &[&str], is_wrong: bool, reason: String| {
-            if is_wrong {
-                found.push((keys.iter().map(|key| (*key).to_owned()).collect(), reason));
-            }
-        };
-        let lines_key = match self.lines {
-            Some(_) => "tree.lines",
-            None => "tree.line[0].points_m",
-        };
-        let names_key = match self.outlets.is_empty() {
-            true => lines_key,
-            false => "tree.outlets",
-        };
-        let lines: Vec<&TreeLine> = self.line.iter().flatten().collect();
-        report(
-            &["tree.core"],
-            self.core.is_some_and(|core| !core.is_multiple_of(2)),
-            "branches meet along a line through the middle of the square: expected an even number"
-                .into(),
-        );
-        report(
-            &[lines_key],
-            lines.len() < 2,
-            format!(
-                "expected the centre-lines of two branches at least, found {}; a vessel of one is a table [vessel]",
-                lines.len()
-            ),
-        );
-        report(
-            &[lines_key],
-            lines.len() > MOST_ENDS,
-            format!(
-                "expected at most {MOST_ENDS} ends, found {}: leave out small branches",
-                lines.len()
-            ),
-        );
-        report(
-            &[names_key],
-            !self.outlets.is_empty() && self.outlets.len() != lines.len(),
-            format!(
-                "expected a name for each of the {} ends, found {}",
-                lines.len(),
-                self.outlets.len()
-            ),
-        );
-        for (i, line) in lines.iter().enumerate() {
-            report(
-                &[&format!("tree.line[{i}].radii_m")],
-                line.radii.len() != line.points.len() || line.points.len() < 2,
-                format!(
-                    "expected two points at least and a radius for each, found {} points and {} radii",
-                    line.points.len(),
-                    line.radii.len()
-                ),
-            );
-        }
-        let names = self.names();
-        let is_word = |name: &String| {
-            name.chars()
-                .all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c))
-        };
-        let odd = (names.iter())
-            .find(|name| !is_word(name) || name.starts_with(WALL) || *name == "between");
-        report(
-            &[names_key],
-            odd.is_some(),
-            format!(
-                "{:?} cannot be the name of an opening: expected letters, digits, _, - and ., and neither \"{WALL}\" nor \"between\"",
-                odd.map_or("", String::as_str)
-            ),
-        );
-        let twice = (names.iter().enumerate()).find(|(i, name)| names[..*i].contains(name));
-        report(
-            &[names_key],
-            twice.is_some(),
-            format!(
-                "two openings are called {:?}",
-                twice.map_or("", |(_, name)| name)
-            ),
-        );
-        let listed = format!("\"{}\"", names.join("\", \""));
-        for (i, keys) in self.opening.iter().flatten().enumerate() {
-            let path = |name: &str| format!("tree.opening[{i}].{name}");
-            let others = self.opening.iter().flatten().take(i);
-            report(
-                &[&path("name")],
-                !names.contains(&keys.name),
-                format!("no opening is called {:?}; there is {listed}", keys.name),
-            );
-            report(
-                &[&path("name")],
-                others.into_iter().any(|other| other.name == keys.name),
-                "what is prescribed at this opening is said twice: leave out one of the two".into(),
-            );
-            for (wrong, reason) in keys.condition.mistakes(self.side(&keys.name), period) {
-                let wrong: Vec<String> = wrong.into_iter().map(path).collect();
-                report(
-                    &wrong.iter().map(String::as_str).collect::<Vec<_>>(),
-                    true,
-                    reason,
-                );
-            }
-        }
-        let given: Vec<&String> = self
-            .opening
-            .iter()
-            .flatten()
-            .map(|keys| &keys.name)
-            .collect();
-        let open: Vec<&str> = (names.iter())
-            .filter(|name| !given.contains(name))
-            .map(String::as_str)
-            .collect();
-        report(
-            &[lines_key],
-            !open.is_empty(),
-            format!(
-                "what is prescribed at \"{}\"? Add a table [[tree.opening]] with its name and a condition",
-                open.join("\", \"")
-            ),
-        );
-        let has_pressure = self
-            .opening
-            .iter()
-            .flatten()
-            .any(|keys| !keys.condition.is_flow());
-        report(
-            &[lines_key],
-            open.is_empty() && !has_pressure,
-            "the flow is prescribed at all openings, so nothing says what the pressure is: give one of them a pressure, a resistance or \
-             a windkessel"
-                .into(),
-        );
-        found
     }
 }
 

@@ -34,12 +34,8 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
                 case_folder.is_some(),
                 "the blood flows either in a mesh of your own or in that of a tree: leave out one of fluid.case and [tree]".into(),
             );
-            for (keys, reason) in tree.iter().flat_map(|tree| tree.mistakes(case.time.period)) {
-                report(
-                    &keys.iter().map(String::as_str).collect::<Vec<_>>(),
-                    true,
-                    reason,
-                );
+            if let Some(tree) = tree {
+                super::tree::check(tree, case.time.period, report);
             }
         }
     }

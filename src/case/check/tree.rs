@@ -1,0 +1,148 @@
+//! Whether a vessel that branches is described completely.
+
+use super::Report;
+use crate::case::TreeKeys;
+use crate::case::tree::{BETWEEN, WALL};
+
+/// Most ends of a tree: the adapter carries 64 openings.
+const MOST_ENDS: usize = 63;
+
+pub(super) fn check(tree: &TreeKeys, period: f64, report: &mut Report<'_>) {
+    report(
+        &["tree.core"],
+        tree.core.is_some_and(|core| !core.is_multiple_of(2)),
+        "branches meet along a line through the middle of the square: expected an even number"
+            .into(),
+    );
+    // What is wrong with a file that could not be read is known.
+    if tree.lines.is_some() && tree.line.is_none() {
+        return;
+    }
+    lines(tree, report);
+    names(tree, report);
+    openings(tree, period, report);
+}
+
+/// The key that the lines come from.
+fn origin(tree: &TreeKeys) -> &'static str {
+    match tree.lines {
+        Some(_) => "tree.lines",
+        None => "tree.line[0].points_m",
+    }
+}
+
+fn lines(tree: &TreeKeys, report: &mut Report<'_>) {
+    let lines = tree.line.as_deref().unwrap_or_default();
+    let found = lines.len();
+    report(
+        &[origin(tree)],
+        found < 2,
+        format!(
+            "expected the centre-lines of two branches at least, found {found}; a vessel of one is a table [vessel]"
+        ),
+    );
+    report(
+        &[origin(tree)],
+        found > MOST_ENDS,
+        format!("expected at most {MOST_ENDS} ends, found {found}: leave out small branches"),
+    );
+    for (i, line) in lines.iter().enumerate() {
+        let (points, radii) = (line.points.len(), line.radii.len());
+        report(
+            &[&format!("tree.line[{i}].radii_m")],
+            radii != points || points < 2,
+            format!(
+                "expected two points at least and a radius for each, found {points} points and {radii} radii"
+            ),
+        );
+        let same = line.points.windows(2).position(|pair| pair[0] == pair[1]);
+        report(
+            &[&format!("tree.line[{i}].points_m")],
+            same.is_some(),
+            format!(
+                "points {} and the next one are the same: leave out one of the two",
+                same.unwrap_or(0) + 1
+            ),
+        );
+    }
+}
+
+fn names(tree: &TreeKeys, report: &mut Report<'_>) {
+    let key = match tree.outlets.is_empty() {
+        true => origin(tree),
+        false => "tree.outlets",
+    };
+    let ends = tree.line.iter().flatten().count();
+    report(
+        &[key],
+        !tree.outlets.is_empty() && tree.outlets.len() != ends,
+        format!(
+            "expected a name for each of the {ends} ends, found {}",
+            tree.outlets.len()
+        ),
+    );
+    let names = tree.names();
+    let is_allowed = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    let is_name =
+        |name: &str| name.chars().all(is_allowed) && !name.starts_with(WALL) && name != BETWEEN;
+    let odd = names.iter().find(|name| !is_name(name));
+    report(
+        &[key],
+        odd.is_some(),
+        format!(
+            "{:?} cannot be the name of an opening: expected letters, digits, _, - and ., and neither \"{WALL}\" nor \
+             \"{BETWEEN}\"",
+            odd.map_or("", String::as_str)
+        ),
+    );
+    let twice = (names.iter().enumerate()).find(|(i, name)| names[..*i].contains(name));
+    report(
+        &[key],
+        twice.is_some(),
+        format!(
+            "two openings are called {:?}",
+            twice.map_or("", |(_, name)| name)
+        ),
+    );
+}
+
+fn openings(tree: &TreeKeys, period: f64, report: &mut Report<'_>) {
+    let names = tree.names();
+    let listed = format!("\"{}\"", names.join("\", \""));
+    let given = tree.opening.as_deref().unwrap_or_default();
+    for (i, keys) in given.iter().enumerate() {
+        let path = |name: &str| format!("tree.opening[{i}].{name}");
+        report(
+            &[&path("name")],
+            !names.contains(&keys.name),
+            format!("no opening is called {:?}; there is {listed}", keys.name),
+        );
+        report(
+            &[&path("name")],
+            given[..i].iter().any(|other| other.name == keys.name),
+            "what is prescribed at this opening is said twice: leave out one of the two".into(),
+        );
+        for (wrong, reason) in keys.condition.mistakes(tree.side(&keys.name), period) {
+            let wrong: Vec<String> = wrong.into_iter().map(path).collect();
+            let wrong: Vec<&str> = wrong.iter().map(String::as_str).collect();
+            report(&wrong, true, reason);
+        }
+    }
+    let is_open = |name: &&String| !given.iter().any(|keys| keys.name == **name);
+    let open: Vec<&str> = (names.iter().filter(is_open)).map(String::as_str).collect();
+    report(
+        &[origin(tree)],
+        !open.is_empty(),
+        format!(
+            "what is prescribed at \"{}\"? Add a table [[tree.opening]] with its name and a condition",
+            open.join("\", \"")
+        ),
+    );
+    report(
+        &[origin(tree)],
+        open.is_empty() && given.iter().all(|keys| keys.condition.is_flow()),
+        "the flow is prescribed at all openings, so nothing says what the pressure is: give one of them a pressure, a resistance \
+         or a windkessel"
+            .into(),
+    );
+}
