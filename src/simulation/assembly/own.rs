@@ -15,6 +15,10 @@ use crate::tabular::{Sheet, units};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+/// Averages of the normals of a tree's wall: without any, a wall of a quarter of the radius is inside out at an apex,
+/// with two it is not.
+const SMOOTHING_OF_TREES: usize = 4;
+
 /// What the driver adds to the case.
 pub(super) fn files<'a>(case: &Case, own: &'a OwnCase) -> OwnCaseFiles<'a> {
     OwnCaseFiles {
@@ -239,7 +243,12 @@ fn extruded(
     let wall = &own.wall;
     let surface = WetQuads::new(fluid, &own.fluid.patches);
     let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
-    let normals = surface.normals(extrusion.smoothing.unwrap_or(0));
+    let usual = if own.tree.is_some() {
+        SMOOTHING_OF_TREES
+    } else {
+        0
+    };
+    let normals = surface.normals(extrusion.smoothing.unwrap_or(usual));
     let points = &surface.quads.points;
     let factors = match &extrusion.factors {
         None => vec![1.0; points.len()],
