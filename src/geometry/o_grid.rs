@@ -14,9 +14,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::ops::Range;
 
 /// Distance of the core's corners from the centre, relative to the lumen's radius.
-const CORNER: f64 = 0.56;
+pub(super) const CORNER: f64 = 0.56;
 /// Shape of the core's sides: 0 straight, 1 arcs of a circle.
-const BULGE: f64 = 0.4;
+pub(super) const BULGE: f64 = 0.4;
 
 /// Widths of cells as shares of the radius: of those in the middle, and of those at the wall where they are widest.
 pub fn cell_widths(mesh: &FluidMesh) -> [f64; 2] {
@@ -29,6 +29,22 @@ pub fn cell_widths(mesh: &FluidMesh) -> [f64; 2] {
     ]
 }
 
+/// Distance from the core (0) to the wall (1) of the points of so many rings, whose thicknesses shrink geometrically
+/// from `grading` to 1.
+pub(super) fn rings(radial: usize, grading: f64) -> Vec<f64> {
+    let ratio = if radial > 1 {
+        grading.powf(-1.0 / (radial - 1) as f64)
+    } else {
+        1.0
+    };
+    let total: f64 = (0..radial).map(|k| ratio.powi(k as i32)).sum();
+    let mut rings: Vec<f64> = (0..radial)
+        .map(|ring| (0..=ring).map(|k| ratio.powi(k as i32)).sum::<f64>() / total)
+        .collect();
+    *rings.last_mut().expect("a case has at least one ring") = 1.0;
+    rings
+}
+
 /// Numbering of the points and cells of one cross-section.
 struct CrossSection<'a> {
     mesh: &'a FluidMesh,
@@ -38,17 +54,7 @@ struct CrossSection<'a> {
 
 impl<'a> CrossSection<'a> {
     fn new(mesh: &'a FluidMesh) -> Self {
-        // Thicknesses shrink geometrically from `wall_grading` to 1 over the rings.
-        let ratio = if mesh.radial > 1 {
-            mesh.wall_grading.powf(-1.0 / (mesh.radial - 1) as f64)
-        } else {
-            1.0
-        };
-        let total: f64 = (0..mesh.radial).map(|k| ratio.powi(k as i32)).sum();
-        let mut rings: Vec<f64> = (0..mesh.radial)
-            .map(|ring| (0..=ring).map(|k| ratio.powi(k as i32)).sum::<f64>() / total)
-            .collect();
-        *rings.last_mut().expect("a case has at least one ring") = 1.0;
+        let rings = rings(mesh.radial, mesh.wall_grading);
         Self { mesh, rings }
     }
 

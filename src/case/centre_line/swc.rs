@@ -18,15 +18,8 @@ struct Node {
 }
 
 pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
-    let bytes = read_regular(path, MOST_BYTES).map_err(|error| error.to_string())?;
-    let text = text::decode(&bytes)?;
-    let (nodes, scale) = nodes(&text)?;
-    let parents: BTreeSet<i64> = nodes.values().map(|node| node.parent).collect();
-    let ends: Vec<i64> = nodes
-        .keys()
-        .copied()
-        .filter(|id| !parents.contains(id))
-        .collect();
+    let (nodes, scale) = load(path)?;
+    let ends = ends(&nodes);
     let offered = || {
         let describe = |id: &i64| match way(&nodes, *id) {
             Ok(way) => format!("\"{id}\" ({} points)", way.len()),
@@ -82,12 +75,22 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
 
 /// The ways from the root to each end, as points and radii in the unit of the file.
 pub fn all(path: &Path) -> Result<Vec<CentreLine>, String> {
+    let (nodes, scale) = load(path)?;
+    let line = |end: &i64| way(&nodes, *end).map(|way| scaled(&way, scale));
+    ends(&nodes).iter().map(line).collect()
+}
+
+/// The points of a file by their numbers, and what their coordinates are to be multiplied by.
+fn load(path: &Path) -> Result<(BTreeMap<i64, Node>, [f64; 3]), String> {
     let bytes = read_regular(path, MOST_BYTES).map_err(|error| error.to_string())?;
-    let (nodes, scale) = nodes(&text::decode(&bytes)?)?;
+    nodes(&text::decode(&bytes)?)
+}
+
+/// Points that are the parent of no other.
+fn ends(nodes: &BTreeMap<i64, Node>) -> Vec<i64> {
     let parents: BTreeSet<i64> = nodes.values().map(|node| node.parent).collect();
     let ends = nodes.keys().filter(|id| !parents.contains(id));
-    let line = |end: &i64| way(&nodes, *end).map(|way| scaled(&way, scale));
-    ends.map(line).collect()
+    ends.copied().collect()
 }
 
 /// Points and radii of nodes.

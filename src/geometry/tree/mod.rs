@@ -100,11 +100,6 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Junctions.
-    pub fn junctions(&self) -> usize {
-        self.junctions.len()
-    }
-
     /// Takes lines apart that begin as one branch.
     fn divide(&mut self, lines: &[usize], from: Option<(usize, usize)>) -> Result<(), TreeError> {
         let mut branch = Branch {

@@ -5,12 +5,8 @@
 //! is how the branches of a tree meet.
 
 use crate::Vec3;
+use crate::geometry::o_grid::{BULGE, CORNER, rings};
 use std::f64::consts::{FRAC_PI_4, TAU};
-
-/// Distance of the core's corners from the centre, relative to that of the rim, as in the O-grid of a tube.
-const CORNER: f64 = 0.56;
-/// Shape of the core's sides: 0 straight, 1 arcs of a circle.
-const BULGE: f64 = 0.4;
 
 /// A cross-section: its centre and points of the wall around it (m), from the middle of one side of the core on.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,20 +33,7 @@ impl SectionGrid {
             core.is_multiple_of(2) && core > 0 && radial > 0,
             "an even core, one ring"
         );
-        let ratio = match radial {
-            1 => 1.0,
-            _ => grading.powf(-1.0 / (radial - 1) as f64),
-        };
-        let thickness: Vec<f64> = (0..radial).map(|k| ratio.powi(k as i32)).collect();
-        let total: f64 = thickness.iter().sum();
-        let mut reached = 0.0;
-        let mut rings: Vec<f64> = (thickness.iter())
-            .map(|t| {
-                reached += t / total;
-                reached
-            })
-            .collect();
-        rings[radial - 1] = 1.0;
+        let rings = rings(radial, grading);
         Self { core, rings }
     }
 
