@@ -3,19 +3,20 @@
 //! In ALE form, with the mesh's velocity **w**: `rho (∂u/∂t|mesh + (u - w)·∇u) = -∇p + mu Δu`, `div u = 0`. Velocity
 //! and pressure of a step are found together, without splitting; convection is linearized by extrapolation in time.
 
+mod step;
+
 use super::FlowError;
 use super::clock::{Clock, SolverPart};
-use super::gmres::{self, System, Workspace};
+use super::gmres::Workspace;
 use super::metric::Metric;
-use super::open_inflow::{Moving, OpenEnd};
-use super::oseen::{Local, Oseen, OseenViscosity};
+use super::open_inflow::OpenEnd;
+use super::oseen::{Local, Oseen};
 use super::patience::Patience;
 use super::preconditioner::{MadeFor, Preconditioner};
-use super::shear_thinning::VariableViscosity;
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
 use super::taylor_hood_space::{Boundary, Face};
-use super::time_scheme::{self, TimeScheme, Weights, extrapolation};
+use super::time_scheme::{self, TimeScheme, Weights};
 use crate::Vec3;
 use crate::rheology::Rheology;
 use rayon::prelude::*;
@@ -238,181 +239,59 @@ impl Flow {
         boundary: &BoundaryConditions,
         start: Option<&FlowSolution>,
     ) -> Result<FlowSolution, FlowError> {
-        let w = self.weights(state, time_step);
         if start.is_none() || self.preconditioner.is_none() {
             let begin = Instant::now();
-            self.prepare(state, w.new)?;
+            self.prepare(state, self.weights(state, time_step).new)?;
             self.clock.add(SolverPart::Factorization, begin);
         }
         let begin = Instant::now();
-        let metric = Metric::new(&self.space, &positions)?;
-        let mesh_velocity = self.mesh_velocity(state, time_step, &positions);
-        let sources = self.swept_sources(state, w, &positions, &mesh_velocity);
-        let fluxes: Vec<Vec<f64>> = (self.open.iter())
-            .map(|end| self.flux(&end.faces, &positions))
-            .collect();
-        // What an end that moves along the vessel sweeps does not leave it.
-        let rates = |&face: &Face| self.swept_rates(state, w, face, &positions);
-        let swept: Vec<f64> = (self.open.iter())
-            .map(|end| end.faces.iter().flat_map(rates).sum())
-            .collect();
-        let pressures: Vec<[f64; 2]> = (swept.iter().enumerate())
-            .map(|(end, swept)| {
-                let [constant, per_flow] = boundary.pressures.get(end).copied().unwrap_or_default();
-                [constant - per_flow * swept, per_flow]
-            })
-            .collect();
-        let weights = self.norm_weights(&metric, w.new);
-        let Self {
-            space,
-            settings,
-            fixed,
-            open,
-            preconditioner,
-            workspace,
-            local,
-            clock,
-            patience,
-            ..
-        } = self;
-        let (space, fixed) = (&*space, &*fixed);
-        let preconditioner = preconditioner.as_ref().expect("it has been made");
-        let nodes = space.space.nodes;
-
-        let [a, b] = extrapolation(time_step, state.before);
-        let extrapolated = |[last, before]: &[Vec<f64>; 2]| -> Vec<f64> {
-            (last.iter().zip(before))
-                .map(|(last, before)| a * last + b * before)
-                .collect()
-        };
-        let guess = extrapolated(&state.velocity);
-        let relative: Vec<f64> = guess
-            .iter()
-            .zip(&mesh_velocity)
-            .map(|(u, w)| u - w)
-            .collect();
-
-        let inertia = settings.density * w.new;
-        let mut mass: Vec<f64> = metric.mass.iter().map(|m| inertia * m).collect();
-        let mut rhs = vec![0.0; 3 * nodes];
-        let [last, before] = &state.velocity;
-        for (k, rhs) in rhs.iter_mut().enumerate() {
-            let earlier = w.old * last[k] + w.older * before[k];
-            *rhs = -settings.density * metric.mass[k % nodes] * earlier;
-            for (flux, [constant, _]) in fluxes.iter().zip(&pressures) {
-                *rhs -= constant * flux[k];
-            }
-        }
-        rhs.iter_mut()
-            .zip(&boundary.load)
-            .for_each(|(r, load)| *r += load);
-        rhs.extend(sources);
-        let moving = Moving {
-            density: settings.density,
-            positions: &positions,
-            relative: &relative,
-            mesh: &mesh_velocity,
-        };
-        for (end, flux) in open.iter().zip(&fluxes) {
-            for entry in end.entries(space, flux, &moving) {
-                mass[entry.node] += entry.rate;
-                for c in 0..3 {
-                    rhs[c * nodes + entry.node] += entry.rate * entry.velocity[c];
-                }
-            }
-        }
-
-        let viscosity = match settings.rheology.constant() {
-            Some(viscosity) => OseenViscosity::Constant(viscosity),
-            None => {
-                let VariableViscosity { at_gauss, force } =
-                    VariableViscosity::new(space, &metric, &settings.rheology, &guess);
-                rhs.iter_mut().zip(&force).for_each(|(rhs, f)| *rhs += f);
-                OseenViscosity::AtGauss(at_gauss)
-            }
-        };
+        let step = self.step(state, time_step, &positions, boundary)?;
+        let guess = step.extrapolated(&state.velocity);
+        let terms = self.terms(&step, &guess);
+        let weights = self.norm_weights(&step.metric, step.w.new);
+        let preconditioner = self.preconditioner.as_ref().expect("it has been made");
+        let nodes = self.fixed.len();
         let mut x = start.map_or(guess, |trial| trial.velocity.clone());
-        for (k, x) in x.iter_mut().enumerate().filter(|(k, _)| fixed[k % nodes]) {
-            *x = boundary.velocity[k];
+        for (k, x) in x.iter_mut().enumerate() {
+            if self.fixed[k % nodes] {
+                *x = boundary.velocity[k];
+            }
         }
         x.extend(start.map_or_else(
-            || extrapolated(&state.pressure),
+            || step.extrapolated(&state.pressure),
             |trial| trial.pressure.clone(),
         ));
         let mut system = Oseen {
-            convection: metric.convection(space, settings.density, &relative),
-            viscosity,
-            inverse_diagonal: preconditioner.made_for.inverse_diagonal(fixed, &mass),
-            mass,
-            fixed,
-            fluxes: &fluxes,
-            resistances: pressures.iter().map(|[_, per_flow]| *per_flow).collect(),
-            rhs,
+            inverse_diagonal: (preconditioner.made_for).inverse_diagonal(&self.fixed, &terms.mass),
+            terms,
+            fixed: &self.fixed,
+            fluxes: &step.fluxes,
             schur: &preconditioner.schur,
-            scale: w.new / preconditioner.made_for.weight,
+            scale: step.w.new / preconditioner.made_for.weight,
             weights,
-            local,
-            metric: &metric,
-            space,
-            clock,
-            patience,
+            local: &mut self.local,
+            metric: &step.metric,
+            space: &self.space,
+            clock: &mut self.clock,
+            patience: &self.patience,
         };
         system.clock.add(SolverPart::Geometry, begin);
-        let (begin, then) = (Instant::now(), *system.clock);
-        let mut first = vec![0.0; x.len()];
-        system.preconditioned_residual(&x, &mut first);
-        let size = gmres::norm(&system.weights, &x) + gmres::norm(&system.weights, &first);
-        let place = |i: usize| [0, 1, 2].map(|c| positions[c * nodes + i % nodes]);
-        if !size.is_finite() {
-            // The first residual spreads what is lost over the whole fluid.
-            let lost = [&x, &first].map(|v| v[..3 * nodes].iter().position(|v| !v.is_finite()));
-            return Err(FlowError::NotFinite {
-                position: place(lost[0].or(lost[1]).unwrap_or(0)),
-            });
-        }
-        let tolerance = settings.tolerance * size;
-        let outcome = gmres::solve(
-            &mut system,
-            &mut x,
-            &first,
-            tolerance,
-            settings.max_iterations,
-            workspace,
-        );
-        system
-            .clock
-            .add_rest(SolverPart::Orthogonalization, begin, &then);
-        if system.patience.is_over() {
-            return Err(FlowError::Interrupted);
-        }
-        if outcome.residual.is_nan() || outcome.residual > tolerance {
-            system.preconditioned_residual(&x, &mut first);
-            let share = |i: &usize| system.weights[*i] * first[*i] * first[*i];
-            let worst = (0..3 * nodes).max_by(|a, b| share(a).total_cmp(&share(b)));
-            return Err(FlowError::NotSolved {
-                iterations: outcome.iterations,
-                residual: outcome.residual / size,
-                position: place(worst.unwrap_or(0)),
-            });
-        }
+        let until = (self.settings.tolerance, self.settings.max_iterations);
+        let outcome = system.solve(&mut x, &positions, until, &mut self.workspace)?;
         let reactions = system.reactions(&x);
         let pressure = x.split_off(3 * nodes);
         Ok(FlowSolution {
             time_step,
-            outflows: (fluxes.iter().zip(&swept))
+            outflows: (step.fluxes.iter().zip(&step.swept))
                 .map(|(flux, swept)| flux.iter().zip(&x).map(|(q, u)| q * u).sum::<f64>() - swept)
                 .collect(),
-            volume: metric.volume,
+            volume: step.metric.volume,
             positions,
             velocity: x,
             pressure,
             reactions,
             iterations: outcome.iterations,
-            residual: if size > 0.0 {
-                outcome.residual / size
-            } else {
-                0.0
-            },
+            residual: outcome.residual,
         })
     }
 

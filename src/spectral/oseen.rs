@@ -1,8 +1,9 @@
 //! The equations of a time step, linear in velocity and pressure, with their preconditioner.
 
+use super::FlowError;
 use super::clock::{Clock, SolverPart};
 use super::contraction::LANES;
-use super::gmres::System;
+use super::gmres::{self, Outcome, System, Workspace};
 use super::kernel::{AtGauss, Viscosity};
 use super::metric::Metric;
 use super::patience::Patience;
@@ -18,20 +19,12 @@ pub struct Oseen<'a> {
     pub space: &'a SpectralElements,
     /// The geometry at the end of the step.
     pub metric: &'a Metric,
-    /// `rho G a` at the Gauss points.
-    pub convection: Vec<f64>,
-    /// Dynamic viscosity, Pa s.
-    pub viscosity: OseenViscosity,
-    /// What stands on the diagonal of `A` in addition to convection and viscosity, for each node.
-    pub mass: Vec<f64>,
+    /// What changes from step to step.
+    pub terms: Terms,
     /// Nodes with prescribed velocity: their rows are left out.
     pub fixed: &'a [bool],
     /// Flow out of each open end as a function of the velocity: `∫ v_i · n`, one component after the other, m².
     pub fluxes: &'a [Vec<f64>],
-    /// Pressure at each open end for each unit of flow out of it, Pa s/m³.
-    pub resistances: Vec<f64>,
-    /// Right-hand sides.
-    pub rhs: Vec<f64>,
     /// Inverse of the diagonal `D` of the preconditioner, zero at fixed nodes.
     pub inverse_diagonal: Vec<f64>,
     /// Schur complement of the preconditioner, made for a diagonal that was `scale` times as large.
@@ -46,6 +39,20 @@ pub struct Oseen<'a> {
     pub clock: &'a mut Clock,
     /// How long a solution is waited for.
     pub patience: &'a Patience,
+}
+
+/// Terms of the equations, linearized about a velocity **a** relative to the mesh.
+pub struct Terms {
+    /// `rho G a` at the Gauss points.
+    pub convection: Vec<f64>,
+    /// Dynamic viscosity, Pa s.
+    pub viscosity: OseenViscosity,
+    /// What stands on the diagonal of `A` in addition to convection and viscosity, for each node.
+    pub mass: Vec<f64>,
+    /// Pressure at each open end for each unit of flow out of it, Pa s/m³.
+    pub resistances: Vec<f64>,
+    /// Right-hand sides.
+    pub rhs: Vec<f64>,
 }
 
 /// Dynamic viscosity, Pa s.
@@ -79,6 +86,54 @@ impl Local {
 }
 
 impl Oseen<'_> {
+    /// Improves `x` until the estimated error is below `tolerance`, relative to the size of the solution, with the
+    /// nodes at `positions` (m): iterations, and the relative error.
+    pub fn solve(
+        &mut self,
+        x: &mut [f64],
+        positions: &[f64],
+        (tolerance, most): (f64, usize),
+        workspace: &mut Workspace,
+    ) -> Result<Outcome, FlowError> {
+        let (begin, then) = (Instant::now(), *self.clock);
+        let nodes = self.fixed.len();
+        let place = |i: usize| [0, 1, 2].map(|c| positions[c * nodes + i % nodes]);
+        let mut first = vec![0.0; x.len()];
+        self.preconditioned_residual(x, &mut first);
+        // The preconditioned residual estimates the error: the solution is about as large as the sum
+        let size = gmres::norm(&self.weights, x) + gmres::norm(&self.weights, &first);
+        if !size.is_finite() {
+            // The first residual spreads what is lost over the whole fluid.
+            let lost = [&*x, &first].map(|v| v[..3 * nodes].iter().position(|v| !v.is_finite()));
+            return Err(FlowError::NotFinite {
+                position: place(lost[0].or(lost[1]).unwrap_or(0)),
+            });
+        }
+        let Outcome {
+            iterations,
+            residual,
+        } = gmres::solve(self, x, &first, tolerance * size, most, workspace);
+        self.clock
+            .add_rest(SolverPart::Orthogonalization, begin, &then);
+        if self.patience.is_over() {
+            return Err(FlowError::Interrupted);
+        }
+        if residual.is_nan() || residual > tolerance * size {
+            self.preconditioned_residual(x, &mut first);
+            let share = |i: &usize| self.weights[*i] * first[*i] * first[*i];
+            let worst = (0..3 * nodes).max_by(|a, b| share(a).total_cmp(&share(b)));
+            return Err(FlowError::NotSolved {
+                iterations,
+                residual: residual / size,
+                position: place(worst.unwrap_or(0)),
+            });
+        }
+        Ok(Outcome {
+            iterations,
+            residual: if size > 0.0 { residual / size } else { 0.0 },
+        })
+    }
+
     /// The left-hand sides; rows of fixed nodes are zero.
     pub fn product(&mut self, x: &[f64], out: &mut [f64]) {
         let begin = Instant::now();
@@ -102,7 +157,7 @@ impl Oseen<'_> {
         forces.truncate(3 * nodes);
         for (k, force) in forces.iter_mut().enumerate() {
             *force = match self.fixed[k % nodes] {
-                true => *force - self.rhs[k],
+                true => *force - self.terms.rhs[k],
                 false => 0.0,
             };
         }
@@ -120,7 +175,12 @@ impl Oseen<'_> {
         .map(|count| count * LANES);
         let velocities = 3 * space.space.nodes;
         let (u, p) = x.split_at(velocities);
-        let (metric, convection, viscosity) = (self.metric, &self.convection, &self.viscosity);
+        let metric = self.metric;
+        let Terms {
+            convection,
+            viscosity,
+            ..
+        } = &self.terms;
         let Local {
             momentum,
             continuity,
@@ -153,7 +213,7 @@ impl Oseen<'_> {
         let (out_u, out_p) = out.split_at_mut(velocities);
         space.sum_vectors(momentum, out_u);
         space.sum_pressures(continuity, out_p);
-        let open = self.fluxes.iter().zip(&self.resistances);
+        let open = self.fluxes.iter().zip(&self.terms.resistances);
         let open = open.filter(|(_, resistance)| **resistance != 0.0);
         let open: Vec<(&[f64], f64)> = open
             .map(|(flux, resistance)| {
@@ -163,7 +223,7 @@ impl Oseen<'_> {
             .collect();
         let nodes = self.fixed.len();
         for (k, (out, u)) in out_u.iter_mut().zip(u).enumerate() {
-            let mut force = self.mass[k % nodes] * u;
+            let mut force = self.terms.mass[k % nodes] * u;
             for (flux, pressure) in &open {
                 force += pressure * flux[k];
             }
@@ -235,7 +295,7 @@ impl Oseen<'_> {
 impl System for Oseen<'_> {
     fn preconditioned_residual(&mut self, x: &[f64], out: &mut [f64]) {
         self.product(x, out);
-        for (i, (out, b)) in out.iter_mut().zip(&self.rhs).enumerate() {
+        for (i, (out, b)) in out.iter_mut().zip(&self.terms.rhs).enumerate() {
             let nodes = self.fixed.len();
             *out = if i < 3 * nodes && self.fixed[i % nodes] {
                 0.0

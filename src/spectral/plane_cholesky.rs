@@ -115,19 +115,7 @@ impl PlaneCholesky {
         for (k, &plane) in order.iter().enumerate() {
             place[plane] = k;
         }
-        let mut below = vec![BTreeSet::new(); planes];
-        for a in 0..planes {
-            for b in reach[a]..a {
-                let (a, b) = (place[a].max(place[b]), place[a].min(place[b]));
-                below[b].insert(a);
-            }
-        }
-        for k in 0..planes {
-            let others: Vec<usize> = below[k].iter().copied().collect();
-            if let Some((&next, rest)) = others.split_first() {
-                below[next].extend(rest);
-            }
-        }
+        let below = filled(&reach, &place);
         let [one, two] = ends;
         let parts = [0..one, one..one + two, one + two..planes];
         let mut blocks = parts.clone().map(|part| {
@@ -271,6 +259,26 @@ fn eliminate(
             .map(|(i, block)| (*i, DenseBlock::new(block)))
             .collect(),
     })
+}
+
+/// What the elimination of each plane fills below it, by their places in its order.
+fn filled(reach: &[usize], place: &[usize]) -> Vec<BTreeSet<usize>> {
+    let planes = reach.len();
+    let mut below = vec![BTreeSet::new(); planes];
+    for a in 0..planes {
+        for b in reach[a]..a {
+            let (a, b) = (place[a].max(place[b]), place[a].min(place[b]));
+            below[b].insert(a);
+        }
+    }
+    // What is left of a column goes on to the next plane that it meets
+    for k in 0..planes {
+        let others: Vec<usize> = below[k].iter().copied().collect();
+        if let Some((&next, rest)) = others.split_first() {
+            below[next].extend(rest);
+        }
+    }
+    below
 }
 
 /// Planes from both ends towards the middle, and how many there are of either; those of one end do not meet the
