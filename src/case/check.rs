@@ -10,7 +10,7 @@ mod vessel;
 
 use super::error::CaseError;
 use super::stack::Stack;
-use super::times::divides;
+use super::times::{divides, is_built_in};
 use super::value::shorten;
 use super::{Blood, BloodModel, Case, FluidTimeScheme, Material, Problem, Solver, Window};
 use std::fmt::Write as _;
@@ -36,6 +36,10 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
         let Some(entry) = stack.entry(keys[0]) else {
             return;
         };
+        // The scheme of a preset is not read where the driver has no say in it.
+        if keys == ["time.scheme"] && is_built_in(&entry.place) {
+            return;
+        }
         // Perhaps the value that was changed is another one of them.
         if let Some(other) = stack
             .last_written(keys)
@@ -245,6 +249,16 @@ fn times(case: &Case, report: &mut Report<'_>) {
         "expected more than the start of the window, {:?} s",
         window.start_s
     );
+    for (key, given) in [
+        ("output.window_start_s", case.output.window_start),
+        ("output.window_end_s", case.output.window_end),
+    ] {
+        report(
+            &[key, "time.until_periodic"],
+            given.is_some() && case.until_periodic().is_some(),
+            "the window of a run that ends when it is periodic (time.until_periodic) is its last whole beat: leave it out".into(),
+        );
+    }
     report(
         &["output.window_end_s", "output.window_start_s"],
         empty,

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 /// like the files, are compared by their content.
 const MAY_CHANGE: &[&str] = &[
     "time.end_s",
+    "time.until_periodic",
     "time.max_halvings",
     "output.title",
     "output.structure_interval_s",

@@ -87,6 +87,11 @@ table! {
     pub struct Time {
         step: f64 = "step_s", above(0.0, 1.0), "time step";
         end: f64 = "end_s", above(0.0, 1e4), "end of the run";
+        /// Flows and pressures at the openings, volume, displacement, mean wall shear of each region; the window of the
+        /// hemodynamics is then the last whole beat.
+        until_periodic: Option<f64> = "until_periodic", above(0.0, 0.1),
+            "the run ends before time.end_s once a beat differs from the one before by less than this share",
+            absent "none: the run goes on to time.end_s", only BEATS;
         /// OpenFOAM's through the templates, and that of the conditions at wall and outlet with it.
         scheme: FluidTimeScheme = "scheme", ValueKind::Word(FluidTimeScheme::WORDS), "time integration of the blood";
         max_halvings: usize = "max_halvings", whole(0, 4), "how often a failing step may be halved";

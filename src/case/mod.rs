@@ -85,7 +85,7 @@ pub use reads::{Only, Unread};
 pub use tree::*;
 pub use vessel::*;
 pub use vessel_path::RIGID_SHARE;
-pub use window::Window;
+pub use window::{Window, Windows};
 
 impl CouplingSettings {
     /// The relaxation factor that was given, or a good one: a surrogate knows how far to go, but not exactly.
@@ -101,5 +101,30 @@ impl Case {
     /// Number of time steps.
     pub fn steps(&self) -> usize {
         (self.time.end / self.time.step).round() as usize
+    }
+
+    /// Number of time steps of a beat.
+    pub fn steps_of_a_beat(&self) -> usize {
+        (self.time.period / self.time.step).round() as usize
+    }
+
+    /// How little two beats must differ for the run to end, if it may end so.
+    pub fn until_periodic(&self) -> Option<f64> {
+        let limit = self.time.until_periodic?;
+        self.has_beats().then_some(limit)
+    }
+
+    /// Whether anything that drives the blood changes with the beat.
+    pub fn has_beats(&self) -> bool {
+        self.flag().is_none() && !self.is_driven_steadily()
+    }
+
+    /// The number of time steps in words.
+    pub fn steps_told(&self) -> String {
+        let at_most = match self.until_periodic() {
+            Some(_) => "at most ",
+            None => "",
+        };
+        format!("{at_most}{} steps", self.steps())
     }
 }

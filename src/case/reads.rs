@@ -71,6 +71,7 @@ pub(super) mod conditions {
             |case, _| tissue(case, |values| values[..4].contains(&true));
         STATIONS: "with springs, dampers or a pressure of [surroundings]",
             |case, _| tissue(case, |values| values.contains(&true));
+        BEATS: "where what drives the blood changes with the beat", |case, _| case.has_beats();
         FLAG: "if the flag is elastic (flag.rigid)", |case, _| case.has_elastic_wall();
         OWN_ELASTIC: "with wall.mode = \"elastic\"", |case, _| case.has_elastic_wall();
         MOVED: "with wall.mode = \"prescribed\"",

@@ -1,6 +1,7 @@
 //! The part of a run that is evaluated.
 
 use super::{Case, Ramp};
+use fsi_numerics::twelve_digits;
 use serde::{Deserialize, Serialize};
 
 /// The times `start < t <= end`, s.
@@ -62,6 +63,42 @@ impl Window {
     }
 }
 
+/// The windows of a run: one, or, where it runs until it is periodic, its beats, the last of which counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Windows {
+    of_case: Window,
+    /// s
+    step: f64,
+    /// Steps of a beat, and how many beats are whole; none where there is one window.
+    beats: Option<[usize; 2]>,
+}
+
+impl Windows {
+    /// Those of a case.
+    pub fn of(case: &Case) -> Self {
+        let beat = case.steps_of_a_beat();
+        let whole = case.steps() / beat.max(1);
+        Self {
+            of_case: Window::of(case),
+            step: case.time.step,
+            beats: (whole > 1 && case.until_periodic().is_some()).then_some([beat, whole]),
+        }
+    }
+
+    /// The window of a run that has reached a time (s).
+    pub fn at(self, time: f64) -> Window {
+        let Some([beat, whole]) = self.beats else {
+            return self.of_case;
+        };
+        // A step belongs to the beat that it ends.
+        let number = (time / self.step - 1e-3).max(0.0) as usize / beat;
+        let number = number.min(whole - 1);
+        let [start_s, end_s] =
+            [number, number + 1].map(|n| twelve_digits((n * beat) as f64 * self.step));
+        Window { start_s, end_s }
+    }
+}
+
 /// A number with three significant digits, without trailing zeros.
 fn significant(x: f64) -> String {
     let digits = (2.0 - x.abs().log10().floor()).clamp(0.0, 12.0) as usize;
@@ -88,6 +125,28 @@ mod tests {
             .collect();
         assert_eq!((inside[0], inside[inside.len() - 1]), (101, 150));
         assert_eq!(inside.len(), 50);
+    }
+
+    /// Each beat is a window of its own, up to the last whole one.
+    #[test]
+    fn windows_of_a_run_until_it_is_periodic_are_its_beats() {
+        let windows = Windows {
+            of_case: Window {
+                start_s: 1.0,
+                end_s: 2.0,
+            },
+            step: 0.1,
+            beats: Some([8, 3]),
+        };
+        let starts =
+            [0.0, 0.05, 0.8, 0.85, 0.9, 1.6, 1.7, 2.4, 2.5].map(|time| windows.at(time).start_s);
+        assert_eq!(starts, [0.0, 0.0, 0.0, 0.8, 0.8, 0.8, 1.6, 1.6, 1.6]);
+        assert_eq!(windows.at(1.7).end_s, 2.4);
+        let one = Windows {
+            beats: None,
+            ..windows
+        };
+        assert_eq!(one.at(0.3), one.of_case);
     }
 
     /// A window that contains the ramp, and one that is not a whole number of periods.

@@ -70,13 +70,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         "{} with --preset {} can be run:\n\
          blood   {blood}\n\
          wall    {degrees_of_freedom} degrees of freedom{held}, p = {}\n\
-         time    {} steps of {} s\n\
+         time    {} of {} s\n\
          OpenFOAM {openfoam}\n\
          memory  about {:.2} GB{there}\n",
         arguments.folder.display(),
         arguments.case.preset,
         case.structure.p,
-        case.steps(),
+        case.steps_told(),
         case.time.step,
         memory / 1e9,
     ))?;

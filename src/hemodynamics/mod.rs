@@ -16,6 +16,7 @@ pub(crate) mod summary;
 pub(crate) mod wall;
 
 pub use monitor::{Monitor, RegionStep, WallStress};
+pub use periodicity::Agreement;
 pub use region::{Region, RegionExtent, RegionName};
 pub use resolution::{FlowNumbers, Resolution, ResolutionFinding};
 pub use rings::Rings;

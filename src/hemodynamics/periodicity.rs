@@ -1,6 +1,7 @@
 //! How far a run is from repeating itself, and how much of a curve alternates from step to step.
 
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Largest difference between one period and the one before, in a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -13,6 +14,107 @@ pub struct PeriodDifference {
     /// The same over the largest `|f|` of the later period.
     #[serde(with = "crate::numbers")]
     pub relative: f64,
+}
+
+/// A quantity, or several of a kind, over a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BeatMeasure {
+    /// What it is.
+    pub name: String,
+    /// One value for each step of the run from t = 0, of each quantity.
+    pub curves: Vec<Vec<f64>>,
+}
+
+/// How well the last two whole beats of a run agree, which is to end when they do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Agreement {
+    /// Largest difference that counts as agreement (`time.until_periodic`).
+    pub limit: f64,
+    /// Number of the later beat, from 1.
+    pub beat: usize,
+    /// Largest relative difference of a measure.
+    #[serde(with = "crate::numbers")]
+    pub largest: f64,
+    /// The measure that has it.
+    pub measure: String,
+    /// That of each: the root mean square of `f(t) - f(t - T)` over that of `f`, over the later beat and all its
+    /// quantities. (Largest differences would be those of single steps, in which the coupling's tolerance shows.)
+    pub differences: BTreeMap<String, f64>,
+}
+
+impl Agreement {
+    /// Of a run with so many steps to a beat; none before the second beat is whole.
+    pub fn of(measures: &[BeatMeasure], beat: usize, limit: f64) -> Option<Self> {
+        let relative = |measure: &BeatMeasure| {
+            let (mut difference, mut size) = (0.0, 0.0);
+            for curve in &measure.curves {
+                let beats: Vec<&[f64]> = curve.chunks_exact(beat).collect();
+                let [.., before, now] = beats[..] else {
+                    return None;
+                };
+                let known = now.iter().zip(before);
+                let known = known.filter(|(now, before)| (*now - *before).is_finite());
+                for (now, before) in known {
+                    difference += (now - before).powi(2);
+                    size += now.powi(2);
+                }
+            }
+            Some(if size > 0.0 {
+                f64::sqrt(difference / size)
+            } else {
+                0.0
+            })
+        };
+        let found = measures
+            .iter()
+            .map(|measure| Some((measure.name.clone(), relative(measure)?)));
+        let differences: BTreeMap<String, f64> = found.collect::<Option<_>>()?;
+        let (measure, largest) = differences.iter().max_by(|a, b| a.1.total_cmp(b.1))?;
+        Some(Self {
+            limit,
+            beat: measures.first()?.curves.first()?.len() / beat,
+            largest: *largest,
+            measure: measure.clone(),
+            differences,
+        })
+    }
+
+    /// Whether the beats agree.
+    pub fn is_reached(&self) -> bool {
+        self.largest <= self.limit
+    }
+
+    /// What a run whose beats do not agree should be told.
+    pub fn warning(&self) -> Option<String> {
+        (!self.is_reached()).then(|| {
+            format!(
+                "the run has ended before it was periodic: beats {} and {} differ by {:.1e} in {}, more than time.until_periodic = {:?}: \
+                 raise time.end_s (--end-time), and go on with --resume",
+                self.beat - 1,
+                self.beat,
+                self.largest,
+                self.measure,
+                self.limit
+            )
+        })
+    }
+}
+
+impl std::fmt::Display for Agreement {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.warning() {
+            Some(warning) => write!(f, "warning: {warning}"),
+            None => write!(
+                f,
+                "periodic: beats {} and {} differ by {:.1e} at most, in {} (time.until_periodic = {:?})",
+                self.beat - 1,
+                self.beat,
+                self.largest,
+                self.measure,
+                self.limit
+            ),
+        }
+    }
 }
 
 /// Differences between successive whole periods of `values`, one for each step of a run from t = 0, `per_period` to a
@@ -70,6 +172,48 @@ mod tests {
             max_relative = 1e-6
         );
         assert_eq!(alternating(&[1.0, 2.0, 3.0]), None);
+    }
+
+    /// Two flows of one kind count together, and a beat that is not whole does not count.
+    #[test]
+    fn beats_agree_when_the_worst_of_all_measures_does() {
+        let curve = |size: f64, transient: f64, steps: i32| -> Vec<f64> {
+            let times = (1..=steps).map(|n| f64::from(n) / 1000.0);
+            let value = |t: f64| size * (TAU * t).cos() + transient * 0.1_f64.powf(t);
+            times.map(value).collect()
+        };
+        let agreement = |steps| {
+            let flows = vec![curve(1.0, 0.0, steps), curve(1e-3, 1e-3, steps)];
+            let measures = [("flow", flows), ("pressure", vec![curve(2.0, 0.2, steps)])];
+            let measures = measures.map(|(name, curves)| BeatMeasure {
+                name: name.into(),
+                curves,
+            });
+            Agreement::of(&measures, 1000, 0.01)
+        };
+        assert_eq!(agreement(1999), None);
+        let second = agreement(2500).unwrap();
+        assert_eq!((second.beat, second.measure.as_str()), (2, "pressure"));
+        // Of 0.2 (0.1^(t - 1) - 0.1^t) from t = 1 to 2, over that of a cosine, 2/sqrt(2).
+        let of_second = 0.1 * 0.9 * 2_f64.sqrt() * (0.99 / (2.0 * 10_f64.ln())).sqrt();
+        assert_relative_eq!(second.largest, of_second, max_relative = 0.01);
+        assert_relative_eq!(
+            second.differences["flow"],
+            0.01 * of_second,
+            max_relative = 0.01
+        );
+        assert!(!second.is_reached());
+        let said = second.to_string();
+        let start = "warning: the run has ended before it was periodic: beats 1 and 2 differ by 5.9e-2 in pressure, more than";
+        assert!(said.starts_with(start), "{said}");
+        let third = agreement(3000).unwrap();
+        assert_relative_eq!(third.largest, 0.1 * of_second, max_relative = 0.01);
+        let said = third.to_string();
+        assert!(third.is_reached(), "{said}");
+        assert_eq!(
+            said,
+            "periodic: beats 2 and 3 differ by 5.9e-3 at most, in pressure (time.until_periodic = 0.01)"
+        );
     }
 
     #[test]

@@ -40,6 +40,16 @@ impl WindowStatistics {
         }
     }
 
+    /// Time that the run has reached, s.
+    pub fn reached(&self) -> f64 {
+        self.reached
+    }
+
+    /// The same of a run that has reached a time (s) before it.
+    pub fn after(self, reached: f64) -> Self {
+        Self { reached, ..self }
+    }
+
     /// Adds the end of a step with the highest modes of the fluid's elements, if it has any and the step lies in the
     /// window; it began where the one before ended, and is at most `longest` (s) long.
     pub fn add(&mut self, state: &WallState, modes: Option<&ElementModes>, longest: f64) {

@@ -35,8 +35,15 @@ impl Measurement<'_> {
     /// # Errors
     /// All mistakes in the case.
     pub fn warm_case(&self) -> Result<ResolvedCase, Failure> {
-        let selection = self.selection.clone().with("time.end_s", self.from);
-        selection.load(self.case)
+        self.case_until(self.from)
+    }
+
+    /// The case until a time (s), whether it is periodic before or not.
+    fn case_until(&self, end: f64) -> Result<ResolvedCase, Failure> {
+        let selection = self.selection.clone().with("time.end_s", end);
+        let mut case = selection.load(self.case)?;
+        case.case.time.until_periodic = None;
+        Ok(case)
     }
 
     /// The figures, from the warm state in the folder `warm`, which is made or completed if need be.
@@ -49,11 +56,7 @@ impl Measurement<'_> {
         interrupt.then(STEPS_END);
         let begin = warm.checkpoint.time();
         let end = begin + f64::from(self.steps) * case.time.step;
-        let measured = self
-            .selection
-            .clone()
-            .with("time.end_s", end)
-            .load(self.case)?;
+        let measured = self.case_until(end)?;
         let mut run = CoupledRun::assemble(
             self.case,
             &measured,

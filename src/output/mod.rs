@@ -1,5 +1,6 @@
 //! What a run leaves: VTU/PVD for ParaView, CSV and JSON for everything else, figures, and the line of progress.
 
+pub mod beats;
 pub(crate) mod comparison;
 mod field_series;
 pub(crate) mod figure;

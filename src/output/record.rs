@@ -1,5 +1,6 @@
 //! What a run writes while it advances, and the summary at its end.
 
+use super::beats::Beats;
 use super::field_series::FieldSeries;
 use super::fluid_fields;
 use super::probes::{Probes, fluid_rows};
@@ -11,10 +12,10 @@ use super::write_atomically;
 use crate::Vec3;
 use crate::analysis;
 use crate::analysis::centre_line;
-use crate::case::{Case, Window};
+use crate::case::{Case, Windows};
 use crate::coupling::Iteration;
 use crate::fluid::{Fluid, FluidStep, OpeningReport};
-use crate::hemodynamics::{Monitor, Resolution, Steadiness, WallState, WetSurface};
+use crate::hemodynamics::{Agreement, Monitor, Resolution, Steadiness, WallState, WetSurface};
 use crate::pfem::evaluation::samples::StressPeak;
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
@@ -76,6 +77,9 @@ pub struct RunSummary {
     /// Whether it has become steady, if its inputs are constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steadiness: Option<Steadiness>,
+    /// How well its last two beats agree, if it runs until they do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub periodic: Option<Agreement>,
     /// Figures of all steps.
     #[serde(flatten)]
     pub totals: Totals,
@@ -131,6 +135,8 @@ pub struct RecordSettings {
     pub fluid_fields: Option<PathBuf>,
     /// The wet surface.
     pub wall: WallRecordSettings,
+    /// What tells whether its beats repeat themselves, if that ends the run.
+    pub beats: Option<Beats>,
     /// Volume of the rigid extension, m³.
     pub rigid_volume: f64,
     /// Volume of the whole fluid mesh at rest, m³.
@@ -165,9 +171,10 @@ impl RecordSettings {
                 regions: files.regions(),
                 history: case.output.wall_history.then(|| files.wall_history()),
                 monitor: Monitor::new(wall, &analysis::regions(case), mesh),
-                window: Window::of(case),
+                windows: Windows::of(case),
                 time_step: case.time.step,
             },
+            beats: Beats::of(case, files),
             rigid_volume: model.rigid_volume,
             volume: model.volume,
         }
@@ -321,6 +328,13 @@ impl Observer<Structure> for Record {
         self.iterations.append(&rows)
     }
 
+    fn has_seen_enough(&self) -> io::Result<bool> {
+        let Some(beats) = &self.settings.beats else {
+            return Ok(false);
+        };
+        Ok(beats.agreement()?.is_some_and(|found| found.is_reached()))
+    }
+
     fn memory(&self) -> io::Result<RecordMemory> {
         let length = |table: Option<&CsvTable>| table.map_or(Ok(0), CsvTable::sync);
         Ok(RecordMemory {
@@ -405,6 +419,8 @@ pub struct Ending {
     pub resolution: Option<Resolution>,
     /// Whether it has become steady, if its inputs are constant.
     pub steadiness: Option<Steadiness>,
+    /// How well its last two beats agree, if it runs until they do.
+    pub periodic: Option<Agreement>,
     /// Largest memory of the fluid's processes, as far as seen, bytes.
     pub fluid_peak_memory: f64,
 }
@@ -439,6 +455,7 @@ impl RunSummary {
             unloading: ending.unloading,
             resolution: ending.resolution,
             steadiness: ending.steadiness,
+            periodic: ending.periodic,
             mean_coupling_iterations: totals.coupling_iterations as f64 / steps,
             seconds_per_step: totals.wall_s / steps,
             totals,

@@ -7,12 +7,13 @@ use super::wall_history::WallHistoryReader;
 use super::{phases, record, wall_record, write_atomically};
 use crate::analysis;
 use crate::analysis::centre_line;
-use crate::case::{BloodVessel, Case, Window};
+use crate::case::{BloodVessel, Case, Window, Windows};
 use crate::files::{UNFINISHED, named};
 use crate::geometry::PolyMesh;
 use crate::hemodynamics::summary::{HistorySeries, WallFields};
 use crate::hemodynamics::{
-    HemodynamicsSummary, RegionExtent, RegionStep, Steadiness, WetSurface, WindowStatistics,
+    Agreement, HemodynamicsSummary, RegionExtent, RegionStep, Steadiness, WetSurface,
+    WindowStatistics,
 };
 use std::io;
 use std::path::Path;
@@ -203,6 +204,7 @@ impl Results {
             let findings = summary.resolution.iter().flat_map(|found| &found.findings);
             warnings.extend(findings.map(|finding| finding.text.clone()));
             warnings.extend(summary.steadiness.as_ref().and_then(Steadiness::warning));
+            warnings.extend(summary.periodic.as_ref().and_then(Agreement::warning));
         }
         warnings
     }
@@ -261,7 +263,8 @@ impl Results {
             )));
         }
         let regions: Vec<RegionStep> = tables::read(&files.regions()).map_err(unread)?;
-        let (window, path) = (Window::of(&case), files.wall_history());
+        let reached = history.last().map_or(0.0, |row| row.time_s);
+        let (window, path) = (Windows::of(&case).at(reached), files.wall_history());
         let (wall, statistics) = match path.is_file() {
             true => {
                 let gathered = wall_record::gather(&path, window, case.time.step, &[]);
@@ -409,19 +412,19 @@ pub fn reevaluate(
             path.display()
         )));
     }
-    let window = window.unwrap_or_else(|| Window::of(&case));
     let failed = |error: &dyn std::fmt::Display| {
         let root = files.root().display();
         ResultsError(format!("cannot evaluate {root}: {error}"))
     };
     let history: Vec<HistoryRow> = tables::read(&files.history()).map_err(|e| failed(&e))?;
     let times: Vec<f64> = history.iter().map(|row| row.time_s).collect();
+    let reached = times.last().copied().unwrap_or(0.0);
+    let window = window.unwrap_or_else(|| Windows::of(&case).at(reached));
     let gathered = wall_record::gather(&path, window, case.time.step, &times);
     let (wall, statistics) = gathered.map_err(|e| failed(&e))?;
     let wall = placed(wall, &case, files).map_err(|e| failed(&e))?;
     if statistics.steps == 0 {
         let Window { start_s, end_s } = window;
-        let reached = times.last().copied().unwrap_or(0.0);
         return Err(failed(&format!(
             "the run has no step in {start_s} s < t <= {end_s} s; it has reached t = {reached} s"
         )));

@@ -186,11 +186,16 @@ pub struct ResolutionRow {
 
 /// The rows at whole multiples of `step` (s): where steps were halved, others lie between.
 pub fn whole_steps(history: &[HistoryRow], step: f64) -> Vec<&HistoryRow> {
-    let is_whole = |row: &&HistoryRow| {
-        let steps = row.time_s / step;
-        (steps - steps.round()).abs() < 1e-3
-    };
-    history.iter().filter(is_whole).collect()
+    history
+        .iter()
+        .filter(|row| is_whole(row.time_s, step))
+        .collect()
+}
+
+/// Whether a time (s) is a whole multiple of `step` (s).
+pub fn is_whole(time: f64, step: f64) -> bool {
+    let steps = time / step;
+    (steps - steps.round()).abs() < 1e-3
 }
 
 /// A CSV file that is complete up to its last row at any moment.

@@ -2,7 +2,7 @@
 
 use super::tables::CsvTable;
 use super::wall_history::{WallHistory, WallHistoryError, WallHistoryReader};
-use crate::case::Window;
+use crate::case::{Window, Windows};
 use crate::fluid::ElementModes;
 use crate::hemodynamics::{Monitor, WallState, WallStress, WetSurface, WindowStatistics};
 use crate::pfem::evaluation::samples::StressPeak;
@@ -19,8 +19,8 @@ pub struct WallRecordSettings {
     pub history: Option<PathBuf>,
     /// The wall with its regions.
     pub monitor: Monitor,
-    /// The window of the statistics.
-    pub window: Window,
+    /// The windows of the statistics.
+    pub windows: Windows,
     /// Length of a time step, s; some may be shorter.
     pub time_step: f64,
 }
@@ -52,7 +52,7 @@ impl WallRecord {
         Ok(Self {
             regions: CsvTable::create(&settings.regions)?,
             history: settings.history.as_ref().map(create).transpose()?,
-            statistics: nothing(&settings),
+            statistics: nothing(&settings, settings.windows.at(0.0)),
             settings,
         })
     }
@@ -64,13 +64,14 @@ impl WallRecord {
         let resume = |path: &PathBuf| WallHistory::resume(path, wall, memory.history);
         let regions = CsvTable::resume(&settings.regions, memory.regions)?;
         let history = settings.history.as_ref().map(resume).transpose()?;
+        let window = settings.windows.at(memory.statistics.reached());
         let statistics = match &settings.history {
-            _ if memory.statistics.window == settings.window => memory.statistics,
+            _ if memory.statistics.window == window => memory.statistics,
             Some(path) => {
-                let gathered = gather(path, settings.window, settings.time_step, &[]);
+                let gathered = gather(path, window, settings.time_step, &[]);
                 gathered.map_err(io::Error::other)?.1
             }
-            None => nothing(&settings),
+            None => nothing(&settings, window),
         };
         Ok(Self {
             settings,
@@ -99,6 +100,11 @@ impl WallRecord {
         lumen: f64,
     ) -> io::Result<()> {
         let longest = self.settings.time_step;
+        let window = self.settings.windows.at(state.time);
+        if self.statistics.window != window {
+            let reached = self.statistics.reached();
+            self.statistics = nothing(&self.settings, window).after(reached);
+        }
         self.statistics.add(state, modes, longest);
         if let Some(history) = &mut self.history {
             history.append(state)?;
@@ -128,9 +134,9 @@ impl WallRecord {
     }
 }
 
-fn nothing(settings: &WallRecordSettings) -> WindowStatistics {
+fn nothing(settings: &WallRecordSettings, window: Window) -> WindowStatistics {
     let wall = settings.monitor.wall();
-    WindowStatistics::new(settings.window, wall.faces.len(), wall.points.len())
+    WindowStatistics::new(window, wall.faces.len(), wall.points.len())
 }
 
 /// The unloaded wall of a stored history and the statistics over `window`, for steps of at most `time_step` (s).

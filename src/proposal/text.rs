@@ -22,6 +22,8 @@ pub struct Numbers {
     pub least_bend: Option<f64>,
     pub flow: [f64; 2],
     pub windkessel: Option<Windkessel>,
+    /// Pressure from which the ramp of the preset `fast` leads into the periodic state, Pa.
+    pub fast_start: Option<f64>,
     pub rings: Option<(usize, f64)>,
     /// Duration of a beat and of a step, s.
     pub period: f64,
@@ -40,6 +42,7 @@ impl Numbers {
             least_bend: None,
             flow: FLOW.1.map(|flow| rounded(flow * scale)),
             windkessel: None,
+            fast_start: None,
             rings: None,
             period,
             step: fitting(STEP, period),
@@ -48,6 +51,8 @@ impl Numbers {
 
     pub fn choose(&mut self, case: &ResolvedCase, figures: &Figures, input: &ProposalInput) {
         self.windkessel = figures.windkessel(case.ramp.duration, input.is_rcr);
+        let from_rest = figures.windkessel(FAST_RAMP * self.period, input.is_rcr);
+        self.fast_start = from_rest.map(|found| found.start);
         if let Some(vessel) = case.vessel() {
             let mesh = &vessel.fluid.mesh;
             let rings = figures.rings(mesh);
@@ -82,6 +87,7 @@ pub fn case(input: &ProposalInput, numbers: &Numbers) -> String {
     flow(input, numbers, &mut text);
     meshes(numbers, &mut text);
     text += WALL_IN_TIME;
+    fast(input, numbers, &mut text);
     text
 }
 
@@ -329,6 +335,33 @@ fn time(numbers: &Numbers, text: &mut String) {
         "\n[preset.demo] # {:.0} steps\ntime.end_s = {end:e}\noutput.fluid_interval_s = {interval:e}\n",
         DEMO[0]
     );
+}
+
+/// Duration of the ramp of the preset `fast`, and how long it goes on at most, in beats.
+const FAST_RAMP: f64 = 0.05;
+const FAST_BEATS: f64 = 10.0;
+
+fn fast(input: &ProposalInput, numbers: &Numbers, text: &mut String) {
+    let period = numbers.period;
+    let _ = write!(
+        text,
+        "\n[preset.fast] # second order in time, until two beats agree\ntime.step_s = {:e} # twice as long\ntime.end_s = {:?} # {FAST_BEATS:.0} beats \
+         at most\nramp.duration_s = {:?}\n",
+        fitting(2.0 * numbers.step, period),
+        twelve_digits(FAST_BEATS * period),
+        rounded(FAST_RAMP * period),
+    );
+    if let Some(start) = numbers.fast_start {
+        let _ = writeln!(
+            text,
+            "windkessel.initial_pressure_Pa = {:e} # {:.0} mmHg: from there the ramp leads into the periodic state",
+            rounded(start),
+            start / MMHG
+        );
+        if input.loaded.is_none() {
+            *text += "initial.start = \"equilibrium\"\n";
+        }
+    }
 }
 
 /// What rings in the wall from step to step can grow from beat to beat without any damping in time (docs/coupling.md).

@@ -28,6 +28,7 @@ impl CoupledRun {
         let ending = Ending {
             resolution: judgement.resolution.clone(),
             steadiness: judgement.steadiness.clone(),
+            periodic: judgement.periodic.clone(),
             status,
             reason,
             case: self.case_folder.clone(),

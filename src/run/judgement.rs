@@ -5,7 +5,8 @@ use crate::case::Case;
 use crate::fluid::HighestModes;
 use crate::hemodynamics::resolution::jumps;
 use crate::hemodynamics::summary::WallFields;
-use crate::hemodynamics::{Place, RegionStep, Resolution, Steadiness, SteadyMeasure};
+use crate::hemodynamics::{Agreement, Place, RegionStep, Resolution, Steadiness, SteadyMeasure};
+use crate::output::beats::Beats;
 use crate::output::record::Record;
 use crate::output::run_files::RunFiles;
 use crate::output::tables::{self, CsvTable, FluidProbeRow, HistoryRow, ResolutionRow};
@@ -22,6 +23,8 @@ pub struct Judgement {
     pub resolution: Option<Resolution>,
     /// Whether it has become steady, if its inputs are constant.
     pub steadiness: Option<Steadiness>,
+    /// How well its last two beats agree, if it runs until they do.
+    pub periodic: Option<Agreement>,
     /// How well it is resolved at each face of the wall.
     pub faces: Vec<ResolutionRow>,
 }
@@ -49,9 +52,13 @@ impl Judgement {
             true => Steadiness::of(&measures(files, &history)?, case.ramp.duration),
             false => None,
         };
+        let beats = Beats::of(case, files);
+        let periodic = beats.and_then(|beats| beats.agreement().transpose());
+        let periodic = periodic.transpose()?;
         let Some(fields) = WallFields::new(wall, statistics) else {
             return Ok(Self {
                 steadiness,
+                periodic,
                 ..Self::default()
             });
         };
@@ -66,6 +73,7 @@ impl Judgement {
             faces: fields.places.iter().enumerate().map(row).collect(),
             resolution: Some(Resolution::new(numbers, &fields, &jumps, statistics)),
             steadiness,
+            periodic,
         })
     }
 
@@ -88,6 +96,9 @@ impl Judgement {
             .collect();
         if let Some(steadiness) = &self.steadiness {
             lines += &format!("{steadiness}\n");
+        }
+        if let Some(agreement) = &self.periodic {
+            lines += &format!("{agreement}\n");
         }
         lines
     }

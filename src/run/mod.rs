@@ -91,12 +91,12 @@ impl RunRequest<'_> {
         if !self.quiet {
             warn(case);
             terminal::note(format_args!(
-                "{}: {} fluid {}, {} structural degrees of freedom, {} steps; ready in {:.1} s",
+                "{}: {} fluid {}, {} structural degrees of freedom, {}; ready in {:.1} s",
                 self.path.display(),
                 run.fluid_cells,
                 case.fluid.solver.pieces(),
                 run.degrees_of_freedom(),
-                case.steps(),
+                case.steps_told(),
                 clock.elapsed().as_secs_f64(),
             ));
         }

@@ -44,9 +44,16 @@ impl RunStatus {
         }
         let summary = std::fs::read(files.summary()).ok();
         let summary = summary.and_then(|text| serde_json::from_slice::<RunSummary>(&text).ok());
-        let complete = summary.is_some_and(|summary| summary.status == "complete")
-            && found.checkpoint.time() > case.time.end - 0.5 * case.time.step
-            && files.hemodynamics().is_file();
+        let is_periodic = |summary: &RunSummary| {
+            let limit = case.until_periodic();
+            let found = summary.periodic.as_ref().zip(limit);
+            found.is_some_and(|(found, limit)| found.largest <= limit)
+        };
+        let is_over = found.checkpoint.time() > case.time.end - 0.5 * case.time.step;
+        let has_ended = |summary: RunSummary| {
+            summary.status == "complete" && (is_over || is_periodic(&summary))
+        };
+        let complete = summary.is_some_and(has_ended) && files.hemodynamics().is_file();
         if complete {
             Self::Complete
         } else {

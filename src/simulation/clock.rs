@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct Clock {
     time_step: f64,
     last: usize,
+    /// Steps of a beat, if the simulation may be over at the end of one.
+    beat: Option<usize>,
     reading: ClockReading,
 }
 
@@ -27,8 +29,14 @@ impl Clock {
         Self {
             time_step,
             last,
+            beat: None,
             reading: ClockReading::default(),
         }
+    }
+
+    /// The same, which may be over earlier: at the end of the second or a later beat of so many steps, if any.
+    pub fn with_beats(self, beat: Option<usize>) -> Self {
+        Self { beat, ..self }
     }
 
     /// Steps that are done.
@@ -65,6 +73,12 @@ impl Clock {
     /// Whether the last step is done.
     pub fn is_over(&self) -> bool {
         self.reading.steps >= self.last
+    }
+
+    /// Whether this step may be the last one.
+    pub fn may_end_after(&self, step: usize) -> bool {
+        let ends_beat = |beat: usize| step >= 2 * beat && step.is_multiple_of(beat);
+        step == self.last || self.beat.is_some_and(ends_beat)
     }
 
     /// What it shows.
@@ -106,6 +120,16 @@ mod tests {
             (due(0.002), due(0.02), due(0.1), due(0.003)),
             (1500, 150, 30, 1000)
         );
+    }
+
+    #[test]
+    fn a_run_may_end_with_a_beat_but_not_with_the_first() {
+        let ends = |beat| -> Vec<usize> {
+            let clock = Clock::new(0.25, 14).with_beats(beat);
+            (1..=14).filter(|&step| clock.may_end_after(step)).collect()
+        };
+        assert_eq!(ends(Some(4)), [8, 12, 14]);
+        assert_eq!(ends(None), [14]);
     }
 
     #[test]

@@ -18,8 +18,8 @@ use crate::files::{FileFingerprint, below};
 use crate::fluid::{Fluid, FluidEffort, FluidError, FluidStep, FluidUsage, Wanted};
 use crate::pfem::{Solid, SolidError};
 use checkpoint::{Checkpoint, Store, StoreError};
-use clock::Clock;
 pub(crate) use clock::is_due;
+use clock::{Clock, ClockReading};
 use observer::{AcceptedStep, AcceptedWall, Note, Observer};
 use rescue::Trouble;
 use std::io;
@@ -185,7 +185,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         if self.checkpoints.is_some() && self.clock.steps() == 0 && !self.is_saved() {
             self.save()?; // so that there is always one to go back to
         }
-        while !self.clock.is_over() {
+        while !(self.clock.is_over() || self.is_enough()?) {
             if interrupted() && self.is_saved() {
                 return Err(SimulationError::Interrupted);
             }
@@ -210,8 +210,16 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         Ok(())
     }
 
+    /// Whether observers end the simulation here, before its last step. Asked of what they have written alone, so that
+    /// a resumed run ends where the uninterrupted one does.
+    fn is_enough(&self) -> Result<bool, SimulationError> {
+        let ClockReading { steps, subdivision } = self.clock.reading();
+        let may_end = subdivision.done() == 0 && self.clock.may_end_after(steps);
+        Ok(may_end && self.observer.has_seen_enough()?)
+    }
+
     /// Takes one step, or a part of it, and writes a checkpoint if one is due. The observer learns of it while the
-    /// fluid works at the next one, or at once where a checkpoint follows or no other step.
+    /// fluid works at the next one, or at once where a checkpoint follows or perhaps no other step.
     fn step(&mut self, interrupted: &dyn Fn() -> bool) -> Result<(), Stop> {
         let (started, attempt) = (Instant::now(), self.attempt());
         let (number, length) = (self.clock.steps() + 1, self.clock.part());
@@ -249,7 +257,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         }
         let accepted = AcceptedStep {
             number,
-            last: self.clock.last(),
+            may_be_last: self.clock.may_end_after(number),
             completes,
             time_step: self.clock.time_step(),
             length,
@@ -258,7 +266,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             step,
         };
         self.clock.advance();
-        let at_once = saving || self.clock.is_over();
+        let at_once = saving || accepted.may_be_last && completes;
         if at_once {
             tell(&mut self.observer, &accepted, &self.coupling.solid)?;
         }
@@ -280,14 +288,14 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         };
         let waited = self.saved.elapsed().as_secs_f64() / 60.0;
         let is_last_good = self.last_good.as_ref().is_some_and(|good| good.0 == number);
-        let is_last = number == self.clock.last() || is_last_good;
+        let is_last = self.clock.may_end_after(number) || is_last_good;
         waited >= checkpoints.interval_minutes || interrupted || is_last
     }
 
     /// Whether the fluid is to leave its fields on disk after the step `number`.
     fn is_fluid_due(&self, number: usize) -> bool {
         let interval = self.settings.fluid_interval;
-        number == self.clock.last() || is_due(number, self.clock.time_step(), interval)
+        self.clock.may_end_after(number) || is_due(number, self.clock.time_step(), interval)
     }
 
     /// Why the step that has just been accepted was slow, if it was.

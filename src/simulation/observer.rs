@@ -14,8 +14,8 @@ pub struct AcceptedStep {
     pub step: Step,
     /// Number of the time step, from 1.
     pub number: usize,
-    /// The last one.
-    pub last: usize,
+    /// Whether it may be the last one.
+    pub may_be_last: bool,
     /// Whether the step is whole now.
     pub completes: bool,
     /// Length of a whole step, s.
@@ -34,10 +34,10 @@ impl AcceptedStep {
         self.step.fluid.time
     }
 
-    /// Whether something that is wanted in intervals (s) is due at its end; it always is at the end of the last step.
+    /// Whether something that is wanted in intervals (s) is due at its end; it always is at the end of what may be the last step.
     pub fn is_due(&self, interval: f64) -> bool {
         let due = is_due(self.number, self.time_step, interval);
-        self.completes && (self.number == self.last || due)
+        self.completes && (self.may_be_last || due)
     }
 }
 
@@ -97,6 +97,12 @@ pub trait Observer<S>: Send {
     /// Hears what the user should know.
     fn note(&mut self, _note: &Note) {}
 
+    /// Whether the simulation is to end after the last accepted step; asked where the clock allows it, and again after
+    /// a resumption there.
+    fn has_seen_enough(&self) -> io::Result<bool> {
+        Ok(false)
+    }
+
     /// What it needs to continue later; everything so far is on the disk when this returns.
     fn memory(&self) -> io::Result<Self::Memory>;
 
@@ -141,6 +147,10 @@ impl<S, A: Observer<S>, B: Observer<S>> Observer<S> for (A, B) {
     fn note(&mut self, note: &Note) {
         self.0.note(note);
         self.1.note(note);
+    }
+
+    fn has_seen_enough(&self) -> io::Result<bool> {
+        Ok(self.0.has_seen_enough()? || self.1.has_seen_enough()?)
     }
 
     fn memory(&self) -> io::Result<Self::Memory> {

@@ -148,6 +148,10 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "output.fluid_interval_s", "0", "above 0.0"),
     ("S-0.25", "output.window_start_s", "0.5", "less than the end of the window, 0.1 s"),
     ("S-0.25", "output.window_end_s", "0", "above 0.0"),
+    ("S-0.25", "time.until_periodic", "0", "above 0.0"),
+    ("S-0.25", "time.until_periodic", "-1e-3", "above 0.0"),
+    ("S-0.25", "time.until_periodic", "5", "at most 0.1"),
+    ("S-0.25", "time.until_periodic", "true", "a number above 0.0"),
     ("S-0.25", "output.wall_history", "2", "true or false"),
     ("S-0.25", "output.title", "\" \"", "a line of 1 to 100 characters"),
     ("S-0.25", "output.title", "\"two\\nlines\"", "a line of 1 to 100 characters"),
@@ -725,5 +729,33 @@ fn endless_mistakes_take_no_time() {
         format!("a = {}1{}\n", "{a = ".repeat(10_000), "}".repeat(10_000)),
     ] {
         assert!(!case(&nested).0.is_empty());
+    }
+}
+
+/// Its window is its last whole beat; one of a case that is driven steadily has none, and ends when it is to.
+#[test]
+fn a_run_until_it_is_periodic_has_no_window_of_its_own() {
+    let model = project().join("S-0.25");
+    for key in ["output.window_start_s", "output.window_end_s"] {
+        let set = [("time.until_periodic", "1e-3"), (key, "0.1")];
+        let text = refuse(&model, &set).to_string();
+        for expected in [
+            key,
+            "0.1",
+            "(time.until_periodic) is its last whole beat: leave it out",
+        ] {
+            assert!(text.contains(expected), "{expected} is not in {text}");
+        }
+        let set = [&set[..], &[("inflow.amplitude_m3_s", "0")]].concat();
+        let set: Vec<_> = set
+            .iter()
+            .map(|(key, value)| (key.to_string(), value.to_string()))
+            .collect();
+        let case =
+            Case::load(&model, Preset::Demo, &set).unwrap_or_else(|errors| panic!("{errors}"));
+        assert_eq!(
+            (case.until_periodic(), case.steps_told()),
+            (None, "25 steps".to_owned())
+        );
     }
 }

@@ -49,7 +49,11 @@ fn all_twelve_models_load_with_every_preset() {
                     epsilon = 1e-15
                 );
                 assert!(case.structure.p >= 3);
-                let step = if preset == Preset::Demo { 0.01 } else { 0.002 };
+                let step = match preset {
+                    Preset::Demo => 0.01,
+                    Preset::Fast => 0.005,
+                    Preset::Coarse | Preset::Paper => 0.002,
+                };
                 assert_eq!((case.time.step, case.time.period), (step, 1.0));
             }
             let paper = load(&folder, Preset::Paper, &[]);

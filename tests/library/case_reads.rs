@@ -72,6 +72,11 @@ fn a_value_of_the_command_line_that_is_not_read_is_reported() {
             "than \"native\"",
         ),
         (
+            &["inflow.amplitude_m3_s=0", "time.until_periodic=1e-3"],
+            "time.until_periodic",
+            "where what drives the blood changes with the beat",
+        ),
+        (
             &["fluid.ranks=2", "fluid.solver=native"],
             "fluid.ranks",
             "\"openfoam\"",

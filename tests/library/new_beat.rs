@@ -40,7 +40,7 @@ fn any_period_gets_a_step_that_fits() {
             here,
             &["new", &name, "--flow", "flow.csv", "--period", &shown],
         );
-        for preset in [Preset::Paper, Preset::Coarse, Preset::Demo] {
+        for preset in Preset::ALL {
             let case = Case::load(&here.join(&name), preset, &[])
                 .unwrap_or_else(|e| panic!("{period}: {e}"));
             assert_eq!(case.time.period, period);
@@ -56,14 +56,22 @@ fn any_period_gets_a_step_that_fits() {
             ] {
                 assert!(is_whole(&case, time), "{period}: {time} of {step}");
             }
-            assert!((1.8e-3..=2.0e-3).contains(&step), "{period}: {step}");
+            let (shortest, beats) = match preset {
+                Preset::Fast => (3.6e-3, 10.0),
+                _ => (1.8e-3, 3.0),
+            };
+            assert!(
+                (shortest..=shortest / 0.9).contains(&step),
+                "{period}: {step}"
+            );
             let steps = case.steps();
             match preset {
                 // 1350 before.
                 Preset::Demo => assert_eq!(steps, 50, "{period}"),
                 _ => {
-                    assert!((case.time.end / period - 3.0).abs() < 1e-9, "{period}");
-                    assert!((window.start_s / period - 2.0).abs() < 1e-9, "{period}");
+                    assert!((case.time.end / period - beats).abs() < 1e-9, "{period}");
+                    let begin = window.start_s / period;
+                    assert!((begin + 1.0 - beats).abs() < 1e-9, "{period}");
                 }
             }
         }

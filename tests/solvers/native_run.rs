@@ -50,6 +50,65 @@ fn a_resumed_native_run_is_the_uninterrupted_one() {
     regions_have_the_volume_of_the_whole(&straight);
 }
 
+/// Beats of six steps, from equilibrium: it ends with the first that is like the one before, also if it is stopped on
+/// the way or loses its last step, and goes on where less of a difference counts.
+#[test]
+fn a_run_until_it_is_periodic_ends_with_the_same_beat_when_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [straight, resumed] = ["straight", "resumed"].map(|name| folder.path().join(name));
+    let beats = [
+        "time.period_s=0.012",
+        "inflow.systole_s=0.006",
+        "ramp.duration_s=0.006",
+        "initial.start=equilibrium",
+        "windkessel.initial_pressure_Pa=1.3e4",
+        "time.until_periodic=LIMIT",
+    ];
+    let run = |out: &Path, steps: usize, limit: &str, more: &[&str]| {
+        let beats = beats.map(|setting| setting.replace("LIMIT", limit));
+        let beats: Vec<&str> = beats.iter().map(String::as_str).collect();
+        complete(alone(out, steps, &[&beats, more].concat()))
+    };
+    let summary = |out: &Path| -> serde_json::Value {
+        let text = std::fs::read(out.join("summary.json")).unwrap();
+        serde_json::from_slice(&text).unwrap()
+    };
+    let told = text(&run(&straight, 60, "0.1", &[]));
+    let found = &summary(&straight)["periodic"];
+    let ended = found["beat"].as_u64().unwrap() as usize;
+    println!("{found}");
+    assert!((3..10).contains(&ended), "{found}");
+    let ends = [steps_done(&straight), newest_checkpoint(&straight).unwrap()];
+    assert_eq!(ends, [6 * ended; 2]);
+    assert!(found["largest"].as_f64().unwrap() <= 0.1, "{found}");
+    let sentence = format!("periodic: beats {} and {ended} differ by ", ended - 1);
+    assert!(told.contains(&sentence), "{told}");
+    let hemodynamics = std::fs::read_to_string(straight.join("hemodynamics.json")).unwrap();
+    let hemodynamics: serde_json::Value = serde_json::from_str(&hemodynamics).unwrap();
+    let window = &hemodynamics["window"];
+    let [start, end] = ["start_s", "end_s"].map(|key| window[key].as_f64().unwrap() / 0.012);
+    assert!((start - (ended - 1) as f64).abs() < 1e-9 && (end - ended as f64).abs() < 1e-9);
+    assert_eq!(hemodynamics["complete"], true);
+
+    // Amid the third beat, which is no end, and without the step after which it ended.
+    let told = text(&run(&resumed, 14, "0.1", &[]));
+    assert!(
+        told.contains("warning: the run has ended before it was periodic: beats 1 and 2"),
+        "{told}"
+    );
+    run(&resumed, 60, "0.1", &["--resume"]);
+    assert_same_run(&resumed, &straight);
+    std::fs::remove_file(resumed.join(format!("checkpoints/{:08}.checkpoint", 6 * ended))).unwrap();
+    run(&resumed, 60, "0.1", &["--resume"]);
+    assert_same_run(&resumed, &straight);
+    // Nothing is left to do, until less counts.
+    run(&resumed, 60, "0.1", &["--resume"]);
+    assert_same_run(&resumed, &straight);
+    let smaller = format!("{}", 0.9 * found["largest"].as_f64().unwrap());
+    run(&resumed, 60, &smaller, &["--resume"]);
+    assert!(steps_done(&resumed) > 6 * ended);
+}
+
 /// Bypass and artery are the whole vessel, and its volume is the fluid's own, not that of flat faces.
 fn regions_have_the_volume_of_the_whole(run: &Path) {
     let column = |file: &str, wanted: fn(&str) -> bool| -> Vec<f64> {

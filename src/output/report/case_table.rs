@@ -179,7 +179,7 @@ fn meshes(run: &Results, rows: &mut Rows) {
     let time = &run.case.time;
     rows.push((
         "time".into(),
-        format!("{} steps of {} s", run.case.steps(), time.step),
+        format!("{} of {} s", run.case.steps_told(), time.step),
     ));
 }
 

@@ -310,11 +310,14 @@ pub(crate) fn periodicity(run: &Results) -> Vec<String> {
             curves,
         )
     };
-    vec![chart(
+    let agreement = run.summary.as_ref().and_then(|it| it.periodic.as_ref());
+    let said = agreement.map(|found| format!("<p>{}.</p>\n", escape(&found.to_string())));
+    let chart = chart(
         "periodicity",
         "Absolute difference between successive periods, relative to the largest value of the run.",
         panel,
-    )]
+    );
+    said.into_iter().chain([chart]).collect()
 }
 
 fn wall(run: &Results) -> Vec<String> {

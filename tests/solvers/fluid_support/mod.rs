@@ -77,6 +77,7 @@ impl Channel {
                 end: 1.0,
                 period: 1.0,
                 max_halvings: 0,
+                until_periodic: None,
                 scheme: FluidTimeScheme::ImplicitEuler,
             },
             convection: ConvectionScheme::default(),

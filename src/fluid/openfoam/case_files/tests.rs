@@ -53,6 +53,7 @@ const TIME: Time = Time {
     end: 3.0,
     period: 1.0,
     max_halvings: 0,
+    until_periodic: None,
     scheme: FluidTimeScheme::ImplicitEuler,
 };
 

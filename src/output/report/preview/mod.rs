@@ -125,13 +125,13 @@ fn page(shown: &Shown<'_>, name: &str, png: &[u8], sections: &[String]) -> Strin
         cells => format!("{cells} {}", case.fluid.solver.pieces()),
     };
     let lead = format!(
-        "Before anything is computed. Blood in {blood}; wall of {} elements of degree {}, {} degrees of freedom; {} steps of {} s; \
+        "Before anything is computed. Blood in {blood}; wall of {} elements of degree {}, {} degrees of freedom; {} of {} s; \
          about {:.2} GB of memory.",
         case.vessel()
             .map_or(0, |keys| shown.vessel.wall_elements(&keys.structure)),
         case.structure.p,
         case.structure_degrees_of_freedom(),
-        case.steps(),
+        case.steps_told(),
         case.time.step,
         case.memory() / 1e9
     );
