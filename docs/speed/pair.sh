@@ -1,16 +1,16 @@
 #!/bin/bash
 # Two commits side by side: docs/speed/pair.sh FOLDER OLD NEW [OPTION...]
 #
-# Builds both in FOLDER, once, and runs the plain command with each in turn, old-new, new-old, and so on. Prints NEW/OLD,
-# median (least to largest) of the pairs: seconds of a step, of the run, and of the processors, driver and OpenFOAM together.
-# OPTIONs are those of fsi-driver; without them: --case openfoam-case/S-0.25 --preset coarse --fluid native. Each commit
-# takes the case from its own tree. Times of the environment:
+# Builds both in FOLDER, once, and runs the plain command with each in turn: old, new, new, old and so on. Prints
+# NEW/OLD, the median of the pairs with the least and the largest: seconds of a step, of the run, and of the processors
+# (driver and OpenFOAM together). OPTIONs are those of fsi-driver; without them: --case openfoam-case/S-0.25 --preset
+# coarse --fluid native. Each commit takes the case from its own tree. From the environment:
 #
 #   END=0.08   end of the runs, s: the first 40 steps; END=1 is a whole beat
 #   PAIRS=3    number of pairs
 #
-# A busy machine changes seconds by a factor of two within minutes, but both runs of a pair alike, and the seconds of the
-# processors less. A ratio whose range contains 1 says nothing.
+# A busy machine changes seconds by a factor of two within minutes, but both runs of a pair alike, and the seconds of
+# the processors less. A ratio whose range contains 1 says nothing.
 set -euo pipefail
 [ $# -ge 3 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
 out=$(mkdir -p "$1" && cd "$1" && pwd)

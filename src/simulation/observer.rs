@@ -34,7 +34,8 @@ impl AcceptedStep {
         self.step.fluid.time
     }
 
-    /// Whether something that is wanted in intervals (s) is due at its end; it always is at the end of what may be the last step.
+    /// Whether something that is wanted in intervals (s) is due at its end; it always is at the end of what may be the
+    /// last step.
     pub fn is_due(&self, interval: f64) -> bool {
         let due = is_due(self.number, self.time_step, interval);
         self.completes && (self.may_be_last || due)

@@ -53,7 +53,7 @@ fn a_resumed_native_run_is_the_uninterrupted_one() {
 /// Beats of six steps, from equilibrium: it ends with the first that is like the one before, also if it is stopped on
 /// the way or loses its last step, and goes on where less of a difference counts.
 #[test]
-fn a_run_until_it_is_periodic_ends_with_the_same_beat_when_resumed() {
+fn a_run_until_it_is_periodic_ends_alike_when_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let [straight, resumed] = ["straight", "resumed"].map(|name| folder.path().join(name));
     let beats = [
