@@ -6,6 +6,7 @@
 use super::case_figures::CaseFigures;
 use crate::case::schema::Key;
 use crate::case::{Case, Condition, ResolvedCase, Start, VesselSide};
+use crate::tabular::units;
 
 /// A unit that is written by mistake: its name, and its size in the SI unit.
 type Slip = (&'static str, f64);
@@ -13,7 +14,7 @@ type Slip = (&'static str, f64);
 type Shown = (&'static str, f64);
 
 const SI: Shown = ("", 1.0);
-const MMHG: Shown = ("mmHg", 133.322);
+const MMHG: Shown = ("mmHg", units::MMHG);
 const KPA: Shown = ("kPa", 1e3);
 const MM: Shown = ("mm", 1e-3);
 const VELOCITY: Shown = ("m/s", 1.0);
@@ -34,7 +35,7 @@ const SLIPS: [(&str, &[Slip]); 11] = [
     ("kg/m³", &[("g/cm3", 1e3)]),
     ("Pa s", &[("cP", 1e-3), ("P", 0.1)]),
     ("m³/s", &[("ml/s", 1e-6), ("ml/min", 1e-6 / 60.0), ("l/min", 1e-3 / 60.0), ("l/s", 1e-3), ("mm3/s", 1e-9)]),
-    ("Pa s/m³", &[("dyn s/cm5", 1e5), ("mmHg s/ml", 133.322e6), ("mmHg min/l", 7.99932e6), ("Pa s/ml", 1e6), ("kPa s/ml", 1e9)]),
+    ("Pa s/m³", &[("dyn s/cm5", 1e5), ("mmHg s/ml", 1e6 * units::MMHG), ("mmHg min/l", 7.99932e6), ("Pa s/ml", 1e6), ("kPa s/ml", 1e9)]),
     ("m³/Pa", &[("cm5/dyn", 1e-5), ("ml/mmHg", 7.50064e-9), ("ml/Pa", 1e-6), ("ml/kPa", 1e-9), ("mm3/Pa", 1e-9)]),
     ("Pa/m", &[("kPa/m", 1e3), ("dyn/cm3", 10.0), ("kPa/mm", 1e6), ("MPa/m", 1e6), ("N/mm3", 1e9)]),
     ("Pa s/m", &[("kPa s/m", 1e3), ("dyn s/cm3", 10.0), ("Pa s/mm", 1e3)]),

@@ -154,8 +154,7 @@ impl ThreeElements {
 mod tests {
     use super::*;
     use crate::case::Inflow;
-
-    const MMHG: f64 = 133.322;
+    use crate::tabular::units::MMHG;
 
     fn pulse() -> FlowCurve {
         let inflow = Inflow {

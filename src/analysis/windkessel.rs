@@ -209,8 +209,7 @@ impl TwoElements {
 mod tests {
     use super::*;
     use crate::case::Inflow;
-
-    const MMHG: f64 = 133.322;
+    use crate::tabular::units::MMHG;
 
     fn pulse(base: f64, amplitude: f64) -> FlowCurve {
         let inflow = Inflow {

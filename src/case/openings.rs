@@ -141,14 +141,7 @@ impl FlowUnit {
 
     /// In m³/s.
     pub fn si(self) -> f64 {
-        match self {
-            Self::CubicMetreSecond => 1.0,
-            Self::CubicCentimetreSecond | Self::MillilitreSecond => 1e-6,
-            Self::CubicMillimetreSecond => 1e-9,
-            Self::MillilitreMinute => 1e-6 / 60.0,
-            Self::LitreSecond => 1e-3,
-            Self::LitreMinute => 1e-3 / 60.0,
-        }
+        Unit::known(self.name()).size
     }
 }
 
@@ -171,13 +164,7 @@ words! {
 impl PressureUnit {
     /// In Pa.
     pub fn si(self) -> f64 {
-        match self {
-            Self::Pascal => 1.0,
-            Self::Kilopascal => 1e3,
-            Self::MillimetreMercury => 133.322,
-            Self::DyneSquareCentimetre => 0.1,
-            Self::CentimetreWater => 98.0665,
-        }
+        Unit::known(self.name()).size
     }
 }
 

@@ -14,35 +14,7 @@ pub(crate) fn check(
     errors: &mut Vec<CaseError>,
 ) -> Option<CaseValue> {
     let value = match (key.kind, &entry.value) {
-        (ValueKind::Real(range), Value::Float(x)) if range.contains(*x) => Some(Value::Float(*x)),
-        (ValueKind::Real(range), Value::Integer(i)) if range.contains(*i as f64) => {
-            Some(Value::Float(*i as f64))
-        }
-        (ValueKind::Whole(low, high), Value::Integer(i)) if (low..=high).contains(i) => {
-            Some(Value::Integer(*i))
-        }
-        (ValueKind::Word(words), Value::String(word))
-            if words.iter().any(|(known, _)| known == word) =>
-        {
-            Some(entry.value.clone())
-        }
-        (ValueKind::Flag, Value::Boolean(_)) => Some(entry.value.clone()),
-        (ValueKind::Text(most), Value::String(text))
-            if !text.trim().is_empty()
-                && text.chars().count() <= most
-                && !text.chars().any(char::is_control) =>
-        {
-            Some(entry.value.clone())
-        }
-        (ValueKind::Path, Value::String(path)) if !path.is_empty() => absolute(path, &entry),
-        (ValueKind::PathOr(words), Value::String(word))
-            if !word.is_empty() && !words.iter().any(|(known, _)| known == word) =>
-        {
-            absolute(word, &entry)
-        }
-        (ValueKind::PathOr(words), Value::String(word))
-            if words.iter().any(|(known, _)| known == word) =>
-        {
+        (ValueKind::PathOr(words), Value::String(word)) if is_among(word, words) => {
             match templates::folder(word) {
                 Ok(folder) => folder.to_str().map(Value::from),
                 Err(error) => {
@@ -59,8 +31,45 @@ pub(crate) fn check(
                 }
             }
         }
+        (kind, _) => read(kind, &entry),
+    };
+    if let Some(value) = value {
+        entry.value = value;
+        return Some(entry);
+    }
+    let suggestion = match (key.kind, &entry.value) {
+        (ValueKind::Word(words), Value::String(word)) => {
+            spelling::closest(word, words.iter().map(|(known, _)| *known))
+        }
+        (ValueKind::WholeOr(_, _, word), Value::String(found)) => spelling::closest(found, [word]),
+        _ => None,
+    };
+    errors.push(CaseError::Value {
+        suggestion: suggestion.map(str::to_owned),
+        found: shorten(&entry.value),
+        key: entry.key,
+        place: entry.place,
+        allowed: key.kind.to_string(),
+        about: key.about.to_owned(),
+    });
+    None
+}
+
+fn is_among(word: &str, words: &[(&str, &str)]) -> bool {
+    words.iter().any(|(known, _)| *known == word)
+}
+
+/// The value in the form of its kind; none if it is of another.
+fn read(kind: ValueKind, entry: &CaseValue) -> Option<Value> {
+    match (kind, &entry.value) {
+        (ValueKind::Real(range), number) => {
+            let x = self::number(number).filter(|x| range.contains(*x))?;
+            Some(Value::Float(x))
+        }
+        (ValueKind::Path, Value::String(path)) if !path.is_empty() => absolute(path, entry),
+        (ValueKind::PathOr(_), Value::String(path)) if !path.is_empty() => absolute(path, entry),
         (ValueKind::Command(most), Value::Array(words)) if (1..=most).contains(&words.len()) => {
-            read_command(words, &entry)
+            read_command(words, entry)
         }
         (ValueKind::Rows(most), Value::Array(rows)) => read_rows(rows, most),
         (ValueKind::Radii(most, columns), Value::Array(rows))
@@ -72,62 +81,46 @@ pub(crate) fn check(
             read_points(points)
         }
         (ValueKind::Degrees(low, high), degrees) => read_degrees(degrees, low..=high),
-        (ValueKind::WholeOr(low, high, _), Value::Integer(i)) if (low..=high).contains(i) => {
-            Some(entry.value.clone())
+        (ValueKind::Numbers(most), Value::Array(all)) if (2..=most).contains(&all.len()) => {
+            numbers(all, |x| x.is_finite())
         }
-        (ValueKind::WholeOr(_, _, word), Value::String(found)) if found == word => {
-            Some(entry.value.clone())
+        (ValueKind::Sizes(most), Value::Array(all)) if (1..=most).contains(&all.len()) => {
+            numbers(all, |x| x.is_finite() && x > 0.0)
         }
-        (ValueKind::Numbers(most), Value::Array(values)) if (2..=most).contains(&values.len()) => {
-            values
-                .iter()
-                .map(|value| number(value).filter(|x| x.is_finite()).map(Value::Float))
-                .collect::<Option<_>>()
-                .map(Value::Array)
-        }
-        (ValueKind::Sizes(most), Value::Array(values)) if (1..=most).contains(&values.len()) => {
-            values
-                .iter()
-                .map(|value| number(value).filter(|x| x.is_finite() && *x > 0.0))
-                .map(|size| size.map(Value::Float))
-                .collect::<Option<_>>()
-                .map(Value::Array)
-        }
-        (ValueKind::Names(most), Value::Array(names))
-            if (1..=most).contains(&names.len())
-                && (names.iter())
-                    .all(|name| name.as_str().is_some_and(|name| !name.is_empty())) =>
-        {
-            Some(entry.value.clone())
-        }
-        _ => None,
-    };
-    match value {
-        Some(value) => {
-            entry.value = value;
-            Some(entry)
-        }
-        None => {
-            let suggestion = match (key.kind, &entry.value) {
-                (ValueKind::Word(words), Value::String(word)) => {
-                    spelling::closest(word, words.iter().map(|(known, _)| *known))
-                }
-                (ValueKind::WholeOr(_, _, word), Value::String(found)) => {
-                    spelling::closest(found, [word])
-                }
-                _ => None,
-            };
-            errors.push(CaseError::Value {
-                suggestion: suggestion.map(str::to_owned),
-                found: shorten(&entry.value),
-                key: entry.key,
-                place: entry.place,
-                allowed: key.kind.to_string(),
-                about: key.about.to_owned(),
-            });
-            None
-        }
+        (kind, value) => is_as_it_should_be(kind, value).then(|| value.clone()),
     }
+}
+
+/// Whether a value of a kind that needs no other form is right.
+fn is_as_it_should_be(kind: ValueKind, value: &Value) -> bool {
+    match (kind, value) {
+        (ValueKind::Whole(low, high) | ValueKind::WholeOr(low, high, _), Value::Integer(i)) => {
+            (low..=high).contains(i)
+        }
+        (ValueKind::WholeOr(_, _, word), Value::String(found)) => found == word,
+        (ValueKind::Word(words), Value::String(word)) => is_among(word, words),
+        (ValueKind::Flag, Value::Boolean(_)) => true,
+        (ValueKind::Text(most), Value::String(text)) => {
+            !text.trim().is_empty()
+                && text.chars().count() <= most
+                && !text.chars().any(char::is_control)
+        }
+        (ValueKind::Names(most), Value::Array(names)) => {
+            let is_name = |name: &Value| name.as_str().is_some_and(|name| !name.is_empty());
+            (1..=most).contains(&names.len()) && names.iter().all(is_name)
+        }
+        _ => false,
+    }
+}
+
+/// Numbers of which each is right.
+fn numbers(values: &[Value], is_right: impl Fn(f64) -> bool) -> Option<Value> {
+    let right = |value| number(value).filter(|x| is_right(*x)).map(Value::Float);
+    values
+        .iter()
+        .map(right)
+        .collect::<Option<_>>()
+        .map(Value::Array)
 }
 
 /// A path as one that does not depend on the current folder.

@@ -83,12 +83,7 @@ impl LengthUnit {
 
     /// In metres.
     pub fn metres(self) -> f64 {
-        match self {
-            Self::Metre => 1.0,
-            Self::Centimetre => 1e-2,
-            Self::Millimetre => 1e-3,
-            Self::Micrometre => 1e-6,
-        }
+        Unit::known(self.name()).size
     }
 }
 

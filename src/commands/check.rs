@@ -13,12 +13,12 @@ use crate::case::{BloodVessel, Case, ConditionKeys, VesselSide};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Section, Vessel};
 use crate::output::progress::{human, tell_statics};
-use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
 use crate::pfem::SolidError;
 use crate::processes::machine_memory;
 use crate::run::{Interrupt, warn};
 use crate::simulation::assembly::{Domain, Fit, preflight, surroundings, wave_speeds};
+use crate::tabular::units::MMHG;
 use std::path::PathBuf;
 
 /// Options of the check.

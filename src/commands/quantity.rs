@@ -1,31 +1,26 @@
 //! Lengths and pressures of the command line, with their unit after the number: 0.7mm, 80mmHg.
 
-/// Units of lengths in metres, and of pressures in pascals.
-const LENGTHS: [(&str, f64); 4] = [("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6), ("m", 1.0)];
-const PRESSURES: [(&str, f64); 3] = [("mmHg", 133.322), ("kPa", 1e3), ("Pa", 1.0)];
+use crate::tabular::units::{Dimension, LENGTH, PRESSURE, Unit};
 
 /// A length in metres; a number alone counts in metres.
 pub fn length(text: &str) -> Result<f64, String> {
-    let advice = "expected a length such as 3mm, 0.3cm, or a number in metres";
-    quantity(text, &LENGTHS, Some(1.0)).ok_or_else(|| advice.to_owned())
+    (text.trim().parse().ok().filter(|x: &f64| x.is_finite()))
+        .or_else(|| quantity(text, LENGTH))
+        .ok_or_else(|| "expected a length such as 3mm, 0.3cm, or a number in metres".into())
 }
 
 /// A pressure in pascals, with its unit.
 pub fn pressure(text: &str) -> Result<f64, String> {
     let advice = "expected a pressure with its unit, such as 80mmHg, 10.7kPa or 10666Pa";
-    quantity(text, &PRESSURES, None).ok_or_else(|| advice.to_owned())
+    quantity(text, PRESSURE).ok_or_else(|| advice.into())
 }
 
-fn quantity(text: &str, units: &[(&str, f64)], alone: Option<f64>) -> Option<f64> {
-    let text = text.trim();
-    let found = units.iter().find_map(|(unit, size)| {
-        let split = text.len().checked_sub(unit.len())?;
-        let (number, last) = (text.get(..split)?, text.get(split..)?);
-        last.eq_ignore_ascii_case(unit).then_some((number, *size))
-    });
-    let (number, size) = found.or(alone.map(|size| (text, size)))?;
+fn quantity(text: &str, dimension: Dimension) -> Option<f64> {
+    let is_of_unit = |c: char| c.is_alphabetic() && !c.eq_ignore_ascii_case(&'e');
+    let (number, unit) = text.split_at(text.find(is_of_unit)?);
+    let unit = Unit::parse(unit).filter(|unit| unit.dimension == dimension)?;
     let number: f64 = number.trim().parse().ok()?;
-    number.is_finite().then_some(number * size)
+    number.is_finite().then_some(number * unit.size)
 }
 
 #[cfg(test)]

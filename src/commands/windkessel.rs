@@ -3,13 +3,13 @@
 use super::wall::with_wall;
 use super::{CaseArguments, Failure};
 use crate::analysis::three_elements::ThreeElements;
-use crate::analysis::wall;
-use crate::analysis::windkessel::TwoElements;
-use crate::case::{FlowCurve, FlowUnit, Inflow, VesselSide};
+use crate::analysis::wall::{self, Storage};
+use crate::analysis::windkessel::{Pressures, TwoElements};
+use crate::case::{BloodVessel, Case, FlowCurve, FlowUnit, Inflow, VesselSide};
 use crate::geometry::Vessel;
 use crate::output::progress::tell_statics;
-use crate::output::report::quantities::MMHG;
 use crate::output::terminal;
+use crate::tabular::units::MMHG;
 use std::path::PathBuf;
 
 /// Pressures that may be asked for, mmHg.
@@ -54,136 +54,186 @@ pub(super) fn unit(word: &str) -> Result<FlowUnit, String> {
     })
 }
 
+/// A windkessel, and what it makes of the flow.
+struct Proposal {
+    resistance: f64,
+    compliance: f64,
+    proximal: Option<f64>,
+    expected: Pressures,
+    /// Compliance of the whole, that of the vessel included, m³/Pa.
+    all: f64,
+    /// Time constant, s.
+    tau: f64,
+}
+
 /// Prints the keys to put into `case.toml`, and the pressures to expect.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     tell_statics();
-    let wrong = |why: String| Failure::Input(why);
-    for (name, value) in [
-        ("--systolic", arguments.systolic),
-        ("--diastolic", arguments.diastolic),
-    ] {
-        if !ALLOWED.contains(&value) {
-            return Err(wrong(format!(
-                "{name} {value}: expected a pressure from 1 to 500 mmHg"
-            )));
-        }
-    }
-    if arguments.diastolic >= arguments.systolic {
-        return Err(wrong(format!(
-            "--diastolic {} must be below --systolic {}",
-            arguments.diastolic, arguments.systolic
-        )));
-    }
-    let [lowest, highest] = [arguments.diastolic, arguments.systolic].map(|p| p * MMHG);
+    let range = arguments.pressures()?;
     let case = (arguments.case.as_deref())
         .map(|folder| arguments.chosen.load(folder))
         .transpose()?;
     let vessel = (case.as_ref())
         .map(|case| {
             case.vessel().ok_or_else(|| {
-                wrong("--case: the case has a flag in a channel and no vessel; leave it out".into())
+                wrong("--case: the case has a flag in a channel and no vessel; leave it out")
             })
         })
         .transpose()?;
-    let period = (arguments.period)
-        .or(case.as_ref().map(|case| case.time.period))
-        .unwrap_or(1.0);
-    if !(1e-3..=1e3).contains(&period) {
-        return Err(wrong(format!(
-            "--period {period}: expected a duration from 0.001 to 1000 s"
-        )));
-    }
-    let inflow = match (&arguments.flow, vessel) {
-        (None, Some(vessel)) => (vessel.condition_at(VesselSide::Start).inflow(period))
-            .unwrap_or_else(|| vessel.inflow.clone()),
-        (file, _) => Inflow {
-            base: 0.0,
-            amplitude: 0.0,
-            systole: period,
-            exponent: 1.0,
-            file: file.clone(),
-            unit: arguments.unit,
-            file_period: None,
-        },
-    };
-    let curve = FlowCurve::new(&inflow, period).map_err(|e| {
-        let reason = e.to_string().replace("inflow.unit", "--unit");
-        wrong(match &arguments.flow {
-            Some(_) => reason.replace(
-                "give its own period as `file_period_s` next to the file, and it is stretched",
-                "--period S says how long it is",
-            ),
-            None => reason,
-        })
-    })?;
-    let is_allowed = arguments.proximal.is_none_or(|r| r > 0.0 && r < 1e15);
-    if !is_allowed {
-        return Err(wrong(
-            "--proximal: expected a resistance above 0 Pa s/m³".into(),
-        ));
-    }
-    if arguments.proximal.is_some() && arguments.elements == 2 {
-        return Err(wrong(
-            "--proximal is the third element: add --elements 3".into(),
-        ));
-    }
-    let is_elastic = vessel.is_some_and(|vessel| !vessel.is_rigid());
-    if arguments.elements == 3 && arguments.proximal.is_none() && !is_elastic {
-        return Err(wrong(
-            "--elements 3 needs the proximal resistance, --proximal PA_S_M3 (a tenth of the whole is usual), or --case with an elastic wall, whose characteristic impedance is taken"
-                .into(),
-        ));
-    }
-    let propose =
-        |own| TwoElements::between(lowest, highest, &curve, own).map_err(|e| wrong(e.to_string()));
+    let curve = arguments.curve(case.as_deref(), vessel)?;
+    let elastic = (case.as_deref().zip(vessel)).filter(|(_, vessel)| !vessel.is_rigid());
+    arguments.check_third_element(elastic.is_some())?;
     // What cannot be had without the wall needs no statics.
-    propose(0.0)?;
-    let storage = match (&case, vessel) {
-        (Some(case), Some(vessel)) if !vessel.is_rigid() => Some(
-            with_wall(case, vessel, |wall| wall::compliance(wall, lowest, highest))
-                .map_err(|e| Failure::Run(e.to_string()))?
-                .ok_or_else(|| {
-                    Failure::Run(format!(
-                        "the wall of the case buckles below {} mmHg, so that it has no compliance: see `fsi-driver check --wall`",
-                        arguments.systolic
-                    ))
-                })?,
-        ),
-        _ => None,
-    };
+    TwoElements::between(range[0], range[1], &curve, 0.0).map_err(wrong)?;
+    let storage = elastic
+        .map(|(case, vessel)| arguments.storage(case, vessel, range))
+        .transpose()?;
+    let impedance = elastic.zip(storage.as_ref()).map(|((case, vessel), wall)| {
+        // Bramwell and Hill's speed of waves (1922), times density by area
+        let density = case.blood.density;
+        let speed = (wall.volume / (density * wall.compliance)).sqrt();
+        density * speed * Vessel::new(vessel).end() / wall.volume
+    });
     let own = storage.map_or(0.0, |storage| storage.compliance);
-    let (keys, expected, tau, all) = if arguments.elements == 2 {
-        let found = propose(own)?;
-        let all = TwoElements {
-            compliance: found.compliance + own,
-            ..found
+    let proposal = arguments.proposal(range, &curve, own, impedance)?;
+    print(&proposal, &curve, own)
+}
+
+fn wrong(why: impl ToString) -> Failure {
+    Failure::Input(why.to_string())
+}
+
+impl Arguments {
+    /// Lowest and highest pressure, Pa.
+    fn pressures(&self) -> Result<[f64; 2], Failure> {
+        let (low, high) = (self.diastolic, self.systolic);
+        for (name, value) in [("--systolic", high), ("--diastolic", low)] {
+            if !ALLOWED.contains(&value) {
+                let expected = "expected a pressure from 1 to 500 mmHg";
+                return Err(wrong(format!("{name} {value}: {expected}")));
+            }
+        }
+        if low >= high {
+            let order = format!("--diastolic {low} must be below --systolic {high}");
+            return Err(wrong(order));
+        }
+        Ok([low, high].map(|p| p * MMHG))
+    }
+
+    /// The flow over a period: of the file, or of the case.
+    fn curve(
+        &self,
+        case: Option<&Case>,
+        vessel: Option<&BloodVessel>,
+    ) -> Result<FlowCurve, Failure> {
+        let period = (self.period)
+            .or(case.map(|case| case.time.period))
+            .unwrap_or(1.0);
+        if !(1e-3..=1e3).contains(&period) {
+            let expected = "expected a duration from 0.001 to 1000 s";
+            return Err(wrong(format!("--period {period}: {expected}")));
+        }
+        let inflow = match (&self.flow, vessel) {
+            (None, Some(vessel)) => (vessel.condition_at(VesselSide::Start).inflow(period))
+                .unwrap_or_else(|| vessel.inflow.clone()),
+            (file, _) => Inflow {
+                base: 0.0,
+                amplitude: 0.0,
+                systole: period,
+                exponent: 1.0,
+                file: file.clone(),
+                unit: self.unit,
+                file_period: None,
+            },
         };
-        let keys = (found.resistance, found.compliance, None);
-        (
-            keys,
-            all.pressures(&curve),
-            all.resistance * all.compliance,
-            all.compliance,
-        )
-    } else {
-        let density = case.as_ref().map_or(0.0, |case| case.blood.density);
-        let impedance = vessel.zip(storage).map(|(vessel, storage)| {
-            // Bramwell and Hill's speed of waves (1922), times density by area
-            let speed = (storage.volume / (density * storage.compliance)).sqrt();
-            density * speed * Vessel::new(vessel).end() / storage.volume
-        });
-        let proximal = arguments.proximal.or(impedance).unwrap_or_default();
-        let found = ThreeElements::between(lowest, highest, &curve, proximal, own)
-            .map_err(|e| wrong(e.to_string()))?;
-        let keys = (found.resistance, found.compliance, Some(proximal));
-        (
-            keys,
-            found.pressures(&curve),
-            found.resistance * found.compliance,
-            found.compliance + own,
-        )
-    };
-    let (resistance, compliance, proximal) = keys;
+        // What the case calls by its keys, the command line has as options.
+        FlowCurve::new(&inflow, period).map_err(|e| {
+            let reason = e.to_string().replace("inflow.unit", "--unit");
+            wrong(match &self.flow {
+                Some(_) => reason.replace(
+                    "give its own period as `file_period_s` next to the file, and it is stretched",
+                    "--period S says how long it is",
+                ),
+                None => reason,
+            })
+        })
+    }
+
+    fn check_third_element(&self, is_elastic: bool) -> Result<(), Failure> {
+        match (self.elements, self.proximal) {
+            (_, Some(r)) if !(r > 0.0 && r < 1e15) => {
+                Err(wrong("--proximal: expected a resistance above 0 Pa s/m³"))
+            }
+            (2, Some(_)) => Err(wrong("--proximal is the third element: add --elements 3")),
+            (3, None) if !is_elastic => Err(wrong(
+                "--elements 3 needs the proximal resistance, --proximal PA_S_M3 (a tenth of the whole is usual), or --case with an elastic wall, whose characteristic impedance is taken",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// What the wall of a case stores between the pressures (Pa).
+    fn storage(
+        &self,
+        case: &Case,
+        vessel: &BloodVessel,
+        [lowest, highest]: [f64; 2],
+    ) -> Result<Storage, Failure> {
+        with_wall(case, vessel, |wall| wall::compliance(wall, lowest, highest))
+            .map_err(|e| Failure::Run(e.to_string()))?
+            .ok_or_else(|| {
+                Failure::Run(format!(
+                    "the wall of the case buckles below {} mmHg, so that it has no compliance: see `fsi-driver check --wall`",
+                    self.systolic
+                ))
+            })
+    }
+
+    /// The windkessel downstream of a vessel of the compliance `own` (m³/Pa) and this impedance (Pa s/m³).
+    fn proposal(
+        &self,
+        [lowest, highest]: [f64; 2],
+        curve: &FlowCurve,
+        own: f64,
+        impedance: Option<f64>,
+    ) -> Result<Proposal, Failure> {
+        if self.elements == 2 {
+            let found = TwoElements::between(lowest, highest, curve, own).map_err(wrong)?;
+            let all = TwoElements {
+                compliance: found.compliance + own,
+                ..found
+            };
+            return Ok(Proposal {
+                resistance: found.resistance,
+                compliance: found.compliance,
+                proximal: None,
+                expected: all.pressures(curve),
+                all: all.compliance,
+                tau: all.resistance * all.compliance,
+            });
+        }
+        let proximal = self.proximal.or(impedance).unwrap_or_default();
+        let found = ThreeElements::between(lowest, highest, curve, proximal, own).map_err(wrong)?;
+        Ok(Proposal {
+            resistance: found.resistance,
+            compliance: found.compliance,
+            proximal: Some(proximal),
+            expected: found.pressures(curve),
+            all: found.compliance + own,
+            tau: found.resistance * found.compliance,
+        })
+    }
+}
+
+fn print(proposal: &Proposal, curve: &FlowCurve, own: f64) -> Result<(), Failure> {
+    let Proposal {
+        resistance,
+        compliance,
+        proximal,
+        expected,
+        all,
+        tau,
+    } = proposal;
     let whole = resistance + proximal.unwrap_or(0.0);
     let vessel = match own {
         0.0 => "a vessel's own compliance was left out (--case takes that of a case)".to_owned(),

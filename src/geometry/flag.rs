@@ -88,30 +88,65 @@ impl Flag {
         cells.sum()
     }
 
-    /// Four blocks around the cylinder, of which the flag cuts the one downstream in two; above and below the flag;
-    /// three downstream of it; one in front.
+    /// Blocks around the cylinder and downstream of it.
     fn blocks(&self) -> Vec<Block> {
-        let sizes = &self.mesh;
+        let lines = Lines::new(self);
+        let mut blocks = lines.around_cylinder();
+        blocks.extend(lines.downstream());
+        blocks
+    }
+}
+
+/// Lines between the blocks.
+struct Lines<'a> {
+    flag: &'a Flag,
+    /// Heights of the flag's lower and upper side, m.
+    sides: [f64; 2],
+    /// Shares of the lengths of lines at their points: across the flag, from the flag to the lower and the upper wall,
+    /// from the cylinder outward, along the flag, downstream of it, and from the inlet to the box.
+    across: Vec<f64>,
+    below: Vec<f64>,
+    above: Vec<f64>,
+    radial: Vec<f64>,
+    along: Vec<f64>,
+    wake: Vec<f64>,
+    upstream: Vec<f64>,
+}
+
+impl<'a> Lines<'a> {
+    fn new(flag: &'a Flag) -> Self {
+        let sizes = &flag.mesh;
+        let most = sizes.largest_cell;
         let grown =
             |length: f64, largest: f64| growing(length, sizes.cell_size, sizes.growth, largest);
-        let (height, length, end) = (self.channel_height, self.channel_length, self.end());
-        let (cx, cy, r) = (self.cylinder_x, self.cylinder_y, self.cylinder_radius);
-        let [front, back] = self.box_ends();
-        let [bottom, top] = [-0.5, 0.5].map(|share| cy + share * self.thickness);
+        let [front, back] = flag.box_ends();
+        let sides = [-0.5, 0.5].map(|share| flag.cylinder_y + share * flag.thickness);
+        let [bottom, top] = sides;
+        let end = flag.end();
+        Self {
+            flag,
+            sides,
+            across: equal((flag.thickness / sizes.cell_size).round().max(2.0) as usize),
+            below: grown(bottom, most),
+            above: grown(flag.channel_height - top, most),
+            radial: grown(back - flag.begin(top), most),
+            along: reversed(&grown(end - back, most.min(ALONG * sizes.cell_size))),
+            wake: grown(flag.channel_length - end, most),
+            upstream: equal((front / most).ceil() as usize),
+        }
+    }
 
-        // Shares of a line's length at its points, from the flag or the cylinder on.
-        let around_end = equal((self.thickness / sizes.cell_size).round().max(2.0) as usize);
-        let below = grown(bottom, sizes.largest_cell);
-        let over = grown(height - top, sizes.largest_cell);
-        let radial = grown(back - self.begin(top), sizes.largest_cell);
-        let along = reversed(&grown(
-            end - back,
-            sizes.largest_cell.min(ALONG * sizes.cell_size),
-        ));
-        let wake = grown(length - end, sizes.largest_cell);
-        let upstream = equal((front / sizes.largest_cell).ceil() as usize);
-
-        // The circle, from corner to corner of the box as seen from its centre, counter-clockwise.
+    /// The circle counter-clockwise from the upper to the lower side of the flag, in five arcs that end where the
+    /// corners of the box are seen from its centre.
+    fn arcs(&self) -> [Vec<PlanePoint>; 5] {
+        let Flag {
+            cylinder_x: cx,
+            cylinder_y: cy,
+            cylinder_radius: r,
+            channel_height: height,
+            ..
+        } = *self.flag;
+        let [front, back] = self.flag.box_ends();
         let angle = |x: f64, y: f64| (y - cy).atan2(x - cx);
         let arc = |from: f64, to: f64, n: usize| -> Vec<PlanePoint> {
             let turn = |share: &f64| from + (to - from) * share;
@@ -121,7 +156,11 @@ impl Flag {
                 .map(|share| on_circle(turn(share)))
                 .collect()
         };
-        let count = |from: f64, to: f64| ((to - from) * r / sizes.cell_size).round().max(4.0);
+        let count = |from: f64, to: f64| {
+            ((to - from) * r / self.flag.mesh.cell_size)
+                .round()
+                .max(4.0)
+        };
         let quarter = |from: f64, to: f64| arc(from, to, count(from, to) as usize);
         let [ne, nw, sw, se] = [
             angle(back, height),
@@ -129,120 +168,153 @@ impl Flag {
             angle(front, 0.0) + 2.0 * PI,
             angle(back, 0.0) + 2.0 * PI,
         ];
-        let [mut arc_n, mut arc_w, mut arc_s] = [quarter(ne, nw), quarter(nw, sw), quarter(sw, se)];
-        let joint = (0.5 * self.thickness / r).asin();
-        let mut arc_ne = arc(joint, ne, over.len() - 1);
-        let mut arc_se = arc(se, 2.0 * PI - joint, below.len() - 1);
+        let joint = (0.5 * self.flag.thickness / r).asin();
+        let mut arcs = [
+            arc(joint, ne, self.above.len() - 1),
+            quarter(ne, nw),
+            quarter(nw, sw),
+            quarter(sw, se),
+            arc(se, 2.0 * PI - joint, self.below.len() - 1),
+        ];
         // Points that two arcs share, or an arc and the flag, to the last digit.
-        arc_ne[0] = [self.begin(top), top];
-        *last(&mut arc_se) = [self.begin(bottom), bottom];
-        *last(&mut arc_ne) = arc_n[0];
-        *last(&mut arc_n) = arc_w[0];
-        *last(&mut arc_w) = arc_s[0];
-        *last(&mut arc_s) = arc_se[0];
+        for i in 1..arcs.len() {
+            *last(&mut arcs[i - 1]) = arcs[i][0];
+        }
+        let [lower, upper] = self.sides.map(|y| [self.flag.begin(y), y]);
+        arcs[0][0] = upper;
+        *last(&mut arcs[4]) = lower;
+        arcs
+    }
 
+    /// Across the channel at `x` (m): above the flag, below it, and from its lower to its upper side.
+    fn up(&self, x: f64) -> Vec<PlanePoint> {
+        line(
+            [x, self.sides[1]],
+            [x, self.flag.channel_height],
+            &self.above,
+        )
+    }
+
+    fn down(&self, x: f64) -> Vec<PlanePoint> {
+        line([x, 0.0], [x, self.sides[0]], &reversed(&self.below))
+    }
+
+    fn through(&self, x: f64) -> Vec<PlanePoint> {
+        line([x, self.sides[0]], [x, self.sides[1]], &self.across)
+    }
+
+    /// Four blocks around the cylinder, of which the flag cuts the one downstream in two, after one upstream of them.
+    fn around_cylinder(&self) -> Vec<Block> {
+        let (flag, height) = (self.flag, self.flag.channel_height);
+        let [front, back] = flag.box_ends();
+        let [north_east, north, west, south, south_east] = self.arcs();
         // Radial lines outward.
-        let spoke = |from: PlanePoint, to: PlanePoint| line(from, to, &radial);
-        let (to_ne, to_nw) = (
-            spoke(arc_n[0], [back, height]),
-            spoke(arc_w[0], [front, height]),
-        );
-        let (to_sw, to_se) = (spoke(arc_s[0], [front, 0.0]), spoke(arc_se[0], [back, 0.0]));
-        let on_top = spoke(arc_ne[0], [back, top]);
-        let on_bottom = spoke([self.begin(bottom), bottom], [back, bottom]);
-
-        // Lines across the channel: at the box's ends, at the flag's end, at the outlet.
-        let up = |x: f64| line([x, top], [x, height], &over);
-        let down = |x: f64| line([x, 0.0], [x, bottom], &reversed(&below));
-        let through = |x: f64| line([x, bottom], [x, top], &around_end);
-        let box_side = line([front, 0.0], [front, height], &equal(arc_w.len() - 1));
-        let inlet = line([0.0, 0.0], [0.0, height], &equal(arc_w.len() - 1));
-        let wall = |from: f64, to: f64, y: f64, shares: &[f64]| {
-            Side::on("wallRigid", &line([from, y], [to, y], shares))
-        };
-        let to_end = |y: f64| line([back, y], [end, y], &along);
-        let to_outlet = |y: f64| line([end, y], [length, y], &wake);
-        let back_to_front = |line: &[PlanePoint]| line.iter().rev().copied().collect::<Vec<_>>();
-
-        let block = |south, north, west, east| Block {
-            south,
-            north,
-            west,
-            east,
-        };
-        let (inner, on) = (Side::inner, Side::on);
+        let spoke = |from: PlanePoint, to: PlanePoint| line(from, to, &self.radial);
+        let to_ne = spoke(north[0], [back, height]);
+        let to_nw = spoke(west[0], [front, height]);
+        let to_sw = spoke(south[0], [front, 0.0]);
+        let to_se = spoke(south_east[0], [back, 0.0]);
+        let [on_bottom, on_top] = self.sides.map(|y| spoke([flag.begin(y), y], [back, y]));
+        let box_side = line([front, 0.0], [front, height], &equal(west.len() - 1));
+        let inlet = line([0.0, 0.0], [0.0, height], &equal(west.len() - 1));
         vec![
             block(
-                wall(0.0, front, 0.0, &upstream),
-                wall(0.0, front, height, &upstream),
-                on("inlet", &inlet),
-                inner(&box_side),
-            ),
-            // Around the cylinder: in front, below, above, downstream and below, downstream and above.
-            block(
-                inner(&back_to_front(&to_sw)),
-                inner(&back_to_front(&to_nw)),
-                inner(&box_side),
-                on("cylinder", &back_to_front(&arc_w)),
+                wall(0.0, front, 0.0, &self.upstream),
+                wall(0.0, front, height, &self.upstream),
+                Side::on("inlet", &inlet),
+                Side::inner(&box_side),
             ),
             block(
-                wall(front, back, 0.0, &equal(arc_s.len() - 1)),
-                on("cylinder", &arc_s),
-                inner(&back_to_front(&to_sw)),
-                inner(&back_to_front(&to_se)),
+                Side::inner(&backwards(&to_sw)),
+                Side::inner(&backwards(&to_nw)),
+                Side::inner(&box_side),
+                Side::on("cylinder", &backwards(&west)),
             ),
             block(
-                on("cylinder", &back_to_front(&arc_n)),
-                wall(front, back, height, &equal(arc_n.len() - 1)),
-                inner(&to_nw),
-                inner(&to_ne),
+                wall(front, back, 0.0, &equal(south.len() - 1)),
+                Side::on("cylinder", &south),
+                Side::inner(&backwards(&to_sw)),
+                Side::inner(&backwards(&to_se)),
             ),
             block(
-                inner(&to_se),
-                on("wallFsi", &on_bottom),
-                on("cylinder", &arc_se),
-                inner(&down(back)),
+                Side::on("cylinder", &backwards(&north)),
+                wall(front, back, height, &equal(north.len() - 1)),
+                Side::inner(&to_nw),
+                Side::inner(&to_ne),
             ),
             block(
-                on("wallFsi", &on_top),
-                inner(&to_ne),
-                on("cylinder", &arc_ne),
-                inner(&up(back)),
-            ),
-            // Below and above the flag.
-            block(
-                wall(back, end, 0.0, &along),
-                on("wallFsi", &to_end(bottom)),
-                inner(&down(back)),
-                inner(&down(end)),
+                Side::inner(&to_se),
+                Side::on("wallFsi", &on_bottom),
+                Side::on("cylinder", &south_east),
+                Side::inner(&self.down(back)),
             ),
             block(
-                on("wallFsi", &to_end(top)),
-                wall(back, end, height, &along),
-                inner(&up(back)),
-                inner(&up(end)),
-            ),
-            // Behind it.
-            block(
-                wall(end, length, 0.0, &wake),
-                inner(&to_outlet(bottom)),
-                inner(&down(end)),
-                on("outlet", &down(length)),
-            ),
-            block(
-                inner(&to_outlet(bottom)),
-                inner(&to_outlet(top)),
-                on("wallFsi", &through(end)),
-                on("outlet", &through(length)),
-            ),
-            block(
-                inner(&to_outlet(top)),
-                wall(end, length, height, &wake),
-                inner(&up(end)),
-                on("outlet", &up(length)),
+                Side::on("wallFsi", &on_top),
+                Side::inner(&to_ne),
+                Side::on("cylinder", &north_east),
+                Side::inner(&self.up(back)),
             ),
         ]
     }
+
+    /// Below and above the flag, and three blocks downstream of it.
+    fn downstream(&self) -> Vec<Block> {
+        let (flag, height) = (self.flag, self.flag.channel_height);
+        let (back, end, length) = (flag.box_ends()[1], flag.end(), flag.channel_length);
+        let [on_bottom, on_top] =
+            (self.sides).map(|y| Side::on("wallFsi", &line([back, y], [end, y], &self.along)));
+        let [lower, upper] = (self.sides).map(|y| line([end, y], [length, y], &self.wake));
+        vec![
+            block(
+                wall(back, end, 0.0, &self.along),
+                on_bottom,
+                Side::inner(&self.down(back)),
+                Side::inner(&self.down(end)),
+            ),
+            block(
+                on_top,
+                wall(back, end, height, &self.along),
+                Side::inner(&self.up(back)),
+                Side::inner(&self.up(end)),
+            ),
+            block(
+                wall(end, length, 0.0, &self.wake),
+                Side::inner(&lower),
+                Side::inner(&self.down(end)),
+                Side::on("outlet", &self.down(length)),
+            ),
+            block(
+                Side::inner(&lower),
+                Side::inner(&upper),
+                Side::on("wallFsi", &self.through(end)),
+                Side::on("outlet", &self.through(length)),
+            ),
+            block(
+                Side::inner(&upper),
+                wall(end, length, height, &self.wake),
+                Side::inner(&self.up(end)),
+                Side::on("outlet", &self.up(length)),
+            ),
+        ]
+    }
+}
+
+fn block(south: Side, north: Side, west: Side, east: Side) -> Block {
+    Block {
+        south,
+        north,
+        west,
+        east,
+    }
+}
+
+/// On a wall of the channel.
+fn wall(from: f64, to: f64, y: f64, shares: &[f64]) -> Side {
+    Side::on("wallRigid", &line([from, y], [to, y], shares))
+}
+
+fn backwards(line: &[PlanePoint]) -> Vec<PlanePoint> {
+    line.iter().rev().copied().collect()
 }
 
 /// Shape of the elements: straight, but for the beginning on the cylinder.

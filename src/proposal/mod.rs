@@ -13,6 +13,7 @@ use crate::case::{
     Case, FlowCurve, FlowUnit, FluidMesh, LengthUnit, Preset, Ramp, ResolvedCase, TOO_SHARP,
 };
 use crate::geometry::Vessel;
+use crate::tabular::units::MMHG;
 use beat::Beat;
 use changes::Changes;
 use files::VesselSizes;
@@ -20,9 +21,8 @@ use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 use text::Numbers;
 
-/// Pressures that the windkessel is proposed for, mmHg, and their unit, Pa.
+/// Pressures that the windkessel is proposed for, mmHg.
 const PRESSURES: [f64; 2] = [80.0, 120.0];
-const MMHG: f64 = 133.322;
 /// Thickness of an artery's wall, as a share of the radius.
 const THICKNESS: f64 = 0.3;
 /// Where a line bends too sharply for its wall, the least radius of a bend that is tried first, relative to the

@@ -2,8 +2,9 @@
 
 use super::beat::fitting;
 use super::files::VesselSizes;
-use super::{Figures, Like, MMHG, ProposalInput, STEP, THICKNESS, Windkessel};
+use super::{Figures, Like, ProposalInput, STEP, THICKNESS, Windkessel};
 use crate::case::{LengthUnit, ResolvedCase};
+use crate::tabular::units::MMHG;
 use fsi_numerics::twelve_digits;
 use std::fmt::Write;
 use std::path::Path;

@@ -12,6 +12,9 @@ pub struct Unit {
 /// Powers of length, mass and time.
 pub type Dimension = [i8; 3];
 
+/// A millimetre of mercury, Pa.
+pub const MMHG: f64 = 133.322;
+
 /// Length.
 pub const LENGTH: Dimension = [1, 0, 0];
 /// Time.
@@ -118,8 +121,8 @@ const SYMBOLS: &[(&[&str], f64, Dimension)] = &[
     (&["MPa"], 1e6, PRESSURE),
     (&["bar"], 1e5, PRESSURE),
     (&["mbar"], 1e2, PRESSURE),
-    (&["mmHg", "torr"], 133.322, PRESSURE),
-    (&["cmHg"], 1333.22, PRESSURE),
+    (&["mmHg", "torr"], MMHG, PRESSURE),
+    (&["cmHg"], 10.0 * MMHG, PRESSURE),
     (&["mmH2O"], 9.80665, PRESSURE),
     (&["cmH2O"], 98.0665, PRESSURE),
     (&["atm"], 101_325.0, PRESSURE),
@@ -196,6 +199,11 @@ impl Unit {
             .find(|exact| (unit.size / **exact - 1.0).abs() < 1e-12);
         unit.size = exact.copied().unwrap_or(unit.size);
         (count > 0 && unit.dimension != [0; 3]).then_some(unit)
+    }
+
+    /// A unit that is among those understood.
+    pub fn known(text: &str) -> Self {
+        Self::parse(text).expect("the unit is known")
     }
 
     /// The unit with which a column's name ends, as `flow_ml_min`, `Q (ml/min)`, `Q / ml/min` or `pressure [mmHg]`.

@@ -12,6 +12,31 @@ pub const MESH_FILES: [&str; 3] = ["msh", "inp", "vtu"];
 
 pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     let (fluid, wall) = (&own.fluid, &own.wall);
+    mesh(case, own, report);
+    settings(case, own, report);
+    let is_elastic = wall.mode() == WallMode::Elastic;
+    if is_elastic {
+        described_once(own, report);
+    }
+    patches(fluid, report);
+    regions(fluid, report);
+    motion(wall, report);
+    if !is_elastic {
+        return;
+    }
+    materials(wall, report);
+    if let Some(extrusion) = &wall.extrude {
+        extruded(wall, extrusion, report);
+    }
+    if let Some(file) = &wall.file {
+        from_file(wall, file, report);
+    }
+    supports(wall, report);
+}
+
+/// The blood flows in a mesh of OpenFOAM's, or in that of a tree.
+fn mesh(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
+    let fluid = &own.fluid;
     match (&fluid.case, &own.tree) {
         (Some(folder), None) => {
             report(
@@ -39,6 +64,10 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
             }
         }
     }
+}
+
+/// What such a case does not choose.
+fn settings(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     report(
         &["fluid.solver"],
         case.fluid.solver != Solver::OpenFoam,
@@ -64,21 +93,28 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         case.coupling.surrogate != SurrogateModel::None,
         "the surrogate is a single tube, which is not what this case is: write \"none\"".into(),
     );
-    let is_elastic = wall.mode() == WallMode::Elastic;
-    let both = wall.extrude.is_some() && wall.file.is_some();
+}
+
+/// The wall comes from one place.
+fn described_once(own: &OwnCase, report: &mut Report<'_>) {
+    let (extrude, file) = (own.wall.extrude.is_some(), own.wall.file.is_some());
     report(
         &["wall.file.mesh", "wall.extrude.layers"],
-        is_elastic && both,
+        extrude && file,
         "the wall is either extruded from the patches or read from a file: leave out one of the tables [wall.extrude] and \
          [wall.file]"
             .into(),
     );
     report(
         &[if own.tree.is_some() { "tree.lines" } else { "fluid.case" }],
-        is_elastic && wall.extrude.is_none() && wall.file.is_none(),
+        !extrude && !file,
         "it has no wall yet: add a table [wall.extrude] with layers and thicknesses_m, or [wall.file] with a mesh; or wall.mode = \"rigid\""
             .into(),
     );
+}
+
+/// Names of patches and openings.
+fn patches(fluid: &OwnFluid, report: &mut Report<'_>) {
     for (key, names) in [
         ("fluid.patches", &fluid.patches),
         ("fluid.openings", &fluid.openings),
@@ -99,19 +135,6 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
             common.map_or("", String::as_str)
         ),
     );
-    regions(fluid, report);
-    motion(wall, report);
-    if !is_elastic {
-        return;
-    }
-    materials(wall, report);
-    if let Some(extrusion) = &wall.extrude {
-        extruded(wall, extrusion, report);
-    }
-    if let Some(file) = &wall.file {
-        from_file(wall, file, report);
-    }
-    supports(wall, report);
 }
 
 fn regions(fluid: &OwnFluid, report: &mut Report<'_>) {

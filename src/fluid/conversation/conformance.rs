@@ -101,11 +101,19 @@ impl Examination<'_> {
     }
 
     fn run(&mut self) -> Result<(), EarlyEnd> {
+        let mut fluid = self.introduction()?;
+        let bulge = bulge(fluid.interface());
+        self.trials(&mut fluid, &bulge)?;
+        self.first_step(&mut fluid, &bulge)?;
+        self.restart(fluid, &bulge)
+    }
+
+    /// It starts with a wall that makes sense.
+    fn introduction(&mut self) -> Result<ExternalFluid, EarlyEnd> {
         let what = "it starts and introduces itself";
         let started = self.start();
-        let mut fluid = self.get(what, started)?;
-        let wall = fluid.interface().clone();
-        let bulge = bulge(&wall);
+        let fluid = self.get(what, started)?;
+        let wall = fluid.interface();
         self.note(
             what,
             Ok(format!(
@@ -118,36 +126,44 @@ impl Examination<'_> {
         );
         self.note(
             "the centres of faces lie between their points",
-            centres(&wall),
+            centres(wall),
         );
+        Ok(fluid)
+    }
 
+    /// Trials from the old state, of several displacements and lengths of the step; the last one is as the first.
+    fn trials(&mut self, fluid: &mut ExternalFluid, bulge: &[Vec3]) -> Result<(), EarlyEnd> {
         let dt = self.settings.time_step;
-        let scaled = |times: f64| bulge.iter().map(|u| times * u).collect::<Vec<_>>();
-        let (once, wild) = (scaled(1.0), scaled(WILD));
         let what = "it answers trials";
-        let first = ask(&mut fluid, &once, dt, true);
+        let first = ask(fluid, bulge, dt, true);
         let first = self.get(what, first)?;
-        let strayed = ask(&mut fluid, &wild, dt, false);
+        let strayed = ask(fluid, &scaled(bulge, WILD), dt, false);
         self.get(what, strayed)?;
         self.note(what, Ok(String::new()));
         let what = "from the old state it repeats a trial, whatever came between";
-        let again = ask(&mut fluid, &once, dt, true);
+        let again = ask(fluid, bulge, dt, true);
         let again = self.get(what, again)?;
         self.note(what, same(&first.tractions, &again.tractions));
         let what = "from the old state a step may change its length";
-        let half = ask(&mut fluid, &once, 0.5 * dt, true);
+        let half = ask(fluid, bulge, 0.5 * dt, true);
         self.get(what, half)?;
-        let whole = ask(&mut fluid, &once, dt, true);
+        let whole = ask(fluid, bulge, dt, true);
         let whole = self.get(what, whole)?;
         self.note(what, same(&first.tractions, &whole.tractions));
+        Ok(())
+    }
 
+    /// A step that is kept: what it says of volumes and flows goes together with the motion of the wall.
+    fn first_step(&mut self, fluid: &mut ExternalFluid, bulge: &[Vec3]) -> Result<(), EarlyEnd> {
+        let dt = self.settings.time_step;
         let before = fluid.volumes()[0];
         let what = "it accepts a step";
         let accepted = fluid.accept(Wanted::default());
         let step = self.get(what, accepted)?;
         self.note(what, report(&step, dt));
-        let grown =
-            volume_below(&wall, &once) - volume_below(&wall, &vec![Vec3::zeros(); once.len()]);
+        let wall = fluid.interface();
+        let at_rest = vec![Vec3::zeros(); bulge.len()];
+        let grown = volume_below(wall, bulge) - volume_below(wall, &at_rest);
         self.note(
             "its volume grows as the wall moves outwards",
             alike(step.volume - before, grown, "m³"),
@@ -160,10 +176,14 @@ impl Examination<'_> {
                 "m³/s",
             ),
         );
+        Ok(())
+    }
 
-        // A second step that is kept, a third one that is repeated after a restart.
+    /// A second step that is kept, and a third one that is repeated after a restart.
+    fn restart(&mut self, mut fluid: ExternalFluid, bulge: &[Vec3]) -> Result<(), EarlyEnd> {
+        let dt = self.settings.time_step;
         let what = "it gives its state when it is asked to";
-        let solved = ask(&mut fluid, &scaled(1.5), dt, false);
+        let solved = ask(&mut fluid, &scaled(bulge, 1.5), dt, false);
         self.get(what, solved)?;
         let state = Wanted {
             state: true,
@@ -174,7 +194,7 @@ impl Examination<'_> {
         let memory = fluid.memory(&|_| true);
         let memory = self.get(what, memory)?;
         self.note(what, Ok(format!("{} bytes", memory.state.len())));
-        let third = scaled(1.2);
+        let third = scaled(bulge, 1.2);
         let what = "it continues after a restart from that state, to the last digit";
         let straight = ask(&mut fluid, &third, dt, true).and_then(|t| Ok((t, finish(&mut fluid)?)));
         let (straight, end) = self.get(what, straight)?;
@@ -381,6 +401,10 @@ fn report(step: &FluidStep, time: f64) -> Result<String, String> {
     let openings =
         openings.map(|o| format!("{} {:.3e} m³/s, {:.1} Pa", o.name, o.flow, o.mean_pressure));
     Ok(openings.collect::<Vec<_>>().join("; "))
+}
+
+fn scaled(displacement: &[Vec3], times: f64) -> Vec<Vec3> {
+    displacement.iter().map(|u| times * u).collect()
 }
 
 fn same(first: &[Vec3], second: &[Vec3]) -> Result<String, String> {

@@ -1,11 +1,11 @@
 //! What a run computed, in a table: vessel, walls, blood, what flows in and out, meshes, date and version.
 
 use super::page::{escape, significant, table};
-use super::quantities::MMHG;
 use crate::analysis::case_figures::CaseFigures;
 use crate::case::{Case, Material, VesselSide};
 use crate::geometry::Vessel;
 use crate::output::results::Results;
+use crate::tabular::units::MMHG;
 use std::time::UNIX_EPOCH;
 
 const SECONDS_OF_A_DAY: u64 = 86_400;

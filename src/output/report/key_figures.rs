@@ -1,13 +1,13 @@
 //! The figures that a run ends in, for tables over many runs.
 
 use super::page::significant;
-use super::quantities::MMHG;
 use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
 use crate::hemodynamics::periodicity::PeriodDifference;
 use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
 use crate::output::record::RunSummary;
 use crate::output::refinement::Limit;
 use crate::output::results::Results;
+use crate::tabular::units::MMHG;
 
 /// What is shown where a run has no such figure.
 const NONE: &str = "–";

@@ -4,9 +4,6 @@ use super::page::significant;
 use crate::hemodynamics::Place;
 use crate::hemodynamics::summary::{Course, RegionSummary};
 
-/// A millimetre of mercury, Pa.
-pub const MMHG: f64 = 133.322;
-
 /// A measure.
 pub struct Quantity {
     /// Its name with its unit.

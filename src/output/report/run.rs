@@ -12,6 +12,7 @@ use crate::output::figure::{Curve, Panel, Scale};
 use crate::output::results::Results;
 use crate::output::tables::{self, HistoryRow, OpeningRow, whole_steps};
 use crate::output::wall_history::WallHistoryReader;
+use crate::tabular::units::MMHG;
 use fsi_numerics::twelve_digits;
 use std::io;
 
@@ -172,7 +173,7 @@ pub(super) fn flow_panel(run: &Results) -> Panel {
 
 /// Mean pressures at inlet and outlet.
 pub(super) fn pressure_panel(run: &Results) -> Panel {
-    let pressure = |value| column(run, value, quantities::MMHG);
+    let pressure = |value| column(run, value, MMHG);
     let curves = vec![
         line("inlet", OPENINGS[0], pressure(|row| row.p_in_Pa)),
         line("outlet", OPENINGS[1], pressure(|row| row.p_out_Pa)),
@@ -266,7 +267,7 @@ fn openings(run: &Results) -> io::Result<Vec<String>> {
                 "pressure",
                 "time / s",
                 "pressure / mmHg",
-                curves(|row| row.p_Pa / quantities::MMHG),
+                curves(|row| row.p_Pa / MMHG),
             ),
         ),
     ])

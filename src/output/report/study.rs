@@ -3,7 +3,6 @@
 use super::key_figures::{COURSE, KeyFigure, RESULTS};
 use super::maps::{self, OSI, RADIUS, TAWSS};
 use super::page::{Page, chart, download, escape, figure, gallery, line, panel, table, warnings};
-use super::quantities::MMHG;
 use super::scene;
 use super::surface::{DrawnSurface, SurfaceField};
 use super::sweep;
@@ -13,6 +12,7 @@ use crate::output::figure::Curve;
 use crate::output::refinement::Limit;
 use crate::output::results::Results;
 use crate::output::tables::HistoryRow;
+use crate::tabular::units::MMHG;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 

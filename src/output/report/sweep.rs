@@ -1,13 +1,13 @@
 //! Measures of the runs of a study over what differs between their cases: as a table, and drawn.
 
 use super::page::{chart, line, panel};
-use super::quantities::MMHG;
 use super::study::values;
 use super::table::PageTable;
 use crate::hemodynamics::RegionName;
 use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
 use crate::output::figure::{Curve, Marker};
 use crate::output::results::Results;
+use crate::tabular::units::MMHG;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Curves of a figure, at most.

@@ -98,24 +98,8 @@ pub fn solve(
     kept: &mut Option<KeptTangent>,
 ) -> Result<Solution, SolidError> {
     let mut stats = Stats::default();
-    let evaluate =
-        |d: &[f64], kept: Option<&KeptTangent>, previous: Option<&Residual>, stats: &mut Stats| {
-            stats.residuals += 1;
-            let residual = timed(&mut stats.residual_s, || {
-                problem.residual(d, kept, previous)
-            })?;
-            // A finite difference of infinite forces would be taken for an equilibrium.
-            if residual.norm().is_finite() && residual.scale.is_finite() {
-                Ok(residual)
-            } else {
-                Err(SolidError::NoEquilibrium(
-                    "the stresses overflow; the load is too large for one step: take smaller ones"
-                        .into(),
-                ))
-            }
-        };
     let mut d = start;
-    let mut residual = evaluate(&d, kept.as_ref(), None, &mut stats)?;
+    let mut residual = evaluate(problem, &d, kept.as_ref(), None, &mut stats)?;
     let mut history = vec![residual.relative()];
     // Relative residuals since the tangent in use was taken up.
     let mut since = history.clone();
@@ -137,18 +121,11 @@ pub fn solve(
         let tangent = match kept {
             Some(tangent) => tangent,
             None => {
-                stats.assemblies += 1;
-                let values = timed(&mut stats.assembly_s, || {
-                    problem.tangent(&d, linearized_at.as_deref())
-                })?;
-                stats.factorizations += 1;
-                let fresh = timed(&mut stats.factorization_s, || {
-                    problem.factorize(&d, &values)
-                })?;
+                let fresh = linearized(problem, &d, linearized_at.as_deref(), &mut stats)?;
                 since = vec![previous];
                 let fresh = kept.insert(fresh);
                 if fresh.predicts_pressure() {
-                    residual = evaluate(&d, Some(fresh), None, &mut stats)?;
+                    residual = evaluate(problem, &d, Some(fresh), None, &mut stats)?;
                 }
                 fresh
             }
@@ -157,25 +134,16 @@ pub fn solve(
         timed(&mut stats.substitution_s, || tangent.solve(&mut step))?;
         stats.iterations += 1;
 
-        // Shorten a step that turns an element inside out.
-        let mut scale = -1.0;
-        let (moved, new) = loop {
-            let moved = problem.moved(&d, &step, scale);
-            match evaluate(&moved, Some(tangent), Some(&residual), &mut stats) {
-                Ok(new) => break (Some(moved), new),
-                Err(_) if !fresh => break (None, residual.clone()),
-                Err(error) if scale.abs() < 0.02 => return Err(error),
-                Err(_) => scale *= 0.5,
-            }
-        };
-        let relative = new.relative();
-        let Some(moved) = moved
-            .filter(|_| fresh || relative < previous || (stats.iterations == 1 && relative < 1.0))
-        else {
+        let taken = stepped(problem, &d, &step, (tangent, fresh), &residual, &mut stats)?;
+        let Some((moved, new, scale)) = taken.filter(|(_, new, _)| {
+            let relative = new.relative();
+            fresh || relative < previous || (stats.iterations == 1 && relative < 1.0)
+        }) else {
             // The old tangent led astray: forget it together with its step.
             *kept = None;
             continue;
         };
+        let relative = new.relative();
         rises = if relative > previous { rises + 1 } else { 0 };
         if relative < previous && !tangent.predicts_pressure() {
             let change = (new.vector.iter().zip(&residual.vector)).map(|(new, old)| new - old);
@@ -197,6 +165,62 @@ pub fn solve(
         residuals: history,
         stats,
     })
+}
+
+/// The residual at `d`, if the stresses are finite there.
+fn evaluate(
+    problem: &impl Equilibrium,
+    d: &[f64],
+    kept: Option<&KeptTangent>,
+    previous: Option<&Residual>,
+    stats: &mut Stats,
+) -> Result<Residual, SolidError> {
+    stats.residuals += 1;
+    let residual = timed(&mut stats.residual_s, || {
+        problem.residual(d, kept, previous)
+    })?;
+    // A finite difference of infinite forces would be taken for an equilibrium.
+    if residual.norm().is_finite() && residual.scale.is_finite() {
+        return Ok(residual);
+    }
+    Err(SolidError::NoEquilibrium(
+        "the stresses overflow; the load is too large for one step: take smaller ones".into(),
+    ))
+}
+
+/// A fresh tangent at `d`.
+fn linearized(
+    problem: &impl Equilibrium,
+    d: &[f64],
+    linearized_at: Option<&[f64]>,
+    stats: &mut Stats,
+) -> Result<KeptTangent, SolidError> {
+    stats.assemblies += 1;
+    let values = timed(&mut stats.assembly_s, || problem.tangent(d, linearized_at))?;
+    stats.factorizations += 1;
+    timed(&mut stats.factorization_s, || problem.factorize(d, &values))
+}
+
+/// Where a step leads: the new place, its residual, and by what the step was scaled. One with a fresh tangent that turns
+/// an element inside out is shortened; one with an old tangent leads nowhere then.
+fn stepped(
+    problem: &impl Equilibrium,
+    d: &[f64],
+    step: &[f64],
+    (tangent, fresh): (&KeptTangent, bool),
+    residual: &Residual,
+    stats: &mut Stats,
+) -> Result<Option<(Vec<f64>, Residual, f64)>, SolidError> {
+    let mut scale = -1.0;
+    loop {
+        let moved = problem.moved(d, step, scale);
+        match evaluate(problem, &moved, Some(tangent), Some(residual), stats) {
+            Ok(new) => return Ok(Some((moved, new, scale))),
+            Err(_) if !fresh => return Ok(None),
+            Err(error) if f64::abs(scale) < 0.02 => return Err(error),
+            Err(_) => scale *= 0.5,
+        }
+    }
 }
 
 /// Iterations that a solution needs with a fresh tangent.

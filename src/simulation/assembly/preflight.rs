@@ -10,7 +10,8 @@ use crate::case::{
 };
 use crate::coupling::transfer::{TransferError, likely_unit};
 use crate::fluid::native::NativeFluid;
-use crate::fluid::openfoam::{templates, trial};
+use crate::fluid::openfoam::templates::{self, TemplateError};
+use crate::fluid::openfoam::trial;
 use crate::fluid::{Fluid, FluidError, FluidInterface};
 use crate::pfem::Solid;
 use std::borrow::Cow;
@@ -47,38 +48,8 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
             (Some(interface(&domain)), domain.fluid.contains(&points))
         }
         Solver::OpenFoam => {
-            let patches = domain.fluid.patches.iter();
-            let patches: Vec<&str> = patches.map(|patch| patch.name.as_str()).collect();
-            let mut found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
-            let folder = &case.fluid.templates;
-            if case.time.scheme == FluidTimeScheme::Bdf2 {
-                found.extend(templates::check_second_order(folder));
-            }
-            if case.fluid.convection != ConvectionScheme::LinearUpwind {
-                found.extend(templates::check_convection(folder));
-            }
-            if case.tree().is_some() {
-                found.extend(templates::check_openings(folder));
-                found.extend(templates::check_walls(folder));
-            }
-            if let Some(vessel) = case.vessel() {
-                if vessel.opening.is_some() {
-                    found.extend(templates::check_openings(folder));
-                }
-                if vessel.start() == Start::Equilibrium {
-                    found.extend(templates::check_equilibrium_start(folder));
-                }
-                for (opening, moves) in [
-                    ("inlet", vessel.inlet_end() != InletEnd::Clamped),
-                    ("outlet", vessel.outlet_end().0 != VesselEnd::Clamped),
-                ] {
-                    if moves {
-                        found.extend(templates::check_moving_end(folder, opening));
-                    }
-                }
-            }
-            let found = found.into_iter().map(|error| error.to_string());
-            errors.extend(found.map(|error| case.mistake("fluid.templates", error)));
+            let found = template_mistakes(case, &domain).into_iter();
+            errors.extend(found.map(|e| case.mistake("fluid.templates", e.to_string())));
             (Some(interface(&domain)), domain.fluid.contains(&points))
         }
         Solver::Native => match NativeFluid::new(case) {
@@ -95,30 +66,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         // Its wall is not known before it has started.
         Solver::External => (None, Vec::new()),
     };
-    match initial_state(case, &domain) {
-        Err(none) => errors.push(blamed(case, none.key.as_deref(), none.to_string())),
-        Ok(InitialState { solid, .. }) => {
-            let related = interface
-                .as_ref()
-                .map(|interface| transfer(case, interface, &solid));
-            let fits = !matches!(related, Some(Err(_)));
-            if let Some(Err(error)) = related {
-                errors.push(blamed(case, key_of(case, &error), apart(case, &error)));
-            }
-            let probes = case
-                .output
-                .probes
-                .iter()
-                .copied()
-                .map(Vec3::from)
-                .enumerate();
-            // On a wall in another unit none would lie.
-            let off = probes.filter(|(_, probe)| fits && solid.locate(&[*probe]).is_err());
-            let off = off.map(|(i, probe)| off_the_wall(i, probe, interface.as_ref()));
-            let key = case.key_of_points("output.probes_m");
-            errors.extend(some(off).map(|what| case.mistake(key, what)));
-        }
-    }
+    check_wall(case, &domain, interface.as_ref(), &mut errors);
     let outside = points.iter().zip(inside).filter(|(_, inside)| !inside);
     let outside = outside.map(|(x, _)| {
         let x: [f64; 3] = (*x).into();
@@ -142,6 +90,72 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
         Ok(())
     } else {
         Err(CaseErrors(errors))
+    }
+}
+
+/// What the templates of OpenFOAM lack for this case.
+fn template_mistakes(case: &ResolvedCase, domain: &Domain) -> Vec<TemplateError> {
+    let patches = domain.fluid.patches.iter();
+    let patches: Vec<&str> = patches.map(|patch| patch.name.as_str()).collect();
+    let mut found = templates::check(&case.fluid.templates, &patches, case.fluid.ranks);
+    let folder = &case.fluid.templates;
+    if case.time.scheme == FluidTimeScheme::Bdf2 {
+        found.extend(templates::check_second_order(folder));
+    }
+    if case.fluid.convection != ConvectionScheme::LinearUpwind {
+        found.extend(templates::check_convection(folder));
+    }
+    if case.tree().is_some() {
+        found.extend(templates::check_openings(folder));
+        found.extend(templates::check_walls(folder));
+    }
+    if let Some(vessel) = case.vessel() {
+        if vessel.opening.is_some() {
+            found.extend(templates::check_openings(folder));
+        }
+        if vessel.start() == Start::Equilibrium {
+            found.extend(templates::check_equilibrium_start(folder));
+        }
+        for (opening, moves) in [
+            ("inlet", vessel.inlet_end() != InletEnd::Clamped),
+            ("outlet", vessel.outlet_end().0 != VesselEnd::Clamped),
+        ] {
+            if moves {
+                found.extend(templates::check_moving_end(folder, opening));
+            }
+        }
+    }
+    found
+}
+
+/// Whether the wall finds its state at t = 0 and lies where the blood's is, with the probes on it.
+fn check_wall(
+    case: &ResolvedCase,
+    domain: &Domain,
+    interface: Option<&FluidInterface>,
+    errors: &mut Vec<CaseError>,
+) {
+    match initial_state(case, domain) {
+        Err(none) => errors.push(blamed(case, none.key.as_deref(), none.to_string())),
+        Ok(InitialState { solid, .. }) => {
+            let related = interface.map(|interface| transfer(case, interface, &solid));
+            let fits = !matches!(related, Some(Err(_)));
+            if let Some(Err(error)) = related {
+                errors.push(blamed(case, key_of(case, &error), apart(case, &error)));
+            }
+            let probes = case
+                .output
+                .probes
+                .iter()
+                .copied()
+                .map(Vec3::from)
+                .enumerate();
+            // On a wall in another unit none would lie.
+            let off = probes.filter(|(_, probe)| fits && solid.locate(&[*probe]).is_err());
+            let off = off.map(|(i, probe)| off_the_wall(i, probe, interface));
+            let key = case.key_of_points("output.probes_m");
+            errors.extend(some(off).map(|what| case.mistake(key, what)));
+        }
     }
 }
 

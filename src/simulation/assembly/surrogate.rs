@@ -15,6 +15,7 @@ use crate::coupling::transfer::Transfer;
 use crate::fluid::FluidInterface;
 use crate::geometry::Vessel;
 use crate::pfem::{Solid, SurfaceLoad, SurfacePoint};
+use nalgebra::DVector;
 
 /// Pressure (Pa) that probes the wall without load: so small that one tangent serves for all stations.
 const PROBE: f64 = 1.0;
@@ -95,6 +96,27 @@ pub fn surrogate<S: Solid>(
         radial_inertia: true,
     };
 
+    let to_waves = waves(&stations, &blood, &mut answer)?;
+    let stations = stations.with_periods(to_waves.len() / 2);
+    let answers: Result<Vec<_>, String> = (0..stations.count())
+        .map(|station| answer(&|x| stations.share(station, x)))
+        .collect();
+    let mut surrogate = TubeSurrogate::new(stations, &answers?, to_waves, blood, inlet, outlet);
+    // The blood of the initial state.
+    surrogate.finish_step(&rest);
+    Ok(Box::new(surrogate))
+}
+
+/// What the wall answers to a pressure of this shape, for a unit of it.
+type Answer<'a> = dyn FnMut(&dyn Fn(&Vec3) -> f64) -> Result<DVector<f64>, String> + 'a;
+
+/// The wall's answers to waves around the circumference, those of a cosine and of a sine for each number of periods, as
+/// far as the blood's added mass counts there. Stations so far apart that none feels the next one's press at once.
+fn waves(
+    stations: &Stations,
+    blood: &SurrogateBlood,
+    answer: &mut Answer<'_>,
+) -> Result<Vec<Vec<Comb>>, String> {
     let reference = stations.reference_radius();
     let radius = reference.iter().sum::<f64>() / reference.len() as f64;
     let step = (FELT * radius / stations.length() * (stations.count() + 1) as f64).ceil() as usize;
@@ -116,19 +138,12 @@ pub fn surrogate<S: Solid>(
                     teeth.map(|station| stations.share(station, x)).sum()
                 };
                 let answer = answer(&|x| teeth(x) * stations.uniform(wave, x))?;
-                combs.push(Comb::new(&stations, first, step, answer));
+                combs.push(Comb::new(stations, first, step, answer));
             }
             to_waves.push(combs);
         }
     }
-    let stations = stations.with_periods(to_waves.len() / 2);
-    let answers: Result<Vec<_>, String> = (0..stations.count())
-        .map(|station| answer(&|x| stations.share(station, x)))
-        .collect();
-    let mut surrogate = TubeSurrogate::new(stations, &answers?, to_waves, blood, inlet, outlet);
-    // The blood of the initial state.
-    surrogate.finish_step(&rest);
-    Ok(Box::new(surrogate))
+    Ok(to_waves)
 }
 
 /// What happens at the ends of the tube, beyond rigid pieces of these lengths (m), in beats of `period` (s).

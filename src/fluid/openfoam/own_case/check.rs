@@ -26,14 +26,52 @@ const AT_WALL: [&str; 2] = ["zeroGradient", "fixedFluxPressure"];
 /// Most bytes of a file that are looked at to find its header.
 const HEADER: usize = 2000;
 
+/// What keeps a case from being coupled, as it is found.
+struct Mistakes<'a> {
+    folder: &'a Path,
+    found: Vec<OwnCaseError>,
+}
+
+impl Mistakes<'_> {
+    fn add(&mut self, file: &str, reason: impl Into<String>) {
+        let path = self.folder.join(file);
+        self.found.push(OwnCaseError::new(&path, reason.into()));
+    }
+
+    /// A file that is there, in ascii, and can be understood.
+    fn read(&self, file: &str) -> Option<Dictionary> {
+        let path = self.folder.join(file);
+        (path.is_file() && !is_binary(&path))
+            .then(|| Dictionary::read(self.folder, Path::new(file)).ok())?
+    }
+
+    /// Complains of patches of a field whose condition, where it is plain to see, is none of the `allowed` ones.
+    fn conditions(
+        &mut self,
+        file: &str,
+        patches: &[String],
+        allowed: &[&str],
+        advice: impl Fn(&str) -> String,
+    ) {
+        let Some(field) = self.read(file) else { return };
+        for patch in patches {
+            if let Some(found) = condition(&field, patch).filter(|found| !allowed.contains(found)) {
+                let reason = format!(
+                    "the patch {patch} is of the type {found}, {}",
+                    advice(patch)
+                );
+                self.add(file, reason);
+            }
+        }
+    }
+}
+
 impl OwnCaseFiles<'_> {
     /// What keeps the case from being coupled, with the lines that would be right; empty if nothing is known.
     pub fn check(&self, mesh: &PolyMesh) -> Vec<OwnCaseError> {
-        let folder = self.folder();
-        let fields = self.start_fields();
-        let mut errors = Vec::new();
-        let mut wrong = |file: &str, reason: String| {
-            errors.push(OwnCaseError::new(&folder.join(file), reason));
+        let mut wrong = Mistakes {
+            folder: self.folder(),
+            found: Vec::new(),
         };
         let known: Vec<&str> = mesh
             .patches
@@ -46,132 +84,34 @@ impl OwnCaseFiles<'_> {
                     "the mesh has no patch {name:?}, one of fluid.openings; it has \"{}\"",
                     known.join("\", \"")
                 );
-                wrong("constant/polyMesh/boundary", reason);
+                wrong.add("constant/polyMesh/boundary", reason);
             }
         }
-        let start = [format!("{fields}/U"), format!("{fields}/p")];
-        let needed = NEEDED
-            .iter()
-            .copied()
-            .chain(start.iter().map(String::as_str));
-        for file in needed {
-            if !folder.join(file).is_file() {
-                wrong(file, "the case has no such file".into());
+        let fields = self.start_fields();
+        let [velocity, pressure, displacement] =
+            ["U", "p", "pointDisplacement"].map(|field| format!("{fields}/{field}"));
+        let needed: Vec<&str> = NEEDED.into_iter().chain([&*velocity, &*pressure]).collect();
+        for file in &needed {
+            if !wrong.folder.join(file).is_file() {
+                wrong.add(file, "the case has no such file");
             }
         }
-        let displacement = format!("{fields}/pointDisplacement");
         let others = [
             "system/blockMeshDict",
             "constant/dynamicMeshDict",
             &displacement,
         ];
-        let included = NEEDED
-            .iter()
-            .copied()
-            .chain(start.iter().map(String::as_str));
-        for file in included.chain(others) {
-            if let Err(error) = Dictionary::read(folder, Path::new(file))
+        for file in needed.into_iter().chain(others) {
+            if let Err(error) = Dictionary::read(wrong.folder, Path::new(file))
                 && error.leaves_the_case()
             {
-                wrong(file, format!("line {}: {}", error.line, error.message));
+                wrong.add(file, format!("line {}: {}", error.line, error.message));
             }
         }
-        let read = |file: &str| -> Option<Dictionary> {
-            let path = folder.join(file);
-            (path.is_file() && !is_binary(&path))
-                .then(|| Dictionary::read(folder, Path::new(file)).ok())?
-        };
-
-        if let Some(velocity) = read(&start[0]) {
-            for patch in &self.keys.patches {
-                if let Some(found) = condition(&velocity, patch)
-                    && !AT_REST.contains(&found)
-                {
-                    let reason = format!(
-                        "the patch {patch} is of the type {found}, and an elastic wall takes the fluid along: write {patch} \
-                         {{ type noSlip; }}"
-                    );
-                    wrong(&start[0], reason);
-                }
-            }
-        } else if folder.join(&start[0]).is_file() && is_binary(&folder.join(&start[0])) {
-            wrong(
-                &start[0],
-                "it is binary, and the condition of the wall is to be set: write it in ascii (foamFormatConvert with \
-                 writeFormat ascii; in system/controlDict)"
-                    .into(),
-            );
-        }
-        if let Some(pressure) = read(&start[1]) {
-            for patch in &self.keys.patches {
-                if let Some(found) = condition(&pressure, patch)
-                    && !AT_WALL.contains(&found)
-                {
-                    let reason = format!(
-                        "the patch {patch} is of the type {found}, which fixes the load on the wall: write {patch} {{ type \
-                         zeroGradient; }}"
-                    );
-                    wrong(&start[1], reason);
-                }
-            }
-        }
-        if let Some(field) = read(&displacement) {
-            for patch in &self.keys.patches {
-                if let Some(found) = condition(&field, patch)
-                    && found != "fixedValue"
-                {
-                    let reason = format!(
-                        "the patch {patch} is of the type {found}, and the driver says how it moves: write {patch} {{ type \
-                         fixedValue; value uniform (0 0 0); }}"
-                    );
-                    wrong(&displacement, reason);
-                }
-            }
-        }
-        if let Some(field) = read(&displacement) {
-            for (patch, motion) in &self.moving {
-                if condition(&field, patch) == Some("fixedValue") {
-                    let reason = format!(
-                        "the wall moves where it ends at the patch {patch}, and this holds it: write {patch} {{ type {}; }}, or \
-                         leave the patch out for the driver to say it",
-                        motion.condition()
-                    );
-                    wrong(&displacement, reason);
-                }
-            }
-        }
-        if let Some(motion) = read("constant/dynamicMeshDict")
-            && let Some(reason) = motion_reason(&motion)
-        {
-            wrong("constant/dynamicMeshDict", reason);
-        }
-        if let Some(schemes) = read("system/fvSchemes")
-            && let Some(scheme) = (schemes.dictionary("ddtSchemes")).and_then(|d| d.word("default"))
-            && ["steadyState", "none", "localEuler"].contains(&scheme)
-        {
-            let reason = format!(
-                "time derivatives are of the scheme {scheme}: write ddtSchemes {{ default Euler; }}"
-            );
-            wrong("system/fvSchemes", reason);
-        }
-        if let Some(solution) = read("system/fvSolution") {
-            match solution.dictionary("PIMPLE") {
-                None if solution.may_have("PIMPLE") => {}
-                None => wrong(
-                    "system/fvSolution",
-                    "there is no PIMPLE, whose correctors are the coupling's iterations: write PIMPLE { nCorrectors 2; }".into(),
-                ),
-                Some(pimple) if pimple.get("residualControl").is_some() => wrong(
-                    "system/fvSolution",
-                    "residualControl in PIMPLE would end the outer correctors behind the driver's back: remove it (how many \
-                     there are say fluid.max_correctors and fluid.pressure_residual)"
-                        .into(),
-                ),
-                Some(_) => {}
-            }
-        }
+        self.check_fields([&velocity, &pressure, &displacement], &mut wrong);
+        check_solution(&mut wrong);
         if self.ranks > 1
-            && let Some(parts) = read("system/decomposeParDict")
+            && let Some(parts) = wrong.read("system/decomposeParDict")
             && let Some(number) = parts
                 .word("numberOfSubdomains")
                 .and_then(|n| n.parse::<usize>().ok())
@@ -181,9 +121,84 @@ impl OwnCaseFiles<'_> {
                 "it cuts the case into {number} parts, and fluid.ranks (--ranks) says {}: write the same number in both places",
                 self.ranks
             );
-            wrong("system/decomposeParDict", reason);
+            wrong.add("system/decomposeParDict", reason);
         }
-        errors
+        wrong.found
+    }
+
+    /// Conditions of the start fields on the patches that an elastic wall moves.
+    fn check_fields(
+        &self,
+        [velocity, pressure, displacement]: [&str; 3],
+        wrong: &mut Mistakes<'_>,
+    ) {
+        let patches = &self.keys.patches;
+        wrong.conditions(velocity, patches, &AT_REST, |patch| {
+            format!("and an elastic wall takes the fluid along: write {patch} {{ type noSlip; }}")
+        });
+        let path = wrong.folder.join(velocity);
+        if path.is_file() && is_binary(&path) {
+            wrong.add(
+                velocity,
+                "it is binary, and the condition of the wall is to be set: write it in ascii (foamFormatConvert with \
+                 writeFormat ascii; in system/controlDict)",
+            );
+        }
+        wrong.conditions(pressure, patches, &AT_WALL, |patch| {
+            format!("which fixes the load on the wall: write {patch} {{ type zeroGradient; }}")
+        });
+        wrong.conditions(displacement, patches, &["fixedValue"], |patch| {
+            format!(
+                "and the driver says how it moves: write {patch} {{ type fixedValue; value uniform (0 0 0); }}"
+            )
+        });
+        let Some(field) = wrong.read(displacement) else {
+            return;
+        };
+        for (patch, motion) in &self.moving {
+            if condition(&field, patch) == Some("fixedValue") {
+                let reason = format!(
+                    "the wall moves where it ends at the patch {patch}, and this holds it: write {patch} {{ type {}; }}, or \
+                     leave the patch out for the driver to say it",
+                    motion.condition()
+                );
+                wrong.add(displacement, reason);
+            }
+        }
+    }
+}
+
+/// How the mesh moves, the derivatives in time, and the correctors.
+fn check_solution(wrong: &mut Mistakes<'_>) {
+    if let Some(motion) = wrong.read("constant/dynamicMeshDict")
+        && let Some(reason) = motion_reason(&motion)
+    {
+        wrong.add("constant/dynamicMeshDict", reason);
+    }
+    if let Some(schemes) = wrong.read("system/fvSchemes")
+        && let Some(scheme) = (schemes.dictionary("ddtSchemes")).and_then(|d| d.word("default"))
+        && ["steadyState", "none", "localEuler"].contains(&scheme)
+    {
+        let reason = format!(
+            "time derivatives are of the scheme {scheme}: write ddtSchemes {{ default Euler; }}"
+        );
+        wrong.add("system/fvSchemes", reason);
+    }
+    let Some(solution) = wrong.read("system/fvSolution") else {
+        return;
+    };
+    match solution.dictionary("PIMPLE") {
+        None if solution.may_have("PIMPLE") => {}
+        None => wrong.add(
+            "system/fvSolution",
+            "there is no PIMPLE, whose correctors are the coupling's iterations: write PIMPLE { nCorrectors 2; }",
+        ),
+        Some(pimple) if pimple.get("residualControl").is_some() => wrong.add(
+            "system/fvSolution",
+            "residualControl in PIMPLE would end the outer correctors behind the driver's back: remove it (how many \
+             there are say fluid.max_correctors and fluid.pressure_residual)",
+        ),
+        Some(_) => {}
     }
 }
 
