@@ -163,66 +163,22 @@ fn property(schema: &Schema, key: &Key) -> Value {
         ValueKind::Text(most) => json!({ "type": "string", "minLength": 1, "maxLength": most }),
         ValueKind::Flag => json!({ "type": "boolean" }),
         ValueKind::Path | ValueKind::PathOr(_) => json!({ "type": "string", "minLength": 1 }),
-        ValueKind::Command(most) => json!({
-            "type": "array",
-            "minItems": 1,
-            "maxItems": most,
-            "items": { "type": "string" },
-        }),
+        ValueKind::Command(most) => list(1, most, json!({ "type": "string" })),
         ValueKind::Rows(most) => {
-            let row = json!({
-                "type": "array",
-                "minItems": 3,
-                "maxItems": most,
-                "items": { "type": "number", "minimum": 0, "maximum": 1 },
-            });
-            json!({ "type": "array", "minItems": 3, "maxItems": most, "items": row })
+            let share = json!({ "type": "number", "minimum": 0, "maximum": 1 });
+            list(3, most, list(3, most, share))
         }
-        ValueKind::Radii(rows, columns) => {
-            let row = json!({
-                "type": "array",
-                "minItems": 4,
-                "maxItems": columns,
-                "items": { "type": "number", "exclusiveMinimum": 0 },
-            });
-            json!({ "type": "array", "minItems": 2, "maxItems": rows, "items": row })
-        }
-        ValueKind::Points(most) => {
-            let point = json!({
-                "type": "array",
-                "minItems": 3,
-                "maxItems": 3,
-                "items": { "type": "number" },
-            });
-            json!({ "type": "array", "maxItems": most, "items": point })
-        }
+        ValueKind::Radii(rows, columns) => list(2, rows, list(4, columns, positive())),
+        ValueKind::Points(most) => list(0, most, list(3, 3, json!({ "type": "number" }))),
         ValueKind::Degrees(low, high) => {
-            let three = json!({
-                "type": "array",
-                "minItems": 3,
-                "maxItems": 3,
-                "items": whole(low, high),
-            });
-            json!({ "anyOf": [whole(low, high), three] })
+            json!({ "anyOf": [whole(low, high), list(3, 3, whole(low, high))] })
         }
         ValueKind::WholeOr(low, high, word) => {
             json!({ "anyOf": [whole(low, high), { "const": word }] })
         }
-        ValueKind::Sizes(most) => json!({
-            "type": "array",
-            "items": { "type": "number", "exclusiveMinimum": 0 },
-            "minItems": 1,
-            "maxItems": most,
-        }),
-        ValueKind::Names(most) => json!({
-            "type": "array",
-            "items": { "type": "string", "minLength": 1 },
-            "minItems": 1,
-            "maxItems": most,
-        }),
-        ValueKind::Numbers(most) => {
-            json!({ "type": "array", "minItems": 2, "maxItems": most, "items": { "type": "number" } })
-        }
+        ValueKind::Sizes(most) => list(1, most, positive()),
+        ValueKind::Names(most) => list(1, most, json!({ "type": "string", "minLength": 1 })),
+        ValueKind::Numbers(most) => list(2, most, json!({ "type": "number" })),
     };
     let unit = key.unit().map_or(String::new(), |unit| format!(", {unit}"));
     let absent = key
@@ -234,6 +190,14 @@ fn property(schema: &Schema, key: &Key) -> Value {
         value["default"] = json!(default.value);
     }
     value
+}
+
+fn list(least: usize, most: usize, items: Value) -> Value {
+    json!({ "type": "array", "minItems": least, "maxItems": most, "items": items })
+}
+
+fn positive() -> Value {
+    json!({ "type": "number", "exclusiveMinimum": 0 })
 }
 
 fn whole(low: i64, high: i64) -> Value {

@@ -9,7 +9,7 @@ use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::Pressures;
-use crate::case::{BloodVessel, Case, ConditionKeys, VesselSide};
+use crate::case::{BloodVessel, Case, ConditionKeys, ResolvedCase, VesselSide};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Section, Vessel};
 use crate::output::progress::{human, tell_statics};
@@ -39,17 +39,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     tell_statics();
     let case = arguments.case.load(&arguments.folder)?;
-    let needs_openfoam = surroundings::needs_openfoam(case.fluid.solver);
-    let openfoam = match (needs_openfoam, install::check(case.fluid.ranks)) {
-        (false, _) => "is not needed".to_owned(),
-        (true, Ok(_)) => {
-            let interrupt = Interrupt::listen(None)?;
-            preflight::try_fluid(&case, interrupt.of_the_start())?;
-            interrupt.stop_listening()?;
-            "takes the templates".to_owned()
-        }
-        (true, Err(missing)) => format!("was left out: {missing}"),
-    };
+    let openfoam = openfoam(&case)?;
     let fit = case.own().map(|_| fit(&case)).transpose()?;
     let (cells, degrees_of_freedom) = match &fit {
         Some(fit) => (fit.cells, fit.degrees_of_freedom),
@@ -107,18 +97,33 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         terminal::note(format_args!("warning: {}", told(&deviation)));
     }
     if arguments.wall {
-        let vessel = case.vessel().ok_or_else(|| {
-            let reason =
-                "--wall: the case has no vessel of the driver's making; leave the option out";
-            Failure::Input(reason.into())
-        })?;
-        if vessel.is_rigid() {
-            let reason = "--wall: no section of the vessel is elastic; leave the option out";
-            return Err(Failure::Input(reason.into()));
-        }
-        terminal::print(in_figures(&case, vessel)?)?;
+        terminal::print(in_figures(&case, elastic_vessel(&case)?)?)?;
     }
     Ok(())
+}
+
+/// What OpenFOAM says to the case, where it is needed.
+fn openfoam(case: &ResolvedCase) -> Result<String, Failure> {
+    if !surroundings::needs_openfoam(case.fluid.solver) {
+        return Ok("is not needed".into());
+    }
+    if let Err(missing) = install::check(case.fluid.ranks) {
+        return Ok(format!("was left out: {missing}"));
+    }
+    let interrupt = Interrupt::listen(None)?;
+    preflight::try_fluid(case, interrupt.of_the_start())?;
+    interrupt.stop_listening()?;
+    Ok("takes the templates".into())
+}
+
+/// The vessel whose wall can be put under pressure alone.
+fn elastic_vessel(case: &Case) -> Result<&BloodVessel, Failure> {
+    let reason = match case.vessel() {
+        Some(vessel) if !vessel.is_rigid() => return Ok(vessel),
+        Some(_) => "--wall: no section of the vessel is elastic; leave the option out",
+        None => "--wall: the case has no vessel of the driver's making; leave the option out",
+    };
+    Err(Failure::Input(reason.into()))
 }
 
 /// What is to be expected of a case, a line each: its label and the text. Further lines belong here.
@@ -330,9 +335,12 @@ fn fit(case: &Case) -> Result<Fit, Failure> {
     Fit::of(case, &domain).map_err(|e| Failure::Input(e.to_string()))
 }
 
+fn mmhg(pressure: f64) -> String {
+    format!("{:.2} kPa ({:.0} mmHg)", 1e-3 * pressure, pressure / MMHG)
+}
+
 /// What `--wall` prints.
 fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
-    let mmhg = |pressure: f64| format!("{:.2} kPa ({:.0} mmHg)", 1e-3 * pressure, pressure / MMHG);
     // The wall's own compliance, which is left out, brings them closer together.
     let maker = match vessel.condition_at(VesselSide::End) {
         _ if !vessel.condition_at(VesselSide::Start).is_flow() => "the inlet makes",
@@ -354,6 +362,24 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
         mmhg(expected.mean),
         mmhg(expected.highest)
     );
+    text += &radii(&wall);
+    let tissue = vessel.surroundings.as_ref();
+    if tissue.is_some_and(|tissue| tissue.spring.is_some()) {
+        for (pressure, share) in wall.pressures.iter().zip(&wall.tissue_shares) {
+            text += &format!(
+                "  of {} the tissue around the wall carries {:.1} %\n",
+                mmhg(*pressure),
+                1e2 * share
+            );
+        }
+    }
+    text += &buckling(&wall, expected.highest);
+    Ok(text)
+}
+
+/// How far the wall is widened and moved aside in the middle of each section.
+fn radii(wall: &WallFigures) -> String {
+    let mut text = String::new();
     for section in &wall.sections {
         text += &format!(
             "  lumen in the middle of the {}: radius {:.3} mm without load\n",
@@ -375,16 +401,12 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
             );
         }
     }
-    let tissue = vessel.surroundings.as_ref();
-    if tissue.is_some_and(|tissue| tissue.spring.is_some()) {
-        for (pressure, share) in wall.pressures.iter().zip(&wall.tissue_shares) {
-            text += &format!(
-                "  of {} the tissue around the wall carries {:.1} %\n",
-                mmhg(*pressure),
-                1e2 * share
-            );
-        }
-    }
+    text
+}
+
+/// Where the wall buckles, next to the highest pressure (Pa) that is expected.
+fn buckling(wall: &WallFigures, highest: f64) -> String {
+    let mut text = String::new();
     if let Some(pressure) = wall.buckling {
         text += &format!("  it buckles at {}\n", mmhg(pressure));
     }
@@ -392,8 +414,8 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
         Some(pressure) => format!(
             "  without its imperfection it buckles at {}, {:.2} times the highest pressure{}\n",
             mmhg(pressure),
-            pressure / expected.highest,
-            if pressure < 1.25 * expected.highest {
+            pressure / highest,
+            if pressure < 1.25 * highest {
                 ": so close, displacements are those of a buckling column (docs/wall.md)"
             } else {
                 ""
@@ -409,5 +431,5 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
             }
         ),
     };
-    Ok(text)
+    text
 }

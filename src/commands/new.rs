@@ -87,70 +87,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "{shown} is there already and not an empty folder: choose another name"
         )));
     }
-    for (option, value, [least, most], allowed) in [
-        (
-            "--radius",
-            arguments.radius,
-            [1e-5, 0.05],
-            "metres, from 1e-5 to 0.05",
-        ),
-        (
-            "--thickness",
-            arguments.thickness,
-            [1e-6, 0.02],
-            "a length from 1e-6 to 0.02 m",
-        ),
-        (
-            "--smoothing",
-            arguments.smoothing,
-            [0.0, 1.0],
-            "a length from 0 to 1 m",
-        ),
-        (
-            "--loaded",
-            arguments.loaded,
-            [1.0, 1e5],
-            "a pressure from 1 Pa to 100 kPa (750 mmHg)",
-        ),
-        (
-            "--period",
-            arguments.period,
-            [1e-3, 1e3],
-            "a duration from 0.001 to 1000 s",
-        ),
-        (
-            "--flow-period",
-            arguments.flow_period,
-            [1e-3, 1e3],
-            "a duration from 0.001 to 1000 s",
-        ),
-    ] {
-        if let Some(value) = value.filter(|value| !(least..=most).contains(value)) {
-            return Err(Failure::Input(format!(
-                "{option} {value}: expected {allowed}"
-            )));
-        }
-    }
-    let input = ProposalInput {
-        line: arguments.from.clone(),
-        lumen: arguments.lumen.clone(),
-        unit: arguments.unit,
-        lumen_unit: arguments.lumen_unit,
-        branch: arguments.branch.clone(),
-        is_reversed: arguments.reverse,
-        radius: arguments.radius,
-        like: arguments.like,
-        flow: arguments.flow.clone(),
-        flow_unit: arguments.flow_unit,
-        flow_period: arguments.flow_period,
-        period: arguments.period,
-        smoothing: arguments.smoothing,
-        thickness: arguments.thickness,
-        loaded: arguments.loaded,
-        is_rcr: arguments.rcr,
-        has_tissue: arguments.tissue,
-    };
-    let proposal = Proposal::new(&input).map_err(|reason| match reason {
+    arguments.check_numbers()?;
+    let proposal = Proposal::new(&arguments.input()).map_err(|reason| match reason {
         ProposalError::Io(error) => Failure::Run(error.to_string()),
         other => Failure::Input(other.to_string()),
     })?;
@@ -163,6 +101,50 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
          fsi-driver report {shown}/run-{preset} --open\n",
         folder.join("case.toml").display()
     ))?)
+}
+
+impl Arguments {
+    fn check_numbers(&self) -> Result<(), Failure> {
+        const DURATION: &str = "a duration from 0.001 to 1000 s";
+        #[rustfmt::skip]
+        let numbers = [
+            ("--radius", self.radius, [1e-5, 0.05], "metres, from 1e-5 to 0.05"),
+            ("--thickness", self.thickness, [1e-6, 0.02], "a length from 1e-6 to 0.02 m"),
+            ("--smoothing", self.smoothing, [0.0, 1.0], "a length from 0 to 1 m"),
+            ("--loaded", self.loaded, [1.0, 1e5], "a pressure from 1 Pa to 100 kPa (750 mmHg)"),
+            ("--period", self.period, [1e-3, 1e3], DURATION),
+            ("--flow-period", self.flow_period, [1e-3, 1e3], DURATION),
+        ];
+        for (option, value, [least, most], allowed) in numbers {
+            if let Some(value) = value.filter(|value| !(least..=most).contains(value)) {
+                let reason = format!("{option} {value}: expected {allowed}");
+                return Err(Failure::Input(reason));
+            }
+        }
+        Ok(())
+    }
+
+    fn input(&self) -> ProposalInput {
+        ProposalInput {
+            line: self.from.clone(),
+            lumen: self.lumen.clone(),
+            unit: self.unit,
+            lumen_unit: self.lumen_unit,
+            branch: self.branch.clone(),
+            is_reversed: self.reverse,
+            radius: self.radius,
+            like: self.like,
+            flow: self.flow.clone(),
+            flow_unit: self.flow_unit,
+            flow_period: self.flow_period,
+            period: self.period,
+            smoothing: self.smoothing,
+            thickness: self.thickness,
+            loaded: self.loaded,
+            is_rcr: self.rcr,
+            has_tissue: self.tissue,
+        }
+    }
 }
 
 /// The folder under another name until it is whole.

@@ -47,38 +47,8 @@ impl Vessel {
             }
         };
         let mut sections: Vec<Section> = of_section.map(section).collect();
-        // A rigid wall has the thickness of its elastic neighbour, so that joints keep that.
-        for i in (1..sections.len()).rev() {
-            if sections[i - 1].surfaces.len() == 1 {
-                sections[i - 1].surfaces = sections[i].surfaces.clone();
-            }
-        }
-        for i in 1..sections.len() {
-            if sections[i].surfaces.len() == 1 {
-                sections[i].surfaces = sections[i - 1].surfaces.clone();
-            }
-        }
-        let tube = |name: &str, [from, to]: [f64; 2], joint: f64, like: &Section| Section {
-            name: name.into(),
-            from,
-            to,
-            is_elastic: false,
-            base: Base::Lumen(MonotoneCubic::constant(like.surface(0, joint))),
-            materials: Vec::new(),
-            blend: 0.0,
-            surfaces: like.surfaces.clone(),
-        };
-        if let Some(long) = keys.upstream.filter(|long| *long > 0.0) {
-            let from = sections[0].from;
-            let upstream = tube("upstream", [from - long, from], from, &sections[0]);
-            sections.insert(0, upstream);
-            sections[1].blend = 0.0;
-        }
-        if let Some(long) = keys.downstream.filter(|long| *long > 0.0) {
-            let last = &sections[sections.len() - 1];
-            let downstream = tube("downstream", [last.to, last.to + long], last.to, last);
-            sections.push(downstream);
-        }
+        share_thickness(&mut sections);
+        add_tubes(keys, &mut sections);
         let bumps = keys.feature.iter().flatten();
         let bumps = bumps.map(|feature| Feature::Bump(Bump::new(feature)));
         let (materials, names) = match keys.is_rigid() {
@@ -97,6 +67,45 @@ impl Vessel {
             names,
             counts_radii: true,
         }
+    }
+}
+
+/// A rigid wall has the thickness of its elastic neighbour, so that joints keep that.
+fn share_thickness(sections: &mut [Section]) {
+    for i in (1..sections.len()).rev() {
+        if sections[i - 1].surfaces.len() == 1 {
+            sections[i - 1].surfaces = sections[i].surfaces.clone();
+        }
+    }
+    for i in 1..sections.len() {
+        if sections[i].surfaces.len() == 1 {
+            sections[i].surfaces = sections[i - 1].surfaces.clone();
+        }
+    }
+}
+
+/// Rigid tubes upstream and downstream of the vessel that is described.
+fn add_tubes(keys: &VesselDescription, sections: &mut Vec<Section>) {
+    let tube = |name: &str, [from, to]: [f64; 2], joint: f64, like: &Section| Section {
+        name: name.into(),
+        from,
+        to,
+        is_elastic: false,
+        base: Base::Lumen(MonotoneCubic::constant(like.surface(0, joint))),
+        materials: Vec::new(),
+        blend: 0.0,
+        surfaces: like.surfaces.clone(),
+    };
+    if let Some(long) = keys.upstream.filter(|long| *long > 0.0) {
+        let from = sections[0].from;
+        let upstream = tube("upstream", [from - long, from], from, &sections[0]);
+        sections.insert(0, upstream);
+        sections[1].blend = 0.0;
+    }
+    if let Some(long) = keys.downstream.filter(|long| *long > 0.0) {
+        let last = &sections[sections.len() - 1];
+        let downstream = tube("downstream", [last.to, last.to + long], last.to, last);
+        sections.push(downstream);
     }
 }
 

@@ -311,58 +311,27 @@ impl Vessel {
         };
         let at = |slice: usize, point: usize| order.number(slice, point);
         let cells: Vec<[usize; 8]> = (0..slices)
-            .flat_map(|slice| {
-                quads
-                    .iter()
-                    .map(move |quad| std::array::from_fn(|v| at(slice + v / 4, quad[v % 4])))
-            })
+            .flat_map(|slice| quads.iter().map(move |quad| (slice, quad)))
+            .map(|(slice, quad)| std::array::from_fn(|v| at(slice + v / 4, quad[v % 4])))
             .collect();
-        let cap = |slice: usize| {
-            quads
-                .iter()
-                .map(|quad| quad.map(|point| at(slice, point)))
-                .collect()
-        };
+        let cap = |slice: usize| (quads.iter().map(|quad| quad.map(|p| at(slice, p)))).collect();
+        let ring = |slice, a| at(slice, section.ring_point(mesh.radial, a));
         let wall = |slices: &[usize]| {
-            let corners = |slice: usize, a: usize| {
-                [
-                    (slice, a),
-                    (slice, a + 1),
-                    (slice + 1, a + 1),
-                    (slice + 1, a),
-                ]
-                .map(|(slice, a)| at(slice, section.ring_point(mesh.radial, a)))
-            };
             (slices.iter())
-                .flat_map(|&slice| (0..section.around()).map(move |a| (slice, a)))
-                .map(|(s, a)| corners(s, a))
+                .flat_map(|&slice| (0..section.around()).map(move |a| (slice, slice + 1, a, a + 1)))
+                .map(|(s, t, a, b)| [ring(s, a), ring(s, b), ring(t, b), ring(t, a)])
                 .collect()
         };
         let elastic = elastic_pieces(&spans);
         let (elastic, rigid): (Vec<usize>, Vec<usize>) =
             (0..slices).partition(|slice| elastic.contains(slice));
         let patches = [
-            PatchFaces {
-                name: "inlet",
-                kind: "patch",
-                faces: cap(0),
-            },
-            PatchFaces {
-                name: "outlet",
-                kind: "patch",
-                faces: cap(slices),
-            },
-            PatchFaces {
-                name: "wallRigid",
-                kind: "wall",
-                faces: wall(&rigid),
-            },
-            PatchFaces {
-                name: "wallFsi",
-                kind: "wall",
-                faces: wall(&elastic),
-            },
+            ("inlet", "patch", cap(0)),
+            ("outlet", "patch", cap(slices)),
+            ("wallRigid", "wall", wall(&rigid)),
+            ("wallFsi", "wall", wall(&elastic)),
         ];
+        let patches = patches.map(|(name, kind, faces)| PatchFaces { name, kind, faces });
         PolyMesh::from_hexes(points, &cells, &patches)
     }
 }

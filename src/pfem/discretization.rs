@@ -117,20 +117,16 @@ impl Discretization {
             formulation,
         )?;
         let most = points.into_iter().max().unwrap_or(1);
-        let foundation = |support: &Support| match support {
-            Support::Foundation(described) => {
-                let faces = supports::surface(mesh, &described.surface);
-                let new = |faces| {
-                    let space = &options.space;
-                    Foundation::new(&numbering, space, &mapping, faces, most, described)
-                };
-                Some(faces.and_then(new))
-            }
-            _ => None,
-        };
-        let foundations = supports
-            .iter()
-            .filter_map(foundation)
+        let foundations = (supports.iter())
+            .filter_map(|support| match support {
+                Support::Foundation(described) => Some(described),
+                _ => None,
+            })
+            .map(|described| {
+                let faces = supports::surface(mesh, &described.surface)?;
+                let space = &options.space;
+                Foundation::new(&numbering, space, &mapping, faces, most, described)
+            })
             .collect::<Result<_, SolidError>>()?;
         let supports = Supports::new(mesh, &numbering, &mapping, supports)?;
         let centres: Vec<Vec3> = (0..count)

@@ -52,18 +52,15 @@ pub fn sizes(input: &ProposalInput) -> Result<VesselSizes, String> {
     };
     let line = LineSurvey::read(path, input.branch.as_deref(), unit)
         .map_err(|e| format!("--from {}: {e}", path.display()))?;
-    let surface = match &input.lumen {
-        None => None,
-        Some(path) => {
+    let surface = (input.lumen.as_ref())
+        .map(|path| {
             let wrong = |e: String| format!("--lumen {}: {e}", path.display());
-            let surface = Surface::new(
-                &PolyData::read(path).map_err(wrong)?,
-                input.lumen_unit.unwrap_or(unit).metres(),
-            )
-            .map_err(wrong)?;
-            Some(surface.area() / (TAU * line.polygon()))
-        }
-    };
+            let data = PolyData::read(path).map_err(wrong)?;
+            let metres = input.lumen_unit.unwrap_or(unit).metres();
+            let surface = Surface::new(&data, metres).map_err(wrong)?;
+            Ok::<_, String>(surface.area() / (TAU * line.polygon()))
+        })
+        .transpose()?;
     if input.radius.is_some() && surface.is_some() {
         return Err(
             "--radius: the radius comes from --lumen already; leave out one of the two".into(),
@@ -82,27 +79,7 @@ pub fn sizes(input: &ProposalInput) -> Result<VesselSizes, String> {
         .smoothing
         .unwrap_or_else(|| rounded(line.smoothing(radius)));
     let length = line.length(smoothing);
-    let [short, long] = LENGTHS;
-    let [thin, wide] = RADII_OF_VESSELS;
-    if !(short..=long).contains(&length) || !(thin..=wide).contains(&radius) {
-        // The radius has another unit if it is given by itself.
-        let would_fit = |other: &LengthUnit| {
-            let factor = other.metres() / unit.metres();
-            let of_file = if has_radius { factor } else { 1.0 };
-            (USUAL_LENGTHS[0]..=USUAL_LENGTHS[1]).contains(&(factor * length))
-                && (USUAL_RADII[0]..=USUAL_RADII[1]).contains(&(of_file * radius))
-        };
-        let advice = match LengthUnit::ALL.into_iter().find(would_fit) {
-            Some(other) => format!("--unit {} would fit", other.name()),
-            None => "no unit fits both: are points and radii in different ones?".to_owned(),
-        };
-        return Err(format!(
-            "--unit {}: with it the centre-line is {:.3e} m long and the lumen {radius:.3e} m in radius; vessels are {short} to {long} m \
-             long and {thin:e} to {wide} m in radius; {advice}",
-            unit.name(),
-            length
-        ));
-    }
+    check_unit(unit, length, radius, has_radius)?;
     let known = line.radii().iter().filter(|_| input.radius.is_none());
     let radii = known.fold([radius; 2], |[low, high], r| [low.min(*r), high.max(*r)]);
     Ok(VesselSizes {
@@ -113,4 +90,28 @@ pub fn sizes(input: &ProposalInput) -> Result<VesselSizes, String> {
         line: Some(line),
         has_radius,
     })
+}
+
+/// Whether length and radius (m) are those of a vessel in this unit; the radius has another one if it is given by
+/// itself.
+fn check_unit(unit: LengthUnit, length: f64, radius: f64, has_radius: bool) -> Result<(), String> {
+    let ([short, long], [thin, wide]) = (LENGTHS, RADII_OF_VESSELS);
+    if (short..=long).contains(&length) && (thin..=wide).contains(&radius) {
+        return Ok(());
+    }
+    let would_fit = |other: &LengthUnit| {
+        let factor = other.metres() / unit.metres();
+        let of_file = if has_radius { factor } else { 1.0 };
+        (USUAL_LENGTHS[0]..=USUAL_LENGTHS[1]).contains(&(factor * length))
+            && (USUAL_RADII[0]..=USUAL_RADII[1]).contains(&(of_file * radius))
+    };
+    let advice = match LengthUnit::ALL.into_iter().find(would_fit) {
+        Some(other) => format!("--unit {} would fit", other.name()),
+        None => "no unit fits both: are points and radii in different ones?".to_owned(),
+    };
+    Err(format!(
+        "--unit {}: with it the centre-line is {length:.3e} m long and the lumen {radius:.3e} m in radius; vessels are {short} to {long} \
+         m long and {thin:e} to {wide} m in radius; {advice}",
+        unit.name()
+    ))
 }

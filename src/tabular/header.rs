@@ -36,19 +36,7 @@ pub fn find<'a>(
         0 => Some(delimiter.split(text)).filter(|cells| !cells.is_empty()),
         _ => cells(text, count, delimiter),
     };
-    // A row with a mistake is no line of names.
-    for (i, (line, text)) in above.iter().rev().take(2).enumerate() {
-        let cells = delimiter.split(text);
-        let is_number = |cell: &&String| number(cell, true).is_some();
-        if cells.len() > 1
-            && (is_number(&&cells[0]) || i == 0 && cells.iter().any(|cell| is_number(&cell)))
-            && let Some(odd) = cells
-                .iter()
-                .find(|cell| !is_number(cell) && !cell.is_empty())
-        {
-            return Err(Fault::at(*line, no_number(odd)));
-        }
-    }
+    refuse_rows(&above, delimiter)?;
     // The last lines above the rows, a line of units perhaps after that of names.
     if let Some((last, before)) = above.split_last() {
         let found = fits(last.1);
@@ -60,16 +48,11 @@ pub fn find<'a>(
         if let Some(cells) = found {
             return Ok(given(*last, cells, None));
         }
-        let cells = delimiter.split(last.1);
-        if cells.len() > 1 {
-            return Err(Fault::at(
-                last.0,
-                format!(
-                    "expected names of {count} columns, as many as the rows have, found {}: {:?}",
-                    cells.len(),
-                    last.1
-                ),
-            ));
+        let found = delimiter.split(last.1).len();
+        if found > 1 {
+            let expected = format!("expected names of {count} columns, as many as the rows have");
+            let reason = format!("{expected}, found {found}: {:?}", last.1);
+            return Err(Fault::at(last.0, reason));
         }
     }
     // In comments, if the names are known.
@@ -94,6 +77,23 @@ pub fn find<'a>(
         header: None,
         notes: notes(),
     })
+}
+
+/// A row with a mistake is no line of names.
+fn refuse_rows(above: &[(usize, &str)], delimiter: Delimiter) -> Result<(), Fault> {
+    for (i, (line, text)) in above.iter().rev().take(2).enumerate() {
+        let cells = delimiter.split(text);
+        let is_number = |cell: &&String| number(cell, true).is_some();
+        if cells.len() > 1
+            && (is_number(&&cells[0]) || i == 0 && cells.iter().any(|cell| is_number(&cell)))
+            && let Some(odd) = cells
+                .iter()
+                .find(|cell| !is_number(cell) && !cell.is_empty())
+        {
+            return Err(Fault::at(*line, no_number(odd)));
+        }
+    }
+    Ok(())
 }
 
 fn columns(names: Vec<String>, units: Option<Vec<String>>) -> Vec<Column> {

@@ -194,26 +194,7 @@ pub fn parse(
         })
         .collect();
     let may_have_commas = delimiter != Delimiter::Comma || text.contains('"');
-    let numbers = |row: &Row| {
-        let numbers = row
-            .cells
-            .iter()
-            .filter(|cell| number(cell, may_have_commas).is_some());
-        numbers.count()
-    };
-    let begins = |row: &Row| {
-        let numbers = numbers(row);
-        numbers >= least || numbers > 0 && numbers == row.cells.len()
-    };
-    let mut start = split.iter().position(begins).unwrap_or(split.len());
-    // A line of counts may stand above the names.
-    if let Some(pair) = split.get(start..start + 2)
-        && pair[0].cells.len() < least
-        && !begins(&pair[1])
-        && let Some(next) = split[start + 1..].iter().position(begins)
-    {
-        start += 1 + next;
-    }
+    let start = first_row(&split, least, may_have_commas);
     let (above, rows) = split.split_at(start);
     let rows = without_counts(rows, least)?;
     // As many columns as the first row has, or as have names if no row has more.
@@ -233,20 +214,14 @@ pub fn parse(
         notes,
     } = header::find(above, texts, &comments, first, delimiter, is_header)?;
     let count = columns.len();
-    if let Some(row) = rows
-        .iter()
-        .find(|row| row.cells.len() > count || row.cells.len() < least.min(count))
-    {
-        return Err(Fault::at(
-            row.line,
-            format!("expected {count} numbers, found {}", row.cells.len()),
-        ));
+    let fits = |row: &Row| (least.min(count)..=count).contains(&row.cells.len());
+    if let Some(row) = rows.iter().find(|row| !fits(row)) {
+        let reason = format!("expected {count} numbers, found {}", row.cells.len());
+        return Err(Fault::at(row.line, reason));
     }
     if let Some(row) = rows.get(MOST_ROWS) {
-        return Err(Fault::at(
-            row.line,
-            format!("more than {MOST_ROWS} rows: this cannot be the right file"),
-        ));
+        let reason = format!("more than {MOST_ROWS} rows: this cannot be the right file");
+        return Err(Fault::at(row.line, reason));
     }
     Ok(Sheet {
         columns,
@@ -256,6 +231,31 @@ pub fn parse(
         delimiter,
         has_decimal_commas,
     })
+}
+
+/// The first row of numbers, after titles and names.
+fn first_row(rows: &[Row], least: usize, may_have_commas: bool) -> usize {
+    let numbers = |row: &Row| {
+        let numbers = row
+            .cells
+            .iter()
+            .filter(|cell| number(cell, may_have_commas).is_some());
+        numbers.count()
+    };
+    let begins = |row: &Row| {
+        let numbers = numbers(row);
+        numbers >= least || numbers > 0 && numbers == row.cells.len()
+    };
+    let mut start = rows.iter().position(begins).unwrap_or(rows.len());
+    // A line of counts may stand above the names.
+    if let Some(pair) = rows.get(start..start + 2)
+        && pair[0].cells.len() < least
+        && !begins(&pair[1])
+        && let Some(next) = rows[start + 1..].iter().position(begins)
+    {
+        start += 1 + next;
+    }
+    start
 }
 
 /// Rows without a line of counts before them: their number, which SimVascular lets that of Fourier modes follow.

@@ -30,91 +30,30 @@ const AREA: Dimension = [2, 0, 0];
 const FORCE: Dimension = [1, 1, -2];
 const MASS: Dimension = [0, 1, 0];
 
-/// Spellings, size and dimension. Upper and lower case are the same, except where they make two units.
+/// Spellings, size and dimension. Upper and lower case are the same, except where they make two units; names have a
+/// plural and are also written as in America.
 const SYMBOLS: &[(&[&str], f64, Dimension)] = &[
-    (&["m", "metre", "metres", "meter", "meters"], 1.0, LENGTH),
+    (&["m", "metre"], 1.0, LENGTH),
     (&["dm"], 0.1, LENGTH),
-    (
-        &[
-            "cm",
-            "centimetre",
-            "centimetres",
-            "centimeter",
-            "centimeters",
-        ],
-        1e-2,
-        LENGTH,
-    ),
-    (
-        &[
-            "mm",
-            "millimetre",
-            "millimetres",
-            "millimeter",
-            "millimeters",
-        ],
-        1e-3,
-        LENGTH,
-    ),
-    (
-        &[
-            "um",
-            "micron",
-            "microns",
-            "micrometre",
-            "micrometres",
-            "micrometer",
-            "micrometers",
-        ],
-        1e-6,
-        LENGTH,
-    ),
-    (
-        &["l", "litre", "litres", "liter", "liters", "ltr"],
-        1e-3,
-        VOLUME,
-    ),
+    (&["cm", "centimetre"], 1e-2, LENGTH),
+    (&["mm", "millimetre"], 1e-3, LENGTH),
+    (&["um", "micron", "micrometre"], 1e-6, LENGTH),
+    (&["l", "litre", "ltr"], 1e-3, VOLUME),
     (&["dl"], 1e-4, VOLUME),
     (&["cl"], 1e-5, VOLUME),
-    (
-        &[
-            "ml",
-            "cc",
-            "ccm",
-            "millilitre",
-            "millilitres",
-            "milliliter",
-            "milliliters",
-        ],
-        1e-6,
-        VOLUME,
-    ),
-    (
-        &[
-            "ul",
-            "microlitre",
-            "microlitres",
-            "microliter",
-            "microliters",
-        ],
-        1e-9,
-        VOLUME,
-    ),
-    (&["s", "sec", "secs", "second", "seconds"], 1.0, TIME),
-    (
-        &["ms", "msec", "msecs", "millisecond", "milliseconds"],
-        1e-3,
-        TIME,
-    ),
+    (&["ml", "cc", "ccm", "millilitre"], 1e-6, VOLUME),
+    (&["ul", "microlitre"], 1e-9, VOLUME),
+    (&["s", "sec", "second"], 1.0, TIME),
+    (&["ms", "msec", "millisecond"], 1e-3, TIME),
     (&["us", "usec"], 1e-6, TIME),
-    (&["min", "mins", "minute", "minutes"], 60.0, TIME),
-    (&["h", "hr", "hour", "hours"], 3600.0, TIME),
-    (&["g", "gram", "grams"], 1e-3, MASS),
+    (&["min", "minute"], 60.0, TIME),
+    (&["h", "hr", "hour"], 3600.0, TIME),
+    (&["g", "gram"], 1e-3, MASS),
     (&["kg"], 1.0, MASS),
-    (&["N", "newton", "newtons"], 1.0, FORCE),
+    (&["N", "newton"], 1.0, FORCE),
     (&["mN"], 1e-3, FORCE),
-    (&["dyn", "dyne", "dynes"], 1e-5, FORCE),
-    (&["Pa", "pascal", "pascals"], 1.0, PRESSURE),
+    (&["dyn", "dyne"], 1e-5, FORCE),
+    (&["Pa", "pascal"], 1.0, PRESSURE),
     (&["hPa"], 1e2, PRESSURE),
     (&["kPa"], 1e3, PRESSURE),
     (&["mPa"], 1e-3, PRESSURE),
@@ -267,6 +206,12 @@ fn factor_of(factor: &str) -> Option<(Unit, i32)> {
 }
 
 fn symbol(word: &str) -> Option<Unit> {
+    let british = word
+        .to_lowercase()
+        .replace("meter", "metre")
+        .replace("liter", "litre");
+    let is_name = |known: &str| known.len() > 2 && known.chars().all(|c| c.is_ascii_lowercase());
+    let is_plural = |known: &str| is_name(known) && british.strip_suffix('s') == Some(known);
     let find = |is: &dyn Fn(&str) -> bool| {
         let found = SYMBOLS
             .iter()
@@ -276,11 +221,13 @@ fn symbol(word: &str) -> Option<Unit> {
             dimension: *dimension,
         })
     };
-    find(&|known| known == word).or_else(|| {
-        // MPA might be either.
-        let is_clear = !word.eq_ignore_ascii_case("mpa");
-        find(&|known| is_clear && known.eq_ignore_ascii_case(word))
-    })
+    find(&|known| known == word)
+        .or_else(|| {
+            // MPA might be either.
+            let is_clear = british != "mpa";
+            find(&|known| is_clear && known.eq_ignore_ascii_case(&british))
+        })
+        .or_else(|| find(&is_plural))
 }
 
 /// A power of ten before a unit, as in `10^-6 m^3/s`, and the rest.

@@ -76,6 +76,19 @@ impl VesselDescription {
         self.smoothing.unwrap_or(1e-9)
     }
 
+    /// Smooths the points of the case itself, if they are to be.
+    fn smooth_points(&mut self) {
+        let fits = self.radii.is_empty() || self.radii.len() == self.points.len();
+        if self.is_smoothed() && self.points.len() > 2 && fits {
+            let line = CentreLine {
+                points: std::mem::take(&mut self.points),
+                radii: std::mem::take(&mut self.radii),
+            };
+            let line = (line.without_repeated()).smooth(self.halved(), self.least_bend);
+            (self.points, self.radii) = (line.points, line.radii);
+        }
+    }
+
     /// Reads the file of the centre-line, if the case names one, and smooths the line, if it is to be: points and radii
     /// then stand in it.
     ///
@@ -84,35 +97,18 @@ impl VesselDescription {
     pub(super) fn read_file(&mut self) -> Result<(), (&'static str, String)> {
         let key = "vessel.centre_line";
         let Some(path) = self.centre_line.clone() else {
-            if self.is_smoothed() && self.points.len() > 2 {
-                let line = CentreLine {
-                    points: std::mem::take(&mut self.points),
-                    radii: std::mem::take(&mut self.radii),
-                };
-                let fits = line.radii.is_empty() || line.radii.len() == line.points.len();
-                let line = if fits {
-                    line.without_repeated()
-                        .smooth(self.halved(), self.least_bend)
-                } else {
-                    line
-                };
-                (self.points, self.radii) = (line.points, line.radii);
-            }
+            self.smooth_points();
             return Ok(());
         };
         let Some(unit) = self.unit else {
             let words: Vec<_> = LengthUnit::WORDS.iter().map(|(word, _)| *word).collect();
             let words = words.join("\", \"");
-            return Err((
-                key,
-                format!("expected its unit of length next to it: vessel.unit = one of \"{words}\""),
-            ));
+            let what = "expected its unit of length next to it";
+            return Err((key, format!("{what}: vessel.unit = one of \"{words}\"")));
         };
         if !self.points.is_empty() {
-            return Err((
-                key,
-                "the case has vessel.points_m as well: leave out one of the two".into(),
-            ));
+            let reason = "the case has vessel.points_m as well: leave out one of the two";
+            return Err((key, reason.into()));
         }
         let named = |reason: String| (key, format!("{}: {reason}", path.display()));
         let file = LineFile::read(&path, self.branch.as_deref()).map_err(named)?;
@@ -120,21 +116,17 @@ impl VesselDescription {
         let mut line = file.line;
         let count = line.points.len();
         if count < 2 || !self.is_smoothed() && count > MOST_POINTS {
-            return Err(named(format!(
-                "expected 2 to {MOST_POINTS} points, found {count}{}",
-                if count < 2 {
-                    ""
-                } else {
-                    "; with vessel.smoothing_m there may be more"
-                }
-            )));
+            let advice = match count {
+                0 | 1 => "",
+                _ => "; with vessel.smoothing_m there may be more",
+            };
+            let reason = format!("expected 2 to {MOST_POINTS} points, found {count}{advice}");
+            return Err(named(reason));
         }
         line.points.iter_mut().flatten().for_each(|x| *x *= metres);
         line.radii.iter_mut().for_each(|r| *r *= metres);
-        if !path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
-        {
+        let ending = path.extension();
+        if !ending.is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
             line = line.without_repeated(); // tracts of VMTK's repeat the point where they meet
         }
         if self.is_reversed.unwrap_or(false) {

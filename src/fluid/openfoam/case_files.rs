@@ -190,89 +190,92 @@ impl CaseFiles<'_> {
     }
 
     fn parameters(&self) -> String {
-        let entries: [(&str, f64, &str); 6] = [
-            ("density", self.blood.density, "kg/m3"),
-            (
-                "kinematicViscosity",
-                self.blood.viscosity / self.blood.density,
-                "m2/s",
-            ),
-            ("timeStep", self.time.step, "s"),
-            (
-                "rampDuration",
-                self.ramp_duration(),
-                "s, of inflow and outlet pressure",
-            ),
-            ("period", self.time.period, "s"),
-            ("ranks", self.ranks as f64, "MPI ranks"),
-        ];
-        let openings = match &self.openings {
-            Openings::Vessel(openings) => vec![(
-                "initialPressure",
-                openings.initial_pressure() / self.blood.density,
-                "m2/s2, p/rho at t = 0",
-            )],
-            Openings::Channel(flag) => vec![
-                ("channelHeight", flag.channel_height, "m"),
-                ("meanVelocity", flag.mean_velocity, "m/s, at the inlet"),
-                ("depth", flag.depth, "m, along z"),
-            ],
-        };
-        let (model, of_blood) = self.transport_model();
         let mut text = String::from("// Numbers of the case; written by fsi-driver, do not edit\n");
-        for (name, value, unit) in entries.into_iter().chain(openings).chain(of_blood) {
+        let (model, of_blood) = self.transport_model();
+        for (name, value, unit) in self.numbers().into_iter().chain(of_blood) {
             // `{:e}` is the shortest form that reads back as the same number
-            let value = if name == "ranks" {
-                format!("{value}")
-            } else {
-                format!("{value:e}")
+            let value = match name {
+                "ranks" => format!("{value}"),
+                _ => format!("{value:e}"),
             };
-            let _ = writeln!(text, "{name:<23} {value}; // {unit}");
+            text += &format!("{name:<23} {value}; // {unit}\n");
         }
-        let _ = writeln!(text, "{:<23} {model};", "transportModel");
-        let motion = match self.blend {
-            Some(_) => "blendedFromWall",
-            None => "referenceLaplacian",
-        };
-        let _ = writeln!(text, "{:<23} {motion};", "meshMotion");
-        let derivative = match self.time.scheme {
-            FluidTimeScheme::ImplicitEuler => "Euler",
-            FluidTimeScheme::Bdf2 => "backward",
-        };
-        let _ = writeln!(text, "{:<23} {derivative};", TIME_DERIVATIVE);
-        let convection = match self.convection {
-            ConvectionScheme::LinearUpwind => "linearUpwind grad(U)",
-            ConvectionScheme::Lust => "LUST grad(U)",
-            ConvectionScheme::Linear => "linear",
-        };
-        let _ = writeln!(text, "{CONVECTION:<23} {convection};");
+        let mut word = |name: &str, value: &str| text += &format!("{name:<23} {value};\n");
+        word("transportModel", model);
+        word(
+            "meshMotion",
+            match self.blend {
+                Some(_) => "blendedFromWall",
+                None => "referenceLaplacian",
+            },
+        );
+        word(
+            TIME_DERIVATIVE,
+            match self.time.scheme {
+                FluidTimeScheme::ImplicitEuler => "Euler",
+                FluidTimeScheme::Bdf2 => "backward",
+            },
+        );
+        word(
+            CONVECTION,
+            match self.convection {
+                ConvectionScheme::LinearUpwind => "linearUpwind grad(U)",
+                ConvectionScheme::Lust => "LUST grad(U)",
+                ConvectionScheme::Linear => "linear",
+            },
+        );
         let (gradient, correctors) = match self.non_orthogonality_deg < STEEP_DEG {
-            true => ("corrected", 0),
-            false => ("limited corrected 0.33", 2),
+            true => ("corrected", "0"),
+            false => ("limited corrected 0.33", "2"),
         };
-        let _ = writeln!(text, "{:<23} {gradient};", "normalGradient");
-        let _ = writeln!(text, "{:<23} {correctors};", "nonOrthogonalCorrectors");
+        word("normalGradient", gradient);
+        word("nonOrthogonalCorrectors", correctors);
         let consistent = match self.diffusion_number < DIFFUSIVE {
             true => "no",
             false => "yes",
         };
-        let _ = writeln!(
-            text,
-            "{:<23} {consistent}; // diffusion number {:.2}",
+        text += &format!(
+            "{:<23} {consistent}; // diffusion number {:.2}\n",
             "consistentPressure", self.diffusion_number
         );
         let names: Vec<&str> = match &self.openings {
             Openings::Vessel(openings) => openings.names().collect(),
             Openings::Channel(_) => vec!["inlet", "outlet"],
         };
-        let _ = writeln!(text, "{OPENINGS:<23} ({});", names.join(" "));
-        let _ = writeln!(text, "{WALLS:<23} ({});", self.walls.join(" "));
+        text += &format!("{OPENINGS:<23} ({});\n", names.join(" "));
+        text += &format!("{WALLS:<23} ({});\n", self.walls.join(" "));
         if let Openings::Vessel(openings) = &self.openings
             && !self.includes_openings()
         {
             text += &openings.earlier_parameters(self.ramp_duration());
         }
         text
+    }
+
+    /// Numbers by name, with their units.
+    fn numbers(&self) -> Vec<(&'static str, f64, &'static str)> {
+        let (density, viscosity) = (self.blood.density, self.blood.viscosity);
+        let ramp = self.ramp_duration();
+        let mut numbers = vec![
+            ("density", density, "kg/m3"),
+            ("kinematicViscosity", viscosity / density, "m2/s"),
+            ("timeStep", self.time.step, "s"),
+            ("rampDuration", ramp, "s, of inflow and outlet pressure"),
+            ("period", self.time.period, "s"),
+            ("ranks", self.ranks as f64, "MPI ranks"),
+        ];
+        match &self.openings {
+            Openings::Vessel(openings) => {
+                let pressure = openings.initial_pressure() / density;
+                numbers.push(("initialPressure", pressure, "m2/s2, p/rho at t = 0"));
+            }
+            Openings::Channel(flag) => numbers.extend([
+                ("channelHeight", flag.channel_height, "m"),
+                ("meanVelocity", flag.mean_velocity, "m/s, at the inlet"),
+                ("depth", flag.depth, "m, along z"),
+            ]),
+        }
+        numbers
     }
 }
 

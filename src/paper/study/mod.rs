@@ -129,29 +129,17 @@ pub fn page(study: &PaperStudy) -> io::Result<String> {
         study.runs.len()
     );
     let mut page = Page::new("The influence of geometric imperfections: a study", &lead);
-    page.section(
-        "findings",
-        "What the paper found, what we found",
-        &findings::html(study),
-    );
+    let found = findings::html(study);
+    page.section("findings", "What the paper found, what we found", &found);
     let runs: Vec<&Results> = study.runs.iter().collect();
-    page.section(
-        "models",
-        "Models",
-        &report::study::cases(&runs, &study.missing),
-    );
+    let models = report::study::cases(&runs, &study.missing);
+    page.section("models", "Models", &models);
     if let Some(example) = study.example() {
         let name = example.name();
-        page.section(
-            "flow",
-            &format!("Flow and volume of {name}"),
-            &gallery(&run::flow(example)),
-        );
-        page.section(
-            "periodicity",
-            "Periodicity",
-            &gallery(&run::periodicity(example)),
-        );
+        let title = format!("Flow and volume of {name}");
+        page.section("flow", &title, &gallery(&run::flow(example)));
+        let periods = gallery(&run::periodicity(example));
+        page.section("periodicity", "Periodicity", &periods);
         if let Some(surface) = DrawnSurface::of(example)? {
             let html = format!(
                 "<p>Model {name} over the evaluated window. Drag to rotate, roll to zoom.</p>\n{}{}",
@@ -173,40 +161,18 @@ pub fn page(study: &PaperStudy) -> io::Result<String> {
             "Oscillating shear index",
         )?),
     );
-    page.section(
-        "influence",
-        "Influence of the imperfection",
-        &gallery(&figures::influence_of_d_max(study)),
-    );
-    page.section(
-        "largest",
-        "Largest wall shear stress",
-        &gallery(&figures::largest(study)),
-    );
-    page.section(
-        "stress",
-        "Von Mises stress",
-        &gallery(&figures::stress(study)?),
-    );
-    page.section(
-        "alike",
-        "Radius and oscillating shear index",
-        &gallery(&figures::alike(study)),
-    );
-    page.section(
-        "osi",
-        "Largest oscillating shear index",
-        &gallery(&figures::osi(study)),
-    );
-    page.section(
-        "distance",
-        "Influence of the extension along the vessel",
-        &gallery(&figures::distance(study)),
-    );
-    page.section(
-        "maps",
-        "All models on the unrolled wall",
-        &gallery(&report::study::all_maps(&runs)),
-    );
+    #[rustfmt::skip]
+    let figures = [
+        ("influence", "Influence of the imperfection", figures::influence_of_d_max(study)),
+        ("largest", "Largest wall shear stress", figures::largest(study)),
+        ("stress", "Von Mises stress", figures::stress(study)?),
+        ("alike", "Radius and oscillating shear index", figures::alike(study)),
+        ("osi", "Largest oscillating shear index", figures::osi(study)),
+        ("distance", "Influence of the extension along the vessel", figures::distance(study)),
+        ("maps", "All models on the unrolled wall", report::study::all_maps(&runs)),
+    ];
+    for (anchor, title, figures) in figures {
+        page.section(anchor, title, &gallery(&figures));
+    }
     Ok(page.to_html())
 }

@@ -77,6 +77,50 @@ fn expand(starts: &[usize], rows: &[usize]) -> SymbolicSparseColMat<usize> {
     SymbolicSparseColMat::new_checked(n, n, column_starts, None, row_indices)
 }
 
+/// Functions of an element that have a row: their numbers in it, rows and signs, in the order of the rows.
+type ElementRows = Vec<(usize, usize, f64)>;
+
+/// Rows of the blocks of each column of the lower triangle, and where a column's begin: functions meet in an element.
+fn blocks(elements_of: &[Vec<usize>], orders: &[ElementRows]) -> (Vec<usize>, Vec<usize>) {
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    let mut seen = vec![ABSENT; elements_of.len()];
+    for column in 0..elements_of.len() {
+        let first = rows.len();
+        for &e in &elements_of[column] {
+            for &(_, row, _) in &orders[e] {
+                if row >= column && seen[row] != column {
+                    seen[row] = column;
+                    rows.push(row);
+                }
+            }
+        }
+        rows[first..].sort_unstable();
+        starts.push(rows.len());
+    }
+    (starts, rows)
+}
+
+/// Entries of held rows or columns, those on the diagonal first.
+fn held_places(
+    scalar: &SymbolicSparseColMat<usize>,
+    is_held: &dyn Fn(usize) -> bool,
+) -> [Vec<usize>; 2] {
+    let (mut diagonals, mut others) = (Vec::new(), Vec::new());
+    for column in 0..scalar.ncols() {
+        let entries = scalar.col_range(column);
+        for (entry, &row) in entries.clone().zip(&scalar.row_idx()[entries]) {
+            if is_held(row) || is_held(column) {
+                let list = match row == column {
+                    true => &mut diagonals,
+                    false => &mut others,
+                };
+                list.push(entry);
+            }
+        }
+    }
+    [diagonals, others]
+}
+
 impl Pattern {
     /// The pattern of all element matrices; `held[3 f + i]` says whether component `i` of function `f` is fixed,
     /// `order` has the functions in the order of their rows.
@@ -87,7 +131,7 @@ impl Pattern {
         for (row, &f) in functions.iter().enumerate() {
             row_of[f] = row;
         }
-        let mut orders: Vec<Vec<(usize, usize, f64)>> = Vec::new();
+        let mut orders: Vec<ElementRows> = Vec::new();
         let mut elements_of = vec![Vec::new(); functions.len()];
         for (e, (modes, signs)) in numbering
             .of_element
@@ -105,21 +149,7 @@ impl Pattern {
             }
             orders.push(order);
         }
-        let (mut starts, mut rows) = (vec![0], Vec::new());
-        let mut seen = vec![ABSENT; functions.len()];
-        for column in 0..functions.len() {
-            let first = rows.len();
-            for &e in &elements_of[column] {
-                for &(_, row, _) in &orders[e] {
-                    if row >= column && seen[row] != column {
-                        seen[row] = column;
-                        rows.push(row);
-                    }
-                }
-            }
-            rows[first..].sort_unstable();
-            starts.push(rows.len());
-        }
+        let (starts, rows) = blocks(&elements_of, &orders);
         let elements = orders
             .into_par_iter()
             .map(|order| {
@@ -136,21 +166,8 @@ impl Pattern {
             })
             .collect();
         let scalar = expand(&starts, &rows);
-        let (mut held_entries, mut held_diagonals) = (Vec::new(), Vec::new());
         let is_held = |row: usize| held[3 * functions[row / 3] + row % 3];
-        for column in 0..3 * functions.len() {
-            let entries = scalar.col_range(column);
-            for (entry, &row) in entries.clone().zip(&scalar.row_idx()[entries]) {
-                if is_held(row) || is_held(column) {
-                    let list = if row == column {
-                        &mut held_diagonals
-                    } else {
-                        &mut held_entries
-                    };
-                    list.push(entry);
-                }
-            }
-        }
+        let [held_diagonals, held_entries] = held_places(&scalar, &is_held);
         Self {
             functions,
             starts,

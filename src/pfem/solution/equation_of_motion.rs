@@ -176,6 +176,25 @@ impl TimeStep<'_> {
     }
 }
 
+/// Weight, pressures on surfaces and viscous resistance, N.
+fn external_forces(
+    body: &Discretization,
+    weight: Option<&[f64]>,
+    pressures: &[Option<(&Surface, &SurfaceLoad)>],
+    d: &[f64],
+    v: &[f64],
+) -> Vec<f64> {
+    let mut external = weight.map_or_else(|| vec![0.0; d.len()], <[f64]>::to_vec);
+    for (surface, load) in pressures.iter().flatten() {
+        surface.add_forces(&body.numbering, d, load, LoadKind::Follower, &mut external);
+    }
+    if let Some(resistance) = body.viscous_forces(d, v) {
+        let pairs = external.iter_mut().zip(resistance);
+        pairs.for_each(|(force, resistance)| *force -= resistance);
+    }
+    external
+}
+
 impl Equilibrium for TimeStep<'_> {
     fn residual(
         &self,
@@ -196,7 +215,11 @@ impl Equilibrium for TimeStep<'_> {
         let (v, a) = self.rates(d);
         let a = self.equation.time_scheme.balanced(self.old, a);
         let rates: Vec<f64> = a.iter().zip(&v).map(|(a, v)| a + damping * v).collect();
-        let (known, load) = (self.known_forces(d), self.load);
+        let pressures = [
+            Some((wet, self.load)),
+            outer.as_ref().map(|(s, load)| (s, load)),
+        ];
+        let known = self.known_forces(d);
         let is_new = known.is_none();
         let (internal, (inertia, external)) = rayon::join(
             || {
@@ -212,17 +235,7 @@ impl Equilibrium for TimeStep<'_> {
             },
             || {
                 let inertia = mass_matrix.multiply(&rates);
-                let mut external = weight.clone().unwrap_or_else(|| vec![0.0; d.len()]);
-                let pressures = std::iter::once((wet, load))
-                    .chain(outer.as_ref().map(|(surface, load)| (surface, load)));
-                for (surface, load) in pressures {
-                    let kind = LoadKind::Follower;
-                    surface.add_forces(&body.numbering, d, load, kind, &mut external);
-                }
-                if let Some(resistance) = body.viscous_forces(d, &v) {
-                    let pairs = external.iter_mut().zip(resistance);
-                    pairs.for_each(|(force, resistance)| *force -= resistance);
-                }
+                let external = external_forces(body, weight.as_deref(), &pressures, d, &v);
                 (body.restrict(&inertia), body.restrict(&external))
             },
         );

@@ -31,15 +31,12 @@ pub fn lowest(
     let width = (2 * count).max(count + 8).min(body.degrees_of_freedom());
     // Pseudo-random start: no mode is orthogonal to it.
     let mut seed = 1u64;
+    let mut random = |_, _| {
+        seed = (seed.wrapping_mul(6364136223846793005)).wrapping_add(1442695040888963407);
+        (seed >> 33) as f64 / (1u64 << 31) as f64 - 0.5
+    };
     let mut columns: Vec<DVector<f64>> = (0..width)
-        .map(|_| {
-            DVector::from_fn(equations, |_, _| {
-                seed = seed
-                    .wrapping_mul(6364136223846793005)
-                    .wrapping_add(1442695040888963407);
-                (seed >> 33) as f64 / (1u64 << 31) as f64 - 0.5
-            })
-        })
+        .map(|_| DVector::from_fn(equations, &mut random))
         .collect();
     let times_mass = |x: &DVector<f64>| -> DVector<f64> {
         let full = body.moved(&zero, x.as_slice(), 1.0);
@@ -56,34 +53,17 @@ pub fn lowest(
             images.push(image);
             loads.push(load);
         }
-        // Rayleigh-Ritz: K and M on the subspace of the images.
         let weighted: Vec<DVector<f64>> = images.iter().map(&times_mass).collect();
-        let k = DMatrix::from_fn(width, width, |i, j| images[i].dot(&loads[j]));
-        let m = DMatrix::from_fn(width, width, |i, j| images[i].dot(&weighted[j]));
-        let singular =
-            || SolidError::Model("the mass matrix is singular on the lowest modes".into());
-        let inverse = m
-            .cholesky()
-            .ok_or_else(singular)?
-            .l()
-            .try_inverse()
-            .ok_or_else(singular)?;
-        let reduced = &inverse * (&k + k.transpose()) * 0.5 * inverse.transpose();
-        let eigen = reduced.symmetric_eigen();
-        let mut order: Vec<usize> = (0..width).collect();
-        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-        let coefficients = inverse.transpose() * &eigen.eigenvectors;
-        columns = order
-            .iter()
-            .map(|&c| {
+        let (new, coefficients) = ritz(&images, &loads, &weighted)?;
+        columns = (coefficients.column_iter())
+            .map(|coefficients| {
                 let mut column = DVector::zeros(equations);
-                for (i, image) in images.iter().enumerate() {
-                    column.axpy(coefficients[(i, c)], image, 1.0);
+                for (share, image) in coefficients.iter().zip(&images) {
+                    column.axpy(*share, image, 1.0);
                 }
                 column
             })
             .collect();
-        let new: Vec<f64> = order.iter().map(|&c| eigen.eigenvalues[c]).collect();
         let converged = (0..count).all(|i| (new[i] - values[i]).abs() <= TOLERANCE * new[i].abs());
         values = new;
         if converged {
@@ -97,4 +77,26 @@ pub fn lowest(
             shape: body.moved(&zero, column.as_slice(), 1.0),
         })
         .collect())
+}
+
+/// Rayleigh and Ritz: eigenvalues of stiffness and mass on the subspace of the images `x`, with `loads` `K x` and
+/// `weighted` `M x`, the lowest first, and the coefficients of each eigenvector, a column each.
+fn ritz(
+    images: &[DVector<f64>],
+    loads: &[DVector<f64>],
+    weighted: &[DVector<f64>],
+) -> Result<(Vec<f64>, DMatrix<f64>), SolidError> {
+    let width = images.len();
+    let k = DMatrix::from_fn(width, width, |i, j| images[i].dot(&loads[j]));
+    let m = DMatrix::from_fn(width, width, |i, j| images[i].dot(&weighted[j]));
+    let inverse = (m.cholesky().and_then(|factor| factor.l().try_inverse())).ok_or_else(|| {
+        SolidError::Model("the mass matrix is singular on the lowest modes".into())
+    })?;
+    let reduced = &inverse * (&k + k.transpose()) * 0.5 * inverse.transpose();
+    let eigen = reduced.symmetric_eigen();
+    let mut order: Vec<usize> = (0..width).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let coefficients = inverse.transpose() * &eigen.eigenvectors;
+    let values = order.iter().map(|&c| eigen.eigenvalues[c]).collect();
+    Ok((values, coefficients.select_columns(&order)))
 }

@@ -92,17 +92,7 @@ pub fn find(
     let mut slope: Option<Vec<f64>> = moved.map(<[f64]>::to_vec);
     while reached < 1.0 {
         let factor = f64::min(reached + increment, 1.0);
-        let begin = |slope: Option<&[f64]>| {
-            let mut start = found.displacement.clone();
-            let along = slope.into_iter().flatten();
-            (start.iter_mut().zip(along)).for_each(|(u, du)| *u += (factor - reached) * du);
-            if let Some(moved) = moved {
-                let held = body.supports.held().iter().zip(moved);
-                let held = held.map(|(held, value)| held.then_some(factor * value));
-                (start.iter_mut().zip(held)).for_each(|(u, held)| *u = held.unwrap_or(*u));
-            }
-            start
-        };
+        let begin = |slope| begun(body, &found.displacement, slope, (reached, factor), moved);
         let goal = Goal {
             body,
             external,
@@ -142,6 +132,26 @@ pub fn find(
         }
     }
     Ok(found)
+}
+
+/// Where the iteration for the share `factor` of the load begins: along the `slope` from the displacement at `reached`,
+/// with the held coefficients where they then are.
+fn begun(
+    body: &Discretization,
+    displacement: &[f64],
+    slope: Option<&[f64]>,
+    (reached, factor): (f64, f64),
+    moved: Option<&[f64]>,
+) -> Vec<f64> {
+    let mut start = displacement.to_vec();
+    let along = slope.into_iter().flatten();
+    (start.iter_mut().zip(along)).for_each(|(u, du)| *u += (factor - reached) * du);
+    if let Some(moved) = moved {
+        let held = body.supports.held().iter().zip(moved);
+        let held = held.map(|(held, value)| held.then_some(factor * value));
+        (start.iter_mut().zip(held)).for_each(|(u, held)| *u = held.unwrap_or(*u));
+    }
+    start
 }
 
 /// Equilibrium in the given shape with a share of the load.

@@ -306,37 +306,51 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
     };
     // The way back decides: only a stable equilibrium is a state of a wall.
     let loaded = equilibrium(&solid, &key_of_image, image)?;
-    let wet: Vec<Vec3> = solid.wet_points().iter().map(|p| p.position).collect();
-    let places = solid.locate(&wet).map_err(of_mesh)?;
-    let largest = |moved: &[Vec3]| moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
-    let before = solid.accepted_displacement(&places);
-    let squares: f64 = before.iter().map(|u| u.norm_squared()).sum();
-    solid.set_at_rest(loaded).map_err(of_mesh)?;
-    let distance_after_loading_m = largest(&solid.accepted_displacement(&places));
-    if distance_after_loading_m > LARGEST_DISTANCE {
-        return Err(NoInitialState {
-            key: Some("initial.shape".into()),
-            error: SolidError::Model(format!(
-                "the unloaded shape that was found leads, loaded, to a shape {distance_after_loading_m:.1e} m away from the given \
-                 one: another equilibrium, since the wall is close to buckling; more prestretch (initial.axial_stretch) or tissue \
-                 (surroundings.spring_Pa_m) keeps it straight"
-            )),
-        });
+    let mut reached = back_to_given(&mut solid, loaded, image).map_err(of_mesh)?;
+    reached.iterations = found.iterations;
+    if reached.distance_after_loading_m > LARGEST_DISTANCE {
+        return Err(elsewhere(reached.distance_after_loading_m));
     }
     let beginning = match pressure == image {
         true => found.displacement,
         false => equilibrium(&solid, &key, pressure)?,
     };
-    let unloading = Some(Unloading {
-        pressure_Pa: image,
-        iterations: found.iterations,
-        largest_displacement_m: largest(&before),
-        rms_displacement_m: (squares / before.len() as f64).sqrt(),
-        distance_after_loading_m,
-    });
+    let unloading = Some(reached);
     begins(&beginning, unloading);
     solid.set_at_rest(beginning).map_err(of_mesh)?;
     Ok(InitialState { solid, unloading })
+}
+
+/// Loads the unloaded shape that was found, and says how far it was and how near the given shape it comes.
+fn back_to_given(
+    solid: &mut Structure,
+    loaded: Vec<f64>,
+    pressure: f64,
+) -> Result<Unloading, SolidError> {
+    let wet: Vec<Vec3> = solid.wet_points().iter().map(|p| p.position).collect();
+    let places = solid.locate(&wet)?;
+    let largest = |moved: &[Vec3]| moved.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    let before = solid.accepted_displacement(&places);
+    let squares: f64 = before.iter().map(|u| u.norm_squared()).sum();
+    solid.set_at_rest(loaded)?;
+    Ok(Unloading {
+        pressure_Pa: pressure,
+        iterations: 0,
+        largest_displacement_m: largest(&before),
+        rms_displacement_m: (squares / before.len() as f64).sqrt(),
+        distance_after_loading_m: largest(&solid.accepted_displacement(&places)),
+    })
+}
+
+fn elsewhere(distance: f64) -> NoInitialState {
+    NoInitialState {
+        key: Some("initial.shape".into()),
+        error: SolidError::Model(format!(
+            "the unloaded shape that was found leads, loaded, to a shape {distance:.1e} m away from the given one: another \
+             equilibrium, since the wall is close to buckling; more prestretch (initial.axial_stretch) or tissue \
+             (surroundings.spring_Pa_m) keeps it straight"
+        )),
+    }
 }
 
 /// The mesh of a vessel's lumen in the shape of its wall, and how the two are related.
