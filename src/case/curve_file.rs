@@ -243,26 +243,27 @@ fn time_unit(sheet: &Sheet, column: usize) -> Result<f64, Fault> {
     }
 }
 
-/// The size of the unit that the case or the file says.
-fn value_unit(
+/// The unit that the file says, in the column's name, below it or in a comment; another one than that of the quantity
+/// is an error, and what is no unit is one if the case gives none.
+fn unit_of_file(
     sheet: &Sheet,
     column: usize,
     quantity: &CurveQuantity,
-    given: Option<f64>,
-) -> Result<Option<f64>, Fault> {
+    is_given: bool,
+) -> Result<Option<Unit>, Fault> {
     let at = |message: String| Fault {
         line: sheet.header.as_ref().map(|(line, _)| *line),
         message,
     };
-    let of_file = match sheet.unit(column, quantity.dimension) {
-        Ok(Some(unit)) => Some(unit),
+    match sheet.unit(column, quantity.dimension) {
+        Ok(Some(unit)) => Ok(Some(unit)),
         Ok(None) => {
             // A name with the unit of something else: `pressure_mmHg` for a flow.
             let name = &sheet.columns[column].name;
             let others = [units::FLOW, units::PRESSURE, units::VELOCITY].into_iter();
             let mut others = others.filter(|other| *other != quantity.dimension);
             let other = others.find(|other| matches!(Unit::of_name(name, *other), Ok(Some(_))));
-            if let (Some(other), None) = (other, given) {
+            if let Some(other) = other.filter(|_| !is_given) {
                 return Err(at(format!(
                     "{} is a {}, and a {} is expected",
                     sheet.listed([column]),
@@ -270,7 +271,7 @@ fn value_unit(
                     quantity.name
                 )));
             }
-            sheet.noted_unit(quantity.dimension)
+            Ok(sheet.noted_unit(quantity.dimension))
         }
         Err(found) => {
             let other = Unit::parse(&found).map(|unit| units::called(unit.dimension));
@@ -285,16 +286,26 @@ fn value_unit(
                     quantity.name
                 )));
             }
-            if given.is_none() {
+            if !is_given {
                 return Err(at(format!(
                     "{found:?} is not a known unit of {}: expected {}, or another spelling of these",
                     quantity.name,
                     units::offered(quantity.dimension)
                 )));
             }
-            None
+            Ok(None)
         }
-    };
+    }
+}
+
+/// The size of the unit that the case or the file says.
+fn value_unit(
+    sheet: &Sheet,
+    column: usize,
+    quantity: &CurveQuantity,
+    given: Option<f64>,
+) -> Result<Option<f64>, Fault> {
+    let of_file = unit_of_file(sheet, column, quantity, given.is_some())?;
     match (given, of_file) {
         (Some(a), Some(b)) if (a / b.size - 1.0).abs() > 1e-9 => {
             let (line, text) = match &sheet.header {

@@ -271,21 +271,18 @@ impl ConditionKeys {
                 file_period,
                 ..
             } => {
-                report(&["flow_unit"], unit.is_some() && file.is_none(), needs_file);
+                let lonely = file.is_none();
+                report(&["flow_unit"], unit.is_some() && lonely, needs_file);
                 report(
                     &["file_period_s"],
-                    file_period.is_some() && file.is_none(),
+                    file_period.is_some() && lonely,
                     needs_file,
                 );
                 let reason = "needs the flow: add base_m3_s, or flow_file with a curve";
-                report(&["condition"], base.is_none() && file.is_none(), reason);
+                report(&["condition"], base.is_none() && lonely, reason);
                 let is_formula = base.is_some() || amplitude.is_some();
                 let reason = "there is a formula as well: leave out one of the two";
-                report(
-                    &["flow_file", "base_m3_s"],
-                    is_formula && file.is_some(),
-                    reason,
-                );
+                report(&["flow_file", "base_m3_s"], is_formula && !lonely, reason);
                 let reason = format!("the pulse must fit into time.period_s = {period:?}");
                 let is_long = systole.is_some_and(|systole| systole > period);
                 report(&["systole_s"], is_long, &reason);
@@ -301,14 +298,11 @@ impl ConditionKeys {
                 file_period,
                 ..
             } => {
-                report(
-                    &["pressure_unit"],
-                    unit.is_some() && file.is_none(),
-                    needs_file,
-                );
+                let lonely = file.is_none();
+                report(&["pressure_unit"], unit.is_some() && lonely, needs_file);
                 report(
                     &["file_period_s"],
-                    file_period.is_some() && file.is_none(),
+                    file_period.is_some() && lonely,
                     needs_file,
                 );
                 let reason =

@@ -98,6 +98,56 @@ fn share(line: &[PlanePoint], i: usize) -> f64 {
     length(&line[..=i]) / length(line)
 }
 
+/// Points and quadrilaterals of blocks, and their edges on patches.
+#[derive(Default)]
+struct PlaneMesh {
+    points: Vec<PlanePoint>,
+    quads: Vec<[usize; 4]>,
+    edges: Vec<(&'static str, [usize; 2])>,
+}
+
+impl PlaneMesh {
+    fn new(blocks: &[Block]) -> Self {
+        let mut known: HashMap<[u64; 2], usize> = HashMap::new();
+        let mut mesh = Self::default();
+        for block in blocks {
+            let [n, m] = block.cells();
+            let mut number = |i: usize, j: usize| {
+                let point = block.point(i, j);
+                // Sides that two blocks share have the same points to the last digit.
+                *known.entry(point.map(f64::to_bits)).or_insert_with(|| {
+                    mesh.points.push(point);
+                    mesh.points.len() - 1
+                })
+            };
+            let mut at = vec![vec![0; m + 1]; n + 1];
+            for (i, column) in at.iter_mut().enumerate() {
+                for (j, place) in column.iter_mut().enumerate() {
+                    *place = number(i, j);
+                }
+            }
+            for i in 0..n {
+                for j in 0..m {
+                    mesh.quads
+                        .push([at[i][j], at[i + 1][j], at[i + 1][j + 1], at[i][j + 1]]);
+                }
+            }
+            for (side, points) in [
+                (&block.south, (0..=n).map(|i| at[i][0]).collect::<Vec<_>>()),
+                (&block.north, (0..=n).map(|i| at[i][m]).collect()),
+                (&block.west, at[0].clone()),
+                (&block.east, at[n].clone()),
+            ] {
+                if let Some(patch) = side.patch {
+                    mesh.edges
+                        .extend(points.windows(2).map(|p| (patch, [p[0], p[1]])));
+                }
+            }
+        }
+        mesh
+    }
+}
+
 /// One layer of cells between z = 0 and `depth` (m) over the blocks, with the given patches (name, OpenFOAM's type)
 /// and, as the last one, `sides` of the type `empty`.
 ///
@@ -109,43 +159,11 @@ pub fn extruded(
     depth: f64,
     patches: &[(&'static str, &'static str)],
 ) -> PolyMesh {
-    let mut plane: Vec<PlanePoint> = Vec::new();
-    let mut known: HashMap<[u64; 2], usize> = HashMap::new();
-    let mut quads: Vec<[usize; 4]> = Vec::new();
-    let mut edges: Vec<(&'static str, [usize; 2])> = Vec::new();
-    for block in blocks {
-        let [n, m] = block.cells();
-        let mut number = |i: usize, j: usize| {
-            let point = block.point(i, j);
-            // Sides that two blocks share have the same points to the last digit.
-            *known.entry(point.map(f64::to_bits)).or_insert_with(|| {
-                plane.push(point);
-                plane.len() - 1
-            })
-        };
-        let mut at = vec![vec![0; m + 1]; n + 1];
-        for (i, column) in at.iter_mut().enumerate() {
-            for (j, place) in column.iter_mut().enumerate() {
-                *place = number(i, j);
-            }
-        }
-        for i in 0..n {
-            for j in 0..m {
-                quads.push([at[i][j], at[i + 1][j], at[i + 1][j + 1], at[i][j + 1]]);
-            }
-        }
-        for (side, points) in [
-            (&block.south, (0..=n).map(|i| at[i][0]).collect::<Vec<_>>()),
-            (&block.north, (0..=n).map(|i| at[i][m]).collect()),
-            (&block.west, at[0].clone()),
-            (&block.east, at[n].clone()),
-        ] {
-            if let Some(patch) = side.patch {
-                edges.extend(points.windows(2).map(|p| (patch, [p[0], p[1]])));
-            }
-        }
-    }
-
+    let PlaneMesh {
+        points: plane,
+        quads,
+        edges,
+    } = PlaneMesh::new(blocks);
     let above = |point: usize| plane.len() + point;
     let points = [0.0, depth]
         .into_iter()

@@ -3,7 +3,6 @@
 use crate::Vec3;
 use crate::files::named;
 use std::collections::{BTreeMap, HashMap};
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// A named part of the boundary: `size` faces from `start`.
@@ -272,17 +271,16 @@ impl PolyMesh {
             self.faces.len(),
             self.neighbour.len()
         );
-        let list =
-            |class: &str, object: &str, lines: &mut dyn Iterator<Item = String>, count: usize| {
-                let mut text = header(class, object, &note);
-                let _ = writeln!(text, "{count}\n(");
-                for line in lines {
-                    text.push_str(&line);
-                    text.push('\n');
-                }
-                text.push_str(")\n");
-                replace_file(&folder.join(object), &text)
-            };
+        type Lines<'a> = dyn ExactSizeIterator<Item = String> + 'a;
+        let list = |class: &str, object: &str, lines: &mut Lines<'_>| {
+            let mut text = header(class, object, &note) + &format!("{}\n(\n", lines.len());
+            for line in lines {
+                text.push_str(&line);
+                text.push('\n');
+            }
+            text.push_str(")\n");
+            replace_file(&folder.join(object), &text)
+        };
         let point = |p: &Vec3| format!("({:e} {:e} {:e})", p.x, p.y, p.z);
         let face = |points: &Vec<usize>| {
             let points: Vec<_> = points.iter().map(usize::to_string).collect();
@@ -295,42 +293,22 @@ impl PolyMesh {
                 start,
                 size,
             } = patch;
-            let group = if kind == "patch" {
-                String::new()
-            } else {
-                format!(" inGroups 1({kind});")
+            let group = match kind.as_str() {
+                "patch" => String::new(),
+                _ => format!(" inGroups 1({kind});"),
             };
             format!("    {name} {{ type {kind};{group} nFaces {size}; startFace {start}; }}")
         };
-        list(
-            "vectorField",
-            "points",
-            &mut self.points.iter().map(point),
-            self.points.len(),
-        )?;
-        list(
-            "faceList",
-            "faces",
-            &mut self.faces.iter().map(face),
-            self.faces.len(),
-        )?;
-        list(
-            "labelList",
-            "owner",
-            &mut self.owner.iter().map(usize::to_string),
-            self.owner.len(),
-        )?;
-        list(
-            "labelList",
-            "neighbour",
-            &mut self.neighbour.iter().map(usize::to_string),
-            self.neighbour.len(),
-        )?;
+        list("vectorField", "points", &mut self.points.iter().map(point))?;
+        list("faceList", "faces", &mut self.faces.iter().map(face))?;
+        let mut owners = self.owner.iter().map(usize::to_string);
+        list("labelList", "owner", &mut owners)?;
+        let mut neighbours = self.neighbour.iter().map(usize::to_string);
+        list("labelList", "neighbour", &mut neighbours)?;
         list(
             "polyBoundaryMesh",
             "boundary",
             &mut self.patches.iter().map(patch),
-            self.patches.len(),
         )
     }
 }

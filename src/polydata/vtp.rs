@@ -274,7 +274,6 @@ impl Piece {
 
 fn add(all: &mut PolyData, piece: &Piece, parsed: &Parsed<'_>) -> Result<(), String> {
     let count = |name: &str| piece.count(name);
-    let numbers = |array: &Array, wanted: Option<usize>| parsed.numbers(array, wanted);
     let first = all.points.len();
     let points = count("NumberOfPoints");
     if points == 0 {
@@ -282,8 +281,7 @@ fn add(all: &mut PolyData, piece: &Piece, parsed: &Parsed<'_>) -> Result<(), Str
     }
     all.points.extend(parsed.positions(piece)?);
     let cells = |within: &str, count: usize| parsed.cells(piece, within, count, [first, points]);
-    let (verts, lines) = (count("NumberOfVerts"), count("NumberOfLines"));
-    all.lines.extend(cells("Lines", lines)?);
+    all.lines.extend(cells("Lines", count("NumberOfLines"))?);
     for polygon in cells("Polys", count("NumberOfPolys"))? {
         let corners = 1..polygon.len().saturating_sub(1);
         all.triangles
@@ -296,6 +294,19 @@ fn add(all: &mut PolyData, piece: &Piece, parsed: &Parsed<'_>) -> Result<(), Str
             _ => [t[1], t[0], t[2]],
         }));
     }
+    add_arrays(all, piece, parsed, first)
+}
+
+/// Numbers of the points and lines of a piece whose points begin at `first`.
+fn add_arrays(
+    all: &mut PolyData,
+    piece: &Piece,
+    parsed: &Parsed<'_>,
+    first: usize,
+) -> Result<(), String> {
+    let [points, verts, lines] =
+        ["NumberOfPoints", "NumberOfVerts", "NumberOfLines"].map(|name| piece.count(name));
+    let numbers = |array: &Array, wanted: Option<usize>| parsed.numbers(array, wanted);
     // Numbers of several ways, a component each.
     for array in piece.arrays.iter().filter(|array| {
         array.within == "PointData" && array.name == "CenterlineId" && array.components > 1

@@ -4,6 +4,7 @@
 use super::file::LineFile;
 use crate::tabular::units::{self, Unit};
 use crate::tabular::{Fault, Sheet};
+use std::f64::consts::PI;
 use std::path::Path;
 
 /// Words before the number of a component, as in `Points:0`.
@@ -68,6 +69,10 @@ fn read_sheet(path: &Path) -> Result<LineFile, Fault> {
     Ok(file)
 }
 
+/// What the width of the lumen is, and how its radius follows.
+type Kind = (&'static str, fn(f64) -> f64);
+const RADIUS: Kind = ("radius", |r| r);
+
 /// The columns of the coordinates, and of the lumen's width.
 fn columns(sheet: &Sheet) -> Result<([usize; 3], Option<Width>), Fault> {
     let names: Vec<String> = sheet
@@ -78,19 +83,13 @@ fn columns(sheet: &Sheet) -> Result<([usize; 3], Option<Width>), Fault> {
     let count = names.len();
     let Some((line, text)) = &sheet.header else {
         let line = sheet.rows.first().map_or(1, |row| row.line);
+        let wrong = |reason: String| Err(Fault::at(line, reason));
         return match count {
-            0 => Ok(([0, 1, 2], None)),
-            3 => Ok(([0, 1, 2], None)),
-            4 => Ok(([0, 1, 2], Some((3, "radius", |r| r)))),
-            7 => Err(Fault::at(
-                line,
-                "expected 3 or 4 columns, found 7: is this a tree in SWC? Then its name must end with .swc",
-            )),
-            _ => Err(Fault::at(
-                line,
-                format!(
-                    "expected 3 or 4 numbers, found {count}: name the columns in a first line, x,y,z,r and any others"
-                ),
+            0 | 3 => Ok(([0, 1, 2], None)),
+            4 => Ok(([0, 1, 2], Some((3, RADIUS.0, RADIUS.1)))),
+            7 => wrong("expected 3 or 4 columns, found 7: is this a tree in SWC? Then its name must end with .swc".into()),
+            _ => wrong(format!(
+                "expected 3 or 4 numbers, found {count}: name the columns in a first line, x,y,z,r and any others"
             )),
         };
     };
@@ -100,39 +99,29 @@ fn columns(sheet: &Sheet) -> Result<([usize; 3], Option<Width>), Fault> {
             format!("expected the columns x,y,z or x,y,z,r, found {text:?}"),
         ));
     };
-    let width = |of: fn(&str) -> bool, what: &'static str, radius: fn(f64) -> f64| {
-        let columns = names
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| !position.contains(i));
-        let mut columns = columns.filter(|(_, name)| of(&name.to_lowercase()));
+    // A name of one letter counts as a whole only.
+    let is_of_radius = |name: &str| tokens(name).contains(&"r") || is_one_of(name, &RADII);
+    let is_of_diameter = |name: &str| tokens(name).contains(&"d") || is_one_of(name, &DIAMETERS);
+    type Of<'a> = &'a dyn Fn(&str) -> bool;
+    let kinds: [(Of<'_>, Kind); 4] = [
+        (
+            &|name| name.contains("maximuminscribedsphereradius"),
+            RADIUS,
+        ),
+        (&is_of_radius, RADIUS),
+        (&is_of_diameter, ("diameter", |d| 0.5 * d)),
+        (
+            &|name| is_one_of(name, &AREAS),
+            ("area", |a| (a / PI).sqrt()),
+        ),
+    ];
+    let others = names
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| !position.contains(i));
+    let width = kinds.into_iter().find_map(|(of, (what, radius))| {
+        let mut columns = others.clone().filter(|(_, name)| of(&name.to_lowercase()));
         columns.next().map(|(i, _)| (i, what, radius))
-    };
-    let width = width(
-        |name| name.contains("maximuminscribedsphereradius"),
-        "radius",
-        |r| r,
-    )
-    .or_else(|| {
-        width(
-            |name| tokens(name).contains(&"r") || is_one_of(name, &RADII),
-            "radius",
-            |r| r,
-        )
-    })
-    .or_else(|| {
-        width(
-            |name| tokens(name).contains(&"d") || is_one_of(name, &DIAMETERS),
-            "diameter",
-            |d| 0.5 * d,
-        )
-    })
-    .or_else(|| {
-        width(
-            |name| is_one_of(name, &AREAS),
-            "area",
-            |a| (a / std::f64::consts::PI).sqrt(),
-        )
     });
     Ok((position, width))
 }

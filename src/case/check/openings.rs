@@ -36,19 +36,7 @@ fn list(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
             before.iter().any(|other| other.end == opening.end),
             "a vessel has one opening at each end, and this end has one already".into(),
         );
-        let name = opening.name();
-        let is_word = name.starts_with(|c: char| c.is_ascii_alphabetic())
-            && name
-                .chars()
-                .all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-        let is_taken = name.starts_with("wall") || names.iter().filter(|n| *n == name).count() > 1;
-        report(
-            &[&format!("opening[{i}].name")],
-            !is_word || is_taken,
-            "expected a name of its own of letters, digits, - and _ that begins with a letter, and not with \"wall\": patches of \
-             OpenFOAM's mesh are called so"
-                .into(),
-        );
+        report_name(i, opening.name(), &names, report);
         let mistakes = opening.condition.mistakes(opening.end, case.time.period);
         for (names, reason) in mistakes {
             let keys: Vec<String> = (names.iter())
@@ -82,6 +70,22 @@ fn list(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
             "what enters under a pressure and leaves here alone says nothing of the flow: expected less than 1".into(),
         );
     }
+}
+
+/// Names become those of patches.
+fn report_name(i: usize, name: &str, names: &[String], report: &mut Report<'_>) {
+    let is_word = name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+    let is_taken = name.starts_with("wall") || names.iter().filter(|n| *n == name).count() > 1;
+    report(
+        &[&format!("opening[{i}].name")],
+        !is_word || is_taken,
+        "expected a name of its own of letters, digits, - and _ that begins with a letter, and not with \"wall\": patches of \
+         OpenFOAM's mesh are called so"
+            .into(),
+    );
 }
 
 fn inflow(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
@@ -189,19 +193,13 @@ fn outlet(case: &Case, vessel: &BloodVessel, keys: &Outlet, report: &mut Report<
         report,
     );
     let is = |wanted: OutletCondition| condition == wanted;
-    for (key, is_there, belongs) in [
-        (
-            "outlet.resistance_Pa_s_m3",
-            resistance.is_some(),
-            is(OutletCondition::Resistance),
-        ),
-        (
-            "outlet.pressure_Pa",
-            pressure.is_some(),
-            !is(OutletCondition::Windkessel),
-        ),
+    #[rustfmt::skip]
+    let keys = [
+        ("outlet.resistance_Pa_s_m3", resistance.is_some(), is(OutletCondition::Resistance)),
+        ("outlet.pressure_Pa", pressure.is_some(), !is(OutletCondition::Windkessel)),
         ("outlet.file", file.is_some(), is(OutletCondition::Pressure)),
-    ] {
+    ];
+    for (key, is_there, belongs) in keys {
         report(
             &[key, "outlet.condition"],
             is_there && !belongs,

@@ -181,37 +181,10 @@ impl WallFile {
                 }
             }
         }
-        let mut surfaces = BTreeMap::new();
-        for (name, faces) in &self.surfaces {
-            let found: Option<Vec<_>> = faces.iter().map(|face| sides.get(face).copied()).collect();
-            let found = found.ok_or_else(|| {
-                format!("a face of the surface {name:?} is not the face of any hexahedron: mesh surfaces and volumes together")
-            })?;
-            surfaces.insert(name.clone(), found);
-        }
-        let known = || surfaces.keys().cloned().collect::<Vec<_>>().join("\", \"");
-        let mut all_wet = Vec::new();
-        for name in wet {
-            let faces = surfaces
-                .get(name)
-                .or_else(|| {
-                    surfaces
-                        .iter()
-                        .find(|(known, _)| known.eq_ignore_ascii_case(name))
-                        .map(|(_, faces)| faces)
-                })
-                .ok_or_else(|| format!("it has no surface {name:?}; it has \"{}\"", known()))?;
-            all_wet.extend_from_slice(faces);
-        }
-        all_wet.sort_unstable();
-        all_wet.dedup();
-        surfaces.insert(WET.into(), all_wet);
+        let surfaces = self.surfaces(&sides, wet)?;
         let nodes = self.hexes.iter().map(|hex| {
-            let nodes = hex.nodes.nodes.iter();
-            (
-                hex.nodes.order,
-                nodes.map(|&node| self.nodes[node] * unit).collect(),
-            )
+            let nodes = hex.nodes.nodes.iter().map(|&node| self.nodes[node] * unit);
+            (hex.nodes.order, nodes.collect())
         });
         Ok(HexMesh {
             vertices,
@@ -225,7 +198,39 @@ impl WallFile {
             }),
         })
     }
+
+    /// Sides of elements by surface, from the `sides` with given corners; those of `wet` once more, as [`WET`].
+    fn surfaces(
+        &self,
+        sides: &HashMap<[usize; 4], (usize, HexFace)>,
+        wet: &[String],
+    ) -> Result<Surfaces, String> {
+        let mut surfaces: Surfaces = BTreeMap::new();
+        for (name, faces) in &self.surfaces {
+            let found: Option<Vec<_>> = faces.iter().map(|face| sides.get(face).copied()).collect();
+            let found = found.ok_or_else(|| {
+                format!("a face of the surface {name:?} is not the face of any hexahedron: mesh surfaces and volumes together")
+            })?;
+            surfaces.insert(name.clone(), found);
+        }
+        let known = || surfaces.keys().cloned().collect::<Vec<_>>().join("\", \"");
+        let mut all_wet = Vec::new();
+        for name in wet {
+            let alike = |(known, _): &(&String, _)| known.eq_ignore_ascii_case(name);
+            let faces = (surfaces.get(name))
+                .or_else(|| surfaces.iter().find(alike).map(|(_, faces)| faces))
+                .ok_or_else(|| format!("it has no surface {name:?}; it has \"{}\"", known()))?;
+            all_wet.extend_from_slice(faces);
+        }
+        all_wet.sort_unstable();
+        all_wet.dedup();
+        surfaces.insert(WET.into(), all_wet);
+        Ok(surfaces)
+    }
 }
+
+/// Sides of elements by the name of their surface.
+type Surfaces = BTreeMap<String, Vec<(usize, HexFace)>>;
 
 /// Name of the surface that the fluid touches.
 pub const WET: &str = "wet surface";

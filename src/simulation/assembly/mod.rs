@@ -138,63 +138,50 @@ impl CoupledModel {
         let mut domain = Domain::new(case)?;
         let InitialState { solid, unloading } =
             initial_state(case, &domain).map_err(|none| none.error)?;
-        match case.fluid.solver {
-            case::Solver::OpenFoam => {
-                let mut wall = None;
-                if let Some(vessel) = case.vessel() {
-                    let (lumen, round) = fitted_lumen(vessel, &domain.fluid, &solid)?;
-                    (domain.fluid, wall) = (lumen, Some(round));
+        let (fluid_cells, [volume, rigid_volume], fluid): (_, _, Box<dyn Fluid>) =
+            match case.fluid.solver {
+                case::Solver::OpenFoam => {
+                    let mut wall = None;
+                    if let Some(vessel) = case.vessel() {
+                        let (lumen, round) = fitted_lumen(vessel, &domain.fluid, &solid)?;
+                        (domain.fluid, wall) = (lumen, Some(round));
+                    }
+                    let volumes = domain.fluid.cell_volumes();
+                    let mut fluid = openfoam(case, &domain, workplace, memory)?;
+                    if let Some(wall) = wall {
+                        fluid = Box::new(PolygonalWall::new(fluid, wall));
+                    }
+                    let all = [volumes.iter().sum(), rigid_volume(&volumes, &domain)];
+                    (volumes.len(), all, fluid)
                 }
-                let volumes = domain.fluid.cell_volumes();
-                let mut fluid = openfoam(case, &domain, workplace, memory)?;
-                if let Some(wall) = wall {
-                    fluid = Box::new(PolygonalWall::new(fluid, wall));
+                case::Solver::External => {
+                    let fluid = external(case, workplace, memory)?;
+                    let faces = fluid.interface().faces.len();
+                    (faces, fluid.volumes(), Box::new(fluid))
                 }
-                Ok(Self {
-                    fluid_cells: volumes.len(),
-                    volume: volumes.iter().sum(),
-                    rigid_volume: rigid_volume(&volumes, &domain),
-                    unloading,
-                    coupling: join(case, fluid, solid, unloading)?,
-                    own_mesh: case.own().map(|_| domain.fluid),
-                })
-            }
-            case::Solver::External => {
-                let fluid = external(case, workplace, memory)?;
-                let [volume, rigid_volume] = fluid.volumes();
-                let fluid_cells = fluid.interface().faces.len();
-                let fluid: Box<dyn Fluid> = Box::new(fluid);
-                Ok(Self {
-                    fluid_cells,
-                    volume,
-                    rigid_volume,
-                    unloading,
-                    coupling: join(case, fluid, solid, unloading)?,
-                    own_mesh: None,
-                })
-            }
-            case::Solver::Native => {
-                let mut fluid = NativeFluid::new(case)?;
-                if solid.is_displaced() {
-                    let places = solid.locate(&fluid.interface().points)?;
-                    fluid.begin_at(solid.accepted_displacement(&places));
+                case::Solver::Native => {
+                    let mut fluid = NativeFluid::new(case)?;
+                    if solid.is_displaced() {
+                        let places = solid.locate(&fluid.interface().points)?;
+                        fluid.begin_at(solid.accepted_displacement(&places));
+                    }
+                    if let Some(memory) = memory {
+                        fluid.recall(memory)?;
+                    }
+                    fluid.give_up_at(workplace.interrupt);
+                    (fluid.elements(), fluid.volumes()?, Box::new(fluid))
                 }
-                if let Some(memory) = memory {
-                    fluid.recall(memory)?;
-                }
-                fluid.give_up_at(workplace.interrupt);
-                let [volume, rigid_volume] = fluid.volumes()?;
-                let (fluid_cells, fluid) = (fluid.elements(), Box::new(fluid) as Box<dyn Fluid>);
-                Ok(Self {
-                    fluid_cells,
-                    volume,
-                    rigid_volume,
-                    unloading,
-                    coupling: join(case, fluid, solid, unloading)?,
-                    own_mesh: None,
-                })
-            }
-        }
+            };
+        Ok(Self {
+            fluid_cells,
+            volume,
+            rigid_volume,
+            unloading,
+            coupling: join(case, fluid, solid, unloading)?,
+            own_mesh: (case.own())
+                .filter(|_| case.fluid.solver == case::Solver::OpenFoam)
+                .map(|_| domain.fluid),
+        })
     }
 }
 

@@ -137,39 +137,19 @@ impl Model {
         instance: &str,
         of_nodes: bool,
     ) -> Result<(), String> {
-        let words: Vec<&str> = words
-            .iter()
-            .copied()
-            .filter(|word| !word.is_empty())
-            .collect();
+        let words = words.iter().copied().filter(|word| !word.is_empty());
+        let words: Vec<&str> = words.collect();
         let tags: Vec<usize> = match is_range {
             false => words.iter().filter_map(|word| word.parse().ok()).collect(),
-            true => {
-                let numbers = words
-                    .iter()
-                    .map(|word| number(word))
-                    .collect::<Result<Vec<usize>, _>>()?;
-                let [first, last, step @ ..] = &numbers[..] else {
-                    return Err("expected the first and the last of a range".into());
-                };
-                if last.saturating_sub(*first) > 100_000_000 {
-                    return Err(format!(
-                        "the range from {first} to {last} is longer than any mesh"
-                    ));
-                }
-                (*first..=*last)
-                    .step_by(step.first().copied().unwrap_or(1).max(1))
-                    .collect()
-            }
+            true => range(&words)?,
         };
         let others = || words.iter().filter(|word| word.parse::<usize>().is_err());
         if let Some(part) = self.part() {
-            let sets = if of_nodes {
-                &mut part.node_sets
-            } else {
-                &mut part.element_sets
+            let sets = match of_nodes {
+                true => &mut part.node_sets,
+                false => &mut part.element_sets,
             };
-            let mut members: Vec<usize> = tags;
+            let mut members = tags;
             for other in others() {
                 members.extend(sets.find(other).into_iter().flatten());
             }
@@ -268,4 +248,19 @@ fn number<T: std::str::FromStr>(word: &str) -> Result<T, String> {
     plain
         .parse()
         .map_err(|_| format!("expected a number, found {word:?}"))
+}
+
+/// The numbers of a range: the first, the last, and perhaps the step.
+fn range(words: &[&str]) -> Result<Vec<usize>, String> {
+    let numbers: Result<Vec<usize>, _> = words.iter().map(|word| number(word)).collect();
+    let [first, last, step @ ..] = &numbers?[..] else {
+        return Err("expected the first and the last of a range".into());
+    };
+    if last.saturating_sub(*first) > 100_000_000 {
+        return Err(format!(
+            "the range from {first} to {last} is longer than any mesh"
+        ));
+    }
+    let step = step.first().copied().unwrap_or(1).max(1);
+    Ok((*first..=*last).step_by(step).collect())
 }

@@ -118,28 +118,19 @@ impl Model {
         self.pending.clear();
         self.section = match word.as_str() {
             "PART" => return self.begin_part(&option("NAME")),
-            "END PART" | "END ASSEMBLY" => {
-                self.scope = Scope::Top;
-                AbaqusSection::Ignored
-            }
-            "ASSEMBLY" => {
-                self.scope = Scope::Assembly;
-                AbaqusSection::Ignored
-            }
             "INSTANCE" => {
                 return self.begin_instance(option("NAME"), &option("PART"), &option("LIBRARY"));
             }
-            "END INSTANCE" => {
-                self.scope = Scope::Assembly;
+            "END PART" | "END ASSEMBLY" | "ASSEMBLY" | "END INSTANCE" => {
+                self.scope = match word.starts_with("END") && word != "END INSTANCE" {
+                    true => Scope::Top,
+                    false => Scope::Assembly,
+                };
                 AbaqusSection::Ignored
             }
             "NODE" => AbaqusSection::Nodes {
                 set: option("NSET"),
-                system: option("SYSTEM")
-                    .to_ascii_uppercase()
-                    .chars()
-                    .next()
-                    .unwrap_or('R'),
+                system: (option("SYSTEM").to_ascii_uppercase().chars().next()).unwrap_or('R'),
             },
             "ELEMENT" => elements(&option("TYPE").to_ascii_uppercase(), option("ELSET"))?,
             "NSET" if !option("ELSET").is_empty() => {
