@@ -7,7 +7,7 @@
 #                these with a finer mesh
 #   experiments  what the page tries besides: other flows, surfaces and paths, stretched walls in tissue
 #   refinement   H-0.5 with finer steps, fluid, wall and tolerance, and with second order in time
-#   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits
+#   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits, compressed
 #   pages        makes the pages again from what is kept (pages.sh, which needs no FOLDER)
 #
 # Without a step: all of them. Whatever has been computed is kept, so the same line goes on where it ended.
@@ -112,23 +112,16 @@ keep_run() {
         [ "$table" != history.csv ] || digits=9
         awk -F, -v OFS=, -v CONVFMT=%.${digits}g 'NR > 1 {
             for (i = 1; i <= NF; i++) if ($i ~ /^-?[0-9]+[.][0-9]*(e-?[0-9]+)?$/ && length($i) > 8) $i = ($i + 0) ""
-        } { print }' "$run/$table" > "$kept/$table"
+        } { print }' "$run/$table" | gzip -9n > "$kept/$table.gz"
     done
 }
 
 keep_all() {
-    tables='history.csv regions.csv wall-shear.csv'
-    keep native "$tables"
-    keep half-flow "$tables"
-    keep low-base "$tables"
-    keep openfoam ''
-    keep native-paper ''
-    keep openfoam-paper ''
-    for experiment in surface-2430 surface-9265 gentle-paths gentler-paths beyond-buckling narrow-graft tissue-1.1 tissue-1.2 second-order \
-        openfoam-rims openfoam-section native-degree-4 native-degree-5; do
+    keep native 'history.csv regions.csv wall-shear.csv'
+    for experiment in openfoam native-paper openfoam-paper half-flow low-base surface-2430 surface-9265 gentle-paths gentler-paths beyond-buckling narrow-graft tissue-1.1 tissue-1.2 second-order \
+        openfoam-rims openfoam-section native-degree-4 native-degree-5 refined; do
         keep "$experiment" ''
     done
-    keep refined ''
 }
 
 for step; do

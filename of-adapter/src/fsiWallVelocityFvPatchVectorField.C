@@ -70,21 +70,6 @@ Foam::fsiWallVelocityFvPatchVectorField::fsiWallVelocityFvPatchVectorField
 
 Foam::fsiWallVelocityFvPatchVectorField::fsiWallVelocityFvPatchVectorField
 (
-    const fsiWallVelocityFvPatchVectorField& other
-)
-:
-    fixedValueFvPatchVectorField(other),
-    swept_(other.swept_),
-    sweptBefore_(other.sweptBefore_),
-    known_(other.known_),
-    knownBefore_(other.knownBefore_),
-    startIndex_(other.startIndex_),
-    timeIndex_(other.timeIndex_)
-{}
-
-
-Foam::fsiWallVelocityFvPatchVectorField::fsiWallVelocityFvPatchVectorField
-(
     const fsiWallVelocityFvPatchVectorField& other,
     const DimensionedField<vector, volMesh>& iF
 )

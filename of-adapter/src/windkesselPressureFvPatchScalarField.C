@@ -11,37 +11,8 @@
 
 // * * * * * * * * * * * * * * * * Constructors  * * * * * * * * * * * * * * //
 
-Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
-(
-    const fvPatch& p,
-    const DimensionedField<scalar, volMesh>& iF
-)
+Foam::windkesselModel::windkesselModel(const dictionary& dict)
 :
-    fixedValueFvPatchScalarField(p, iF),
-    resistance_(1),
-    compliance_(0),
-    proximalResistance_(0),
-    rampedFrom_(0),
-    density_(1),
-    phiName_("phi"),
-    distalPressure_(),
-    ramp_(),
-    oldPressure_(0),
-    olderPressure_(0),
-    timeIndex_(-1),
-    timeStep_(0),
-    stepBefore_(0)
-{}
-
-
-Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
-(
-    const fvPatch& p,
-    const DimensionedField<scalar, volMesh>& iF,
-    const dictionary& dict
-)
-:
-    fixedValueFvPatchScalarField(p, iF, dict, false),
     resistance_(dict.get<scalar>("resistance")),
     compliance_(dict.get<scalar>("compliance")),
     proximalResistance_
@@ -51,19 +22,18 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     rampedFrom_(dict.lookupOrDefault<scalar>("rampedFrom", 0)),
     density_(dict.get<scalar>("density")),
     phiName_(dict.lookupOrDefault<word>("phi", "phi")),
-    distalPressure_
-    (
-        dict.found("distalPressure")
-      ? Function1<scalar>::New("distalPressure", dict)
-      : nullptr
-    ),
-    ramp_(dict.found("ramp") ? Function1<scalar>::New("ramp", dict) : nullptr),
     oldPressure_(dict.get<scalar>("pressure")),
     olderPressure_(dict.lookupOrDefault<scalar>("pressureBefore", 0)),
-    timeIndex_(-1),
-    timeStep_(0),
     stepBefore_(dict.lookupOrDefault<scalar>("stepBefore", 0))
 {
+    if (dict.found("distalPressure"))
+    {
+        distalPressure_.reset(Function1<scalar>::New("distalPressure", dict));
+    }
+    if (dict.found("ramp"))
+    {
+        ramp_.reset(Function1<scalar>::New("ramp", dict));
+    }
     if
     (
         resistance_ < 0 || (resistance_ == 0 && compliance_ > 0)
@@ -76,6 +46,29 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
             << " found " << resistance_ << ", " << compliance_ << ", "
             << proximalResistance_ << ", " << density_ << exit(FatalIOError);
     }
+}
+
+
+Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
+(
+    const fvPatch& p,
+    const DimensionedField<scalar, volMesh>& iF
+)
+:
+    fixedValueFvPatchScalarField(p, iF)
+{}
+
+
+Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
+(
+    const fvPatch& p,
+    const DimensionedField<scalar, volMesh>& iF,
+    const dictionary& dict
+)
+:
+    fixedValueFvPatchScalarField(p, iF, dict, false),
+    windkesselModel(dict)
+{
     if (dict.found("value"))
     {
         fvPatchField<scalar>::operator=(scalarField("value", dict, p.size()));
@@ -101,41 +94,7 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
 )
 :
     fixedValueFvPatchScalarField(other, p, iF, mapper),
-    resistance_(other.resistance_),
-    compliance_(other.compliance_),
-    proximalResistance_(other.proximalResistance_),
-    rampedFrom_(other.rampedFrom_),
-    density_(other.density_),
-    phiName_(other.phiName_),
-    distalPressure_(other.distalPressure_.clone()),
-    ramp_(other.ramp_.clone()),
-    oldPressure_(other.oldPressure_),
-    olderPressure_(other.olderPressure_),
-    timeIndex_(other.timeIndex_),
-    timeStep_(other.timeStep_),
-    stepBefore_(other.stepBefore_)
-{}
-
-
-Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
-(
-    const windkesselPressureFvPatchScalarField& other
-)
-:
-    fixedValueFvPatchScalarField(other),
-    resistance_(other.resistance_),
-    compliance_(other.compliance_),
-    proximalResistance_(other.proximalResistance_),
-    rampedFrom_(other.rampedFrom_),
-    density_(other.density_),
-    phiName_(other.phiName_),
-    distalPressure_(other.distalPressure_.clone()),
-    ramp_(other.ramp_.clone()),
-    oldPressure_(other.oldPressure_),
-    olderPressure_(other.olderPressure_),
-    timeIndex_(other.timeIndex_),
-    timeStep_(other.timeStep_),
-    stepBefore_(other.stepBefore_)
+    windkesselModel(other)
 {}
 
 
@@ -146,19 +105,7 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
 )
 :
     fixedValueFvPatchScalarField(other, iF),
-    resistance_(other.resistance_),
-    compliance_(other.compliance_),
-    proximalResistance_(other.proximalResistance_),
-    rampedFrom_(other.rampedFrom_),
-    density_(other.density_),
-    phiName_(other.phiName_),
-    distalPressure_(other.distalPressure_.clone()),
-    ramp_(other.ramp_.clone()),
-    oldPressure_(other.oldPressure_),
-    olderPressure_(other.olderPressure_),
-    timeIndex_(other.timeIndex_),
-    timeStep_(other.timeStep_),
-    stepBefore_(other.stepBefore_)
+    windkesselModel(other)
 {}
 
 

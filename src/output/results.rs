@@ -316,12 +316,10 @@ impl Results {
                 path.display()
             ))
         };
-        run.faces = match files.wall_shear_table() {
-            path if path.is_file() => match tables::read(&path).map_err(unread)? {
-                rows if rows.is_empty() => return Err(empty(&path)),
-                rows => rows,
-            },
-            _ => Vec::new(),
+        run.faces = match tables::read(&files.wall_shear_table()) {
+            Ok(rows) if rows.is_empty() => return Err(empty(&files.wall_shear_table())),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Vec::new(),
+            found => found.map_err(unread)?,
         };
         run.history = tables::read(&files.history()).map_err(unread)?;
         if run.history.is_empty() {

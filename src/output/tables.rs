@@ -2,10 +2,11 @@
 //! `fluid-probes.csv` (one row per time step and probe), `openings.csv` (one row per time step and opening).
 
 use crate::files::named;
+use flate2::read::GzDecoder;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// A row of `history.csv`. Field names are the headers: they carry the unit.
@@ -152,6 +153,21 @@ pub struct ProbeRow {
     pub p_Pa: f64,
 }
 
+/// The bytes of a table, or of one that was stored compressed (`history.csv.gz`).
+fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let found = std::fs::read(path);
+    if found
+        .as_ref()
+        .is_err_and(|e| e.kind() == io::ErrorKind::NotFound)
+        && let Ok(packed) = File::open(path.with_extension("csv.gz"))
+    {
+        let mut text = Vec::new();
+        GzDecoder::new(packed).read_to_end(&mut text)?;
+        return Ok(text);
+    }
+    found
+}
+
 /// The rows of a table; a last one that is cut off does not count.
 ///
 /// # Errors
@@ -160,7 +176,7 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> io::Result<Vec<T>> {
     let failed = |kind, what: &dyn std::fmt::Display| {
         io::Error::new(kind, format!("{}: {what}", path.display()))
     };
-    let text = std::fs::read(path).map_err(|e| failed(e.kind(), &e))?;
+    let text = bytes(path).map_err(|e| failed(e.kind(), &e))?;
     let whole = text
         .iter()
         .rposition(|byte| *byte == b'\n')
