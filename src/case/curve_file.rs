@@ -244,7 +244,7 @@ fn time_unit(sheet: &Sheet, column: usize) -> Result<f64, Fault> {
 }
 
 /// The unit that the file says, in the column's name, below it or in a comment; another one than that of the quantity
-/// is an error, and what is no unit is one if the case gives none.
+/// is an error, and so is an unknown unit if the case gives none.
 fn unit_of_file(
     sheet: &Sheet,
     column: usize,

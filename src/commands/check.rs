@@ -377,7 +377,7 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// How far the wall is widened and moved aside in the middle of each section.
+/// How far the wall is widened and moved sideways in the middle of each section.
 fn radii(wall: &WallFigures) -> String {
     let mut text = String::new();
     for section in &wall.sections {

@@ -201,8 +201,8 @@ fn linearized(
     timed(&mut stats.factorization_s, || problem.factorize(d, &values))
 }
 
-/// Where a step leads: the new place, its residual, and by what the step was scaled. One with a fresh tangent that turns
-/// an element inside out is shortened; one with an old tangent leads nowhere then.
+/// Where a step leads: the new place, its residual, and by what the step was scaled. One with a fresh tangent that
+/// turns an element inside out is shortened; one with an old tangent leads nowhere then.
 fn stepped(
     problem: &impl Equilibrium,
     d: &[f64],
