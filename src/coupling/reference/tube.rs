@@ -176,7 +176,9 @@ impl PartitionedTube {
         let points = self.points();
         let answer = |station: usize| {
             let rings = points.iter().step_by(RING);
-            let pressure: Vec<f64> = rings.map(|x| stations.share(station, x)).collect();
+            let pressure: Vec<f64> = rings
+                .map(|x| stations.share(station, stations.place(x)))
+                .collect();
             Self::spread(&rest.solve(&pressure)) / error
         };
         let answers: Vec<_> = (0..stations.count()).map(answer).collect();

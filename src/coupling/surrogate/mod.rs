@@ -3,5 +3,5 @@
 mod stations;
 mod tube;
 
-pub use stations::{Axis, NoRings, StationOptions, Stations, SurrogateWall};
+pub use stations::{Axis, NoRings, StationOptions, Stations, SurrogateWall, TubePlace};
 pub use tube::{Comb, SurrogateBlood, TubeEnd, TubeSurrogate};

@@ -51,6 +51,15 @@ pub struct StationOptions {
     pub around: usize,
 }
 
+/// A place in a tube: looked for once, and used for all stations and waves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TubePlace {
+    /// Arc length, m.
+    arc: f64,
+    /// Angle in the cross-section.
+    angle: f64,
+}
+
 /// A wall point that belongs to a station.
 #[derive(Debug, Clone, PartialEq)]
 struct StationPoint {
@@ -251,16 +260,25 @@ impl Stations {
         amplitudes
     }
 
-    /// The value at `x` (m) of the field that is 1 at a station, 0 at all others, and linear between.
-    pub fn share(&self, station: usize, x: &Vec3) -> f64 {
-        let [previous, at, next] = [0, 1, 2].map(|i| self.arcs[station + i]);
-        hat(self.axis.line.nearest(x).s, previous, at, next)
+    /// Where in the tube `x` (m) is.
+    pub fn place(&self, x: &Vec3) -> TubePlace {
+        let nearest = self.axis.line.nearest(x);
+        let [first, second] = nearest.across;
+        TubePlace {
+            arc: nearest.s,
+            angle: second.atan2(first),
+        }
     }
 
-    /// The value at `x` (m) of the wave of a `number` that is the same all along the tube.
-    pub fn uniform(&self, number: usize, x: &Vec3) -> f64 {
-        let [first, second] = self.axis.line.nearest(x).across;
-        wave(number, second.atan2(first))
+    /// The value at a place of the field that is 1 at a station, 0 at all others, and linear between.
+    pub fn share(&self, station: usize, place: TubePlace) -> f64 {
+        let [previous, at, next] = [0, 1, 2].map(|i| self.arcs[station + i]);
+        hat(place.arc, previous, at, next)
+    }
+
+    /// The value at a place of the wave of a `number` that is the same all along the tube.
+    pub fn uniform(&self, number: usize, place: TubePlace) -> f64 {
+        wave(number, place.angle)
     }
 
     /// For each point the nearest of the stations `first`, `first + step`, `first + 2 step`, …
@@ -462,7 +480,7 @@ mod tests {
         for number in 0..7 {
             let d = tube().into_iter().flat_map(|x| {
                 let radial = Vec3::new(0.0, x.y, x.z).normalize();
-                let size = stations.uniform(number, &x) * x.x;
+                let size = stations.uniform(number, stations.place(&x)) * x.x;
                 (size * radial).data.0[0]
             });
             let amplitudes = stations.amplitudes(&DVector::from_iterator(3 * 31 * 12, d));

@@ -377,7 +377,7 @@ impl Surrogate for TubeSurrogate {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Axis, StationOptions, SurrogateWall};
+    use super::super::{Axis, StationOptions, SurrogateWall, TubePlace};
     use super::*;
     use crate::Vec3;
     use crate::curve::SpaceCurve;
@@ -415,10 +415,10 @@ mod tests {
             radial_inertia,
         };
         // Each point answers for itself.
-        let answer = |pressure: &dyn Fn(&Vec3) -> f64| {
+        let answer = |pressure: &dyn Fn(TubePlace) -> f64| {
             let d = points.iter().flat_map(|x| {
                 let radial = Vec3::new(0.0, x.y, x.z) / 5e-3;
-                (pressure(x) / STIFFNESS * radial).data.0[0]
+                (pressure(stations.place(x)) / STIFFNESS * radial).data.0[0]
             });
             DVector::from_iterator(3 * points.len(), d)
         };
@@ -426,7 +426,7 @@ mod tests {
             .map(|i| answer(&|x| stations.share(i, x)))
             .collect();
         let comb = |wave, first| {
-            let shares = |x: &Vec3| -> f64 {
+            let shares = |x: TubePlace| -> f64 {
                 let stations = (first..99).step_by(9).map(|i| stations.share(i, x));
                 stations.sum()
             };
@@ -476,7 +476,11 @@ mod tests {
             let d = points().into_iter().flat_map(|x| {
                 let radial = Vec3::new(0.0, x.y, x.z) / 5e-3;
                 let along = (PI * x.x / 0.05).sin();
-                (along * surrogate.stations.uniform(wave, &x) * radial)
+                (along
+                    * surrogate
+                        .stations
+                        .uniform(wave, surrogate.stations.place(&x))
+                    * radial)
                     .data
                     .0[0]
             });

@@ -9,12 +9,12 @@ use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
 use crate::coupling::surrogate::{
     Axis, Comb, NoRings, StationOptions, Stations, SurrogateBlood, SurrogateWall, TubeEnd,
-    TubeSurrogate,
+    TubePlace, TubeSurrogate,
 };
 use crate::coupling::transfer::Transfer;
 use crate::fluid::FluidInterface;
 use crate::geometry::Vessel;
-use crate::pfem::{Solid, SurfaceLoad, SurfacePoint};
+use crate::pfem::{Solid, SurfaceLoad};
 use nalgebra::DVector;
 
 /// Pressure (Pa) that probes the wall without load: so small that one tangent serves for all stations.
@@ -74,12 +74,13 @@ pub fn surrogate<S: Solid>(
         _ => PROBE_TOLERANCE * SHARE / (stations.count() as f64).sqrt(),
     };
     let rest = flatten(&transfer.accepted_displacement(solid));
-    let mut answer = |shape: &dyn Fn(&Vec3) -> f64| {
-        let wet = solid.wet_points();
-        let at = |point: &SurfacePoint| pressure + probe * shape(&point.position);
+    let wet = solid.wet_points().iter();
+    let places: Vec<TubePlace> = wet.map(|point| stations.place(&point.position)).collect();
+    let mut answer = |shape: &dyn Fn(TubePlace) -> f64| {
+        let at = |place: &TubePlace| pressure + probe * shape(*place);
         let load = SurfaceLoad {
-            pressure: wet.iter().map(at).collect(),
-            shear: vec![Vec3::zeros(); wet.len()],
+            pressure: places.iter().map(at).collect(),
+            shear: vec![Vec3::zeros(); places.len()],
         };
         let trial = solid
             .solve(&load, case.time.step, tolerance, None)
@@ -108,7 +109,7 @@ pub fn surrogate<S: Solid>(
 }
 
 /// What the wall answers to a pressure of this shape, for a unit of it.
-type Answer<'a> = dyn FnMut(&dyn Fn(&Vec3) -> f64) -> Result<DVector<f64>, String> + 'a;
+type Answer<'a> = dyn FnMut(&dyn Fn(TubePlace) -> f64) -> Result<DVector<f64>, String> + 'a;
 
 /// The wall's answers to waves around the circumference, those of a cosine and of a sine for each number of periods, as
 /// far as the blood's added mass counts there. Stations so far apart that none feels the next one's press at once.
@@ -133,7 +134,7 @@ fn waves(
         for wave in [cosine, sine] {
             let mut combs = Vec::new();
             for first in 0..step {
-                let teeth = |x: &Vec3| -> f64 {
+                let teeth = |x: TubePlace| -> f64 {
                     let teeth = (first..stations.count()).step_by(step);
                     teeth.map(|station| stations.share(station, x)).sum()
                 };
