@@ -332,36 +332,20 @@ mod tests {
     #[test]
     fn mistakes_are_named_with_their_line() {
         const HEAD: &str = "series,quantity,x_m,y_m,z_m,value,sd,lowest,highest\n";
-        for (row, expected) in [
-            (
-                "a,velocity_m_s,0,0,0,1,,,",
-                "unknown variant `velocity_m_s`",
-            ),
-            (
-                "a,speed_m_s,0,0,0,one,,,",
-                "measured.csv:3: value: found \"one\"",
-            ),
+        #[rustfmt::skip]
+        let rows = [
+            ("a,velocity_m_s,0,0,0,1,,,", "unknown variant `velocity_m_s`"),
+            ("a,speed_m_s,0,0,0,one,,,", "measured.csv:3: value: found \"one\""),
             ("a,speed_m_s,0,0,0,NaN,,,", "measured.csv:3: found NaN"),
             ("a,speed_m_s,0,0,0,1,-1,,", "measured.csv:3: sd: found -1"),
-            (
-                "a,speed_m_s,0,0,0,1,,2,3",
-                "measured.csv:3: lowest and highest: found 2 and 3",
-            ),
+            ("a,speed_m_s,0,0,0,1,,2,3", "measured.csv:3: lowest and highest: found 2 and 3"),
             ("a,speed_m_s,0,0,0,1,,0,", "found 0 and nothing"),
-            (
-                ",speed_m_s,0,0,0,1,,,",
-                "measured.csv:3: series: found nothing",
-            ),
-            (
-                "b,pressure_Pa,0,0,0,1,,,",
-                "measured.csv:3: the series b began with another",
-            ),
-            (
-                "a,pressure_difference_Pa,0,0,0,1,,,",
-                "measured.csv:3: value: found 1 at the first",
-            ),
+            (",speed_m_s,0,0,0,1,,,", "measured.csv:3: series: found nothing"),
+            ("b,pressure_Pa,0,0,0,1,,,", "measured.csv:3: the series b began with another"),
+            ("a,pressure_difference_Pa,0,0,0,1,,,", "measured.csv:3: value: found 1 at the first"),
             ("a,speed_m_s,0,0,0", "measured.csv:3: value: found nothing"),
-        ] {
+        ];
+        for (row, expected) in rows {
             let reason = read(&format!("{HEAD}b,speed_m_s,0,0,0,1,,,\n{row}\n")).unwrap_err();
             assert!(reason.contains(expected), "{row}: {reason}");
         }

@@ -56,17 +56,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case_file = root.join("case.resolved.toml");
     std::fs::write(&case_file, case.to_toml_string())
         .map_err(|e| Failure::Run(format!("cannot prepare the check: {e}")))?;
-    let settings = assembly::external_settings(
-        &case,
-        Workplace {
-            folder: root.join("openfoam"),
-            log: root.join("openfoam.log"),
-            case_file,
-            interrupt: interrupt.of_the_start(),
-            tell: None,
-        },
-    );
-    let settings = settings.map_err(|e| Failure::Input(format!("{}: {e}", e.key)))?;
+    let workplace = Workplace {
+        folder: root.join("openfoam"),
+        log: root.join("openfoam.log"),
+        case_file,
+        interrupt: interrupt.of_the_start(),
+        tell: None,
+    };
+    let settings = assembly::external_settings(&case, workplace)
+        .map_err(|e| Failure::Input(format!("{}: {e}", e.key)))?;
     // Without reading them one still gets the exit code.
     let mut tell =
         |finding: &RuleFinding| drop(terminal::print(format_args!("{}\n", line(finding))));
@@ -76,16 +74,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         error => Failure::Run(error.to_string()),
     })?;
     interrupt.stop_listening()?;
-    let wrong = findings.iter().filter(|f| f.found.is_err()).count();
+    let (all, wrong) = (
+        findings.len(),
+        findings.iter().filter(|f| f.found.is_err()).count(),
+    );
     match wrong {
-        0 => terminal::print(format_args!(
-            "{} checks, all passed: this solver can be the fluid of a case\n",
-            findings.len()
-        ))
-        .map_err(Failure::from),
-        wrong => Err(Failure::Run(format!(
-            "{wrong} of {} checks failed; of-adapter/PROTOCOL.md says what is expected",
-            findings.len()
+        0 => Ok(terminal::print(format_args!(
+            "{all} checks, all passed: this solver can be the fluid of a case\n"
+        ))?),
+        _ => Err(Failure::Run(format!(
+            "{wrong} of {all} checks failed; of-adapter/PROTOCOL.md says what is expected"
         ))),
     }
 }

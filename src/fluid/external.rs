@@ -131,10 +131,8 @@ impl ExternalFluid {
                 let (program, arguments) =
                     (words.split_first()).ok_or_else(|| died("fluid.command names no program"))?;
                 let mut command = Command::new(program);
-                command
-                    .args(arguments)
-                    .current_dir(&settings.folder)
-                    .envs(way);
+                command.args(arguments).envs(way);
+                command.current_dir(&settings.folder);
                 let name = Path::new(program).file_name().unwrap_or_default();
                 let name = name.to_string_lossy();
                 Partner::start(beginning(&name), command, Signal::KILL, &settings.log)?

@@ -29,18 +29,12 @@ pub fn measure(
             measurement.case.display()
         )));
     };
-    let sizes = (FLUID.map(|fluid| (fluid, STRUCTURE[0])).into_iter()).chain(
-        STRUCTURE[1..]
-            .iter()
-            .map(|&structure| (FLUID[0], structure)),
-    );
-    let chosen: Vec<(String, CaseSelection)> = sizes
+    let fluids = FLUID.map(|fluid| (fluid, STRUCTURE[0])).into_iter();
+    let structures = STRUCTURE[1..].iter().map(|&size| (FLUID[0], size));
+    let chosen: Vec<(String, CaseSelection)> = (fluids.chain(structures))
         .map(|(fluid, structure)| {
-            let name = format!("fluid-{fluid}-structure-{structure}");
-            (
-                name,
-                scaled(measurement.selection, vessel, fluid, structure),
-            )
+            let selection = scaled(measurement.selection, vessel, fluid, structure);
+            (format!("fluid-{fluid}-structure-{structure}"), selection)
         })
         .collect();
     // All of them are looked at before the first one is computed.
@@ -76,11 +70,8 @@ pub fn measure(
     let structure: Vec<_> = fluid[..1].iter().chain(structure).collect();
     let figure = figure(&fluid.iter().collect::<Vec<_>>(), &structure);
     figure.write(&folder.join("growth")).map_err(failed)?;
-    write_atomically(
-        &folder.join("growth.csv"),
-        &table(&reports).map_err(failed)?,
-    )
-    .map_err(failed)
+    let table = table(&reports).map_err(failed)?;
+    write_atomically(&folder.join("growth.csv"), &table).map_err(failed)
 }
 
 /// The case with finer (or coarser) meshes.

@@ -8,6 +8,7 @@
 //! * [`lagrange`]: the polynomials that are 1 at one of some points and 0 at the others;
 //! * [`Layers`]: the order of what lies layer by layer along a sweep;
 //! * [`words!`]: an enumeration whose variants are words of a file of settings;
+//! * [`dot`], the scalar product of lists;
 //! * [`twelve_digits`]: times without the rounding of their sums.
 //!
 //! ```
@@ -31,6 +32,12 @@ pub mod quadrature;
 mod words;
 
 pub use layers::Layers;
+
+/// The scalar product, summed from the first entries on.
+#[inline]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
 
 /// A vector of space: position or displacement (m), velocity (m/s), traction (Pa).
 pub type Vec3 = nalgebra::Vector3<f64>;

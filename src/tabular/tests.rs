@@ -112,37 +112,19 @@ fn names_and_units_stand_where_people_put_them() {
 
 #[test]
 fn files_that_are_not_tables_are_refused_with_the_line() {
-    for (text, line, expected) in [
+    #[rustfmt::skip]
+    let faults = [
         ("t,Q\n0,x\n1,2\n", Some(2), "expected a number, found \"x\""),
         ("t,Q\n0,1\n1,x\n", Some(3), "expected a number, found \"x\""),
         ("t,Q\n0,1\n1,\n", Some(3), "expected 2 numbers, found 1"),
         ("t,Q\n0,1\n1,2,3\n", Some(3), "expected 2 numbers, found 3"),
-        (
-            "t,Q,p\n0,1,2,3\n1,2,3,4\n",
-            Some(1),
-            "expected names of 4 columns",
-        ),
-        (
-            "t;Q\n0,5;1.5\n1,0;2\n",
-            Some(2),
-            "line 2 has a comma within a number and line 2 a point",
-        ),
-        (
-            "t;Q\n0;1.234,5\n1;2,5\n",
-            Some(2),
-            "no marks between thousands",
-        ),
-        (
-            "4 2\n0 1\n1 2\n2 3\n",
-            Some(1),
-            "seems to count the rows, 4, but 3 follow",
-        ),
-        (
-            "t,Q\n0,1\nMean: 3\n",
-            Some(3),
-            "expected 2 numbers, found 1",
-        ),
-    ] {
+        ("t,Q,p\n0,1,2,3\n1,2,3,4\n", Some(1), "expected names of 4 columns"),
+        ("t;Q\n0,5;1.5\n1,0;2\n", Some(2), "line 2 has a comma within a number and line 2 a point"),
+        ("t;Q\n0;1.234,5\n1;2,5\n", Some(2), "no marks between thousands"),
+        ("4 2\n0 1\n1 2\n2 3\n", Some(1), "seems to count the rows, 4, but 3 follow"),
+        ("t,Q\n0,1\nMean: 3\n", Some(3), "expected 2 numbers, found 1"),
+    ];
+    for (text, line, expected) in faults {
         let found = Sheet::parse(text, 2, |_| true);
         let fault = match found {
             Err(fault) => fault,

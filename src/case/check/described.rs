@@ -57,35 +57,19 @@ fn materials(keys: &VesselDescription, report: &mut Report<'_>) {
 /// What is for elastic walls.
 fn of_elastic_walls(vessel: &BloodVessel, report: &mut Report<'_>) {
     let (tissue, ends) = (vessel.surroundings.as_ref(), vessel.ends.as_ref());
-    for (key, is_given) in [
+    #[rustfmt::skip]
+    let keys = [
         ("ends.inlet", ends.is_some_and(|ends| ends.inlet.is_some())),
-        (
-            "ends.outlet",
-            ends.is_some_and(|ends| ends.outlet.is_some() || ends.spring.is_some()),
-        ),
+        ("ends.outlet", ends.is_some_and(|ends| ends.outlet.is_some() || ends.spring.is_some())),
         ("initial.axial_stretch", vessel.axial_stretch() != 1.0),
         ("initial.shape", vessel.given_shape() == GivenShape::Loaded),
-        (
-            "surroundings.spring_Pa_m",
-            tissue.is_some_and(|tissue| tissue.spring.is_some()),
-        ),
-        (
-            "surroundings.damping_Pa_s_m",
-            tissue.is_some_and(|tissue| tissue.damping.is_some()),
-        ),
-        (
-            "surroundings.axial_spring_Pa_m",
-            tissue.is_some_and(|tissue| tissue.axial_spring.is_some()),
-        ),
-        (
-            "surroundings.axial_damping_Pa_s_m",
-            tissue.is_some_and(|tissue| tissue.axial_damping.is_some()),
-        ),
-        (
-            "surroundings.pressure_Pa",
-            tissue.is_some_and(|tissue| tissue.pressure.is_some()),
-        ),
-    ] {
+        ("surroundings.spring_Pa_m", tissue.is_some_and(|t| t.spring.is_some())),
+        ("surroundings.damping_Pa_s_m", tissue.is_some_and(|t| t.damping.is_some())),
+        ("surroundings.axial_spring_Pa_m", tissue.is_some_and(|t| t.axial_spring.is_some())),
+        ("surroundings.axial_damping_Pa_s_m", tissue.is_some_and(|t| t.axial_damping.is_some())),
+        ("surroundings.pressure_Pa", tissue.is_some_and(|t| t.pressure.is_some())),
+    ];
+    for (key, is_given) in keys {
         let message = "is for an elastic wall, and all sections of this vessel have wall = \"rigid\": leave it out";
         report(&[key], is_given, message.into());
     }

@@ -380,24 +380,16 @@ mod tests {
     #[test]
     fn what_openfoam_would_refuse_is_named() {
         type Change = fn(&Path);
+        #[rustfmt::skip]
         let changes: [(Change, &str); 11] = [
             (|t| fs::remove_file(t.join("0/p")).unwrap(), "it lacks 0/p;"),
             (
                 |t| fs::remove_dir_all(t.join("system")).unwrap(),
                 "it lacks system/controlDict, system/fvSchemes, system/fvSolution, system/decomposeParDict;",
             ),
-            (
-                |t| fs::write(t.join("0/U"), "rubbish").unwrap(),
-                "0/U:1: the entry `rubbish`",
-            ),
-            (
-                |t| fs::write(t.join("0/U"), [0xff; 4096]).unwrap(),
-                "0/U:1: ",
-            ),
-            (
-                |t| fs::write(t.join("0/U"), "").unwrap(),
-                "0/U: it has no header",
-            ),
+            (|t| fs::write(t.join("0/U"), "rubbish").unwrap(), "0/U:1: the entry `rubbish`"),
+            (|t| fs::write(t.join("0/U"), [0xff; 4096]).unwrap(), "0/U:1: "),
+            (|t| fs::write(t.join("0/U"), "").unwrap(), "0/U: it has no header"),
             (
                 |t| {
                     fs::copy(t.join("0/p"), t.join("0/U")).unwrap();
@@ -408,10 +400,7 @@ mod tests {
                 |t| edit(&t.join("0/p"), "\"wallFsi.*\"", "wall"),
                 "0/p: boundaryField has no condition for the patch wallFsi; the mesh has inlet, ",
             ),
-            (
-                |t| edit(&t.join("0/U"), "internalField", "inner"),
-                "0/U: it has no entry internalField",
-            ),
+            (|t| edit(&t.join("0/U"), "internalField", "inner"), "0/U: it has no entry internalField"),
             (
                 |t| {
                     edit(
@@ -455,31 +444,12 @@ mod tests {
         type Check = fn(&Path) -> Option<TemplateError>;
         const INCLUDED: &str = "system/fsiOpenings/pointDisplacement";
         let moving = "0/pointDisplacement";
+        #[rustfmt::skip]
         let checks: [(Check, &str, &str, &str); 5] = [
-            (
-                check_equilibrium_start,
-                "0/p",
-                "initialPressure",
-                "initialPressure",
-            ),
-            (
-                |t| check_moving_end(t, "inlet"),
-                moving,
-                INCLUDED,
-                "inletMotion",
-            ),
-            (
-                |t| check_moving_end(t, "outlet"),
-                moving,
-                INCLUDED,
-                "outletMotion",
-            ),
-            (
-                check_second_order,
-                "system/fvSchemes",
-                TIME_DERIVATIVE,
-                TIME_DERIVATIVE,
-            ),
+            (check_equilibrium_start, "0/p", "initialPressure", "initialPressure"),
+            (|t| check_moving_end(t, "inlet"), moving, INCLUDED, "inletMotion"),
+            (|t| check_moving_end(t, "outlet"), moving, INCLUDED, "outletMotion"),
+            (check_second_order, "system/fvSchemes", TIME_DERIVATIVE, TIME_DERIVATIVE),
             (check_convection, "system/fvSchemes", CONVECTION, CONVECTION),
         ];
         for (check, file, there, parameter) in checks {

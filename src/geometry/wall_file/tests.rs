@@ -337,41 +337,21 @@ fn abaqus_writes_the_same_mesh_in_many_ways() {
 #[test]
 fn nodes_in_the_middle_of_faces_are_where_abaqus_has_them() {
     let at = |x: [f64; 3]| Vec3::from(x) + Vec3::new(0.1 * x[1] * x[2], 0.05 * x[0] * x[0], 0.0);
+    #[rustfmt::skip]
     let corners = [
-        [0, 0, 0],
-        [2, 0, 0],
-        [2, 2, 0],
-        [0, 2, 0],
-        [0, 0, 2],
-        [2, 0, 2],
-        [2, 2, 2],
-        [0, 2, 2],
+        [0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2],
     ];
     let mut all: Vec<[i32; 3]> = corners.to_vec();
-    for [a, b] in [
-        [0, 1],
-        [1, 2],
-        [2, 3],
-        [3, 0],
-        [4, 5],
-        [5, 6],
-        [6, 7],
-        [7, 4],
-        [0, 4],
-        [1, 5],
-        [2, 6],
-        [3, 7],
-    ] {
+    #[rustfmt::skip]
+    let edges = [
+        [0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7],
+    ];
+    for [a, b] in edges {
         all.push([0, 1, 2].map(|c| (corners[a][c] + corners[b][c]) / 2));
     }
+    #[rustfmt::skip]
     all.extend([
-        [1, 1, 1],
-        [1, 1, 0],
-        [1, 1, 2],
-        [1, 0, 1],
-        [2, 1, 1],
-        [1, 2, 1],
-        [0, 1, 1],
+        [1, 1, 1], [1, 1, 0], [1, 1, 2], [1, 0, 1], [2, 1, 1], [1, 2, 1], [0, 1, 1],
     ]);
     let mut text = "*NODE\n".to_owned();
     for (i, x) in all.iter().enumerate() {

@@ -13,7 +13,7 @@ use crate::paper::models::{EXTENSIONS, letter, vessel};
 use crate::paper::study::{PaperStudy, influence};
 
 /// What the study found; `None` if models are missing.
-type Judged = Option<(String, Verdict)>;
+pub type Judged = Option<(String, Verdict)>;
 
 /// The value of a region for each `d_max` (mm) of an extension.
 pub fn series(

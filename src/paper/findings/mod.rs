@@ -6,6 +6,7 @@ use super::study::PaperStudy;
 use crate::hemodynamics::RegionName::{Bypass, MidArtery};
 use crate::output::report::PageTable;
 use crate::output::report::page::{escape, table};
+use judge::Judged;
 pub use judge::series;
 
 /// Differences between models that are smaller than this share of their values are not told from errors of the mesh.
@@ -114,92 +115,49 @@ pub fn plain(study: &PaperStudy) -> PageTable {
 
 /// All findings.
 pub fn all(study: &PaperStudy) -> Vec<PaperFinding> {
+    #[rustfmt::skip]
     let found = [
-        (
-            "Difference between successive periods of outflow and largest displacement decays close to exponentially and is small after the second period (fig. 11).",
-            "periodicity",
-            judge::periodicity(study),
-        ),
-        (
-            "The outflow lags behind the inflow; their difference is the rate of change of the lumen volume (fig. 11).",
-            "flow",
-            judge::balance(study),
-        ),
-        (
-            "The lumen volume of the artery falls linearly with d_max (fig. 14).",
-            "influence",
-            judge::linear(study, |r| r.mean_volume(), -1.0, "volume"),
-        ),
-        (
-            "The mean wall shear stress of the artery grows linearly with d_max (fig. 14).",
-            "influence",
-            judge::linear(
-                study,
-                |r| r.mean_wall_shear_Pa.mean,
-                1.0,
-                "mean wall shear stress",
-            ),
-        ),
-        (
-            "The largest displacement depends monotonically on d_max (fig. 14).",
-            "influence",
-            judge::monotonic(study),
-        ),
-        (
-            "The lowest largest wall shear stress in the middle of the artery belongs to the largest d_max, whatever the extension (fig. 15).",
-            "largest",
-            judge::lowest_shear(study),
-        ),
-        (
-            "The largest von Mises stress in the middle of the artery grows with d_max although the wall thickens (fig. 16).",
-            "stress",
-            judge::stress(study),
-        ),
-        (
-            "While the load is nearly constant at the end of the first period (0.5 s ≤ t ≤ 1 s), the smooth model has the largest von Mises stress (fig. 16).",
-            "stress",
-            judge::stress_at_rest(study),
-        ),
-        (
-            "Where the lumen is locally wide, the OSI is raised: maps of radius and OSI look alike (fig. 17).",
-            "alike",
-            judge::alike(study),
-        ),
-        (
-            "The largest OSI in the bypass lies between 0.2 and 0.4 downstream of curved extensions (fig. 18).",
-            "osi",
-            judge::osi_range(study, Bypass, [0.2, 0.4], true),
-        ),
-        (
-            "The largest OSI in the artery, here its middle, lies between 0.005 and 0.025 (fig. 18).",
-            "osi",
-            judge::osi_range(study, MidArtery, [0.005, 0.025], false),
-        ),
-        (
-            "The largest OSI in the artery, here its middle, grows with d_max, whatever the extension; 0 and 0.25 mm are nearly alike (fig. 18).",
-            "osi",
-            judge::osi_order(study),
-        ),
-        (
-            "The influence of the extension's shape is gone after about five diameters.",
-            "distance",
-            judge::distance(study),
-        ),
+        ("periodicity", judge::periodicity(study),
+            "Difference between successive periods of outflow and largest displacement decays close to exponentially and is small after the second period (fig. 11)."),
+        ("flow", judge::balance(study),
+            "The outflow lags behind the inflow; their difference is the rate of change of the lumen volume (fig. 11)."),
+        ("influence", judge::linear(study, |r| r.mean_volume(), -1.0, "volume"),
+            "The lumen volume of the artery falls linearly with d_max (fig. 14)."),
+        ("influence", judge::linear(study, |r| r.mean_wall_shear_Pa.mean, 1.0, "mean wall shear stress"),
+            "The mean wall shear stress of the artery grows linearly with d_max (fig. 14)."),
+        ("influence", judge::monotonic(study),
+            "The largest displacement depends monotonically on d_max (fig. 14)."),
+        ("largest", judge::lowest_shear(study),
+            "The lowest largest wall shear stress in the middle of the artery belongs to the largest d_max, whatever the extension (fig. 15)."),
+        ("stress", judge::stress(study),
+            "The largest von Mises stress in the middle of the artery grows with d_max although the wall thickens (fig. 16)."),
+        ("stress", judge::stress_at_rest(study),
+            "While the load is nearly constant at the end of the first period (0.5 s ≤ t ≤ 1 s), the smooth model has the largest von Mises stress (fig. 16)."),
+        ("alike", judge::alike(study),
+            "Where the lumen is locally wide, the OSI is raised: maps of radius and OSI look alike (fig. 17)."),
+        ("osi", judge::osi_range(study, Bypass, [0.2, 0.4], true),
+            "The largest OSI in the bypass lies between 0.2 and 0.4 downstream of curved extensions (fig. 18)."),
+        ("osi", judge::osi_range(study, MidArtery, [0.005, 0.025], false),
+            "The largest OSI in the artery, here its middle, lies between 0.005 and 0.025 (fig. 18)."),
+        ("osi", judge::osi_order(study),
+            "The largest OSI in the artery, here its middle, grows with d_max, whatever the extension; 0 and 0.25 mm are nearly alike (fig. 18)."),
+        ("distance", judge::distance(study),
+            "The influence of the extension's shape is gone after about five diameters."),
     ];
-    let finding =
-        |(paper, section, judged): (&'static str, &'static str, Option<(String, Verdict)>)| {
-            let (ours, verdict) = judged.unwrap_or_else(|| {
-                (
-                    "the models for it have not been computed".into(),
-                    Verdict::Missing,
-                )
-            });
-            PaperFinding {
-                paper,
-                ours,
-                verdict,
-                section,
-            }
-        };
+    let missing = || {
+        (
+            "the models for it have not been computed".into(),
+            Verdict::Missing,
+        )
+    };
+    let finding = |(section, judged, paper): (_, Judged, _)| {
+        let (ours, verdict) = judged.unwrap_or_else(missing);
+        PaperFinding {
+            paper,
+            ours,
+            verdict,
+            section,
+        }
+    };
     found.into_iter().map(finding).collect()
 }

@@ -23,7 +23,7 @@ use crate::Mat3;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use fsi_numerics::quadrature::legendre;
-use fsi_numerics::words;
+use fsi_numerics::{dot, words};
 use multiversion::multiversion;
 use nalgebra::DMatrix;
 
@@ -306,8 +306,4 @@ impl Basis {
 fn product(to: &mut [f64], accumulate: Accum, left: MatRef<'_, f64>, right: MatRef<'_, f64>) {
     let to = MatMut::from_column_major_slice_mut(to, left.nrows(), right.ncols());
     matmul(to, accumulate, left, right, 1.0, Par::Seq);
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

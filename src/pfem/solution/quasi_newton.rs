@@ -8,6 +8,7 @@
 use super::super::SolidError;
 use super::super::element::predicted_pressure::{Origin, VolumeGradients, Volumes};
 use super::super::linear_algebra::factor::Factorization;
+use fsi_numerics::dot;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -112,10 +113,6 @@ impl KeptTangent {
     pub fn solutions(&self) -> usize {
         self.experience.solutions
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn add(to: &mut [f64], scale: f64, vector: &[f64]) {

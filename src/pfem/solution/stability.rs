@@ -3,7 +3,7 @@
 use super::super::SolidError;
 use super::super::discretization::Discretization;
 use super::super::linear_algebra::factor::Factorization;
-use fsi_numerics::words;
+use fsi_numerics::{dot, words};
 
 /// Relative change of an eigenvalue at which the iteration ends.
 const TOLERANCE: f64 = 1e-8;
@@ -85,8 +85,4 @@ fn normalized(mut x: Vec<f64>) -> Vec<f64> {
     let norm = dot(&x, &x).sqrt();
     x.iter_mut().for_each(|x| *x /= norm);
     x
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

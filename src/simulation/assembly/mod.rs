@@ -107,8 +107,8 @@ pub enum AssemblyError {
     #[error(transparent)]
     Transfer(#[from] TransferError),
     /// The surrogate cannot be made.
-    #[error("{0}")]
-    Surrogate(String),
+    #[error(transparent)]
+    Surrogate(#[from] surrogate::SurrogateError),
 }
 
 impl CoupledModel {
@@ -224,8 +224,7 @@ fn join<F: Fluid>(
     let (transfer, _) = transfer(case, fluid.interface(), &solid)?;
     let vessel = case.vessel();
     let pressure = vessel.map_or(0.0, |vessel| vessel.equilibrium_pressure());
-    let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer, pressure)
-        .map_err(AssemblyError::Surrogate)?;
+    let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer, pressure)?;
     let rest = flatten(&transfer.accepted_displacement(&solid));
     let numerics = &case.coupling;
     Ok(Coupling {

@@ -243,11 +243,7 @@ fn extruded(
     let wall = &own.wall;
     let surface = WetQuads::new(fluid, &own.fluid.patches);
     let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
-    let usual = if own.tree.is_some() {
-        SMOOTHING_OF_TREES
-    } else {
-        0
-    };
+    let usual = own.tree.as_ref().map_or(0, |_| SMOOTHING_OF_TREES);
     let normals = surface.normals(extrusion.smoothing.unwrap_or(usual));
     let points = &surface.quads.points;
     let factors = match &extrusion.factors {
@@ -275,9 +271,7 @@ fn extruded(
         }
         let thickness = |share: &f64| {
             let pairs = radii.iter().zip(&factors);
-            pairs
-                .map(|(radius, factor)| share * radius * factor)
-                .collect()
+            pairs.map(|(r, factor)| share * r * factor).collect()
         };
         extrusion.shares.iter().map(thickness).collect()
     };

@@ -14,7 +14,7 @@ use crate::coupling::surrogate::{
 use crate::coupling::transfer::Transfer;
 use crate::fluid::FluidInterface;
 use crate::geometry::Vessel;
-use crate::pfem::{Solid, SurfaceLoad};
+use crate::pfem::{Solid, SolidError, SurfaceLoad};
 use nalgebra::DVector;
 
 /// Pressure (Pa) that probes the wall without load: so small that one tangent serves for all stations.
@@ -33,6 +33,23 @@ const LEAST_ADDED_MASS: f64 = 0.2;
 /// The wall's answer to such waves is felt up to half so many radii from where they press.
 const FELT: f64 = 2.0;
 
+/// Why a case has no surrogate.
+#[derive(Debug, thiserror::Error)]
+pub enum SurrogateError {
+    /// It is not that of a vessel.
+    #[error("the surrogate is a tube, and the case has none")]
+    NoTube,
+    /// A curve of flow or pressure cannot be read.
+    #[error(transparent)]
+    Curve(#[from] TableError),
+    /// The wall does not lie in rings.
+    #[error(transparent)]
+    Rings(#[from] NoRings),
+    /// The wall gives no answer.
+    #[error(transparent)]
+    Wall(#[from] SolidError),
+}
+
 /// The surrogate that the case asks for. Its wall is what `solid`, which is at rest under a `pressure` (Pa), answers to
 /// a little more within a time step.
 pub fn surrogate<S: Solid>(
@@ -41,7 +58,7 @@ pub fn surrogate<S: Solid>(
     solid: &mut S,
     transfer: &Transfer<S::Location>,
     pressure: f64,
-) -> Result<Box<dyn Surrogate>, String> {
+) -> Result<Box<dyn Surrogate>, SurrogateError> {
     let vessel = match &case.problem {
         _ if case.coupling.surrogate == case::SurrogateModel::None => {
             return Ok(Box::new(Identity));
@@ -50,7 +67,7 @@ pub fn surrogate<S: Solid>(
         Problem::Vessel(vessel) if vessel.is_rigid() => return Ok(Box::new(Identity)),
         Problem::Vessel(vessel) => vessel,
         Problem::Flag(_) | Problem::UserCase(_) => {
-            return Err("the surrogate is a tube, and the case has none".into());
+            return Err(SurrogateError::NoTube);
         }
     };
     let geometry = Vessel::new(vessel);
@@ -59,13 +76,10 @@ pub fn surrogate<S: Solid>(
     let open = |rigid_length| TubeEnd::Pressure { rigid_length };
     let (inlet, outlet) = match case.coupling.surrogate {
         case::SurrogateModel::None => return Ok(Box::new(Identity)),
-        case::SurrogateModel::Tube => {
-            ends(vessel, case.time.period, upstream, downstream).map_err(|e| e.to_string())?
-        }
+        case::SurrogateModel::Tube => ends(vessel, case.time.period, upstream, downstream)?,
         case::SurrogateModel::OpenTube => (open(upstream), open(downstream)),
     };
-    let stations =
-        stations(vessel, case.fluid.solver, &interface.points).map_err(|e| e.to_string())?;
+    let stations = stations(vessel, case.fluid.solver, &interface.points)?;
 
     let probe = PROBE.max(SHARE * pressure.abs());
     // The residual is measured against the whole load.
@@ -82,10 +96,8 @@ pub fn surrogate<S: Solid>(
             pressure: places.iter().map(at).collect(),
             shear: vec![Vec3::zeros(); places.len()],
         };
-        let trial = solid
-            .solve(&load, case.time.step, tolerance, None)
-            .map_err(|e| e.to_string())?;
-        Ok::<_, String>((flatten(&transfer.displacement(solid, &trial)) - &rest) / probe)
+        let trial = solid.solve(&load, case.time.step, tolerance, None)?;
+        Ok::<_, SurrogateError>((flatten(&transfer.displacement(solid, &trial)) - &rest) / probe)
     };
     let blood = SurrogateBlood {
         density: case.blood.density,
@@ -99,7 +111,7 @@ pub fn surrogate<S: Solid>(
 
     let to_waves = waves(&stations, &blood, &mut answer)?;
     let stations = stations.with_periods(to_waves.len() / 2);
-    let answers: Result<Vec<_>, String> = (0..stations.count())
+    let answers: Result<Vec<_>, SurrogateError> = (0..stations.count())
         .map(|station| answer(&|x| stations.share(station, x)))
         .collect();
     let mut surrogate = TubeSurrogate::new(stations, &answers?, to_waves, blood, inlet, outlet);
@@ -109,7 +121,7 @@ pub fn surrogate<S: Solid>(
 }
 
 /// What the wall answers to a pressure of this shape, for a unit of it.
-type Answer<'a> = dyn FnMut(&dyn Fn(TubePlace) -> f64) -> Result<DVector<f64>, String> + 'a;
+type Answer<'a> = dyn FnMut(&dyn Fn(TubePlace) -> f64) -> Result<DVector<f64>, SurrogateError> + 'a;
 
 /// The wall's answers to waves around the circumference, those of a cosine and of a sine for each number of periods, as
 /// far as the blood's added mass counts there. Stations so far apart that none feels the next one's press at once.
@@ -117,7 +129,7 @@ fn waves(
     stations: &Stations,
     blood: &SurrogateBlood,
     answer: &mut Answer<'_>,
-) -> Result<Vec<Vec<Comb>>, String> {
+) -> Result<Vec<Vec<Comb>>, SurrogateError> {
     let reference = stations.reference_radius();
     let radius = reference.iter().sum::<f64>() / reference.len() as f64;
     let step = (FELT * radius / stations.length() * (stations.count() + 1) as f64).ceil() as usize;

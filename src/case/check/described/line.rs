@@ -194,35 +194,24 @@ fn sizes(keys: &VesselDescription, points: &[Vec3], key: &str, report: &mut Repo
 
 /// What is of files alone, and a lumen that is not a circle.
 fn table(keys: &VesselDescription, report: &mut Report<'_>) {
-    let of_files = [
-        ("vessel.branch", keys.branch.is_some()),
-        ("vessel.reverse", keys.is_reversed.is_some()),
+    const LINES: &str =
+        "is for lines from a file, vessel.centre_line, and there is none: leave it out";
+    const POINTS: &str = "smooths points of the centre-line, and there are none: leave it out";
+    const SURFACE: &str =
+        "is for a surface from a file, vessel.lumen, and there is none: leave it out";
+    let no_file = keys.centre_line.is_none();
+    let no_points = no_file && keys.points.is_empty();
+    #[rustfmt::skip]
+    let lonely = [
+        ("vessel.branch", keys.branch.is_some() && no_file, LINES),
+        ("vessel.reverse", keys.is_reversed.is_some() && no_file, LINES),
+        ("vessel.smoothing_m", keys.smoothing.is_some() && no_points, POINTS),
+        ("vessel.least_bend_m", keys.least_bend.is_some() && no_points, POINTS),
+        ("vessel.lumen_unit", keys.lumen_unit.is_some() && keys.lumen.is_none(), SURFACE),
+        ("vessel.lumen_smoothing_m", keys.lumen_smoothing.is_some() && keys.lumen.is_none(), SURFACE),
     ];
-    for (key, is_given) in of_files {
-        let message =
-            "is for lines from a file, vessel.centre_line, and there is none: leave it out";
-        report(
-            &[key],
-            is_given && keys.centre_line.is_none(),
-            message.into(),
-        );
-    }
-    for (key, is_given) in [
-        ("vessel.smoothing_m", keys.smoothing.is_some()),
-        ("vessel.least_bend_m", keys.least_bend.is_some()),
-    ] {
-        report(
-            &[key],
-            is_given && keys.centre_line.is_none() && keys.points.is_empty(),
-            "smooths points of the centre-line, and there are none: leave it out".into(),
-        );
-    }
-    for (key, is_given) in [
-        ("vessel.lumen_unit", keys.lumen_unit.is_some()),
-        ("vessel.lumen_smoothing_m", keys.lumen_smoothing.is_some()),
-    ] {
-        let message = "is for a surface from a file, vessel.lumen, and there is none: leave it out";
-        report(&[key], is_given && keys.lumen.is_none(), message.into());
+    for (key, is_wrong, reason) in lonely {
+        report(&[key], is_wrong, reason.into());
     }
     report(
         &["vessel.lumen"],

@@ -8,13 +8,9 @@ use super::{Model, Vec3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Corners of the faces S1 to S6.
+#[rustfmt::skip]
 const FACES: [[usize; 4]; 6] = [
-    [0, 1, 2, 3],
-    [4, 7, 6, 5],
-    [0, 4, 5, 1],
-    [1, 5, 6, 2],
-    [2, 6, 7, 3],
-    [3, 7, 4, 0],
+    [0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0],
 ];
 /// Where VTK's nodes after the twentieth stand in C3D27: the middles of the faces S6, S4, S3, S5, S1, S2, then that of
 /// the volume, which is the first of them.
@@ -71,11 +67,8 @@ pub fn of(mut model: Model) -> Result<WallFile, String> {
     }
     for (name, labels) in &model.element_sets.0 {
         for &(index, tag) in labels {
-            if let Some(corners) = model
-                .instances
-                .get(index)
-                .and_then(|i| i.part.quads.get(&tag))
-            {
+            let instance = model.instances.get(index);
+            if let Some(corners) = instance.and_then(|i| i.part.quads.get(&tag)) {
                 wall.add_quad(name, corners[..4].iter().map(|node| (index, *node)))?;
             }
         }
@@ -109,19 +102,13 @@ impl Wall {
         let part = &instance.part;
         let region_of = regions(part);
         // Nodes of parts that touch are one; a part itself is as it was written.
-        let size = part
-            .nodes
-            .values()
-            .fold(0.0f64, |most, x| most.max(x.amax()));
+        let sizes = part.nodes.values().map(|x| x.amax());
+        let size = sizes.fold(0.0, f64::max);
         let grid = 1e-7 * size.max(f64::MIN_POSITIVE);
         for (tag, x) in &part.nodes {
             let x = instance.place(x);
             let key = [x.x, x.y, x.z].map(|x| (x / grid).round() as i64 as u64);
-            let known = if is_only {
-                None
-            } else {
-                self.places.get(&key).copied()
-            };
+            let known = self.places.get(&key).copied().filter(|_| !is_only);
             let node = known.unwrap_or_else(|| {
                 self.file.nodes.push(x);
                 self.file.nodes.len() - 1
@@ -141,9 +128,8 @@ impl Wall {
                 .first_chunk()
                 .ok_or_else(|| format!("the element {tag} has no eight corners"))?;
             self.corners.insert((index, *tag), *corners);
-            let region = self
-                .file
-                .region(region_of.get(tag).copied().unwrap_or_default());
+            let region = region_of.get(tag).copied().unwrap_or_default();
+            let region = self.file.region(region);
             let nodes = match known.len() {
                 27 => {
                     let mut all = known[..20].to_vec();
