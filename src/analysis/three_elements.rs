@@ -157,15 +157,7 @@ mod tests {
     use crate::tabular::units::MMHG;
 
     fn pulse() -> FlowCurve {
-        let inflow = Inflow {
-            base: 3.5e-6,
-            amplitude: 4.5e-6,
-            systole: 0.5,
-            exponent: 0.8,
-            file: None,
-            unit: None,
-            file_period: None,
-        };
+        let inflow = Inflow::pulse(3.5e-6, 4.5e-6, 0.5, 0.8);
         FlowCurve::Pulse {
             inflow,
             period: 1.0,

@@ -212,15 +212,7 @@ mod tests {
     use crate::tabular::units::MMHG;
 
     fn pulse(base: f64, amplitude: f64) -> FlowCurve {
-        let inflow = Inflow {
-            base,
-            amplitude,
-            systole: 0.5,
-            exponent: 0.8,
-            file: None,
-            unit: None,
-            file_period: None,
-        };
+        let inflow = Inflow::pulse(base, amplitude, 0.5, 0.8);
         FlowCurve::Pulse {
             inflow,
             period: 1.0,

@@ -76,19 +76,10 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
 fn blood(blood: &Blood, report: &mut Report<'_>) {
     use BloodModel::{CarreauYasuda, Casson, Newtonian, PowerLaw};
     let model = blood.model.unwrap_or_default();
+    #[rustfmt::skip]
     let keys = [
-        (
-            "zero_shear_viscosity_Pa_s",
-            blood.at_rest,
-            &[CarreauYasuda][..],
-            &[Casson, PowerLaw][..],
-        ),
-        (
-            "relaxation_time_s",
-            blood.relaxation_time,
-            &[CarreauYasuda],
-            &[],
-        ),
+        ("zero_shear_viscosity_Pa_s", blood.at_rest, &[CarreauYasuda][..], &[Casson, PowerLaw][..]),
+        ("relaxation_time_s", blood.relaxation_time, &[CarreauYasuda], &[]),
         ("exponent", blood.exponent, &[CarreauYasuda, PowerLaw], &[]),
         ("yasuda_exponent", blood.yasuda, &[], &[CarreauYasuda]),
         ("yield_stress_Pa", blood.yield_stress, &[Casson], &[]),

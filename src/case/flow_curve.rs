@@ -55,15 +55,7 @@ impl FlowCurve {
     /// No flow at all times, with a period (s).
     pub fn none(period: f64) -> Self {
         Self::Pulse {
-            inflow: Inflow {
-                base: 0.0,
-                amplitude: 0.0,
-                systole: period,
-                exponent: 1.0,
-                file: None,
-                unit: None,
-                file_period: None,
-            },
+            inflow: Inflow::pulse(0.0, 0.0, period, 1.0),
             period,
         }
     }

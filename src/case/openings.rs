@@ -130,6 +130,29 @@ words! {
     }
 }
 
+impl Inflow {
+    /// A pulse of the formula: flows in m³/s, the duration of the systole in s.
+    pub fn pulse(base: f64, amplitude: f64, systole: f64, exponent: f64) -> Self {
+        Self {
+            base,
+            amplitude,
+            systole,
+            exponent,
+            file: None,
+            unit: None,
+            file_period: None,
+        }
+    }
+
+    /// The curve of a file, in the unit that the file says.
+    pub fn of_file(file: PathBuf) -> Self {
+        Self {
+            file: Some(file),
+            ..Self::pulse(0.0, 0.0, 1.0, 1.0)
+        }
+    }
+}
+
 impl FlowUnit {
     /// The unit in any usual spelling, such as `mL/sec` or `cm³ s⁻¹`.
     pub fn spelled(word: &str) -> Option<Self> {

@@ -160,24 +160,14 @@ mod tests {
         for (start, end) in [(0.5, 1.3), (1.6, 2.4), (0.7, 0.7 + 3.0 * 0.8)] {
             assert_eq!(warning(start, end, false), None);
         }
-        for (start, end, said) in [
-            (
-                0.48,
-                1.28,
-                "window 0.48 to 1.28 s (output.window_start_s) contains the smooth start until 0.5 s:",
-            ),
-            (
-                0.8,
-                1.0,
-                "(output.window_start_s) covers 0.25 periods: its averages",
-            ),
+        #[rustfmt::skip]
+        let windows = [
+            (0.48, 1.28, "window 0.48 to 1.28 s (output.window_start_s) contains the smooth start until 0.5 s:"),
+            (0.8, 1.0, "(output.window_start_s) covers 0.25 periods: its averages"),
             (0.8, 2.0, "covers 1.5 periods:"),
-            (
-                0.0,
-                1.0,
-                "contains the smooth start until 0.5 s and covers 1.25 periods:",
-            ),
-        ] {
+            (0.0, 1.0, "contains the smooth start until 0.5 s and covers 1.25 periods:"),
+        ];
+        for (start, end, said) in windows {
             let warning = warning(start, end, false).unwrap();
             assert!(warning.contains(said), "{warning}");
         }

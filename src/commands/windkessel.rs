@@ -137,13 +137,9 @@ impl Arguments {
             (None, Some(vessel)) => (vessel.condition_at(VesselSide::Start).inflow(period))
                 .unwrap_or_else(|| vessel.inflow.clone()),
             (file, _) => Inflow {
-                base: 0.0,
-                amplitude: 0.0,
-                systole: period,
-                exponent: 1.0,
                 file: file.clone(),
                 unit: self.unit,
-                file_period: None,
+                ..Inflow::pulse(0.0, 0.0, period, 1.0)
             },
         };
         // What the case calls by its keys, the command line has as options.

@@ -95,15 +95,14 @@ mod tests {
         ] {
             assert_eq!(decode(&bytes).unwrap(), "Q (cm³/s)");
         }
-        for (bytes, what) in [
+        #[rustfmt::skip]
+        let files = [
             (&b"PK\x03\x04rest"[..], "save the sheet as CSV"),
             (b"0,1\n\0\0", "a binary file"),
-            (
-                b"version https://git-lfs.github.com/spec/v1\n",
-                "git lfs pull",
-            ),
+            (b"version https://git-lfs.github.com/spec/v1\n", "git lfs pull"),
             (b"<!doctype html>\n<html>", "a web page"),
-        ] {
+        ];
+        for (bytes, what) in files {
             assert!(decode(bytes).unwrap_err().contains(what));
         }
         for text in ["a\nb", "a\r\nb", "a\rb"] {

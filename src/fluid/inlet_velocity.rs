@@ -195,15 +195,7 @@ mod tests {
 
     #[test]
     fn the_profile_has_the_flow_of_the_curve_and_none_at_the_wall() {
-        let inflow = Inflow {
-            base: 3.5e-6,
-            amplitude: 4.5e-6,
-            systole: 0.5,
-            exponent: 0.8,
-            file: None,
-            unit: None,
-            file_period: None,
-        };
+        let inflow = Inflow::pulse(3.5e-6, 4.5e-6, 0.5, 0.8);
         let curve = FlowCurve::new(&inflow, 1.0).unwrap();
         // What the harmonics lack of the curve, which begins with a kink: 4.8e-4
         for (radius, most) in [(3e-3, 6e-4), (15e-3, 6e-4)] {

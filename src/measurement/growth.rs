@@ -84,40 +84,24 @@ fn scaled(
     let (cells, native, elements) = (&vessel.fluid.mesh, &vessel.fluid.native, &vessel.structure);
     let times = |number: usize, factor: f64| (number as f64 * factor).round();
     // The mesh of the solver that is not used changes nothing.
-    [
+    #[rustfmt::skip]
+    let sizes = [
         ("fluid.mesh.core", times(cells.core, fluid)),
         ("fluid.mesh.radial", times(cells.radial, fluid)),
-        (
-            "fluid.mesh.axial_extension",
-            times(cells.axial_extension, fluid),
-        ),
-        (
-            "fluid.mesh.axial_per_section",
-            times(cells.axial_per_section, fluid),
-        ),
+        ("fluid.mesh.axial_extension", times(cells.axial_extension, fluid)),
+        ("fluid.mesh.axial_per_section", times(cells.axial_per_section, fluid)),
         ("fluid.native.core", times(native.core, fluid)),
         ("fluid.native.radial", times(native.radial, fluid)),
-        (
-            "fluid.native.axial_extension",
-            times(native.axial_extension, fluid),
-        ),
-        (
-            "fluid.native.axial_per_section",
-            times(native.axial_per_section, fluid),
-        ),
-        (
-            "structure.circumferential",
-            times(elements.circumferential, structure),
-        ),
-        (
-            "structure.axial_per_section",
-            times(elements.axial_per_section, structure),
-        ),
-    ]
-    .into_iter()
-    .fold(selection.clone(), |selection, (key, value)| {
-        selection.with(key, value)
-    })
+        ("fluid.native.axial_extension", times(native.axial_extension, fluid)),
+        ("fluid.native.axial_per_section", times(native.axial_per_section, fluid)),
+        ("structure.circumferential", times(elements.circumferential, structure)),
+        ("structure.axial_per_section", times(elements.axial_per_section, structure)),
+    ];
+    sizes
+        .into_iter()
+        .fold(selection.clone(), |selection, (key, value)| {
+            selection.with(key, value)
+        })
 }
 
 /// CPU seconds of a fluid in processes of its own; one within the driver's shares that one's, and has wall-clock

@@ -59,7 +59,7 @@ proptest! {
         let scratch = tempfile::tempdir().unwrap();
         let file = scratch.path().join("flow.csv");
         std::fs::write(&file, text).unwrap();
-        let inflow = Inflow { base: 0.0, amplitude: 0.0, systole: 1.0, exponent: 1.0, file: Some(file), unit: None, file_period: None };
+        let inflow = Inflow::of_file(file);
         if let Ok(curve) = FlowCurve::new(&inflow, 1.0) {
             prop_assert!(curve.flow(t).is_finite());
         }

@@ -333,15 +333,7 @@ fn table(text: &str, period: f64) -> FlowCurve {
     let scratch = tempfile::tempdir().unwrap();
     let file = scratch.path().join("flow.csv");
     std::fs::write(&file, text).unwrap();
-    let inflow = Inflow {
-        base: 0.0,
-        amplitude: 0.0,
-        systole: 1.0,
-        exponent: 1.0,
-        file: Some(file),
-        unit: None,
-        file_period: None,
-    };
+    let inflow = Inflow::of_file(file);
     FlowCurve::new(&inflow, period).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -525,15 +517,7 @@ fn the_same_flow_is_read_from_every_shape_of_table() {
                 .collect();
         }
         std::fs::write(&file, bytes).unwrap();
-        let inflow = Inflow {
-            base: 0.0,
-            amplitude: 0.0,
-            systole: 1.0,
-            exponent: 1.0,
-            file: Some(file),
-            unit: None,
-            file_period: None,
-        };
+        let inflow = Inflow::of_file(file);
         let curve = FlowCurve::new(&inflow, 0.8).unwrap_or_else(|e| panic!("{name}: {e}"));
         let understood = curve.table().unwrap().understood();
         assert!(understood.contains(said), "{name}: {understood}");
@@ -554,13 +538,8 @@ fn the_same_flow_is_read_from_every_shape_of_table() {
 fn table_of(file: &Path, text: &str, unit: Option<FlowUnit>) -> FlowCurve {
     std::fs::write(file, text).unwrap();
     let inflow = Inflow {
-        base: 0.0,
-        amplitude: 0.0,
-        systole: 1.0,
-        exponent: 1.0,
-        file: Some(file.to_owned()),
         unit,
-        file_period: None,
+        ..Inflow::of_file(file.to_owned())
     };
     FlowCurve::new(&inflow, 0.8).unwrap_or_else(|e| panic!("{e}"))
 }

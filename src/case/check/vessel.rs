@@ -44,17 +44,10 @@ fn surroundings(vessel: &BloodVessel, report: &mut Report<'_>) {
         return;
     };
     let (stations, shares) = (&tissue.stations, &tissue.shares);
+    let keys = ["surroundings.stations_m", "surroundings.shares"];
     for (key, other, found) in [
-        (
-            "surroundings.stations_m",
-            "surroundings.shares",
-            shares.len(),
-        ),
-        (
-            "surroundings.shares",
-            "surroundings.stations_m",
-            stations.len(),
-        ),
+        (keys[0], keys[1], shares.len()),
+        (keys[1], keys[0], stations.len()),
     ] {
         report(
             &[key],
@@ -73,15 +66,10 @@ fn surroundings(vessel: &BloodVessel, report: &mut Report<'_>) {
         "expected no negative share: tissue does not push".into(),
     );
     let resists_axially = tissue.direction.unwrap_or_default() != TissueDirection::Radial;
+    let (spring, damping) = (tissue.axial_spring, tissue.axial_damping);
     for (key, is_given) in [
-        (
-            "surroundings.axial_spring_Pa_m",
-            tissue.axial_spring.is_some(),
-        ),
-        (
-            "surroundings.axial_damping_Pa_s_m",
-            tissue.axial_damping.is_some(),
-        ),
+        ("surroundings.axial_spring_Pa_m", spring.is_some()),
+        ("surroundings.axial_damping_Pa_s_m", damping.is_some()),
     ] {
         report(
             &[key, "surroundings.direction"],

@@ -97,105 +97,42 @@ fn files_that_are_not_walls_are_refused_with_the_place() {
         WallFile::read(&path).unwrap_err().to_string()
     };
     let msh = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
-    for (name, text, expected) in [
+    #[rustfmt::skip]
+    let files = [
         ("a.msh", "", "it has no $MeshFormat"),
-        (
-            "a.msh",
-            "$MeshFormat\n4 0 8\n$EndMeshFormat\n",
-            "of the version 4: expected 2.2 or 4.1",
-        ),
-        (
-            "a.msh",
-            "$MeshFormat\n4.1 1 8\n\u{0}\u{0}\u{0}\u{1}\n$EndMeshFormat\n",
-            "in the order of another machine",
-        ),
-        (
-            "a.msh",
-            "$MeshFormat\n4.1 1 8\n\u{1}\u{0}\u{0}\u{0}\n$Nodes\n\u{1}\u{0}",
-            "it ends before it is complete",
-        ),
+        ("a.msh", "$MeshFormat\n4 0 8\n$EndMeshFormat\n", "of the version 4: expected 2.2 or 4.1"),
+        ("a.msh", "$MeshFormat\n4.1 1 8\n\u{0}\u{0}\u{0}\u{1}\n$EndMeshFormat\n", "in the order of another machine"),
+        ("a.msh", "$MeshFormat\n4.1 1 8\n\u{1}\u{0}\u{0}\u{0}\n$Nodes\n\u{1}\u{0}", "it ends before it is complete"),
         (
             "a.msh",
             "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n900\n1 0 0 0\n",
             "900 entries are announced, more than there is room for",
         ),
-        (
-            "a.msh",
-            "<?xml version=\"1.0\"?>\n<mitk_mesh/>",
-            "SimVascular's description of a mesh",
-        ),
+        ("a.msh", "<?xml version=\"1.0\"?>\n<mitk_mesh/>", "SimVascular's description of a mesh"),
         ("a.msh", msh, "it has no hexahedra"),
-        (
-            "a.msh",
-            &format!("{msh}$Nodes\n1 1 1 1\n3 1 0 1\n1\nx 0 0\n"),
-            "line 8: expected a number, found \"x\"",
-        ),
+        ("a.msh", &format!("{msh}$Nodes\n1 1 1 1\n3 1 0 1\n1\nx 0 0\n"), "line 8: expected a number, found \"x\""),
         (
             "a.msh",
             &format!("{msh}$Elements\n1 1 1 1\n3 1 4 1\n1\n"),
             "line 7: an element of the type 4 is not a hexahedron",
         ),
-        (
-            "a.inp",
-            "*ELEMENT, TYPE=C3D10\n",
-            "line 1: elements of the type C3D10 are not hexahedra",
-        ),
-        (
-            "a.inp",
-            "*ELEMENT, TYPE=C3D8\n1,1,2,3,4,5,6,7,8\n",
-            "the element 1 has the node 1, which there is not",
-        ),
+        ("a.inp", "*ELEMENT, TYPE=C3D10\n", "line 1: elements of the type C3D10 are not hexahedra"),
+        ("a.inp", "*ELEMENT, TYPE=C3D8\n1,1,2,3,4,5,6,7,8\n", "the element 1 has the node 1, which there is not"),
         ("a.vtu", "rubbish", "this is not a VTK file in XML"),
-        (
-            "a.vtu",
-            "<VTKFile type=\"PolyData\"></VTKFile>",
-            "expected VTK's UnstructuredGrid (.vtu), found PolyData",
-        ),
-        (
-            "a.inp",
-            "*NODE\n1, 0, 0, 0\n*NGEN\n1, 9, 1\n",
-            "line 3: *NGEN makes or moves nodes and elements by a rule",
-        ),
-        (
-            "a.inp",
-            "*INCLUDE, INPUT=nowhere.inp\n",
-            "line 1: nowhere.inp: it cannot be read: No such file",
-        ),
-        (
-            "a.inp",
-            "*INCLUDE, INPUT=a.inp\n",
-            "more than 10 files include each other",
-        ),
-        (
-            "a.inp",
-            "*PART, NAME=a\n*END PART\n*PART, NAME=A\n",
-            "line 3: there is another part \"A\"",
-        ),
-        (
-            "a.inp",
-            "*ASSEMBLY\n*INSTANCE, NAME=a-1, PART=b\n",
-            "line 2: there is no part \"b\"",
-        ),
-        (
-            "a.inp",
-            "*PART, NAME=a\n*END PART\n*INSTANCE, NAME=a-1, PART=a\n1, 2\n",
-            "line 4: expected the translation",
-        ),
+        ("a.vtu", "<VTKFile type=\"PolyData\"></VTKFile>", "expected VTK's UnstructuredGrid (.vtu), found PolyData"),
+        ("a.inp", "*NODE\n1, 0, 0, 0\n*NGEN\n1, 9, 1\n", "line 3: *NGEN makes or moves nodes and elements by a rule"),
+        ("a.inp", "*INCLUDE, INPUT=nowhere.inp\n", "line 1: nowhere.inp: it cannot be read: No such file"),
+        ("a.inp", "*INCLUDE, INPUT=a.inp\n", "more than 10 files include each other"),
+        ("a.inp", "*PART, NAME=a\n*END PART\n*PART, NAME=A\n", "line 3: there is another part \"A\""),
+        ("a.inp", "*ASSEMBLY\n*INSTANCE, NAME=a-1, PART=b\n", "line 2: there is no part \"b\""),
+        ("a.inp", "*PART, NAME=a\n*END PART\n*INSTANCE, NAME=a-1, PART=a\n1, 2\n", "line 4: expected the translation"),
         (
             "a.inp",
             "*PART, NAME=a\n*END PART\n*INSTANCE, NAME=a-1, PART=a\n0,0,0\n1,1,1,1,1,1,90\n",
             "line 5: the two points of the axis of rotation are the same",
         ),
-        (
-            "a.inp",
-            &format!("{CUBE}*SURFACE, NAME=wet\nsolid, SPOS\n"),
-            "line 14: expected a face S1 to S6",
-        ),
-        (
-            "a.inp",
-            &format!("{CUBE}*SURFACE, NAME=wet\nshell, S1\n"),
-            "line 14: there is no set of elements \"shell\"",
-        ),
+        ("a.inp", &format!("{CUBE}*SURFACE, NAME=wet\nsolid, SPOS\n"), "line 14: expected a face S1 to S6"),
+        ("a.inp", &format!("{CUBE}*SURFACE, NAME=wet\nshell, S1\n"), "line 14: there is no set of elements \"shell\""),
         (
             "a.inp",
             &CUBE.replace("1, 1,2,3,4,5,6,7,8", "1, 1,2,3,4,7,8,5,6"),
@@ -206,7 +143,8 @@ fn files_that_are_not_walls_are_refused_with_the_place() {
             &format!("{CUBE}*ELEMENT, TYPE=C3D8\n2, 1,2,3,4,5,6,7,8\n"),
             "the hexahedra 1 and 2 have the same nodes: is a part there twice?",
         ),
-    ] {
+    ];
+    for (name, text, expected) in files {
         let error = read(name, text);
         assert!(error.contains(expected), "{error}");
     }

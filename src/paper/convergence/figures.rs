@@ -21,32 +21,13 @@ const STRESS: ErrorMeasure = (|row| row.e_sv, "von Mises stress e_{σv}");
 
 /// Draws the figures of the test cases that have rows.
 pub fn write(rows: &[ConvergenceRow], folder: &Path) -> io::Result<()> {
+    #[rustfmt::skip]
     let figures = [
-        (
-            TestCase::Circular,
-            "figure-07-circular-energy",
-            figure_7(rows),
-            2,
-        ),
-        (
-            TestCase::Circular,
-            "figure-08-circular-fields",
-            figure_8(rows),
-            2,
-        ),
-        (
-            TestCase::Circular,
-            "figure-mapping-limit",
-            mapping_limit(rows),
-            2,
-        ),
+        (TestCase::Circular, "figure-07-circular-energy", figure_7(rows), 2),
+        (TestCase::Circular, "figure-08-circular-fields", figure_8(rows), 2),
+        (TestCase::Circular, "figure-mapping-limit", mapping_limit(rows), 2),
         (TestCase::Graft, "figure-09-graft", figure_9(rows), 3),
-        (
-            TestCase::Irregular,
-            "figure-10-irregular",
-            figure_10(rows),
-            3,
-        ),
+        (TestCase::Irregular, "figure-10-irregular", figure_10(rows), 3),
     ];
     for (case, name, panels, columns) in figures {
         if rows.iter().any(|row| row.test_case == case) {

@@ -21,15 +21,7 @@ pub const DENSITY: f64 = 1050.0;
 
 pub fn inflow() -> FlowCurve {
     FlowCurve::Pulse {
-        inflow: Inflow {
-            base: 3.5e-6,
-            amplitude: 4.5e-6,
-            systole: 0.5,
-            exponent: 0.8,
-            file: None,
-            unit: None,
-            file_period: None,
-        },
+        inflow: Inflow::pulse(3.5e-6, 4.5e-6, 0.5, 0.8),
         period: 1.0,
     }
 }

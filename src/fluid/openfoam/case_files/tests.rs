@@ -33,15 +33,7 @@ fn curve(inflow: &FlowCurve) -> String {
 }
 
 fn pulse() -> Inflow {
-    Inflow {
-        base: 3.5e-6,
-        amplitude: 4.5e-6,
-        systole: 0.5,
-        exponent: 0.8,
-        file: None,
-        unit: None,
-        file_period: None,
-    }
+    Inflow::pulse(3.5e-6, 4.5e-6, 0.5, 0.8)
 }
 
 fn inflow() -> FlowCurve {
