@@ -20,5 +20,5 @@ pub(crate) mod windkessel;
 
 pub use deviation::Deviation;
 pub use flow_numbers::{flow_numbers, flow_numbers_of};
-pub use regions::regions;
+pub use regions::{ARTERY, BYPASS, MID_ARTERY, middle_of_artery, regions};
 pub use size::centre_line;

@@ -2,7 +2,25 @@
 
 use crate::case::{BloodVessel, Case, OwnCase, OwnRegion, Problem, Shape};
 use crate::geometry::{Section, Vessel};
-use crate::hemodynamics::{Region, RegionExtent, RegionName};
+use crate::hemodynamics::{Region, RegionExtent};
+
+/// The graft of the paper's vessels.
+pub const BYPASS: &str = "bypass";
+/// The artery behind it.
+pub const ARTERY: &str = "artery";
+/// The artery without the influence of joint and outlet; the paper's 0.03375 m to 0.05625 m.
+pub const MID_ARTERY: &str = "mid_artery";
+
+/// Where the middle of the paper's artery begins and ends (m), if the case has one.
+pub fn middle_of_artery(case: &Case) -> Option<[f64; 2]> {
+    let regions = regions(case).into_iter();
+    regions
+        .filter(|region| region.name.as_str() == MID_ARTERY)
+        .find_map(|region| match region.extent {
+            RegionExtent::Along { from_m, to_m } => Some([from_m, to_m]),
+            _ => None,
+        })
+}
 
 /// The elastic sections of a vessel and what its case names besides, or bypass, artery and its middle. The last of
 /// these begins where the blend of the cross-sections ends, and ends as far from the outlet; there is none if the
@@ -33,12 +51,12 @@ fn of_vessel(vessel: &BloodVessel) -> Vec<Region> {
     let end = joint + geometry.artery_length;
     let margin = 0.5 * geometry.blend_length;
     let regions = [
-        (RegionName::Bypass, 0.0, joint),
-        (RegionName::Artery, joint, end),
-        (RegionName::MidArtery, joint + margin, end - margin),
+        (BYPASS, 0.0, joint),
+        (ARTERY, joint, end),
+        (MID_ARTERY, joint + margin, end - margin),
     ];
     let some = regions.into_iter().filter(|(_, from, to)| from < to);
-    some.map(|(name, from, to)| Region::along(name, from, to))
+    some.map(|(name, from, to)| Region::along(name.into(), from, to))
         .collect()
 }
 

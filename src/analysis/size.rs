@@ -16,12 +16,12 @@ impl Native {
     fn elements_of_slice(&self) -> usize {
         self.core * (self.core + 4 * self.radial)
     }
+}
 
-    /// Pairs of a node of the pressure and one of the velocity in an element: what the matrix of the divergence has
-    /// before elements share nodes.
-    fn node_pairs(&self) -> usize {
-        self.degree.pow(3) * (self.degree + 1).pow(3)
-    }
+/// Pairs of a node of the pressure and one of the velocity in an element of this degree: what the matrix of the
+/// divergence has before elements share nodes.
+fn node_pairs(degree: usize) -> usize {
+    degree.pow(3) * (degree + 1).pow(3)
 }
 
 /// Pieces along a vessel.
@@ -189,10 +189,10 @@ impl Case {
             10e6 + 600.0 * wall,
             "fewer elements (structure.*, or flag.mesh.elements) or a lower structure.p",
         )];
-        match (&self.problem, self.fluid.solver) {
-            (Problem::Vessel(vessel), Solver::Native) => parts.push((
-                cells as f64 * (150e3 + 130.0 * vessel.fluid.native.node_pairs() as f64),
-                "fewer elements or a lower degree (fluid.native.*)",
+        match (self.native_degree(), self.fluid.solver) {
+            (Some(degree), Solver::Native) => parts.push((
+                cells as f64 * (150e3 + 130.0 * node_pairs(degree) as f64),
+                "fewer elements or a lower degree (fluid.native.*, or tree.native.*)",
             )),
             _ => parts.extend([
                 (

@@ -3,8 +3,8 @@
 use super::schema::{KeyTable, Schema, ValueKind, above, from, whole};
 use super::table::{table, words};
 use super::{
-    Anastomosis, FluidTimeScheme, Inflow, Inlet, OpeningKeys, Outlet, ProblemKind, Time,
-    VesselDescription, Windkessel,
+    Anastomosis, Case, FluidTimeScheme, Inflow, Inlet, OpeningKeys, Outlet, Problem, ProblemKind,
+    Time, VesselDescription, WallMode, Windkessel,
 };
 use serde::{Deserialize, Serialize};
 
@@ -163,7 +163,72 @@ words! {
     }
 }
 
+/// How the wall of a case is at t = 0, if it is not at rest in its unloaded shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InitialWall {
+    /// Pressure inside at t = 0, Pa.
+    pub pressure: f64,
+    /// The key that says it.
+    pub key: String,
+    /// Pressure inside in a given shape that is loaded, Pa.
+    pub image_pressure: f64,
+    /// The key that says that.
+    pub key_of_image: String,
+    /// State whose sizes are given, and its key.
+    pub shape: GivenShape,
+    /// The key that says it.
+    pub key_of_shape: &'static str,
+    /// Length relative to the unloaded one.
+    pub stretch: f64,
+    /// Whether the tissue is at rest in a loaded state.
+    pub tissue_rests_loaded: bool,
+}
+
+impl Case {
+    /// How its wall is at t = 0, if that is asked for.
+    pub fn initial_wall(&self) -> Option<InitialWall> {
+        match &self.problem {
+            Problem::Vessel(vessel) => Some(vessel.initial_wall()),
+            Problem::Flag(_) => None,
+            Problem::UserCase(own) => {
+                let keys = own.wall.initial.as_ref();
+                let keys = keys.filter(|_| own.wall.mode() == WallMode::Elastic)?;
+                let key = "wall.initial.pressure_Pa".to_owned();
+                Some(InitialWall {
+                    pressure: keys.pressure,
+                    image_pressure: keys.pressure,
+                    key_of_image: key.clone(),
+                    key,
+                    shape: keys.shape.unwrap_or(GivenShape::Loaded),
+                    key_of_shape: "wall.initial.shape",
+                    stretch: 1.0,
+                    tissue_rests_loaded: false,
+                })
+            }
+        }
+    }
+}
+
 impl BloodVessel {
+    /// How its wall is at t = 0.
+    pub fn initial_wall(&self) -> InitialWall {
+        let (_, key) = self.start_pressure();
+        let key_of_image = match self.initial.as_ref().and_then(|initial| initial.pressure) {
+            Some(_) => "initial.pressure_Pa".into(),
+            None => key.clone(),
+        };
+        InitialWall {
+            pressure: self.equilibrium_pressure(),
+            key,
+            image_pressure: self.image_pressure(),
+            key_of_image,
+            shape: self.given_shape(),
+            key_of_shape: "initial.shape",
+            stretch: self.axial_stretch(),
+            tissue_rests_loaded: self.tissue_rests_loaded(),
+        }
+    }
+
     /// The paper's vessel, if it is one.
     pub fn anastomosis(&self) -> Option<&Anastomosis> {
         match &self.shape {
@@ -313,12 +378,12 @@ words! {
     }
 }
 
-impl Native {
-    /// Its own time scheme, or that of the `time` axis.
-    pub fn scheme(&self, time: &Time) -> FluidTimeScheme {
-        match self.time_scheme {
-            Some(NativeTimeScheme::ImplicitEuler) => FluidTimeScheme::ImplicitEuler,
-            Some(NativeTimeScheme::Bdf2) => FluidTimeScheme::Bdf2,
+impl NativeTimeScheme {
+    /// The solver's own time scheme, or that of the `time` axis.
+    pub fn or_of(own: Option<Self>, time: &Time) -> FluidTimeScheme {
+        match own {
+            Some(Self::ImplicitEuler) => FluidTimeScheme::ImplicitEuler,
+            Some(Self::Bdf2) => FluidTimeScheme::Bdf2,
             None => time.scheme,
         }
     }

@@ -202,7 +202,9 @@ mod tests {
     /// What stands in comments is no less valid than the rest: keys together, and each paragraph of tables by itself.
     #[test]
     fn the_examples_in_comments_can_be_used() {
-        let mut examples: Vec<_> = lines().into_iter().filter(|line| line.is_example).collect();
+        // A run that ends when it is periodic has no window of its own: one of the two is left out.
+        let is_used = |line: &Line| line.is_example && line.path != "time.until_periodic";
+        let mut examples: Vec<_> = lines().into_iter().filter(is_used).collect();
         examples.sort_by(|a, b| parent(&a.path).cmp(parent(&b.path)));
         let paragraphs: BTreeSet<_> = examples.iter().map(|line| line.paragraph).collect();
         let (mut flags, mut vessels, mut own, mut probes) = (0, 0, 0, 0);

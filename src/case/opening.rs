@@ -195,6 +195,19 @@ impl Condition {
     }
 }
 
+/// A share of what is prescribed is prescribed.
+pub(super) fn prescribe_shares(openings: &mut [Opening]) {
+    let inflow = (openings.iter()).find(|opening| opening.end == VesselSide::Start);
+    let inflow = inflow.and_then(|inlet| inlet.condition.flow()).cloned();
+    let Some(inflow) = inflow else { return };
+    for opening in openings {
+        if let Condition::FlowSplit(fraction) = opening.condition {
+            let profile = InletProfile::default();
+            opening.condition = Condition::Flow(inflow.times(-fraction), profile);
+        }
+    }
+}
+
 impl ConditionKeys {
     /// Whether the velocity is prescribed; else it is a pressure.
     pub fn is_flow(&self) -> bool {
@@ -239,7 +252,7 @@ impl ConditionKeys {
     }
 
     /// Pressure (Pa) without flow at t = 0, and the key that says it.
-    fn start_pressure(&self) -> Option<(f64, &'static str)> {
+    pub(super) fn start_pressure(&self) -> Option<(f64, &'static str)> {
         match self {
             Self::Flow { .. } | Self::FlowSplit { .. } => None,
             // A curve in a file does not begin in equilibrium: that is refused.
@@ -490,17 +503,7 @@ impl BloodVessel {
         };
         let keys = self.opening_keys().into_iter();
         let mut openings: Vec<Opening> = keys.map(read).collect::<Result<_, _>>()?;
-        // A share of what is prescribed is prescribed.
-        let inflow = (openings.iter()).find(|opening| opening.end == VesselSide::Start);
-        let inflow = inflow.and_then(|inlet| inlet.condition.flow()).cloned();
-        if let Some(inflow) = inflow {
-            for opening in &mut openings {
-                if let Condition::FlowSplit(fraction) = opening.condition {
-                    let profile = InletProfile::default();
-                    opening.condition = Condition::Flow(inflow.times(-fraction), profile);
-                }
-            }
-        }
+        prescribe_shares(&mut openings);
         Ok(openings)
     }
 

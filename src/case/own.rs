@@ -2,7 +2,7 @@
 
 use super::schema::{ValueKind, above, from, whole};
 use super::table::{choice, table, words};
-use super::{NamedMaterial, TreeKeys};
+use super::{GivenShape, NamedMaterial, TreeKeys};
 use std::path::PathBuf;
 
 table! {
@@ -48,6 +48,16 @@ table! {
         [file: Option<WallFile>, "a wall whose hexahedra are read from a file", only OWN_ELASTIC]
         [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it is elastic", only USED]
         [support: Option<Vec<WallSupport>>, "supports of the wall", only OWN_ELASTIC]
+        [initial: Option<WallInitial>, "state of the wall at t = 0, if it is not at rest", only OWN_ELASTIC]
+    }
+}
+
+table! {
+    /// A wall that is in static equilibrium at t = 0, under a pressure that is the same everywhere.
+    pub struct WallInitial {
+        pressure: f64 = "pressure_Pa", from(-1e6, 1e6), "pressure inside at t = 0";
+        shape: Option<GivenShape> = "shape", ValueKind::Word(GivenShape::WORDS),
+            "state of the wall that the given sizes describe: loaded is that under wall.initial.pressure_Pa", absent "loaded";
     }
 }
 

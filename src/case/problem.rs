@@ -141,6 +141,15 @@ impl Case {
         self.own().and_then(|own| own.tree.as_ref())
     }
 
+    /// Degree of the driver's own elements, if its shape can have some.
+    pub fn native_degree(&self) -> Option<usize> {
+        match &self.problem {
+            Problem::Vessel(vessel) => Some(vessel.fluid.native.degree),
+            Problem::Flag(_) => None,
+            Problem::UserCase(own) => own.tree.as_ref().map(|tree| tree.elements().degree()),
+        }
+    }
+
     /// Whether its fluid is a user-supplied OpenFOAM case.
     pub fn has_own_openfoam(&self) -> bool {
         self.own().is_some_and(|own| own.tree.is_none())

@@ -1,11 +1,11 @@
 //! A vessel that branches: `[tree]` of a case, whose lumen is meshed by the driver and whose wall is extruded from it.
 
 use super::centre_line::{from_the_beginning, lines_of_tree};
-use super::opening::{ConditionKeys, Opening, VesselSide};
+use super::opening::{ConditionKeys, Opening, VesselSide, prescribe_shares};
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
 use super::table::table;
 use super::vessel::MOST_POINTS;
-use super::{LengthUnit, OwnCase, TableError};
+use super::{LengthUnit, NativeTimeScheme, OwnCase, TableError};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -27,8 +27,31 @@ table! {
         radial: Option<usize> = "radial", whole(1, 100), "cells from that square to the wall", absent "5";
         wall_grading: Option<f64> = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall", absent "3";
         length: Option<f64> = "length", above(0.0, 10.0), "length of a cell along a branch, in radii", absent "0.4";
+        [native: Option<TreeElements>, "the driver's own elements in the lumen", only NATIVE]
         [line: Option<Vec<TreeLine>>, "centre-lines in place of a file"]
         [opening: Option<Vec<TreeOpening>>, "what is prescribed at the openings"]
+    }
+}
+
+table! {
+    /// Spectral elements in the lumen of a tree: fewer than there are cells, of high degree.
+    #[derive(Default)]
+    pub struct TreeElements {
+        /// That of the pressure is one less.
+        degree: Option<usize> = "degree", whole(3, 8), "degree of the velocity and of the elements' shape", absent "4";
+        core: Option<usize> = "core", whole(2, 40), "elements along a side of the square in the middle of a cross-section, an even number", absent "2";
+        radial: Option<usize> = "radial", whole(1, 50), "elements from that square to the wall", absent "2";
+        wall_grading: Option<f64> = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall", absent "1.5";
+        length: Option<f64> = "length", above(0.0, 10.0), "length of an element along a branch, in radii", absent "1";
+        time_scheme: Option<NativeTimeScheme> = "time_scheme", ValueKind::Word(NativeTimeScheme::WORDS),
+            "time integration of the blood by the driver's own solver", absent "time.scheme";
+    }
+}
+
+impl TreeElements {
+    /// That of the velocity.
+    pub fn degree(&self) -> usize {
+        self.degree.unwrap_or(4)
     }
 }
 
@@ -67,6 +90,11 @@ impl KeyTable for TreeOpening {
 }
 
 impl TreeKeys {
+    /// The driver's own elements.
+    pub fn elements(&self) -> TreeElements {
+        self.native.clone().unwrap_or_default()
+    }
+
     /// Names of the openings, that where the lines begin first.
     pub fn names(&self) -> Vec<String> {
         let inlet = self.inlet.clone().unwrap_or_else(|| "inlet".into());
@@ -119,6 +147,7 @@ impl TreeKeys {
                 end,
             });
         }
+        prescribe_shares(&mut openings);
         Ok(openings)
     }
 }

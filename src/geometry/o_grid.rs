@@ -186,10 +186,20 @@ impl<'a> CrossSection<'a> {
 /// encloses what the round wall does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallPolygons {
-    /// Points of each polygon.
-    rings: Vec<Vec<usize>>,
+    polygons: Vec<Polygon>,
     /// How much farther from the middle the corners are than the wall.
     growth: f64,
+}
+
+/// A cross-section of the wall, or all that meet at a junction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    /// Its points.
+    pub corners: Vec<usize>,
+    /// Points with whose mean the middle goes.
+    pub middle_of: Vec<usize>,
+    /// Where the middle is from there, m.
+    pub off: Vec3,
 }
 
 impl WallPolygons {
@@ -197,32 +207,52 @@ impl WallPolygons {
     pub fn of(grid: &PolyMesh, mesh: &FluidMesh) -> Self {
         let section = CrossSection::new(mesh);
         let size = section.points();
-        let ring = |slice: usize| -> Vec<usize> {
+        let polygon = |slice: usize| {
             let point = |a| slice * size + section.ring_point(mesh.radial, a);
-            (0..section.around()).map(point).collect()
+            let corners: Vec<usize> = (0..section.around()).map(point).collect();
+            Polygon {
+                middle_of: corners.clone(),
+                corners,
+                off: Vec3::zeros(),
+            }
         };
-        let angle = TAU / section.around() as f64;
+        let slices = 0..grid.points.len() / size;
+        Self::new(slices.map(polygon).collect(), section.around())
+    }
+
+    /// Of polygons with so many corners around.
+    pub fn new(polygons: Vec<Polygon>, around: usize) -> Self {
         Self {
-            rings: (0..grid.points.len() / size).map(ring).collect(),
-            // n/2 r² sin(2π/n) = π r² for a circle of the radius 1.
-            growth: (angle / angle.sin()).sqrt(),
+            polygons,
+            growth: growth_of_polygon(around),
         }
     }
 
     /// The same with other numbers of the points; those without a number are left out, and polygons that lose one.
     pub fn renumbered(&self, number: impl Fn(usize) -> Option<usize>) -> Self {
-        let ring = |ring: &Vec<usize>| ring.iter().map(|&point| number(point)).collect();
+        let numbers = |points: &[usize]| -> Option<Vec<usize>> {
+            points.iter().map(|&point| number(point)).collect()
+        };
+        let polygon = |polygon: &Polygon| {
+            Some(Polygon {
+                corners: numbers(&polygon.corners)?,
+                middle_of: numbers(&polygon.middle_of)?,
+                off: polygon.off,
+            })
+        };
         Self {
-            rings: self.rings.iter().filter_map(ring).collect(),
+            polygons: self.polygons.iter().filter_map(polygon).collect(),
             growth: self.growth,
         }
     }
 
     /// Moves points on the wall (m) to the corners of the polygons.
     pub fn widen(&self, points: &mut [Vec3]) {
-        for ring in &self.rings {
-            let middle = ring.iter().map(|&i| points[i]).sum::<Vec3>() / ring.len() as f64;
-            for &i in ring {
+        for polygon in &self.polygons {
+            let around = &polygon.middle_of;
+            let middle = around.iter().map(|&i| points[i]).sum::<Vec3>() / around.len() as f64;
+            let middle = middle + polygon.off;
+            for &i in &polygon.corners {
                 points[i] = middle + (points[i] - middle) * self.growth;
             }
         }
@@ -239,7 +269,9 @@ impl WallPolygons {
                 .collect::<Vec<_>>()
         };
         MotionBlend {
-            rings: self.rings.clone(),
+            rings: (self.polygons.iter())
+                .map(|polygon| polygon.corners.clone())
+                .collect(),
             points: slices.enumerate().flat_map(of_slice).collect(),
         }
     }
@@ -255,6 +287,13 @@ impl WallPolygons {
         let points = grid.points.iter().zip(displacement);
         points.map(|(x, u)| x + u).collect()
     }
+}
+
+/// What the distance of a polygon's corners from the middle is multiplied by so that it encloses what a round wall
+/// does: n/2 r² sin(2π/n) = π r² for a circle of the radius 1.
+pub fn growth_of_polygon(around: usize) -> f64 {
+    let angle = TAU / around as f64;
+    (angle / angle.sin()).sqrt()
 }
 
 /// How the points of a mesh follow those of its wall: each goes with the mean of one ring of them, and by shares with

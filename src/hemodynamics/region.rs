@@ -5,58 +5,46 @@ use crate::geometry::PolyMesh;
 use arrayvec::ArrayString;
 use serde::{Deserialize, Serialize};
 
-/// Which part.
+/// What a case calls a part: at most 30 characters. Underscores are shown as hyphens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "String", into = "String")]
-pub enum RegionName {
-    /// The graft.
-    Bypass,
-    /// The artery.
-    Artery,
-    /// The artery without the influence of joint and outlet; the paper's 0.03375 m to 0.05625 m.
-    MidArtery,
-    /// A section or another part of a vessel that is not the paper's, as its case calls it.
-    Section(ArrayString<MOST_BYTES>),
+pub struct RegionName(ArrayString<MOST_BYTES>);
+
+/// Longest name: 30 characters.
+const MOST_BYTES: usize = 120;
+
+impl RegionName {
+    /// The name as files have it.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
 }
 
-/// Longest name of a section: 30 characters.
-const MOST_BYTES: usize = 120;
+impl From<&str> for RegionName {
+    fn from(name: &str) -> Self {
+        let fitting = (name.char_indices()).take_while(|(at, c)| at + c.len_utf8() <= MOST_BYTES);
+        Self(fitting.fold(ArrayString::new(), |mut name, (_, c)| {
+            name.push(c);
+            name
+        }))
+    }
+}
 
 impl From<String> for RegionName {
     fn from(name: String) -> Self {
-        match name.as_str() {
-            "bypass" => Self::Bypass,
-            "artery" => Self::Artery,
-            "mid_artery" => Self::MidArtery,
-            other => {
-                let fitting = other
-                    .char_indices()
-                    .take_while(|(at, c)| at + c.len_utf8() <= MOST_BYTES);
-                let mut name = ArrayString::new();
-                fitting.for_each(|(_, c)| name.push(c));
-                Self::Section(name)
-            }
-        }
+        name.as_str().into()
     }
 }
 
 impl From<RegionName> for String {
     fn from(name: RegionName) -> Self {
-        match name {
-            RegionName::MidArtery => "mid_artery".into(),
-            other => other.to_string(),
-        }
+        name.as_str().to_owned()
     }
 }
 
 impl std::fmt::Display for RegionName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Section(name) => name,
-            Self::Bypass => "bypass",
-            Self::Artery => "artery",
-            Self::MidArtery => "mid-artery",
-        })
+        f.write_str(&self.0.replace('_', "-"))
     }
 }
 

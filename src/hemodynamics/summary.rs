@@ -2,7 +2,7 @@
 
 use super::monitor::RegionStep;
 use super::periodicity::{PeriodDifference, alternating, differences};
-use super::region::{Region, RegionExtent, RegionName};
+use super::region::{Region, RegionExtent};
 use super::statistics::WindowStatistics;
 use super::wall::{Place, WetSurface};
 use crate::Vec3;
@@ -259,8 +259,8 @@ impl HemodynamicsSummary {
     }
 
     /// A region, if the vessel has it.
-    pub fn region(&self, name: RegionName) -> Option<&RegionSummary> {
-        self.regions.iter().find(|r| r.region.name == name)
+    pub fn region(&self, name: &str) -> Option<&RegionSummary> {
+        self.regions.iter().find(|r| r.region.name.as_str() == name)
     }
 }
 

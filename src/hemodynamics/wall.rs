@@ -4,7 +4,7 @@
 use super::region::{Region, RegionExtent, is_in_box, share};
 use super::rings::Rings;
 use crate::Vec3;
-use crate::curve::SpaceCurve;
+use crate::curve::{NearestPoint, SpaceCurve};
 use crate::geometry::PolyMesh;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
@@ -68,8 +68,10 @@ pub struct WetSurface {
     pub points: Vec<Vec3>,
     /// Points of each face; the normal by the right-hand rule points out of the lumen.
     pub faces: Vec<Vec<u32>>,
-    /// The centre-line.
-    line: SpaceCurve,
+    /// The centre-line, or those of the branches.
+    lines: Vec<SpaceCurve>,
+    /// Which of them each face is around; of a single one nothing is said.
+    line_of: Vec<usize>,
     /// Arc length of the centre of each face, m.
     along: Vec<f64>,
     /// The patch that each face belongs to; none where that is not known.
@@ -94,12 +96,12 @@ impl WetSurface {
         let surface = Self {
             points,
             faces,
-            line: SpaceCurve::x_axis(0.0, 1.0),
+            lines: Vec::new(),
+            line_of: Vec::new(),
             along: Vec::new(),
             patches: Vec::new(),
         };
-        let line = surface.line.clone();
-        surface.around(line)
+        surface.around(SpaceCurve::x_axis(0.0, 1.0))
     }
 
     /// The same surface around a centre-line.
@@ -108,9 +110,56 @@ impl WetSurface {
         let middles = self.middles();
         Self {
             along: middles.map(|middle| line.nearest(&middle).s).collect(),
-            line,
+            lines: vec![line],
+            line_of: Vec::new(),
             ..self
         }
+    }
+
+    /// The same surface, which is on patches, around the centre-lines of branches, each with the patch of its wall:
+    /// each face around the nearest of its patch.
+    #[must_use]
+    pub fn along_branches(self, lines: &[(String, SpaceCurve)]) -> Self {
+        if lines.is_empty() {
+            return self;
+        }
+        let place = |(face, middle): (usize, Vec3)| {
+            let all = lines
+                .iter()
+                .map(|(_, line)| line.nearest(&middle))
+                .enumerate();
+            let off = |nearest: &NearestPoint| (nearest.frame.origin - middle).norm();
+            let of_patch = all
+                .clone()
+                .filter(|(i, _)| self.is_of_patch(face, &lines[*i].0));
+            let found = of_patch.min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)));
+            let (line, nearest) = found
+                .or_else(|| all.min_by(|a, b| off(&a.1).total_cmp(&off(&b.1))))
+                .expect("there is a line");
+            (line, nearest.s)
+        };
+        let (line_of, along) = self.middles().enumerate().map(place).unzip();
+        Self {
+            lines: lines.iter().map(|(_, line)| line.clone()).collect(),
+            line_of,
+            along,
+            ..self
+        }
+    }
+
+    /// The centre-line of a face.
+    fn line(&self, face: usize) -> &SpaceCurve {
+        &self.lines[self.line_of.get(face).copied().unwrap_or(0)]
+    }
+
+    /// The centre-line of the face nearest to a point (m).
+    fn line_at(&self, point: &Vec3) -> &SpaceCurve {
+        if self.line_of.is_empty() {
+            return &self.lines[0];
+        }
+        let far = self.middles().map(|middle| (middle - point).norm_squared());
+        let nearest = far.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        self.line(nearest.map_or(0, |(face, _)| face))
     }
 
     /// The same surface, which consists of these patches of a fluid's `mesh` at rest: each face is of the patch that
@@ -162,7 +211,11 @@ impl WetSurface {
 
     /// The place of a point of the unloaded wall, and its distance (m) from the centre-line.
     pub fn place(&self, point: &Vec3) -> (Place, f64) {
-        let found = self.line.nearest(point);
+        self.place_along(self.line_at(point), point)
+    }
+
+    fn place_along(&self, line: &SpaceCurve, point: &Vec3) -> (Place, f64) {
+        let found = line.nearest(point);
         let [y, z] = found.across;
         let place = Place {
             x_m: found.s,
@@ -174,13 +227,17 @@ impl WetSurface {
 
     /// Distance (m) from the centre-line of a displaced point of a face.
     pub fn distance(&self, face: usize, position: &Vec3) -> f64 {
-        let [y, z] = self.line.nearest_from(position, self.along[face]).across;
+        let nearest = self.line(face).nearest_from(position, self.along[face]);
+        let [y, z] = nearest.across;
         y.hypot(z)
     }
 
     /// Centres of the unloaded faces.
     pub fn places(&self) -> Vec<Place> {
-        self.middles().map(|middle| self.place(&middle).0).collect()
+        let faces = self.middles().enumerate();
+        faces
+            .map(|(face, middle)| self.place_along(self.line(face), &middle).0)
+            .collect()
     }
 
     /// Share of each face in a region; faces outside are left out.
@@ -193,7 +250,7 @@ impl WetSurface {
                 f64::from(is_in_box(box_m, &(middle / face.len() as f64)))
             }
             RegionExtent::Along { from_m, to_m } => {
-                let at = |p: &u32| self.line.nearest(&self.points[*p as usize]).s;
+                let at = |p: &u32| self.line(number).nearest(&self.points[*p as usize]).s;
                 let xs = face.iter().map(at);
                 let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
                     (low.min(x), high.max(x))
@@ -266,11 +323,18 @@ impl WetSurface {
     }
 
     /// Distance (m) of each face from the centre of its cross-section, with the points at `positions` (m). The centre
-    /// moves sideways where the vessel bends; it is the x-axis if the faces do not lie in rings.
+    /// moves sideways where the vessel bends; it is on the centre-line if the faces do not lie in rings.
     pub fn radii(&self, positions: &[Vec3]) -> Vec<f64> {
         let at = |p: &u32| positions[*p as usize];
-        let mut middles = vec![Vec3::zeros(); self.faces.len()];
-        for ring in Rings::new(&self.places()).iter().flat_map(Rings::faces) {
+        let on_line = self.along.iter().enumerate();
+        let mut middles: Vec<Vec3> = on_line
+            .map(|(face, s)| self.line(face).frame(*s).origin)
+            .collect();
+        let rings = match self.line_of.is_empty() {
+            true => Rings::new(&self.places()),
+            false => None,
+        };
+        for ring in rings.iter().flat_map(Rings::faces) {
             let centre = |face: &usize| {
                 let points = &self.faces[*face];
                 points.iter().map(at).sum::<Vec3>() / points.len() as f64
@@ -278,18 +342,19 @@ impl WetSurface {
             let middle = ring.iter().map(centre).sum::<Vec3>() / ring.len() as f64;
             ring.iter().for_each(|face| middles[*face] = middle);
         }
-        let radius = |((face, middle), s): ((&Vec<u32>, &Vec3), &f64)| {
-            let frame = self.line.frame(*s);
+        let radius = |(number, ((face, middle), s)): (usize, ((&Vec<u32>, &Vec3), &f64))| {
+            let frame = self.line(number).frame(*s);
             let across = face.iter().map(|p| frame.across(&(at(p) - middle)));
             across.map(|[y, z]| y.hypot(z)).sum::<f64>() / face.len() as f64
         };
         let faces = self.faces.iter().zip(&middles).zip(&self.along);
-        faces.map(radius).collect()
+        faces.enumerate().map(radius).collect()
     }
 
     /// Extents of the faces with the points at `positions` (m): triangles between each side and the middle.
     pub fn extents(&self, positions: &[Vec3]) -> Vec<Extent> {
-        let extent = |(face, s): (&Vec<u32>, &f64)| {
+        let extent = |(number, (face, s)): (usize, (&Vec<u32>, &f64))| {
+            let line = self.line(number);
             let corner = |i: usize| positions[face[i % face.len()] as usize];
             let middle = (0..face.len()).map(corner).sum::<Vec3>() / face.len() as f64;
             let mut extent = Extent {
@@ -301,23 +366,23 @@ impl WetSurface {
                 let vector = 0.5 * (a - middle).cross(&(b - middle));
                 let centre = (a + b + middle) / 3.0;
                 extent.area += vector.norm();
-                let nearest = self.line.nearest_from(&centre, *s);
+                let nearest = line.nearest_from(&centre, *s);
                 let [y, z] = nearest.across;
-                let [bend_y, bend_z] = nearest.frame.across(&self.line.curvature(nearest.s));
+                let [bend_y, bend_z] = nearest.frame.across(&line.curvature(nearest.s));
                 let [normal_y, normal_z] = nearest.frame.across(&vector);
                 let q = bend_y * y + bend_z * z;
                 extent.volume += (0.5 - q / 3.0) / (1.0 - q) * (y * normal_y + z * normal_z);
             }
             extent
         };
-        self.faces.iter().zip(&self.along).map(extent).collect()
+        let faces = self.faces.iter().zip(&self.along);
+        faces.enumerate().map(extent).collect()
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::hemodynamics::RegionName;
     use approx::assert_relative_eq;
     use std::f64::consts::{PI, TAU};
 
@@ -343,7 +408,7 @@ pub(crate) mod tests {
     #[test]
     fn parts_of_a_tube_have_exact_area_and_volume() {
         let wall = tube(7, 400);
-        let region = Region::along(RegionName::Artery, 0.9, 3.1);
+        let region = Region::along("artery".into(), 0.9, 3.1);
         let still = vec![[0.0; 3]; wall.points.len()];
         let extents = wall.extents(&wall.displaced(&still));
         let sum = |part: fn(&Extent) -> f64| -> f64 {

@@ -6,7 +6,7 @@
 //! * [`Vec3`] and [`Mat3`], vectors and tensors of space;
 //! * [`quadrature`]: Gauss-Legendre and Gauss-Lobatto rules of any size, Legendre polynomials;
 //! * [`lagrange`]: the polynomials that are 1 at one of some points and 0 at the others;
-//! * [`Layers`]: the order of what lies layer by layer along a sweep;
+//! * [`Layers`]: the order of what lies layer by layer along a sweep, [`subdivided`]: where nodes lie on it;
 //! * [`words!`]: an enumeration whose variants are words of a file of settings;
 //! * [`dot`], the scalar product of lists;
 //! * [`twelve_digits`]: times without the rounding of their sums.
@@ -49,6 +49,18 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 pub fn twelve_digits(time: f64) -> f64 {
     let text = format!("{time:.11e}");
     text.parse().unwrap_or(time)
+}
+
+/// Places from 0 to 1 of the nodes of `elements` equal elements in a row, whose own lie at `nodes` in [-1, 1].
+pub fn subdivided(elements: usize, nodes: &[f64]) -> Vec<f64> {
+    let degree = nodes.len() - 1;
+    let place = |i: usize| {
+        let (element, node) = (i / degree, i % degree);
+        (element as f64 + 0.5 * (1.0 + nodes[node])) / elements as f64
+    };
+    let mut places: Vec<f64> = (0..=elements * degree).map(place).collect();
+    places[elements * degree] = 1.0;
+    places
 }
 
 #[cfg(test)]

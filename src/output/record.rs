@@ -151,7 +151,9 @@ impl RecordSettings {
             .around(centre_line(case));
         let mesh = model.own_mesh.as_ref();
         let wall = match (mesh, case.own()) {
-            (Some(mesh), Some(own)) => wall.on_patches(mesh, &own.fluid.patches),
+            (Some(mesh), Some(own)) => wall
+                .on_patches(mesh, &own.fluid.patches)
+                .along_branches(&model.branch_lines),
             _ => wall,
         };
         Self {

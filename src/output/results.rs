@@ -10,6 +10,7 @@ use crate::analysis::centre_line;
 use crate::case::{BloodVessel, Case, Window, Windows};
 use crate::files::{UNFINISHED, named};
 use crate::geometry::PolyMesh;
+use crate::geometry::tree::Tree;
 use crate::hemodynamics::summary::{HistorySeries, WallFields};
 use crate::hemodynamics::{
     Agreement, HemodynamicsSummary, RegionExtent, RegionStep, Steadiness, WetSurface,
@@ -371,6 +372,11 @@ fn placed(wall: WetSurface, case: &Case, files: &RunFiles) -> io::Result<WetSurf
     let mut extents = regions.map(|region| region.extent);
     match case.own() {
         Some(own) if extents.any(|extent| matches!(extent, RegionExtent::Patch { .. })) => {
+            if let Some(tree) = &own.tree {
+                let meshes = Tree::meshes(tree).map_err(io::Error::other)?;
+                let wall = wall.on_patches(&meshes.surface, &own.fluid.patches);
+                return Ok(wall.along_branches(&meshes.lines));
+            }
             let mesh = PolyMesh::read(&files.fluid()).map_err(io::Error::other)?;
             Ok(wall.on_patches(&mesh, &own.fluid.patches))
         }

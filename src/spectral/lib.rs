@@ -16,13 +16,14 @@
 //!    [`Flow::accept`] makes it the new state. The schemes are in [`time_scheme`]; [`open_inflow`] is what enters at
 //!    open ends.
 //! 6. Its equations are [`oseen`], solved by [`gmres`] with the [`preconditioner`] and its Schur complement of the
-//!    [`pressure`], which [`plane_cholesky`] factorizes.
+//!    [`pressure`], which [`block_cholesky`] factorizes.
 //! 7. [`wall_traction`] says what the flow does to a wall. [`clock`] knows where the seconds go, [`patience`] when a
 //!    solution is given up.
 //!
 //! `examples/kovasznay.rs` computes a flow with an exact solution, and shows how the error falls with the degree.
 
 pub mod basis;
+pub mod block_cholesky;
 pub mod clock;
 pub mod contraction;
 pub mod flow;
@@ -32,7 +33,6 @@ pub mod metric;
 pub mod open_inflow;
 pub mod oseen;
 pub mod patience;
-pub mod plane_cholesky;
 pub mod preconditioner;
 pub mod pressure;
 pub mod rheology;

@@ -5,15 +5,15 @@
 //! factor is made seldom, for a geometry that is kept until the mesh has moved far from it.
 
 use super::FlowError;
+use super::block_cholesky::{BlockCholesky, TriangleRow};
 use super::contraction::LANES;
 use super::metric::Metric;
-use super::plane_cholesky::{PlaneCholesky, TriangleRow};
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 
 /// A factorized Schur complement.
 pub struct SchurComplement {
-    factor: PlaneCholesky,
+    factor: BlockCholesky,
 }
 
 /// Part of the matrix `B`: the velocity components of a node.
@@ -45,34 +45,40 @@ impl SchurComplement {
                 }
             }
         }
+        let is_free = |entry: &&NodeEntry| inverse_diagonal[entry.index as usize] > 0.0;
         let rows: Vec<TriangleRow> = (rows.par_iter().enumerate())
-            .map(|(i, row)| {
-                let entries = || {
-                    let free = |entry: &&NodeEntry| inverse_diagonal[entry.index as usize] > 0.0;
-                    row.iter().filter(free)
-                };
-                let first_of = |entry: &NodeEntry| columns[entry.index as usize][0].index as usize;
-                let first = entries().map(first_of).min().unwrap_or(i);
-                let mut values = vec![0.0; i + 1 - first];
-                for entry in entries() {
-                    let d = inverse_diagonal[entry.index as usize];
-                    let [a, b, c] = entry.values.map(|v| v * d);
-                    // Rows of a column ascend, and only the lower triangle is wanted
-                    let column = columns[entry.index as usize].iter();
-                    for other in column.take_while(|other| other.index as usize <= i) {
-                        let [x, y, z] = other.values;
-                        values[other.index as usize - first] += a * x + b * y + c * z;
+            .map_init(
+                || (vec![0.0; rows.len()], vec![false; rows.len()]),
+                |(values, is_met), (i, row)| {
+                    let mut met = vec![i as u32];
+                    is_met[i] = true;
+                    for entry in row.iter().filter(is_free) {
+                        let d = inverse_diagonal[entry.index as usize];
+                        let [a, b, c] = entry.values.map(|v| v * d);
+                        // Rows of a column ascend, and only the lower triangle is wanted
+                        let column = columns[entry.index as usize].iter();
+                        for other in column.take_while(|other| other.index as usize <= i) {
+                            let ([x, y, z], j) = (other.values, other.index as usize);
+                            values[j] += a * x + b * y + c * z;
+                            if !std::mem::replace(&mut is_met[j], true) {
+                                met.push(other.index);
+                            }
+                        }
                     }
-                }
-                TriangleRow { first, values }
-            })
+                    met.sort_unstable();
+                    let taken = met.into_iter().map(|j| {
+                        is_met[j as usize] = false;
+                        (j, std::mem::take(&mut values[j as usize]))
+                    });
+                    taken.collect()
+                },
+            )
             .collect();
-        let factor =
-            PlaneCholesky::new(space.space.pressure_sections.each, &rows).map_err(|_| {
-                FlowError::Model(
-                    "the pressure's matrix cannot be factorized: is there no outlet?".into(),
-                )
-            })?;
+        let factor = BlockCholesky::new(&space.space.pressure_chains, &rows).map_err(|_| {
+            FlowError::Model(
+                "the pressure's matrix cannot be factorized: is there no outlet?".into(),
+            )
+        })?;
         Ok(Self { factor })
     }
 

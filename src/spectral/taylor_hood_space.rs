@@ -1,10 +1,10 @@
-//! Numbering of the unknowns: plane quadrilaterals, swept along a line.
+//! Numbering of the unknowns: of plane quadrilaterals that are swept along a line, or of any conforming hexahedra.
 //!
-//! The local coordinates of an element are ξ and η in the plane and ζ along the sweep, in this order right-handed;
-//! local indices run fastest along ξ. Elements, faces and nodes are numbered layer by layer along the sweep
-//! ([`Layers`]).
+//! The local coordinates ξ, η and ζ of an element are in this order right-handed; local indices run fastest along ξ. In
+//! a sweep ξ and η lie in the plane, and elements, faces of the mantle and nodes are numbered layer by layer.
 
-use fsi_numerics::Layers;
+use super::block_cholesky::Chains;
+use std::collections::HashMap;
 
 /// A side of an element, by the local coordinate that is constant there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -18,11 +18,9 @@ pub struct Side {
 /// Part of the boundary that a face belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Boundary {
-    /// First cross-section of the sweep.
-    Start,
-    /// Last cross-section of the sweep.
-    End,
-    /// The rest, by a number of the plane mesh's own.
+    /// A cross-section at an end, by its number: of a sweep 0 is the first one, 1 the last.
+    End(usize),
+    /// The rest, by a number of the mesh's own.
     Mantle(usize),
 }
 
@@ -82,7 +80,18 @@ impl Plane {
     }
 }
 
-/// Continuous piecewise polynomials on the swept mesh: velocity and geometry of degree `N`, pressure of degree `N - 1`.
+/// Conforming hexahedra.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Hexahedra {
+    /// Numbers of the eight corners of each, fastest along ξ.
+    pub corners: Vec<[usize; 8]>,
+    /// Faces of the boundary.
+    pub faces: Vec<Face>,
+    /// The chain that each belongs to, and its place along it from 0 on: see [`Chains`].
+    pub layers: Vec<(usize, usize)>,
+}
+
+/// Continuous piecewise polynomials on a mesh: velocity and geometry of degree `N`, pressure of degree `N - 1`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaylorHoodSpace {
     /// Degree of the velocity.
@@ -107,14 +116,8 @@ pub struct TaylorHoodSpace {
     pub pressure_places: Vec<u32>,
     /// Faces of the boundary.
     pub faces: Vec<Face>,
-    /// The order of the elements.
-    pub layers: Layers,
-    /// The order of the faces of the mantle, which are the first of `faces`.
-    pub mantle: Layers,
-    /// The order of the nodes, cross-section by cross-section.
-    pub sections: Layers,
-    /// That of the pressure's nodes.
-    pub pressure_sections: Layers,
+    /// How the pressure's unknowns follow each other.
+    pub pressure_chains: Chains,
 }
 
 impl TaylorHoodSpace {
@@ -124,7 +127,6 @@ impl TaylorHoodSpace {
         let quads = velocity.quads.len();
         let of_element = swept(velocity, degree, layers);
         let pressures_of_element = swept(pressure, degree - 1, layers);
-        let nodes = velocity.nodes * (layers * degree + 1);
         let pressures = pressure.nodes * (layers * (degree - 1) + 1);
         let mut faces = Vec::new();
         for layer in 0..layers {
@@ -138,8 +140,8 @@ impl TaylorHoodSpace {
         }
         for quad in 0..quads {
             for (layer, upper, patch) in [
-                (0, false, Boundary::Start),
-                (layers - 1, true, Boundary::End),
+                (0, false, Boundary::End(0)),
+                (layers - 1, true, Boundary::End(1)),
             ] {
                 faces.push(Face {
                     element: layer * quads + quad,
@@ -148,11 +150,37 @@ impl TaylorHoodSpace {
                 });
             }
         }
+        let chains = Chains::single(pressures / pressure.nodes, pressure.nodes);
+        Self::new(degree, [of_element, pressures_of_element], faces, chains)
+    }
+
+    /// That of conforming hexahedra. Nodes on an edge are numbered from its corner of the smaller number, those on a
+    /// face from its smallest corner towards the smaller one of the two next to that, so that elements that meet agree.
+    pub fn of_hexahedra(mesh: Hexahedra, degree: usize) -> Self {
+        let of_element = numbered(&mesh.corners, degree);
+        let pressures_of_element = numbered(&mesh.corners, degree - 1);
+        let chains = chains(&pressures_of_element, degree - 1, &mesh.layers);
+        Self::new(
+            degree,
+            [of_element, pressures_of_element],
+            mesh.faces,
+            chains,
+        )
+    }
+
+    fn new(
+        degree: usize,
+        [of_element, pressures_of_element]: [Vec<u32>; 2],
+        faces: Vec<Face>,
+        pressure_chains: Chains,
+    ) -> Self {
+        let count = |list: &[u32]| list.iter().max().map_or(0, |last| *last as usize + 1);
+        let (nodes, pressures) = (count(&of_element), count(&pressures_of_element));
         let (starts, places) = inverse(&of_element, nodes);
         let (pressure_starts, pressure_places) = inverse(&pressures_of_element, pressures);
         Self {
             degree,
-            elements: quads * layers,
+            elements: of_element.len() / (degree + 1).pow(3),
             nodes,
             pressures,
             of_element,
@@ -162,16 +190,7 @@ impl TaylorHoodSpace {
             pressure_starts,
             pressure_places,
             faces,
-            layers: Layers { each: quads },
-            mantle: Layers {
-                each: velocity.edges.len(),
-            },
-            sections: Layers {
-                each: velocity.nodes,
-            },
-            pressure_sections: Layers {
-                each: pressure.nodes,
-            },
+            pressure_chains,
         }
     }
 
@@ -252,6 +271,98 @@ fn swept(plane: &Plane, degree: usize, layers: usize) -> Vec<u32> {
     of_element
 }
 
+/// Numbers of the nodes of this degree of conforming hexahedra with these corners, element by element.
+fn numbered(corners: &[[usize; 8]], degree: usize) -> Vec<u32> {
+    let n = degree + 1;
+    // A node is known by the corners of the smallest part that it lies in, and its place there.
+    let mut known: HashMap<([usize; 4], [usize; 2]), u32> = HashMap::new();
+    let mut next = 0;
+    let mut numbers = Vec::with_capacity(corners.len() * n.pow(3));
+    for corners in corners {
+        for k in 0..n.pow(3) {
+            let at = [k % n, k / n % n, k / n / n];
+            // The axes along which it lies within.
+            let free: Vec<usize> = (0..3).filter(|&c| !at[c].is_multiple_of(degree)).collect();
+            let corner = |along: &[usize]| {
+                let upper = |c: usize| usize::from(at[c] == degree || along.contains(&c)) << c;
+                corners[upper(0) + upper(1) + upper(2)]
+            };
+            let key = match free[..] {
+                [] => ([corner(&[]), 0, 0, 0], [0, 0]),
+                [a] => {
+                    let (from, to) = (corner(&[]), corner(&[a]));
+                    match from < to {
+                        true => ([from, to, 1, 0], [at[a], 0]),
+                        false => ([to, from, 1, 0], [degree - at[a], 0]),
+                    }
+                }
+                [a, b] => {
+                    let square = [corner(&[]), corner(&[a]), corner(&[a, b]), corner(&[b])];
+                    let (p, q) = (at[a], at[b]);
+                    on_face(square, [p, q], degree)
+                }
+                _ => {
+                    numbers.push(next);
+                    next += 1;
+                    continue;
+                }
+            };
+            let number = known.entry(key).or_insert_with(|| {
+                next += 1;
+                next - 1
+            });
+            numbers.push(*number);
+        }
+    }
+    numbers
+}
+
+/// The corners of a square, around it, and a place in it, counted as all elements do that share it.
+fn on_face(square: [usize; 4], [p, q]: [usize; 2], degree: usize) -> ([usize; 4], [usize; 2]) {
+    let first = (0..4).min_by_key(|&i| square[i]).expect("four corners");
+    // Distances from that corner along the two sides, in the order of the corners.
+    let (p, q) = match first {
+        0 => (p, q),
+        1 => (q, degree - p),
+        2 => (degree - p, degree - q),
+        _ => (degree - q, p),
+    };
+    let around = |i: usize| square[(first + i) % 4];
+    match around(1) < around(3) {
+        true => ([around(0), around(1), around(2), around(3)], [p, q]),
+        false => ([around(0), around(3), around(2), around(1)], [q, p]),
+    }
+}
+
+/// Unknowns by the layer of the first element that has them: layer `l` of a chain has the blocks from `l * degree` on.
+fn chains(of_element: &[u32], degree: usize, layers: &[(usize, usize)]) -> Chains {
+    let n = degree + 1;
+    let unknowns = of_element.iter().max().map_or(0, |last| *last as usize + 1);
+    let mut block_of: Vec<Option<(usize, usize)>> = vec![None; unknowns];
+    for (element, &(chain, layer)) in of_element.chunks_exact(n.pow(3)).zip(layers) {
+        for (k, &unknown) in element.iter().enumerate() {
+            let along = layer * degree + k / n / n;
+            block_of[unknown as usize].get_or_insert((chain, along));
+        }
+    }
+    let mut blocks: Vec<(usize, usize)> = block_of.iter().copied().flatten().collect();
+    blocks.sort_unstable();
+    blocks.dedup();
+    let mut chains: Vec<Vec<usize>> = Vec::new();
+    for (number, (chain, _)) in blocks.iter().enumerate() {
+        chains.resize((chain + 1).max(chains.len()), Vec::new());
+        chains[*chain].push(number);
+    }
+    let number = |block: Option<(usize, usize)>| {
+        let block = block.expect("each unknown has an element");
+        blocks.binary_search(&block).expect("it is listed") as u32
+    };
+    Chains {
+        block_of: block_of.into_iter().map(number).collect(),
+        chains,
+    }
+}
+
 /// For each number the places at which it stands in a list.
 fn inverse(list: &[u32], count: usize) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0u32; count + 1];
@@ -268,4 +379,54 @@ fn inverse(list: &[u32], count: usize) -> (Vec<u32>, Vec<u32>) {
         next[i as usize] += 1;
     }
     (starts, places)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// Eight cubes around a point, each turned in another way: as many nodes as a lattice has, and those of two
+    /// elements that have the same number are at the same place.
+    #[test]
+    fn elements_that_are_turned_agree_on_their_nodes() {
+        let lattice = |x: [usize; 3]| x[0] + 3 * x[1] + 9 * x[2];
+        // Right-handed: cyclic permutations of the axes, and half turns about them.
+        let cubes: Vec<[[usize; 3]; 8]> = (0..8)
+            .map(|cube| {
+                let turn = [
+                    cube % 2 == 1,
+                    cube % 4 > 1,
+                    (cube % 2 == 1) != (cube % 4 > 1),
+                ];
+                std::array::from_fn(|corner| {
+                    let mut x = [0; 3];
+                    for c in 0..3 {
+                        let to = (c + cube) % 3;
+                        x[to] = (cube >> to & 1) + (usize::from(turn[c]) ^ (corner >> c & 1));
+                    }
+                    x
+                })
+            })
+            .collect();
+        let corners: Vec<[usize; 8]> = cubes.iter().map(|cube| cube.map(lattice)).collect();
+        for degree in [1, 2, 3, 4] {
+            let numbers = numbered(&corners, degree);
+            let n = degree + 1;
+            let mut places: BTreeMap<u32, [usize; 3]> = BTreeMap::new();
+            for (e, cube) in cubes.iter().enumerate() {
+                for k in 0..n.pow(3) {
+                    let at = [k % n, k / n % n, k / n / n];
+                    let x = std::array::from_fn(|c| {
+                        let along = |i: usize| cube[1 << i][c] as isize - cube[0][c] as isize;
+                        let sum: isize = (0..3).map(|i| along(i) * at[i] as isize).sum();
+                        (cube[0][c] as isize * degree as isize + sum) as usize
+                    });
+                    let known = places.entry(numbers[e * n.pow(3) + k]).or_insert(x);
+                    assert_eq!(*known, x, "degree {degree}, element {e}, node {k}");
+                }
+            }
+            assert_eq!(places.len(), (2 * degree + 1).pow(3), "degree {degree}");
+        }
+    }
 }

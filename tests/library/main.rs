@@ -20,6 +20,7 @@ mod geometry_vessel;
 mod geometry_wall;
 mod keys;
 mod native_failures;
+mod native_tree;
 mod native_tube;
 mod near_buckling;
 mod new_beat;

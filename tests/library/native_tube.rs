@@ -2,6 +2,7 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset, Rheology};
+use fsi_driver::fluid::native::lumen_mesh::LumenMesh;
 use fsi_driver::fluid::native::metric::Metric;
 use fsi_driver::fluid::native::spectral_elements::SpectralElements;
 use fsi_driver::fluid::native::taylor_hood_space::Boundary;
@@ -74,8 +75,8 @@ impl FluidTube {
         let mesh = tube(degree);
         let space = SpectralElements::new(mesh.space().clone()).unwrap();
         let positions = mesh.positions(&vec![Vec3::zeros(); mesh.interface().points.len()]);
-        let fixed = space.space.faces_of(|patch| patch != Boundary::End);
-        let outlet = space.space.faces_of(|patch| patch == Boundary::End);
+        let fixed = space.space.faces_of(|patch| patch != Boundary::End(1));
+        let outlet = space.space.faces_of(|patch| patch == Boundary::End(1));
         let settings = FlowSettings {
             density: DENSITY,
             rheology: blood,

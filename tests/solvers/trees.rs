@@ -1,4 +1,4 @@
-//! Vessels that branch, with OpenFOAM: docs/trees.md.
+//! Vessels that branch, with both fluids: docs/trees.md.
 
 use crate::run_support::*;
 use std::path::Path;
@@ -160,4 +160,101 @@ fn a_share_of_the_flow_leaves_by_a_daughter() {
             "{inlet:?} {left:?}"
         );
     }
+}
+
+/// The driver's own elements: the flow divides equally to rounding, nothing is lost, and a run that goes on repeats one
+/// that was not interrupted.
+#[test]
+fn the_native_fluid_divides_its_flow_and_resumes() {
+    let folder = tempfile::tempdir().unwrap();
+    let [at, whole, parts] = ["case", "whole", "parts"].map(|name| folder.path().join(name));
+    case(&at, |text| {
+        text.replace(
+            "[fluid]",
+            "[tree.native]\ndegree = 3\nradial = 1\nlength = 1.5\n[fluid]",
+        )
+    });
+    let native = ["--fluid", "native"];
+    run(&at, &whole, 6, &native);
+    let [inlet, left, right] = ["inlet", "left", "right"].map(|name| opening(&whole, name));
+    let largest = inlet.iter().map(|row| row[0]).fold(0.0, f64::max);
+    for (a, b) in left.iter().zip(&right) {
+        assert!((a[0] - b[0]).abs() < 1e-5 * largest, "{a:?} {b:?}");
+        assert!(
+            (a[1] - b[1]).abs() < 1e-4 * a[1].abs().max(1.0),
+            "{a:?} {b:?}"
+        );
+    }
+    let volume = column(&whole.join("history.csv"), "lumen_volume_m3", |_| true);
+    for n in 1..6 {
+        let stored = (volume[n] - volume[n - 1]) / 0.002;
+        let lost = inlet[n][0] + left[n][0] + right[n][0] - stored;
+        assert!(lost.abs() < 2e-7 * largest, "step {n}: {lost:e}");
+    }
+    run(&at, &parts, 3, &native);
+    run(&at, &parts, 6, &["--fluid", "native", "--resume"]);
+    assert_same_run(&whole, &parts);
+    let mut report = std::process::Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    report.arg("report").arg(&whole);
+    complete(report);
+    let page = std::fs::read_to_string(whole.join("report.html")).unwrap();
+    assert!(
+        page.contains("On the unrolled branches") && page.contains("OSI-left"),
+        "maps"
+    );
+}
+
+/// A wall that is given under a pressure of 8 kPa, in which the run begins: both fluids have the same flows and
+/// pressures.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_prestressed_tree_begins_in_equilibrium_with_both_fluids() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path().join("case");
+    case(&at, |text| {
+        let text = text.replace(
+            "core = 2\nradial = 3\nlength = 0.8",
+            "core = 4\nradial = 4\nlength = 0.4",
+        );
+        let text = text.replace("faces_per_element = 1", "faces_per_element = 2");
+        let text = text.replace("initial_pressure_Pa = 1e3", "initial_pressure_Pa = 8e3");
+        let text = text.replace("resistance_Pa_s_m3 = 5e8", "resistance_Pa_s_m3 = 4e9");
+        text.replace("[ramp]", "[wall.initial]\npressure_Pa = 8e3\n[ramp]")
+    });
+    let runs = ["native", "openfoam"].map(|fluid| {
+        let out = folder.path().join(fluid);
+        run(
+            &at,
+            &out,
+            10,
+            &["--fluid", fluid, "--set", "coupling.e_rel=1e-5"],
+        );
+        ["inlet", "left", "right"].map(|name| opening(&out, name))
+    });
+    for (name, (native, foam)) in ["inlet", "left", "right"]
+        .iter()
+        .zip(runs[0].iter().zip(&runs[1]))
+    {
+        // The first steps shake what differs in the meshes' equilibria.
+        for (step, (a, b)) in native.iter().zip(foam).enumerate().skip(3) {
+            assert!(
+                (a[1] / b[1] - 1.0).abs() < 5e-3,
+                "{name}, step {step}: {a:?} {b:?}"
+            );
+            assert!(
+                (a[0] - b[0]).abs() < 1e-2 * 4e-6,
+                "{name}, step {step}: {a:?} {b:?}"
+            );
+        }
+    }
+    let displacement = column(
+        &folder.path().join("native/history.csv"),
+        "max_displacement_m",
+        |_| true,
+    );
+    // At rest it is where it was given, and the pulse is small.
+    assert!(
+        displacement[0] < 1e-5 && displacement[9] < 1e-4,
+        "{displacement:?}"
+    );
 }

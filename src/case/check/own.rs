@@ -2,7 +2,7 @@
 
 use super::{Report, material};
 use crate::case::{
-    Case, Extrusion, FluidTimeScheme, OwnCase, OwnFluid, OwnRegion, OwnWall, Solver,
+    Case, Extrusion, FluidTimeScheme, GivenShape, OwnCase, OwnFluid, OwnRegion, OwnWall, Solver,
     SurrogateModel, WallFile, WallMode, WallSupport,
 };
 use std::path::Path;
@@ -60,7 +60,7 @@ fn mesh(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
                 "the blood flows either in a mesh of your own or in that of a tree: leave out one of fluid.case and [tree]".into(),
             );
             if let Some(tree) = tree {
-                super::tree::check(tree, case.time.period, report);
+                super::tree::check(case, tree, report);
             }
         }
     }
@@ -68,18 +68,17 @@ fn mesh(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
 
 /// What such a case does not choose.
 fn settings(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
+    let solver = case.fluid.solver;
     report(
         &["fluid.solver"],
-        case.fluid.solver != Solver::OpenFoam,
-        match own.tree {
-            None => {
-                "a case of OpenFOAM is for OpenFOAM: expected \"openfoam\", or leave fluid.case out"
-                    .into()
-            }
-            Some(_) => {
-                "the blood in a tree is computed by OpenFOAM so far: expected \"openfoam\"".into()
-            }
-        },
+        own.tree.is_none() && solver != Solver::OpenFoam,
+        "a case of OpenFOAM is for OpenFOAM: expected \"openfoam\", or leave fluid.case out".into(),
+    );
+    report(
+        &["fluid.solver"],
+        own.tree.is_some() && solver == Solver::External,
+        "the blood in a tree is computed by OpenFOAM or by the driver's own solver: expected \"openfoam\" or \"native\""
+            .into(),
     );
     report(
         &["time.scheme"],
@@ -87,6 +86,11 @@ fn settings(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         "your own case sets its time scheme in system/fvSchemes, ddtSchemes { default backward; }: write it there, and \
          leave this key out"
             .into(),
+    );
+    report(
+        &["wall.initial.shape"],
+        solver != Solver::Native && case.initial_wall().is_some_and(|wall| wall.shape == GivenShape::Unloaded),
+        "OpenFOAM's mesh is that of the given shape, in which the run starts: expected \"loaded\", or fluid.solver = \"native\"".into(),
     );
     report(
         &["coupling.surrogate"],

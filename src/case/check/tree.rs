@@ -1,26 +1,66 @@
 //! Whether a vessel that branches is described completely.
 
 use super::Report;
-use crate::case::TreeKeys;
+use crate::case::ConditionKeys;
 use crate::case::tree::{BETWEEN, WALL};
+use crate::case::{Case, InitialWall, Solver, TreeKeys, VesselSide};
 
 /// Most ends of a tree: the adapter carries 64 openings.
 const MOST_ENDS: usize = 63;
 
-pub(super) fn check(tree: &TreeKeys, period: f64, report: &mut Report<'_>) {
-    report(
-        &["tree.core"],
-        tree.core.is_some_and(|core| !core.is_multiple_of(2)),
-        "branches meet along a line through the middle of the square: expected an even number"
-            .into(),
-    );
+pub(super) fn check(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
+    for (key, core) in [
+        ("tree.core", tree.core),
+        ("tree.native.core", tree.elements().core),
+    ] {
+        report(
+            &[key],
+            core.is_some_and(|core| !core.is_multiple_of(2)),
+            "branches meet along a line through the middle of the square: expected an even number"
+                .into(),
+        );
+    }
     // What is wrong with a file that could not be read is known.
     if tree.lines.is_some() && tree.line.is_none() {
         return;
     }
     lines(tree, report);
     names(tree, report);
-    openings(tree, period, report);
+    openings(case, tree, report);
+    beginning(case, tree, report);
+}
+
+/// Whether all that is prescribed begins under the pressure of the wall's equilibrium.
+fn beginning(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
+    let Some(InitialWall { pressure, .. }) = case.initial_wall() else {
+        return;
+    };
+    for (i, keys) in tree.opening.iter().flatten().enumerate() {
+        if tree.side(&keys.name) == VesselSide::Start {
+            continue;
+        }
+        if let Some(("pressure_file", _)) = keys.condition.file() {
+            let key = format!("tree.opening[{i}].pressure_file");
+            report(
+                &[&key],
+                true,
+                "a pressure that changes in time gives no equilibrium to start from: leave out [wall.initial], or write \
+                 pressure_Pa here"
+                    .into(),
+            );
+        } else if let Some((found, name)) = keys.condition.start_pressure() {
+            report(
+                &[
+                    &format!("tree.opening[{i}].{name}"),
+                    "wall.initial.pressure_Pa",
+                ],
+                found != pressure,
+                format!(
+                    "at t = 0 the blood is at rest under one pressure, wall.initial.pressure_Pa = {pressure:?}: expected the same here"
+                ),
+            );
+        }
+    }
 }
 
 /// The key that the lines come from.
@@ -106,12 +146,14 @@ fn names(tree: &TreeKeys, report: &mut Report<'_>) {
     );
 }
 
-fn openings(tree: &TreeKeys, period: f64, report: &mut Report<'_>) {
+fn openings(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
+    let period = case.time.period;
     let names = tree.names();
     let listed = format!("\"{}\"", names.join("\", \""));
     let given = tree.opening.as_deref().unwrap_or_default();
+    let path = |i: usize, name: &str| format!("tree.opening[{i}].{name}");
     for (i, keys) in given.iter().enumerate() {
-        let path = |name: &str| format!("tree.opening[{i}].{name}");
+        let path = |name: &str| path(i, name);
         report(
             &[&path("name")],
             !names.contains(&keys.name),
@@ -137,6 +179,21 @@ fn openings(tree: &TreeKeys, period: f64, report: &mut Report<'_>) {
             "what is prescribed at \"{}\"? Add a table [[tree.opening]] with its name and a condition",
             open.join("\", \"")
         ),
+    );
+    let inflow = given
+        .iter()
+        .find(|keys| tree.side(&keys.name) == VesselSide::Start);
+    let shares = given
+        .iter()
+        .position(|keys| matches!(keys.condition, ConditionKeys::FlowSplit { .. }));
+    report(
+        &[&path(shares.unwrap_or(0), "condition")],
+        case.fluid.solver == Solver::Native
+            && shares.is_some()
+            && inflow.is_some_and(|keys| !keys.condition.is_flow()),
+        "the driver's own solver takes a share of an inflow that is prescribed: give the opening where the lines begin a flow, \
+         or this one a pressure, a resistance or a windkessel"
+            .into(),
     );
     report(
         &[origin(tree)],

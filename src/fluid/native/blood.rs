@@ -1,25 +1,29 @@
 //! Blood in a vessel: the flow with its inlet, its windkessel and its moving wall.
 
 use super::FlowError;
+use super::basis::Basis;
 use super::clock::SolverPart;
 use super::decay::highest_modes;
 use super::ends::{Coming, NativeOpenings, OpeningCondition};
 use super::field::field;
 use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
+use super::lumen_mesh::LumenMesh;
 use super::metric::Metric;
 use super::open_inflow::OpenEnd;
 use super::probes::probe;
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::{Boundary, Face};
+use super::tree_mesh::TreeMesh;
 use super::vessel_mesh::{MeshResolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
-use crate::case::{Case, Rheology};
+use crate::case::{Case, FluidTimeScheme, NativeTimeScheme, Opening, Rheology, Start, VesselSide};
 use crate::fluid::{
     ElementModes, Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory,
     FluidProbe, FluidStep, FluidTrial, FluidUsage, HighestModes, OpeningReport, Wanted,
 };
 use crate::geometry::Vessel;
+use crate::geometry::tree::Tree;
 use fsi_numerics::twelve_digits;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -54,15 +58,17 @@ struct NativeTrial {
 
 /// Blood by spectral elements.
 pub struct NativeFluid {
-    mesh: VesselMesh,
+    mesh: Box<dyn LumenMesh>,
     flow: Flow,
     memory: Memory,
     trial: Option<NativeTrial>,
     ends: NativeOpenings,
     /// Displacement of the wall at t = 0, m.
     initial: Vec<Vec3>,
-    /// Faces of the deformable wall in the interface's order.
+    /// Faces of the deformable wall.
     wall: Vec<Face>,
+    /// Which of them, and which part of it, each face of the interface is.
+    parts: Vec<(usize, usize)>,
     rheology: Rheology,
     /// Points whose pressure and velocity are asked for, m.
     watched: Vec<Vec3>,
@@ -70,12 +76,37 @@ pub struct NativeFluid {
     element_volumes: Vec<f64>,
 }
 
-impl NativeFluid {
-    /// At rest in the vessel of a case.
-    ///
-    /// # Errors
-    /// If the vessel cannot be meshed so, or the curve of the inflow cannot be read.
-    pub fn new(case: &Case) -> Result<Self, FluidError> {
+/// A lumen in elements, and what is prescribed at its ends.
+struct MeshedLumen {
+    mesh: Box<dyn LumenMesh>,
+    /// With the number of the end of the mesh.
+    openings: Vec<(Opening, usize)>,
+    /// Pressure of the equilibrium at the start, if there is one, Pa.
+    equilibrium: Option<f64>,
+    scheme: FluidTimeScheme,
+    /// What helps where an element is inside out.
+    advice: &'static str,
+}
+
+impl MeshedLumen {
+    /// That of a case.
+    fn new(case: &Case) -> Result<Self, FluidError> {
+        let failed = |e: &dyn std::fmt::Display| FluidError::Died(e.to_string());
+        let period = case.time.period;
+        if let Some(tree) = case.tree() {
+            let elements = tree.elements();
+            let degree = elements.degree();
+            let nodes = Basis::new(degree).nodes.points;
+            let meshed = Tree::of_elements(tree, &nodes).map_err(|error| failed(&error))?;
+            let openings = tree.openings(period).map_err(|error| failed(&error))?;
+            return Ok(Self {
+                mesh: Box::new(TreeMesh::new(meshed, degree)),
+                openings: openings.into_iter().zip(0..).collect(),
+                equilibrium: case.initial_wall().map(|initial| initial.pressure),
+                scheme: NativeTimeScheme::or_of(elements.time_scheme, &case.time),
+                advice: "shorter elements (tree.native.length)",
+            });
+        }
         let Some(vessel) = case.vessel() else {
             let reason = "the driver's own solver is for vessels, and this is a flag in a channel";
             return Err(FluidError::Died(reason.into()));
@@ -88,16 +119,48 @@ impl NativeFluid {
             axial_extension: numbers.axial_extension,
             axial_per_section: numbers.axial_per_section,
         };
+        let openings = vessel.openings(period).map_err(|error| failed(&error))?;
+        let end = |opening: &Opening| match opening.end {
+            VesselSide::Start => 0,
+            VesselSide::End => 1,
+        };
+        Ok(Self {
+            mesh: Box::new(VesselMesh::new(&Vessel::new(vessel), resolution)),
+            openings: (openings.into_iter())
+                .map(|opening| {
+                    let end = end(&opening);
+                    (opening, end)
+                })
+                .collect(),
+            equilibrium: (vessel.start() == Start::Equilibrium)
+                .then(|| vessel.equilibrium_pressure()),
+            scheme: NativeTimeScheme::or_of(numbers.time_scheme, &case.time),
+            advice: "more elements along it (fluid.native.axial_per_section)",
+        })
+    }
+}
+
+impl NativeFluid {
+    /// At rest in the vessel of a case.
+    ///
+    /// # Errors
+    /// If the vessel cannot be meshed so, or the curve of a flow or a pressure cannot be read.
+    pub fn new(case: &Case) -> Result<Self, FluidError> {
         let failed = |e: &dyn std::fmt::Display| FluidError::Died(e.to_string());
-        let mesh = VesselMesh::new(&Vessel::new(vessel), resolution);
+        let MeshedLumen {
+            mesh,
+            openings,
+            equilibrium,
+            scheme,
+            advice,
+        } = MeshedLumen::new(case)?;
         let space = SpectralElements::new(mesh.space().clone()).map_err(|error| failed(&error))?;
         let still = vec![Vec3::zeros(); mesh.interface().points.len()];
         let positions = mesh.positions(&still);
         let faces = |wanted: fn(Boundary) -> bool| space.space.faces_of(wanted);
         let walls = faces(|patch| matches!(patch, Boundary::Mantle(_)));
-        let wall = walls[space.space.mantle.numbers(mesh.elastic())].to_vec();
-        let ends = NativeOpenings::new(case, vessel, &space, &walls, &positions)
-            .map_err(|error| failed(&error))?;
+        let wall = mesh.moving_walls();
+        let ends = NativeOpenings::new(case, openings, equilibrium, &space, &walls, &positions);
         let open: Vec<OpenEnd> = ends.openings.iter().filter_map(|end| end.open()).collect();
         let is_open = |face: &Face| open.iter().any(|end| end.faces.contains(face));
         let mut fixed = faces(|_| true);
@@ -105,7 +168,7 @@ impl NativeFluid {
         let settings = FlowSettings {
             density: case.blood.density,
             rheology: case.blood.rheology(),
-            scheme: numbers.scheme(&case.time),
+            scheme,
             tolerance: (TOLERANCE * case.coupling.e_rel).max(MOST_ACCURATE),
             max_iterations: MOST_ITERATIONS,
         };
@@ -115,7 +178,7 @@ impl NativeFluid {
                 element, position, ..
             } => failed(&format!(
                 "element {element} of its mesh is inside out at {position:?} m: the vessel bends or narrows too sharply there; \
-                 gentler bends or more elements along it (fluid.native.axial_per_section) help"
+                 gentler bends or {advice} help"
             )),
             error => failed(&error),
         })?;
@@ -134,6 +197,7 @@ impl NativeFluid {
                 },
                 downstream: ends.downstream_at_start(),
             },
+            parts: mesh.parts(),
             mesh,
             flow,
             trial: None,
@@ -187,8 +251,7 @@ impl NativeFluid {
         for (modes, part) in by_element.iter().zip(&self.element_volumes) {
             domain.add(modes, part / volume);
         }
-        let elements = self.faces_of_interface();
-        let at_wall = elements.map(|(face, _)| by_element[self.wall[face].element]);
+        let at_wall = (self.parts.iter()).map(|&(face, _)| by_element[self.wall[face].element]);
         ElementModes {
             at_wall: at_wall.collect(),
             domain,
@@ -207,7 +270,7 @@ impl NativeFluid {
         let positions = self.mesh.positions(&self.initial);
         let metric = Metric::new(self.flow.space(), &positions)
             .map_err(|error| FluidError::NotSolved(error.to_string()))?;
-        let elastic = self.mesh.space().layers.numbers(self.mesh.elastic());
+        let elastic = self.mesh.elastic_elements();
         let sum = |volumes: &[f64]| volumes.iter().sum::<f64>();
         let rigid = sum(&metric.volumes[..elastic.start]) + sum(&metric.volumes[elastic.end..]);
         Ok([metric.volume, rigid])
@@ -246,19 +309,8 @@ impl NativeFluid {
             pressure,
             Some(&self.flow.viscous_reactions(trial)),
         );
-        let parts = self.faces_of_interface();
-        parts.map(|(face, part)| by_element[face][part]).collect()
-    }
-
-    /// The face of an element, and the part of it, that each face of the interface is.
-    fn faces_of_interface(&self) -> impl Iterator<Item = (usize, usize)> {
-        let degree = self.mesh.resolution().degree;
-        let (rings, mantle) = (self.mesh.rings(), self.mesh.space().mantle);
-        (0..self.mesh.interface().faces.len()).map(move |face| {
-            let [ring, a] = rings.place(face);
-            let element = mantle.number(ring / degree, a / degree);
-            (element, ring % degree * degree + a % degree)
-        })
+        let parts = self.parts.iter();
+        parts.map(|&(face, part)| by_element[face][part]).collect()
     }
 
     /// The openings at the end of a trial, at the time `t` (s).

@@ -1,14 +1,13 @@
 //! What is prescribed where the blood enters and leaves: a flow with a profile, a share of the flow, or a pressure
 //! `a + b Q`.
 
-use super::FlowError;
 use super::open_inflow::{OpenEnd, OpenInflow};
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::{Boundary, Face};
 use super::time_scheme::Weights;
 use crate::Vec3;
 use crate::case::{
-    BloodVessel, Case, Condition, FlowCurve, InletProfile, PressureModel, Ramp, Start, VesselSide,
+    Case, Condition, FlowCurve, InletProfile, Opening, PressureModel, Ramp, VesselSide,
 };
 use crate::fluid::inlet_velocity::InletVelocity;
 use crate::geometry::Vessel;
@@ -65,7 +64,8 @@ pub struct FlowInlet {
 
 /// An opening in a mesh.
 struct MeshedOpening<'a> {
-    vessel: &'a Vessel,
+    /// That of which it is an end; of a tree it is a disc.
+    vessel: Option<&'a Vessel>,
     end: VesselSide,
     space: &'a SpectralElements,
     faces: Vec<Face>,
@@ -81,24 +81,29 @@ impl FlowInlet {
         let (space, positions) = (at.space, at.positions);
         let nodes = space.space.nodes;
         let mut flux = vec![0.0; 3 * nodes];
-        let mut area = Vec3::zeros();
+        let (mut area, mut moment) = (Vec3::zeros(), Vec3::zeros());
         for &face in &at.faces {
             let points = space.face_points(face, positions);
             area += points.areas.iter().sum::<Vec3>();
+            let places = space.face_field(&points.nodes, positions);
+            moment += places
+                .iter()
+                .zip(&points.areas)
+                .map(|(x, area)| x * area.norm())
+                .sum::<Vec3>();
             space.add_face_load(&points.nodes, &points.areas, &mut flux);
         }
         let (inward, area) = (-area.normalize(), area.norm());
-        let velocity = InletVelocity::new(profile, &curve, (area / PI).sqrt(), at.viscosity);
+        let radius = (area / PI).sqrt();
+        let velocity = InletVelocity::new(profile, &curve, radius, at.viscosity);
+        let share = |x: &Vec3| match at.vessel {
+            Some(vessel) => vessel.opening_share(at.end, x),
+            None => (x - moment / area).norm() / radius,
+        };
         let rim = space.space.nodes_of(at.walls);
         let inner: Vec<(usize, f64)> = (space.space.nodes_of(&at.faces).into_iter())
             .filter(|node| rim.binary_search(node).is_err())
-            .map(|node| {
-                (
-                    node,
-                    at.vessel
-                        .opening_share(at.end, &space.vector(positions, node)),
-                )
-            })
+            .map(|node| (node, share(&space.vector(positions, node))))
             .collect();
         let field = |at: &dyn Fn(usize) -> f64| -> Vec<f64> {
             let mut field = vec![0.0; 3 * nodes];
@@ -208,30 +213,23 @@ pub struct NativeOpenings {
 }
 
 impl NativeOpenings {
-    /// Those of a case, for the faces of a mesh whose nodes lie at `positions` (m).
-    ///
-    /// # Errors
-    /// If a curve cannot be read.
+    /// Those of a case, each with the number of the end of the mesh that it is; the nodes lie at `positions` (m).
+    /// `equilibrium` is the pressure (Pa) of the equilibrium in which the run starts.
     pub fn new(
         case: &Case,
-        vessel: &BloodVessel,
+        openings: Vec<(Opening, usize)>,
+        equilibrium: Option<f64>,
         space: &SpectralElements,
         walls: &[Face],
         positions: &[f64],
-    ) -> Result<Self, FlowError> {
-        let openings = vessel.openings(case.time.period);
-        let openings = openings.map_err(|error| FlowError::Model(error.to_string()))?;
-        let geometry = Vessel::new(vessel);
-        let end = |opening: crate::case::Opening| {
-            let patch = match opening.end {
-                VesselSide::Start => Boundary::Start,
-                VesselSide::End => Boundary::End,
-            };
+    ) -> Self {
+        let vessel = case.vessel().map(Vessel::new);
+        let end = |(opening, end): (Opening, usize)| {
             let place = MeshedOpening {
-                vessel: &geometry,
+                vessel: vessel.as_ref(),
                 end: opening.end,
                 space,
-                faces: space.space.faces_of(|face| face == patch),
+                faces: space.space.faces_of(|face| face == Boundary::End(end)),
                 walls,
                 positions,
                 viscosity: case.blood.viscosity / case.blood.density,
@@ -254,12 +252,11 @@ impl NativeOpenings {
                 condition,
             }
         };
-        Ok(Self {
+        Self {
             openings: openings.into_iter().map(end).collect(),
             ramp: case.ramp.clone(),
-            equilibrium: (vessel.start() == Start::Equilibrium)
-                .then(|| vessel.equilibrium_pressure()),
-        })
+            equilibrium,
+        }
     }
 
     /// Pressures downstream of the openings at t = 0, before any ramp, twice (Pa); 0 where there is none.

@@ -5,12 +5,13 @@
 //! mesh and moves it, so the mesh depends on the wall's displacement alone, not on the way there.
 
 use super::basis::Basis;
-use super::taylor_hood_space::{Plane, Side, TaylorHoodSpace};
+use super::lumen_mesh::LumenMesh;
+use super::taylor_hood_space::{Boundary, Face, Plane, Side, TaylorHoodSpace};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
 use crate::geometry::{AxialNumbers, Span, Vessel, elastic_pieces};
 use crate::lagrange;
-use fsi_numerics::Layers;
+use fsi_numerics::{Layers, subdivided};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::ops::Range;
@@ -164,18 +165,6 @@ impl SectionNodes {
     }
 }
 
-/// Places from 0 to 1 of the nodes of `elements` equal elements.
-fn subdivided(elements: usize, nodes: &[f64]) -> Vec<f64> {
-    let degree = nodes.len() - 1;
-    let place = |i: usize| {
-        let (element, node) = (i / degree, i % degree);
-        (element as f64 + 0.5 * (1.0 + nodes[node])) / elements as f64
-    };
-    let mut places: Vec<f64> = (0..=elements * degree).map(place).collect();
-    places[elements * degree] = 1.0;
-    places
-}
-
 /// The mesh of a vessel's lumen, and the lattice of points on its deformable wall: as many equal parts per element and
 /// direction as the degree, so that a polynomial of this degree is known by its values there.
 #[derive(Debug, Clone)]
@@ -276,36 +265,62 @@ impl VesselMesh {
         }
     }
 
-    /// The layers of elements, counted downstream, with an elastic wall.
-    pub fn elastic(&self) -> Range<usize> {
-        self.elastic.clone()
-    }
-
-    /// Numbering of the unknowns.
-    pub fn space(&self) -> &TaylorHoodSpace {
-        &self.space
-    }
-
-    /// Numbers of elements.
-    pub fn resolution(&self) -> MeshResolution {
-        self.resolution
-    }
-
-    /// The deformable wall as a lattice, ring by ring downstream; its faces have the elements' own order: all around,
-    /// then the next ring.
-    pub fn interface(&self) -> &FluidInterface {
-        &self.interface
+    /// Elements of a layer.
+    fn section_elements(&self) -> usize {
+        let MeshResolution { core, radial, .. } = self.resolution;
+        core * core + 4 * core * radial
     }
 
     /// The order of points and faces of the wall.
-    pub fn rings(&self) -> Layers {
+    fn rings(&self) -> Layers {
         Layers {
             each: self.section.around(),
         }
     }
+}
 
-    /// Positions (m, one component after the other) of all nodes for a displacement (m) of the lattice's points.
-    pub fn positions(&self, displacement: &[Vec3]) -> Vec<f64> {
+impl LumenMesh for VesselMesh {
+    fn space(&self) -> &TaylorHoodSpace {
+        &self.space
+    }
+
+    /// The deformable wall as a lattice, ring by ring downstream; its faces have the elements' own order: all around,
+    /// then the next ring.
+    fn interface(&self) -> &FluidInterface {
+        &self.interface
+    }
+
+    fn moving_walls(&self) -> Vec<Face> {
+        let walls = self
+            .space
+            .faces_of(|patch| matches!(patch, Boundary::Mantle(_)));
+        let of_layer = Layers {
+            each: 4 * self.resolution.core,
+        };
+        walls[of_layer.numbers(self.elastic.clone())].to_vec()
+    }
+
+    fn parts(&self) -> Vec<(usize, usize)> {
+        let degree = self.resolution.degree;
+        let of_layer = Layers {
+            each: 4 * self.resolution.core,
+        };
+        let part = |face: usize| {
+            let [ring, a] = self.rings().place(face);
+            let element = of_layer.number(ring / degree, a / degree);
+            (element, ring % degree * degree + a % degree)
+        };
+        (0..self.interface.faces.len()).map(part).collect()
+    }
+
+    fn elastic_elements(&self) -> Range<usize> {
+        let of_layer = Layers {
+            each: self.section_elements(),
+        };
+        of_layer.numbers(self.elastic.clone())
+    }
+
+    fn positions(&self, displacement: &[Vec3]) -> Vec<f64> {
         let (degree, around) = (self.resolution.degree, self.rings().each);
         let mut wall = self.wall.clone();
         let [first, last] = [self.elastic.start, self.elastic.end].map(|layer| layer * degree);

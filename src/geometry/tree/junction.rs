@@ -10,7 +10,7 @@ use super::TreeError;
 use super::lumen::{CentreLine, Lumen};
 use super::section::{CrossSection, SectionGrid, worst_between};
 use crate::Vec3;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Distances of a junction's centre upstream of its apices that are tried, in radii of the parent.
 const BACK: [f64; 9] = [0.3, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2, 1.35, 1.5];
@@ -143,7 +143,7 @@ impl Junction {
         let rim = |theta: &f64| {
             let key = flow * theta.cos() + across * theta.sin();
             let points = (0..=half).map(|a| {
-                let phi = PI * a as f64 / half as f64;
+                let phi = slicer.grid.angle(a);
                 let direction = axis * phi.cos() + key * phi.sin();
                 let distance = near
                     .ray(&centre, &direction)
@@ -197,7 +197,7 @@ impl Junction {
             let plane = slicer.plane(foot.centre, &tangent, &first, 0.0)?;
             let (upstream, radius) = (daughter.is_none(), foot.radius);
             let folded = self.section(daughter);
-            let mut all = slicer.unfolding(folded, &plane, &tangent, radius, upstream)?;
+            let (mut all, _) = slicer.unfolding(folded, &plane, &tangent, radius, upstream)?;
             all.push(plane);
             if upstream {
                 all.reverse();
@@ -251,7 +251,7 @@ pub struct Slicer {
     pub lumen: Lumen,
     /// Cells of a cross-section.
     pub grid: SectionGrid,
-    /// Length of a cell along a branch, in radii.
+    /// Length of a cell or an element along a branch, in radii.
     pub along: f64,
 }
 
@@ -266,7 +266,7 @@ impl Slicer {
     ) -> Result<CrossSection, TreeError> {
         let second = tangent.cross(first);
         let directions = (0..self.grid.around()).map(|a| {
-            let phi = TAU * a as f64 / self.grid.around() as f64 + turned;
+            let phi = self.grid.angle(a) + turned;
             first * phi.cos() + second * phi.sin()
         });
         self.cut(centre, directions)
@@ -288,7 +288,7 @@ impl Slicer {
     }
 
     /// Cross-sections from a folded one (included) towards a plane one (not included) of this radius (m), which lies
-    /// upstream or downstream of it across `tangent`.
+    /// upstream or downstream of it across `tangent`; and the place of each on that way, from 0 to 1.
     pub fn unfolding(
         &self,
         folded: CrossSection,
@@ -296,17 +296,19 @@ impl Slicer {
         tangent: &Vec3,
         radius: f64,
         upstream: bool,
-    ) -> Result<Vec<CrossSection>, TreeError> {
+    ) -> Result<(Vec<CrossSection>, Vec<f64>), TreeError> {
         let cells = (plane.centre - folded.centre).norm() / (self.along * radius);
-        let pieces = self.grid.pieces(cells.max(2.0));
+        let mut places = self
+            .grid
+            .divided(cells.max(2.0 / self.grid.degree() as f64));
         let end = if upstream { -tangent } else { *tangent };
         // Parabolas that end along the branch.
         let on = |a: &Vec3, b: &Vec3, u: f64| {
             let control = b - end * (0.5 * (b - a).norm());
             a * (1.0 - u).powi(2) + control * (2.0 * u * (1.0 - u)) + b * (u * u)
         };
-        let between = (1..pieces).map(|k| {
-            let u = k as f64 / pieces as f64;
+        places.pop();
+        let between = places[1..].iter().map(|&u| {
             let centre = on(&folded.centre, &plane.centre, u);
             let pairs = folded.rim.iter().zip(&plane.rim);
             self.cut(
@@ -315,10 +317,10 @@ impl Slicer {
             )
         });
         let between: Vec<CrossSection> = between.collect::<Result<_, _>>()?;
-        Ok([folded].into_iter().chain(between).collect())
+        Ok(([folded].into_iter().chain(between).collect(), places))
     }
 
-    /// Places of a line from `begin` to `end` (m), a cell apart.
+    /// Places of a line from `begin` to `end` (m), those of the points of cells or elements.
     pub fn stations(&self, line: &CentreLine, begin: f64, end: f64) -> Vec<f64> {
         const SAMPLES: usize = 400;
         let h = (end - begin) / SAMPLES as f64;
@@ -327,13 +329,13 @@ impl Slicer {
             let radius = line.radius(begin + (i as f64 + 0.5) * h);
             sum.push(sum[i] + h / (self.along * radius));
         }
-        let pieces = self.grid.pieces(sum[SAMPLES]);
-        let place = |k: usize| {
-            let goal = sum[SAMPLES] * k as f64 / pieces as f64;
+        let place = |share: f64| {
+            let goal = sum[SAMPLES] * share;
             let i = sum.partition_point(|x| *x <= goal).clamp(1, SAMPLES) - 1;
             begin + h * (i as f64 + (goal - sum[i]) / (sum[i + 1] - sum[i]))
         };
-        (0..=pieces).map(place).collect()
+        let places = self.grid.divided(sum[SAMPLES]).into_iter();
+        places.map(place).collect()
     }
 }
 

@@ -6,6 +6,8 @@ use crate::Vec3;
 const FILLET: f64 = 0.5;
 /// Distance of the samples of a centre-line, in radii.
 const STEP: f64 = 0.1;
+/// Half of the stretch of a centre-line over which its direction is taken, in radii.
+const WINDOW: f64 = 1.0;
 /// A ray ends here, in radii of the place that it starts from.
 const REACH: f64 = 4.0;
 /// Steps of a ray before it is refined.
@@ -140,9 +142,10 @@ impl CentreLine {
         self.radii[i] + (self.radii[i + 1] - self.radii[i]) * u
     }
 
-    /// Unit tangent at an arc length (m), over a tenth of the radius.
+    /// Unit tangent at an arc length (m), the mean over a radius on both sides: cross-sections do not turn faster than
+    /// that where a line has a kink.
     pub fn tangent(&self, s: f64) -> Vec3 {
-        let h = STEP * self.radius(s);
+        let h = WINDOW * self.radius(s).min(0.25 * self.length());
         let s = s.clamp(h, self.length() - h);
         (self.at(s + h) - self.at(s - h)).normalize()
     }

@@ -4,20 +4,24 @@
 //! [`Junction`]s; between these lie branches, each a stack of cross-sections of an O-grid ([`SectionGrid`]), which
 //! begins and ends with the folded cross-sections that it shares with its neighbours.
 
+mod described;
 mod junction;
 mod lumen;
 mod section;
 #[cfg(test)]
 mod tests;
 
+pub use described::TreeMeshes;
 pub use lumen::{CentreLine, Lumen};
-pub use section::{SectionGrid, scaled_jacobian};
+pub use section::{CrossSection, SectionGrid, scaled_jacobian};
 
 use super::PolyMesh;
+use super::o_grid::{Polygon, WallPolygons};
 use super::poly_mesh::PatchFaces;
 use crate::Vec3;
+use crate::curve::SpaceCurve;
 use junction::{Junction, Slicer, across, leaves};
-use section::CrossSection;
+use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 
 /// Lines part at one junction if they do within this many radii.
@@ -68,19 +72,47 @@ struct Branch {
     to: Option<usize>,
 }
 
+/// The cross-sections of a branch.
+#[derive(Debug, Clone)]
+pub struct Stack {
+    /// The line of the tree that ends with it, if one does.
+    pub end: Option<usize>,
+    /// Junction where it begins; the root, which is the first branch, has none.
+    pub from: Option<usize>,
+    /// Junction where it ends.
+    pub to: Option<usize>,
+    /// Cross-sections, downstream.
+    pub sections: Vec<CrossSection>,
+    /// What the middle of each one goes with when the wall moves.
+    pub middles: Vec<Middle>,
+}
+
+/// What the middle of a cross-section goes with: on the way from a plane cross-section to a junction, less and less
+/// with the whole of its rim, and more and more with the two points of it where the axis of the junction ends, which
+/// all branches there share.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Middle {
+    /// One of these points of the rim; the other one is opposite.
+    pub axis: usize,
+    /// Share of the whole rim.
+    pub share: f64,
+}
+
 /// A tree in its branches.
 #[derive(Debug, Clone)]
 pub struct Tree {
     slicer: Slicer,
     junctions: Vec<Junction>,
     branches: Vec<Branch>,
+    stacks: Vec<Stack>,
 }
 
 impl Tree {
-    /// Takes a lumen apart, for cells of this cross-section whose length along the branches is `along` radii.
+    /// Takes a lumen apart, for cells or elements of this cross-section whose length along the branches is `along`
+    /// radii.
     ///
     /// # Errors
-    /// If a junction cannot be meshed.
+    /// If a junction or a branch cannot be meshed.
     pub fn new(lumen: Lumen, grid: SectionGrid, along: f64) -> Result<Self, TreeError> {
         let root = lumen.lines[0].at(0.0);
         let begins = lumen.lines.iter().map(|line| line.at(0.0));
@@ -95,8 +127,11 @@ impl Tree {
             slicer: Slicer { lumen, grid, along },
             junctions: Vec::new(),
             branches: Vec::new(),
+            stacks: Vec::new(),
         };
         tree.divide(&all, None)?;
+        let stacks = tree.branches.iter().map(|branch| tree.stack(branch));
+        tree.stacks = stacks.collect::<Result<_, _>>()?;
         Ok(tree)
     }
 
@@ -163,15 +198,32 @@ impl Tree {
         Ok(())
     }
 
-    /// The mesh: patches of the openings, first that where the lines begin, then where each ends; and of the walls of
-    /// the branches with these openings, in the same order, and of all others.
+    /// What its cross-sections are divided into.
+    pub fn grid(&self) -> &SectionGrid {
+        &self.slicer.grid
+    }
+
+    /// Its branches, the root first and each before those that it divides into.
+    pub fn stacks(&self) -> &[Stack] {
+        &self.stacks
+    }
+
+    /// The mesh of cells: patches of the openings, first that where the lines begin, then where each ends; and of the
+    /// walls of the branches with these openings, in the same order, and of all others. `growth` is that of
+    /// [`SectionGrid::positions`].
     ///
     /// # Errors
-    /// If a branch cannot be meshed.
-    pub fn mesh(&self, openings: &[String], walls: &[String]) -> Result<PolyMesh, TreeError> {
+    /// If a cell would be inside out.
+    pub fn mesh(
+        &self,
+        openings: &[String],
+        walls: &[String],
+        growth: f64,
+    ) -> Result<PolyMesh, TreeError> {
         let grid = &self.slicer.grid;
         let (quads, outer) = (grid.quads(), grid.rings.len());
-        let (mut points, mut hexes): (Vec<Vec3>, Vec<[usize; 8]>) = Default::default();
+        let mut hexes: Vec<[usize; 8]> = Vec::new();
+        let (points, numbers) = self.points(growth);
         let patch = |name, kind| PatchFaces {
             name,
             kind,
@@ -181,39 +233,15 @@ impl Tree {
             .map(|name| patch(name, "patch"))
             .chain(walls.iter().map(|name| patch(name, "wall")))
             .collect();
-        // Points of the junctions, to be found again.
-        let mut shared: Vec<Vec<usize>> = vec![Vec::new(); self.junctions.len()];
-        for branch in &self.branches {
-            let sections = self.sections(branch)?;
-            let last = sections.len() - 1;
-            let wall = match (branch.from, branch.to) {
+        for (stack, numbers) in self.stacks.iter().zip(&numbers) {
+            let last = stack.sections.len() - 1;
+            let wall = match (stack.from, stack.end) {
                 (None, _) => 0,
-                (Some(_), None) => 1 + branch.line,
-                (Some(_), Some(_)) => walls.len() - 1,
+                (Some(_), Some(line)) => 1 + line,
+                (Some(_), None) => walls.len() - 1,
             };
-            let mut below: Vec<usize> = Vec::new();
-            for (j, section) in sections.iter().enumerate() {
-                let junction = match j {
-                    0 => branch.from.map(|(junction, _)| junction),
-                    j if j == last => branch.to,
-                    _ => None,
-                };
-                let close = 1e-6 * (section.rim[0] - section.centre).norm();
-                let numbers = grid.positions(section).into_iter().map(|x| {
-                    let known = junction.and_then(|junction| {
-                        let mut all = shared[junction].iter().copied();
-                        all.find(|&i| (points[i] - x).norm() < close)
-                    });
-                    known.unwrap_or_else(|| {
-                        points.push(x);
-                        let new = points.len() - 1;
-                        junction
-                            .into_iter()
-                            .for_each(|junction| shared[junction].push(new));
-                        new
-                    })
-                });
-                let here: Vec<usize> = numbers.collect();
+            let mut below: &[usize] = &[];
+            for (j, here) in numbers.iter().enumerate() {
                 if j > 0 {
                     for [a, b, c, d] in &quads {
                         let [a, b, c, d] = [*a, *b, *c, *d];
@@ -233,22 +261,133 @@ impl Tree {
                     patches[openings.len() + wall].faces.extend(faces);
                 }
                 let opening = match j {
-                    0 if branch.from.is_none() => Some(0),
-                    j if j == last && branch.to.is_none() => Some(1 + branch.line),
+                    0 if stack.from.is_none() => Some(0),
+                    j if j == last => stack.end.map(|line| 1 + line),
                     _ => None,
                 };
                 if let Some(opening) = opening {
                     patches[opening].faces =
                         quads.iter().map(|quad| quad.map(|i| here[i])).collect();
                 }
-                below = here;
+                below = here.as_slice();
             }
         }
         Ok(PolyMesh::from_hexes(points, &hexes, &patches))
     }
 
-    /// The cross-sections of a branch, downstream.
-    fn sections(&self, branch: &Branch) -> Result<Vec<CrossSection>, TreeError> {
+    /// Positions (m) of all points, and the numbers of those of each cross-section of each stack: branches that meet
+    /// have points in common.
+    pub fn points(&self, growth: f64) -> (Vec<Vec3>, Vec<Vec<Vec<usize>>>) {
+        let grid = &self.slicer.grid;
+        let mut points: Vec<Vec3> = Vec::new();
+        // Points of the junctions, to be found again.
+        let mut shared: Vec<Vec<usize>> = vec![Vec::new(); self.junctions.len()];
+        let of_stack = |stack: &Stack| -> Vec<Vec<usize>> {
+            let last = stack.sections.len() - 1;
+            let of_section = |(j, section): (usize, &CrossSection)| {
+                let junction = match j {
+                    0 => stack.from,
+                    j if j == last => stack.to,
+                    _ => None,
+                };
+                let close = 1e-6 * (section.rim[0] - section.centre).norm();
+                let numbers = grid.positions(section, growth).into_iter().map(|x| {
+                    let known = junction.and_then(|junction| {
+                        let mut all = shared[junction].iter().copied();
+                        all.find(|&i| (points[i] - x).norm() < close)
+                    });
+                    known.unwrap_or_else(|| {
+                        points.push(x);
+                        let new = points.len() - 1;
+                        junction
+                            .into_iter()
+                            .for_each(|junction| shared[junction].push(new));
+                        new
+                    })
+                });
+                numbers.collect()
+            };
+            stack.sections.iter().enumerate().map(of_section).collect()
+        };
+        let numbers = self.stacks.iter().map(of_stack).collect();
+        (points, numbers)
+    }
+
+    /// The centre-lines of its branches, from junction to junction, each with the number of its wall in
+    /// [`Tree::mesh`]. The angle 0 is towards the axis of a junction that it ends at.
+    pub fn lines(&self) -> Vec<(usize, SpaceCurve)> {
+        let between = 1 + self.slicer.lumen.lines.len();
+        let line = |branch: &Branch| {
+            let axis = &branch.axis;
+            let place = |junction: usize| axis.foot(&self.junctions[junction].centre).s;
+            let from = branch.from.map(|(junction, _)| junction);
+            let begin = from.map_or(0.0, place);
+            let end = branch.to.map_or(axis.length(), place);
+            let pieces = ((end - begin) / axis.radius(begin)).ceil().max(2.0) as usize;
+            let step = (end - begin) / pieces as f64;
+            let points: Vec<Vec3> = (0..=pieces)
+                .map(|i| axis.at(begin + i as f64 * step))
+                .collect();
+            let first = from
+                .or(branch.to)
+                .map_or(Vec3::z(), |junction| self.junctions[junction].axis);
+            let wall = match (branch.from, branch.to) {
+                (None, _) => 0,
+                (Some(_), None) => 1 + branch.line,
+                (Some(_), Some(_)) => between,
+            };
+            (wall, SpaceCurve::through(&points, first))
+        };
+        self.branches.iter().map(line).collect()
+    }
+
+    /// The cross-sections of the wall, for the numbers and positions (m) of the points of [`Tree::points`] without
+    /// growth. Those that are folded along the axis of a junction have their middle there: they make up one.
+    pub fn polygons(&self, points: &[Vec3], numbers: &[Vec<Vec<usize>>]) -> WallPolygons {
+        let grid = self.grid();
+        let (around, outer) = (grid.around(), grid.rings.len());
+        let polygon = |corners: Vec<usize>, middle_of: Vec<usize>, centre: Vec3| {
+            let mean: Vec3 = middle_of.iter().map(|&i| points[i]).sum();
+            Polygon {
+                off: centre - mean / middle_of.len() as f64,
+                corners,
+                middle_of,
+            }
+        };
+        let mut polygons = Vec::new();
+        let mut folded: Vec<(BTreeSet<usize>, Vec<usize>)> =
+            vec![Default::default(); self.junctions.len()];
+        for (stack, numbers) in self.stacks.iter().zip(numbers) {
+            let last = stack.sections.len() - 1;
+            for (j, section) in stack.sections.iter().enumerate() {
+                let rim = (0..around).map(|a| numbers[j][grid.ring_point(outer, a)]);
+                let rim: Vec<usize> = rim.collect();
+                let junction = match j {
+                    0 => stack.from,
+                    j if j == last => stack.to,
+                    _ => None,
+                };
+                match junction {
+                    None => polygons.push(polygon(rim.clone(), rim, section.centre)),
+                    Some(junction) => {
+                        let axis = stack.middles[j].axis;
+                        let ends = [axis, axis + around / 2].map(|a| rim[a % around]);
+                        let (corners, middle_of) = &mut folded[junction];
+                        corners.extend(rim);
+                        *middle_of = ends.to_vec();
+                    }
+                }
+            }
+        }
+        let junctions = folded.into_iter().zip(&self.junctions);
+        polygons.extend(junctions.map(|((corners, ends), junction)| {
+            polygon(corners.into_iter().collect(), ends, junction.centre)
+        }));
+        WallPolygons::new(polygons, around)
+    }
+
+    /// The cross-sections of a branch.
+    fn stack(&self, branch: &Branch) -> Result<Stack, TreeError> {
         let line = &branch.axis;
         let begin = branch.from.map_or(0.0, |(junction, daughter)| {
             line.foot(&self.junctions[junction].daughters[daughter].cut)
@@ -281,28 +420,50 @@ impl Tree {
             let first = &frames.first[i];
             sections.push(self.slicer.plane(line.at(*s), tangent, first, turned)?);
         }
+        let whole = Middle {
+            axis: 0,
+            share: 1.0,
+        };
+        let mut middles = vec![whole; sections.len()];
+        // Without a kink where the cross-sections become plane.
+        let share = |u: f64| u * u * (3.0 - 2.0 * u);
         if let Some((junction, daughter)) = branch.from {
             let folded = self.junctions[junction].section(Some(daughter));
             let (plane, radius) = (&sections[0], line.radius(begin));
-            let between = self
-                .slicer
-                .unfolding(folded, plane, &tangents[0], radius, false)?;
+            let (between, places) =
+                self.slicer
+                    .unfolding(folded, plane, &tangents[0], radius, false)?;
             sections.splice(0..0, between);
+            let held = places.iter().map(|u| Middle {
+                axis: 0,
+                share: share(*u),
+            });
+            middles.splice(0..0, held);
         }
         if let Some(junction) = branch.to {
             let mut folded = self.junctions[junction].section(None);
-            folded
-                .rim
-                .rotate_right(frames.quarters * self.slicer.grid.core);
+            let axis = frames.quarters * self.slicer.grid.core;
+            folded.rim.rotate_right(axis);
             let (plane, tangent) = (&sections[sections.len() - 1], &tangents[tangents.len() - 1]);
             let radius = line.radius(end);
-            let mut between = self
+            let (mut between, places) = self
                 .slicer
                 .unfolding(folded, plane, tangent, radius, true)?;
             between.reverse();
             sections.extend(between);
+            let held = places.iter().rev().map(|u| Middle {
+                axis,
+                share: share(*u),
+            });
+            middles.extend(held);
         }
-        Ok(sections)
+        Ok(Stack {
+            end: branch.to.is_none().then_some(branch.line),
+            from: branch.from.map(|(junction, _)| junction),
+            to: branch.to,
+            sections,
+            middles,
+        })
     }
 }
 

@@ -5,8 +5,9 @@
 //! is how the branches of a tree meet.
 
 use crate::Vec3;
-use crate::geometry::o_grid::{BULGE, CORNER, rings};
-use std::f64::consts::{FRAC_PI_4, TAU};
+use crate::geometry::o_grid::{BULGE, CORNER, growth_of_polygon, rings};
+use fsi_numerics::subdivided;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// A cross-section: its centre and points of the wall around it (m), from the middle of one side of the core on.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,31 +18,71 @@ pub struct CrossSection {
     pub rim: Vec<Vec3>,
 }
 
-/// Numbers of cells in a cross-section.
+/// What a cross-section is divided into: cells, or elements and their nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectionGrid {
-    /// Cells along a side of the core, an even number.
+    /// Intervals between points along a side of the core, an even number.
     pub core: usize,
+    /// Places of the points from the middle of a side (0) to its end (1).
+    half_side: Vec<f64>,
     /// Distance from the core (0) to the wall (1) of the rings' points.
     pub rings: Vec<f64>,
+    /// Where the nodes of an element lie in [-1, 1]; those of a cell are its ends.
+    nodes: Vec<f64>,
+    /// The number of elements along a branch is a multiple of this.
+    group: usize,
 }
 
 impl SectionGrid {
-    /// Rings grow thinner towards the wall: the innermost is `grading` times as thick as that at the wall.
-    pub fn new(core: usize, radial: usize, grading: f64) -> Self {
+    /// Cells. Rings grow thinner towards the wall: the innermost is `grading` times as thick as that at the wall.
+    /// Along a branch lie a multiple of half as many as along a side of the core, so that the wall's faces can be
+    /// grouped into elements, eight of them around.
+    pub fn of_cells(core: usize, radial: usize, grading: f64) -> Self {
+        Self {
+            group: core / 2,
+            ..Self::of_elements(core, radial, grading, &[-1.0, 1.0])
+        }
+    }
+
+    /// Elements whose nodes lie at `nodes` in [-1, 1].
+    pub fn of_elements(core: usize, radial: usize, grading: f64, nodes: &[f64]) -> Self {
         assert!(
             core.is_multiple_of(2) && core > 0 && radial > 0,
             "an even core, one ring"
         );
-        let rings = rings(radial, grading);
-        Self { core, rings }
+        let mut points = Vec::new();
+        let mut from = 0.0;
+        for to in rings(radial, grading) {
+            let within = subdivided(1, nodes).into_iter().skip(1);
+            points.extend(within.map(|t| if t == 1.0 { to } else { from + (to - from) * t }));
+            from = to;
+        }
+        Self {
+            core: core * (nodes.len() - 1),
+            half_side: subdivided(core / 2, nodes),
+            rings: points,
+            nodes: nodes.to_vec(),
+            group: 1,
+        }
     }
 
-    /// How many cells to take for what is so many cells long: a multiple of half the core's, so that the wall's faces
-    /// can be grouped into elements, eight of them around.
-    pub fn pieces(&self, cells: f64) -> usize {
-        let group = self.core / 2;
-        group * (cells / group as f64).round().max(1.0) as usize
+    /// Intervals between points along each direction of an element: its degree.
+    pub fn degree(&self) -> usize {
+        self.nodes.len() - 1
+    }
+
+    /// Places from 0 to 1 of the points along what is so many elements long.
+    pub fn divided(&self, elements: f64) -> Vec<f64> {
+        let pieces = self.group * (elements / self.group as f64).round().max(1.0) as usize;
+        subdivided(pieces, &self.nodes)
+    }
+
+    /// Angle (rad) of point `a` around.
+    pub fn angle(&self, a: usize) -> f64 {
+        let half = self.core / 2;
+        let (eighth, i) = (a / half, a % half);
+        // Points lie symmetrically within a half.
+        (eighth as f64 + self.half_side[i]) * FRAC_PI_4
     }
 
     /// Points around.
@@ -54,7 +95,8 @@ impl SectionGrid {
         (self.core + 1).pow(2) + self.around() * self.rings.len()
     }
 
-    fn core_point(&self, i: usize, j: usize) -> usize {
+    /// Point of the core, counted from its corner at -135° along its sides.
+    pub fn core_point(&self, i: usize, j: usize) -> usize {
         j * (self.core + 1) + i
     }
 
@@ -90,17 +132,18 @@ impl SectionGrid {
         core.chain(rings).collect()
     }
 
-    /// Positions (m) of all points of a cross-section; the corners of its rim are moved outward, so that the polygon
-    /// encloses what the round wall does.
-    pub fn positions(&self, section: &CrossSection) -> Vec<Vec3> {
-        let (n, half) = (self.core, self.core / 2);
-        let angle = TAU / self.around() as f64;
-        let growth = (angle / angle.sin()).sqrt();
+    /// See [`growth_of_polygon`].
+    pub fn growth_of_polygon(&self) -> f64 {
+        growth_of_polygon(self.around())
+    }
+
+    /// Positions (m) of all points of a cross-section whose rim's distances from the centre are multiplied by `growth`.
+    pub fn positions(&self, section: &CrossSection, growth: f64) -> Vec<Vec3> {
         let centre = section.centre;
         let arms = section.rim.iter().map(|x| (x - centre) * growth);
         let mut at = vec![centre; self.points()];
         for (a, arm) in arms.enumerate() {
-            let from_middle = FRAC_PI_4 * (2.0 * ((a + half) % n) as f64 / n as f64 - 1.0);
+            let from_middle = self.angle(a) - FRAC_PI_2 * (self.angle(a) / FRAC_PI_2).round();
             let straight = FRAC_PI_4.cos() / from_middle.cos();
             let core = CORNER * ((1.0 - BULGE) * straight + BULGE);
             for ring in 0..=self.rings.len() {
@@ -130,13 +173,13 @@ impl SectionGrid {
         };
         let centre = at[point(0, 0)];
         for k in 1..h {
-            let t = k as f64 / h as f64;
+            let t = self.half_side[k];
             at[point(k, 0)] = centre + (at[point(h, 0)] - centre) * t;
             at[point(0, k)] = centre + (at[point(0, h)] - centre) * t;
         }
         for j in 1..h {
             for i in 1..h {
-                let [s, t] = [i, j].map(|k| k as f64 / h as f64);
+                let [s, t] = [i, j].map(|k| self.half_side[k]);
                 let p = |i: usize, j: usize| at[point(i, j)];
                 let sides = p(i, 0) * (1.0 - t) + p(i, h) * t + p(0, j) * (1.0 - s) + p(h, j) * s;
                 let corners = (p(0, 0) * (1.0 - t) + p(0, h) * t) * (1.0 - s)
@@ -150,9 +193,14 @@ impl SectionGrid {
 /// The smallest scaled Jacobian of the hexahedra between consecutive cross-sections.
 pub fn worst_between(grid: &SectionGrid, sections: &[CrossSection]) -> f64 {
     let quads = grid.quads();
+    let growth = if grid.degree() == 1 {
+        grid.growth_of_polygon()
+    } else {
+        1.0
+    };
     let points: Vec<Vec<Vec3>> = sections
         .iter()
-        .map(|section| grid.positions(section))
+        .map(|section| grid.positions(section, growth))
         .collect();
     let pairs = points.windows(2);
     let hexes = pairs.flat_map(|pair| {

@@ -36,8 +36,12 @@ fn mesh(lumen: Lumen, core: usize) -> Result<PolyMesh, TreeError> {
     let names: Vec<String> = (0..=lumen.lines.len())
         .map(|i| format!("opening{i}"))
         .collect();
-    Tree::new(lumen, SectionGrid::new(core, core, 3.0), 2.4 / core as f64)?
-        .mesh(&names, &walls(&names))
+    let tree = Tree::new(
+        lumen,
+        SectionGrid::of_cells(core, core, 3.0),
+        2.4 / core as f64,
+    )?;
+    tree.mesh(&names, &walls(&names), tree.grid().growth_of_polygon())
 }
 
 /// The smallest scaled Jacobian of a mesh of a tree, by its cells' points as they are handed out.
@@ -45,15 +49,13 @@ fn worst(lumen: Lumen) -> f64 {
     let names: Vec<String> = (0..=lumen.lines.len())
         .map(|i| format!("opening{i}"))
         .collect();
-    let tree = Tree::new(lumen, SectionGrid::new(6, 4, 3.0), 0.4).unwrap_or_else(|e| panic!("{e}"));
-    tree.mesh(&names, &walls(&names))
+    let tree =
+        Tree::new(lumen, SectionGrid::of_cells(6, 4, 3.0), 0.4).unwrap_or_else(|e| panic!("{e}"));
+    tree.mesh(&names, &walls(&names), tree.grid().growth_of_polygon())
         .unwrap_or_else(|e| panic!("{e}"));
-    let sections = tree
-        .branches
-        .iter()
-        .map(|branch| tree.sections(branch).unwrap());
-    sections
-        .map(|sections| section::worst_between(&tree.slicer.grid, &sections))
+    let stacks = tree.stacks().iter();
+    stacks
+        .map(|stack| section::worst_between(tree.grid(), &stack.sections))
         .fold(f64::INFINITY, f64::min)
 }
 
@@ -76,7 +78,7 @@ fn hexahedra_of_junctions_are_well_shaped() {
     }
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     assert!(all[0].0 > 0.29, "{:?}", &all[..3]);
-    assert!(all[1].0 > 0.33, "{:?}", &all[..5]);
+    assert!(all[3].0 > 0.38, "{:?}", &all[..5]);
     assert!(all[all.len() / 2].0 > 0.47, "{:?}", all[all.len() / 2]);
 }
 
@@ -190,7 +192,7 @@ fn a_tree_of_three_generations_has_a_mesh() {
     let lumen = Lumen {
         lines: lines.collect(),
     };
-    let tree = Tree::new(lumen.clone(), SectionGrid::new(4, 3, 2.0), 0.6).unwrap();
+    let tree = Tree::new(lumen.clone(), SectionGrid::of_cells(4, 3, 2.0), 0.6).unwrap();
     assert_eq!((tree.junctions.len(), tree.branches.len()), (7, 15));
     assert!(worst(lumen) > 0.4);
 }

@@ -1,7 +1,7 @@
 //! The figures that a run ends in, for tables over many runs.
 
 use super::page::significant;
-use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
+use crate::analysis::{ARTERY, BYPASS, MID_ARTERY};
 use crate::hemodynamics::periodicity::PeriodDifference;
 use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
 use crate::output::record::RunSummary;
@@ -108,7 +108,7 @@ fn vessel(run: &Results, value: fn(&VesselSummary) -> f64) -> Option<f64> {
     run.hemodynamics.vessel.as_ref().map(value)
 }
 
-fn region(run: &Results, name: RegionName, value: fn(&RegionSummary) -> f64) -> Option<f64> {
+fn region(run: &Results, name: &str, value: fn(&RegionSummary) -> f64) -> Option<f64> {
     run.hemodynamics.region(name).map(value)
 }
 
@@ -146,46 +146,46 @@ pub const RESULTS: [KeyFigure; 15] = [
         vessel(run, |v| v.p_out_Pa.max / MMHG)
     }),
     KeyFigure::new("artery volume / ml", 4, |run| {
-        region(run, Artery, |r| 1e6 * r.mean_volume())
+        region(run, ARTERY, |r| 1e6 * r.mean_volume())
     }),
     KeyFigure::new("artery mean WSS / Pa", 3, |run| {
-        region(run, Artery, |r| r.mean_wall_shear_Pa.mean)
+        region(run, ARTERY, |r| r.mean_wall_shear_Pa.mean)
     }),
     KeyFigure::new("mid-artery mean TAWSS / Pa", 3, |run| {
-        region(run, MidArtery, |r| r.TAWSS_Pa.mean)
+        region(run, MID_ARTERY, |r| r.TAWSS_Pa.mean)
     }),
     KeyFigure::new("mid-artery largest WSS / Pa", 3, |run| {
-        region(run, MidArtery, |r| r.max_wall_shear_Pa.max)
+        region(run, MID_ARTERY, |r| r.max_wall_shear_Pa.max)
     }),
     KeyFigure::new("largest WSS at x / mm", 3, |run| {
-        region(run, MidArtery, |r| 1e3 * r.max_wall_shear_Pa.at.x_m)
+        region(run, MID_ARTERY, |r| 1e3 * r.max_wall_shear_Pa.at.x_m)
     })
     .place(),
     KeyFigure::new("bypass mean TAWSS / Pa", 3, |run| {
-        region(run, Bypass, |r| r.TAWSS_Pa.mean)
+        region(run, BYPASS, |r| r.TAWSS_Pa.mean)
     }),
     KeyFigure::new("bypass largest OSI", 3, |run| {
-        region(run, Bypass, |r| r.OSI.max)
+        region(run, BYPASS, |r| r.OSI.max)
     })
     .absolute(),
     KeyFigure::new("artery largest OSI", 3, |run| {
-        region(run, Artery, |r| r.OSI.max)
+        region(run, ARTERY, |r| r.OSI.max)
     })
     .absolute(),
     KeyFigure::new("mid-artery largest OSI", 2, |run| {
-        region(run, MidArtery, |r| r.OSI.max)
+        region(run, MID_ARTERY, |r| r.OSI.max)
     })
     .absolute(),
     KeyFigure::new("largest OSI at x / mm", 3, |run| {
-        region(run, MidArtery, |r| 1e3 * r.OSI.max_at.x_m)
+        region(run, MID_ARTERY, |r| 1e3 * r.OSI.max_at.x_m)
     })
     .place(),
     KeyFigure::new("mid-artery mean OSI", 2, |run| {
-        region(run, MidArtery, |r| r.OSI.mean)
+        region(run, MID_ARTERY, |r| r.OSI.mean)
     })
     .absolute(),
     KeyFigure::new("mid-artery largest von Mises / kPa", 4, |run| {
-        region(run, MidArtery, |r| 1e-3 * r.max_von_mises_Pa.max)
+        region(run, MID_ARTERY, |r| 1e-3 * r.max_von_mises_Pa.max)
     }),
     KeyFigure::new("largest displacement / mm", 4, |run| {
         vessel(run, |v| 1e3 * v.max_displacement_m.max)

@@ -3,7 +3,7 @@
 use super::page::figure;
 use crate::analysis;
 use crate::geometry::Vessel;
-use crate::hemodynamics::{Place, RegionExtent, RegionName, Rings};
+use crate::hemodynamics::{Place, RegionExtent, Rings, WetSurface};
 use crate::output::figure::colour::Palette;
 use crate::output::figure::map::{Map, Up};
 use crate::output::results::Results;
@@ -110,12 +110,7 @@ pub fn whole(run: &Results) -> [f64; 2] {
 
 /// The middle part of the artery, or the whole vessel if there is none.
 pub fn middle(run: &Results) -> [f64; 2] {
-    let regions = analysis::regions(&run.case);
-    let found = regions.iter().find(|r| r.name == RegionName::MidArtery);
-    match found.map(|region| &region.extent) {
-        Some(RegionExtent::Along { from_m, to_m }) => [*from_m, *to_m],
-        _ => whole(run),
-    }
+    analysis::middle_of_artery(&run.case).unwrap_or_else(|| whole(run))
 }
 
 /// The values of a field on the faces as a table.
@@ -158,6 +153,72 @@ pub fn of_run(run: &Results, name: &str) -> Vec<String> {
         }
     }
     figures
+}
+
+/// Time-averaged shear and its oscillation on each branch of a tree, whose faces are on patches: x counts along the
+/// branch from the junction, or from the opening where the blood enters.
+pub fn of_branches(run: &Results, wall: &WetSurface) -> Vec<String> {
+    let mut figures = Vec::new();
+    let places = wall.places();
+    for region in analysis::regions(&run.case) {
+        let RegionExtent::Patch { patch } = &region.extent else {
+            continue;
+        };
+        let own = (0..places.len()).filter(|face| wall.is_of_patch(*face, patch));
+        let own: Vec<usize> = own.collect();
+        let xs = own.iter().map(|&face| places[face].x_m);
+        let ends = xs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        });
+        if ends[1] <= ends[0] {
+            continue;
+        }
+        for field in [TAWSS, OSI] {
+            let value = |face: usize| (field.value)(&run.faces[face]);
+            let largest = own.iter().map(|&face| value(face)).fold(0.0, f64::max);
+            let at = |x: f64, phi: f64| nearest(run, &places, &own, x, phi).map_or(f64::NAN, value);
+            let svg = Map {
+                title: region.name.to_string(),
+                label: field.label.into(),
+                field: &at,
+                x: ends,
+                up: Up::Angle,
+                range: [0.0, largest],
+                palette: Palette::sequential(),
+                marks: Vec::new(),
+            }
+            .to_svg();
+            let caption = format!(
+                "{} on the unrolled branch {}, along it from where it begins. The angle 0 is across the plane of its junction.",
+                field.label, region.name
+            );
+            let mut csv = format!("x_m,phi_deg,\"{}\"\n", field.label);
+            for &face in &own {
+                let Place { x_m, phi_deg, .. } = places[face];
+                let _ = writeln!(csv, "{x_m:.6},{phi_deg:.3},{:.6e}", value(face));
+            }
+            let file = format!("{}-{}", field.file, region.name);
+            figures.push(figure(&svg, &caption, Some((&file, csv))));
+        }
+    }
+    figures
+}
+
+/// The nearest of some faces to a place on an unrolled wall, if it is not farther than a face is wide.
+fn nearest(run: &Results, places: &[Place], own: &[usize], x: f64, phi: f64) -> Option<usize> {
+    let far = |face: usize| {
+        let FaceRow {
+            mean_radius_m,
+            area_m2,
+            ..
+        } = run.faces[face];
+        let around = (phi - places[face].phi_deg + 540.0).rem_euclid(360.0) - 180.0;
+        let across = around.to_radians() * mean_radius_m;
+        (x - places[face].x_m).hypot(across) / area_m2.sqrt()
+    };
+    let distances = own.iter().map(|&face| (face, far(face)));
+    let found = distances.min_by(|a, b| a.1.total_cmp(&b.1));
+    found.filter(|(_, far)| *far < 1.2).map(|(face, _)| face)
 }
 
 /// Maps of the radius (mm) at some times (s), with the same colours.

@@ -90,6 +90,16 @@ pub fn page(run: &Results) -> io::Result<String> {
             &gallery(&radii(run)?),
         );
     }
+    if run.case.tree().is_some()
+        && let Some(wall) = run.wall()?
+        && wall.faces.len() == run.faces.len()
+    {
+        page.section(
+            "maps",
+            "On the unrolled branches",
+            &gallery(&maps::of_branches(run, &wall)),
+        );
+    }
     if let Some(flow) = LumenFlow::of(run)? {
         let cuts = super::flow_cut::cuts(run, &flow);
         page.section("cuts", "Blood in a longitudinal cut", &gallery(&cuts));
@@ -328,17 +338,17 @@ fn wall(run: &Results) -> Vec<String> {
             .filter(|(_, value)| value.is_finite())
             .collect::<Vec<_>>()
     };
-    let colour = |(number, region): (usize, &Region)| match region.name {
-        RegionName::Bypass => 3,
-        RegionName::Artery => 2,
-        RegionName::MidArtery => 1,
-        RegionName::Section(_) => 1 + number % 6,
+    // The paper's three from the last one on; others from the first.
+    let named = [analysis::MID_ARTERY, analysis::ARTERY, analysis::BYPASS];
+    let colour = |(number, region): (usize, &Region)| {
+        let known = named.iter().position(|name| *name == region.name.as_str());
+        1 + known.unwrap_or(number % 6)
     };
     let regions = analysis::regions(&run.case);
     let by_region = |value: fn(&crate::hemodynamics::RegionStep) -> f64| {
         // Dashed, since the middle is a part of the artery and often has the artery's own value.
         let some = regions.iter().enumerate().map(|(number, found)| Curve {
-            open: found.name == RegionName::MidArtery,
+            open: found.name.as_str() == analysis::MID_ARTERY,
             ..line(
                 &found.name.to_string(),
                 colour((number, found)),

@@ -62,7 +62,7 @@ fn measures(runs: &[&Results]) -> Vec<SweepMeasure> {
     let of_region = regions.iter().flat_map(|&region| {
         OF_REGION.iter().map(move |&(name, value)| SweepMeasure {
             name: format!("{region}: {name}"),
-            value: Box::new(move |run| run.hemodynamics.region(region).map(value)),
+            value: Box::new(move |run| run.hemodynamics.region(region.as_str()).map(value)),
         })
     });
     let is_there = |measure: &SweepMeasure| runs.iter().any(|run| measure.of(run).is_some());

@@ -1,8 +1,8 @@
 //! One function a finding: what the study found, and whether the paper found the same.
 
 use super::{ALIKE, EXPONENTIAL, LINEAR, RESOLVED, Verdict};
+use crate::analysis::{ARTERY, MID_ARTERY};
 use crate::case::Extension;
-use crate::hemodynamics::RegionName::{self, Artery, MidArtery};
 use crate::hemodynamics::periodicity::PeriodDifference;
 use crate::hemodynamics::summary::RegionSummary;
 use crate::output::report::maps;
@@ -19,7 +19,7 @@ pub type Judged = Option<(String, Verdict)>;
 pub fn series(
     study: &PaperStudy,
     extension: Extension,
-    region: RegionName,
+    region: &str,
     value: impl Fn(&RegionSummary) -> f64,
 ) -> Vec<(f64, f64)> {
     let models = study.of(extension).into_iter();
@@ -229,7 +229,7 @@ pub fn linear(
     what: &str,
 ) -> Judged {
     let extension = shown(study)?;
-    let points = series(study, extension, Artery, value);
+    let points = series(study, extension, ARTERY, value);
     if points.len() < 3 {
         return None;
     }
@@ -250,7 +250,7 @@ pub fn linear(
 /// The largest displacement over `d_max`.
 pub fn monotonic(study: &PaperStudy) -> Judged {
     let extension = shown(study)?;
-    let points = series(study, extension, Artery, |r| 1e3 * r.max_displacement_m.max);
+    let points = series(study, extension, ARTERY, |r| 1e3 * r.max_displacement_m.max);
     if points.len() < 3 {
         return None;
     }
@@ -272,7 +272,7 @@ pub fn lowest_shear(study: &PaperStudy) -> Judged {
     for extension in EXTENSIONS {
         let text =
             |points: &[(f64, f64)]| format!("{} (Pa): {}", letter(extension), list(points, 3));
-        let points = series(study, extension, MidArtery, |r| r.max_wall_shear_Pa.max);
+        let points = series(study, extension, MID_ARTERY, |r| r.max_wall_shear_Pa.max);
         if points.len() < 3 {
             continue;
         }
@@ -280,7 +280,7 @@ pub fn lowest_shear(study: &PaperStudy) -> Judged {
         agree &= lowest.0 == points[points.len() - 1].0;
         resolved &= spread(&points) >= RESOLVED;
         texts.push(text(&points));
-        anywhere.push(text(&series(study, extension, Artery, |r| {
+        anywhere.push(text(&series(study, extension, ARTERY, |r| {
             r.max_wall_shear_Pa.max
         })));
     }
@@ -301,7 +301,7 @@ pub fn lowest_shear(study: &PaperStudy) -> Judged {
 /// The largest von Mises stress over `d_max`.
 pub fn stress(study: &PaperStudy) -> Judged {
     let extension = shown(study)?;
-    let points = series(study, extension, MidArtery, |r| {
+    let points = series(study, extension, MID_ARTERY, |r| {
         1e-3 * r.max_von_mises_Pa.max
     });
     if points.len() < 3 {
@@ -332,7 +332,7 @@ pub fn stress_at_rest(study: &PaperStudy) -> Judged {
         let rows = run
             .regions
             .iter()
-            .filter(|r| r.region == MidArtery && is_at_rest(r.time_s, period));
+            .filter(|r| r.region.as_str() == MID_ARTERY && is_at_rest(r.time_s, period));
         let stresses: Vec<f64> = rows.map(|row| 1e-3 * row.max_von_mises_Pa).collect();
         let mean = stresses.iter().sum::<f64>() / stresses.len() as f64;
         (!stresses.is_empty()).then_some((1e3 * vessel(run).model.d_max, mean))
@@ -376,12 +376,7 @@ pub fn alike(study: &PaperStudy) -> Judged {
 }
 
 /// Whether the largest index of each model lies within limits.
-pub fn osi_range(
-    study: &PaperStudy,
-    region: RegionName,
-    [low, high]: [f64; 2],
-    curved: bool,
-) -> Judged {
+pub fn osi_range(study: &PaperStudy, region: &str, [low, high]: [f64; 2], curved: bool) -> Judged {
     let mut values = Vec::new();
     for extension in EXTENSIONS {
         if curved && extension == Extension::Straight {
@@ -420,7 +415,7 @@ pub fn osi_order(study: &PaperStudy) -> Judged {
     let mut texts = Vec::new();
     let (mut agrees, mut resolved) = (true, true);
     for extension in EXTENSIONS {
-        let points = series(study, extension, MidArtery, |r| r.OSI.max);
+        let points = series(study, extension, MID_ARTERY, |r| r.OSI.max);
         // "0 and 0.25 mm" can be told only where these are there.
         let begins = points.len() >= 3 && points[0].0 == 0.0 && (points[1].0 - 0.25).abs() < 1e-9;
         if !begins {

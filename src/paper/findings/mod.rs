@@ -3,7 +3,7 @@
 mod judge;
 
 use super::study::PaperStudy;
-use crate::hemodynamics::RegionName::{Bypass, MidArtery};
+use crate::analysis::{BYPASS, MID_ARTERY};
 use crate::output::report::PageTable;
 use crate::output::report::page::{escape, table};
 use judge::Judged;
@@ -135,9 +135,9 @@ pub fn all(study: &PaperStudy) -> Vec<PaperFinding> {
             "While the load is nearly constant at the end of the first period (0.5 s ≤ t ≤ 1 s), the smooth model has the largest von Mises stress (fig. 16)."),
         ("alike", judge::alike(study),
             "Where the lumen is locally wide, the OSI is raised: maps of radius and OSI look alike (fig. 17)."),
-        ("osi", judge::osi_range(study, Bypass, [0.2, 0.4], true),
+        ("osi", judge::osi_range(study, BYPASS, [0.2, 0.4], true),
             "The largest OSI in the bypass lies between 0.2 and 0.4 downstream of curved extensions (fig. 18)."),
-        ("osi", judge::osi_range(study, MidArtery, [0.005, 0.025], false),
+        ("osi", judge::osi_range(study, MID_ARTERY, [0.005, 0.025], false),
             "The largest OSI in the artery, here its middle, lies between 0.005 and 0.025 (fig. 18)."),
         ("osi", judge::osi_order(study),
             "The largest OSI in the artery, here its middle, grows with d_max, whatever the extension; 0 and 0.25 mm are nearly alike (fig. 18)."),

@@ -1,8 +1,8 @@
 //! The figures of a study.
 
 use super::{PaperStudy, SectionDifference, influence};
+use crate::analysis::{ARTERY, BYPASS, MID_ARTERY};
 use crate::case::Extension;
-use crate::hemodynamics::RegionName::{self, Artery, Bypass, MidArtery};
 use crate::hemodynamics::summary::RegionSummary;
 use crate::output::figure::{Curve, Marker};
 use crate::output::report::maps::{self, OSI, RADIUS, TAWSS};
@@ -18,7 +18,7 @@ use std::io;
 /// A curve with points over d_max for each extension.
 fn over_d_max(
     study: &PaperStudy,
-    region: RegionName,
+    region: &str,
     value: impl Fn(&RegionSummary) -> f64,
 ) -> Vec<Curve> {
     let looks = [
@@ -55,21 +55,21 @@ pub fn influence_of_d_max(study: &PaperStudy) -> Vec<String> {
             "lumen volume, artery",
             "volume / ml",
             "Mean over the window of the lumen volume of the artery.",
-            over_d_max(study, Artery, |r| 1e6 * r.mean_volume()),
+            over_d_max(study, ARTERY, |r| 1e6 * r.mean_volume()),
         ),
         d_max_chart(
             "artery-displacement",
             "largest displacement, artery",
             "displacement / mm",
             "Largest displacement of the wet surface in the window.",
-            over_d_max(study, Artery, |r| 1e3 * r.max_displacement_m.max),
+            over_d_max(study, ARTERY, |r| 1e3 * r.max_displacement_m.max),
         ),
         d_max_chart(
             "artery-mean-wall-shear",
             "mean wall shear stress, artery",
             "stress / Pa",
             "Mean of the wall shear stress over area and window.",
-            over_d_max(study, Artery, |r| r.mean_wall_shear_Pa.mean),
+            over_d_max(study, ARTERY, |r| r.mean_wall_shear_Pa.mean),
         ),
     ]
 }
@@ -83,29 +83,29 @@ pub fn largest(study: &PaperStudy) -> Vec<String> {
             "largest wall shear stress, mid-artery",
             "stress / Pa",
             "Largest value in time and space, middle of the artery.",
-            over_d_max(study, MidArtery, |r| r.max_wall_shear_Pa.max),
+            over_d_max(study, MID_ARTERY, |r| r.max_wall_shear_Pa.max),
         ),
         d_max_chart(
             "mid-artery-largest-wall-shear-x",
             "where along the artery",
             "x / mm",
             "Position of the largest wall shear stress.",
-            over_d_max(study, MidArtery, |r| 1e3 * at(r).x_m),
+            over_d_max(study, MID_ARTERY, |r| 1e3 * at(r).x_m),
         ),
         d_max_chart(
             "mid-artery-largest-wall-shear-phi",
             "where around the artery",
             "φ / °",
             "Position of the largest wall shear stress.",
-            over_d_max(study, MidArtery, |r| at(r).phi_deg),
+            over_d_max(study, MID_ARTERY, |r| at(r).phi_deg),
         ),
     ];
     let row = |run: &Results| {
-        let peak = run.hemodynamics.region(MidArtery)?.max_wall_shear_Pa;
+        let peak = run.hemodynamics.region(MID_ARTERY)?.max_wall_shear_Pa;
         let cells = [
             significant(peak.max, 4),
             format!("{:.3}", peak.time_s),
-            run.hemodynamics.region(MidArtery)?.told(peak.at),
+            run.hemodynamics.region(MID_ARTERY)?.told(peak.at),
         ];
         Some(std::iter::once(escape(&run.name())).chain(cells).collect())
     };
@@ -119,7 +119,10 @@ pub fn stress(study: &PaperStudy) -> io::Result<Vec<String>> {
     let mut figures = Vec::new();
     for extension in EXTENSIONS {
         let curve = |(i, run): (usize, &&Results)| {
-            let rows = run.regions.iter().filter(|row| row.region == MidArtery);
+            let rows = run
+                .regions
+                .iter()
+                .filter(|row| row.region.as_str() == MID_ARTERY);
             let points = rows
                 .map(|row| (row.time_s, 1e-3 * row.max_von_mises_Pa))
                 .collect();
@@ -146,7 +149,7 @@ pub fn stress(study: &PaperStudy) -> io::Result<Vec<String>> {
         "largest von Mises stress in the window",
         "stress / kPa",
         "Middle of the artery.",
-        over_d_max(study, MidArtery, |r| 1e-3 * r.max_von_mises_Pa.max),
+        over_d_max(study, MID_ARTERY, |r| 1e-3 * r.max_von_mises_Pa.max),
     ));
     for extension in [Extension::Helix, Extension::Straight, Extension::Arc] {
         if let [first, .., last] = study.of(extension).as_slice() {
@@ -188,9 +191,9 @@ pub fn alike(study: &PaperStudy) -> Vec<String> {
 pub fn osi(study: &PaperStudy) -> Vec<String> {
     let caption = "Largest oscillating shear index on a face.";
     [
-        ("bypass", Bypass),
-        ("artery", Artery),
-        ("mid-artery", MidArtery),
+        ("bypass", BYPASS),
+        ("artery", ARTERY),
+        ("mid-artery", MID_ARTERY),
     ]
     .into_iter()
     .map(|(name, region)| {

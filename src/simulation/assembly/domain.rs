@@ -2,8 +2,9 @@
 
 use super::own;
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};
+use crate::curve::SpaceCurve;
 use crate::geometry::supports as vessel_supports;
-use crate::geometry::{HexMesh, PolyMesh, Vessel, elastic_pieces};
+use crate::geometry::{HexMesh, PolyMesh, Vessel, WallPolygons, elastic_pieces};
 use crate::pfem::supports::{Profile, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
 use std::ops::Range;
@@ -12,6 +13,9 @@ use std::ops::Range;
 pub struct Domain {
     /// Mesh of the fluid.
     pub fluid: PolyMesh,
+    /// The same mesh with the corners of its wall on the surface itself where they lie outside and this is known
+    /// beforehand: in a tree.
+    pub round: Option<RoundLumen>,
     /// Patches of it that make up the wet surface.
     pub wet_patches: Vec<String>,
     /// The cells of the fluid whose volume counts because they are in the deformable part.
@@ -30,6 +34,16 @@ pub struct Domain {
     pub outer_pressure: Profile,
     /// The motion of the solid, where it is prescribed.
     pub motion: Option<PrescribedMotion>,
+}
+
+/// A lumen whose wall is round, while the faces of its mesh are plane.
+pub struct RoundLumen {
+    /// The mesh with the corners of its wall's faces on the surface.
+    pub surface: PolyMesh,
+    /// Which of them are those of a cross-section.
+    pub polygons: WallPolygons,
+    /// Centre-lines of its branches, each with the patch of its wall.
+    pub lines: Vec<(String, SpaceCurve)>,
 }
 
 /// Why there is no domain: a file that a case names cannot be used.
@@ -55,6 +69,12 @@ impl DomainError {
 pub(super) const WALL: &str = "wallFsi";
 
 impl Domain {
+    /// The mesh of the fluid with the corners of its wall on the surface itself, where that is known beforehand.
+    pub fn surface(&self) -> &PolyMesh {
+        let round = self.round.as_ref();
+        round.map_or(&self.fluid, |round| &round.surface)
+    }
+
     /// The domain of a checked case.
     ///
     /// # Errors
@@ -84,6 +104,7 @@ impl Domain {
             // Cells are numbered cross-section by cross-section.
             elastic_cells: elastic.start * per_slice..elastic.end * per_slice,
             fluid,
+            round: None,
             wet_patches: vec![WALL.into()],
             solid: vessel.solid_mesh(&keys.structure),
             materials: vessel.materials().to_vec(),
@@ -107,6 +128,7 @@ impl Domain {
         Self {
             elastic_cells: 0..fluid.cells(),
             fluid,
+            round: None,
             wet_patches: vec![WALL.into()],
             solid: flag.solid_mesh(),
             materials: vec![flag.solid.clone()],

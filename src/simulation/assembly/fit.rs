@@ -3,14 +3,16 @@
 use super::initial_state::{InitialState, initial_state};
 use super::{AssemblyError, Domain, own, preflight, transfer};
 use crate::Vec3;
-use crate::case::Case;
+use crate::case::{Case, Solver};
 use crate::coupling::common_refinement::CommonRefinement;
+use crate::fluid::Fluid;
+use crate::fluid::native::NativeFluid;
 use crate::pfem::Solid;
 
 /// Sizes of both meshes, and what lies between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// Cells of the fluid.
+    /// Cells of the fluid, or its elements.
     pub cells: usize,
     /// Two opposite corners (m) of a box around the fluid's mesh.
     pub bounds: [Vec3; 2],
@@ -35,7 +37,15 @@ impl Fit {
     /// If the structure is not well posed or the meshes lie apart.
     pub fn of(case: &Case, domain: &Domain) -> Result<Self, AssemblyError> {
         let InitialState { solid, .. } = initial_state(case, domain).map_err(|none| none.error)?;
-        let interface = preflight::interface(domain);
+        let (cells, interface) = match case.fluid.solver {
+            Solver::Native => {
+                let fluid = NativeFluid::new(case)?;
+                (fluid.elements(), fluid.interface().clone())
+            }
+            Solver::OpenFoam | Solver::External => {
+                (domain.fluid.cells(), preflight::interface(domain))
+            }
+        };
         let (_, common) = transfer(case, &interface, &solid)?;
         let places = solid.locate(&interface.points)?;
         let openings = case
@@ -46,7 +56,7 @@ impl Fit {
             (name, diameter)
         };
         Ok(Self {
-            cells: domain.fluid.cells(),
+            cells,
             bounds: domain.fluid.bounds(),
             openings: openings.into_iter().flatten().map(sized).collect(),
             faces: interface.faces.len(),

@@ -3,7 +3,7 @@
 use super::domain::WALL;
 use super::{Domain, structure};
 use crate::Vec3;
-use crate::case::{BloodVessel, Case, GivenShape, Problem};
+use crate::case::{BloodVessel, Case, GivenShape, InitialWall, Problem};
 use crate::fluid::polygonal_wall::RoundWall;
 use crate::geometry::supports;
 use crate::geometry::{HexMesh, PolyMesh, Vessel, WallPolygons};
@@ -59,24 +59,26 @@ pub struct UnloadedWall {
 /// If the structure is not well posed, or no unloaded shape is found.
 pub fn unloaded_wall(case: &Case, domain: &Domain) -> Result<UnloadedWall, SolidError> {
     let solid = structure(case, domain)?;
-    let Some(vessel) = case.vessel() else {
+    let Some(initial) = case.initial_wall() else {
         return Ok(UnloadedWall {
             solid,
             moved: None,
             found: None,
         });
     };
-    let shape = Vessel::new(vessel);
-    let line = shape.centre_line();
-    let moved = match supports::is_x_axis(line) {
-        true => along_axis(vessel, solid.body(), &domain.solid, on_x_axis),
-        false => along_axis(vessel, solid.body(), &domain.solid, |point| {
-            line.nearest(point).frame.origin - line.frame(0.0).origin
-        }),
-    };
+    let moved = case.vessel().and_then(|vessel| {
+        let shape = Vessel::new(vessel);
+        let line = shape.centre_line();
+        match supports::is_x_axis(line) {
+            true => along_axis(&initial, solid.body(), &domain.solid, on_x_axis),
+            false => along_axis(&initial, solid.body(), &domain.solid, |point| {
+                line.nearest(point).frame.origin - line.frame(0.0).origin
+            }),
+        }
+    });
     let known = known(case).map(|known| known.unloaded);
     let is_new = known.is_none();
-    let (solid, unloaded) = in_state(vessel, solid, moved.as_deref(), known)?;
+    let (solid, unloaded) = in_state(&initial, solid, moved.as_deref(), known)?;
     let found = unloaded.found.clone();
     if is_new {
         remember(Known {
@@ -126,16 +128,16 @@ fn remember(known: Known) {
 /// which they are moved. A cross-section whose centre lies at `centre` (m, from that of the inlet) moves as a whole, by
 /// the same share of that vector everywhere, so that an even stretch scales the centre-line and leaves its form.
 pub(super) fn along_axis(
-    vessel: &BloodVessel,
+    initial: &InitialWall,
     body: &Discretization,
     mesh: &HexMesh,
     centre: impl Fn(&Vec3) -> Vec3,
 ) -> Option<Vec<f64>> {
-    let stretch = vessel.axial_stretch();
+    let stretch = initial.stretch;
     if stretch == 1.0 {
         return None;
     }
-    let share = match vessel.given_shape() {
+    let share = match initial.shape {
         GivenShape::Unloaded => stretch - 1.0,
         GivenShape::Loaded => 1.0 - 1.0 / stretch,
     };
@@ -152,32 +154,32 @@ pub(super) fn on_x_axis(point: &Vec3) -> Vec3 {
     Vec3::new(point.x, 0.0, 0.0)
 }
 
-/// The wall of a vessel, which is given in the shape of the case, in its unloaded one, with its tissue at rest where it
+/// The wall of a case, which is given in the shape of that, in its unloaded one, with its tissue at rest where it
 /// is to be; and what led there, which may be `known`.
 ///
 /// # Errors
 /// If no unloaded shape is found, or no equilibrium for the tissue to be at rest in.
 pub(super) fn in_state(
-    vessel: &BloodVessel,
+    initial: &InitialWall,
     mut solid: Structure,
     moved: Option<&[f64]>,
     known: Option<Unloaded>,
 ) -> Result<(Structure, Unloaded), SolidError> {
     let mut unloaded = known.unwrap_or_default();
-    if vessel.given_shape() == GivenShape::Loaded {
+    if initial.shape == GivenShape::Loaded {
         let shape = match unloaded.found {
             Some(found) => found,
-            None => solid.unloaded_shape(vessel.image_pressure(), moved)?,
+            None => solid.unloaded_shape(initial.image_pressure, moved)?,
         };
         solid = solid.unloaded_by(shape.displacement.clone())?;
         unloaded.found = Some(shape);
     }
-    if vessel.tissue_rests_loaded() {
+    if initial.tissue_rests_loaded {
         let (pressure, displacement) = match (unloaded.tissue, &unloaded.found) {
             (Some(known), _) => known,
-            (None, Some(found)) => (vessel.image_pressure(), found.displacement.clone()),
+            (None, Some(found)) => (initial.image_pressure, found.displacement.clone()),
             (None, None) => {
-                let pressure = vessel.equilibrium_pressure();
+                let pressure = initial.pressure;
                 // Whether it is stable is asked once the tissue is there.
                 let options = StaticOptions {
                     at_bifurcation: AtBifurcation::Continue,
@@ -223,7 +225,7 @@ fn not_built(case: &Case, error: SolidError) -> NoInitialState {
 }
 
 /// What keeps an artery straight that would move sideways under a pressure (Pa) that is right.
-fn buckled(key: &str, pressure: f64, stretch: f64, error: &SolidError) -> NoInitialState {
+fn buckled(initial: &InitialWall, key: &str, pressure: f64, error: &SolidError) -> NoInitialState {
     let from_ramp = match key.ends_with(".initial_pressure_Pa") {
         true => "; before a ramp it is far above what the vessel will see",
         false => "",
@@ -232,19 +234,22 @@ fn buckled(key: &str, pressure: f64, stretch: f64, error: &SolidError) -> NoInit
         key: Some(key.into()),
         error: SolidError::Model(format!(
             "there is no state for time to begin in under {:.1} kPa ({key}{from_ramp}): {error}. If the pressure is right, what \
-             keeps arteries straight is missing or too weak: prestretch (initial.axial_stretch, here {stretch:?}) or tissue around \
-             them (surroundings.spring_Pa_m)",
-            1e-3 * pressure
+             keeps arteries straight is missing or too weak: {}",
+            1e-3 * pressure,
+            what_keeps_straight(initial)
         )),
     }
 }
 
-/// The keys that say the internal pressure at t = 0, and that in a given shape that is loaded.
-fn pressure_keys(vessel: &BloodVessel) -> [String; 2] {
-    let (_, beginning) = vessel.start_pressure();
-    match vessel.initial.as_ref().and_then(|initial| initial.pressure) {
-        Some(_) => [beginning, "initial.pressure_Pa".into()],
-        None => [beginning.clone(), beginning],
+fn what_keeps_straight(initial: &InitialWall) -> String {
+    match initial.key_of_shape {
+        "wall.initial.shape" => {
+            "thicker or stiffer layers, or springs on the outer surface (wall.support)".into()
+        }
+        _ => format!(
+            "prestretch (initial.axial_stretch, here {:?}) or tissue around them (surroundings.spring_Pa_m)",
+            initial.stretch
+        ),
     }
 }
 
@@ -258,26 +263,27 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
         solid,
         unloading: None,
     };
-    let Some(vessel) = case.vessel() else {
+    let Some(initial) = case.initial_wall() else {
         return structure(case, domain).map(at_rest).map_err(of_mesh);
     };
-    let (pressure, image) = (vessel.equilibrium_pressure(), vessel.image_pressure());
-    let stretch = vessel.axial_stretch();
+    let (pressure, image, stretch) = (initial.pressure, initial.image_pressure, initial.stretch);
     let is_pressed = pressure != 0.0 || image != 0.0 || domain.outer_pressure != Profile::default();
-    if stretch == 1.0 && !is_pressed && !vessel.tissue_rests_loaded() {
+    if stretch == 1.0 && !is_pressed && !initial.tissue_rests_loaded {
         return structure(case, domain).map(at_rest).map_err(of_mesh);
     }
-    let [key, key_of_image] = pressure_keys(vessel);
+    let InitialWall {
+        key, key_of_image, ..
+    } = &initial;
     let UnloadedWall {
         mut solid,
         moved,
         found,
     } = unloaded_wall(case, domain).map_err(|error| match error {
-        SolidError::NoEquilibrium(_) if vessel.given_shape() == GivenShape::Loaded => {
-            let key = Some("initial.shape".into());
+        SolidError::NoEquilibrium(_) if initial.shape == GivenShape::Loaded => {
+            let key = Some(initial.key_of_shape.into());
             NoInitialState { key, error }
         }
-        SolidError::NoEquilibrium(_) => buckled(&key, pressure, stretch, &error),
+        SolidError::NoEquilibrium(_) => buckled(&initial, key, pressure, &error),
         error => of_mesh(error),
     })?;
     if let Some(Known {
@@ -296,24 +302,24 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
     };
     let equilibrium = |solid: &Structure, key: &str, pressure| {
         let found = solid.equilibrium(pressure, moved.as_deref());
-        found.map_err(|error| buckled(key, pressure, stretch, &error))
+        found.map_err(|error| buckled(&initial, key, pressure, &error))
     };
     let Some(found) = found else {
-        let loaded = equilibrium(&solid, &key, pressure)?;
+        let loaded = equilibrium(&solid, key, pressure)?;
         begins(&loaded, None);
         solid.set_at_rest(loaded).map_err(of_mesh)?;
         return Ok(at_rest(solid));
     };
     // The way back decides: only a stable equilibrium is a state of a wall.
-    let loaded = equilibrium(&solid, &key_of_image, image)?;
+    let loaded = equilibrium(&solid, key_of_image, image)?;
     let mut reached = back_to_given(&mut solid, loaded, image).map_err(of_mesh)?;
     reached.iterations = found.iterations;
     if reached.distance_after_loading_m > LARGEST_DISTANCE {
-        return Err(elsewhere(reached.distance_after_loading_m));
+        return Err(elsewhere(&initial, reached.distance_after_loading_m));
     }
     let beginning = match pressure == image {
         true => found.displacement,
-        false => equilibrium(&solid, &key, pressure)?,
+        false => equilibrium(&solid, key, pressure)?,
     };
     let unloading = Some(reached);
     begins(&beginning, unloading);
@@ -342,13 +348,13 @@ fn back_to_given(
     })
 }
 
-fn elsewhere(distance: f64) -> NoInitialState {
+fn elsewhere(initial: &InitialWall, distance: f64) -> NoInitialState {
     NoInitialState {
-        key: Some("initial.shape".into()),
+        key: Some(initial.key_of_shape.into()),
         error: SolidError::Model(format!(
             "the unloaded shape that was found leads, loaded, to a shape {distance:.1e} m away from the given one: another \
-             equilibrium, since the wall is close to buckling; more prestretch (initial.axial_stretch) or tissue \
-             (surroundings.spring_Pa_m) keeps it straight"
+             equilibrium, since the wall is close to buckling. What keeps it straight: {}",
+            what_keeps_straight(initial)
         )),
     }
 }

@@ -10,7 +10,7 @@ mod surrogate;
 pub(crate) mod surroundings;
 mod wave_speeds;
 
-pub use domain::{Domain, DomainError};
+pub use domain::{Domain, DomainError, RoundLumen};
 pub use fit::Fit;
 pub use initial_state::{UnloadedWall, Unloading, unloaded_wall};
 pub use wave_speeds::{WaveSpeeds, wave_speeds};
@@ -29,6 +29,7 @@ use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::predictor::Predictor;
 use crate::coupling::transfer::{Transfer, TransferError};
 use crate::coupling::{self, Coupling, flatten};
+use crate::curve::SpaceCurve;
 use crate::fluid::conversation::session::Terms;
 use crate::fluid::external::{ExternalFluid, ExternalSettings, Starter};
 use crate::fluid::native::NativeFluid;
@@ -36,7 +37,7 @@ use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings, Ve
 use crate::fluid::openfoam::prepared::{MeshSource, Prepared};
 use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
-use crate::fluid::polygonal_wall::PolygonalWall;
+use crate::fluid::polygonal_wall::{PolygonalWall, RoundWall};
 use crate::fluid::{Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory};
 use crate::geometry::{MotionBlend, PolyMesh, WallPolygons};
 use crate::pfem::element::mapping::MappingKind;
@@ -77,9 +78,11 @@ pub struct CoupledModel {
     pub rigid_volume: f64,
     /// Where the unloaded shape of the wall comes from, if it is not the given one.
     pub unloading: Option<Unloading>,
-    /// Mesh of the fluid at rest, of a user-supplied OpenFOAM case: its patches and cells are what regions are
-    /// made of.
+    /// Mesh of the fluid at rest, of a user-supplied OpenFOAM case or a tree: its patches and cells are what regions
+    /// are made of.
     pub own_mesh: Option<PolyMesh>,
+    /// Centre-lines of the branches of a tree, each with the patch of its wall.
+    pub branch_lines: Vec<(String, SpaceCurve)>,
 }
 
 /// Why a case could not be made ready.
@@ -145,6 +148,8 @@ impl CoupledModel {
                     if let Some(vessel) = case.vessel() {
                         let (lumen, round) = fitted_lumen(vessel, &domain.fluid, &solid)?;
                         (domain.fluid, wall) = (lumen, Some(round));
+                    } else if let Some(round) = &domain.round {
+                        wall = Some(round_wall(&domain.fluid, round, &domain.wet_patches));
                     }
                     let volumes = domain.fluid.cell_volumes();
                     let mut fluid = openfoam(case, &domain, workplace, memory)?;
@@ -178,10 +183,23 @@ impl CoupledModel {
             rigid_volume,
             unloading,
             coupling: join(case, fluid, solid, unloading)?,
-            own_mesh: (case.own())
-                .filter(|_| case.fluid.solver == case::Solver::OpenFoam)
-                .map(|_| domain.fluid),
+            own_mesh: case.own().map(|_| domain.surface().clone()),
+            branch_lines: domain.round.map_or_else(Vec::new, |round| round.lines),
         })
+    }
+}
+
+/// How the wall of a mesh is related to the round one.
+fn round_wall(fluid: &PolyMesh, round: &RoundLumen, patches: &[String]) -> RoundWall {
+    let faces = patches.iter().flat_map(|patch| fluid.patch_faces(patch));
+    let mut numbers: Vec<usize> = faces.flatten().copied().collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let of = |mesh: &PolyMesh| numbers.iter().map(|&i| mesh.points[i]).collect();
+    RoundWall {
+        unloaded: of(&round.surface),
+        in_mesh: of(fluid),
+        polygons: (round.polygons).renumbered(|point| numbers.binary_search(&point).ok()),
     }
 }
 
@@ -206,8 +224,11 @@ fn transfer(
     interface: &FluidInterface,
     solid: &Structure,
 ) -> Result<(Transfer<Location>, Option<CommonRefinement>), TransferError> {
-    let of_others = case.own().is_some() || case.fluid.solver == case::Solver::External;
-    match of_others && case.has_elastic_wall() {
+    let solver = case.fluid.solver;
+    let of_others = case.own().is_some() || solver == case::Solver::External;
+    // The lining of a rigid wall is made of the faces of the cells, which the driver's own elements do not have.
+    let is_lined = !case.has_elastic_wall() && solver != case::Solver::Native;
+    match of_others && !is_lined {
         true => Transfer::conserving(interface, solid)
             .map(|(transfer, common)| (transfer, Some(common))),
         false => Transfer::new(interface, solid).map(|transfer| (transfer, None)),

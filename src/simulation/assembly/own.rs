@@ -1,13 +1,12 @@
 //! The domain of a user-supplied OpenFOAM case: its mesh as it is, and a wall on its patches.
 
-use super::domain::{Domain, DomainError};
+use super::domain::{Domain, DomainError, RoundLumen};
 use crate::Vec3;
 use crate::case::{
-    Case, Extrusion, FibreAxis, OwnCase, OwnWall, TreeKeys, WallFile, WallMode, WallMotion,
-    WallSupport,
+    Case, Extrusion, FibreAxis, OwnCase, OwnWall, WallFile, WallMode, WallMotion, WallSupport,
 };
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
-use crate::geometry::tree::{CentreLine, Lumen, SectionGrid, Tree, TreeError};
+use crate::geometry::tree::Tree;
 use crate::geometry::{self, Growth, HexMesh, Patch, PolyMesh, RIGID_MATERIAL, WET, WetQuads};
 use crate::pfem::supports::{Direction, Foundation, Profile, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
@@ -115,42 +114,36 @@ fn plane_normal(mesh: &PolyMesh, patch: &Patch) -> Option<Vec3> {
     normals.all(|n| n.dot(&first) > 1.0 - 1e-9).then_some(first)
 }
 
-/// The lumen of a tree.
-fn tree_mesh(keys: &TreeKeys) -> Result<PolyMesh, TreeError> {
-    let lines = keys.line.iter().flatten().map(|line| {
-        let points: Vec<Vec3> = line.points.iter().map(|x| Vec3::from(*x)).collect();
-        CentreLine::new(&points, &line.radii)
-    });
-    let lumen = Lumen {
-        lines: lines.collect(),
-    };
-    let grid = SectionGrid::new(
-        keys.core.unwrap_or(6),
-        keys.radial.unwrap_or(5),
-        keys.wall_grading.unwrap_or(3.0),
-    );
-    let tree = Tree::new(lumen, grid, keys.length.unwrap_or(0.4))?;
-    tree.mesh(&keys.names(), &keys.walls())
-}
-
 /// Reads the mesh and puts the wall on it.
 ///
 /// # Errors
 /// What is wrong with the mesh, the patches or the wall.
 pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
     let wrong = |key| move |reason: String| DomainError { key, reason };
-    let fluid = match &own.tree {
-        Some(tree) => tree_mesh(tree).map_err(|e| DomainError::new("tree.lines", e))?,
-        None => files(case, own)
-            .mesh()
-            .map_err(|e| DomainError::new("fluid.case", e))?,
+    let (fluid, round) = match &own.tree {
+        Some(tree) => {
+            let meshes = Tree::meshes(tree).map_err(|e| DomainError::new("tree.lines", e))?;
+            let round = RoundLumen {
+                surface: meshes.surface,
+                polygons: meshes.polygons,
+                lines: meshes.lines,
+            };
+            (meshes.outside, Some(round))
+        }
+        None => {
+            let fluid = files(case, own).mesh();
+            (fluid.map_err(|e| DomainError::new("fluid.case", e))?, None)
+        }
     };
     let wall = &own.wall;
     if wall.mode() != WallMode::Elastic {
         return rigid_domain(own, fluid);
     }
     let (solid, wet_surface) = match (&wall.extrude, &wall.file) {
-        (Some(extrusion), _) => (extruded(case, own, extrusion, &fluid)?, "inner"),
+        (Some(extrusion), _) => {
+            let surface = round.as_ref().map_or(&fluid, |round| &round.surface);
+            (extruded(case, own, extrusion, surface)?, "inner")
+        }
         (None, Some(file)) => (from_file(wall, file)?, WET),
         (None, None) => unreachable!("the check of the case asks for a wall"),
     };
@@ -158,6 +151,7 @@ pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> 
     Ok(Domain {
         elastic_cells: 0..fluid.cells(),
         fluid,
+        round,
         solid,
         wet_patches: own.fluid.patches.clone(),
         materials: (wall.materials().iter())
@@ -182,6 +176,7 @@ fn rigid_domain(own: &OwnCase, fluid: PolyMesh) -> Result<Domain, DomainError> {
     Ok(Domain {
         elastic_cells: 0..fluid.cells(),
         fluid,
+        round: None,
         wet_patches: own.fluid.patches.clone(),
         materials: vec![RIGID_MATERIAL],
         // Points of the fluid's patches are vertices of it: they move exactly as it does.

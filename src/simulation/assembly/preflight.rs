@@ -108,6 +108,9 @@ fn template_mistakes(case: &ResolvedCase, domain: &Domain) -> Vec<TemplateError>
     if case.tree().is_some() {
         found.extend(templates::check_openings(folder));
         found.extend(templates::check_walls(folder));
+        if case.initial_wall().is_some() {
+            found.extend(templates::check_equilibrium_start(folder));
+        }
     }
     if let Some(vessel) = case.vessel() {
         if vessel.opening.is_some() {
@@ -269,9 +272,9 @@ fn coarse(case: &Case) -> Cow<'_, Case> {
     coarse
 }
 
-/// The wall as OpenFOAM will see it.
+/// The wall as everybody but OpenFOAM sees it.
 pub(super) fn interface(domain: &Domain) -> FluidInterface {
-    let mesh = &domain.fluid;
+    let mesh = domain.surface();
     let wet = &domain.wet_patches;
     let wall = mesh
         .patches

@@ -27,12 +27,10 @@ pub fn needs_openfoam(solver: Solver) -> bool {
 
 /// What the blood of a case is computed on, in `cells` cells or elements.
 pub fn described(case: &Case, cells: usize) -> String {
-    match (case.vessel(), case.fluid.solver) {
-        (_, Solver::External) if case.fluid.is_awaited => "a solver that is waited for".into(),
-        (_, Solver::External) => format!("by {}", case.fluid.command.join(" ")),
-        (Some(vessel), Solver::Native) => {
-            format!("{cells} elements of degree {}", vessel.fluid.native.degree)
-        }
+    match (case.fluid.solver, case.native_degree()) {
+        (Solver::External, _) if case.fluid.is_awaited => "a solver that is waited for".into(),
+        (Solver::External, _) => format!("by {}", case.fluid.command.join(" ")),
+        (Solver::Native, Some(degree)) => format!("{cells} elements of degree {degree}"),
         _ => format!("{cells} cells, {} MPI rank(s)", case.fluid.ranks),
     }
 }

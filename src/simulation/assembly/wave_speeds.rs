@@ -97,8 +97,9 @@ pub fn wave_speeds(
         gravity: Vec3::zeros(),
     };
     let solid = Structure::new(&mesh, &materials, &options)?;
-    let moved = along_axis(keys, solid.body(), &mesh, on_x_axis);
-    let (solid, unloaded) = in_state(keys, solid, moved.as_deref(), None)?;
+    let initial = keys.initial_wall();
+    let moved = along_axis(&initial, solid.body(), &mesh, on_x_axis);
+    let (solid, unloaded) = in_state(&initial, solid, moved.as_deref(), None)?;
     let base = solid.equilibrium(pressure, moved.as_deref())?;
     let stretch = keys.axial_stretch();
     let length = match unloaded.found {

@@ -140,10 +140,14 @@ impl VesselOpenings {
                 opening,
             }
         };
+        let initial = case.initial_wall();
         Self {
             openings: openings.into_iter().map(patch).collect(),
-            start: Start::Ramp,
-            equilibrium: 0.0,
+            start: match initial {
+                None => Start::Ramp,
+                Some(_) => Start::Equilibrium,
+            },
+            equilibrium: initial.map_or(0.0, |initial| initial.pressure),
             period: case.time.period,
         }
     }

@@ -1,0 +1,191 @@
+//! The driver's own elements in the lumen of a tree: their shape, and what they do when the wall moves.
+
+use fsi_driver::Vec3;
+use fsi_driver::case::Rheology;
+use fsi_driver::fluid::native::lumen_mesh::LumenMesh;
+use fsi_driver::fluid::native::metric::Metric;
+use fsi_driver::fluid::native::spectral_elements::SpectralElements;
+use fsi_driver::fluid::native::taylor_hood_space::Boundary;
+use fsi_driver::fluid::native::tree_mesh::TreeMesh;
+use fsi_driver::fluid::native::{BoundaryConditions, Flow, FlowSettings, FlowState, TimeScheme};
+use fsi_driver::geometry::tree::{CentreLine, Lumen, SectionGrid, Tree};
+
+/// A parent of radius 3 along x and two daughters whose directions enclose `angle`, both turned by `turned` (degrees),
+/// the second one out of the plane by `fold`; lengths in mm.
+fn y(angle: f64, radius: f64, turned: f64, fold: f64) -> Lumen {
+    let line = |side: f64| {
+        let a = (0.5 * side * angle + turned).to_radians();
+        let out = if side > 0.0 {
+            fold.to_radians().sin()
+        } else {
+            0.0
+        };
+        let direction = Vec3::new(a.cos(), a.sin(), out).normalize();
+        let parent = (0..=15).map(|i| (Vec3::new(f64::from(i) - 15.0, 0.0, 0.0), 3.0));
+        let daughter = (1..=18).map(|i| {
+            let share = (f64::from(i) / 3.0).min(1.0);
+            (direction * f64::from(i), 3.0 + (radius - 3.0) * share)
+        });
+        let (points, radii): (Vec<Vec3>, Vec<f64>) = parent.chain(daughter).unzip();
+        CentreLine::new(&points, &radii)
+    };
+    Lumen {
+        lines: vec![line(-1.0), line(1.0)],
+    }
+}
+
+/// The mesh of elements of this degree, and the space on it.
+fn meshed(lumen: Lumen, degree: usize) -> (TreeMesh, SpectralElements) {
+    let nodes = fsi_numerics::quadrature::Rule::gauss_lobatto(degree + 1).points;
+    let grid = SectionGrid::of_elements(2, 2, 1.5, &nodes);
+    let mesh = TreeMesh::new(
+        Tree::new(lumen, grid, 1.0).unwrap_or_else(|e| panic!("{e}")),
+        degree,
+    );
+    let space = SpectralElements::new(mesh.space().clone()).unwrap();
+    (mesh, space)
+}
+
+fn at_rest(mesh: &TreeMesh) -> Vec<f64> {
+    mesh.positions(&vec![Vec3::zeros(); mesh.interface().points.len()])
+}
+
+/// The smallest scaled Jacobian at the nodes.
+fn worst(space: &SpectralElements, positions: &[f64]) -> f64 {
+    let (n, slopes) = (space.basis.nodes.len(), &space.basis.nodal_derivative);
+    let of_element = |e: usize| {
+        let nodes = space.space.element(e);
+        let x: Vec<Vec3> = nodes
+            .iter()
+            .map(|&i| space.vector(positions, i as usize))
+            .collect();
+        let at = |k: usize| {
+            let place = [k % n, k / n % n, k / n / n];
+            let [a, b, c]: [Vec3; 3] = std::array::from_fn(|axis| {
+                let stride = n.pow(axis as u32);
+                let first = k - place[axis] * stride;
+                let slopes = &slopes[place[axis]];
+                let sum: Vec3 = (0..n).map(|j| x[first + j * stride] * slopes[j]).sum();
+                sum.normalize()
+            });
+            a.cross(&b).dot(&c)
+        };
+        (0..n * n * n).map(at).fold(f64::INFINITY, f64::min)
+    };
+    (0..space.space.elements)
+        .map(of_element)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Over Ys of 30° to 90°, radius ratios of 0.5 to 1, turned by 12° and folded by 30°: at all nodes of degree 4.
+#[test]
+fn elements_of_junctions_are_well_shaped() {
+    let mut all = Vec::new();
+    for angle in [30.0, 60.0, 90.0] {
+        for radius in [1.5, 2.25, 3.0] {
+            for (turned, fold) in [(0.0, 0.0), (12.0, 0.0), (0.0, 30.0)] {
+                let (mesh, space) = meshed(y(angle, radius, turned, fold), 4);
+                let found = worst(&space, &at_rest(&mesh));
+                println!("{angle} {radius} {turned} {fold}: {found:.3}");
+                all.push(found);
+            }
+        }
+    }
+    all.sort_by(f64::total_cmp);
+    assert!(all[0] > 0.3, "{:?}", &all[..4]);
+    assert!(all[all.len() / 2] > 0.5, "{:?}", all[all.len() / 2]);
+}
+
+/// The volume of elements is that of the next degree, and that of cells.
+#[test]
+fn the_volume_converges_with_the_degree() {
+    let volumes = [3, 4, 5, 6].map(|degree| {
+        let (mesh, space) = meshed(y(60.0, 2.4, 0.0, 0.0), degree);
+        Metric::new(&space, &at_rest(&mesh)).unwrap().volume
+    });
+    println!("{volumes:?}");
+    for (pair, most) in volumes.windows(2).zip([6e-4, 3e-4, 1e-4]) {
+        assert!((pair[0] / pair[1] - 1.0).abs() < most, "{volumes:?}");
+    }
+    let cells = Tree::new(
+        y(60.0, 2.4, 0.0, 0.0),
+        SectionGrid::of_cells(12, 8, 3.0),
+        0.2,
+    )
+    .unwrap();
+    let names = ["a", "b", "c"].map(str::to_owned);
+    let cells = cells
+        .mesh(&names, &names, cells.grid().growth_of_polygon())
+        .unwrap()
+        .volume();
+    assert!(
+        (volumes[3] / cells - 1.0).abs() < 2e-3,
+        "{volumes:?} {cells}"
+    );
+}
+
+/// A wall that breathes and bends, nothing of which the free stream sees.
+#[test]
+fn a_free_stream_stays_as_it_is_in_a_junction_that_moves() {
+    let (mesh, space) = meshed(y(60.0, 2.4, 12.0, 30.0), 3);
+    let stream = Vec3::new(1.0, 0.2, 0.1);
+    let velocity: Vec<f64> = (0..3)
+        .flat_map(|c| vec![stream[c]; space.space.nodes])
+        .collect();
+    let moved = |t: f64| -> Vec<f64> {
+        let points = mesh.interface().points.iter();
+        let displacement: Vec<Vec3> = points
+            .map(|x| {
+                Vec3::new(
+                    (0.3 * x.y).sin(),
+                    0.4 * (0.2 * x.x + 3.0 * t).sin() - 0.1 * x.y,
+                    0.2 * x.z,
+                ) * (0.5 * t)
+            })
+            .collect();
+        mesh.positions(&displacement)
+    };
+    let is_open = |patch| patch == Boundary::End(1);
+    let fixed = space.space.faces_of(|patch| !is_open(patch));
+    let settings = FlowSettings {
+        density: 1.3,
+        rheology: Rheology::Newtonian { viscosity: 0.5 },
+        scheme: TimeScheme::Bdf2,
+        tolerance: 1e-14,
+        max_iterations: 400,
+    };
+    let pressure = vec![0.0; space.space.pressures];
+    let mut state = FlowState {
+        time: 0.0,
+        before: None,
+        positions: [moved(0.0), moved(0.0)],
+        velocity: [velocity.clone(), velocity.clone()],
+        pressure: [pressure.clone(), pressure],
+        preconditioner: None,
+    };
+    let mut flow = Flow::new(space, settings, &fixed, Vec::new(), Vec::new(), &moved(0.0)).unwrap();
+    let mut t = 0.0;
+    for dt in [0.1, 0.1, 0.05, 0.2] {
+        t += dt;
+        let boundary = BoundaryConditions {
+            velocity: velocity.clone(),
+            ..BoundaryConditions::default()
+        };
+        let solution = flow.solve(&state, dt, moved(t), &boundary, None).unwrap();
+        flow.accept(&mut state, solution);
+    }
+    let apart = moved(t)
+        .iter()
+        .zip(&moved(0.0))
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(apart > 0.2, "{apart}");
+    let [now, _] = &state.velocity;
+    let error = now
+        .iter()
+        .zip(&velocity)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    println!("{error:.1e}");
+    assert!(error < 1e-11, "{error:e}");
+}
