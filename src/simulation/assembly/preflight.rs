@@ -14,6 +14,7 @@ use crate::fluid::openfoam::templates::{self, TemplateError};
 use crate::fluid::openfoam::trial;
 use crate::fluid::{Fluid, FluidError, FluidInterface};
 use crate::pfem::Solid;
+use crate::pfem::evaluation::samples::Sampler;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -141,6 +142,19 @@ fn check_wall(
     match initial_state(case, domain) {
         Err(none) => errors.push(blamed(case, none.key.as_deref(), none.to_string())),
         Ok(InitialState { solid, .. }) => {
+            if let Some(own) = case.own().filter(|_| case.has_elastic_wall())
+                && let Err(error) = Sampler::new(solid.body(), case.structure.p + 1)
+            {
+                let (key, advice) = match own.wall.is_extruded() {
+                    true => (
+                        "wall.extrude.layers",
+                        ": fewer faces per element (wall.extrude.faces_per_element), more averages of the normals \
+                         (wall.extrude.smoothing) or a thinner wall help",
+                    ),
+                    false => ("wall.file.mesh", ""),
+                };
+                errors.push(case.mistake(key, format!("{error}{advice}")));
+            }
             let related = interface.map(|interface| transfer(case, interface, &solid));
             let fits = !matches!(related, Some(Err(_)));
             if let Some(Err(error)) = related {
