@@ -1,13 +1,15 @@
 //! # fsi-spectral: incompressible flow by spectral elements
 //!
 //! A solver of the incompressible Navier-Stokes equations on a mesh that may move: hexahedra with velocity of degree 3
-//! to 8 and pressure of one less, swept along a line. Each time step is one linear system for velocity and pressure
-//! together. It knows no vessel and no wall: positions of the nodes and conditions on the boundary are handed in.
+//! to 8 and pressure of one less, swept along a line or conforming in any way. Each time step is one linear system for
+//! velocity and pressure together. It knows no vessel and no wall: positions of the nodes and conditions on the
+//! boundary are handed in.
 //!
 //! ## A guided tour
 //!
 //! 1. [`taylor_hood_space`]: a plane mesh of quadrilaterals ([`Plane`](taylor_hood_space::Plane)) swept over layers
-//!    numbers the unknowns, section by section ([`Layers`](fsi_numerics::Layers)), which the factorization counts on.
+//!    numbers the unknowns, section by section; or any conforming
+//!    [`Hexahedra`](taylor_hood_space::Hexahedra) do, with the chains that the factorization eliminates.
 //! 2. [`basis`] has the polynomials of an element, [`contraction`] their products, [`kernel`] its operations, and
 //!    [`spectral_elements`] all of these together.
 //! 3. [`metric`] is the geometry of the elements at a moment, [`surface`] has integrals over the boundary.
