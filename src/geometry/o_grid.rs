@@ -45,6 +45,24 @@ pub(super) fn rings(radial: usize, grading: f64) -> Vec<f64> {
     rings
 }
 
+/// Point `a` around ring `ring` of an O-grid with so many intervals along a side of its core: points of the core come
+/// first, row by row, then ring by ring. Ring 0 is the border of the core. Counted from its corner at -45°,
+/// counter-clockwise.
+pub(crate) fn ring_point(side: usize, ring: usize, a: usize) -> usize {
+    let (n, around) = (side, 4 * side);
+    let a = a % around;
+    if ring > 0 {
+        return (n + 1).pow(2) + (ring - 1) * around + a;
+    }
+    let (along, core_point) = (a % n, |i: usize, j: usize| j * (n + 1) + i);
+    match a / n {
+        0 => core_point(n, along),
+        1 => core_point(n - along, n),
+        2 => core_point(0, n - along),
+        _ => core_point(along, 0),
+    }
+}
+
 /// Numbering of the points and cells of one cross-section.
 struct CrossSection<'a> {
     mesh: &'a FluidMesh,
@@ -73,18 +91,7 @@ impl<'a> CrossSection<'a> {
     /// Point `a` around ring `ring`; ring 0 is the border of the core. Counted from the corner at -45° (core point
     /// (core, 0)) counter-clockwise.
     fn ring_point(&self, ring: usize, a: usize) -> usize {
-        let n = self.mesh.core;
-        let a = a % self.around();
-        if ring > 0 {
-            return (n + 1).pow(2) + (ring - 1) * self.around() + a;
-        }
-        let along = a % n;
-        match a / n {
-            0 => self.core_point(n, along),
-            1 => self.core_point(n - along, n),
-            2 => self.core_point(0, n - along),
-            _ => self.core_point(along, 0),
-        }
+        ring_point(self.mesh.core, ring, a)
     }
 
     fn angle(&self, a: usize) -> f64 {

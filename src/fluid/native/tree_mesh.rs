@@ -10,14 +10,15 @@ use super::surface::face_values;
 use super::taylor_hood_space::{Boundary, Face, Hexahedra, Side, TaylorHoodSpace};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
+use crate::fluid::field::equally_spaced;
 use crate::geometry::tree::{CrossSection, Middle, Tree};
 use crate::lagrange;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// The end of a branch as a number of the part of the boundary: the root is 0, a line ends at its own number plus one.
-/// The number of the mantle is that of the end of the branch, or one that no end has.
+/// The number of the opening where the root begins; a line ends at that of its own number plus one. Those of the mantle
+/// are the numbers of the branches' walls.
 const ROOT: usize = 0;
 
 /// A cross-section of the mesh.
@@ -74,9 +75,7 @@ impl TreeMesh {
                 of_walls[place as usize].get_or_insert((face as u32, k as u32));
             }
         }
-        let uniform: Vec<f64> = (0..=degree)
-            .map(|i| 2.0 * i as f64 / degree as f64 - 1.0)
-            .collect();
+        let uniform = equally_spaced(degree);
         let grid = tree.grid();
         let angle = |a: usize| grid.angle(a);
         let n = grid.around();
@@ -301,14 +300,8 @@ fn elements(tree: &Tree, degree: usize) -> Hexahedra {
     let around = 4 * tree.grid().core / degree;
     let n = degree + 1;
     let of_quad = |quad: &Vec<usize>| [quad[0], quad[degree], quad[degree * n], quad[n * n - 1]];
-    let between = 1 + tree.stacks().len();
     let mut mesh = Hexahedra::default();
     for (chain, (stack, numbers)) in tree.stacks().iter().zip(&numbers).enumerate() {
-        let end = match (stack.from, stack.end) {
-            (None, _) => ROOT,
-            (Some(_), Some(line)) => 1 + line,
-            (Some(_), None) => between,
-        };
         let last = (numbers.len() - 1) / degree - 1;
         for layer in 0..=last {
             let [below, above] = [layer, layer + 1].map(|layer| &numbers[layer * degree]);
@@ -327,7 +320,7 @@ fn elements(tree: &Tree, degree: usize) -> Hexahedra {
                     });
                 };
                 if q >= in_core && q + around >= quads.len() {
-                    add(0, true, Boundary::Mantle(end));
+                    add(0, true, Boundary::Mantle(stack.wall));
                 }
                 if layer == 0 && stack.from.is_none() {
                     add(2, false, Boundary::End(ROOT));

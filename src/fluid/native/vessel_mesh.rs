@@ -9,6 +9,8 @@ use super::lumen_mesh::LumenMesh;
 use super::taylor_hood_space::{Boundary, Face, Plane, Side, TaylorHoodSpace};
 use crate::Vec3;
 use crate::fluid::FluidInterface;
+use crate::fluid::field::equally_spaced;
+use crate::geometry::o_grid::ring_point;
 use crate::geometry::{AxialNumbers, Span, Vessel, elastic_pieces};
 use crate::lagrange;
 use fsi_numerics::{Layers, subdivided};
@@ -76,21 +78,9 @@ impl SectionNodes {
         j * (self.side + 1) + i
     }
 
-    /// Node `a` around ring `ring`; ring 0 is the border of the square. Counted from the corner at -45°,
-    /// counter-clockwise.
+    /// Node `a` around ring `ring`: see [`ring_point`].
     fn ring_node(&self, ring: usize, a: usize) -> usize {
-        let n = self.side;
-        let a = a % self.around();
-        if ring > 0 {
-            return (n + 1).pow(2) + (ring - 1) * self.around() + a;
-        }
-        let along = a % n;
-        match a / n {
-            0 => self.core_node(n, along),
-            1 => self.core_node(n - along, n),
-            2 => self.core_node(0, n - along),
-            _ => self.core_node(along, 0),
-        }
+        ring_point(self.side, ring, a)
     }
 
     /// Angle of the nodes `a` of all rings.
@@ -217,9 +207,7 @@ impl VesselMesh {
             .map(|(s, a)| surface(s, section.angle(a)))
             .collect();
 
-        let uniform: Vec<f64> = (0..=degree)
-            .map(|i| 2.0 * i as f64 / degree as f64 - 1.0)
-            .collect();
+        let uniform = equally_spaced(degree);
         let all = stations(&uniform);
         let rings = &all[elastic.start * degree..=elastic.end * degree];
         let angle = |a: f64| -FRAC_PI_4 + FRAC_PI_2 * a / (core * degree) as f64;
@@ -265,10 +253,11 @@ impl VesselMesh {
         }
     }
 
-    /// Elements of a layer.
-    fn section_elements(&self) -> usize {
-        let MeshResolution { core, radial, .. } = self.resolution;
-        core * core + 4 * core * radial
+    /// The order of the elements' faces on the wall.
+    fn mantle(&self) -> Layers {
+        Layers {
+            each: 4 * self.resolution.core,
+        }
     }
 
     /// The order of points and faces of the wall.
@@ -294,30 +283,26 @@ impl LumenMesh for VesselMesh {
         let walls = self
             .space
             .faces_of(|patch| matches!(patch, Boundary::Mantle(_)));
-        let of_layer = Layers {
-            each: 4 * self.resolution.core,
-        };
-        walls[of_layer.numbers(self.elastic.clone())].to_vec()
+        walls[self.mantle().numbers(self.elastic.clone())].to_vec()
     }
 
     fn parts(&self) -> Vec<(usize, usize)> {
         let degree = self.resolution.degree;
-        let of_layer = Layers {
-            each: 4 * self.resolution.core,
-        };
+        let mantle = self.mantle();
         let part = |face: usize| {
             let [ring, a] = self.rings().place(face);
-            let element = of_layer.number(ring / degree, a / degree);
+            let element = mantle.number(ring / degree, a / degree);
             (element, ring % degree * degree + a % degree)
         };
         (0..self.interface.faces.len()).map(part).collect()
     }
 
     fn elastic_elements(&self) -> Range<usize> {
-        let of_layer = Layers {
-            each: self.section_elements(),
+        let MeshResolution { core, radial, .. } = self.resolution;
+        let layers = Layers {
+            each: core * core + 4 * core * radial,
         };
-        of_layer.numbers(self.elastic.clone())
+        layers.numbers(self.elastic.clone())
     }
 
     fn positions(&self, displacement: &[Vec3]) -> Vec<f64> {

@@ -77,6 +77,9 @@ struct Branch {
 pub struct Stack {
     /// The line of the tree that ends with it, if one does.
     pub end: Option<usize>,
+    /// The number of its wall: 0 of the root, that of its line plus one where it ends with it, and one more than the
+    /// last of these for branches between junctions.
+    pub wall: usize,
     /// Junction where it begins; the root, which is the first branch, has none.
     pub from: Option<usize>,
     /// Junction where it ends.
@@ -85,6 +88,17 @@ pub struct Stack {
     pub sections: Vec<CrossSection>,
     /// What the middle of each one goes with when the wall moves.
     pub middles: Vec<Middle>,
+}
+
+impl Stack {
+    /// The junction that the cross-section of this number is folded at.
+    fn junction(&self, section: usize) -> Option<usize> {
+        match section {
+            0 => self.from,
+            last if last + 1 == self.sections.len() => self.to,
+            _ => None,
+        }
+    }
 }
 
 /// What the middle of a cross-section goes with: on the way from a plane cross-section to a junction, less and less
@@ -198,6 +212,15 @@ impl Tree {
         Ok(())
     }
 
+    /// See [`Stack::wall`].
+    fn wall(&self, branch: &Branch) -> usize {
+        match (branch.from, branch.to) {
+            (None, _) => 0,
+            (Some(_), None) => 1 + branch.line,
+            (Some(_), Some(_)) => 1 + self.slicer.lumen.lines.len(),
+        }
+    }
+
     /// What its cross-sections are divided into.
     pub fn grid(&self) -> &SectionGrid {
         &self.slicer.grid
@@ -235,11 +258,6 @@ impl Tree {
             .collect();
         for (stack, numbers) in self.stacks.iter().zip(&numbers) {
             let last = stack.sections.len() - 1;
-            let wall = match (stack.from, stack.end) {
-                (None, _) => 0,
-                (Some(_), Some(line)) => 1 + line,
-                (Some(_), None) => walls.len() - 1,
-            };
             let mut below: &[usize] = &[];
             for (j, here) in numbers.iter().enumerate() {
                 if j > 0 {
@@ -258,7 +276,7 @@ impl Tree {
                         let [p, q] = [a, a + 1].map(|a| grid.ring_point(outer, a));
                         [below[p], below[q], here[q], here[p]]
                     });
-                    patches[openings.len() + wall].faces.extend(faces);
+                    patches[openings.len() + stack.wall].faces.extend(faces);
                 }
                 let opening = match j {
                     0 if stack.from.is_none() => Some(0),
@@ -283,13 +301,8 @@ impl Tree {
         // Points of the junctions, to be found again.
         let mut shared: Vec<Vec<usize>> = vec![Vec::new(); self.junctions.len()];
         let of_stack = |stack: &Stack| -> Vec<Vec<usize>> {
-            let last = stack.sections.len() - 1;
             let of_section = |(j, section): (usize, &CrossSection)| {
-                let junction = match j {
-                    0 => stack.from,
-                    j if j == last => stack.to,
-                    _ => None,
-                };
+                let junction = stack.junction(j);
                 let close = 1e-6 * (section.rim[0] - section.centre).norm();
                 let numbers = grid.positions(section, growth).into_iter().map(|x| {
                     let known = junction.and_then(|junction| {
@@ -316,7 +329,6 @@ impl Tree {
     /// The centre-lines of its branches, from junction to junction, each with the number of its wall in
     /// [`Tree::mesh`]. The angle 0 is towards the axis of a junction that it ends at.
     pub fn lines(&self) -> Vec<(usize, SpaceCurve)> {
-        let between = 1 + self.slicer.lumen.lines.len();
         let line = |branch: &Branch| {
             let axis = &branch.axis;
             let place = |junction: usize| axis.foot(&self.junctions[junction].centre).s;
@@ -331,12 +343,7 @@ impl Tree {
             let first = from
                 .or(branch.to)
                 .map_or(Vec3::z(), |junction| self.junctions[junction].axis);
-            let wall = match (branch.from, branch.to) {
-                (None, _) => 0,
-                (Some(_), None) => 1 + branch.line,
-                (Some(_), Some(_)) => between,
-            };
-            (wall, SpaceCurve::through(&points, first))
+            (self.wall(branch), SpaceCurve::through(&points, first))
         };
         self.branches.iter().map(line).collect()
     }
@@ -358,16 +365,10 @@ impl Tree {
         let mut folded: Vec<(BTreeSet<usize>, Vec<usize>)> =
             vec![Default::default(); self.junctions.len()];
         for (stack, numbers) in self.stacks.iter().zip(numbers) {
-            let last = stack.sections.len() - 1;
             for (j, section) in stack.sections.iter().enumerate() {
                 let rim = (0..around).map(|a| numbers[j][grid.ring_point(outer, a)]);
                 let rim: Vec<usize> = rim.collect();
-                let junction = match j {
-                    0 => stack.from,
-                    j if j == last => stack.to,
-                    _ => None,
-                };
-                match junction {
+                match stack.junction(j) {
                     None => polygons.push(polygon(rim.clone(), rim, section.centre)),
                     Some(junction) => {
                         let axis = stack.middles[j].axis;
@@ -459,6 +460,7 @@ impl Tree {
         }
         Ok(Stack {
             end: branch.to.is_none().then_some(branch.line),
+            wall: self.wall(branch),
             from: branch.from.map(|(junction, _)| junction),
             to: branch.to,
             sections,

@@ -5,7 +5,7 @@
 //! is how the branches of a tree meet.
 
 use crate::Vec3;
-use crate::geometry::o_grid::{BULGE, CORNER, growth_of_polygon, rings};
+use crate::geometry::o_grid::{BULGE, CORNER, growth_of_polygon, ring_point, rings};
 use fsi_numerics::subdivided;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -102,18 +102,10 @@ impl SectionGrid {
 
     /// Point `a` around the core (ring 0) or a ring, counter-clockwise from the middle of the side i = core.
     pub fn ring_point(&self, ring: usize, a: usize) -> usize {
-        let n = self.core;
-        let a = a % self.around();
-        if ring > 0 {
-            return (n + 1).pow(2) + (ring - 1) * self.around() + a;
-        }
-        let a = (a + n / 2) % self.around();
-        let along = a % n;
-        match a / n {
-            0 => self.core_point(n, along),
-            1 => self.core_point(n - along, n),
-            2 => self.core_point(0, n - along),
-            _ => self.core_point(along, 0),
+        match ring {
+            // The border of the core is numbered from its corner on.
+            0 => ring_point(self.core, ring, a + self.core / 2),
+            _ => ring_point(self.core, ring, a),
         }
     }
 
