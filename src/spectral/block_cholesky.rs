@@ -115,17 +115,8 @@ impl BlockCholesky {
             return Err(NotPositive);
         }
         let block = |i: usize| chains.block_of[i] as usize;
-        let blocks = chains.chains.iter().map(Vec::len).sum();
-        // The blocks before each one, by number, that it meets
-        let mut meets = vec![BTreeSet::new(); blocks];
-        for (i, row) in rows.iter().enumerate() {
-            for &(j, _) in row {
-                let (a, b) = (block(i), block(j as usize));
-                if a != b {
-                    meets[a.max(b)].insert(a.min(b));
-                }
-            }
-        }
+        let meets = meeting(chains, rows);
+        let blocks = meets.len();
         let (order, parts) = order(&chains.chains, &meets);
         let mut place = vec![0; blocks];
         for (k, &block) in order.iter().enumerate() {
@@ -139,19 +130,7 @@ impl BlockCholesky {
             own.push(i as u32);
         }
         let sizes: Vec<usize> = unknowns.iter().map(Vec::len).collect();
-        let mut below = vec![BTreeSet::new(); blocks];
-        for (a, others) in meets.iter().enumerate() {
-            for &b in others {
-                let (a, b) = (place[a].max(place[b]), place[a].min(place[b]));
-                below[b].insert(a);
-            }
-        }
-        for k in 0..blocks {
-            let others: Vec<usize> = below[k].iter().copied().collect();
-            if let Some((&next, rest)) = others.split_first() {
-                below[next].extend(rest);
-            }
-        }
+        let below = filled(&meets, &place);
         let bounds = [&parts[..], &[blocks]].concat();
         let ranges = bounds.windows(2).map(|pair| pair[0]..pair[1]);
         let mut of_parts: Vec<Blocks> = ranges
@@ -185,36 +164,7 @@ impl BlockCholesky {
                 }
             }
         }
-        let mut middle = of_parts.pop().expect("what remains is the last");
-        let all = |range: std::ops::Range<usize>, own: &mut Blocks, later: &mut Blocks| {
-            let columns = range.map(|k| eliminate(&sizes, k, &below[k], own, later));
-            columns.collect::<Result<Vec<FactorColumn>, NotPositive>>()
-        };
-        let mut columns = Vec::with_capacity(blocks);
-        if let Some((first, others)) = of_parts.split_first_mut() {
-            // What the other parts take from the middle is added afterwards: the same for any number of threads
-            let (first, others) = rayon::join(
-                || all(parts[0]..parts[1], first, &mut middle),
-                || {
-                    let pairs = others.par_iter_mut().zip(parts[1..].par_windows(2));
-                    let parts = pairs.map(|(own, ends)| {
-                        let mut later = Blocks::new();
-                        all(ends[0]..ends[1], own, &mut later).map(|columns| (columns, later))
-                    });
-                    parts.collect::<Vec<_>>()
-                },
-            );
-            columns.extend(first?);
-            for part in others {
-                let (of_part, later) = part?;
-                columns.extend(of_part);
-                for (pair, minus) in later {
-                    *middle.get_mut(&pair).expect("filled") += minus;
-                }
-            }
-        }
-        let rest = parts[parts.len() - 1]..blocks;
-        columns.extend(all(rest, &mut middle, &mut Blocks::new())?);
+        let columns = eliminate_parts(&sizes, &parts, &below, of_parts)?;
         let mut starts = vec![0];
         for (k, size) in sizes.iter().enumerate() {
             starts.push(starts[k] + size.next_multiple_of(WIDTH));
@@ -289,6 +239,81 @@ impl BlockCholesky {
 
 /// Dense matrices by the places of two blocks in the order of elimination, the later one first.
 type Blocks = BTreeMap<(usize, usize), Mat<f64>>;
+
+/// For each block those of smaller numbers that it meets.
+fn meeting(chains: &Chains, rows: &[TriangleRow]) -> Vec<BTreeSet<usize>> {
+    let block = |i: usize| chains.block_of[i] as usize;
+    let mut meets = vec![BTreeSet::new(); chains.chains.iter().map(Vec::len).sum()];
+    for (i, row) in rows.iter().enumerate() {
+        for &(j, _) in row {
+            let (a, b) = (block(i), block(j as usize));
+            if a != b {
+                meets[a.max(b)].insert(a.min(b));
+            }
+        }
+    }
+    meets
+}
+
+/// What the elimination of each block fills below it, by their places in its order.
+fn filled(meets: &[BTreeSet<usize>], place: &[usize]) -> Vec<BTreeSet<usize>> {
+    let mut below = vec![BTreeSet::new(); meets.len()];
+    for (a, others) in meets.iter().enumerate() {
+        for &b in others {
+            let (a, b) = (place[a].max(place[b]), place[a].min(place[b]));
+            below[b].insert(a);
+        }
+    }
+    // What is left of a column goes on to the next block that it meets
+    for k in 0..meets.len() {
+        let others: Vec<usize> = below[k].iter().copied().collect();
+        if let Some((&next, rest)) = others.split_first() {
+            below[next].extend(rest);
+        }
+    }
+    below
+}
+
+/// Eliminates the parts side by side, then what remains, whose blocks are the last of `of_parts`; `parts` are where
+/// they begin.
+fn eliminate_parts(
+    sizes: &[usize],
+    parts: &[usize],
+    below: &[BTreeSet<usize>],
+    mut of_parts: Vec<Blocks>,
+) -> Result<Vec<FactorColumn>, NotPositive> {
+    let mut middle = of_parts.pop().expect("what remains is the last");
+    let all = |range: std::ops::Range<usize>, own: &mut Blocks, later: &mut Blocks| {
+        let columns = range.map(|k| eliminate(sizes, k, &below[k], own, later));
+        columns.collect::<Result<Vec<FactorColumn>, NotPositive>>()
+    };
+    let mut columns = Vec::with_capacity(sizes.len());
+    if let Some((first, others)) = of_parts.split_first_mut() {
+        // What the other parts take from the middle is added afterwards: the same for any number of threads
+        let (first, others) = rayon::join(
+            || all(parts[0]..parts[1], first, &mut middle),
+            || {
+                let pairs = others.par_iter_mut().zip(parts[1..].par_windows(2));
+                let parts = pairs.map(|(own, ends)| {
+                    let mut later = Blocks::new();
+                    all(ends[0]..ends[1], own, &mut later).map(|columns| (columns, later))
+                });
+                parts.collect::<Vec<_>>()
+            },
+        );
+        columns.extend(first?);
+        for part in others {
+            let (of_part, later) = part?;
+            columns.extend(of_part);
+            for (pair, minus) in later {
+                *middle.get_mut(&pair).expect("filled") += minus;
+            }
+        }
+    }
+    let rest = parts[parts.len() - 1]..sizes.len();
+    columns.extend(all(rest, &mut middle, &mut Blocks::new())?);
+    Ok(columns)
+}
 
 /// Eliminates block `k`, which meets those `below`. What lies between two that come `later` is not among its own.
 fn eliminate(

@@ -78,11 +78,28 @@ pub fn page(run: &Results) -> io::Result<String> {
         page.section("view", "The wall in three dimensions", &html);
         page.section("pictures", "Deformed wall", &gallery(&pictures(surface)));
     }
+    unrolled(run, &name, &mut page)?;
+    if let Some(flow) = LumenFlow::of(run)? {
+        let cuts = super::flow_cut::cuts(run, &flow);
+        page.section("cuts", "Blood in a longitudinal cut", &gallery(&cuts));
+        let sections = super::flow_sections::sections(run, &flow);
+        page.section("sections", "Blood in cross-sections", &gallery(&sections));
+    }
+    if let Some(html) = resolution::section(run)? {
+        page.section("resolution", "How well the flow is resolved", &html);
+    }
+    let html = left_over(run) + &gallery(&effort(run));
+    page.section("effort", "Coupling", &html);
+    Ok(page.to_html())
+}
+
+/// The wall on the unrolled vessel, or on each unrolled branch of a tree.
+fn unrolled(run: &Results, name: &str, page: &mut Page) -> io::Result<()> {
     if run.vessel.is_some() && !run.faces.is_empty() {
         page.section(
             "maps",
             "On the unrolled wall",
-            &gallery(&maps::of_run(run, &name)),
+            &gallery(&maps::of_run(run, name)),
         );
         page.section(
             "radius",
@@ -100,18 +117,7 @@ pub fn page(run: &Results) -> io::Result<String> {
             &gallery(&maps::of_branches(run, &wall)),
         );
     }
-    if let Some(flow) = LumenFlow::of(run)? {
-        let cuts = super::flow_cut::cuts(run, &flow);
-        page.section("cuts", "Blood in a longitudinal cut", &gallery(&cuts));
-        let sections = super::flow_sections::sections(run, &flow);
-        page.section("sections", "Blood in cross-sections", &gallery(&sections));
-    }
-    if let Some(html) = resolution::section(run)? {
-        page.section("resolution", "How well the flow is resolved", &html);
-    }
-    let html = left_over(run) + &gallery(&effort(run));
-    page.section("effort", "Coupling", &html);
-    Ok(page.to_html())
+    Ok(())
 }
 
 fn column(run: &Results, value: fn(&HistoryRow) -> f64, unit: f64) -> Vec<(f64, f64)> {
