@@ -3,11 +3,11 @@
 \*---------------------------------------------------------------------------*/
 
 #include "blendedMotionSolver.H"
+#include "fsiCompatibility.H"
 #include "fsiWallInterface.H"
 #include "addToRunTimeSelectionTable.H"
 #include "IFstream.H"
 #include "Map.H"
-#include "Pstream.H"
 #include "Tuple2.H"
 
 namespace Foam
@@ -46,8 +46,8 @@ Foam::blendedMotionSolver::blendedMotionSolver
         }
         file >> rings >> points;
     }
-    Pstream::scatter(rings);
-    Pstream::scatter(points);
+    fsi::share(rings);
+    fsi::share(points);
 
     const labelList global(fsi::undecomposedPoints(mesh));
     if (!Pstream::parRun() && points.size() != global.size())
@@ -58,10 +58,10 @@ Foam::blendedMotionSolver::blendedMotionSolver
     }
 
     Map<label> placeOf;
-    rings_.setSize(rings.size());
+    rings_.resize(rings.size());
     forAll(rings, ringi)
     {
-        rings_[ringi].setSize(rings[ringi].size());
+        rings_[ringi].resize(rings[ringi].size());
         forAll(rings[ringi], i)
         {
             placeOf.insert(rings[ringi][i], nPlaces_);
@@ -70,15 +70,15 @@ Foam::blendedMotionSolver::blendedMotionSolver
     }
 
     DynamicList<label> wallPoints, wallPlaces;
-    ringOf_.setSize(global.size());
-    placesOf_.setSize(global.size());
-    sharesOf_.setSize(global.size());
+    ringOf_.resize(global.size());
+    placesOf_.resize(global.size());
+    sharesOf_.resize(global.size());
     forAll(global, pointi)
     {
         const auto& followed = points[global[pointi]];
         ringOf_[pointi] = followed.first()[0];
         sharesOf_[pointi] = followed.second();
-        placesOf_[pointi].setSize(sharesOf_[pointi].size());
+        placesOf_[pointi].resize(sharesOf_[pointi].size());
         forAll(placesOf_[pointi], i)
         {
             placesOf_[pointi][i] = placeOf[followed.first()[i + 1]];
@@ -105,7 +105,7 @@ Foam::vectorField Foam::blendedMotionSolver::ofWall() const
 
     // A rank that touches the wall in a point only does not know its value
     Pstream::listCombineGather(displacement, maxMagSqrEqOp<vector>());
-    Pstream::listCombineScatter(displacement);
+    fsi::share(displacement);
     return displacement;
 }
 

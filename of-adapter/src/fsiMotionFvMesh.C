@@ -3,6 +3,7 @@
 \*---------------------------------------------------------------------------*/
 
 #include "fsiMotionFvMesh.H"
+#include "fsiCompatibility.H"
 #include "fsiAgglomeration.H"
 #include "fsiMeasure.H"
 #include "fsiViscosityModel.H"
@@ -278,7 +279,7 @@ Foam::scalar Foam::fsiMotionFvMesh::imbalance() const
 
 Foam::scalarList Foam::fsiMotionFvMesh::pressureResiduals() const
 {
-    const dictionary& all = solverPerformanceDict();
+    const dictionary& all = fsi::solverReports(*this);
     if (!all.found("p"))
     {
         return scalarList();
@@ -402,7 +403,7 @@ void Foam::fsiMotionFvMesh::endCorrector()
             if (relaxed() || imbalance() > mostImbalance)
             {
                 setOuterCorrectors(stepCorrectors_ + 1);
-                data::add("finalIteration", true);
+                fsi::announceFinalIteration(*this);
             }
             break;
 

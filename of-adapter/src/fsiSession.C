@@ -3,7 +3,7 @@
 \*---------------------------------------------------------------------------*/
 
 #include "fsiSession.H"
-#include "Pstream.H"
+#include "fsiCompatibility.H"
 #include "Time.H"
 #include "fsiMeasure.H"
 #include "volFields.H"
@@ -64,9 +64,9 @@ void Foam::fsi::session::fail(const std::string& why)
     {
         // The master ends this rank as well, once the driver knows
         label never = 0;
-        Pstream::scatter(never);
+        fsi::share(never);
     }
-    if (transport_.valid())
+    if (transport_)
     {
         try
         {
@@ -335,7 +335,7 @@ Foam::fsi::command Foam::fsi::session::receive(const bool stepOpen)
         wanted.timeStep,
         scalar(wanted.write)
     });
-    Pstream::scatter(numbers);
+    fsi::share(numbers);
     wanted.kind = static_cast<messageKind>(label(numbers[0]));
     wanted.maxCorrectors = label(numbers[1]);
     wanted.fromOldState = numbers[2] > 0.5;

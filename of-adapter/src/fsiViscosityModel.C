@@ -7,9 +7,15 @@
 #include "surfaceFields.H"
 #include "volFields.H"
 
+#include <type_traits>
+
 namespace
 {
-    using constructors = Foam::viscosityModel::dictionaryConstructorTable;
+    //- The selection table itself: the name of its type depends on the version
+    using constructors = std::remove_pointer
+    <
+        decltype(Foam::viscosityModel::dictionaryConstructorTablePtr_)
+    >::type;
 
     //- The models' own constructors by name
     constructors& own()

@@ -3,9 +3,9 @@
 \*---------------------------------------------------------------------------*/
 
 #include "fsiWallInterface.H"
+#include "fsiCompatibility.H"
 #include "labelIOList.H"
 #include "Map.H"
-#include "Pstream.H"
 #include "SubField.H"
 
 namespace
@@ -68,12 +68,12 @@ Foam::fsi::wallInterface::wallInterface
     DynamicList<face> ownFaces;
     DynamicList<label> ownFaceLabels, ownPointLabels;
     Map<label> ownPoints;
-    pointPlaces_.setSize(patches_.size());
+    pointPlaces_.resize(patches_.size());
     forAll(patches_, i)
     {
         const polyPatch& pp = mesh.boundaryMesh()[patches_[i]];
         const labelList& labels = pp.meshPoints();
-        pointPlaces_[i].setSize(labels.size());
+        pointPlaces_[i].resize(labels.size());
         forAll(labels, j)
         {
             if (ownPoints.insert(labels[j], ownPointLabels.size()))
@@ -137,16 +137,16 @@ Foam::fsi::wallInterface::wallInterface
         labelList order;
         sortedOrder(labels, order);
 
-        facePlaces_.setSize(Pstream::nProcs());
+        facePlaces_.resize(Pstream::nProcs());
         forAll(allFaces, rank)
         {
-            facePlaces_[rank].setSize(allFaces[rank].size());
+            facePlaces_[rank].resize(allFaces[rank].size());
         }
 
         Map<label> placeOf(2*labels.size());
         DynamicList<point> points;
-        faces_.setSize(order.size());
-        faceCentres_.setSize(order.size());
+        faces_.resize(order.size());
+        faceCentres_.resize(order.size());
         forAll(order, place)
         {
             const label rank = rankOf[order[place]];
@@ -171,15 +171,15 @@ Foam::fsi::wallInterface::wallInterface
 
         forAll(allPointLabels, rank)
         {
-            places[rank].setSize(allPointLabels[rank].size());
+            places[rank].resize(allPointLabels[rank].size());
             forAll(allPointLabels[rank], i)
             {
                 places[rank][i] = placeOf[allPointLabels[rank][i]];
             }
         }
     }
-    Pstream::scatter(nPoints_);
-    Pstream::scatter(places);
+    fsi::share(nPoints_);
+    fsi::share(places);
     for (labelList& ofPatch : pointPlaces_)
     {
         ofPatch = labelList(UIndirectList<label>(places[me], ofPatch));
@@ -190,11 +190,11 @@ Foam::fsi::wallInterface::wallInterface
 Foam::vectorField
 Foam::fsi::wallInterface::scatter(vectorField& onWire) const
 {
-    Pstream::scatter(onWire);
+    fsi::share(onWire);
     DynamicList<vector> atPoints;
     for (const labelList& ofPatch : pointPlaces_)
     {
-        atPoints.append(UIndirectList<vector>(onWire, ofPatch));
+        atPoints.append(vectorField(onWire, ofPatch));
     }
     return vectorField(atPoints);
 }

@@ -113,11 +113,11 @@ void CLASS::readProfile()
     const List<scalarField> terms(dict.get<List<scalarField>>("terms"));
 
     const vectorField& centres = patch().Cf();
-    rest_.setSize(centres.size());
-    terms_.setSize(terms.size());
+    rest_.resize(centres.size());
+    terms_.resize(terms.size());
     forAll(terms_, k)
     {
-        terms_[k].setSize(centres.size());
+        terms_[k].resize(centres.size());
     }
     forAll(centres, face)
     {
@@ -160,7 +160,7 @@ void CLASS::updateCoeffs()
         readProfile();
     }
     const scalar t = db().time().timeOutputValue();
-    const scalar factor = ramp_.valid() ? ramp_->value(t) : 1;
+    const scalar factor = ramp_ ? ramp_->value(t) : 1;
 
     scalarField velocity(patch().size(), Zero);
     forAll(terms_, k)
@@ -183,7 +183,7 @@ void CLASS::write(Ostream& os) const
 {
     fvPatchVectorField::write(os);
     flowRate_->writeData(os);
-    if (ramp_.valid())
+    if (ramp_)
     {
         ramp_->writeData(os);
     }

@@ -3,6 +3,7 @@
 \*---------------------------------------------------------------------------*/
 
 #include "referenceLaplacianMotionSolver.H"
+#include "fsiCompatibility.H"
 #include "addToRunTimeSelectionTable.H"
 #include "fixedValueFvPatchFields.H"
 #include "fvMatrices.H"
@@ -49,7 +50,7 @@ void Foam::referenceLaplacianMotionSolver::setConductance
 
     const faceList& faces = fvMesh_.faces();
     const polyBoundaryMesh& patches = fvMesh_.boundaryMesh();
-    conductance_.setSize(faces.size());
+    conductance_.resize(faces.size());
     forAll(faces, facei)
     {
         const vector area(faces[facei].areaNormal(points0()));
@@ -99,7 +100,7 @@ void Foam::referenceLaplacianMotionSolver::applyDiffusivity
     }
     gathered[Pstream::myProcNo()] = here;
     Pstream::gatherList(gathered);
-    Pstream::scatterList(gathered);
+    fsi::share(gathered);
     const pointField from
     (
         ListListOps::combine<pointField>(gathered, accessOp<pointField>())
@@ -131,12 +132,12 @@ void Foam::referenceLaplacianMotionSolver::setPointWeights
 )
 {
     const labelListList& pointCells = fvMesh_.pointCells();
-    pointWeights_.setSize(pointCells.size());
+    pointWeights_.resize(pointCells.size());
     scalarField sum(pointCells.size(), Zero);
     forAll(pointCells, pointi)
     {
         scalarList& weights = pointWeights_[pointi];
-        weights.setSize(pointCells[pointi].size());
+        weights.resize(pointCells[pointi].size());
         forAll(weights, i)
         {
             weights[i] = 1/mag(points0()[pointi] - centres[pointCells[pointi][i]]);
@@ -156,7 +157,7 @@ void Foam::referenceLaplacianMotionSolver::setPointWeights
 
 void Foam::referenceLaplacianMotionSolver::findPrescribed()
 {
-    prescribedHere_.setSize(fvMesh_.nPoints(), false);
+    prescribedHere_.resize(fvMesh_.nPoints(), false);
     forAll(pointDisplacement_.boundaryField(), patchi)
     {
         const auto& patch = pointDisplacement_.boundaryField()[patchi];

@@ -76,7 +76,7 @@ Foam::windkesselPressureFvPatchScalarField::windkesselPressureFvPatchScalarField
     else
     {
         const scalar factor =
-            ramp_.valid() ? ramp_->value(db().time().timeOutputValue()) : 1;
+            ramp_ ? ramp_->value(db().time().timeOutputValue()) : 1;
         fvPatchField<scalar>::operator=
         (
             (rampedFrom_ + factor*(oldPressure_ - rampedFrom_))/density_
@@ -118,7 +118,7 @@ Foam::scalar Foam::windkesselPressureFvPatchScalarField::next
     const scalar Q
 ) const
 {
-    const scalar distal = distalPressure_.valid() ? distalPressure_->value(t) : 0;
+    const scalar distal = distalPressure_ ? distalPressure_->value(t) : 0;
     if (resistance_ <= 0)
     {
         return distal;
@@ -204,7 +204,7 @@ void Foam::windkesselPressureFvPatchScalarField::updateCoeffs()
     advance();
     timeStep_ = db().time().deltaTValue();
     const scalar factor =
-        ramp_.valid() ? ramp_->value(db().time().timeOutputValue()) : 1;
+        ramp_ ? ramp_->value(db().time().timeOutputValue()) : 1;
     operator==
     (
         (rampedFrom_ + factor*(patchPressure() - rampedFrom_))/density_
@@ -225,12 +225,12 @@ void Foam::windkesselPressureFvPatchScalarField::write(Ostream& os) const
     );
     os.writeEntryIfDifferent<scalar>("rampedFrom", 0, rampedFrom_);
     os.writeEntry("density", density_);
-    if (distalPressure_.valid())
+    if (distalPressure_)
     {
         distalPressure_->writeData(os);
     }
     os.writeEntryIfDifferent<word>("phi", "phi", phiName_);
-    if (ramp_.valid())
+    if (ramp_)
     {
         ramp_->writeData(os);
     }

@@ -1,7 +1,7 @@
 //! `fsi-driver completions SHELL`, `fsi-driver man` and `--version`: what makes an installed program feel at home.
 
 use super::{CommandLine, Failure};
-use crate::fluid::openfoam::install;
+use crate::fluid::openfoam::install::{self, InstallError, Installation};
 use crate::output::terminal::print;
 use clap::CommandFactory;
 use clap_complete::Shell;
@@ -48,15 +48,30 @@ pub fn manual(arguments: &Manual) -> Result<(), Failure> {
     }
 }
 
-/// Prints the version, and the OpenFOAM and the adapter that a run would use.
+/// Prints the version, and each OpenFOAM with its adapter, first the one that a run would use.
 pub fn version() -> Result<(), Failure> {
-    let openfoam = install::version().unwrap_or_else(|| "not installed".to_owned());
-    let adapter = match install::check(1) {
-        Ok(library) => library.display().to_string(),
-        Err(error) => error.to_string(),
+    let mut text = format!("fsi-driver {}\n", env!("CARGO_PKG_VERSION"));
+    let of = |openfoam: &Installation, adapter: Result<PathBuf, InstallError>| {
+        let adapter = match adapter {
+            Ok(library) => library.display().to_string(),
+            Err(error) => error.to_string(),
+        };
+        format!(
+            "OpenFOAM {} ({})\nadapter {adapter}\n",
+            openfoam.version, openfoam.origin
+        )
     };
-    let version = env!("CARGO_PKG_VERSION");
-    Ok(print(format_args!(
-        "fsi-driver {version}\nOpenFOAM {openfoam}\nadapter {adapter}\n"
-    ))?)
+    match install::chosen() {
+        Ok(chosen) => text += &of(chosen, install::check(1)),
+        Err(error) => text += &format!("OpenFOAM not installed\nadapter {error}\n"),
+    }
+    for other in install::installations().unwrap_or_default() {
+        if install::chosen() != Ok(&other) {
+            let library = install::find_library(&other);
+            let fits =
+                |library: PathBuf| install::check_version(&library, &other).map(|()| library);
+            text += &of(&other, library.and_then(fits));
+        }
+    }
+    Ok(print(text)?)
 }

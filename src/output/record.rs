@@ -57,6 +57,9 @@ pub struct RecordMemory {
 pub struct RunSummary {
     /// Version of the program.
     pub version: String,
+    /// The OpenFOAM that computed the blood, its number first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub openfoam: Option<String>,
     /// `complete`, `interrupted` or `failed`.
     pub status: String,
     /// Why it did not complete.
@@ -411,6 +414,8 @@ pub struct Ending {
     pub reason: Option<String>,
     /// Folder of the case.
     pub case: PathBuf,
+    /// The OpenFOAM that computed the blood.
+    pub openfoam: Option<String>,
     /// Cells of the fluid.
     pub fluid_cells: usize,
     /// Degrees of freedom of the structure.
@@ -449,6 +454,7 @@ impl RunSummary {
         let steps = totals.steps.max(1) as f64;
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
+            openfoam: ending.openfoam,
             status: ending.status.into(),
             reason: ending.reason,
             case: ending.case.display().to_string(),

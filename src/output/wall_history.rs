@@ -23,7 +23,7 @@
 //! ```
 //!
 //! Records are numbered from 0, and each ends with the CRC-32 of its bytes before. Wall shear stress is that of each
-//! face, displacement that of each point. `examples/python/fsi_results.py` reads the file and checks it.
+//! face, displacement that of each point. `src/python/fsi_driver/results.py` reads the file and checks it.
 
 use crate::Vec3;
 use crate::files::named;

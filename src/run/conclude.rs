@@ -32,6 +32,7 @@ impl CoupledRun {
             status,
             reason,
             case: self.case_folder.clone(),
+            openfoam: surroundings::openfoam(self.case.fluid.solver),
             fluid_cells: self.fluid_cells,
             structure_dofs: self.degrees_of_freedom(),
             unloading: self.unloading,

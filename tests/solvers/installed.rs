@@ -34,6 +34,7 @@ impl Installation {
             .env("HOME", self.folder.path().join("home"))
             .env_remove("XDG_CACHE_HOME")
             .env_remove("FSI_DRIVER_ADAPTER")
+            .env_remove("FSI_DRIVER_OPENFOAM")
             .args(arguments)
             .output()
             .unwrap()
@@ -66,7 +67,9 @@ fn an_installed_program_runs_a_case_from_any_folder() {
     assert!(setup(&installed.prefix()).contains("installed: "));
     assert!(setup(&installed.prefix()).ends_with("libfsiAdapter.so is the same\n"));
 
-    let library = installed.prefix().join("lib/fsi-driver/libfsiAdapter.so");
+    let library = installed
+        .prefix()
+        .join("lib/fsi-driver/v1912/libfsiAdapter.so");
     let version = installed.said(&["--version"]);
     assert!(version.starts_with(concat!(
         "fsi-driver ",
@@ -141,11 +144,12 @@ fn the_adapter_that_a_variable_names_comes_first() {
     let library = installed
         .folder
         .path()
-        .join("elsewhere/lib/fsi-driver/libfsiAdapter.so");
+        .join("elsewhere/lib/fsi-driver/v1912/libfsiAdapter.so");
     for named in [
         "elsewhere",
         "elsewhere/lib/fsi-driver",
-        "elsewhere/lib/fsi-driver/libfsiAdapter.so",
+        "elsewhere/lib/fsi-driver/v1912",
+        "elsewhere/lib/fsi-driver/v1912/libfsiAdapter.so",
     ] {
         let output = Command::new(installed.prefix().join("bin/fsi-driver"))
             .env("FSI_DRIVER_ADAPTER", installed.folder.path().join(named))

@@ -30,6 +30,7 @@ mod installed;
 mod io_faults;
 mod native_fields;
 mod native_run;
+mod openfoam_versions;
 mod own_case;
 mod own_fluid;
 mod own_mesh;

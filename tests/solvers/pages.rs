@@ -118,6 +118,12 @@ fn run(page: &str, end: Option<&str>) -> String {
         };
         let output = Command::new("env")
             .arg(format!("PATH={path}"))
+            // As if the package were installed, with the program of the search path.
+            .arg(format!(
+                "PYTHONPATH={}",
+                root().join("src/python").display()
+            ))
+            .arg("PYTHONDONTWRITEBYTECODE=1")
             .args([program, option])
             .arg(&block.text)
             .current_dir(folder.path())
@@ -268,7 +274,10 @@ fn own_fluid_python() {
 #[test]
 fn analysis_python() {
     let printed = run("docs/tutorials/analysis-python.md", None);
-    says(&printed, &["outlet pressure 7", "OSI at most 0.0"]);
+    says(
+        &printed,
+        &["outlet pressure 7", "OSI at most 0.0", "2 steps"],
+    );
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What a run leaves, read by `examples/python/fsi_results.py` with the real Python and numpy.
+//! What a run leaves, read by the package in `src/python` with the real Python and numpy.
 
 use crate::run_support::{complete, driver};
 use serde_json::Value;
@@ -27,7 +27,7 @@ pub fn python() -> Option<&'static str> {
 
 /// Runs a script that finds the reader, with the folder of a run as its argument.
 fn run_script(python: &str, script: &str, run: &Path) -> Output {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/python");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/python");
     Command::new(python)
         .env("PYTHONPATH", folder)
         .env("PYTHONDONTWRITEBYTECODE", "1")
@@ -39,7 +39,7 @@ fn run_script(python: &str, script: &str, run: &Path) -> Output {
 
 const SHOW: &str = r#"
 import json, sys, numpy
-from fsi_results import Run
+from fsi_driver import Run
 run = Run(sys.argv[1])
 P, F, V, H = numpy.fromfile(sys.argv[1] + "/wall.bin", "<u4", 4, offset=8)
 steps = numpy.fromfile(sys.argv[1] + "/wall.bin", [("time_s", "<f8"), ("number", "<u4"), ("wall_shear_Pa", "<f4", (F, 3)), ("displacement_m", "<f4", (P, 3)), ("checksum", "<u4")], offset=H)
@@ -102,7 +102,7 @@ fn numbers_read_from_python_are_those_of_the_run() {
     assert_eq!(found["window"]["end_s"], 0.012);
 
     // As a program.
-    let program = "import sys, fsi_results; fsi_results.main()";
+    let program = "from fsi_driver.__main__ import main; main()";
     let output = run_script(python, program, &out);
     assert!(String::from_utf8_lossy(&output.stdout).contains("6 steps to t = 0.012 s"));
     let path = out.join("wall.bin");

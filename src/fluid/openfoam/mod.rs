@@ -16,6 +16,7 @@ use crate::processes::Process;
 use case_files::Connection;
 use probes::{ProbeFiles, Sampling};
 use rustix::process::Signal;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
@@ -232,6 +233,8 @@ impl Fluid for OpenFoam {
 /// OpenFOAM's programs, to run in the folder of a case.
 pub struct Programs {
     case: PathBuf,
+    /// What OpenFOAM needs in the environment.
+    environment: Vec<(OsString, OsString)>,
     /// Value of `FOAM_CONTROLDICT`.
     switches: Option<String>,
 }
@@ -242,7 +245,12 @@ impl Programs {
         // An absolute path, or every line of a stack trace comes with a warning
         let case = case.canonicalize().unwrap_or_else(|_| case.to_owned());
         let switches = install::with_blanks(&[&[case.as_path()], paths].concat());
-        Self { case, switches }
+        let environment = install::chosen().map(|openfoam| openfoam.environment());
+        Self {
+            case,
+            environment: environment.unwrap_or_default(),
+            switches,
+        }
     }
 
     /// One of them.
@@ -251,7 +259,7 @@ impl Programs {
         // A floating point exception ends the solver: better than infinities in the history.
         command
             .current_dir(&self.case)
-            .env("WM_PROJECT_DIR", install::PROJECT_FOLDER)
+            .envs(self.environment.iter().map(|(name, value)| (name, value)))
             .env("FOAM_SIGFPE", "true")
             .env("PWD", &self.case);
         if let Some(switches) = &self.switches {
@@ -270,7 +278,7 @@ impl Programs {
             .args(["-np", &ranks.to_string(), "--oversubscribe"])
             .args(["--bind-to", "none"]);
         // Ranks on other nodes of a job get no variables but those that are named
-        for variable in ["WM_PROJECT_DIR", "FOAM_SIGFPE"]
+        for variable in ["WM_PROJECT_DIR", "FOAM_SIGFPE", "PATH", "LD_LIBRARY_PATH"]
             .into_iter()
             .chain(self.switches.as_ref().map(|_| "FOAM_CONTROLDICT"))
         {

@@ -56,6 +56,12 @@ pub fn check_installed(case: &Case) -> Result<(), Missing> {
     }
 }
 
+/// Which OpenFOAM computes the blood, if one does: its number and build.
+pub fn openfoam(solver: Solver) -> Option<String> {
+    let chosen = matches!(solver, Solver::OpenFoam).then(install::chosen)?;
+    chosen.ok().map(|openfoam| openfoam.version.clone())
+}
+
 /// Whether the fluid of a case can work below a folder, which need not exist yet.
 ///
 /// # Errors
