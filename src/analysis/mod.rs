@@ -6,6 +6,7 @@
 
 pub(crate) mod case_figures;
 mod deviation;
+mod expected_pressures;
 mod flow_numbers;
 pub(crate) mod motion;
 pub mod plausibility;

@@ -10,7 +10,7 @@ mod vessel;
 
 use super::error::CaseError;
 use super::stack::Stack;
-use super::times::{divides, is_built_in};
+use super::times::divides;
 use super::value::shorten;
 use super::{Blood, BloodModel, Case, FluidTimeScheme, Material, Problem, Solver, Window};
 use std::fmt::Write as _;
@@ -37,7 +37,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
             return;
         };
         // The scheme of a preset is not read where the driver has no say in it.
-        if keys == ["time.scheme"] && is_built_in(&entry.place) {
+        if keys == ["time.scheme"] && entry.place.is_built_in() {
             return;
         }
         // Perhaps the value that was changed is another one of them.

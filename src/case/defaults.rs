@@ -1,6 +1,6 @@
 //! The defaults that are built into the program, with what they say of each value: `openfoam-case/defaults.toml`.
 
-use super::table::words;
+use fsi_numerics::words;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 use toml::Value;

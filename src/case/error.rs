@@ -1,8 +1,8 @@
 //! What can be wrong with a case.
 
-use super::times::is_built_in;
+use super::defaults;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,9 +22,14 @@ pub enum ValuePlace {
 }
 
 impl ValuePlace {
+    /// Whether it is in what is built into the program.
+    pub(super) fn is_built_in(&self) -> bool {
+        matches!(self, Self::File(path, _) if path == Path::new(defaults::SHOWN_AS))
+    }
+
     /// The same in messages: nobody has the lines of what is built into the program.
     pub(super) fn told(&self) -> &dyn fmt::Display {
-        match is_built_in(self) {
+        match self.is_built_in() {
             true => &Self::Absent,
             false => self,
         }

@@ -1,16 +1,18 @@
 //! From files, preset and command line to a checked [`Case`]: layers of values, the last one wins.
 
+mod unread;
+
 use super::error::{CaseError, CaseErrors, ValuePlace};
-use super::reads::Unread;
 use super::schema::Schema;
 use super::source::{self, Base, CaseValue, Source};
 use super::stack::Stack;
 use super::table::words;
-use super::{Case, Solver, check, defaults, relative, spelling, times, value};
+use super::{Case, Solver, check, defaults, relative, spelling, value};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
 use std::sync::LazyLock;
+pub use unread::Unread;
 
 words! {
     /// Resolution and length of a run, with everything else unchanged.
@@ -68,7 +70,7 @@ impl ResolvedCase {
 
     /// Whether the value of `key` is that of the defaults in the program.
     pub fn is_built_in(&self, key: &str) -> bool {
-        self.origins.get(key).is_none_or(times::is_built_in)
+        self.origins.get(key).is_none_or(ValuePlace::is_built_in)
     }
 
     /// As [`Case::warnings`], and what was adjusted.

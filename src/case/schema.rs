@@ -4,8 +4,7 @@ mod kind;
 
 pub use kind::{Range, ValueKind, above, from, whole};
 
-use super::ProblemKind;
-use super::reads::Only;
+use super::{Case, ProblemKind};
 use std::collections::HashMap;
 
 /// One key of a file.
@@ -25,6 +24,22 @@ pub struct Key {
     pub problems: &'static [ProblemKind],
     /// The conditions under which it is read; always if empty.
     pub only: Vec<&'static Only>,
+}
+
+/// The condition under which a key, or a table, is read.
+#[derive(Debug)]
+pub struct Only {
+    /// For "is read only …".
+    pub when: &'static str,
+    /// Whether a case reads the key at this path, which has the indices of its tables.
+    pub(super) holds: fn(&Case, &str) -> bool,
+}
+
+// A condition is its words; two pointers to one function may differ.
+impl PartialEq for Only {
+    fn eq(&self, other: &Self) -> bool {
+        self.when == other.when
+    }
 }
 
 /// A table whose key `tag` has the value `word`, such as `material = "neo_hooke"`.

@@ -11,7 +11,7 @@ macro_rules! words {
 }
 
 /// A table of a file as a type. A key is a line `field: Type = "name_unit", kind, "meaning";`, with `, absent "what
-/// counts then"` if it may be and `, only CONDITION` if not every case reads it (`case/reads.rs`); a table in it is a
+/// counts then"` if it may be and `, only CONDITION` if not every case reads it (`case/conditions.rs`); a table in it is a
 /// line `[field: Type, "meaning"]`, perhaps with the same two.
 macro_rules! table {
     (
@@ -60,10 +60,10 @@ macro_rules! table {
                         about: $about,
                         choices: Vec::new(),
                         problems: &[],
-                        only: vec![$($crate::case::reads::conditions::$only)?],
+                        only: vec![$($crate::case::conditions::$only)?],
                     });
                 )*
-                $(schema.only(&[$($crate::case::reads::conditions::$only_table)?], |schema| {
+                $(schema.only(&[$($crate::case::conditions::$only_table)?], |schema| {
                     <$inner as KeyTable>::describe(&join(path, stringify!($table)), schema);
                 });)*
             }

@@ -1,9 +1,7 @@
 //! Times that fit the time step.
 
-use super::error::ValuePlace;
+use super::Case;
 use super::stack::Stack;
-use super::{Case, defaults};
-use std::path::Path;
 
 /// Whether `b` is a multiple of `a` up to rounding.
 pub(super) fn divides(a: f64, b: f64) -> bool {
@@ -18,7 +16,7 @@ impl Case {
     pub(super) fn fit_times(&mut self, stack: &Stack) -> Vec<String> {
         let mut told = Vec::new();
         let mut tell = |key: &str, before: f64, now: f64, why: String| {
-            if stack.entry(key).is_some_and(|e| !is_built_in(&e.place)) {
+            if stack.entry(key).is_some_and(|e| !e.place.is_built_in()) {
                 told.push(format!("{key} = {before:?} is taken as {now}: {why}"));
             }
         };
@@ -62,9 +60,4 @@ impl Case {
         }
         told
     }
-}
-
-/// Whether a value stands in what is built into the program.
-pub(super) fn is_built_in(place: &ValuePlace) -> bool {
-    matches!(place, ValuePlace::File(path, _) if path == Path::new(defaults::SHOWN_AS))
 }

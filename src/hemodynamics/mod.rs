@@ -6,6 +6,7 @@
 pub(crate) mod monitor;
 pub(crate) mod periodicity;
 pub(crate) mod phases;
+mod place;
 pub(crate) mod region;
 pub mod resolution;
 pub(crate) mod rings;
@@ -17,6 +18,7 @@ pub(crate) mod wall;
 
 pub use monitor::{Monitor, RegionStep, WallStress};
 pub use periodicity::Agreement;
+pub use place::Place;
 pub use region::{Region, RegionExtent, RegionName};
 pub use resolution::{FlowNumbers, Resolution, ResolutionFinding};
 pub use rings::Rings;
@@ -24,4 +26,4 @@ pub use shear::ShearStatistics;
 pub use statistics::WindowStatistics;
 pub use steadiness::{Steadiness, SteadyMeasure};
 pub use summary::HemodynamicsSummary;
-pub use wall::{Place, WallState, WetSurface};
+pub use wall::{WallState, WetSurface};

@@ -1,7 +1,8 @@
 //! The regions of a vessel at the end of a step, in figures.
 
+use super::place::Place;
 use super::region::{Region, RegionExtent, RegionName, is_in_box};
-use super::wall::{Place, WallState, WetSurface, widened};
+use super::wall::{WallState, WetSurface, widened};
 use crate::Vec3;
 use crate::geometry::PolyMesh;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! Values between the faces of a wall: from one mesh to another, or to the pixels of a map.
 
-use super::wall::Place;
+use super::place::Place;
 
 /// Faces of a wall in rings around the axis, as meshes that are swept along a vessel have them.
 #[derive(Debug, Clone, PartialEq)]

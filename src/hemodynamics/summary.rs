@@ -2,9 +2,10 @@
 
 use super::monitor::RegionStep;
 use super::periodicity::{PeriodDifference, alternating, differences};
+use super::place::Place;
 use super::region::{Region, RegionExtent};
 use super::statistics::WindowStatistics;
-use super::wall::{Place, WetSurface};
+use super::wall::WetSurface;
 use crate::Vec3;
 use crate::case::Window;
 use serde::{Deserialize, Serialize};

@@ -1,36 +1,13 @@
 //! The wet surface as a list of faces, in the vessel's coordinates: x along the centre-line, φ around it from its
 //! frame's first direction (+y on the x-axis) towards the second (+z).
 
+use super::place::Place;
 use super::region::{Region, RegionExtent, is_in_box, share};
 use super::rings::Rings;
 use crate::Vec3;
 use crate::curve::{NearestPoint, SpaceCurve};
 use crate::geometry::PolyMesh;
-use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
-
-/// Where a face lies on the unloaded wall.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Place {
-    /// Along the centre-line: its arc length.
-    pub x_m: f64,
-    /// Around it, from -180 to 180.
-    pub phi_deg: f64,
-    /// In space, where that is known: branching walls have no other place.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub position_m: Option<[f64; 3]>,
-}
-
-impl Place {
-    /// Along the centre-line and around it.
-    pub fn on_tube(x_m: f64, phi_deg: f64) -> Self {
-        Self {
-            x_m,
-            phi_deg,
-            position_m: None,
-        }
-    }
-}
 
 /// What the fluid does to the wall, and where the wall is, at the end of a step. In single precision, as it is stored:
 /// what is computed from it while running is then what is computed from the stored values.

@@ -1,7 +1,6 @@
 //! Averages over the beats of a run: `phases.csv` and `phases.pvd`.
 
-use super::results;
-use super::run_files::RunFiles;
+use super::run_files::{RunFiles, draft, replace};
 use super::tables::{self, HistoryRow};
 use super::vtu::{Cells, Values, VtuGrid, VtuSeries};
 use super::wall_history::WallHistoryReader;
@@ -43,11 +42,11 @@ pub fn write(
         period: case.time.period,
         count,
     };
-    let folder = results::draft(into)?;
-    let draft = RunFiles::new(folder.path());
+    let folder = draft(into)?;
+    let drafted = RunFiles::new(folder.path());
     let columns = columns(files, case, window, phases)?;
     write_atomically(
-        &draft.phases(),
+        &drafted.phases(),
         &table(phases, &columns).map_err(io::Error::other)?,
     )?;
 
@@ -57,7 +56,7 @@ pub fn write(
     for state in reader {
         means.add(&state?);
     }
-    let mut series = VtuSeries::new(draft.wall_phases())?;
+    let mut series = VtuSeries::new(drafted.wall_phases())?;
     for (end, vector, magnitude, displacement) in means.means() {
         let points: Vec<Vec3> = wall
             .points
@@ -80,7 +79,7 @@ pub fn write(
     let former = into.wall_phases().with_extension("");
     match std::fs::remove_dir_all(&former) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(named(&former)(error)),
-        _ => results::replace(folder.path(), into.root())?,
+        _ => replace(folder.path(), into.root())?,
     }
     folder.close()
 }

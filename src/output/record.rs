@@ -16,7 +16,7 @@ use crate::case::{Case, Windows};
 use crate::coupling::Iteration;
 use crate::fluid::{Fluid, FluidStep, OpeningReport};
 use crate::hemodynamics::{Agreement, Monitor, Resolution, Steadiness, WallState, WetSurface};
-use crate::pfem::evaluation::samples::StressPeak;
+use crate::pfem::solid::StressPeak;
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
 use crate::simulation::assembly::surroundings::fields_to_open;

@@ -1,6 +1,6 @@
 //! What a run has left: evaluated at its end, and read again later.
 
-use super::run_files::{MARK, RunFiles};
+use super::run_files::{MARK, RunFiles, draft, replace};
 use super::tables::{self, HistoryRow};
 use super::wall_fields::{self, FaceRow};
 use super::wall_history::WallHistoryReader;
@@ -8,7 +8,7 @@ use super::{phases, record, wall_record, write_atomically};
 use crate::analysis;
 use crate::analysis::centre_line;
 use crate::case::{BloodVessel, Case, Window, Windows};
-use crate::files::{UNFINISHED, named};
+use crate::files::named;
 use crate::geometry::PolyMesh;
 use crate::geometry::tree::Tree;
 use crate::hemodynamics::summary::{HistorySeries, WallFields};
@@ -71,27 +71,6 @@ pub fn evaluate(
         _ => {}
     }
     Ok(summary)
-}
-
-/// A folder next to the results, for those that are to take their place.
-pub(super) fn draft(files: &RunFiles) -> io::Result<tempfile::TempDir> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(UNFINISHED).tempdir_in(files.root())
-}
-
-/// Moves all files of a folder, and of the folders in it, to the same places in another.
-pub(super) fn replace(from: &Path, to: &Path) -> io::Result<()> {
-    for entry in std::fs::read_dir(from).map_err(named(from))? {
-        let entry = entry.map_err(named(from))?;
-        let target = to.join(entry.file_name());
-        if entry.file_type().map_err(named(from))?.is_dir() {
-            std::fs::create_dir_all(&target).map_err(named(&target))?;
-            replace(&entry.path(), &target)?;
-        } else {
-            std::fs::rename(entry.path(), &target).map_err(named(&target))?;
-        }
-    }
-    Ok(())
 }
 
 /// The columns of a history that the summary needs.

@@ -1,7 +1,9 @@
 //! The names of the files in the folder of a run.
 
+use crate::files::{UNFINISHED, named};
 use crate::simulation::assembly::{Workplace, surroundings};
 use crate::simulation::checkpoint::Store;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Its presence marks a folder as one that this program made.
@@ -148,4 +150,25 @@ impl RunFiles {
     pub fn fluid_log(&self) -> PathBuf {
         self.root.join(surroundings::LOGS[0])
     }
+}
+
+/// A folder next to the results, for those that are to take their place.
+pub(super) fn draft(files: &RunFiles) -> io::Result<tempfile::TempDir> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED).tempdir_in(files.root())
+}
+
+/// Moves all files of a folder, and of the folders in it, to the same places in another.
+pub(super) fn replace(from: &Path, to: &Path) -> io::Result<()> {
+    for entry in std::fs::read_dir(from).map_err(named(from))? {
+        let entry = entry.map_err(named(from))?;
+        let target = to.join(entry.file_name());
+        if entry.file_type().map_err(named(from))?.is_dir() {
+            std::fs::create_dir_all(&target).map_err(named(&target))?;
+            replace(&entry.path(), &target)?;
+        } else {
+            std::fs::rename(entry.path(), &target).map_err(named(&target))?;
+        }
+    }
+    Ok(())
 }

@@ -5,7 +5,7 @@ use super::wall_history::{WallHistory, WallHistoryError, WallHistoryReader};
 use crate::case::{Window, Windows};
 use crate::fluid::ElementModes;
 use crate::hemodynamics::{Monitor, WallState, WallStress, WetSurface, WindowStatistics};
-use crate::pfem::evaluation::samples::StressPeak;
+use crate::pfem::solid::StressPeak;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};

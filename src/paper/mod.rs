@@ -4,6 +4,7 @@
 pub mod convergence;
 pub(crate) mod findings;
 pub(crate) mod models;
+mod runs;
 pub(crate) mod study;
 
-pub use study::PaperStudy;
+pub use runs::PaperStudy;

@@ -1,6 +1,5 @@
 //! The structure as a black box: load on the wet surface in, displacement of the wet surface out.
 
-use super::evaluation::samples::StressPeak;
 use crate::Vec3;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -33,6 +32,25 @@ impl SurfaceLoad {
             shear: vec![Vec3::zeros(); points],
         }
     }
+}
+
+/// Largest stresses and stretches at the quadrature points of an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StressPeak {
+    /// Reference position of the element's middle, m.
+    pub element: Vec3,
+    /// Largest von Mises stress, Pa.
+    pub von_mises: f64,
+    /// Largest principal Cauchy stress of the element, Pa.
+    pub max_principal: f64,
+    /// Largest stress around the deformed vessel, Pa.
+    pub max_hoop: f64,
+    /// Largest stress along it, Pa.
+    pub max_axial: f64,
+    /// Largest stretch of fibres, if there are any.
+    pub max_fibre_stretch: Option<f64>,
+    /// Reference position of the point of the largest von Mises stress, m.
+    pub position: Vec3,
 }
 
 /// A structural solver that can repeat a time step from the same old state with different loads. Its accepted state can

@@ -1,6 +1,5 @@
 //! What is known of the files before a case is made from them.
 
-use super::text::rounded;
 use super::{ProposalInput, RADII, RADIUS};
 use crate::case::{LengthUnit, LineReading, LineSurvey};
 use crate::polydata::{PolyData, Surface};
@@ -114,4 +113,9 @@ fn check_unit(unit: LengthUnit, length: f64, radius: f64, has_radius: bool) -> R
          m long and {thin:e} to {wide} m in radius; {advice}",
         unit.name()
     ))
+}
+
+/// To three digits.
+pub fn rounded(x: f64) -> f64 {
+    format!("{x:.2e}").parse().unwrap_or(x)
 }

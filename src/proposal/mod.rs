@@ -204,7 +204,7 @@ fn loaded(
         .map(|r| r + input.thickness.unwrap_or(THICKNESS * r));
     let mut least = narrowest * outside[0];
     while least <= widest * outside[1] {
-        numbers.least_bend = Some(text::rounded(least));
+        numbers.least_bend = Some(files::rounded(least));
         match load(folder, &text::case(input, numbers), input) {
             Err(ProposalError::Case(errors)) if errors.contains(TOO_SHARP) => least *= ratio,
             other => return other,

@@ -1,7 +1,7 @@
 //! The text of a proposed case.
 
 use super::beat::fitting;
-use super::files::VesselSizes;
+use super::files::{VesselSizes, rounded};
 use super::{Figures, Like, ProposalInput, STEP, THICKNESS, Windkessel};
 use crate::case::{LengthUnit, ResolvedCase};
 use crate::tabular::units::MMHG;
@@ -61,11 +61,6 @@ impl Numbers {
             self.step = fitting(figures.step(mesh, STEP), self.period);
         }
     }
-}
-
-/// To three digits.
-pub fn rounded(x: f64) -> f64 {
-    format!("{x:.2e}").parse().unwrap_or(x)
 }
 
 fn name(path: &Path) -> String {

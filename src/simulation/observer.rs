@@ -2,7 +2,7 @@
 
 use super::clock::is_due;
 use crate::coupling::{Iteration, Step};
-use crate::pfem::evaluation::samples::StressPeak;
+use crate::pfem::solid::StressPeak;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io;

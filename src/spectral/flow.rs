@@ -3,6 +3,7 @@
 //! In ALE form, with the mesh's velocity **w**: `rho (∂u/∂t|mesh + (u - w)·∇u) = -∇p + mu Δu`, `div u = 0`. Velocity
 //! and pressure of a step are found together, without splitting; convection is linearized by extrapolation in time.
 
+pub mod preconditioner;
 mod step;
 
 use super::FlowError;
@@ -12,13 +13,13 @@ use super::metric::Metric;
 use super::open_inflow::OpenEnd;
 use super::oseen::{Local, Oseen};
 use super::patience::Patience;
-use super::preconditioner::{MadeFor, Preconditioner};
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
 use super::taylor_hood_space::{Boundary, Face};
 use super::time_scheme::{self, TimeScheme, Weights};
 use crate::Vec3;
 use crate::rheology::Rheology;
+use preconditioner::{MadeFor, Preconditioner};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

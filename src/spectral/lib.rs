@@ -17,7 +17,7 @@
 //! 5. [`flow`] takes a step: [`Flow::solve`] gives a trial from a [`FlowState`] under [`BoundaryConditions`],
 //!    [`Flow::accept`] makes it the new state. The schemes are in [`time_scheme`]; [`open_inflow`] is what enters at
 //!    open ends.
-//! 6. Its equations are [`oseen`], solved by [`gmres`] with the [`preconditioner`] and its Schur complement of the
+//! 6. Its equations are [`oseen`], solved by [`gmres`] with the [`preconditioner`](flow::preconditioner) and its Schur complement of the
 //!    [`pressure`], which [`block_cholesky`] factorizes.
 //! 7. [`wall_traction`] says what the flow does to a wall. [`clock`] knows where the seconds go, [`patience`] when a
 //!    solution is given up.
@@ -35,7 +35,6 @@ pub mod metric;
 pub mod open_inflow;
 pub mod oseen;
 pub mod patience;
-pub mod preconditioner;
 pub mod pressure;
 pub mod rheology;
 pub mod shear_thinning;

@@ -2,7 +2,7 @@
 
 use super::FlowError;
 use super::contraction::LANES;
-use super::oseen::OseenViscosity;
+use super::rheology::ViscosityField;
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 
@@ -162,15 +162,15 @@ impl Metric {
     pub fn viscous_diagonal(
         &self,
         space: &SpectralElements,
-        viscosity: &OseenViscosity,
+        viscosity: &ViscosityField,
     ) -> Vec<f64> {
         match viscosity {
-            OseenViscosity::Constant(viscosity) => {
+            ViscosityField::Constant(viscosity) => {
                 let mut diagonal = self.laplacian_diagonal(space, &self.stiffness);
                 diagonal.iter_mut().for_each(|d| *d *= viscosity);
                 diagonal
             }
-            OseenViscosity::AtGauss(viscosity) => {
+            ViscosityField::AtGauss(viscosity) => {
                 let m3 = space.gauss_count() * LANES;
                 let mut stiffness = self.stiffness.clone();
                 for (stiffness, viscosity) in

@@ -8,6 +8,7 @@ use super::kernel::{AtGauss, Viscosity};
 use super::metric::Metric;
 use super::patience::Patience;
 use super::pressure::SchurComplement;
+use super::rheology::ViscosityField;
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -46,21 +47,13 @@ pub struct Terms {
     /// `rho G a` at the Gauss points.
     pub convection: Vec<f64>,
     /// Dynamic viscosity, Pa s.
-    pub viscosity: OseenViscosity,
+    pub viscosity: ViscosityField,
     /// What stands on the diagonal of `A` in addition to convection and viscosity, for each node.
     pub mass: Vec<f64>,
     /// Pressure at each open end for each unit of flow out of it, Pa s/m³.
     pub resistances: Vec<f64>,
     /// Right-hand sides.
     pub rhs: Vec<f64>,
-}
-
-/// Dynamic viscosity, Pa s.
-pub enum OseenViscosity {
-    /// The same everywhere.
-    Constant(f64),
-    /// At the Gauss points.
-    AtGauss(Vec<f64>),
 }
 
 /// Results of the elements before they are summed.
@@ -200,8 +193,8 @@ impl Oseen<'_> {
                         stiffness: &metric.stiffness[6 * m3 * e..6 * m3 * (e + 1)],
                         convection: &convection[3 * m3 * e..3 * m3 * (e + 1)],
                         viscosity: match viscosity {
-                            OseenViscosity::Constant(viscosity) => Viscosity::Constant(*viscosity),
-                            OseenViscosity::AtGauss(field) => {
+                            ViscosityField::Constant(viscosity) => Viscosity::Constant(*viscosity),
+                            ViscosityField::AtGauss(field) => {
                                 Viscosity::AtGauss(&field[m3 * e..m3 * (e + 1)])
                             }
                         },

@@ -83,3 +83,11 @@ impl Rheology {
         }
     }
 }
+
+/// Dynamic viscosity, Pa s.
+pub enum ViscosityField {
+    /// The same everywhere.
+    Constant(f64),
+    /// At the Gauss points.
+    AtGauss(Vec<f64>),
+}

@@ -1,6 +1,6 @@
 //! Names and units of the columns of a table, from the lines above its rows.
 
-use super::sniff::{Delimiter, no_number, number};
+use super::cells::{Delimiter, no_number, number};
 use super::units::Unit;
 use super::{Column, Fault, Row};
 

@@ -4,12 +4,13 @@
 //! there may be comments, titles, a line of names, a line of units and a line of counts. [`Sheet::read`] finds out
 //! which of these a file has; what its columns mean is for those to say who asked for it.
 
+mod cells;
 mod header;
 mod sniff;
 pub mod units;
 
 use crate::files::{read_regular, text};
-use sniff::Delimiter;
+use cells::{Delimiter, no_number, number};
 use std::path::Path;
 use units::{Dimension, Unit};
 
@@ -124,13 +125,13 @@ impl Sheet {
     /// If there is none, or one that is not finite.
     pub fn number(&self, row: &Row, column: usize) -> Result<f64, Fault> {
         let cell = row.cells.get(column).map_or("", String::as_str);
-        match sniff::number(cell, self.has_decimal_commas) {
+        match number(cell, self.has_decimal_commas) {
             Some(number) if number.is_finite() => Ok(number),
             _ => Err(Fault::at(
                 row.line,
                 match cell {
                     "" => format!("expected a number in column {}, found none", column + 1),
-                    _ => sniff::no_number(cell),
+                    _ => no_number(cell),
                 },
             )),
         }

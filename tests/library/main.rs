@@ -8,6 +8,7 @@ mod case_load;
 mod case_reads;
 mod check_values;
 mod check_wall;
+mod circles;
 mod convergence_study;
 mod coupling_cases;
 mod coupling_loop;

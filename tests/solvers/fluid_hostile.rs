@@ -7,7 +7,7 @@ use fsi_driver::fluid::Fluid;
 use fsi_driver::fluid::conversation::protocol::{
     FRAME_SIZE, MessageKind, ToFluid, WireFrame, message,
 };
-use fsi_driver::fluid::openfoam::case_files::Connection;
+use fsi_driver::fluid::openfoam::Connection;
 use fsi_driver::fluid::openfoam::{Programs, install};
 use fsi_driver::processes::Process;
 use rustix::process::Signal;

@@ -1,21 +1,11 @@
 //! A centre-line as it stands in a file.
 
-use super::{CentreLine, pth, swc, table, vtp};
+use super::{LineFile, pth, swc, table, vtp};
 use crate::case::LengthUnit;
 use std::path::Path;
 
 /// Endings of files with tables of points.
 const TABLES: [&str; 6] = ["csv", "txt", "dat", "tsv", "asc", "xyz"];
-
-/// A centre-line as it stands in a file.
-#[derive(Debug, Default)]
-pub struct LineFile {
-    pub line: CentreLine,
-    /// The unit that the file says (m), if it does.
-    pub unit: Option<f64>,
-    /// What was understood of the file, in words.
-    pub understood: String,
-}
 
 impl LineFile {
     /// Reads the centre-line in `path`; of several the one that is called `branch`.

@@ -11,7 +11,6 @@ mod vtp;
 
 use super::vessel::MOST_POINTS;
 use super::{LengthUnit, VesselDescription};
-use file::LineFile;
 pub use file::LineReading;
 use std::path::Path;
 pub use survey::LineSurvey;
@@ -25,6 +24,16 @@ const MOST_NAMED: usize = 8;
 struct CentreLine {
     points: Vec<[f64; 3]>,
     radii: Vec<f64>,
+}
+
+/// A centre-line as it stands in a file.
+#[derive(Debug, Default)]
+struct LineFile {
+    line: CentreLine,
+    /// The unit that the file says (m), if it does.
+    unit: Option<f64>,
+    /// What was understood of the file, in words.
+    understood: String,
 }
 
 impl CentreLine {

@@ -2,7 +2,7 @@
 //! them.
 
 use super::CentreLine;
-use super::file::LineFile;
+use super::LineFile;
 use crate::files::{read_regular, text};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};

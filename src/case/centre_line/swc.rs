@@ -1,7 +1,7 @@
 //! Trees of points in SWC: rows of `id type x y z radius parent`, where the root has a parent that there is not, -1
 //! or 0. A branch is the way from the root to an end, by whose number it is called.
 
-use super::file::LineFile;
+use super::LineFile;
 use super::{CentreLine, listed};
 use crate::files::{read_regular, text};
 use std::collections::{BTreeMap, BTreeSet};

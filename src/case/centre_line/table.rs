@@ -1,7 +1,7 @@
 //! Tables of points: `x,y,z` or `x,y,z,r`, whatever the columns are called and whatever separates them, as
 //! spreadsheets, ParaView and VMTK (`vmtkcenterlines -ofile line.dat`) write them.
 
-use super::file::LineFile;
+use super::LineFile;
 use crate::tabular::units::{self, Unit};
 use crate::tabular::{Fault, Sheet};
 use std::f64::consts::PI;

@@ -5,7 +5,7 @@
 
 mod pairs;
 
-use super::file::LineFile;
+use super::LineFile;
 use super::{CentreLine, listed};
 use crate::polydata::PolyData;
 use std::collections::BTreeSet;

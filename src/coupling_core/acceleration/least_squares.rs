@@ -1,7 +1,6 @@
 //! The least-squares fit that all quasi-Newton models are made of: what the columns say about a residual, and what
 //! they leave unsaid.
 
-use super::{Prediction, memory::dense};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -44,6 +43,34 @@ impl SecantPair {
             age: 0,
         })
     }
+}
+
+/// A dense vector as a plain list of numbers.
+mod dense {
+    use nalgebra::DVector;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(
+        vector: &DVector<f64>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        vector.as_slice().serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<DVector<f64>, D::Error> {
+        Vec::deserialize(deserializer).map(DVector::from_vec)
+    }
+}
+
+/// What a model says about a residual.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// The change of the displacement that would remove what the model knows of the residual.
+    pub correction: DVector<f64>,
+    /// What it knows nothing about.
+    pub rest: DVector<f64>,
 }
 
 /// How columns are judged: which are dropped because newer ones say the same, and how far the others are believed. The

@@ -40,22 +40,3 @@ impl AccelerationMemory {
         self.factor.is_none_or(f64::is_finite) && self.fits.iter().flatten().all(fits_to)
     }
 }
-
-/// A dense vector as a plain list of numbers.
-pub(crate) mod dense {
-    use nalgebra::DVector;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub fn serialize<S: Serializer>(
-        vector: &DVector<f64>,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        vector.as_slice().serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<DVector<f64>, D::Error> {
-        Vec::deserialize(deserializer).map(DVector::from_vec)
-    }
-}

@@ -36,10 +36,10 @@ pub use aitken::Aitken;
 pub use constant::Constant;
 pub use hybrid::Hybrid;
 pub use iqn_ls::IqnLs;
-pub use least_squares::{Columns, Filter, LeastSquares, SecantPair};
+pub use least_squares::{Columns, Filter, LeastSquares, Prediction, SecantPair};
 pub use memory::AccelerationMemory;
 pub use multi_vector::MultiVector;
-pub use quasi_newton::{JacobianModel, Prediction, QuasiNewton};
+pub use quasi_newton::{JacobianModel, QuasiNewton};
 pub use surrogate::{Identity, Surrogate};
 
 use fsi_numerics::words;

@@ -1,7 +1,9 @@
 //! The quasi-Newton iteration: its columns come from the trials, its answers from a model of the inverse Jacobian.
 
 use super::memory::SurrogateRecord;
-use super::{Acceleration, AccelerationMemory, Columns, Identity, SecantPair, Surrogate};
+use super::{
+    Acceleration, AccelerationMemory, Columns, Identity, Prediction, SecantPair, Surrogate,
+};
 use nalgebra::DVector;
 
 /// Steps by whose first changes the surrogate is judged.
@@ -11,15 +13,6 @@ const CAUTION: f64 = 0.1;
 /// Changes of the residual count for what they are relative to the displacement since the unloaded shape, or to so many
 /// times what the step moves, whichever is less: where little moves, small changes say something too.
 const MOTIONS: f64 = 1e4;
-
-/// What a model says about a residual.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prediction {
-    /// The change of the displacement that would remove what the model knows of the residual.
-    pub correction: DVector<f64>,
-    /// What it knows nothing about.
-    pub rest: DVector<f64>,
-}
 
 /// An approximation of the inverse Jacobian that learns from columns: four verbs.
 pub trait JacobianModel: Send {

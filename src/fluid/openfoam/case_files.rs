@@ -4,15 +4,18 @@
 //! `system/fsiParameters` (the physics) and `system/fsiConnection` (the way to the driver, new at every start).
 //! The mesh is written by others.
 
-pub use self::openings::VesselOpenings;
-pub(super) use self::openings::{FIELDS, included};
+pub use self::openings::{PatchMotion, VesselOpenings};
+pub use super::write_file::CaseFilesError;
 
-use super::{own_case, probes, templates};
+use super::connection::Connection;
+use super::names::{CONVECTION, OPENINGS, TIME_DERIVATIVE, WALLS};
+use super::write_file::{io_error, write_file};
+use super::{probes, templates};
 use crate::case::{Blood, ConvectionScheme, Flag, FluidTimeScheme, Ramp, Rheology, Time};
 use crate::geometry::MotionBlend;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-use std::{fs, io};
+use std::fs;
+use std::path::Path;
 
 /// A ramp of no duration, s.
 const NO_RAMP: f64 = 1e-9;
@@ -27,44 +30,6 @@ const STEEP_DEG: f64 = 40.0;
 /// instead of 6.3 with 0.53 (199,680), and diverges with 1.58 (1,003,860). Rigid walls, a stenosis of 75 %: it takes 5
 /// to 7 correctors per step instead of 1 or 2 with 0.83, and diverges with 1.55.
 const DIFFUSIVE: f64 = 0.4;
-
-/// The parameter by which templates take the time scheme of the case.
-pub(super) const TIME_DERIVATIVE: &str = "timeDerivative";
-/// The parameter by which templates take the scheme of convection.
-pub(super) const CONVECTION: &str = "convectionScheme";
-
-/// The parameter by which templates tell the adapter the openings.
-pub(super) const OPENINGS: &str = "openings";
-
-/// The parameter by which templates tell the adapter the patches of the elastic wall.
-pub(super) const WALLS: &str = "wetPatches";
-
-/// Why the case could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum CaseFilesError {
-    /// The system refused.
-    #[error("cannot {action} {}: {source}", .path.display())]
-    Io {
-        /// What was being done.
-        action: &'static str,
-        /// With what.
-        path: PathBuf,
-        /// Why it failed.
-        source: io::Error,
-    },
-}
-
-pub(super) fn io_error(
-    action: &'static str,
-    path: &Path,
-) -> impl FnOnce(io::Error) -> CaseFilesError {
-    let path = path.to_owned();
-    move |source| CaseFilesError::Io {
-        action,
-        path,
-        source,
-    }
-}
 
 /// What is prescribed where the blood enters and leaves.
 #[derive(Debug, Clone)]
@@ -302,58 +267,6 @@ fn file_of(blend: &MotionBlend) -> String {
         let _ = writeln!(text, "({labels} {shares})");
     }
     text + ")\n"
-}
-
-/// The way from OpenFOAM to the driver.
-#[derive(Debug, Clone, Copy)]
-pub struct Connection<'a> {
-    /// The adapter's library.
-    pub library: Option<&'a Path>,
-    /// `socket` or `files`.
-    pub transport: &'a str,
-    /// The socket, or the folder.
-    pub address: &'a Path,
-    /// Time from which to start, s; its folder must exist.
-    pub start_time: f64,
-}
-
-impl Connection<'_> {
-    /// No way: until the solver is started, enough for checkMesh and other utilities to read the case.
-    pub fn none() -> Self {
-        Self {
-            library: None,
-            transport: "none",
-            address: Path::new("none"),
-            start_time: 0.0,
-        }
-    }
-
-    /// Writes `system/fsiConnection`.
-    pub fn write(&self, folder: &Path) -> Result<(), CaseFilesError> {
-        let library = self.library.map(|path| path.display().to_string());
-        let libraries = own_case::libraries(folder).into_iter().chain(library);
-        let libraries: Vec<String> = libraries.map(|path| format!("\"{path}\"")).collect();
-        let text = format!(
-            "// The way to the driver; written by fsi-driver at each start\n\
-             libs            ({});\n\
-             fsiTransport    {};\n\
-             fsiAddress      \"{}\";\n\
-             fsiDriver       {};\n\
-             fsiStartTime    {};\n\
-             // Pressure and velocity at output.fluid_probes_m; before the adapter, which reports the finished step\n\
-             functions {{ #include \"$FOAM_CASE/system/fsiProbes\" }}\n",
-            libraries.join(" "),
-            self.transport,
-            self.address.display(),
-            std::process::id(),
-            self.start_time,
-        );
-        write_file(&folder.join("system/fsiConnection"), &text)
-    }
-}
-
-pub(super) fn write_file(path: &Path, text: &str) -> Result<(), CaseFilesError> {
-    fs::write(path, text).map_err(io_error("write", path))
 }
 
 mod earlier;

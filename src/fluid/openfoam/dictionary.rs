@@ -3,7 +3,7 @@
 //! Braces, brackets and semicolons must be in order. Macros and directives other than `#include` are not followed: what
 //! holds one may have any entry.
 
-use super::case_files::{FIELDS, included};
+use super::names::{FIELDS, included};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 

@@ -13,7 +13,7 @@ use super::{
 use crate::Vec3;
 use crate::case;
 use crate::processes::Process;
-use case_files::Connection;
+pub use connection::Connection;
 use probes::{ProbeFiles, Sampling};
 use rustix::process::Signal;
 use std::ffi::OsString;
@@ -24,9 +24,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 pub mod case_files;
+mod connection;
 mod dictionary;
 pub(crate) mod fields;
 pub mod install;
+mod names;
 pub mod own_case;
 pub mod prepared;
 pub(crate) mod probes;
@@ -34,6 +36,7 @@ mod profile;
 pub(crate) mod templates;
 pub(crate) mod times;
 pub(crate) mod trial;
+mod write_file;
 
 /// How Open MPI is set, unless the environment says otherwise.
 const OPEN_MPI: [(&str, &str); 4] = [

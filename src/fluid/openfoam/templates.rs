@@ -1,7 +1,7 @@
 //! The templates of an OpenFOAM case: what there must be, and that OpenFOAM can read it.
 
-use super::case_files::{CONVECTION, FIELDS, OPENINGS, TIME_DERIVATIVE, WALLS, included};
 use super::dictionary::{Dictionary, DictionaryError};
+use super::names::{CONVECTION, FIELDS, OPENINGS, TIME_DERIVATIVE, WALLS, included};
 use std::fs;
 use std::path::{Path, PathBuf};
 

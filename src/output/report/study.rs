@@ -5,9 +5,8 @@ use super::maps::{self, OSI, RADIUS, TAWSS};
 use super::page::{Page, chart, download, escape, figure, gallery, line, panel, table, warnings};
 use super::scene;
 use super::surface::{DrawnSurface, SurfaceField};
-use super::sweep;
+use super::sweep::{self, values};
 use super::table::PageTable;
-use crate::case::Case;
 use crate::output::figure::Curve;
 use crate::output::refinement::Limit;
 use crate::output::results::Results;
@@ -263,14 +262,6 @@ fn differences(runs: &[&Results]) -> String {
     let heads: Vec<String> = std::iter::once("key".to_owned()).chain(names).collect();
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
     table(&heads, &rows)
-}
-
-/// All values of a case by their dotted keys.
-pub(super) fn values(case: &Case) -> BTreeMap<String, String> {
-    let values = case.values_by_name().into_iter();
-    values
-        .map(|(path, value)| (path, value.to_string()))
-        .collect()
 }
 
 /// What the vessels do over time, a curve for each run.

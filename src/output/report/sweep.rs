@@ -1,8 +1,8 @@
 //! Measures of the runs of a study over what differs between their cases: as a table, and drawn.
 
 use super::page::{chart, line, panel};
-use super::study::values;
 use super::table::PageTable;
+use crate::case::Case;
 use crate::hemodynamics::RegionName;
 use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
 use crate::output::figure::{Curve, Marker};
@@ -46,6 +46,14 @@ const OF_REGION: [OfRegion; 6] = [
         1e-3 * r.max_von_mises_Pa.max
     }),
 ];
+
+/// All values of a case by their dotted keys.
+pub(super) fn values(case: &Case) -> BTreeMap<String, String> {
+    let values = case.values_by_name().into_iter();
+    values
+        .map(|(path, value)| (path, value.to_string()))
+        .collect()
+}
 
 /// Those that any of the runs has, of the vessel and of each of its regions.
 fn measures(runs: &[&Results]) -> Vec<SweepMeasure> {

@@ -10,7 +10,7 @@ use crate::output::report::page::significant;
 use crate::output::results::Results;
 use crate::output::tables::{HistoryRow, whole_steps};
 use crate::paper::models::{EXTENSIONS, letter, vessel};
-use crate::paper::study::{PaperStudy, influence};
+use crate::paper::runs::{PaperStudy, influence};
 
 /// What the study found; `None` if models are missing.
 pub type Judged = Option<(String, Verdict)>;

@@ -2,7 +2,7 @@
 
 mod judge;
 
-use super::study::PaperStudy;
+use super::runs::PaperStudy;
 use crate::analysis::{BYPASS, MID_ARTERY};
 use crate::output::report::PageTable;
 use crate::output::report::page::{escape, table};

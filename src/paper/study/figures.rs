@@ -1,6 +1,5 @@
 //! The figures of a study.
 
-use super::{PaperStudy, SectionDifference, influence};
 use crate::analysis::{ARTERY, BYPASS, MID_ARTERY};
 use crate::case::Extension;
 use crate::hemodynamics::summary::RegionSummary;
@@ -13,6 +12,7 @@ use crate::output::report::study::pictures;
 use crate::output::results::Results;
 use crate::paper::findings::series;
 use crate::paper::models::{EXTENSIONS, letter, vessel};
+use crate::paper::runs::{PaperStudy, SectionDifference, influence};
 use std::io;
 
 /// A curve with points over d_max for each extension.

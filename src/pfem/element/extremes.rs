@@ -4,7 +4,7 @@ use super::super::SolidError;
 use super::super::evaluation::extremes::Extremes;
 use super::super::evaluation::stress::{eigenvalues, largest_eigenvalue_bound};
 use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor, Vector};
-use super::forces::DeformedGroup;
+use super::groups::DeformedGroup;
 use super::{Body, Elements};
 use crate::Mat3;
 use multiversion::multiversion;

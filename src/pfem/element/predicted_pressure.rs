@@ -15,7 +15,7 @@
 
 use super::super::SolidError;
 use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor};
-use super::forces::{self, DeformedGroup, Group};
+use super::groups::{DeformedGroup, Group, add_identity};
 use super::{Body, Elements};
 use multiversion::multiversion;
 
@@ -88,7 +88,7 @@ impl Elements {
                 let groups = self.groups.of_element[e].iter().enumerate();
                 let cofactors = |(g, group): (usize, &Group)| {
                     let mut F = group.displacement_gradient(values, g);
-                    forces::add_identity(&mut F);
+                    add_identity(&mut F);
                     lanes::cofactors(&F)
                 };
                 groups.map(cofactors).collect()

@@ -1,34 +1,15 @@
 //! Values of a body on a fine lattice of points, for files that others look at.
 
-use super::super::SolidError;
 use super::super::discretization::Discretization;
 use super::super::element::mapping::lattice;
 use super::super::element::volume::{self, Basis, Formulation, Projection};
 use super::super::element::{Elements, PAIRS};
+use super::super::solid::{SolidError, StressPeak};
 use super::extremes::Extremes;
 use super::stress::StressState;
 use crate::{Mat3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
-
-/// Largest stresses and stretches at the quadrature points of an element.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StressPeak {
-    /// Reference position of the element's middle, m.
-    pub element: Vec3,
-    /// Largest von Mises stress, Pa.
-    pub von_mises: f64,
-    /// Largest principal Cauchy stress of the element, Pa.
-    pub max_principal: f64,
-    /// Largest stress around the deformed vessel, Pa.
-    pub max_hoop: f64,
-    /// Largest stress along it, Pa.
-    pub max_axial: f64,
-    /// Largest stretch of fibres, if there are any.
-    pub max_fibre_stretch: Option<f64>,
-    /// Reference position of the point of the largest von Mises stress, m.
-    pub position: Vec3,
-}
 
 /// The largest stress of each element for a displacement.
 pub fn stress_peaks(

@@ -9,22 +9,11 @@ use super::super::linear_algebra::sparse::ScalarMatrix;
 use super::super::solid::SurfaceLoad;
 use super::newton::{Equilibrium, Residual};
 use super::quasi_newton::KeptTangent;
-use super::time_scheme::TimeScheme;
+use super::time_scheme::{State, TimeScheme};
 use crate::Vec3;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
-
-/// Displacement, velocity and acceleration coefficients of all functions, held ones included.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct State {
-    /// Displacement, m.
-    pub d: Vec<f64>,
-    /// Velocity, m/s.
-    pub v: Vec<f64>,
-    /// Acceleration, m/s².
-    pub a: Vec<f64>,
-}
 
 /// What a tangent was assembled from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,6 @@
 
 mod anderson;
 mod equation_of_motion;
-mod equilibrium;
 pub mod listener;
 pub mod modes;
 pub mod newton;

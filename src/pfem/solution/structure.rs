@@ -11,25 +11,28 @@
 //! damping (section 2.1). Other parameters damp high frequencies, see [`TimeScheme`]; with implicit Euler (first order,
 //! damps much) `v = (d - d_n)/dt` and `a = (v - v_n)/dt`.
 
+mod equilibrium;
+
 use super::super::discretization::{self, Discretization};
 use super::super::element::surface::Surface;
 use super::super::evaluation::locate::{Location, Locator};
-use super::super::evaluation::samples::{self, StressPeak};
-use super::super::solid::{Solid, SolidError, SurfaceLoad, SurfacePoint};
+use super::super::evaluation::samples;
+use super::super::solid::{Solid, SolidError, StressPeak, SurfaceLoad, SurfacePoint};
 use super::super::supports::{self, Profile, Support};
+pub use super::equation_of_motion::Linearization;
 use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
-pub use super::equation_of_motion::{Linearization, State};
-use super::equilibrium::TissueAtRest;
 use super::modes::{self, NaturalMode};
 use super::newton::{self, Equilibrium, NewtonOptions};
 use super::quasi_newton::{KeptTangent, QuasiNewtonPairs};
 use super::renewal::{self, Kept, Renewal, WORN};
 use super::stability_watch::StabilityWatch;
 use super::stats::Stats;
+pub use super::time_scheme::State;
 use super::time_scheme::TimeScheme;
 use crate::Vec3;
 use crate::material::Law;
 use crate::mesh::HexMesh;
+use equilibrium::TissueAtRest;
 use fsi_numerics::twelve_digits;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -107,7 +110,7 @@ pub struct Structure {
     total: Stats,
     given: Given,
     /// Where the tissue around it is at rest, if that is a loaded state.
-    pub(super) tissue: Option<TissueAtRest>,
+    tissue: Option<TissueAtRest>,
     /// Time of the accepted state, s.
     time: f64,
     prescribed: Option<Prescribed>,

@@ -1,7 +1,7 @@
 //! Time integration: velocity and acceleration at the end of a step from the displacement there.
 
-use super::equation_of_motion::State;
 use fsi_numerics::words;
+use serde::{Deserialize, Serialize};
 
 words! {
     /// How the wall's velocity and acceleration follow from its displacement.
@@ -16,6 +16,17 @@ words! {
         /// First order; damps what is not resolved, and some of what is.
         ImplicitEuler = "implicit_euler",
     }
+}
+
+/// Displacement, velocity and acceleration coefficients of all functions, held ones included.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Displacement, m.
+    pub d: Vec<f64>,
+    /// Velocity, m/s.
+    pub v: Vec<f64>,
+    /// Acceleration, m/s².
+    pub a: Vec<f64>,
 }
 
 /// Wood, Bossak and Zienkiewicz's parameter with which the highest frequencies fall to `(1 - α)/(1 + α)` = 1/2 a step.

@@ -1,7 +1,6 @@
 //! One table of progress for all models: it updates in a terminal, and is printed now and then elsewhere.
 
-use super::models::BatchRun;
-use super::worker::Outcome;
+use super::models::{BatchRun, Outcome};
 use crate::output::progress::human;
 use crate::output::run_files::RunFiles;
 use crate::output::tables::{self, HistoryRow};

@@ -7,11 +7,11 @@ mod worker;
 
 use super::Interrupt;
 pub use board::Board;
-pub use models::{BatchRun, find, prepare, refuse_earlier, refuse_farther};
+pub use models::{BatchRun, Outcome, find, prepare, refuse_earlier, refuse_farther};
 use std::collections::VecDeque;
 use std::time::Duration;
 pub use sweep::Variation;
-pub use worker::{Outcome, Worker};
+pub use worker::Worker;
 
 /// Time between two looks at the models.
 const LOOK: Duration = Duration::from_millis(500);

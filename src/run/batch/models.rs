@@ -1,6 +1,5 @@
 //! Which models a study has, and how far each has come.
 
-use super::worker::Outcome;
 use crate::case::ResolvedCase;
 use crate::run::status::RunStatus;
 use crate::run::{CaseSelection, Failure};
@@ -21,6 +20,21 @@ pub struct BatchRun {
     pub selection: CaseSelection,
     /// How far its run has come.
     pub status: RunStatus,
+}
+
+/// What became of a model so far.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Outcome {
+    /// Its turn has not come.
+    Waiting,
+    /// It is running.
+    Working,
+    /// It has come to its last step.
+    Done,
+    /// It was asked to end, and can be resumed.
+    Interrupted,
+    /// It cannot go on, for this reason.
+    Failed(String),
 }
 
 impl BatchRun {

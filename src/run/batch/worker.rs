@@ -1,27 +1,12 @@
 //! A model at work: a run in a process of its own.
 
-use super::models::BatchRun;
+use super::models::{BatchRun, Outcome};
 use crate::processes::Process;
 use crate::run::CaseSelection;
 use crate::run::status::RunStatus;
 use rustix::process::Signal;
 use std::process::Command;
 use std::time::Duration;
-
-/// What became of a model so far.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Outcome {
-    /// Its turn has not come.
-    Waiting,
-    /// It is running.
-    Working,
-    /// It has come to its last step.
-    Done,
-    /// It was asked to end, and can be resumed.
-    Interrupted,
-    /// It cannot go on, for this reason.
-    Failed(String),
-}
 
 /// A run in a process of its own, which ends when this one does.
 pub struct Worker {

@@ -1,6 +1,7 @@
 //! What a case is about: the bodies, their meshes, and what holds the solid. The one place where it is chosen.
 
-use super::own;
+pub(super) mod own;
+
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};
 use crate::curve::SpaceCurve;
 use crate::geometry::supports as vessel_supports;

@@ -4,12 +4,12 @@ mod domain;
 mod fit;
 mod initial_state;
 mod limits;
-mod own;
 pub mod preflight;
 mod surrogate;
 pub(crate) mod surroundings;
 mod wave_speeds;
 
+use domain::own;
 pub use domain::{Domain, DomainError, RoundLumen};
 pub use fit::Fit;
 pub use initial_state::{UnloadedWall, Unloading, unloaded_wall};

@@ -4,7 +4,8 @@ use super::{BoundaryConditions, Flow, FlowState};
 use crate::FlowError;
 use crate::metric::Metric;
 use crate::open_inflow::Moving;
-use crate::oseen::{OseenViscosity, Terms};
+use crate::oseen::Terms;
+use crate::rheology::ViscosityField;
 use crate::shear_thinning::VariableViscosity;
 use crate::time_scheme::{Weights, extrapolation};
 
@@ -108,12 +109,12 @@ impl Flow {
         }
         // The part of the stress of a variable viscosity that `div(mu ∇u)` leaves out is a force
         let viscosity = match self.settings.rheology.constant() {
-            Some(viscosity) => OseenViscosity::Constant(viscosity),
+            Some(viscosity) => ViscosityField::Constant(viscosity),
             None => {
                 let VariableViscosity { at_gauss, force } =
                     VariableViscosity::new(space, metric, &self.settings.rheology, guess);
                 rhs.iter_mut().zip(&force).for_each(|(rhs, f)| *rhs += f);
-                OseenViscosity::AtGauss(at_gauss)
+                ViscosityField::AtGauss(at_gauss)
             }
         };
         Terms {

@@ -1,6 +1,6 @@
 //! What is prescribed at the openings of a vessel, as boundary fields and files of an OpenFOAM case.
 
-use super::super::own_case::PatchMotion;
+use super::super::names::{FIELDS, included};
 use crate::Vec3;
 use crate::case::{
     Blood, BloodVessel, Case, Condition, FlowCurve, InletEnd, InletProfile, Opening, PressureCurve,
@@ -11,6 +11,25 @@ use crate::geometry::{PolyMesh, Vessel};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
+
+/// How the points of a patch move at which a wall ends whose rim moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PatchMotion {
+    /// Within the plane of the patch.
+    InPlane,
+    /// As the mesh next to them.
+    Free,
+}
+
+impl PatchMotion {
+    /// The type of its condition in `pointDisplacement`.
+    pub(in super::super) fn condition(self) -> &'static str {
+        match self {
+            Self::InPlane => "slip",
+            Self::Free => "zeroGradient",
+        }
+    }
+}
 
 /// The openings of a vessel.
 #[derive(Debug, Clone)]
@@ -41,14 +60,6 @@ struct Profile {
     /// Centres of the faces (m), and how far they are from the middle, relative to the radius.
     points: Vec<([f64; 3], f64)>,
 }
-
-/// The file with the conditions of the openings that a field includes.
-pub(in super::super) fn included(field: &str) -> String {
-    format!("system/fsiOpenings/{field}")
-}
-
-/// The fields with such a file.
-pub(in super::super) const FIELDS: [&str; 3] = ["p", "U", "pointDisplacement"];
 
 impl VesselOpenings {
     /// A flow with the same velocity all over the inlet, and a windkessel.

@@ -6,7 +6,7 @@
 mod check;
 mod write;
 
-use super::dictionary::Dictionary;
+pub use super::case_files::PatchMotion;
 use super::{Programs, templates};
 use crate::case::OwnFluid;
 use crate::geometry::{MeshFileError, PolyMesh};
@@ -17,8 +17,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Where the copy keeps what the user has written of files that were extended.
-const ORIGINALS: &str = "user";
 /// Types of patches that every field must have as well.
 const CONSTRAINTS: [&str; 9] = [
     "cyclic",
@@ -56,25 +54,6 @@ impl From<MeshFileError> for OwnCaseError {
         Self {
             path: error.path,
             reason: error.reason,
-        }
-    }
-}
-
-/// How the points of a patch move at which a wall ends whose rim moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PatchMotion {
-    /// Within the plane of the patch.
-    InPlane,
-    /// As the mesh next to them.
-    Free,
-}
-
-impl PatchMotion {
-    /// The type of its condition in `pointDisplacement`.
-    pub(super) fn condition(self) -> &'static str {
-        match self {
-            Self::InPlane => "slip",
-            Self::Free => "zeroGradient",
         }
     }
 }
@@ -193,11 +172,4 @@ fn make_blocks(case: &Path) -> Result<(), String> {
         None => process.exit_report(),
     };
     Err(format!("blockMesh refuses it: {said}"))
-}
-
-/// Libraries that the user's own `controlDict` loads, of a case that was written here.
-pub(super) fn libraries(case: &Path) -> Vec<String> {
-    let file = Path::new(ORIGINALS).join("system/controlDict");
-    let dictionary = Dictionary::read(case, &file).unwrap_or_default();
-    dictionary.words("libs").to_vec()
 }

@@ -1,9 +1,10 @@
 //! The copy of a user-supplied case, with what coupling adds.
 
-use super::super::case_files::{CaseFilesError, Connection, write_file};
+use super::super::connection::{Connection, ORIGINALS};
 use super::super::dictionary::Dictionary;
+use super::super::write_file::{CaseFilesError, write_file};
 use super::super::{probes, templates};
-use super::{CONSTRAINTS, ORIGINALS, OwnCaseFiles, make_blocks};
+use super::{CONSTRAINTS, OwnCaseFiles, make_blocks};
 use crate::Vec3;
 use crate::geometry::{Patch, PolyMesh};
 use std::fmt::Write as _;

@@ -1,18 +1,12 @@
 //! The vessel with its wall cut open towards the reader.
 
-use super::{Shown, colour, legend};
+use super::{CELL, EDGE, FIBRE, LUMEN, RIGID, Shown, colour, legend};
 use crate::Vec3;
 use crate::case::Material;
 use crate::geometry::Surfaces;
 use crate::output::figure::solid::{DrawnSolid, View};
 use std::f64::consts::{PI, TAU};
 
-/// Colours of what is no material.
-pub const LUMEN: [u8; 3] = [236, 178, 178];
-pub const RIGID: [u8; 3] = [200, 200, 200];
-pub const EDGE: [u8; 3] = [70, 70, 70];
-pub const CELL: [u8; 3] = [196, 128, 128];
-pub const FIBRE: [u8; 3] = [120, 20, 20];
 /// Half of the angle of the part that is cut out.
 const OPEN: f64 = 0.36 * PI;
 /// Quadrilaterals along and around of what is drawn, and pieces of a line.

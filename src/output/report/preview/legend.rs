@@ -1,7 +1,6 @@
 //! Scale, direction of the flow and names of the colours, for a picture that stands by itself.
 
-use super::cut_open::{CELL, EDGE, FIBRE, LUMEN, RIGID};
-use super::{Shown, colour, html_colour};
+use super::{CELL, EDGE, FIBRE, LUMEN, RIGID, Shown, colour, html_colour};
 use crate::Vec3;
 use crate::output::figure::onto_png;
 use crate::output::figure::solid::Projection;

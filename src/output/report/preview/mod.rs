@@ -37,6 +37,13 @@ const COLOURS: [[u8; 3]; 8] = [
     [160, 160, 160],
 ];
 
+/// Colours of what is no material.
+const LUMEN: [u8; 3] = [236, 178, 178];
+const RIGID: [u8; 3] = [200, 200, 200];
+const EDGE: [u8; 3] = [70, 70, 70];
+const CELL: [u8; 3] = [196, 128, 128];
+const FIBRE: [u8; 3] = [120, 20, 20];
+
 /// What is drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preview {

@@ -1,6 +1,6 @@
 //! The domain of a user-supplied OpenFOAM case: its mesh as it is, and a wall on its patches.
 
-use super::domain::{Domain, DomainError, RoundLumen};
+use super::{Domain, DomainError, RoundLumen};
 use crate::Vec3;
 use crate::case::{
     Case, Extrusion, FibreAxis, OwnCase, OwnWall, WallFile, WallMode, WallMotion, WallSupport,
@@ -19,7 +19,7 @@ use std::path::Path;
 const SMOOTHING_OF_TREES: usize = 4;
 
 /// What the driver adds to the case.
-pub(super) fn files<'a>(case: &Case, own: &'a OwnCase) -> OwnCaseFiles<'a> {
+pub fn files<'a>(case: &Case, own: &'a OwnCase) -> OwnCaseFiles<'a> {
     OwnCaseFiles {
         folder: own.fluid.case.as_deref().unwrap_or(Path::new("")),
         keys: &own.fluid,
@@ -31,11 +31,7 @@ pub(super) fn files<'a>(case: &Case, own: &'a OwnCase) -> OwnCaseFiles<'a> {
 }
 
 /// The same where the wall is known.
-pub(super) fn own_case_files<'a>(
-    case: &Case,
-    own: &'a OwnCase,
-    domain: &Domain,
-) -> OwnCaseFiles<'a> {
+pub fn own_case_files<'a>(case: &Case, own: &'a OwnCase, domain: &Domain) -> OwnCaseFiles<'a> {
     OwnCaseFiles {
         moving: moving_patches(own, domain),
         ..files(case, own)
@@ -43,7 +39,7 @@ pub(super) fn own_case_files<'a>(
 }
 
 /// Whether flow and pressure are recorded wherever the fluid may enter or leave the domain.
-pub(super) fn all_openings_are_known(own: &OwnCase, mesh: &PolyMesh) -> bool {
+pub fn all_openings_are_known(own: &OwnCase, mesh: &PolyMesh) -> bool {
     let keys = &own.fluid;
     let is_closed = |patch: &Patch| patch.kind != "patch" || keys.patches.contains(&patch.name);
     let is_known = |patch: &Patch| is_closed(patch) || keys.openings.contains(&patch.name);
@@ -52,7 +48,7 @@ pub(super) fn all_openings_are_known(own: &OwnCase, mesh: &PolyMesh) -> bool {
 
 /// The patches at which a wall ends whose rim moves there: that of an extruded wall unless it is held, that of a
 /// prescribed motion where it moves. Those of a wall from a file are not known.
-pub(super) fn moving_patches(own: &OwnCase, domain: &Domain) -> BTreeMap<String, PatchMotion> {
+pub fn moving_patches(own: &OwnCase, domain: &Domain) -> BTreeMap<String, PatchMotion> {
     let mesh = &domain.fluid;
     let others = mesh
         .patches
@@ -118,7 +114,7 @@ fn plane_normal(mesh: &PolyMesh, patch: &Patch) -> Option<Vec3> {
 ///
 /// # Errors
 /// What is wrong with the mesh, the patches or the wall.
-pub(super) fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
+pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
     let wrong = |key| move |reason: String| DomainError { key, reason };
     let (fluid, round) = match &own.tree {
         Some(tree) => {

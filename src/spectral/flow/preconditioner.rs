@@ -1,13 +1,13 @@
 //! What the preconditioner is made for, and when it is made again: that depends on the state at the beginning of a step
 //! alone, so that a resumed run repeats the uninterrupted one.
 
-use super::FlowError;
-use super::flow::{FlowSettings, FlowState};
-use super::metric::Metric;
-use super::oseen::OseenViscosity;
-use super::pressure::SchurComplement;
-use super::shear_thinning::VariableViscosity;
-use super::spectral_elements::SpectralElements;
+use super::{FlowSettings, FlowState};
+use crate::FlowError;
+use crate::metric::Metric;
+use crate::pressure::SchurComplement;
+use crate::rheology::ViscosityField;
+use crate::shear_thinning::VariableViscosity;
+use crate::spectral_elements::SpectralElements;
 use serde::{Deserialize, Serialize};
 
 /// The preconditioner is renewed once the mesh has moved by this share of the flow's width. S-0.25 from 0.3 s on: 3.4
@@ -83,11 +83,11 @@ impl MadeFor {
         }
         let metric = Metric::new(space, positions)?;
         let viscosity = match constant {
-            Some(viscosity) => OseenViscosity::Constant(viscosity),
+            Some(viscosity) => ViscosityField::Constant(viscosity),
             None => {
                 let [velocity, _] = &state.velocity;
                 let now = VariableViscosity::new(space, &metric, &settings.rheology, velocity);
-                OseenViscosity::AtGauss(now.at_gauss)
+                ViscosityField::AtGauss(now.at_gauss)
             }
         };
         let now = Self {

@@ -3,13 +3,12 @@
 //! Where tissue is at rest in a loaded state, that state is an equilibrium which is known: a wall is led from there to
 //! other pressures, not from its unloaded shape, which the tissue would pull open.
 
-use super::super::SolidError;
-use super::super::element::surface::{LoadKind, Surface};
-use super::super::solid::SurfaceLoad;
-use super::statics::{self, Load, StaticOptions};
-use super::structure::{State, Structure};
-use super::unloaded;
+use super::{State, Structure};
 use crate::Vec3;
+use crate::element::surface::{LoadKind, Surface};
+use crate::solid::{SolidError, SurfaceLoad};
+use crate::solution::statics::{self, Load, StaticOptions};
+use crate::solution::unloaded;
 use std::sync::Arc;
 
 /// The equilibrium in which the tissue around a wall exerts nothing.
