@@ -13,7 +13,7 @@ use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::statics::{self, Load, StaticOptions};
 use fsi_driver::pfem::solution::structure::State;
 use fsi_driver::pfem::solution::time_scheme::TimeScheme;
-use fsi_driver::pfem::supports::{self, Profile, Support};
+use fsi_driver::pfem::supports::{self, Support};
 use fsi_driver::pfem::{
     Formulation, Solid, Space, SpaceKind, Structure, StructureOptions, SurfaceLoad,
 };
@@ -94,7 +94,7 @@ fn main() {
             newton: NewtonOptions::default(),
             wet_surface: "inner".into(),
             supports: held.to_vec(),
-            outer_pressure: Profile::default(),
+            outer_pressure: None,
             gravity: Vec3::zeros(),
         },
     )

@@ -7,7 +7,7 @@ use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::solution::statics::StaticOptions;
 use crate::pfem::solution::structure::State;
 use crate::pfem::solution::time_scheme::TimeScheme;
-use crate::pfem::supports::Profile;
+use crate::pfem::supports::PressureAround;
 use crate::pfem::{Solid, SolidError, Structure, StructureOptions, SurfaceLoad};
 use serde::Serialize;
 
@@ -96,8 +96,8 @@ impl<'a> TubeMotion<'a> {
                 wet_surface: "inner".into(),
                 supports: tube.supports.clone(),
                 outer_pressure: match tube.outer_pressure {
-                    0.0 => Profile::default(),
-                    pressure => Profile::constant(pressure),
+                    0.0 => None,
+                    pressure => Some(PressureAround::constant(pressure)),
                 },
                 gravity: Vec3::zeros(),
             },

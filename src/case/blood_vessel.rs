@@ -295,7 +295,7 @@ impl BloodVessel {
         tissue.and_then(|tissue| tissue.at_rest) == Some(GivenShape::Loaded)
     }
 
-    /// Places (m) along x and what of `value` acts there: a single place if it is the same everywhere.
+    /// Arc lengths (m) and what of `value` acts there: a single place if it is the same everywhere.
     pub fn along(&self, value: Option<f64>) -> Vec<(f64, f64)> {
         let Some((surroundings, value)) = self.surroundings.as_ref().zip(value) else {
             return Vec::new();

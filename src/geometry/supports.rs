@@ -4,8 +4,8 @@ use crate::Vec3;
 use crate::case::{BloodVessel, GivenShape, InletEnd, TissueDirection, VesselEnd};
 use crate::curve::SpaceCurve;
 use crate::pfem::supports::{
-    AtRest, Axis, AxisPoint, Direction, Foundation, Profile, Support, on_springs, sliding,
-    sliding_radially,
+    AtRest, Axis, AxisPoint, Direction, Foundation, PressureAround, Profile, Support, on_springs,
+    sliding, sliding_radially,
 };
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ pub fn tissue(vessel: &BloodVessel, line: &SpaceCurve) -> Vec<Foundation> {
     let Some(tissue) = &vessel.surroundings else {
         return Vec::new();
     };
-    let axis = (!is_x_axis(line)).then(|| Arc::new(line.clone()) as Arc<dyn Axis>);
+    let axis = axis(line);
     let direction = match tissue.direction.unwrap_or_default() {
         TissueDirection::Radial => Direction::Radial,
         TissueDirection::Axial => Direction::Axial,
@@ -87,8 +87,17 @@ pub fn is_x_axis(line: &SpaceCurve) -> bool {
     })
 }
 
-/// Pressure (Pa) on the outer surface of a vessel, along x.
-pub fn pressure_around(vessel: &BloodVessel) -> Profile {
-    let tissue = vessel.surroundings.as_ref();
-    Profile(vessel.along(tissue.and_then(|tissue| tissue.pressure)))
+/// The axis along which values around a vessel with this centre-line are told, if it is not the x-axis.
+fn axis(line: &SpaceCurve) -> Option<Arc<dyn Axis>> {
+    (!is_x_axis(line)).then(|| Arc::new(line.clone()) as Arc<dyn Axis>)
+}
+
+/// Pressure on the outer surface of a vessel with this centre-line, if there is any.
+pub fn pressure_around(vessel: &BloodVessel, line: &SpaceCurve) -> Option<PressureAround> {
+    let pressure = vessel.surroundings.as_ref()?.pressure;
+    let pressure = Profile(vessel.along(pressure));
+    (pressure != Profile::default()).then(|| PressureAround {
+        pressure,
+        axis: axis(line),
+    })
 }

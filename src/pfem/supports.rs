@@ -54,6 +54,35 @@ pub trait Axis: fmt::Debug + Send + Sync {
     fn nearest(&self, x: &Vec3) -> AxisPoint;
 }
 
+/// Arc length (m) of an axis next to the point `x` (m); the x-axis if there is none.
+pub(super) fn arc_length(axis: Option<&Arc<dyn Axis>>, x: &Vec3) -> f64 {
+    axis.map_or(x.x, |line| line.nearest(x).s)
+}
+
+/// A pressure (Pa) on a surface that varies along an axis.
+#[derive(Debug, Clone)]
+pub struct PressureAround {
+    /// The pressure along the axis.
+    pub pressure: Profile,
+    /// The axis; the x-axis if there is none.
+    pub axis: Option<Arc<dyn Axis>>,
+}
+
+impl PressureAround {
+    /// The same everywhere.
+    pub fn constant(pressure: f64) -> Self {
+        Self {
+            pressure: Profile::constant(pressure),
+            axis: None,
+        }
+    }
+
+    /// The pressure on the surface next to the point `x` (m).
+    pub fn at(&self, x: &Vec3) -> f64 {
+        self.pressure.at(arc_length(self.axis.as_ref(), x))
+    }
+}
+
 /// A point of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisPoint {

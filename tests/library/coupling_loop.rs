@@ -15,7 +15,7 @@ use fsi_driver::fluid::{
 };
 use fsi_driver::geometry::solid_mesh;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
-use fsi_driver::pfem::supports::{Profile, Support};
+use fsi_driver::pfem::supports::Support;
 use fsi_driver::pfem::{Space, SpaceKind, Structure, StructureOptions, discretization};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -135,7 +135,7 @@ pub fn coupled<F: Fluid>(fluid: F) -> Coupling<F, Structure> {
         supports: ["start", "end"]
             .map(|end| Support::Clamped(end.into()))
             .into(),
-        outer_pressure: Profile::default(),
+        outer_pressure: None,
         gravity: Vec3::zeros(),
     };
     let mesh = solid_mesh(vessel);

@@ -7,7 +7,7 @@ use fsi_driver::pfem::discretization::{Discretization, Options};
 use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::statics::{self, Load, StaticOptions};
 use fsi_driver::pfem::solution::time_scheme::TimeScheme;
-use fsi_driver::pfem::supports::{Profile, Support};
+use fsi_driver::pfem::supports::Support;
 use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, SurfaceLoad};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -152,7 +152,7 @@ fn swing(dt: f64, end: f64) -> Swing {
         newton: NewtonOptions::default(),
         wet_surface: "sides".into(),
         supports: supports(),
-        outer_pressure: Profile::default(),
+        outer_pressure: None,
         gravity: Vec3::new(0.0, -2.0, 0.0),
     };
     let mut beam = Structure::new(&mesh, &[material(1.4e6)], &options).unwrap();

@@ -8,7 +8,7 @@ use fsi_driver::pfem::discretization::Options;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::structure::State;
 use fsi_driver::pfem::solution::time_scheme::TimeScheme;
-use fsi_driver::pfem::supports::{Profile, Support};
+use fsi_driver::pfem::supports::Support;
 use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, SurfaceLoad};
 
 fn options(p: usize, damping: f64) -> StructureOptions {
@@ -23,7 +23,7 @@ fn options(p: usize, damping: f64) -> StructureOptions {
             Support::Clamped("start".into()),
             Support::Clamped("end".into()),
         ],
-        outer_pressure: Profile::default(),
+        outer_pressure: None,
         gravity: Vec3::zeros(),
     }
 }

@@ -5,7 +5,7 @@ use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::element::mapping::MappingKind;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::time_scheme::TimeScheme;
-use fsi_driver::pfem::supports::{Direction, Foundation, Profile, Support};
+use fsi_driver::pfem::supports::{Direction, Foundation, PressureAround, Profile, Support};
 use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, discretization};
 use fsi_driver::simulation::assembly::{CoupledModel, Workplace};
 
@@ -43,7 +43,7 @@ fn tube() -> Structure {
             Support::Clamped("end".into()),
             Support::Foundation(tissue),
         ],
-        outer_pressure: Profile::constant(500.0),
+        outer_pressure: Some(PressureAround::constant(500.0)),
         gravity: fsi_driver::Vec3::zeros(),
     };
     Structure::new(&mesh, &[fibred], &options).unwrap()

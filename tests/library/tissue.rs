@@ -198,6 +198,7 @@ initial_pressure_Pa = 1e4
 [surroundings]
 spring_Pa_m = 1e7
 axial_spring_Pa_m = 2e7
+pressure_Pa = 3e3
 stations_m = [0.0, 12e-3]
 shares = [0.5, 1.5]
 [structure]

@@ -6,7 +6,7 @@ use fsi_driver::coupling::transfer::Transfer;
 use fsi_driver::fluid::FluidInterface;
 use fsi_driver::geometry::WallFile;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
-use fsi_driver::pfem::supports::{Profile, Support};
+use fsi_driver::pfem::supports::Support;
 use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, discretization};
 use std::fmt::Write;
 
@@ -46,7 +46,7 @@ fn plate(elements: [usize; 2], degree: usize) -> Structure {
         newton: NewtonOptions::default(),
         wet_surface: fsi_driver::geometry::WET.into(),
         supports: vec![Support::Clamped(fsi_driver::geometry::WET.into())],
-        outer_pressure: Profile::default(),
+        outer_pressure: None,
         gravity: Vec3::zeros(),
     };
     let rubber = Material::NeoHooke {

@@ -36,7 +36,7 @@ fn ring(layers: &[(f64, Material)], tissue: Option<Foundation>) -> (Structure, H
             .flatten()
             .chain(tissue.map(Support::Foundation))
             .collect(),
-        outer_pressure: Profile::default(),
+        outer_pressure: None,
         gravity: fsi_driver::Vec3::zeros(),
     };
     (Structure::new(&mesh, &materials, &options).unwrap(), mesh)

@@ -17,7 +17,7 @@
 //! Model. Mechanobiol. 11, 2012).
 
 use super::super::SolidError;
-use super::super::supports::{AtRest, Direction, Foundation as Described};
+use super::super::supports::{AtRest, Direction, Foundation as Described, arc_length};
 use super::PAIRS;
 use super::mapping::Mapping;
 use super::surface::Surface;
@@ -108,10 +108,7 @@ impl Foundation {
         let surface = Surface::new(numbering, space, mapping, faces, points)?;
         let given = Surface::new(numbering, space, mapping.given(), faces, points)?;
         let strength = given.points.iter().map(|point| {
-            let at = match &described.axis {
-                None => point.position.x,
-                Some(line) => line.nearest(&point.position).s,
-            };
+            let at = arc_length(described.axis.as_ref(), &point.position);
             [described.spring.at(at), described.damping.at(at)]
         });
         let strength = strength.collect();

@@ -18,7 +18,7 @@ use super::super::element::surface::Surface;
 use super::super::evaluation::locate::{Location, Locator};
 use super::super::evaluation::samples;
 use super::super::solid::{Solid, SolidError, StressPeak, SurfaceLoad, SurfacePoint};
-use super::super::supports::{self, Profile, Support};
+use super::super::supports::{self, PressureAround, Profile, Support};
 pub use super::equation_of_motion::Linearization;
 use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
 use super::modes::{self, NaturalMode};
@@ -59,8 +59,8 @@ pub struct StructureOptions {
     pub wet_surface: String,
     /// Supports.
     pub supports: Vec<Support>,
-    /// Pressure (Pa) on the surface `outer` that is always there, along x.
-    pub outer_pressure: Profile,
+    /// Pressure on the surface `outer` that is always there.
+    pub outer_pressure: Option<PressureAround>,
     /// Acceleration of gravity, m/s², which acts from t = 0 on; zero for none.
     pub gravity: Vec3,
 }
@@ -187,17 +187,15 @@ impl Structure {
         let surface =
             |faces| Surface::new(&body.numbering, &body.space, &body.mapping, faces, points);
         let wet = surface(faces)?;
-        let outer = if options.outer_pressure == Profile::default() {
-            None
-        } else {
+        let outer = options.outer_pressure.as_ref().map(|around| {
             let outer = surface(supports::surface(mesh, "outer")?)?;
-            let places = outer.points.iter().map(|point| point.position.x);
+            let places = outer.points.iter().map(|point| &point.position);
             let load = SurfaceLoad {
-                pressure: places.map(|x| options.outer_pressure.at(x)).collect(),
+                pressure: places.map(|x| around.at(x)).collect(),
                 shear: vec![Vec3::zeros(); outer.points.len()],
             };
-            Some((outer, load))
-        };
+            Ok::<_, SolidError>((outer, load))
+        });
         let locator = Locator::new(&body, faces);
         let given = Given {
             wet_points: wet.points.clone(),
@@ -207,7 +205,7 @@ impl Structure {
         let equation = EquationOfMotion {
             floor: body.round_off()?,
             wet,
-            outer,
+            outer: outer.transpose()?,
             weight: weight(&body, options.density, options.gravity),
             gravity: options.gravity,
             mass_matrix: body.pattern.scalar_matrix(&mass),

@@ -6,7 +6,7 @@ use crate::case::{BloodVessel, Case, Flag, Material, Problem};
 use crate::curve::SpaceCurve;
 use crate::geometry::supports as vessel_supports;
 use crate::geometry::{HexMesh, PolyMesh, Vessel, WallPolygons, elastic_pieces};
-use crate::pfem::supports::{Profile, Support};
+use crate::pfem::supports::{PressureAround, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
 use std::ops::Range;
 
@@ -31,8 +31,8 @@ pub struct Domain {
     pub wet_surface: &'static str,
     /// What holds the solid.
     pub supports: Vec<Support>,
-    /// Pressure (Pa) around the solid, along x.
-    pub outer_pressure: Profile,
+    /// Pressure around the solid.
+    pub outer_pressure: Option<PressureAround>,
     /// The motion of the solid, where it is prescribed.
     pub motion: Option<PrescribedMotion>,
 }
@@ -112,7 +112,7 @@ impl Domain {
             space: Space::isotropic(SpaceKind::Trunk, p),
             wet_surface: "inner",
             supports: vessel_supports::of_vessel(keys, vessel.centre_line()),
-            outer_pressure: vessel_supports::pressure_around(keys),
+            outer_pressure: vessel_supports::pressure_around(keys, vessel.centre_line()),
             motion: None,
         }
     }
@@ -139,7 +139,7 @@ impl Domain {
             },
             wet_surface: "wet",
             supports: clamped.chain([plane]).collect(),
-            outer_pressure: Profile::default(),
+            outer_pressure: None,
             motion: None,
         }
     }

@@ -10,7 +10,6 @@ use crate::geometry::{HexMesh, PolyMesh, Vessel, WallPolygons};
 use crate::pfem::solution::stability::AtBifurcation;
 use crate::pfem::solution::statics::StaticOptions;
 use crate::pfem::solution::unloaded;
-use crate::pfem::supports::Profile;
 use crate::pfem::{Discretization, Solid, SolidError, Structure};
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, PoisonError};
@@ -267,7 +266,7 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
         return structure(case, domain).map(at_rest).map_err(of_mesh);
     };
     let (pressure, image, stretch) = (initial.pressure, initial.image_pressure, initial.stretch);
-    let is_pressed = pressure != 0.0 || image != 0.0 || domain.outer_pressure != Profile::default();
+    let is_pressed = pressure != 0.0 || image != 0.0 || domain.outer_pressure.is_some();
     if stretch == 1.0 && !is_pressed && !initial.tissue_rests_loaded {
         return structure(case, domain).map(at_rest).map_err(of_mesh);
     }

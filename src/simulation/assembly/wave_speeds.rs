@@ -25,7 +25,7 @@ use crate::geometry::supports as vessel_supports;
 use crate::geometry::{HexFace, Section, Vessel, tube_mesh};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::solution::newton::NewtonOptions;
-use crate::pfem::supports::{self, Direction, Foundation, Profile, Support};
+use crate::pfem::supports::{self, Direction, Foundation, PressureAround, Profile, Support};
 use crate::pfem::{SolidError, Space, SpaceKind, Structure, StructureOptions, discretization};
 
 /// Degree of the ring's elements: its radii are exact to 1e-4.
@@ -85,6 +85,8 @@ pub fn wave_speeds(
     let mut discretization =
         discretization::Options::new(Space::isotropic(SpaceKind::Trunk, DEGREE));
     discretization.mapping = MappingKind::Blended(DEGREE);
+    let around = vessel_supports::pressure_around(keys, vessel.centre_line());
+    let around = around.map_or(0.0, |around| around.pressure.at(middle));
     let options = StructureOptions {
         discretization,
         density: case.wall.density,
@@ -93,7 +95,7 @@ pub fn wave_speeds(
         newton: NewtonOptions::default(),
         wet_surface: "inner".into(),
         supports: ring_supports(keys, &vessel, middle),
-        outer_pressure: Profile::constant(vessel_supports::pressure_around(keys).at(middle)),
+        outer_pressure: Some(PressureAround::constant(around)),
         gravity: Vec3::zeros(),
     };
     let solid = Structure::new(&mesh, &materials, &options)?;

@@ -156,7 +156,7 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
         space: Space::isotropic(SpaceKind::Trunk, case.structure.p),
         wet_surface,
         supports,
-        outer_pressure: Profile::default(),
+        outer_pressure: None,
         motion: None,
     })
 }
@@ -179,7 +179,7 @@ fn rigid_domain(own: &OwnCase, fluid: PolyMesh) -> Result<Domain, DomainError> {
         space: Space::isotropic(SpaceKind::Trunk, 1),
         wet_surface: "inner",
         supports: vec![Support::Clamped("inner".into())],
-        outer_pressure: Profile::default(),
+        outer_pressure: None,
         motion,
         solid,
     })
