@@ -11,8 +11,8 @@ macro_rules! words {
 }
 
 /// A table of a file as a type. A key is a line `field: Type = "name_unit", kind, "meaning";`, with `, absent "what
-/// counts then"` if it may be and `, only CONDITION` if not every case reads it (`case/conditions.rs`); a table in it is
-/// a line `[field: Type, "meaning"]`, perhaps with the same two.
+/// counts then"` if it may be and `, only CONDITION` if not every case reads it (`case/conditions.rs`); a table in it
+/// is a line `[field: Type, "meaning"]`, perhaps with the same two.
 macro_rules! table {
     (
         $(#[$meta:meta])*
