@@ -169,6 +169,11 @@ fn property(schema: &Schema, key: &Key) -> Value {
             list(3, most, list(3, most, share))
         }
         ValueKind::Radii(rows, columns) => list(2, rows, list(4, columns, positive())),
+        ValueKind::Triples(most) => list(
+            0,
+            most,
+            list(3, 3, json!({ "type": "integer", "minimum": 0 })),
+        ),
         ValueKind::Points(most) => list(0, most, list(3, 3, json!({ "type": "number" }))),
         ValueKind::Degrees(low, high) => {
             json!({ "anyOf": [whole(low, high), list(3, 3, whole(low, high))] })

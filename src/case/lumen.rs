@@ -33,10 +33,10 @@ const ENDS: f64 = 0.3;
 /// Sizes of surface and centre-line differ by less, in the same unit.
 const SAME_UNIT: f64 = 40.0;
 /// Waves along the surface that are halved, in lengths of a triangle, if the case does not say.
-const TRIANGLES: f64 = 3.0;
+pub(super) const TRIANGLES: f64 = 3.0;
 
 /// Which key is to blame, and what is wrong.
-type Mistake = (&'static str, String);
+pub(super) type Mistake = (&'static str, String);
 
 impl VesselDescription {
     /// Mean radius of the lumen along a centre-line whose table of radii stands in the case; and the largest of each
@@ -163,7 +163,7 @@ fn other_unit(
 }
 
 /// So many times as large or as small as.
-fn times(factor: f64) -> String {
+pub(super) fn times(factor: f64) -> String {
     let (number, word) = match factor > 1.0 {
         true => (factor, "larger"),
         false => (1.0 / factor, "smaller"),

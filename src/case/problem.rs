@@ -203,7 +203,12 @@ impl Case {
 
     /// Reads the file of the lumen's surface once the centre-line is known to be one. Whether there was one.
     pub(super) fn read_lumen(&mut self, stack: &Stack, errors: &mut Vec<CaseError>) -> bool {
-        match self.description().map(VesselDescription::read_lumen) {
+        let of_tree = match &mut self.problem {
+            Problem::UserCase(own) => own.tree.as_mut().map(TreeKeys::read_lumen),
+            _ => None,
+        };
+        let of_vessel = || self.description().map(VesselDescription::read_lumen);
+        match of_tree.or_else(of_vessel) {
             Some(Err(mistake)) => {
                 errors.extend(refused(stack, mistake));
                 false
@@ -221,6 +226,7 @@ impl Case {
         }) = &mut self.problem
         {
             (tree.lines, tree.unit) = (None, None);
+            (tree.lumen, tree.lumen_unit, tree.lumen_smoothing) = (None, None, None);
         }
         if let Some(vessel) = self.description() {
             (vessel.centre_line, vessel.unit, vessel.branch) = (None, None, None);

@@ -4,11 +4,14 @@ use super::centre_line::{from_the_beginning, lines_of_tree};
 use super::opening::{ConditionKeys, Opening, VesselSide, prescribe_shares};
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
 use super::table::table;
+use super::tree_lumen::MOST_TRIANGLES;
 use super::vessel::MOST_POINTS;
 use super::{LengthUnit, NativeTimeScheme, OwnCase, TableError};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
+/// Most ends of a tree: the adapter carries 64 openings.
+pub const MAX_ENDS: usize = 63;
 /// How the names of the patches begin at which blood and wall meet; that of a branch with an opening goes on with the
 /// name of that.
 pub(super) const WALL: &str = "wallFsi";
@@ -23,6 +26,15 @@ table! {
         inlet: Option<String> = "inlet", ValueKind::Text(30), "name of the opening where the lines begin", absent "inlet";
         outlets: Vec<String> = "outlets", ValueKind::Names(63), "names of the openings where they end, in the order of the lines",
             absent "those of tree.line, or outlet1, outlet2 and so on";
+        lumen: Option<PathBuf> = "lumen", ValueKind::Path, "file with the surface of the whole lumen, open or closed at its ends: .stl, .vtp, .vtk, .ply or .obj",
+            absent "the tubes around the lines";
+        lumen_unit: Option<LengthUnit> = "lumen_unit", ValueKind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "tree.unit";
+        lumen_smoothing: Option<f64> = "lumen_smoothing_m", from(0.0, 1.0), "length of the waves of that surface that are halved",
+            absent "three times the median length of an edge";
+        lumen_points: Vec<[f64; 3]> = "lumen_points_m", ValueKind::Points(MOST_TRIANGLES), "points of triangles that are the surface of the lumen, in place of a file",
+            absent "tree.lumen";
+        lumen_triangles: Vec<[usize; 3]> = "lumen_triangles", ValueKind::Triples(MOST_TRIANGLES), "the three of tree.lumen_points_m that are the corners of each triangle, counted from 0",
+            absent "tree.lumen";
         core: Option<usize> = "core", whole(2, 40), "cells along a side of the square in the middle of a cross-section, an even number", absent "6";
         radial: Option<usize> = "radial", whole(1, 100), "cells from that square to the wall", absent "5";
         wall_grading: Option<f64> = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall", absent "3";

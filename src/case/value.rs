@@ -80,6 +80,14 @@ fn read(kind: ValueKind, entry: &CaseValue) -> Option<Value> {
         (ValueKind::Points(most), Value::Array(points)) if points.len() <= most => {
             read_points(points)
         }
+        (ValueKind::Triples(most), Value::Array(all)) if all.len() <= most => {
+            let is_number = |value: &Value| value.as_integer().is_some_and(|i| i >= 0);
+            let is_triple = |value: &Value| {
+                (value.as_array())
+                    .is_some_and(|three| three.len() == 3 && three.iter().all(is_number))
+            };
+            all.iter().all(is_triple).then(|| entry.value.clone())
+        }
         (ValueKind::Degrees(low, high), degrees) => read_degrees(degrees, low..=high),
         (ValueKind::Numbers(most), Value::Array(all)) if (2..=most).contains(&all.len()) => {
             numbers(all, |x| x.is_finite())

@@ -75,6 +75,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     if let Some(fit) = &fit {
         terminal::print(extent(fit))?;
+        if let Some((jacobian, x)) = fit.worst {
+            terminal::print(format_args!(
+                "quality the smallest scaled Jacobian of the blood's mesh is {jacobian:.2} (1 is a cube, 0 degenerate), at \
+                 ({:.4}, {:.4}, {:.4}) m\n",
+                x.x, x.y, x.z
+            ))?;
+        }
         terminal::print(format_args!(
             "fit     the {} faces of the fluid lie within {:.1e} m of the wall; {:.1} % of the wall's wet surface has none next to it{}\n",
             fit.faces,
@@ -255,9 +262,9 @@ fn figures(
 ) -> Result<WallFigures, SolidError> {
     let perfect = case.without_imperfection();
     let sections: Vec<Section> = (Vessel::new(vessel).elastic_sections().cloned()).collect();
-    with_wall(case, vessel, |wall| match &perfect {
+    with_wall(case, |wall| match &perfect {
         None => WallFigures::new(wall, None, &sections, pressures),
-        Some(perfect) => with_wall(perfect, vessel, |perfect| {
+        Some(perfect) => with_wall(perfect, |perfect| {
             WallFigures::new(wall, Some(perfect), &sections, pressures)
         }),
     })

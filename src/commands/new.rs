@@ -19,6 +19,32 @@ pub struct Arguments {
     /// Surface of the lumen: .stl, .vtp, .vtk, .ply or .obj [default: circles of the centre-line's radii].
     #[arg(long, value_name = "FILE")]
     lumen: Option<PathBuf>,
+    /// Names of the openings of a tree: that where its lines begin, then those of their ends in the order of the file
+    /// [default: inlet, outlet1, outlet2 and so on].
+    #[arg(
+        long,
+        value_name = "NAME,NAME,...",
+        requires = "from",
+        value_delimiter = ','
+    )]
+    names: Vec<String>,
+    /// Shares of the flow that leave by the ends of a tree, in their order, such as 0.65,0.35 [default: by --murray].
+    #[arg(
+        long,
+        value_name = "SHARE,...",
+        requires = "from",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    split: Vec<f64>,
+    /// Flow goes with this power of the radius at the end of a branch [default: 3].
+    #[arg(
+        long,
+        value_name = "EXPONENT",
+        requires = "from",
+        allow_hyphen_values = true
+    )]
+    murray: Option<f64>,
     /// Unit of the lengths in these files, unless the header of the line says it.
     #[arg(long, value_name = "m|cm|mm|um", value_parser = unit)]
     unit: Option<LengthUnit>,
@@ -143,6 +169,9 @@ impl Arguments {
             loaded: self.loaded,
             is_rcr: self.rcr,
             has_tissue: self.tissue,
+            names: self.names.clone(),
+            split: self.split.clone(),
+            murray: self.murray,
         }
     }
 }

@@ -26,12 +26,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = case.output.title.clone().or(name).unwrap_or_default();
     let preview = Preview::of(&case, &name).ok_or_else(|| {
         Failure::Input(
-            "the case is not about a vessel along one centre-line, but about a tree, a flag or an OpenFOAM case of your own: there is nothing \
-             to draw; the page of a run shows its wall"
+            "the case is not about a vessel, but about a flag or an OpenFOAM case of your own: there is nothing to draw; the page of a \
+             run shows its wall"
                 .into(),
         )
     })?;
-    let preview = preview.map_err(|e| Failure::Run(format!("cannot draw the vessel: {e}")))?;
+    let preview = preview.map_err(|e| match e.kind() {
+        std::io::ErrorKind::InvalidInput => Failure::Input(e.to_string()),
+        _ => Failure::Run(format!("cannot draw the vessel: {e}")),
+    })?;
     let default_folder = match arguments.folder.is_dir() {
         true => arguments.folder.clone(),
         false => arguments

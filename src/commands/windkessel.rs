@@ -5,11 +5,16 @@ use super::{CaseArguments, Failure};
 use crate::analysis::three_elements::ThreeElements;
 use crate::analysis::wall::{self, Storage};
 use crate::analysis::windkessel::{Pressures, TwoElements};
-use crate::case::{BloodVessel, Case, FlowCurve, FlowUnit, Inflow, VesselSide};
+use crate::case::{
+    BloodVessel, Case, Condition, FlowCurve, FlowUnit, Inflow, TreeKeys, VesselSide,
+};
 use crate::geometry::Vessel;
+use crate::geometry::tree::Tree;
 use crate::output::progress::tell_statics;
 use crate::output::terminal;
+use crate::proposal::{end_radii, tree_shares};
 use crate::tabular::units::MMHG;
+use std::f64::consts::PI;
 use std::path::PathBuf;
 
 /// Pressures that may be asked for, mmHg.
@@ -40,6 +45,23 @@ pub struct Arguments {
     /// case's vessel].
     #[arg(long, value_name = "PA_S_M3")]
     proximal: Option<f64>,
+    /// Shares of the flow that leave by the ends of a tree, in their order, such as 0.65,0.35 [default: by --murray].
+    #[arg(
+        long,
+        value_name = "SHARE,...",
+        requires = "case",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    split: Vec<f64>,
+    /// Flow goes with this power of the radius at the end of a branch [default: 3].
+    #[arg(
+        long,
+        value_name = "EXPONENT",
+        requires = "case",
+        allow_hyphen_values = true
+    )]
+    murray: Option<f64>,
     /// Folder of a case, whose wall takes a share of the compliance: its statics, up to a minute.
     #[arg(long, value_name = "DIR")]
     case: Option<PathBuf>,
@@ -73,10 +95,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = (arguments.case.as_deref())
         .map(|folder| arguments.chosen.load(folder))
         .transpose()?;
+    if let Some((case, tree)) = case.as_ref().and_then(|case| Some((case, case.tree()?))) {
+        return arguments.of_tree(case, tree, range);
+    }
+    if !arguments.split.is_empty() || arguments.murray.is_some() {
+        return Err(wrong(
+            "--split and --murray are for vessels that branch, and this one has one outlet: leave them out",
+        ));
+    }
     let vessel = (case.as_ref())
         .map(|case| {
             case.vessel().ok_or_else(|| {
-                wrong("--case: the case has a flag in a channel and no vessel; leave it out")
+                wrong("--case: the case has no vessel of the driver's making; leave it out")
             })
         })
         .transpose()?;
@@ -86,7 +116,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     // What cannot be had without the wall needs no statics.
     TwoElements::between(range[0], range[1], &curve, 0.0).map_err(wrong)?;
     let storage = elastic
-        .map(|(case, vessel)| arguments.storage(case, vessel, range))
+        .map(|(case, _)| arguments.storage(case, range))
         .transpose()?;
     let impedance = elastic.zip(storage.as_ref()).map(|((case, vessel), wall)| {
         // Bramwell and Hill's speed of waves (1922), times density by area
@@ -96,7 +126,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let own = storage.map_or(0.0, |storage| storage.compliance);
     let proposal = arguments.proposal(range, &curve, own, impedance)?;
-    print(&proposal, &curve, own)
+    Ok(terminal::print(format_args!(
+        "{}[windkessel]\n{}\n{}",
+        understood(&curve),
+        proposal.keys(1.0, None),
+        proposal.expectation(own)
+    ))?)
 }
 
 fn wrong(why: impl ToString) -> Failure {
@@ -169,13 +204,8 @@ impl Arguments {
     }
 
     /// What the wall of a case stores between the pressures (Pa).
-    fn storage(
-        &self,
-        case: &Case,
-        vessel: &BloodVessel,
-        [lowest, highest]: [f64; 2],
-    ) -> Result<Storage, Failure> {
-        with_wall(case, vessel, |wall| wall::compliance(wall, lowest, highest))
+    fn storage(&self, case: &Case, [lowest, highest]: [f64; 2]) -> Result<Storage, Failure> {
+        with_wall(case, |wall| wall::compliance(wall, lowest, highest))
             .map_err(|e| Failure::Run(e.to_string()))?
             .ok_or_else(|| {
                 Failure::Run(format!(
@@ -183,6 +213,59 @@ impl Arguments {
                     self.systolic
                 ))
             })
+    }
+
+    /// The windkessels of a tree: all together make the pressures of the inflow, each has its share of it.
+    fn of_tree(&self, case: &Case, tree: &TreeKeys, range: [f64; 2]) -> Result<(), Failure> {
+        let shares = tree_shares(tree, &self.split, self.murray).map_err(wrong)?;
+        let curve = self.tree_curve(case, tree)?;
+        let is_elastic = case.has_elastic_wall();
+        self.check_third_element(is_elastic)?;
+        TwoElements::between(range[0], range[1], &curve, 0.0).map_err(wrong)?;
+        let storage = is_elastic.then(|| self.storage(case, range)).transpose()?;
+        let own = storage.as_ref().map_or(0.0, |storage| storage.compliance);
+        // Of the branches that end at the openings, side by side, with Bramwell and Hill's speed of waves in the whole.
+        let impedance = match storage {
+            Some(_) if self.elements == 3 && self.proximal.is_none() => {
+                let volume = Tree::meshes(tree).map_err(wrong)?.outside.volume();
+                let density = case.blood.density;
+                let speed = (volume / (density * own)).sqrt();
+                let areas = end_radii(tree).into_iter().map(|r| PI * r * r);
+                Some(density * speed / areas.sum::<f64>())
+            }
+            _ => None,
+        };
+        let whole = self.proposal(range, &curve, own, impedance)?;
+        let start = case.initial_wall().map(|initial| initial.pressure);
+        let names = tree.names();
+        terminal::print(understood(&curve))?;
+        for (name, share) in names[1..].iter().zip(&shares) {
+            let name = toml::Value::from(name.as_str());
+            terminal::print(format_args!(
+                "[[tree.opening]] # {:.1} % of the flow\nname = {name}\ncondition = \"windkessel\"\n{}\n",
+                100.0 * share,
+                whole.keys(*share, start)
+            ))?;
+        }
+        Ok(terminal::print(whole.expectation(own))?)
+    }
+
+    /// The flow into a tree over a period: of the file, or of the case.
+    fn tree_curve(&self, case: &Case, tree: &TreeKeys) -> Result<FlowCurve, Failure> {
+        if self.flow.is_some() {
+            return self.curve(Some(case), None);
+        }
+        let openings = tree.openings(case.time.period).map_err(wrong)?;
+        let inlet = openings
+            .into_iter()
+            .find(|opening| opening.end == VesselSide::Start);
+        match inlet.map(|inlet| inlet.condition) {
+            Some(Condition::Flow(curve, _)) => Ok(curve),
+            _ => Err(wrong(format!(
+                "what is prescribed at \"{}\" is no flow: say what flows in, --flow FILE",
+                tree.names()[0]
+            ))),
+        }
     }
 
     /// The windkessel downstream of a vessel of the compliance `own` (m³/Pa) and this impedance (Pa s/m³).
@@ -221,42 +304,56 @@ impl Arguments {
     }
 }
 
-fn print(proposal: &Proposal, curve: &FlowCurve, own: f64) -> Result<(), Failure> {
-    let Proposal {
-        resistance,
-        compliance,
-        proximal,
-        expected,
-        all,
-        tau,
-    } = proposal;
-    let whole = resistance + proximal.unwrap_or(0.0);
-    let vessel = match own {
-        0.0 => "a vessel's own compliance was left out (--case takes that of a case)".to_owned(),
-        own => format!(
-            "the vessel itself has {own:.3e} m³/Pa, {:.0} % of all",
-            100.0 * own / all
-        ),
-    };
-    let third = proximal.map_or(String::new(), |proximal| {
-        format!("proximal_resistance_Pa_s_m3 = {proximal:.4e}\n")
-    });
-    // Without the drop over the proximal resistance
-    let initial = expected.mean * resistance / whole;
-    if let Some(table) = curve.table() {
-        terminal::print(format_args!("# flow: {}\n", table.understood()))?;
+/// What was understood of the file of the flow.
+fn understood(curve: &FlowCurve) -> String {
+    let table = curve.table();
+    table.map_or(String::new(), |table| {
+        format!("# flow: {}\n", table.understood())
+    })
+}
+
+impl Proposal {
+    /// Keys of the windkessel that takes a share of the flow, and begins with a pressure (Pa), or else with its mean.
+    fn keys(&self, share: f64, start: Option<f64>) -> String {
+        let proximal = self.proximal.map_or(String::new(), |proximal| {
+            let proximal = proximal / share;
+            format!("proximal_resistance_Pa_s_m3 = {proximal:.4e}\n")
+        });
+        // Without the drop over the proximal resistance
+        let mean = self.expected.mean * self.resistance / self.whole();
+        format!(
+            "resistance_Pa_s_m3 = {:.4e}\ncompliance_m3_Pa = {:.4e}\n{proximal}initial_pressure_Pa = {}\n",
+            self.resistance / share,
+            self.compliance * share,
+            start.map_or(format!("{mean:.4e}"), |start| format!("{start:?}"))
+        )
     }
-    Ok(terminal::print(format_args!(
-        "[windkessel]\n\
-         resistance_Pa_s_m3 = {resistance:.4e}\n\
-         compliance_m3_Pa = {compliance:.4e}\n\
-         {third}\
-         initial_pressure_Pa = {initial:.4e}\n\n\
-         pressures from {:.1} to {:.1} mmHg, {:.1} on average, in the periodic state;\n\
-         time constant R C {tau:.3} s; mean flow {:.1} ml/min; {vessel}\n",
-        expected.lowest / MMHG,
-        expected.highest / MMHG,
-        expected.mean / MMHG,
-        6e7 * expected.mean / whole,
-    ))?)
+
+    fn whole(&self) -> f64 {
+        self.resistance + self.proximal.unwrap_or(0.0)
+    }
+
+    /// What it makes of the flow into a vessel of the compliance `own` (m³/Pa).
+    fn expectation(&self, own: f64) -> String {
+        let Self {
+            expected, all, tau, ..
+        } = self;
+        let vessel = match own {
+            0.0 => {
+                "a vessel's own compliance was left out (--case takes that of a case)".to_owned()
+            }
+            own => format!(
+                "the vessel itself has {own:.3e} m³/Pa, {:.0} % of all",
+                100.0 * own / all
+            ),
+        };
+        format!(
+            "pressures from {:.1} to {:.1} mmHg, {:.1} on average, in the periodic state;\n\
+             time constant R C {tau:.3} s; mean flow {:.1} ml/min; {vessel}\n",
+            expected.lowest / MMHG,
+            expected.highest / MMHG,
+            expected.mean / MMHG,
+            6e7 * expected.mean / self.whole(),
+        )
+    }
 }

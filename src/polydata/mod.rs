@@ -3,11 +3,13 @@
 mod legacy;
 mod obj;
 mod ply;
+mod search;
 mod stl;
 mod surface;
 mod vtp;
 
-pub use surface::{Crossing, Surface};
+pub use search::{RayHit, SurfaceSearch};
+pub use surface::{Crossing, OpenEdge, Surface};
 pub use vtp::Grid;
 
 use crate::files;

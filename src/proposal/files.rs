@@ -93,7 +93,12 @@ pub fn sizes(input: &ProposalInput) -> Result<VesselSizes, String> {
 
 /// Whether length and radius (m) are those of a vessel in this unit; the radius has another one if it is given by
 /// itself.
-fn check_unit(unit: LengthUnit, length: f64, radius: f64, has_radius: bool) -> Result<(), String> {
+pub fn check_unit(
+    unit: LengthUnit,
+    length: f64,
+    radius: f64,
+    has_radius: bool,
+) -> Result<(), String> {
     let ([short, long], [thin, wide]) = (LENGTHS, RADII_OF_VESSELS);
     if (short..=long).contains(&length) && (thin..=wide).contains(&radius) {
         return Ok(());

@@ -6,6 +6,9 @@ mod changes;
 mod files;
 mod text;
 mod told;
+mod tree;
+
+pub use tree::{end_radii, tree_shares};
 
 use crate::analysis::three_elements::ThreeElements;
 use crate::analysis::windkessel::TwoElements;
@@ -102,6 +105,12 @@ pub struct ProposalInput {
     pub is_rcr: bool,
     /// Whether tissue surrounds the wall.
     pub has_tissue: bool,
+    /// Names of the openings of a tree, the inlet first, if they are not to be chosen.
+    pub names: Vec<String>,
+    /// Shares of the flow of a tree's outlets, if they do not follow from their radii.
+    pub split: Vec<f64>,
+    /// Exponent of the radius that they follow from.
+    pub murray: Option<f64>,
 }
 
 /// A case that is complete, and what it was made from.
@@ -135,6 +144,19 @@ impl Proposal {
     /// # Errors
     /// What is missing, or all mistakes of the case.
     pub fn new(input: &ProposalInput) -> Result<Self, ProposalError> {
+        if tree::ends(input).is_some() {
+            return tree::proposal(input);
+        }
+        let of_trees = [
+            ("--names", !input.names.is_empty()),
+            ("--split", !input.split.is_empty()),
+            ("--murray", input.murray.is_some()),
+        ];
+        if let Some((option, _)) = of_trees.into_iter().find(|(_, is_given)| *is_given) {
+            let reason =
+                "is for a vessel that branches: --from a .vtp, .vtk or .swc with several ends";
+            return Err(ProposalError::Input(format!("{option} {reason}")));
+        }
         let (input, mut remarks) = told::files(input).map_err(ProposalError::Input)?;
         let input = &input;
         let sizes = files::sizes(input).map_err(ProposalError::Input)?;
@@ -176,7 +198,7 @@ impl Proposal {
         remarks.extend(more);
         numbers.choose(&case, &figures, input);
         let text = text::case(input, &numbers);
-        load(trial.path(), &text, input)?;
+        load(trial.path(), &text, input, Preset::Paper)?;
         Ok(Self {
             text,
             files,
@@ -192,7 +214,7 @@ fn loaded(
     sizes: &VesselSizes,
     numbers: &mut Numbers,
 ) -> Result<ResolvedCase, ProposalError> {
-    let first = match load(folder, &text::case(input, numbers), input) {
+    let first = match load(folder, &text::case(input, numbers), input, Preset::Paper) {
         Err(ProposalError::Case(errors)) if errors.contains(TOO_SHARP) && sizes.line.is_some() => {
             errors
         }
@@ -205,7 +227,7 @@ fn loaded(
     let mut least = narrowest * outside[0];
     while least <= widest * outside[1] {
         numbers.least_bend = Some(files::rounded(least));
-        match load(folder, &text::case(input, numbers), input) {
+        match load(folder, &text::case(input, numbers), input, Preset::Paper) {
             Err(ProposalError::Case(errors)) if errors.contains(TOO_SHARP) => least *= ratio,
             other => return other,
         }
@@ -227,9 +249,14 @@ fn another(changes: &Changes) -> String {
     )
 }
 
-fn load(folder: &Path, text: &str, input: &ProposalInput) -> Result<ResolvedCase, ProposalError> {
+fn load(
+    folder: &Path,
+    text: &str,
+    input: &ProposalInput,
+    preset: Preset,
+) -> Result<ResolvedCase, ProposalError> {
     std::fs::write(folder.join("case.toml"), text)?;
-    Case::load(folder, Preset::Paper, &[])
+    Case::load(folder, preset, &[])
         .map_err(|errors| ProposalError::Case(told::mistakes(&errors, input, folder)))
 }
 
@@ -323,9 +350,7 @@ impl Figures {
             ),
         ];
         if reynolds > TURBULENT {
-            remarks.push(format!(
-                "warning: above a Reynolds number of about {TURBULENT:.0} flow may be turbulent, and the blood is computed as laminar"
-            ));
+            remarks.push(turbulent());
         }
         remarks.extend(plausible);
         let lengths = (vessel.elastic_sections()).map(|section| section.to - section.from);
@@ -395,7 +420,7 @@ impl Figures {
     }
 
     /// Rings of cells between core and wall, and their grading, so that the cell at the wall resolves the Stokes layer.
-    fn rings(&self, mesh: &FluidMesh) -> (usize, f64) {
+    fn rings(&self, least: usize, grading: f64) -> (usize, f64) {
         let thin = |rings: usize, grading: f64| {
             let ratio = match rings {
                 1 => 1.0,
@@ -405,8 +430,8 @@ impl Figures {
             // From the core, at about half of the radius, to the wall.
             0.45 * self.radii[1] * ratio.powi(rings as i32 - 1) / all <= LAYER * self.layer
         };
-        let gradings = [mesh.wall_grading, 4.0, 6.0];
-        let choices = (mesh.radial..=16).flat_map(|rings| gradings.map(|grading| (rings, grading)));
+        let gradings = [grading, 4.0, 6.0];
+        let choices = (least..=16).flat_map(|rings| gradings.map(|grading| (rings, grading)));
         choices
             .into_iter()
             .find(|(rings, grading)| thin(*rings, *grading))
@@ -428,6 +453,12 @@ impl Figures {
             .find(|step| *step <= wanted * (1.0 + 1e-9))
             .unwrap_or(most)
     }
+}
+
+fn turbulent() -> String {
+    format!(
+        "warning: above a Reynolds number of about {TURBULENT:.0} flow may be turbulent, and the blood is computed as laminar"
+    )
 }
 
 #[cfg(test)]

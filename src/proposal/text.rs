@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Flow of a vessel of this radius (m) in the defaults, m³/s: base and amplitude. In arteries from the coronary ones to
 /// the aorta velocities differ little, so that flow goes with the radius squared.
-const FLOW: (f64, [f64; 2]) = (2.7e-3, [3.5e-6, 4.5e-6]);
+pub const FLOW: (f64, [f64; 2]) = (2.7e-3, [3.5e-6, 4.5e-6]);
 
 /// What is chosen for a case.
 #[derive(Debug, Clone)]
@@ -56,14 +56,14 @@ impl Numbers {
         self.fast_start = from_rest.map(|found| found.start);
         if let Some(vessel) = case.vessel() {
             let mesh = &vessel.fluid.mesh;
-            let rings = figures.rings(mesh);
+            let rings = figures.rings(mesh.radial, mesh.wall_grading);
             self.rings = (rings != (mesh.radial, mesh.wall_grading)).then_some(rings);
             self.step = fitting(figures.step(mesh, STEP), self.period);
         }
     }
 }
 
-fn name(path: &Path) -> String {
+pub fn name(path: &Path) -> String {
     let name = path
         .file_name()
         .map(|name| name.to_string_lossy().into_owned());

@@ -8,7 +8,15 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 /// Parts of messages about keys, and what they are among the options.
-const OPTIONS: [(&str, &str); 11] = [
+const OPTIONS: [(&str, &str); 16] = [
+    (
+        "tree.lumen_unit, or tree.unit of the lines",
+        "--lumen-unit, or --unit of the lines",
+    ),
+    ("tree.lumen_unit", "--lumen-unit"),
+    ("tree.lumen", "--lumen"),
+    ("tree.lines", "--from"),
+    ("tree.outlets", "--names"),
     (
         "vessel.lumen_unit, or vessel.unit of the line",
         "--lumen-unit, or --unit of the line",
@@ -77,6 +85,16 @@ pub fn mistakes(errors: &CaseErrors, input: &ProposalInput, trial: &Path) -> Str
         let option = match key.as_str() {
             key if key.starts_with("vessel.lumen") && input.lumen.is_some() => {
                 format!("--lumen{}: ", shown(&input.lumen))
+            }
+            key if key.starts_with("tree.lumen") && input.lumen.is_some() => {
+                format!("--lumen{}: ", shown(&input.lumen))
+            }
+            "tree.outlets" => "--names: ".into(),
+            key if key.starts_with("tree.opening") && key.contains(".flow") => {
+                format!("--flow{}: ", shown(&input.flow))
+            }
+            key if key.starts_with("tree.") && input.line.is_some() => {
+                format!("--from{}: ", shown(&input.line))
             }
             "vessel.radius_m" if input.radius.is_some() => "--radius: ".into(),
             key if key.starts_with("vessel.") && input.line.is_some() => {

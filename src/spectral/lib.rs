@@ -36,6 +36,7 @@ pub mod open_inflow;
 pub mod oseen;
 pub mod patience;
 pub mod pressure;
+pub mod quality;
 pub mod rheology;
 pub mod shear_thinning;
 pub mod spectral_elements;

@@ -166,7 +166,8 @@ fn a_case_for_the_examples_files_says_what_it_is() {
         "--unit",
         "mm",
     ];
-    let output = driver(folder.path(), &from);
+    let unknown = [&from[..], &["--branch", "left"]].concat();
+    let output = driver(folder.path(), &unknown);
     assert_eq!(output.status.code(), Some(2));
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(

@@ -124,6 +124,30 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("layers = [\"wall\"]", "layers = [\"media\"]", "wall.extrude.layers", "there is \"wall\""),
     ("[tree]", "[vessel]\nradius_m = 3e-3\n[tree]", "", "no such key"),
     ("[tree]", "[[tree.line]]\npoints_m = [[0.0, 0.0, 0.0]]\nradii_m = [1e-3]\n[tree]", "tree.line", "leave out one of the two"),
+    ("unit = \"mm\"", "unit = \"m\"", "tree.lines", "a radius of 3e0 m: vessels have 1e-5 to 0.05 m; are the lengths in m?"),
+    ("unit = \"mm\"", "unit = \"um\"", "tree.lines", "are the lengths in um?"),
+    ("unit = \"mm\"", "unit = \"mm\"\nlumen = \"none.stl\"", "tree.lumen", "none.stl: No such file"),
+    ("unit = \"mm\"", "unit = \"mm\"\nlumen = \"y.swc\"", "tree.lumen", "ends with .vtp or .stl"),
+    ("unit = \"mm\"", "unit = \"mm\"\nlumen_unit = \"cm\"", "tree.lumen_unit", "there is no tree.lumen"),
+    ("unit = \"mm\"", "unit = \"mm\"\nlumen_smoothing_m = 1e-3", "tree.lumen_smoothing_m", "there is no tree.lumen"),
+    ("unit = \"mm\"", "unit = \"mm\"\nlumen_smoothing_m = -1e-3", "tree.lumen_smoothing_m", "from 0.0 to 1.0"),
+    ("unit = \"mm\"", "unit = \"mm\"\nlumen_points_m = [[0,0,0],[1,0,0],[0,1,0]]\nlumen_triangles = [[0, 1, 3]]", "tree.lumen_triangles", "the point 3, counted from 0, and there are 3"),
+    ("unit = \"mm\"", "unit = \"mm\"\nlumen_points_m = [[0,0,0],[1,0,0],[0,1,0]]\nlumen_triangles = [[0, 1, -2]]", "tree.lumen_triangles", "three whole numbers from 0"),
+    ("unit = \"mm\"", "unit = \"mm\"\nlumen_points_m = [[0,0,0],[1,0,0],[0,1,0]]\nlumen_triangles = [[0, 1]]", "tree.lumen_triangles", "three whole numbers from 0"),
+    ("radial = 2", "radial = 0", "tree.radial", "from 1 to 100"),
+    ("radial = 2", "radial = 2\nwall_grading = 0.0", "tree.wall_grading", "from 0.1"),
+    ("[[tree.opening]]\nname = \"left\"", "[[tree.opening]]", "tree.opening[1].name", "is missing"),
+    ("name = \"left\"\ncondition = \"resistance\"\nresistance_Pa_s_m3 = 1e9", "name = \"left\"\ncondition = \"flow_split\"\nfraction = 1.5", "tree.opening[1].fraction", "from 0.0 to 1.0"),
+    ("condition = \"resistance\"\nresistance_Pa_s_m3 = 1e9", "condition = \"resistance\"\nresistance_Pa_s_m3 = -1e9", "tree.opening[1].resistance_Pa_s_m3", "above 0.0"),
+    ("condition = \"resistance\"\nresistance_Pa_s_m3 = 1e9", "condition = \"windkessel\"\nresistance_Pa_s_m3 = 1e9", "tree.opening[1].compliance_m3_Pa", "is missing"),
+    ("condition = \"resistance\"", "condition = \"rcr\"", "tree.opening[1].condition", "\"windkessel\""),
+    ("condition = \"resistance\"\nresistance_Pa_s_m3 = 1e9\n[[tree.opening]]\nname = \"right\"\ncondition = \"pressure\"\npressure_Pa = 0.0", "condition = \"flow_split\"\nfraction = 0.7\n[[tree.opening]]\nname = \"right\"\ncondition = \"flow_split\"\nfraction = 0.5", "tree.opening[1].fraction", "add up to 1.2"),
+    ("inlet\"\ncondition = \"flow\"\nbase_m3_s = 1e-6", "inlet\"\ncondition = \"flow\"", "tree.opening[0].condition", "needs the flow"),
+    ("outlets = [\"left\", \"right\"]", "outlets = [\"left\", \"right\", \"up\"]", "tree.outlets", "each of the 2 ends, found 3"),
+    ("outlets = [\"left\", \"right\"]", "outlets = [\"left\", \"between\"]", "tree.outlets", "nor \"between\""),
+    ("faces_per_element = 1", "faces_per_element = 0", "wall.extrude.faces_per_element", "from 1 to 8"),
+    ("thicknesses = [0.2]", "thicknesses = [0.2, 0.1]", "wall.extrude", ""),
+    ("[tree]", "[tree]\nlumen_colour = 1", "tree.lumen_colour", "unknown key"),
 ];
 
 #[test]
@@ -150,12 +174,27 @@ fn lines_that_make_no_tree_are_reported() {
     let inside = swc(&[-1.0, 1.0]);
     let crossed = swc(&[-30.0, 30.0]).replace("2 0 -19 0 0 3 1", "2 0 -19 0 0 0 1");
     let apart = swc(&[-30.0, 30.0]) + "99 0 0 90 0 2 -1\n100 0 9 90 0 2 99\n";
+    let negative = swc(&[-30.0, 30.0]).replace("2 0 -19 0 0 3 1", "2 0 -19 0 0 -3 1");
+    let twice = swc(&[-30.0, 30.0, 30.0]);
     let folder = tempfile::tempdir().unwrap();
     for (lines, reason) in [
         ("", "found 0"),
         (one.as_str(), "found 1; a vessel of one is a table [vessel]"),
         (&crossed, "expected one above 0"),
         ("1 0 0 0 0 x 1\n", "found \"1 0 0 0 0 x 1\""),
+        (
+            "1 0 0 0 0 nan -1\n2 0 1 0 0 1 1\n",
+            "found \"1 0 0 0 0 nan -1\"",
+        ),
+        (
+            "1 0 0 0 0 1 2\n2 0 1 0 0 1 1\n3 0 2 0 0 1 2\n",
+            "its own ancestor",
+        ),
+        ("1 0 0 0 0 1 -1\n2 0 1 0 0 1 7\n", "there is no point 7"),
+        ("1 0 0 0 0 1 -1\n1 0 1 0 0 1 1\n", "another point 1"),
+        ("1 0 0 0 0 3 -1\n", "found 0"),
+        (&negative, "expected one above 0"),
+        (&twice, "end at the same place"),
     ] {
         let Err(errors) = load(folder.path(), TREE, lines) else {
             panic!("accepted: {lines}");

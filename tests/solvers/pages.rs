@@ -235,6 +235,20 @@ fn your_vessel() {
 }
 
 #[test]
+fn carotid() {
+    says(
+        &run("docs/tutorials/carotid.md", None),
+        &[
+            "internal 65.0 %",
+            "my-carotid/preview.png",
+            "can be run",
+            "my-carotid-run/report.html",
+            "the vessel itself has",
+        ],
+    );
+}
+
+#[test]
 fn windkessel() {
     let printed = run("docs/tutorials/windkessel.md", None);
     says(

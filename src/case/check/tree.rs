@@ -1,12 +1,13 @@
 //! Whether a vessel that branches is described completely.
 
 use super::Report;
+use crate::Vec3;
 use crate::case::ConditionKeys;
-use crate::case::tree::{BETWEEN, WALL};
+use crate::case::tree::{BETWEEN, MAX_ENDS, WALL};
 use crate::case::{Case, InitialWall, Solver, TreeKeys, VesselSide};
 
-/// Most ends of a tree: the adapter carries 64 openings.
-const MOST_ENDS: usize = 63;
+/// Radii of vessels, m.
+const RADII: [f64; 2] = [1e-5, 0.05];
 
 pub(super) fn check(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
     for (key, core) in [
@@ -25,6 +26,8 @@ pub(super) fn check(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
         return;
     }
     lines(tree, report);
+    places(tree, report);
+    surface(tree, report);
     names(tree, report);
     openings(case, tree, report);
     beginning(case, tree, report);
@@ -83,8 +86,8 @@ fn lines(tree: &TreeKeys, report: &mut Report<'_>) {
     );
     report(
         &[origin(tree)],
-        found > MOST_ENDS,
-        format!("expected at most {MOST_ENDS} ends, found {found}: leave out small branches"),
+        found > MAX_ENDS,
+        format!("expected at most {MAX_ENDS} ends, found {found}: leave out small branches"),
     );
     for (i, line) in lines.iter().enumerate() {
         let (points, radii) = (line.points.len(), line.radii.len());
@@ -103,6 +106,69 @@ fn lines(tree: &TreeKeys, report: &mut Report<'_>) {
                 "points {} and the next one are the same: leave out one of the two",
                 same.unwrap_or(0) + 1
             ),
+        );
+    }
+}
+
+/// Whether radii are those of vessels, and each line ends at another place.
+fn places(tree: &TreeKeys, report: &mut Report<'_>) {
+    let lines = tree.line.as_deref().unwrap_or_default();
+    let [thin, wide] = RADII;
+    let radii = || lines.iter().flat_map(|line| line.radii.iter().copied());
+    let odd = radii().find(|r| !(thin..=wide).contains(r));
+    let unit = match tree.unit {
+        Some(unit) => format!(" in {}", unit.name()),
+        None => String::new(),
+    };
+    report(
+        &[origin(tree), "tree.unit"],
+        odd.is_some(),
+        format!(
+            "a radius of {:e} m: vessels have {thin:e} to {wide} m; are the lengths{unit}?",
+            odd.unwrap_or(0.0)
+        ),
+    );
+    let end = |i: usize| {
+        let line = &lines[i];
+        let x = line.points.last().map(|x| Vec3::from(*x));
+        x.zip(line.radii.last().copied())
+    };
+    let is_same = |&(i, j): &(usize, usize)| match (end(i), end(j)) {
+        (Some((x, r)), Some((y, q))) => (x - y).norm() < 0.1 * r.min(q),
+        _ => false,
+    };
+    let pairs = (0..lines.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+    let same = pairs.clone().find(is_same);
+    let names = tree.names();
+    let told = |i: usize| names.get(i + 1).map_or("", String::as_str);
+    let (i, j) = same.unwrap_or((0, 0));
+    report(
+        &[origin(tree)],
+        same.is_some(),
+        format!(
+            "the lines to \"{}\" and \"{}\" end at the same place: leave out one of them",
+            told(i),
+            told(j)
+        ),
+    );
+}
+
+/// Whether triangles have the points that they name.
+fn surface(tree: &TreeKeys, report: &mut Report<'_>) {
+    let wrong = tree.lumen_surface().err();
+    report(
+        &["tree.lumen_triangles"],
+        wrong.is_some(),
+        wrong.unwrap_or_default(),
+    );
+    for (key, is_given) in [
+        ("tree.lumen_unit", tree.lumen_unit.is_some()),
+        ("tree.lumen_smoothing_m", tree.lumen_smoothing.is_some()),
+    ] {
+        report(
+            &[key],
+            is_given && tree.lumen.is_none(),
+            "there is no tree.lumen that it belongs to: leave it out".into(),
         );
     }
 }
@@ -194,6 +260,16 @@ fn openings(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
         "the driver's own solver takes a share of an inflow that is prescribed: give the opening where the lines begin a flow, \
          or this one a pressure, a resistance or a windkessel"
             .into(),
+    );
+    let shared = given.iter().filter_map(|keys| match keys.condition {
+        ConditionKeys::FlowSplit { fraction } => Some(fraction),
+        _ => None,
+    });
+    let shared: f64 = shared.sum();
+    report(
+        &[&path(shares.unwrap_or(0), "fraction")],
+        shared > 1.0 + 1e-9,
+        format!("the shares of all openings add up to {shared}: expected 1 at most"),
     );
     report(
         &[origin(tree)],

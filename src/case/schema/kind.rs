@@ -27,6 +27,8 @@ pub enum ValueKind {
     Radii(usize, usize),
     /// At most so many points of space.
     Points(usize),
+    /// At most so many lists of three whole numbers from 0 on.
+    Triples(usize),
     /// A whole number within the limits, or one for each of the three local directions.
     Degrees(i64, i64),
     /// A whole number within the limits, or this word.
@@ -144,6 +146,10 @@ impl fmt::Display for ValueKind {
             ValueKind::Points(most) => write!(
                 f,
                 "at most {most} points in brackets, such as [[0.02, 3e-3, 0.0]]"
+            ),
+            ValueKind::Triples(most) => write!(
+                f,
+                "at most {most} lists of three whole numbers from 0 on in brackets, such as [[0, 1, 2]]"
             ),
         }
     }

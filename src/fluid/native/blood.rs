@@ -225,6 +225,12 @@ impl NativeFluid {
         self.flow.space().space.elements
     }
 
+    /// The smallest scaled Jacobian at a node of its elements at rest, and where that is, m.
+    pub fn worst_element(&self) -> Option<(f64, Vec3)> {
+        let positions = &self.memory.flow.positions[0];
+        self.flow.space().worst_element(positions)
+    }
+
     /// Iterations of the linear solver in the last trial.
     pub fn iterations(&self) -> usize {
         (self.trial.as_ref()).map_or(0, |trial| trial.solution.iterations)

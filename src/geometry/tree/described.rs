@@ -5,6 +5,8 @@ use crate::Vec3;
 use crate::case::TreeKeys;
 use crate::curve::SpaceCurve;
 use crate::geometry::{PolyMesh, WallPolygons};
+use crate::polydata::SurfaceSearch;
+use std::sync::Arc;
 
 /// The lumen of a case in cells.
 pub struct TreeMeshes {
@@ -14,32 +16,79 @@ pub struct TreeMeshes {
     pub surface: PolyMesh,
     /// Which of them are those of a cross-section.
     pub polygons: WallPolygons,
+    /// The smallest scaled Jacobian of a cell, and where that is, m.
+    pub worst: (f64, Vec3),
     /// Centre-lines of the branches, each with the patch of its wall.
     pub lines: Vec<(String, SpaceCurve)>,
 }
+
+/// Why the tree of a case has no mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{branches}{error}")]
+pub struct TreeMistake {
+    /// Where, in words.
+    branches: String,
+    error: TreeError,
+}
+
+impl TreeMistake {
+    fn new(keys: &TreeKeys, error: TreeError) -> Self {
+        let mut branches = String::new();
+        if let Some(x) = error.place() {
+            let names = keys.names();
+            let is_there = |line: &CentreLine| {
+                let foot = line.foot(&x);
+                foot.distance < NEAR * foot.radius
+            };
+            let lines = lines(keys);
+            let there = lines
+                .iter()
+                .zip(&names[1..])
+                .filter(|(line, _)| is_there(line));
+            let there: Vec<&str> = there.map(|(_, name)| name.as_str()).collect();
+            if !there.is_empty() {
+                branches = format!("on the way to \"{}\": ", there.join("\", \""));
+            }
+        }
+        Self { branches, error }
+    }
+
+    /// The key to blame.
+    pub fn key(&self) -> &'static str {
+        match self.error {
+            TreeError::Surface(_) => "tree.lumen_triangles",
+            _ => "tree.lines",
+        }
+    }
+}
+
+/// A place belongs to the lines that are nearer than so many radii.
+const NEAR: f64 = 1.2;
 
 impl Tree {
     /// In the cells of a case.
     ///
     /// # Errors
     /// If the lumen cannot be meshed.
-    pub fn of_cells(keys: &TreeKeys) -> Result<Self, TreeError> {
+    pub fn of_cells(keys: &TreeKeys) -> Result<Self, TreeMistake> {
         let grid = SectionGrid::of_cells(
             keys.core.unwrap_or(6),
             keys.radial.unwrap_or(5),
             keys.wall_grading.unwrap_or(3.0),
         );
-        Self::new(lumen(keys), grid, keys.length.unwrap_or(0.4))
+        Self::described(keys, grid, keys.length.unwrap_or(0.4))
     }
 
     /// The lumen of a case in cells.
     ///
     /// # Errors
     /// If it cannot be meshed.
-    pub fn meshes(keys: &TreeKeys) -> Result<TreeMeshes, TreeError> {
+    pub fn meshes(keys: &TreeKeys) -> Result<TreeMeshes, TreeMistake> {
         let tree = Self::of_cells(keys)?;
         let [names, walls] = [keys.names(), keys.walls()];
-        let outside = tree.mesh(&names, &walls, tree.grid().growth_of_polygon())?;
+        let outside = tree
+            .mesh(&names, &walls, tree.grid().growth_of_polygon())
+            .map_err(|error| TreeMistake::new(keys, error))?;
         let (points, numbers) = tree.points(1.0);
         let polygons = tree.polygons(&points, &numbers);
         let surface = PolyMesh {
@@ -47,10 +96,13 @@ impl Tree {
             ..outside.clone()
         };
         let lines = tree.lines().into_iter();
+        let qualities = tree.qualities().into_iter();
+        let worst = qualities.min_by(|a, b| a.0.total_cmp(&b.0));
         Ok(TreeMeshes {
             outside,
             surface,
             polygons,
+            worst: worst.unwrap_or((1.0, Vec3::zeros())),
             lines: lines
                 .map(|(wall, line)| (walls[wall].clone(), line))
                 .collect(),
@@ -61,7 +113,7 @@ impl Tree {
     ///
     /// # Errors
     /// If the lumen cannot be meshed.
-    pub fn of_elements(keys: &TreeKeys, nodes: &[f64]) -> Result<Self, TreeError> {
+    pub fn of_elements(keys: &TreeKeys, nodes: &[f64]) -> Result<Self, TreeMistake> {
         let elements = keys.elements();
         let grid = SectionGrid::of_elements(
             elements.core.unwrap_or(2),
@@ -69,16 +121,27 @@ impl Tree {
             elements.wall_grading.unwrap_or(1.5),
             nodes,
         );
-        Self::new(lumen(keys), grid, elements.length.unwrap_or(1.0))
+        Self::described(keys, grid, elements.length.unwrap_or(1.0))
+    }
+
+    fn described(keys: &TreeKeys, grid: SectionGrid, length: f64) -> Result<Self, TreeMistake> {
+        let tree = lumen(keys).and_then(|lumen| Self::new(lumen, grid, length));
+        tree.map_err(|error| TreeMistake::new(keys, error))
     }
 }
 
-fn lumen(keys: &TreeKeys) -> Lumen {
+fn lines(keys: &TreeKeys) -> Vec<CentreLine> {
     let lines = keys.line.iter().flatten().map(|line| {
         let points: Vec<Vec3> = line.points.iter().map(|x| Vec3::from(*x)).collect();
         CentreLine::new(&points, &line.radii)
     });
-    Lumen {
-        lines: lines.collect(),
-    }
+    lines.collect()
+}
+
+fn lumen(keys: &TreeKeys) -> Result<Lumen, TreeError> {
+    let surface = keys.lumen_surface().map_err(TreeError::Surface)?;
+    Ok(Lumen {
+        lines: lines(keys),
+        surface: surface.map(|surface| Arc::new(SurfaceSearch::new(surface))),
+    })
 }

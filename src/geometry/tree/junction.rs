@@ -145,10 +145,8 @@ impl Junction {
             let points = (0..=half).map(|a| {
                 let phi = slicer.grid.angle(a);
                 let direction = axis * phi.cos() + key * phi.sin();
-                let distance = near
-                    .ray(&centre, &direction)
-                    .ok_or(TreeError::Open(centre))?;
-                Ok(centre + direction * distance)
+                near.wall(&centre, &direction)
+                    .ok_or(TreeError::Open(centre))
             });
             points.collect::<Result<Vec<Vec3>, TreeError>>()
         };
@@ -272,6 +270,17 @@ impl Slicer {
         self.cut(centre, directions)
     }
 
+    /// Whether all rays of a plane cross-section meet the wall.
+    pub fn is_whole(&self, centre: Vec3, tangent: &Vec3, first: &Vec3) -> bool {
+        let near = self.lumen.near(&centre);
+        let second = tangent.cross(first);
+        (0..self.grid.around()).all(|a| {
+            let (sin, cos) = self.grid.angle(a).sin_cos();
+            let direction = first * cos + second * sin;
+            near.wall(&centre, &direction).is_some()
+        })
+    }
+
     /// The cross-section whose rim lies in these directions from a centre.
     fn cut(
         &self,
@@ -280,8 +289,8 @@ impl Slicer {
     ) -> Result<CrossSection, TreeError> {
         let near = self.lumen.near(&centre);
         let point = |direction: Vec3| {
-            let distance = near.ray(&centre, &direction);
-            Ok(centre + direction * distance.ok_or(TreeError::Open(centre))?)
+            let wall = near.wall(&centre, &direction);
+            wall.ok_or(TreeError::Open(centre))
         };
         let rim = directions.map(point).collect::<Result<_, _>>()?;
         Ok(CrossSection { centre, rim })
@@ -360,6 +369,12 @@ fn apex(lumen: &Lumen, (a, s): (usize, f64), (b, t): (usize, f64)) -> Result<Vec
     };
     let is_inside = |u: f64| lumen.near(&p.at(s + u)).value(&at(u)) < 0.0;
     let u = |i: usize| r * (-2.0 + 10.0 * i as f64 / STEPS as f64);
+    if let Some(surface) = &lumen.surface {
+        // From the shared branch out of the lumen.
+        let leaves = |i: usize| surface.between(&at(u(i)), &at(u(i + 1)));
+        let place = (0..STEPS).find_map(leaves);
+        return place.ok_or(TreeError::Apex(p.at(s)));
+    }
     let place = (0..STEPS).find(|i| is_inside(u(*i)) && !is_inside(u(i + 1)));
     let i = place.ok_or(TreeError::Apex(p.at(s)))?;
     let (mut low, mut high) = (u(i), u(i + 1));

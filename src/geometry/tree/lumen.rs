@@ -1,6 +1,9 @@
-//! The lumen of a tree as an implicit surface: the smooth union of the tubes around its centre-lines.
+//! The lumen of a tree: the surface of a file, or as an implicit surface the smooth union of the tubes around its
+//! centre-lines.
 
 use crate::Vec3;
+use crate::polydata::{RayHit, SurfaceSearch};
+use std::sync::Arc;
 
 /// How far the tubes of two centre-lines blend where they part, in radii.
 const FILLET: f64 = 0.5;
@@ -12,6 +15,9 @@ const WINDOW: f64 = 1.0;
 const REACH: f64 = 4.0;
 /// Steps of a ray before it is refined.
 const RAY_STEPS: usize = 40;
+/// Cosines between a ray and the normal of a surface from a file. Above the first one the ray says where the wall is,
+/// below the second one the place that is nearest to where the tubes have it.
+const UPRIGHT: [f64; 2] = [0.6, 0.4];
 
 /// A centre-line from the root of a tree to one of its ends, with its radii. The parts that several share may differ
 /// by a fraction of a radius.
@@ -183,11 +189,13 @@ impl CentreLine {
     }
 }
 
-/// The union of the tubes around centre-lines.
+/// What the blood fills.
 #[derive(Debug, Clone)]
 pub struct Lumen {
     /// One for each end.
     pub lines: Vec<CentreLine>,
+    /// Its wall, if that is not the union of the tubes around these lines.
+    pub surface: Option<Arc<SurfaceSearch>>,
 }
 
 /// The parts of a lumen that are near a place.
@@ -202,7 +210,14 @@ impl Lumen {
     pub fn near(&self, x: &Vec3) -> Near<'_> {
         let feet: Vec<Foot> = self.lines.iter().map(|line| line.foot(x)).collect();
         let inside = feet.iter().filter(|foot| foot.distance < foot.radius);
-        let reach = REACH * inside.map(|foot| foot.radius).fold(0.0, f64::max);
+        let mut widest = inside.map(|foot| foot.radius).fold(0.0, f64::max);
+        if widest == 0.0 && self.surface.is_some() {
+            // A surface may be wider than the tubes within it.
+            let off = |foot: &&Foot| foot.distance - foot.radius;
+            let nearest = feet.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+            widest = nearest.map_or(0.0, |foot| foot.radius);
+        }
+        let reach = REACH * widest;
         let ranges = self.lines.iter().enumerate().filter_map(|(i, line)| {
             let is_near = |k: &usize| (line.points[*k] - x).norm() < reach + 2.0 * line.radii[*k];
             let first = (0..line.points.len()).find(is_near)?;
@@ -246,8 +261,38 @@ impl Near<'_> {
         nearest - blend
     }
 
-    /// Distance (m) of the surface from a place inside along a unit vector; none if it is not met.
+    /// Where the wall is, seen from a place (m) inside along a unit vector; none if there is none.
+    pub fn wall(&self, from: &Vec3, direction: &Vec3) -> Option<Vec3> {
+        let of_tubes = || Some(from + direction * self.tubes(from, direction)?);
+        let Some(surface) = &self.lumen.surface else {
+            return of_tubes();
+        };
+        let hit = self.hit(surface, from, direction)?;
+        let [upright, grazing] = UPRIGHT;
+        let slope = hit.normal.dot(direction).abs();
+        let own = ((slope - grazing) / (upright - grazing)).clamp(0.0, 1.0);
+        let met = from + direction * hit.distance;
+        match of_tubes().filter(|_| own < 1.0) {
+            Some(tube) => Some(surface.nearest(&(met * own + tube * (1.0 - own)))),
+            None => Some(met),
+        }
+    }
+
+    fn hit(&self, surface: &SurfaceSearch, from: &Vec3, direction: &Vec3) -> Option<RayHit> {
+        let hit = surface.ray(from, direction)?;
+        (hit.distance < self.reach).then_some(hit)
+    }
+
+    /// Distance (m) of the wall from a place inside along a unit vector; none if it is not met.
     pub fn ray(&self, from: &Vec3, direction: &Vec3) -> Option<f64> {
+        match &self.lumen.surface {
+            Some(surface) => Some(self.hit(surface, from, direction)?.distance),
+            None => self.tubes(from, direction),
+        }
+    }
+
+    /// As [`Near::ray`], of the tubes around the lines.
+    fn tubes(&self, from: &Vec3, direction: &Vec3) -> Option<f64> {
         let step = self.reach / RAY_STEPS as f64;
         let at = |t: f64| self.value(&(from + direction * t));
         let (mut low, mut high) = (0.0, None);

@@ -11,8 +11,9 @@ mod section;
 #[cfg(test)]
 mod tests;
 
-pub use described::TreeMeshes;
+pub use described::{TreeMeshes, TreeMistake};
 pub use lumen::{CentreLine, Lumen};
+use section::qualities;
 pub use section::{CrossSection, SectionGrid, scaled_jacobian};
 
 use super::PolyMesh;
@@ -23,9 +24,12 @@ use crate::curve::SpaceCurve;
 use junction::{Junction, Slicer, across, leaves};
 use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 /// Lines part at one junction if they do within this many radii.
 const TOGETHER: f64 = 1.5;
+/// A surface may end, or be closed, so many radii before the line does.
+const OVERLAP: f64 = 1.5;
 /// Between two junctions the plane cross-sections of a branch take at least this many radii.
 const LEAST_LENGTH: f64 = 0.5;
 
@@ -47,12 +51,34 @@ pub enum TreeError {
     /// Two junctions too close to this place (m).
     #[error("near {} two junctions follow each other within {:.1} radii of the branch between them: leave out one of the branches", shown(.0), .1)]
     Close(Vec3, f64),
+    /// So few radii between an opening and a junction, near this place (m).
+    #[error("near {} an opening is only {:.1} radii from a junction, which takes 3: continue the centre-line there, or leave the branch out", shown(.0), .1)]
+    Short(Vec3, f64),
     /// A hexahedron inside out near this place (m).
     #[error("near {} the mesh would be inside out: a branch bends or changes its radius too sharply there", shown(.0))]
     InsideOut(Vec3),
+    /// The triangles of the surface make none.
+    #[error("the surface of the lumen: {0}")]
+    Surface(String),
     /// Lines do not begin at one place: this one (m) is far from the first.
     #[error("a centre-line begins at {}, far from where the first one does: are there two trees in the file?", shown(.0))]
     TwoTrees(Vec3),
+}
+
+impl TreeError {
+    /// Where it is, m.
+    fn place(&self) -> Option<Vec3> {
+        match self {
+            Self::Open(x)
+            | Self::Apex(x)
+            | Self::Angle(x)
+            | Self::Close(x, _)
+            | Self::Short(x, _)
+            | Self::InsideOut(x)
+            | Self::TwoTrees(x) => Some(*x),
+            Self::Surface(_) => None,
+        }
+    }
 }
 
 fn shown(x: &Vec3) -> String {
@@ -231,6 +257,13 @@ impl Tree {
         &self.stacks
     }
 
+    /// Scaled Jacobian and middle (m) of each cell.
+    pub fn qualities(&self) -> Vec<(f64, Vec3)> {
+        let stacks = self.stacks.iter();
+        let of_stack = |stack: &Stack| qualities(&self.slicer.grid, &stack.sections);
+        stacks.flat_map(of_stack).collect()
+    }
+
     /// The mesh of cells: patches of the openings, first that where the lines begin, then where each ends; and of the
     /// walls of the branches with these openings, in the same order, and of all others. `growth` is that of
     /// [`SectionGrid::positions`].
@@ -387,6 +420,45 @@ impl Tree {
         WallPolygons::new(polygons, around)
     }
 
+    /// The plane cross-sections that a surface surrounds. At the open ends of the tree it may be closed, or end, a bit
+    /// before the lines do.
+    fn whole(
+        &self,
+        branch: &Branch,
+        stations: &[f64],
+        tangents: &[Vec3],
+        first: &[Vec3],
+    ) -> Range<usize> {
+        let count = stations.len();
+        let line = &branch.axis;
+        if self.slicer.lumen.surface.is_none() {
+            return 0..count;
+        }
+        let is_whole = |i: &usize| {
+            let i = *i;
+            (self.slicer).is_whole(line.at(stations[i]), &tangents[i], &first[i])
+        };
+        // So far from an end at most.
+        let near = |end: f64| OVERLAP * line.radius(end);
+        let at_start = (0..count).take_while(|i| stations[*i] <= near(0.0));
+        let start = at_start.filter(|_| branch.from.is_none());
+        let start = start
+            .clone()
+            .find(is_whole)
+            .or_else(|| start.last().map(|i| i + 1));
+        let length = line.length();
+        let at_end = (0..count)
+            .rev()
+            .take_while(|i| length - stations[*i] <= near(length));
+        let end = at_end.filter(|_| branch.to.is_none());
+        let end = end
+            .clone()
+            .find(is_whole)
+            .or_else(|| end.last().and_then(|i| i.checked_sub(1)));
+        let start = start.unwrap_or(0).min(count - 1);
+        start..end.map_or(count, |last| last + 1).max(start + 1)
+    }
+
     /// The cross-sections of a branch.
     fn stack(&self, branch: &Branch) -> Result<Stack, TreeError> {
         let line = &branch.axis;
@@ -400,10 +472,11 @@ impl Tree {
         let least = LEAST_LENGTH * line.radius(begin);
         if end - begin < least {
             let radii = (end - begin) / line.radius(begin) + 3.0;
-            return Err(TreeError::Close(
-                line.at(0.5 * (begin + end)),
-                radii.max(0.0),
-            ));
+            let (x, radii) = (line.at(0.5 * (begin + end)), radii.max(0.0));
+            return Err(match branch.from.is_some() && branch.to.is_some() {
+                true => TreeError::Close(x, radii),
+                false => TreeError::Short(x, radii),
+            });
         }
         let stations = self.slicer.stations(line, begin, end);
         let tangents: Vec<Vec3> = stations.iter().map(|s| line.tangent(*s)).collect();
@@ -414,12 +487,21 @@ impl Tree {
             branch.to.map(axis),
         );
         let mut sections = Vec::with_capacity(stations.len() + 8);
+        let whole = self.whole(branch, &stations, &tangents, &frames.first);
         for (i, (s, tangent)) in stations.iter().zip(&tangents).enumerate() {
             let share = (s - begin) / (end - begin);
             // Without a kink at the ends.
             let turned = frames.turn * share * share * (3.0 - 2.0 * share);
-            let first = &frames.first[i];
-            sections.push(self.slicer.plane(line.at(*s), tangent, first, turned)?);
+            let cut = |i: usize| {
+                let centre = line.at(stations[i]);
+                (self.slicer).plane(centre, &tangents[i], &frames.first[i], turned)
+            };
+            let nearest = i.clamp(whole.start, whole.end - 1);
+            let section = cut(nearest)?;
+            sections.push(match nearest == i {
+                true => section,
+                false => section.moved(line.at(*s), [&tangents[nearest], tangent]),
+            });
         }
         let whole = Middle {
             axis: 0,

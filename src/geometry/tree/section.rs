@@ -7,6 +7,7 @@
 use crate::Vec3;
 use crate::geometry::o_grid::{BULGE, CORNER, growth_of_polygon, ring_point, rings};
 use fsi_numerics::subdivided;
+use nalgebra::Rotation3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// A cross-section: its centre and points of the wall around it (m), from the middle of one side of the core on.
@@ -16,6 +17,19 @@ pub struct CrossSection {
     pub centre: Vec3,
     /// Points of the wall, counter-clockwise about the flow.
     pub rim: Vec<Vec3>,
+}
+
+impl CrossSection {
+    /// The same one at another centre, turned from the first direction (a unit vector across it) to the second.
+    pub fn moved(&self, centre: Vec3, [from, to]: [&Vec3; 2]) -> Self {
+        let turn = Rotation3::rotation_between(from, to).unwrap_or_default();
+        Self {
+            rim: (self.rim.iter())
+                .map(|x| centre + turn * (x - self.centre))
+                .collect(),
+            centre,
+        }
+    }
 }
 
 /// What a cross-section is divided into: cells, or elements and their nodes.
@@ -184,6 +198,13 @@ impl SectionGrid {
 
 /// The smallest scaled Jacobian of the hexahedra between consecutive cross-sections.
 pub fn worst_between(grid: &SectionGrid, sections: &[CrossSection]) -> f64 {
+    let all = qualities(grid, sections).into_iter();
+    all.map(|(jacobian, _)| jacobian)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Scaled Jacobian and middle (m) of each hexahedron between consecutive cross-sections.
+pub fn qualities(grid: &SectionGrid, sections: &[CrossSection]) -> Vec<(f64, Vec3)> {
     let quads = grid.quads();
     let growth = if grid.degree() == 1 {
         grid.growth_of_polygon()
@@ -198,12 +219,13 @@ pub fn worst_between(grid: &SectionGrid, sections: &[CrossSection]) -> f64 {
     let hexes = pairs.flat_map(|pair| {
         quads.iter().map(|[a, b, c, d]| {
             let (low, high) = (&pair[0], &pair[1]);
-            scaled_jacobian([
+            let corners = [
                 low[*a], low[*b], low[*c], low[*d], high[*a], high[*b], high[*c], high[*d],
-            ])
+            ];
+            (scaled_jacobian(corners), corners.iter().sum::<Vec3>() / 8.0)
         })
     });
-    hexes.fold(f64::INFINITY, f64::min)
+    hexes.collect()
 }
 
 /// The smallest of the triple products of the unit edges at the corners of a hexahedron.

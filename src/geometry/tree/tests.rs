@@ -24,6 +24,7 @@ fn y(angle: f64, radius: f64, turned: f64, fold: f64) -> Lumen {
     };
     Lumen {
         lines: vec![line(-1.0), line(1.0)],
+        surface: None,
     }
 }
 
@@ -110,6 +111,7 @@ fn a_symmetric_y_has_a_symmetric_mesh() {
         &mesh(
             Lumen {
                 lines: vec![sparse(-1.0), sparse(1.0)],
+                surface: None,
             },
             4,
         )
@@ -191,6 +193,7 @@ fn a_tree_of_three_generations_has_a_mesh() {
     });
     let lumen = Lumen {
         lines: lines.collect(),
+        surface: None,
     };
     let tree = Tree::new(lumen.clone(), SectionGrid::of_cells(4, 3, 2.0), 0.6).unwrap();
     assert_eq!((tree.junctions.len(), tree.branches.len()), (7, 15));

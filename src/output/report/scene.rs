@@ -61,7 +61,7 @@ pub fn viewer(surface: &DrawnSurface, frame: usize) -> String {
     });
     format!(
         "<div class=\"viewer\">\n<canvas aria-label=\"the wall in three dimensions\"></canvas>\n\
-         <div class=\"controls\"><label>SurfaceField <select></select></label><button type=\"button\">Play the beat</button>\
+         <div class=\"controls\"><label>Field <select></select></label><button type=\"button\">Play the beat</button>\
          <input type=\"range\" min=\"0\" value=\"0\" step=\"0.01\" aria-label=\"time\"><output></output></div>\n\
          <div class=\"bar\"><span></span><i style=\"background:linear-gradient(90deg,{})\"></i><span></span></div>\n\
          <script type=\"application/json\">{data}</script>\n</div>\n",

@@ -2,6 +2,7 @@
 
 pub(super) mod own;
 
+use crate::Vec3;
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};
 use crate::curve::SpaceCurve;
 use crate::geometry::supports as vessel_supports;
@@ -43,6 +44,8 @@ pub struct RoundLumen {
     pub surface: PolyMesh,
     /// Which of them are those of a cross-section.
     pub polygons: WallPolygons,
+    /// The smallest scaled Jacobian of a cell, and where that is, m.
+    pub worst: (f64, Vec3),
     /// Centre-lines of its branches, each with the patch of its wall.
     pub lines: Vec<(String, SpaceCurve)>,
 }

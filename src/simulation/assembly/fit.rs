@@ -14,6 +14,8 @@ use crate::pfem::Solid;
 pub struct Fit {
     /// Cells of the fluid, or its elements.
     pub cells: usize,
+    /// The smallest scaled Jacobian of the blood's mesh in a tree, and where that is, m.
+    pub worst: Option<(f64, Vec3)>,
     /// Two opposite corners (m) of a box around the fluid's mesh.
     pub bounds: [Vec3; 2],
     /// Openings of the fluid, with their hydraulic diameters (m) where they have one.
@@ -37,13 +39,15 @@ impl Fit {
     /// If the structure is not well posed or the meshes lie apart.
     pub fn of(case: &Case, domain: &Domain) -> Result<Self, AssemblyError> {
         let InitialState { solid, .. } = initial_state(case, domain).map_err(|none| none.error)?;
-        let (cells, interface) = match case.fluid.solver {
+        let (cells, worst, interface) = match case.fluid.solver {
             Solver::Native => {
                 let fluid = NativeFluid::new(case)?;
-                (fluid.elements(), fluid.interface().clone())
+                let worst = fluid.worst_element();
+                (fluid.elements(), worst, fluid.interface().clone())
             }
             Solver::OpenFoam | Solver::External => {
-                (domain.fluid.cells(), preflight::interface(domain))
+                let worst = domain.round.as_ref().map(|round| round.worst);
+                (domain.fluid.cells(), worst, preflight::interface(domain))
             }
         };
         let (_, common) = transfer(case, &interface, &solid)?;
@@ -57,6 +61,7 @@ impl Fit {
         };
         Ok(Self {
             cells,
+            worst,
             bounds: domain.fluid.bounds(),
             openings: openings.into_iter().flatten().map(sized).collect(),
             faces: interface.faces.len(),

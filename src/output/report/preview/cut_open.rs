@@ -160,7 +160,16 @@ pub fn picture(shown: &Shown<'_>, pixels: [usize; 2]) -> std::io::Result<Vec<u8>
     };
     let image = solid.pixels(&view, pixels);
     let projection = solid.projection(&view, pixels);
-    legend::with_legend(shown, &image, pixels, &projection)
+    let [from, to] = shown.ends;
+    let line = shown.vessel.centre_line();
+    let places = [0.02, 0.16].map(|share| from + share * (to - from));
+    let [_, _, widest] = shown.radii(shown.surfaces - 1, from + 0.07 * (to - from));
+    let overlay = legend::Overlay {
+        flow: (places.map(|s| line.frame(s).origin), widest),
+        marked: &[],
+        names: &legend::names(shown.vessel.material_names(), shown.ends != shown.elastic),
+    };
+    legend::with_legend(&overlay, &image, pixels, &projection)
 }
 
 /// Edges of the elements on the outside, and of the cells on the lumen.

@@ -1,6 +1,6 @@
 //! Scale, direction of the flow and names of the colours, for a picture that stands by itself.
 
-use super::{CELL, EDGE, FIBRE, LUMEN, RIGID, Shown, colour, html_colour};
+use super::{CELL, EDGE, FIBRE, LUMEN, RIGID, colour, html_colour};
 use crate::Vec3;
 use crate::output::figure::onto_png;
 use crate::output::figure::solid::Projection;
@@ -16,14 +16,24 @@ const ROOM: f64 = 20.0;
 const DRAWN: f64 = 2.5;
 
 /// The sign before a name.
-enum Sign {
+pub enum Sign {
     Patch([u8; 3]),
     Stroke([u8; 3]),
 }
 
+/// What is drawn over a picture.
+pub struct Overlay<'a> {
+    /// Where the flow begins and a bit further on (m), and the radius of the wall there.
+    pub flow: ([Vec3; 2], f64),
+    /// Places (m) that get a number each.
+    pub marked: &'a [Vec3],
+    /// What the colours stand for.
+    pub names: &'a [(String, Sign)],
+}
+
 /// The image with its legend as PNG.
 pub fn with_legend(
-    shown: &Shown<'_>,
+    overlay: &Overlay<'_>,
     image: &[[u8; 3]],
     [columns, rows]: [usize; 2],
     projection: &Projection,
@@ -31,11 +41,23 @@ pub fn with_legend(
     let (width, height) = (columns as f64 / DRAWN, rows as f64 / DRAWN);
     let unit = width / 1000.0;
     let mut drawn = String::new();
-    flow(shown, projection, [width, height], unit, &mut drawn);
+    flow(overlay.flow, projection, [width, height], unit, &mut drawn);
+    for (i, x) in overlay.marked.iter().enumerate() {
+        let [x, y] = projection.at(x).map(|x| x / DRAWN);
+        let _ = writeln!(
+            drawn,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{:.1}\" fill=\"white\" stroke=\"#b00000\" stroke-width=\"{:.1}\"/>\n\
+             <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"#b00000\">{}</text>",
+            8.0 * unit,
+            1.6 * unit,
+            y + 0.36 * LETTERS * unit,
+            i + 1
+        );
+    }
     let left = 20.0 * unit;
     let mut y = height + 0.7 * LINE * unit;
     let mut x = scale(projection, [left, y], unit, &mut drawn);
-    for (name, sign) in names(shown) {
+    for (name, sign) in overlay.names {
         let wide = (24.0 + WIDE * LETTERS * name.chars().count() as f64) * unit;
         if x + wide > width {
             (x, y) = (left, y + LINE * unit);
@@ -47,18 +69,18 @@ pub fn with_legend(
                 y - 11.0 * unit,
                 18.0 * unit,
                 13.0 * unit,
-                html_colour(colour)
+                html_colour(*colour)
             ),
             Sign::Stroke(colour) => writeln!(
                 drawn,
                 "<path d=\"M{x:.1} {:.1}h{:.1}\" stroke=\"{}\" stroke-width=\"{:.1}\"/>",
                 y - 4.5 * unit,
                 18.0 * unit,
-                html_colour(colour),
+                html_colour(*colour),
                 2.0 * unit
             ),
         };
-        label(&name, [x + 24.0 * unit, y], &mut drawn);
+        label(name, [x + 24.0 * unit, y], &mut drawn);
         x += wide + ROOM * unit;
     }
     let bottom = y + 0.5 * LINE * unit - height;
@@ -71,12 +93,12 @@ pub fn with_legend(
     onto_png(&svg, DRAWN as f32, [columns, rows], image)
 }
 
-fn names(shown: &Shown<'_>) -> Vec<(String, Sign)> {
-    let materials = shown.vessel.material_names().iter().enumerate();
+/// What the colours of a picture stand for.
+pub fn names(materials: &[String], has_rigid: bool) -> Vec<(String, Sign)> {
+    let materials = materials.iter().enumerate();
     let mut all: Vec<(String, Sign)> = materials
         .map(|(i, name)| (name.clone(), Sign::Patch(colour(i))))
         .collect();
-    let has_rigid = shown.ends != shown.elastic;
     let parts = [("lumen", LUMEN, true), ("rigid", RIGID, has_rigid)];
     let parts = parts.into_iter().filter(|(.., is_there)| *is_there);
     all.extend(parts.map(|(name, colour, _)| (name.to_owned(), Sign::Patch(colour))));
@@ -113,24 +135,19 @@ fn scale(projection: &Projection, [x, y]: [f64; 2], unit: f64, svg: &mut String)
 
 /// An arrow next to the beginning of the vessel.
 fn flow(
-    shown: &Shown<'_>,
+    ([start, end], widest): ([Vec3; 2], f64),
     projection: &Projection,
     [width, height]: [f64; 2],
     unit: f64,
     svg: &mut String,
 ) {
-    let [from, to] = shown.ends;
     let on = |point: &Vec3| projection.at(point).map(|x| x / DRAWN);
-    let line = shown.vessel.centre_line();
-    let long = 0.14 * (to - from);
-    let [a, b] =
-        [0.02 * (to - from), 0.02 * (to - from) + long].map(|s| on(&line.frame(from + s).origin));
+    let [a, b] = [on(&start), on(&end)];
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     let size = dx.hypot(dy);
     if size < 10.0 * unit {
         return; // it points at the eye
     }
-    let [_, _, widest] = shown.radii(shown.surfaces - 1, from + 0.5 * long);
     let distance = widest * projection.scale / DRAWN + 14.0 * unit;
     // On the side where there is more room, above if there is as much.
     let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];

@@ -3,6 +3,7 @@
 mod cross_section;
 mod cut_open;
 mod legend;
+mod tree;
 
 use cut_open::{Drawing, DrawnPart};
 
@@ -98,8 +99,11 @@ impl Preview {
     /// Draws the vessel of a case, which is called `name`; `None` if it has none.
     ///
     /// # Errors
-    /// If the picture cannot be drawn.
+    /// If a tree has no mesh, or the picture cannot be drawn.
     pub fn of(case: &ResolvedCase, name: &str) -> Option<std::io::Result<Self>> {
+        if let Some(keys) = case.tree() {
+            return Some(tree::preview(case, keys, name));
+        }
         let keys = case.vessel()?;
         let vessel = Vessel::new(keys);
         let sections = vessel.sections();
@@ -156,7 +160,7 @@ fn page(shown: &Shown<'_>, name: &str, png: &[u8], sections: &[String]) -> Strin
     page.section("picture", "The wall cut open", &picture);
     let html = format!(
         "<p>The wall with its layers, cut open. Drag to rotate, roll to zoom.</p>\n{}{}",
-        legend(shown),
+        legend(shown.vessel.material_names()),
         scene::viewer(&wall(shown), 0)
     );
     page.section("view", "In three dimensions", &html);
@@ -171,8 +175,7 @@ fn page(shown: &Shown<'_>, name: &str, png: &[u8], sections: &[String]) -> Strin
     page.to_html()
 }
 
-fn legend(shown: &Shown<'_>) -> String {
-    let names = shown.vessel.material_names();
+fn legend(names: &[String]) -> String {
     let entry = |(i, name): (usize, &String)| {
         format!(
             "<span style=\"display:inline-block;width:1em;height:1em;vertical-align:-0.15em;background:{}\"></span> {} &nbsp; ",

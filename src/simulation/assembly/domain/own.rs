@@ -118,10 +118,11 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
     let wrong = |key| move |reason: String| DomainError { key, reason };
     let (fluid, round) = match &own.tree {
         Some(tree) => {
-            let meshes = Tree::meshes(tree).map_err(|e| DomainError::new("tree.lines", e))?;
+            let meshes = Tree::meshes(tree).map_err(|e| DomainError::new(e.key(), e))?;
             let round = RoundLumen {
                 surface: meshes.surface,
                 polygons: meshes.polygons,
+                worst: meshes.worst,
                 lines: meshes.lines,
             };
             (meshes.outside, Some(round))

@@ -1,0 +1,297 @@
+//! The lumen of a tree from the surface that a segmentation gives: whether it surrounds the centre-lines, without what
+//! closes it at their ends, smoothed.
+
+use super::lumen::{Mistake, TRIANGLES, times};
+use super::{LengthUnit, TreeKeys, TreeLine};
+use crate::Vec3;
+use crate::polydata::{PolyData, Surface, SurfaceSearch};
+use std::f64::consts::TAU;
+
+/// Most points and triangles of a surface.
+pub(super) const MOST_TRIANGLES: usize = 400_000;
+/// Rays of a cross-section, and how many of them may meet nothing, where they look along another branch.
+const RAYS: usize = 12;
+const MISSING: usize = 4;
+/// Distance of cross-sections, in radii.
+const STEP: f64 = 0.5;
+/// A surface may end, or be closed, so many radii before a line does.
+const OVERLAP: f64 = 1.5;
+/// What closes a branch lies within so many radii of its end, and its normals are closer to the line than this
+/// (cosine).
+const CAP: f64 = 2.5;
+const CLOSING: f64 = 0.7;
+/// A hole has at least this area, in squared radii.
+const CRACK: f64 = 1e-3;
+/// Distances of a surface from its line, in radii, that are taken for the same unit.
+const SAME_UNIT: [f64; 2] = [0.4, 2.5];
+/// Shares of the places of all lines that a surface surrounds in a wrong and in the right unit.
+const FITS: [f64; 2] = [0.5, 0.8];
+/// What lies further from all lines, in radii, is none of the vessel.
+const FAR: f64 = 6.0;
+/// Coordinates are kept to this, m.
+const DIGITS: f64 = 1e-10;
+
+/// A place of a centre-line.
+struct LinePlace {
+    x: Vec3,
+    along: Vec3,
+    radius: f64,
+    /// From the beginning of the line, m.
+    s: f64,
+}
+
+fn places(line: &TreeLine) -> Vec<LinePlace> {
+    let mut places = Vec::new();
+    let mut s = 0.0;
+    let radii = line.radii.windows(2);
+    for (points, radii) in line.points.windows(2).zip(radii) {
+        let [a, b] = [points[0], points[1]].map(Vec3::from);
+        let length = (b - a).norm();
+        let pieces = (length / (STEP * radii[0].min(radii[1]))).ceil().max(1.0);
+        for i in 0..pieces as usize {
+            let u = i as f64 / pieces;
+            places.push(LinePlace {
+                x: a + (b - a) * u,
+                along: (b - a) / length,
+                radius: radii[0] + (radii[1] - radii[0]) * u,
+                s: s + length * u,
+            });
+        }
+        s += length;
+    }
+    if let (Some(last), Some(x), Some(radius)) =
+        (places.last(), line.points.last(), line.radii.last())
+    {
+        places.push(LinePlace {
+            x: Vec3::from(*x),
+            along: last.along,
+            radius: *radius,
+            s,
+        });
+    }
+    places
+}
+
+impl TreeKeys {
+    /// Reads the surface of the lumen, if the case names one: its triangles then stand in it. Whether it did.
+    ///
+    /// The lines must have been checked.
+    ///
+    /// # Errors
+    /// The key to blame, and what is wrong.
+    pub(super) fn read_lumen(&mut self) -> Result<bool, Mistake> {
+        const KEY: &str = "tree.lumen";
+        let Some(path) = &self.lumen else {
+            return Ok(false);
+        };
+        let named = |reason: String| (KEY, format!("{}: {reason}", path.display()));
+        let Some(unit) = self.lumen_unit.or(self.unit) else {
+            return Err((KEY, "expected its unit of length next to it: tree.lumen_unit = \"mm\", \"m\", \"cm\" or \"um\"".into()));
+        };
+        if !self.lumen_triangles.is_empty() {
+            return Err((
+                KEY,
+                "the case has tree.lumen_triangles as well: leave out one of the two".into(),
+            ));
+        }
+        let data = PolyData::read(path).map_err(named)?;
+        let surface = Surface::new(&data, unit.metres()).map_err(named)?;
+        let count = surface.triangles();
+        if count > MOST_TRIANGLES {
+            return Err(named(format!(
+                "{count} triangles are more than {MOST_TRIANGLES}: simplify it (in MeshLab \"Quadric Edge Collapse Decimation\")"
+            )));
+        }
+        let lines: Vec<Vec<LinePlace>> = self.line.iter().flatten().map(places).collect();
+        let names = self.names();
+        let surface = fitted(surface, &lines, &names, unit).map_err(named)?;
+        let smoothing = self.lumen_smoothing.unwrap_or(TRIANGLES * surface.edge());
+        let surface = surface.smoothed(smoothing);
+        let kept = |x: &Vec3| x.map(|c| (c / DIGITS).round() * DIGITS).into();
+        self.lumen_points = surface.points().iter().map(kept).collect();
+        self.lumen_triangles = (0..surface.triangles())
+            .map(|number| surface.triangle(number))
+            .collect();
+        Ok(true)
+    }
+
+    /// The surface of the lumen, if there is one.
+    ///
+    /// # Errors
+    /// If its triangles have points that there are not.
+    pub fn lumen_surface(&self) -> Result<Option<Surface>, String> {
+        if self.lumen_triangles.is_empty() {
+            return Ok(None);
+        }
+        let points = self.lumen_points.iter().map(|x| Vec3::from(*x));
+        Surface::of_points(points.collect(), self.lumen_triangles.clone()).map(Some)
+    }
+}
+
+/// The part of a surface around the lines, open at their ends.
+fn fitted(
+    surface: Surface,
+    lines: &[Vec<LinePlace>],
+    names: &[String],
+    unit: LengthUnit,
+) -> Result<Surface, String> {
+    let search = SurfaceSearch::new(surface);
+    right_unit(&search, lines, unit)?;
+    for (line, name) in lines.iter().zip(&names[1..]) {
+        surrounded(&search, line, name, &names[0])?;
+    }
+    let surface = search.surface();
+    holes(surface, lines)?;
+    let ends = lines.iter().map(|line| &line[line.len() - 1]);
+    let ends: Vec<&LinePlace> = ends.chain([&lines[0][0]]).collect();
+    let caps = |[a, b, c]: [Vec3; 3]| {
+        let (middle, across) = ((a + b + c) / 3.0, (b - a).cross(&(c - a)).normalize());
+        ends.iter().any(|end| {
+            let arm = middle - end.x;
+            arm.norm() < CAP * end.radius
+                && arm.dot(&end.along).abs() < OVERLAP * end.radius
+                && across.dot(&end.along).abs() > CLOSING
+        })
+    };
+    let is_far = |corners: [Vec3; 3]| {
+        let far = |place: &LinePlace| (place.x - corners[0]).norm() > FAR * place.radius;
+        lines.iter().flatten().all(far)
+    };
+    surface.filtered(|corners| !caps(corners) && !is_far(corners))
+}
+
+/// Distances of the surface, times `factor`, around a place; those of rays that meet it.
+fn around(search: &SurfaceSearch, place: &LinePlace, factor: f64) -> Vec<f64> {
+    let side = match place.along.x.abs() < 0.8 {
+        true => Vec3::x(),
+        false => Vec3::y(),
+    };
+    let first = place.along.cross(&side).normalize();
+    let second = place.along.cross(&first);
+    let rays = (0..RAYS).filter_map(|i| {
+        let (sin, cos) = (TAU * i as f64 / RAYS as f64).sin_cos();
+        let hit = search.ray(&(place.x / factor), &(first * cos + second * sin))?;
+        Some(hit.distance * factor)
+    });
+    rays.collect()
+}
+
+fn is_surrounded(search: &SurfaceSearch, place: &LinePlace) -> bool {
+    around(search, place, 1.0).len() >= RAYS - MISSING
+}
+
+/// That the surface is not in another unit than is said.
+fn right_unit(
+    search: &SurfaceSearch,
+    lines: &[Vec<LinePlace>],
+    said: LengthUnit,
+) -> Result<(), String> {
+    let share = |factor: f64| {
+        let all = || lines.iter().flatten().step_by(3);
+        let fits = |place: &&LinePlace| {
+            let mut met = around(search, place, factor);
+            met.sort_by(f64::total_cmp);
+            let [least, most] = SAME_UNIT.map(|radii| radii * place.radius);
+            met.len() >= RAYS - MISSING && (least..most).contains(&met[met.len() / 4])
+        };
+        all().filter(fits).count() as f64 / all().count() as f64
+    };
+    if share(1.0) >= FITS[0] {
+        return Ok(());
+    }
+    let others = LengthUnit::ALL.into_iter().filter(|other| *other != said);
+    let factor = |other: &LengthUnit| other.metres() / said.metres();
+    if let Some(other) = others.clone().find(|other| share(factor(other)) >= FITS[1]) {
+        return Err(format!(
+            "the surface is {} the centre-lines need: in {other} it fits, in {said} it does not; correct its unit \
+             (tree.lumen_unit, or tree.unit of the lines)",
+            times(1.0 / factor(&other))
+        ));
+    }
+    let [low, high] = search.surface().bounds();
+    let show = |p: Vec3| format!("({:.4}, {:.4}, {:.4})", p.x, p.y, p.z);
+    let is_out = !lines
+        .iter()
+        .flatten()
+        .any(|place| is_surrounded(search, place));
+    if is_out {
+        let [start, end] = [&lines[0][0], &lines[0][lines[0].len() - 1]].map(|place| show(place.x));
+        return Err(format!(
+            "the centre-lines, the first from {start} to {end} m, lie outside of the surface, which reaches from {} to {} m: are both in \
+             the same coordinates and units?",
+            show(low),
+            show(high)
+        ));
+    }
+    Ok(())
+}
+
+/// That the surface is around a line, but for a bit at its ends.
+fn surrounded(
+    search: &SurfaceSearch,
+    line: &[LinePlace],
+    name: &str,
+    inlet: &str,
+) -> Result<(), String> {
+    let bare: Vec<bool> = (line.iter())
+        .map(|place| !is_surrounded(search, place))
+        .collect();
+    let length = line[line.len() - 1].s;
+    let counts = |(place, bare): (&LinePlace, &bool)| {
+        let near = OVERLAP * place.radius;
+        *bare && place.s > near && place.s < length - near
+    };
+    let Some(first) = line.iter().zip(&bare).position(counts) else {
+        return Ok(());
+    };
+    let place = &line[first];
+    let x = place.x;
+    let there = format!("({:.4e}, {:.4e}, {:.4e}) m", x.x, x.y, x.z);
+    if bare[first..].iter().all(|bare| *bare) {
+        return Err(format!(
+            "in the branch to \"{name}\" the surface ends at {there}, {:.2} mm before the centre-line does: cut the line off there, or take a \
+             longer surface",
+            1e3 * (length - place.s)
+        ));
+    }
+    if bare[..=first].iter().all(|bare| *bare) {
+        return Err(format!(
+            "at \"{inlet}\" the surface begins only {:.2} mm after the centre-line does: cut the line off there, or take a longer surface",
+            1e3 * line
+                .iter()
+                .zip(&bare)
+                .find(|(_, bare)| !**bare)
+                .map_or(0.0, |(place, _)| place.s)
+        ));
+    }
+    Err(format!(
+        "the line to \"{name}\" leaves the surface at {there}, {:.2} mm from its beginning: it has a hole there, or the line runs next to it",
+        1e3 * place.s
+    ))
+}
+
+/// A surface may be open where a line ends, and nowhere else near the lines.
+fn holes(surface: &Surface, lines: &[Vec<LinePlace>]) -> Result<(), String> {
+    let starts = lines.iter().map(|line| &line[0]);
+    let ends = lines.iter().map(|line| &line[line.len() - 1]);
+    let ends: Vec<&LinePlace> = starts.chain(ends).collect();
+    for edge in surface.open_edges() {
+        let p = edge.centre;
+        let is_end = |end: &&LinePlace| (p - end.x).norm() < CAP * end.radius;
+        let all = lines.iter().flatten();
+        let off = |place: &&LinePlace| (p - place.x).norm() / place.radius;
+        let Some(nearest) = all.min_by(|a, b| off(a).total_cmp(&off(b))) else {
+            continue;
+        };
+        let is_crack = edge.area < CRACK * nearest.radius.powi(2);
+        if is_crack || off(&nearest) > CAP || ends.iter().any(is_end) {
+            continue;
+        }
+        return Err(format!(
+            "the surface has a hole of {} edges around ({:.4e}, {:.4e}, {:.4e}) m: it must be closed, or open at the ends of the lines only \
+             (a branch that is cut off there needs a centre-line, or must be closed)",
+            edge.edges, p.x, p.y, p.z
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,513 @@
+//! A case for a vessel that branches: an opening for each end, windkessels that share the flow.
+
+use super::beat::{Beat, fitting};
+use super::files::rounded;
+use super::text::{FLOW, name};
+use super::{Figures, Like, Proposal, ProposalError, ProposalInput, files, told};
+use crate::case::{
+    Case, FlowCurve, Inflow, LengthUnit, MAX_ENDS, Preset, ResolvedCase, TreeKeys, lines_of_tree,
+};
+use crate::geometry::tree::Tree;
+use crate::tabular::units::MMHG;
+use fsi_numerics::twelve_digits;
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Flow goes with this power of the radius (Murray 1926).
+const MURRAY: f64 = 3.0;
+/// Thickness of the wall, as a share of the radius: with a thicker one elements at an apex are inside out.
+const THICKNESS: f64 = 0.2;
+/// Pressure under which the vessel has the shape of the files, mmHg.
+const LOADED: f64 = 80.0;
+/// The largest step, s: without a surrogate each costs several iterations.
+const STEP: f64 = 5e-3;
+/// Duration of systole and of the ramp, in beats.
+const SYSTOLE: f64 = 0.4;
+const RAMP: f64 = 0.1;
+/// The radius at an end is the median over this share of its line.
+const END: f64 = 0.2;
+
+/// What is known of the lines, m.
+struct Ends {
+    /// Openings, the inlet first.
+    names: Vec<String>,
+    /// Radius at each.
+    radii: Vec<f64>,
+    /// Smallest and mean radius of all points.
+    range: [f64; 2],
+    /// Length of the longest line.
+    length: f64,
+    /// Share of the flow of each outlet.
+    shares: Vec<f64>,
+}
+
+/// How many ends the file of the centre-line has, if it is a tree of which no branch is chosen.
+pub(super) fn ends(input: &ProposalInput) -> Option<usize> {
+    let path = input.line.as_ref().filter(|_| input.branch.is_none())?;
+    let lines = lines_of_tree(path).ok()?;
+    (lines.len() > 1).then_some(lines.len())
+}
+
+/// Makes the case.
+///
+/// # Errors
+/// What is missing, or all mistakes of the case.
+pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError> {
+    let wrong = ProposalError::Input;
+    let path = input.line.clone().unwrap_or_default();
+    let unit = only_trees(input, &path).map_err(wrong)?;
+    let ends = Ends::of(input, &path, unit).map_err(wrong)?;
+    let beat = Beat::of(input).map_err(wrong)?;
+    let mut remarks = vec![format!(
+        "read      {}: a tree with {} ends (--branch takes one line alone)",
+        path.display(),
+        ends.shares.len()
+    )];
+    remarks.extend(beat.remarks);
+    let pulse = FLOW
+        .1
+        .map(|flow| rounded(flow * (ends.radii[0] / FLOW.0).powi(2)));
+    let inflow = Inflow {
+        file: input.flow.clone(),
+        unit: input.flow_unit,
+        file_period: input.flow_period,
+        ..Inflow::pulse(pulse[0], pulse[1], rounded(SYSTOLE * beat.period), 1.0)
+    };
+    let curve = FlowCurve::new(&inflow, beat.period)
+        .map_err(|e| wrong(told::in_options(&format!("--flow: {e}"))))?;
+    let (figures, more) = figures(input, &ends, curve)?;
+    remarks.extend(more);
+    let text = text(input, &path, unit, &ends, pulse, &figures);
+    let mut files = Vec::new();
+    for path in [&input.line, &input.lumen, &input.flow]
+        .into_iter()
+        .flatten()
+    {
+        let name = path.file_name().unwrap_or_default();
+        files.push((name.to_string_lossy().into_owned(), path.clone()));
+    }
+    let trial = tempfile::tempdir()?;
+    for (name, path) in &files {
+        std::fs::copy(path, trial.path().join(name))
+            .map_err(|error| wrong(format!("{}: {error}", path.display())))?;
+    }
+    for preset in [Preset::Paper, Preset::Demo] {
+        let case = super::load(trial.path(), &text, input, preset)?;
+        remarks.extend(meshed(&case, preset, input)?);
+    }
+    Ok(Proposal {
+        text,
+        files,
+        remarks,
+    })
+}
+
+/// That no option is given which only a single vessel has; and the unit of the lines.
+fn only_trees(input: &ProposalInput, path: &Path) -> Result<LengthUnit, String> {
+    let given = [
+        ("--like", input.like != Like::Uniform),
+        ("--reverse", input.is_reversed),
+        ("--radius", input.radius.is_some()),
+        ("--smoothing", input.smoothing.is_some()),
+    ];
+    if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(format!(
+            "{option} is for a single vessel, and {} has several ends: leave it out, or choose one line with --branch",
+            path.display()
+        ));
+    }
+    let advice = "--from needs the unit of its lengths: --unit mm, m, cm or um";
+    input.unit.ok_or_else(|| advice.into())
+}
+
+impl Ends {
+    fn of(input: &ProposalInput, path: &Path, unit: LengthUnit) -> Result<Self, String> {
+        let lines = lines_of_tree(path).map_err(|e| format!("--from {}: {e}", path.display()))?;
+        let size = unit.metres();
+        let median = |radii: &[f64]| {
+            let mut radii = radii.to_vec();
+            radii.sort_by(f64::total_cmp);
+            size * radii[radii.len() / 2]
+        };
+        let part = |radii: &[f64]| ((END * radii.len() as f64) as usize).clamp(1, radii.len());
+        let first = &lines[0].1;
+        let last = lines
+            .iter()
+            .map(|(_, radii)| median(&radii[radii.len() - part(radii)..]));
+        let radii: Vec<f64> = [median(&first[..part(first)])]
+            .into_iter()
+            .chain(last)
+            .collect();
+        let all = || {
+            lines
+                .iter()
+                .flat_map(|(_, radii)| radii.iter().map(|r| r * size))
+        };
+        let length = lines.iter().map(|(points, _)| {
+            let pairs = points.windows(2);
+            let steps = pairs.map(|p| (0..3).map(|c| (p[1][c] - p[0][c]).powi(2)).sum::<f64>());
+            size * steps.map(f64::sqrt).sum::<f64>()
+        });
+        let length = length.fold(0.0, f64::max);
+        let range = [
+            all().fold(f64::INFINITY, f64::min),
+            all().sum::<f64>() / all().count() as f64,
+        ];
+        if lines.len() > MAX_ENDS {
+            return Err(format!(
+                "--from {}: {} ends are more than {MAX_ENDS}: leave out small branches",
+                path.display(),
+                lines.len()
+            ));
+        }
+        files::check_unit(unit, length, radii[0], true)?;
+        Ok(Self {
+            names: names(input, lines.len())?,
+            shares: shares(&radii[1..], &input.split, input.murray)?,
+            radii,
+            range,
+            length,
+        })
+    }
+}
+
+/// Names of the openings, the inlet first.
+fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, String> {
+    if input.names.is_empty() {
+        let outlets = (1..=ends).map(|i| format!("outlet{i}"));
+        return Ok(["inlet".into()].into_iter().chain(outlets).collect());
+    }
+    if input.names.len() != ends + 1 {
+        return Err(format!(
+            "--names: expected {}, that of the inlet and then those of the {ends} ends in the order of the file, found {}",
+            ends + 1,
+            input.names.len()
+        ));
+    }
+    Ok(input.names.clone())
+}
+
+/// Radii (m) at the ends of a case's tree.
+pub fn end_radii(tree: &TreeKeys) -> Vec<f64> {
+    let lines = tree.line.iter().flatten();
+    lines.map(|line| at_end(&line.radii)).collect()
+}
+
+/// The radius at the end of a line.
+fn at_end(radii: &[f64]) -> f64 {
+    median(&radii[radii.len() - part(radii)..])
+}
+
+/// How many points at an end of a line count.
+fn part(radii: &[f64]) -> usize {
+    ((END * radii.len() as f64) as usize).clamp(1, radii.len())
+}
+
+fn median(radii: &[f64]) -> f64 {
+    let mut radii = radii.to_vec();
+    radii.sort_by(f64::total_cmp);
+    radii[radii.len() / 2]
+}
+
+/// As [`shares`], of the outlets of a case's tree.
+///
+/// # Errors
+/// If they do not fit.
+pub fn tree_shares(
+    tree: &TreeKeys,
+    given: &[f64],
+    exponent: Option<f64>,
+) -> Result<Vec<f64>, String> {
+    shares(&end_radii(tree), given, exponent)
+}
+
+/// Shares of the flow of outlets with these radii (m): those that are given, or by the radius to the power of an
+/// exponent.
+///
+/// # Errors
+/// If they do not fit.
+fn shares(radii: &[f64], given: &[f64], exponent: Option<f64>) -> Result<Vec<f64>, String> {
+    if given.is_empty() {
+        let exponent = exponent.unwrap_or(MURRAY);
+        if !(0.0..=6.0).contains(&exponent) {
+            return Err(format!(
+                "--murray {exponent}: expected an exponent from 0 to 6"
+            ));
+        }
+        let all: Vec<f64> = radii.iter().map(|r| r.powf(exponent)).collect();
+        let sum: f64 = all.iter().sum();
+        return Ok(all.into_iter().map(|share| share / sum).collect());
+    }
+    if exponent.is_some() {
+        return Err("--split says the shares already: leave out --murray".into());
+    }
+    if given.len() != radii.len() {
+        return Err(format!(
+            "--split: expected {} shares, one for each outlet in the order of the file, found {}",
+            radii.len(),
+            given.len()
+        ));
+    }
+    if let Some(share) = given
+        .iter()
+        .find(|share| !(**share > 0.0 && share.is_finite()))
+    {
+        return Err(format!(
+            "--split {share}: expected shares above 0, such as 0.65,0.35"
+        ));
+    }
+    let sum: f64 = given.iter().sum();
+    Ok(given.iter().map(|share| share / sum).collect())
+}
+
+/// What meshes and windkessels follow from, and what is to be said of it.
+fn figures(
+    input: &ProposalInput,
+    ends: &Ends,
+    curve: FlowCurve,
+) -> Result<(Figures, Vec<String>), ProposalError> {
+    let period = curve.period();
+    let flows: Vec<f64> = (0..1000)
+        .map(|i| curve.flow(period * f64::from(i) / 1000.0))
+        .collect();
+    let flows = [
+        flows.iter().sum::<f64>() / 1000.0,
+        flows.iter().fold(0.0f64, |most, q| most.max(q.abs())),
+    ];
+    let plausible =
+        told::plausible(input, &curve, flows, ends.radii[0]).map_err(ProposalError::Input)?;
+    let nu = viscosity_of_defaults()?;
+    let omega = TAU / period;
+    let of_outlets = ends.radii[1..].iter().zip(&ends.shares);
+    let of_all = of_outlets.map(|(r, share)| 2.0 * share * flows[1] / (PI * r * nu));
+    let reynolds = of_all.fold(2.0 * flows[1] / (PI * ends.radii[0] * nu), f64::max);
+    let shares = ends.names[1..].iter().zip(&ends.shares);
+    let shares: Vec<String> = shares
+        .map(|(name, share)| format!("{name} {:.1} %", 100.0 * share))
+        .collect();
+    let origin = match (input.split.is_empty(), input.murray.unwrap_or(MURRAY)) {
+        (true, exponent) => {
+            format!("by the radius at the end to the power of {exponent} (--split gives your own)")
+        }
+        (false, _) => "as given".into(),
+    };
+    let mut remarks = vec![
+        format!(
+            "lumen     radius {:.2} mm at \"{}\", {:.2} mm at the narrowest place, {:.2} mm on average; lines up to {:.1} mm long",
+            1e3 * ends.radii[0],
+            ends.names[0],
+            1e3 * ends.range[0],
+            1e3 * ends.range[1],
+            1e3 * ends.length
+        ),
+        format!(
+            "flow      {:.0} ml/min on average{}, at most {:.1} ml/s; Reynolds number at most {reynolds:.0}",
+            6e7 * flows[0],
+            if input.flow.is_some() {
+                ""
+            } else {
+                ", chosen for the radius (--flow gives your own)"
+            },
+            1e6 * flows[1]
+        ),
+        format!("split     {}: {origin}", shares.join(", ")),
+    ];
+    if reynolds > super::TURBULENT {
+        remarks.push(super::turbulent());
+    }
+    remarks.extend(plausible);
+    let figures = Figures {
+        radii: ends.range,
+        curve,
+        flows,
+        layer: (2.0 * nu / omega).sqrt(),
+        lengths: [ends.length; 2],
+    };
+    Ok((figures, remarks))
+}
+
+/// Kinematic viscosity, m²/s.
+fn viscosity_of_defaults() -> Result<f64, ProposalError> {
+    let folder = tempfile::tempdir()?;
+    std::fs::write(folder.path().join("case.toml"), "extends = \"defaults\"\n")?;
+    let case = Case::load(folder.path(), Preset::Paper, &[])
+        .map_err(|errors| ProposalError::Case(errors.to_string()))?;
+    Ok(case.blood.viscosity / case.blood.density)
+}
+
+/// Whether the lumen can be meshed with a preset, and how well.
+fn meshed(
+    case: &ResolvedCase,
+    preset: Preset,
+    input: &ProposalInput,
+) -> Result<Option<String>, ProposalError> {
+    let Some(tree) = case.tree() else {
+        return Ok(None);
+    };
+    if preset != Preset::Demo {
+        return Ok(None);
+    }
+    let meshes = Tree::meshes(tree).map_err(|e| {
+        let from = input.line.as_ref().map(|path| path.display().to_string());
+        ProposalError::Input(format!("--from {}: {e}", from.unwrap_or_default()))
+    })?;
+    Ok(Some(format!(
+        "mesh      {} branches; demo has {} cells, whose smallest scaled Jacobian is {:.2}",
+        meshes.lines.len(),
+        meshes.outside.cells(),
+        meshes.worst.0
+    )))
+}
+
+fn text(
+    input: &ProposalInput,
+    path: &Path,
+    unit: LengthUnit,
+    ends: &Ends,
+    pulse: [f64; 2],
+    figures: &Figures,
+) -> String {
+    let period = figures.curve.period();
+    let mut text = String::from(
+        "# A vessel of your own that branches, as `fsi-driver new` proposes it. What is not here has the value of the\n\
+         # defaults: `fsi-driver keys` lists all keys, docs/trees.md explains those of [tree].\n\
+         extends = \"defaults\"\n\n[tree]\n",
+    );
+    let _ = writeln!(
+        text,
+        "lines = {}\nunit = \"{}\" # of the files",
+        name(path),
+        unit.name()
+    );
+    if let Some(path) = &input.lumen {
+        let _ = writeln!(text, "lumen = {}", name(path));
+        if let Some(unit) = input.lumen_unit {
+            let _ = writeln!(text, "lumen_unit = \"{}\"", unit.name());
+        }
+        text += "# lumen_smoothing_m = 1e-3 # waves of this length are halved; if absent, three times that of an edge\n";
+    }
+    let quoted: Vec<String> = ends
+        .names
+        .iter()
+        .map(|name| toml::Value::from(name.as_str()).to_string())
+        .collect();
+    let (rings, grading) = figures.rings(5, 3.0);
+    let _ = write!(
+        text,
+        "inlet = {} # rename the openings here and in the tables below\noutlets = [{}]\ncore = 4 # cells along a side of the square in the \
+         middle of a cross-section\nradial = {rings} # rings of cells around it: the one at the wall is a quarter of the Stokes layer \
+         thick\nwall_grading = {grading:?}\nlength = 0.4 # of a cell, in radii\n",
+        quoted[0],
+        quoted[1..].join(", ")
+    );
+    openings(input, ends, &quoted, pulse, figures, &mut text);
+    let thickness = match input.thickness {
+        None => format!("thicknesses = [{THICKNESS}] # of the radius; or thicknesses_m, in metres"),
+        Some(thickness) => {
+            format!("thicknesses_m = [{thickness:e}] # or thicknesses, as shares of the radius")
+        }
+    };
+    let pressure = pressure(input);
+    let _ = write!(
+        text,
+        "\n[wall.extrude]\nlayers = [\"wall\"] # from the inside out\n{thickness}\nfaces_per_element = 2\n\n[[wall.material]] # put your own \
+         here\nname = \"wall\"\nmaterial = \"neo_hooke\"\nmu_Pa = 2.5e5\nkappa_Pa = 1.0e7\n\n[[wall.support]] # the tissue around it: long \
+         branches without would buckle\nsupport = \"springs\"\nsurfaces = [\"outer\"]\nspring_Pa_m = 5.0e6\n\n[[wall.support]]\nsupport = \
+         \"clamped\"\nsurfaces = [{}]\n\n[wall.initial]\npressure_Pa = {pressure:?} # {:.0} mmHg, under which the vessel has the shape of the \
+         files: there the run begins\n",
+        quoted.join(", "),
+        pressure / MMHG
+    );
+    let step = fitting(STEP, period);
+    let _ = write!(
+        text,
+        "\n[ramp]\nduration_s = {:?} # of the flow\n\n[time]\nstep_s = {step:e} # {:.0} of them are a beat\nperiod_s = {period:?}\nend_s = {:?} # \
+         three beats\n\n[structure]\np = 3\n\n[coupling]\nsurrogate = \"none\" # that is for a single tube\ne_rel = 1.0e-4\n\n[output]\n\
+         structure_interval_s = {:e}\nfluid_interval_s = {:e}\n",
+        rounded(RAMP * period),
+        period / step,
+        twelve_digits(3.0 * period),
+        10.0 * step,
+        10.0 * step,
+    );
+    let _ = write!(
+        text,
+        "\n[preset.demo] # a coarse mesh and 50 steps\ntree.radial = 3\ntree.length = 0.6\ntime.end_s = {:e}\n\
+         \n[preset.coarse]\ntree.radial = 4\ntree.length = 0.5\n",
+        50.0 * step
+    );
+    text
+}
+
+/// Pressure of the shape of the files, Pa.
+fn pressure(input: &ProposalInput) -> f64 {
+    input.loaded.unwrap_or_else(|| rounded(LOADED * MMHG))
+}
+
+fn openings(
+    input: &ProposalInput,
+    ends: &Ends,
+    quoted: &[String],
+    [base, amplitude]: [f64; 2],
+    figures: &Figures,
+    text: &mut String,
+) {
+    let period = figures.curve.period();
+    let _ = writeln!(
+        text,
+        "\n[[tree.opening]]\nname = {}\ncondition = \"flow\"",
+        quoted[0]
+    );
+    match &input.flow {
+        Some(path) => {
+            let _ = writeln!(text, "flow_file = {}", name(path));
+            if let Some(unit) = input.flow_unit {
+                let _ = writeln!(text, "flow_unit = \"{}\"", unit.name());
+            }
+            if let Some(period) = input.flow_period {
+                let _ = writeln!(text, "file_period_s = {period:?} # stretched to the beat");
+            }
+        }
+        None => {
+            let _ = writeln!(
+                text,
+                "base_m3_s = {base:e} # a pulse with the velocity of the defaults; or flow_file = \"flow.csv\"\namplitude_m3_s = {amplitude:e}\n\
+                 systole_s = {:?}",
+                rounded(SYSTOLE * period)
+            );
+        }
+    }
+    let whole = figures.windkessel(RAMP * period, input.is_rcr);
+    for ((name, share), radius) in quoted[1..].iter().zip(&ends.shares).zip(&ends.radii[1..]) {
+        let _ = writeln!(
+            text,
+            "\n[[tree.opening]] # {:.1} % of the flow, radius {:.2} mm\nname = {name}",
+            100.0 * share,
+            1e3 * radius
+        );
+        let Some(whole) = &whole else {
+            let _ = writeln!(
+                text,
+                "condition = \"pressure\"\npressure_Pa = {:?}",
+                pressure(input)
+            );
+            continue;
+        };
+        let _ = writeln!(
+            text,
+            "condition = \"windkessel\" # all of them together make 80 to 120 mmHg of this flow, the vessel's own compliance left out:\n\
+             # `fsi-driver windkessel --case` takes it off\nresistance_Pa_s_m3 = {:e}\ncompliance_m3_Pa = {:e}",
+            rounded(whole.resistance / share),
+            rounded(whole.compliance * share)
+        );
+        if let Some(proximal) = whole.proximal {
+            let _ = writeln!(
+                text,
+                "proximal_resistance_Pa_s_m3 = {:e}",
+                rounded(proximal / share)
+            );
+        }
+        let _ = writeln!(text, "initial_pressure_Pa = {:?}", pressure(input));
+    }
+}
