@@ -4,6 +4,7 @@
 use super::{LengthUnit, VesselDescription};
 use crate::Vec3;
 use crate::curve::SpaceCurve;
+use crate::files::{Fault, fault};
 use crate::interpolation::{MonotoneCubic, SmoothingSpline, smooth_periodic};
 use crate::polydata::{Crossing, PolyData, Surface};
 use rayon::prelude::*;
@@ -69,7 +70,7 @@ impl VesselDescription {
         let Some(path) = &self.lumen else {
             return Ok(false);
         };
-        let named = |reason: String| (KEY, format!("{}: {reason}", path.display()));
+        let named = |fault: Fault| (KEY, format!("{}: {fault}", path.display()));
         let Some(unit) = self.lumen_unit.or(self.unit) else {
             return Err((KEY, "expected its unit of length next to it: vessel.lumen_unit = \"mm\", \"m\", \"cm\" or \"um\"".into()));
         };
@@ -80,7 +81,7 @@ impl VesselDescription {
         // A wrong unit shows in many ways.
         let other = other_unit(&surface, &curve, unit, rows.is_err());
         let rows = match other {
-            Some(reason) => Err(reason),
+            Some(reason) => Err(reason.into()),
             None => rows,
         };
         let column = |row: &[f64; RAYS]| row.iter().step_by(RAYS_OF_A_COLUMN).copied().collect();
@@ -94,7 +95,7 @@ fn rows_of(
     surface: &Surface,
     curve: &SpaceCurve,
     smoothing: Option<f64>,
-) -> Result<Vec<[f64; RAYS]>, String> {
+) -> Result<Vec<[f64; RAYS]>, Fault> {
     let section = |s: f64| {
         let frame = curve.frame(s);
         surface.rays(&frame.origin, [&frame.first, &frame.second], RAYS)
@@ -207,25 +208,25 @@ fn surrounded(surface: &Surface, curve: &SpaceCurve, factor: f64) -> usize {
 }
 
 /// Surface and centre-line have about the same size if they have the same unit.
-fn same_size(surface: &Surface, curve: &SpaceCurve) -> Result<(), String> {
+fn same_size(surface: &Surface, curve: &SpaceCurve) -> Result<(), Fault> {
     let [low, high] = surface.bounds();
     let (size, length) = ((high - low).norm(), curve.ends()[1]);
     let ratio = size / length;
     if (1.0 / SAME_UNIT..SAME_UNIT).contains(&ratio) {
         return Ok(());
     }
-    Err(format!(
+    Err(fault!(
         "the surface is {size:.3e} m across, and the centre-line {length:.3e} m long: is the unit of one of them wrong \
          (vessel.unit, vessel.lumen_unit)?"
     ))
 }
 
 /// Where the two lie if no ray meets the surface.
-fn apart(surface: &Surface, curve: &SpaceCurve) -> String {
+fn apart(surface: &Surface, curve: &SpaceCurve) -> Fault {
     let [low, high] = surface.bounds();
     let [start, end] = curve.ends().map(|s| curve.frame(s).origin);
     let show = |p: Vec3| format!("({:.4}, {:.4}, {:.4})", p.x, p.y, p.z);
-    format!(
+    fault!(
         "the centre-line, from {} to {} m, lies outside of the surface, which reaches from {} to {} m: are both in the same \
          coordinates and units?",
         show(start),
@@ -240,7 +241,7 @@ fn whole(
     sections: &[Vec<Option<Crossing>>],
     places: &[f64],
     radius: f64,
-) -> Result<Vec<[f64; RAYS]>, String> {
+) -> Result<Vec<[f64; RAYS]>, Fault> {
     let row = |section: &Vec<Option<Crossing>>| -> Option<[f64; RAYS]> {
         let mut row = [0.0; RAYS];
         for (value, crossing) in row.iter_mut().zip(section) {
@@ -269,13 +270,13 @@ fn whole(
         let place = format!("{:.4e} m from the beginning of the centre-line", places[i]);
         return Err(match missing {
             0 => {
-                format!("{place} the surface crosses the vessel: it is closed there, or has a step")
+                fault!("{place} the surface crosses the vessel: it is closed there, or has a step")
             }
-            _ if 3 * missing >= RAYS => format!(
+            _ if 3 * missing >= RAYS => fault!(
                 "{place} the line leaves the surface: {missing} of {RAYS} rays from it meet nothing; is the line longer than the \
                  surface, or next to it?"
             ),
-            _ => format!(
+            _ => fault!(
                 "{place} the surface has a hole: {missing} of {RAYS} rays from the centre-line pass through it; close it"
             ),
         });
@@ -285,7 +286,7 @@ fn whole(
 }
 
 /// A surface may be open where the vessel ends, and nowhere else.
-fn holes(surface: &Surface, curve: &SpaceCurve, radius: f64) -> Result<(), String> {
+fn holes(surface: &Surface, curve: &SpaceCurve, radius: f64) -> Result<(), Fault> {
     let length = curve.ends()[1];
     let edges = surface.open_edges();
     for (i, edge) in edges.iter().enumerate() {
@@ -304,11 +305,11 @@ fn holes(surface: &Surface, curve: &SpaceCurve, radius: f64) -> Result<(), Strin
         let others = edges.iter().enumerate().filter(|(j, _)| *j != i);
         let mut others = others.map(|(_, other)| (other.centre - p).norm());
         return Err(match others.find(|gap| *gap < 0.1 * radius) {
-            Some(gap) => format!(
+            Some(gap) => fault!(
                 "two parts of the surface do not meet {place}: a crack of about {gap:.1e} m; merge the points on both sides \
                  of it (in MeshLab \"Merge Close Vertices\")"
             ),
-            None => format!(
+            None => fault!(
                 "the surface has a hole of {} edges {place}: it must be closed, or open at the vessel's ends only",
                 edge.edges
             ),
@@ -318,7 +319,7 @@ fn holes(surface: &Surface, curve: &SpaceCurve, radius: f64) -> Result<(), Strin
 }
 
 /// A lumen that a ray leaves once has no jumps.
-fn star_shaped(rows: &[[f64; RAYS]], places: &[f64]) -> Result<(), String> {
+fn star_shaped(rows: &[[f64; RAYS]], places: &[f64]) -> Result<(), Fault> {
     for (row, s) in rows.iter().zip(places) {
         let place = |ray: usize| {
             format!(
@@ -328,7 +329,7 @@ fn star_shaped(rows: &[[f64; RAYS]], places: &[f64]) -> Result<(), String> {
         };
         let mean = row.iter().sum::<f64>() / RAYS as f64;
         if let Some(ray) = (0..RAYS).find(|ray| row[*ray] < NARROW * mean) {
-            return Err(format!(
+            return Err(fault!(
                 "{} the centre-line is only {:.3e} m from the surface, whose mean radius is {mean:.3e} m: the line must run \
                  through the middle; compute it again, or smooth it less",
                 place(ray),
@@ -338,7 +339,7 @@ fn star_shaped(rows: &[[f64; RAYS]], places: &[f64]) -> Result<(), String> {
         for ray in 0..RAYS {
             let (a, b) = (row[ray], row[(ray + 1) % RAYS]);
             if a / b > JUMP || b / a > JUMP {
-                return Err(format!(
+                return Err(fault!(
                     "{} the radius jumps from {a:.3e} to {b:.3e} m: a branch, which must be cut off and closed, or a \
                      cross-section that is not star-shaped about the centre-line",
                     place(ray)

@@ -1,6 +1,7 @@
 //! What an experiment has measured at points, as a file: a run records the same there (`output.measured`), and
 //! `fsi-driver validate` compares both.
 
+use crate::files::{Fault, fault};
 use crate::tabular::{Row, Sheet};
 use csv::StringRecord;
 use serde::Deserialize;
@@ -159,8 +160,8 @@ impl Measurements {
     ///
     /// # Errors
     /// What is wrong with it, in words that name file and line.
-    pub fn read(path: &Path) -> Result<Self, String> {
-        let named = |reason: String| format!("{}{reason}", path.display());
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        let named = |reason: String| fault!("{}{reason}", path.display());
         const NUMBERS: [&str; 8] = [
             "x_m", "y_m", "z_m", "value", "time_s", "sd", "lowest", "highest",
         ];
@@ -226,14 +227,14 @@ fn reason(error: &csv::Error) -> String {
 }
 
 /// Puts a row to the others of its series.
-fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), String> {
+fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), Fault> {
     let numbers = [row.x_m, row.y_m, row.z_m, row.value].into_iter();
     let others = [row.time_s, row.sd, row.lowest, row.highest];
     if let Some(number) = (numbers.chain(others.into_iter().flatten())).find(|x| !x.is_finite()) {
-        return Err(format!("found {number}, expected finite numbers"));
+        return Err(fault!("found {number}, expected finite numbers"));
     }
     if let Some(sd) = row.sd.filter(|sd| *sd < 0.0) {
-        return Err(format!("sd: found {sd}, expected a number from 0"));
+        return Err(fault!("sd: found {sd}, expected a number from 0"));
     }
     let range = match (row.lowest, row.highest) {
         (None, None) => None,
@@ -242,7 +243,7 @@ fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), String>
         }
         (lowest, highest) => {
             let show = |x: Option<f64>| x.map_or("nothing".to_owned(), |x| x.to_string());
-            return Err(format!(
+            return Err(fault!(
                 "lowest and highest: found {} and {}, expected neither, or both with the value {} between them",
                 show(lowest),
                 show(highest),
@@ -261,7 +262,7 @@ fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), String>
         range,
     };
     match series.iter_mut().find(|it| it.name == row.series) {
-        Some(series) if series.quantity != row.quantity => Err(format!(
+        Some(series) if series.quantity != row.quantity => Err(fault!(
             "the series {} began with another quantity; expected one quantity in a series",
             row.series
         )),
@@ -269,9 +270,10 @@ fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), String>
             series.points.push(point);
             Ok(())
         }
-        None if row.quantity.is_difference() && row.value != 0.0 => Err(format!(
+        None if row.quantity.is_difference() && row.value != 0.0 => Err(fault!(
             "value: found {} at the first point of the series {}, from which its differences count: expected 0",
-            row.value, row.series
+            row.value,
+            row.series
         )),
         None => {
             series.push(MeasuredSeries {
@@ -288,12 +290,12 @@ fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), String>
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Measurements, String> {
+    fn read(text: &str) -> Result<Measurements, Fault> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("measured.csv");
         std::fs::write(&path, text).unwrap();
         let folder = format!("{}/", folder.path().display());
-        Measurements::read(&path).map_err(|reason| reason.replace(&folder, ""))
+        Measurements::read(&path).map_err(|fault| Fault::whole(fault.message.replace(&folder, "")))
     }
 
     #[test]
@@ -347,10 +349,18 @@ mod tests {
         ];
         for (row, expected) in rows {
             let reason = read(&format!("{HEAD}b,speed_m_s,0,0,0,1,,,\n{row}\n")).unwrap_err();
-            assert!(reason.contains(expected), "{row}: {reason}");
+            assert!(reason.message.contains(expected), "{row}: {reason}");
         }
-        assert!(read(HEAD).unwrap_err().contains("no measured value"));
+        assert!(
+            read(HEAD)
+                .unwrap_err()
+                .message
+                .contains("no measured value")
+        );
         let reason = read("series,quantity,x,y_m,z_m,value\na,speed_m_s,0,0,0,1\n").unwrap_err();
-        assert!(reason.contains("expected the columns series,"), "{reason}");
+        assert!(
+            reason.message.contains("expected the columns series,"),
+            "{reason}"
+        );
     }
 }

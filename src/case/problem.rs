@@ -15,6 +15,7 @@ use super::{
     Anastomosis, BloodVessel, Case, Flag, Output, OwnCase, Shape, TreeKeys, VesselDescription,
     WallMode,
 };
+use crate::files::{Fault, fault};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use toml::Value;
@@ -191,13 +192,13 @@ impl Case {
         {
             errors.extend(refused(stack, mistake));
         }
-        if let Some(Err(reason)) = self
+        if let Some(Err(fault)) = self
             .output
             .measured
             .clone()
             .map(|path| self.output.record_where(&path))
         {
-            errors.extend(refused(stack, ("output.measured", reason)));
+            errors.extend(refused(stack, ("output.measured", fault.to_string())));
         }
     }
 
@@ -241,7 +242,7 @@ impl Output {
     ///
     /// # Errors
     /// What is wrong with the file, in words.
-    fn record_where(&mut self, path: &Path) -> Result<(), String> {
+    fn record_where(&mut self, path: &Path) -> Result<(), Fault> {
         let measured = Measurements::read(path)?;
         for (probes, of_the_wall) in [(&mut self.probes, true), (&mut self.fluid_probes, false)] {
             for place in measured.places(of_the_wall) {
@@ -250,7 +251,7 @@ impl Output {
                 }
             }
             if probes.len() > MOST_POINTS {
-                return Err(format!(
+                return Err(fault!(
                     "{}: with its points a run would record {} of one kind; expected {MOST_POINTS} at most",
                     path.display(),
                     probes.len()

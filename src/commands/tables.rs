@@ -170,7 +170,7 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
         [kind, file, runs @ ..] if kind.starts_with("measured:") && !runs.is_empty() => {
             let series = kind.trim_start_matches("measured:").replace('_', " ");
             let validation = validation(folder, file, runs)?;
-            validation.points(&series).map_err(Failure::Input)?
+            validation.points(&series)?
         }
         _ => {
             return Err(Failure::Input(format!(
@@ -185,7 +185,7 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
 /// Runs compared with an experiment; file and folders begin at `folder`.
 fn validation(folder: &Path, file: &str, runs: &[&str]) -> Result<Validation, Failure> {
     let runs: Vec<PathBuf> = runs.iter().map(|run| folder.join(run)).collect();
-    Validation::read(&folder.join(file), &runs).map_err(Failure::Input)
+    Ok(Validation::read(&folder.join(file), &runs)?)
 }
 
 /// The runs of a study, those of the paper in its order.

@@ -29,8 +29,7 @@ pub struct Arguments {
 
 /// Prints a table of all series, or of the points of one, in Markdown.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let validation =
-        Validation::read(&arguments.measured, &arguments.runs).map_err(Failure::Input)?;
+    let validation = Validation::read(&arguments.measured, &arguments.runs)?;
     if let Some(path) = &arguments.figure {
         let written = validation.figure().write(path);
         written.map_err(|e| Failure::Run(format!("cannot write {e}")))?;
@@ -45,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(name) => vec![name],
     };
     for name in names {
-        let table = validation.points(name).map_err(Failure::Input)?;
+        let table = validation.points(name)?;
         terminal::print(format_args!("{name}\n\n{}\n", table.to_markdown()))?;
     }
     Ok(())

@@ -1,8 +1,11 @@
 //! Files that are whole or absent, and what tells whether one has changed.
 
+mod fault;
 mod fingerprint;
 pub mod text;
 
+pub use fault::Fault;
+pub(crate) use fault::fault;
 pub use fingerprint::{FileFingerprint, FingerprintError};
 
 use std::fs::File;

@@ -1,5 +1,6 @@
 //! Text as other programs save it: with a byte order mark, in UTF-16, or in an old encoding of one byte a letter.
 
+use crate::files::Fault;
 /// The first bytes of files that are not text, and what they are.
 const NO_TEXT: [(&[u8], &str); 8] = [
     (
@@ -41,7 +42,7 @@ pub fn stranger(bytes: &[u8]) -> Option<&'static str> {
 ///
 /// # Errors
 /// If it is not text, in a sentence.
-pub fn decode(bytes: &[u8]) -> Result<String, String> {
+pub fn decode(bytes: &[u8]) -> Result<String, Fault> {
     if let Some(what) = stranger(bytes) {
         return Err(what.into());
     }
@@ -103,7 +104,7 @@ mod tests {
             (b"<!doctype html>\n<html>", "a web page"),
         ];
         for (bytes, what) in files {
-            assert!(decode(bytes).unwrap_err().contains(what));
+            assert!(decode(bytes).unwrap_err().message.contains(what));
         }
         for text in ["a\nb", "a\r\nb", "a\rb"] {
             assert_eq!(lines(text).collect::<Vec<_>>(), [(1, "a"), (2, "b")]);

@@ -3,6 +3,7 @@
 use super::mesh_file::{MeshFileError, is_a_place};
 use super::poly_mesh::{Patch, PolyMesh};
 use crate::Vec3;
+use crate::files::{Fault, fault};
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
@@ -49,16 +50,16 @@ impl PolyMesh {
     }
 }
 
-fn check_faces(faces: &[Vec<usize>], points: usize) -> Result<(), String> {
+fn check_faces(faces: &[Vec<usize>], points: usize) -> Result<(), Fault> {
     if let Some(point) = faces.iter().flatten().find(|point| **point >= points) {
-        return Err(format!(
+        return Err(fault!(
             "a face has the point {point}, but there are {points}"
         ));
     }
     match faces.iter().position(|face| face.len() < 3) {
         Some(face) => {
             let corners = faces[face].len();
-            Err(format!(
+            Err(fault!(
                 "face {face} has {corners} points: expected three or more"
             ))
         }
@@ -67,11 +68,11 @@ fn check_faces(faces: &[Vec<usize>], points: usize) -> Result<(), String> {
 }
 
 /// Each cell has at least four faces, between it and another one.
-fn check_cells(owner: &[usize], neighbour: &[usize]) -> Result<(), String> {
+fn check_cells(owner: &[usize], neighbour: &[usize]) -> Result<(), Fault> {
     let sides = || owner.iter().chain(neighbour).copied();
     let cells = sides().max().map_or(0, |last| last.saturating_add(1));
     let few = |cell: &dyn std::fmt::Display, count: usize| {
-        Err(format!(
+        Err(fault!(
             "cell {cell} has {count} faces: expected four or more"
         ))
     };
@@ -87,7 +88,7 @@ fn check_cells(owner: &[usize], neighbour: &[usize]) -> Result<(), String> {
         return few(&cell, counts[cell]);
     }
     match owner.iter().zip(neighbour).position(|(a, b)| a == b) {
-        Some(face) => Err(format!(
+        Some(face) => Err(fault!(
             "face {face} lies between cell {} and itself",
             owner[face]
         )),
@@ -96,12 +97,12 @@ fn check_cells(owner: &[usize], neighbour: &[usize]) -> Result<(), String> {
 }
 
 /// The patches are the faces of the boundary.
-fn check_patches(patches: &[Patch], boundary: Range<usize>) -> Result<(), String> {
+fn check_patches(patches: &[Patch], boundary: Range<usize>) -> Result<(), Fault> {
     let mut sum = 0_usize;
     for patch in patches.iter().filter(|patch| patch.size > 0) {
         let end = patch.start.saturating_add(patch.size);
         if patch.start < boundary.start || end > boundary.end {
-            return Err(format!(
+            return Err(fault!(
                 "the patch {} has the faces {} to {}: those of the boundary are {} to {}",
                 patch.name,
                 patch.start,
@@ -114,7 +115,7 @@ fn check_patches(patches: &[Patch], boundary: Range<usize>) -> Result<(), String
     }
     match sum == boundary.len() {
         true => Ok(()),
-        false => Err(format!(
+        false => Err(fault!(
             "its patches have {sum} faces, and the boundary {}",
             boundary.len()
         )),
@@ -146,7 +147,7 @@ impl File {
     }
 
     /// `FoamFile { … }`.
-    fn header(&mut self) -> Result<(), String> {
+    fn header(&mut self) -> Result<(), Fault> {
         if self.word()? != "FoamFile" || self.word()? != "{" {
             return Err("it has no header: expected FoamFile { … } at the top".into());
         }
@@ -166,7 +167,7 @@ impl File {
             match key.as_str() {
                 "format" => self.is_binary = value == "binary",
                 "arch" if !value.contains("label=32") || !value.contains("scalar=64") => {
-                    return Err(format!(
+                    return Err(fault!(
                         "its numbers are {value}: expected label=32 and scalar=64, or the format ascii (foamFormatConvert)"
                     ));
                 }
@@ -193,7 +194,7 @@ impl File {
     }
 
     /// The next word, a text in quotes, or one of `{ } ( ) ;`.
-    fn word(&mut self) -> Result<String, String> {
+    fn word(&mut self) -> Result<String, Fault> {
         self.skip();
         let rest = &self.bytes[self.at..];
         let is_single = |b: &u8| b"{}();".contains(b);
@@ -214,21 +215,21 @@ impl File {
         Ok(word)
     }
 
-    fn number<T: std::str::FromStr>(&mut self) -> Result<T, String> {
+    fn number<T: std::str::FromStr>(&mut self) -> Result<T, Fault> {
         let word = self.word()?;
         let number = word.parse();
-        number.map_err(|_| format!("expected a number, found {word:?}"))
+        number.map_err(|_| Fault::unexpected("a number", word))
     }
 
-    fn expect(&mut self, expected: &str) -> Result<(), String> {
+    fn expect(&mut self, expected: &str) -> Result<(), Fault> {
         match self.word()? {
             found if found == expected => Ok(()),
-            found => Err(format!("expected {expected:?}, found {found:?}")),
+            found => Err(fault!("expected {expected:?}, found {found:?}")),
         }
     }
 
     /// `size` numbers of `N` bytes each in brackets, in a binary file.
-    fn raw<const N: usize>(&mut self, size: usize) -> Result<Vec<[u8; N]>, String> {
+    fn raw<const N: usize>(&mut self, size: usize) -> Result<Vec<[u8; N]>, Fault> {
         if size == 0 {
             // An empty list is written with its brackets, or without.
             self.skip();
@@ -251,13 +252,13 @@ impl File {
     }
 
     /// A list of whole numbers, none of them negative.
-    fn labels(&mut self) -> Result<Vec<usize>, String> {
+    fn labels(&mut self) -> Result<Vec<usize>, Fault> {
         let size: usize = self.number()?;
         if self.is_binary {
             let raw = self.raw::<4>(size)?.into_iter();
             let whole = |bytes| {
                 usize::try_from(i32::from_le_bytes(bytes))
-                    .map_err(|_| "a number is negative".to_owned())
+                    .map_err(|_| Fault::whole("a number is negative"))
             };
             return raw.map(whole).collect();
         }
@@ -267,21 +268,23 @@ impl File {
         Ok(labels)
     }
 
-    fn points(&mut self) -> Result<Vec<Vec3>, String> {
+    fn points(&mut self) -> Result<Vec<Vec3>, Fault> {
         let points = self.unchecked_points()?;
         match points.iter().position(|x| !is_a_place(x)) {
             Some(point) => {
                 let x = points[point];
-                Err(format!(
+                Err(fault!(
                     "point {point} is at ({:e} {:e} {:e})",
-                    x.x, x.y, x.z
+                    x.x,
+                    x.y,
+                    x.z
                 ))
             }
             None => Ok(points),
         }
     }
 
-    fn unchecked_points(&mut self) -> Result<Vec<Vec3>, String> {
+    fn unchecked_points(&mut self) -> Result<Vec<Vec3>, Fault> {
         let size: usize = self.number()?;
         if self.is_binary {
             let raw = self.raw::<24>(size)?.into_iter();
@@ -304,7 +307,7 @@ impl File {
     }
 
     /// In a binary file, where each face begins in one list of all their points, and that list.
-    fn faces(&mut self) -> Result<Vec<Vec<usize>>, String> {
+    fn faces(&mut self) -> Result<Vec<Vec<usize>>, Fault> {
         if self.is_binary {
             let (starts, points) = (self.labels()?, self.labels()?);
             let face = |pair: &[usize]| points.get(pair[0]..pair[1]).map(<[usize]>::to_vec);
@@ -322,7 +325,7 @@ impl File {
     }
 
     /// `N ( name { type …; nFaces …; startFace …; … } … )`, always ascii.
-    fn patches(&mut self) -> Result<Vec<Patch>, String> {
+    fn patches(&mut self) -> Result<Vec<Patch>, Fault> {
         let size: usize = self.number()?;
         self.expect("(")?;
         let mut patches = Vec::new();

@@ -7,6 +7,7 @@ use super::results::Results;
 use super::tables::{self, FluidProbeRow, ProbeRow};
 use crate::Vec3;
 use crate::case::measured::{MeasuredPoint, MeasuredQuantity, MeasuredSeries, Measurements};
+use crate::files::{Fault, fault};
 use fsi_numerics::twelve_digits;
 use serde::de::DeserializeOwned;
 use std::path::Path;
@@ -52,7 +53,7 @@ impl Validation {
     ///
     /// # Errors
     /// What is wrong with the file, or that a run has not recorded what was measured, in words.
-    pub fn read(file: &Path, runs: &[impl AsRef<Path>]) -> Result<Self, String> {
+    pub fn read(file: &Path, runs: &[impl AsRef<Path>]) -> Result<Self, Fault> {
         let measured = Measurements::read(file)?;
         let runs = runs
             .iter()
@@ -96,11 +97,11 @@ impl Validation {
     ///
     /// # Errors
     /// If there is no series of this name.
-    pub fn points(&self, name: &str) -> Result<PageTable, String> {
+    pub fn points(&self, name: &str) -> Result<PageTable, Fault> {
         let all = &self.measured.series;
         let Some(i) = all.iter().position(|series| series.name == name) else {
             let names: Vec<&str> = all.iter().map(|series| series.name.as_str()).collect();
-            return Err(format!(
+            return Err(fault!(
                 "no series is called `{name}`; expected one of {}",
                 names.join(", ")
             ));
@@ -250,7 +251,7 @@ impl MeasuredSeries {
 }
 
 impl Computed {
-    fn read(folder: &Path, measured: &Measurements) -> Result<Self, String> {
+    fn read(folder: &Path, measured: &Measurements) -> Result<Self, Fault> {
         let run = Results::load_figures(folder).map_err(|e| e.to_string())?;
         let probes = RecordedProbes {
             wall: read(&run.files.probes())?,
@@ -266,9 +267,9 @@ impl Computed {
 }
 
 /// The rows of a table of probes; none if the run has recorded nothing at points.
-fn read<T: DeserializeOwned>(table: &Path) -> Result<Vec<T>, String> {
+fn read<T: DeserializeOwned>(table: &Path) -> Result<Vec<T>, Fault> {
     match table.is_file() {
-        true => tables::read(table).map_err(|e| format!("cannot read {e}")),
+        true => tables::read(table).map_err(|e| fault!("cannot read {e}")),
         false => Ok(Vec::new()),
     }
 }
@@ -284,7 +285,7 @@ fn computed(
     run: &Results,
     probes: &RecordedProbes,
     series: &MeasuredSeries,
-) -> Result<Vec<f64>, String> {
+) -> Result<Vec<f64>, Fault> {
     let (table, key) = match series.quantity.is_of_the_wall() {
         true => (run.files.probes(), "output.probes_m"),
         false => (run.files.fluid_probes(), "output.fluid_probes_m"),
@@ -301,7 +302,7 @@ fn computed(
         let away = |sample: &&Sample| (sample.time - time).abs();
         let nearest = here.min_by(|a, b| away(a).total_cmp(&away(b)));
         let Some(nearest) = nearest else {
-            return Err(format!(
+            return Err(fault!(
                 "{} has no probe at {:?} m, where `{}` was measured: give the file to the case as output.measured, or the point in {key}, and \
                  compute the run again",
                 table.display(),
@@ -311,7 +312,7 @@ fn computed(
         };
         match away(&nearest) <= SAME_TIME * run.case.time.step {
             true => Ok(nearest.value),
-            false => Err(format!(
+            false => Err(fault!(
                 "{} has no row at t = {time} s, where `{}` was measured; it reaches {} s",
                 table.display(),
                 series.name,

@@ -1,9 +1,10 @@
 //! Lines and polygons in VTK's old format (`# vtk DataFile`), ASCII or binary.
 
 use super::PolyData;
+use crate::files::{Fault, fault};
 use vtkio::model::{Attribute, DataSet, Piece, VertexNumbers, Vtk};
 
-pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
+pub fn read(bytes: &[u8]) -> Result<PolyData, Fault> {
     if !bytes.starts_with(b"# vtk DataFile") {
         return Err(
             "not a VTK file in the legacy format, which begins with \"# vtk DataFile\"".into(),
@@ -38,9 +39,7 @@ pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
         let count = data.points.len();
         for line in cells(piece.lines)? {
             if line.iter().any(|point| *point >= count) {
-                return Err(format!(
-                    "a line has a point that there is not among {count}"
-                ));
+                return Err(fault!("a line has a point that there is not among {count}"));
             }
             data.lines.push(line);
         }
@@ -64,7 +63,7 @@ pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
 }
 
 /// Points of each cell.
-fn cells(numbers: Option<VertexNumbers>) -> Result<Vec<Vec<usize>>, String> {
+fn cells(numbers: Option<VertexNumbers>) -> Result<Vec<Vec<usize>>, Fault> {
     let wrong = || "the counts of its cells do not fit their points".to_owned();
     let mut cells = Vec::new();
     match numbers {

@@ -13,6 +13,7 @@ pub use surface::{Crossing, OpenEdge, Surface};
 pub use vtp::Grid;
 
 use crate::files;
+use crate::files::{Fault, fault};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -40,9 +41,9 @@ impl PolyData {
     ///
     /// # Errors
     /// What is wrong with the file, in a sentence.
-    pub fn read(path: &Path) -> Result<Self, String> {
+    pub fn read(path: &Path) -> Result<Self, Fault> {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let reader: fn(&[u8]) -> Result<Self, String> = match ending.as_deref() {
+        let reader: fn(&[u8]) -> Result<Self, Fault> = match ending.as_deref() {
             Some("vtp") => vtp::read,
             Some("vtk") => legacy::read,
             Some("stl") => stl::read,
@@ -64,7 +65,7 @@ impl PolyData {
             .iter()
             .position(|p| p.iter().any(|x| !x.is_finite()))
         {
-            Some(i) => Err(format!(
+            Some(i) => Err(fault!(
                 "point {} of {} has a coordinate that is not a finite number",
                 i + 1,
                 data.points.len()
@@ -77,10 +78,10 @@ impl PolyData {
     ///
     /// # Errors
     /// If it has a point that there is not.
-    fn add_polygon(&mut self, corners: &[usize]) -> Result<(), String> {
+    fn add_polygon(&mut self, corners: &[usize]) -> Result<(), Fault> {
         let count = self.points.len();
         if let Some(corner) = corners.iter().find(|corner| **corner >= count) {
-            return Err(format!(
+            return Err(fault!(
                 "a polygon has the point {corner}, counted from 0, and there are {count}"
             ));
         }

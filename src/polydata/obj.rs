@@ -1,9 +1,10 @@
 //! Polygons in Wavefront's OBJ.
 
 use super::PolyData;
+use crate::files::Fault;
 use tobj::{LoadError, LoadOptions};
 
-pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
+pub fn read(bytes: &[u8]) -> Result<PolyData, Fault> {
     let options = LoadOptions {
         triangulate: true,
         ..LoadOptions::default()

@@ -1,10 +1,11 @@
 //! Polygons in PLY, the format of Stanford's scanner: ASCII, or binary in either order of bytes.
 
 use super::PolyData;
+use crate::files::Fault;
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Property};
 
-pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
+pub fn read(bytes: &[u8]) -> Result<PolyData, Fault> {
     let ply = Parser::<DefaultElement>::new().read_ply(&mut &bytes[..]);
     let ply = ply.map_err(|e| format!("no PLY that can be read: {e}"))?;
     let mut data = PolyData::default();

@@ -4,6 +4,7 @@
 
 use super::PolyData;
 use crate::files::text::{lines, stranger};
+use crate::files::{Fault, fault};
 use std::collections::HashMap;
 
 /// Bytes before the triangles, and of each.
@@ -13,7 +14,7 @@ const TRIANGLE: usize = 50;
 /// So many triangles more than a file could hold are none: its bytes there mean something else.
 const UNLIKELY: usize = 1000;
 
-pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
+pub fn read(bytes: &[u8]) -> Result<PolyData, Fault> {
     if let Some(what) = stranger(bytes) {
         return Err(what.into());
     }
@@ -33,7 +34,7 @@ pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
         Some(0) => triangles(whole),
         Some(count) if count <= whole => triangles(count),
         Some(count) if count / UNLIKELY <= whole => {
-            return Err(format!(
+            return Err(fault!(
                 "a binary STL that announces {count} triangles and has {whole} of them: it is cut off"
             ));
         }
@@ -72,7 +73,7 @@ fn binary(bytes: &[u8]) -> Vec<[f64; 3]> {
     corners.map(point).collect()
 }
 
-fn ascii(text: &str) -> Result<Vec<[f64; 3]>, String> {
+fn ascii(text: &str) -> Result<Vec<[f64; 3]>, Fault> {
     let mut corners = Vec::new();
     let mut in_loop = None;
     for (number, line) in lines(text) {
@@ -82,19 +83,19 @@ fn ascii(text: &str) -> Result<Vec<[f64; 3]>, String> {
             Some("endloop") => {
                 let found = in_loop.take().map_or(0, |start| corners.len() - start);
                 if found != 3 {
-                    return Err(format!(
-                        "line {}: a facet of {found} corners, not 3",
-                        number
+                    return Err(Fault::at(
+                        number,
+                        format_args!("a facet of {found} corners, not 3"),
                     ));
                 }
             }
             Some("vertex") => {
                 let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
                 let [x, y, z] = numbers[..] else {
-                    return Err(format!(
-                        "line {}: expected \"vertex\" and three numbers, found {:?}",
+                    let what = "expected \"vertex\" and three numbers";
+                    return Err(Fault::at(
                         number,
-                        line.trim()
+                        format_args!("{what}, found {:?}", line.trim()),
                     ));
                 };
                 corners.push([x, y, z]);

@@ -2,6 +2,7 @@
 
 use super::PolyData;
 use crate::Vec3;
+use crate::files::Fault;
 use std::collections::HashMap;
 
 /// Triangles that share their points, m.
@@ -98,7 +99,7 @@ impl Surface {
     ///
     /// # Errors
     /// If there are none, in words.
-    pub fn new(data: &PolyData, metres: f64) -> Result<Self, String> {
+    pub fn new(data: &PolyData, metres: f64) -> Result<Self, Fault> {
         let (numbers, points) = weld(&data.points);
         let points = points
             .iter()

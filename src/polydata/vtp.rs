@@ -7,6 +7,7 @@ mod grid;
 pub use grid::Grid;
 
 use super::PolyData;
+use crate::files::{Fault, fault};
 use data::{Encoding, Format, Layout};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -38,7 +39,7 @@ struct Parsed<'a> {
     appended: Option<(&'a [u8], Encoding)>,
 }
 
-pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
+pub fn read(bytes: &[u8]) -> Result<PolyData, Fault> {
     let parsed = parse(bytes, "PolyData", "expected VTK's PolyData (.vtp)")?;
     let mut all = PolyData::default();
     for piece in &parsed.pieces {
@@ -48,7 +49,7 @@ pub fn read(bytes: &[u8]) -> Result<PolyData, String> {
 }
 
 /// The pieces of a data set of the type `kind`.
-fn parse<'a>(bytes: &'a [u8], kind: &str, expected: &str) -> Result<Parsed<'a>, String> {
+fn parse<'a>(bytes: &'a [u8], kind: &str, expected: &str) -> Result<Parsed<'a>, Fault> {
     let mut reader = Reader::from_reader(bytes);
     let (mut layout, mut pieces) = (None, Vec::new());
     let mut within: Vec<String> = Vec::new();
@@ -97,7 +98,7 @@ fn parse<'a>(bytes: &'a [u8], kind: &str, expected: &str) -> Result<Parsed<'a>, 
             }
             Event::Eof if within.is_empty() => break,
             Event::Eof => {
-                return Err(format!(
+                return Err(fault!(
                     "the file ends within <{}>: it is cut off",
                     within[within.len() - 1]
                 ));
@@ -112,7 +113,7 @@ fn parse<'a>(bytes: &'a [u8], kind: &str, expected: &str) -> Result<Parsed<'a>, 
             layout,
             appended,
         }),
-        false => Err(format!("{expected}, found {found}: save it as such")),
+        false => Err(fault!("{expected}, found {found}: save it as such")),
     }
 }
 
@@ -120,7 +121,7 @@ fn last_array(pieces: &mut [Piece]) -> Option<&mut Array> {
     pieces.last_mut()?.arrays.last_mut()
 }
 
-fn attributes(tag: &BytesStart<'_>) -> Result<HashMap<String, String>, String> {
+fn attributes(tag: &BytesStart<'_>) -> Result<HashMap<String, String>, Fault> {
     let mut all = HashMap::new();
     for attribute in tag.attributes() {
         let attribute = attribute.map_err(|e| format!("a broken attribute: {e}"))?;
@@ -138,7 +139,7 @@ fn begin(
     within: &[String],
     layout: &mut Option<(String, Layout)>,
     pieces: &mut Vec<Piece>,
-) -> Result<(), String> {
+) -> Result<(), Fault> {
     let keys = attributes(tag)?;
     let key = |name: &str| keys.get(name).map(String::as_str);
     match name {
@@ -186,7 +187,7 @@ fn begin(
 
 impl Parsed<'_> {
     /// The numbers of an array, so many if that is known.
-    fn numbers(&self, array: &Array, wanted: Option<usize>) -> Result<Vec<f64>, String> {
+    fn numbers(&self, array: &Array, wanted: Option<usize>) -> Result<Vec<f64>, Fault> {
         let called = match array.name.as_str() {
             "" => format!("the array in <{}>", array.within),
             name => format!("the array {name:?} in <{}>", array.within),
@@ -202,7 +203,7 @@ impl Parsed<'_> {
                 (rest, encoding)
             }
             (Format::Appended, None) => {
-                return Err(format!("{called} is appended data, and the file has none"));
+                return Err(fault!("{called} is appended data, and the file has none"));
             }
         };
         in_number(
@@ -219,7 +220,7 @@ impl Parsed<'_> {
         within: &str,
         count: usize,
         [first, points]: [usize; 2],
-    ) -> Result<Vec<Vec<usize>>, String> {
+    ) -> Result<Vec<Vec<usize>>, Fault> {
         if count == 0 {
             return Ok(Vec::new());
         }
@@ -236,9 +237,7 @@ impl Parsed<'_> {
                 .ok_or_else(|| format!("the offsets of <{within}> do not fit its connectivity"))?;
             let point = |i: &f64| match *i as usize {
                 i if i < points => Ok(first + i),
-                i => Err(format!(
-                    "<{within}> names point {i}, and there are {points}"
-                )),
+                i => Err(fault!("<{within}> names point {i}, and there are {points}")),
             };
             indices.iter().map(point).collect()
         };
@@ -246,7 +245,7 @@ impl Parsed<'_> {
     }
 
     /// Positions of the points of a piece.
-    fn positions(&self, piece: &Piece) -> Result<Vec<[f64; 3]>, String> {
+    fn positions(&self, piece: &Piece) -> Result<Vec<[f64; 3]>, Fault> {
         let points = piece.count("NumberOfPoints");
         if points == 0 {
             return Ok(Vec::new());
@@ -272,7 +271,7 @@ impl Piece {
     }
 }
 
-fn add(all: &mut PolyData, piece: &Piece, parsed: &Parsed<'_>) -> Result<(), String> {
+fn add(all: &mut PolyData, piece: &Piece, parsed: &Parsed<'_>) -> Result<(), Fault> {
     let count = |name: &str| piece.count(name);
     let first = all.points.len();
     let points = count("NumberOfPoints");
@@ -303,7 +302,7 @@ fn add_arrays(
     piece: &Piece,
     parsed: &Parsed<'_>,
     first: usize,
-) -> Result<(), String> {
+) -> Result<(), Fault> {
     let [points, verts, lines] =
         ["NumberOfPoints", "NumberOfVerts", "NumberOfLines"].map(|name| piece.count(name));
     let numbers = |array: &Array, wanted: Option<usize>| parsed.numbers(array, wanted);
@@ -352,13 +351,13 @@ fn add_arrays(
 
 /// Names the array in errors, and counts its numbers.
 fn in_number(
-    found: Result<Vec<f64>, String>,
+    found: Result<Vec<f64>, Fault>,
     wanted: Option<usize>,
     called: &str,
-) -> Result<Vec<f64>, String> {
+) -> Result<Vec<f64>, Fault> {
     let found = found.map_err(|reason| format!("{called}: {reason}"))?;
     match wanted {
-        Some(wanted) if wanted != found.len() => Err(format!(
+        Some(wanted) if wanted != found.len() => Err(fault!(
             "{called} has {} numbers, and {wanted} were announced",
             found.len()
         )),

@@ -1,6 +1,6 @@
 //! How long a beat is, and time steps of which a whole number make one.
 
-use super::{ProposalInput, told};
+use super::{ProposalError, ProposalInput, told};
 use crate::case::PeriodicTable;
 
 /// A beat without a curve, s.
@@ -28,7 +28,7 @@ impl Beat {
     ///
     /// # Errors
     /// If the curve does not say how long it is, or does not fit.
-    pub fn of(input: &ProposalInput) -> Result<Self, String> {
+    pub fn of(input: &ProposalInput) -> Result<Self, ProposalError> {
         let mut remarks = Vec::new();
         let asked = input.period;
         let (Some(path), None) = (&input.flow, input.flow_period) else {
@@ -40,10 +40,10 @@ impl Beat {
             .map_err(|e| told::in_options(&e.to_string()))?;
         let period = match (asked, shown) {
             (Some(period), _) if last > period * (1.0 + 1e-9) => {
-                return Err(format!(
+                return Err(ProposalError::Input(format!(
                     "--period {period}: the curve in {file} reaches to {last} s; --flow-period {} stretches it to the beat",
                     shown.unwrap_or(last)
-                ));
+                )));
             }
             (Some(period), _) => period,
             (None, Some(period)) => {
@@ -57,18 +57,18 @@ impl Beat {
                 period
             }
             (None, None) => {
-                return Err(format!(
+                return Err(ProposalError::Input(format!(
                     "--flow {file}: the curve does not come back to its first value, and its steps differ: say how long a beat \
                      is, --period S"
-                ));
+                )));
             }
         };
         let [short, long] = ALLOWED;
         if !(short..=long).contains(&period) {
-            return Err(format!(
+            return Err(ProposalError::Input(format!(
                 "--flow {file}: the curve is {period} s long, and beats are {short} to {long} s: are its times in another unit? \
                  --flow-period S says how long it is"
-            ));
+            )));
         }
         if !(OF_HEARTS[0]..=OF_HEARTS[1]).contains(&period) && asked.is_none() {
             remarks.push(format!(

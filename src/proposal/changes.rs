@@ -1,8 +1,9 @@
 //! How far the vessel of a case is from the files that it was made from.
 
-use super::ProposalInput;
 use super::files::VesselSizes;
+use super::{ProposalError, ProposalInput};
 use crate::case::{BloodVessel, Shape, VesselDescription};
+use crate::files::Fault;
 use crate::polydata::{PolyData, Surface};
 use std::f64::consts::TAU;
 
@@ -39,7 +40,7 @@ impl Changes {
         keys: &BloodVessel,
         sizes: &VesselSizes,
         input: &ProposalInput,
-    ) -> Result<Option<Self>, String> {
+    ) -> Result<Option<Self>, ProposalError> {
         let (Some(line), Shape::Vessel(vessel)) = (&sizes.line, &keys.shape) else {
             return Ok(None);
         };
@@ -65,7 +66,7 @@ impl Changes {
             }
         }
         if let Some(path) = &input.lumen {
-            let wrong = |e: String| format!("--lumen {}: {e}", path.display());
+            let wrong = |e: Fault| format!("--lumen {}: {e}", path.display());
             let unit = input.lumen_unit.or(input.unit);
             let unit = unit.map_or(1.0, |unit| unit.metres());
             let data = PolyData::read(path).map_err(wrong)?;

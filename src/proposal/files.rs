@@ -1,7 +1,8 @@
 //! What is known of the files before a case is made from them.
 
-use super::{ProposalInput, RADII, RADIUS};
+use super::{ProposalError, ProposalInput, RADII, RADIUS};
 use crate::case::{LengthUnit, LineReading, LineSurvey};
+use crate::files::Fault;
 use crate::polydata::{PolyData, Surface};
 use std::f64::consts::TAU;
 
@@ -31,7 +32,7 @@ pub struct VesselSizes {
 
 /// # Errors
 /// What is missing or wrong, in a sentence.
-pub fn sizes(input: &ProposalInput) -> Result<VesselSizes, String> {
+pub fn sizes(input: &ProposalInput) -> Result<VesselSizes, ProposalError> {
     let Some(path) = &input.line else {
         if input.lumen.is_some() {
             return Err("--lumen needs its centre-line, --from: VMTK makes one (vmtkcenterlines), as do 3D Slicer and SimVascular".into());
@@ -53,11 +54,11 @@ pub fn sizes(input: &ProposalInput) -> Result<VesselSizes, String> {
         .map_err(|e| format!("--from {}: {e}", path.display()))?;
     let surface = (input.lumen.as_ref())
         .map(|path| {
-            let wrong = |e: String| format!("--lumen {}: {e}", path.display());
+            let wrong = |e: Fault| format!("--lumen {}: {e}", path.display());
             let data = PolyData::read(path).map_err(wrong)?;
             let metres = input.lumen_unit.unwrap_or(unit).metres();
             let surface = Surface::new(&data, metres).map_err(wrong)?;
-            Ok::<_, String>(surface.area() / (TAU * line.polygon()))
+            Ok::<_, ProposalError>(surface.area() / (TAU * line.polygon()))
         })
         .transpose()?;
     if input.radius.is_some() && surface.is_some() {
@@ -69,10 +70,10 @@ pub fn sizes(input: &ProposalInput) -> Result<VesselSizes, String> {
     let Some(radius) = input.radius.or(line.radius()).or(surface) else {
         let seen = LineReading::of(path, input.branch.as_deref());
         let seen = seen.map_or(String::new(), |seen| format!(" ({})", seen.understood));
-        return Err(format!(
+        return Err(ProposalError::Input(format!(
             "--from {}: the file has no radii{seen}: give --lumen, the surface, or --radius, such as --radius 3mm",
             path.display()
-        ));
+        )));
     };
     let smoothing = input
         .smoothing
@@ -98,7 +99,7 @@ pub fn check_unit(
     length: f64,
     radius: f64,
     has_radius: bool,
-) -> Result<(), String> {
+) -> Result<(), ProposalError> {
     let ([short, long], [thin, wide]) = (LENGTHS, RADII_OF_VESSELS);
     if (short..=long).contains(&length) && (thin..=wide).contains(&radius) {
         return Ok(());
@@ -113,11 +114,11 @@ pub fn check_unit(
         Some(other) => format!("--unit {} would fit", other.name()),
         None => "no unit fits both: are points and radii in different ones?".to_owned(),
     };
-    Err(format!(
+    Err(ProposalError::Input(format!(
         "--unit {}: with it the centre-line is {length:.3e} m long and the lumen {radius:.3e} m in radius; vessels are {short} to {long} \
          m long and {thin:e} to {wide} m in radius; {advice}",
         unit.name()
-    ))
+    )))
 }
 
 /// To three digits.

@@ -138,6 +138,18 @@ pub enum ProposalError {
     Io(#[from] std::io::Error),
 }
 
+impl From<String> for ProposalError {
+    fn from(what: String) -> Self {
+        Self::Input(what)
+    }
+}
+
+impl From<&str> for ProposalError {
+    fn from(what: &str) -> Self {
+        Self::Input(what.to_owned())
+    }
+}
+
 impl Proposal {
     /// Makes a case that has been loaded and checked.
     ///
@@ -157,9 +169,9 @@ impl Proposal {
                 "is for a vessel that branches: --from a .vtp, .vtk or .swc with several ends";
             return Err(ProposalError::Input(format!("{option} {reason}")));
         }
-        let (input, mut remarks) = told::files(input).map_err(ProposalError::Input)?;
+        let (input, mut remarks) = told::files(input)?;
         let input = &input;
-        let sizes = files::sizes(input).map_err(ProposalError::Input)?;
+        let sizes = files::sizes(input)?;
         let mut files = Vec::new();
         for path in [&input.line, &input.lumen, &input.flow]
             .into_iter()
@@ -170,7 +182,7 @@ impl Proposal {
                 .map(|name| name.to_string_lossy().into_owned());
             files.push((name.unwrap_or_default(), path.clone()));
         }
-        let beat = Beat::of(input).map_err(ProposalError::Input)?;
+        let beat = Beat::of(input)?;
         let mut numbers = Numbers::new(&sizes, beat.period);
         let trial = tempfile::tempdir()?;
         for (name, path) in &files {
@@ -180,7 +192,7 @@ impl Proposal {
         let case = loaded(trial.path(), input, &sizes, &mut numbers)?;
         remarks.extend(beat.remarks);
         if let Some(keys) = case.vessel()
-            && let Some(changes) = Changes::of(keys, &sizes, input).map_err(ProposalError::Input)?
+            && let Some(changes) = Changes::of(keys, &sizes, input)?
         {
             if changes.is_another() && input.smoothing.is_none() {
                 return Err(ProposalError::Input(another(&changes)));
@@ -324,8 +336,7 @@ impl Figures {
             flows.iter().sum::<f64>() / 1000.0,
             flows.iter().fold(0.0f64, |most, q| most.max(q.abs())),
         ];
-        let plausible =
-            told::plausible(input, &curve, of_flow, mean).map_err(ProposalError::Input)?;
+        let plausible = told::plausible(input, &curve, of_flow, mean)?;
         let nu = case.blood.viscosity / case.blood.density;
         let omega = TAU / period;
         let womersley = mean * (omega / nu).sqrt();

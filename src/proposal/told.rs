@@ -1,7 +1,7 @@
 //! What `new` says of the user's files and of mistakes in them, in the words of its options: the case with the keys is
 //! not written yet.
 
-use super::ProposalInput;
+use super::{ProposalError, ProposalInput};
 use crate::case::{CaseError, CaseErrors, FlowCurve, FlowUnit, LineReading, PeriodicTable};
 use crate::polydata::PolyData;
 use std::f64::consts::PI;
@@ -46,13 +46,13 @@ const RADII: [f64; 2] = [2e-4, 0.02];
 ///
 /// # Errors
 /// What is wrong with a file.
-pub fn files(input: &ProposalInput) -> Result<(ProposalInput, Vec<String>), String> {
+pub fn files(input: &ProposalInput) -> Result<(ProposalInput, Vec<String>), ProposalError> {
     let mut input = input.clone();
     let mut remarks = Vec::new();
     if let Some(path) = &input.line {
         let reading = LineReading::of(path, input.branch.as_deref());
-        let reading =
-            reading.map_err(|e| format!("--from {}: {}", path.display(), in_options(&e)))?;
+        let reading = reading
+            .map_err(|e| format!("--from {}: {}", path.display(), in_options(&e.to_string())))?;
         input.unit = input.unit.or(reading.unit);
         remarks.push(format!(
             "read      {}: {}",
@@ -146,7 +146,7 @@ pub fn plausible(
     curve: &FlowCurve,
     [mean, largest]: [f64; 2],
     radius: f64,
-) -> Result<Vec<String>, String> {
+) -> Result<Vec<String>, ProposalError> {
     let mut remarks = Vec::new();
     if let Some(table) = curve.table()
         && let Some(path) = &input.flow
@@ -175,15 +175,15 @@ fn flow(
     [mean, largest]: [f64; 2],
     radius: f64,
     remarks: &mut Vec<String>,
-) -> Result<(), String> {
+) -> Result<(), ProposalError> {
     let file = path.display();
     if mean < 0.0 && mean.abs() > 0.01 * largest {
-        return Err(format!(
+        return Err(ProposalError::Input(format!(
             "--flow {file}: the mean flow is {:.0} ml/min: the blood runs backwards, out of the inlet. Values that enter must be \
              positive: change their sign, or call the file x.flow if it is one of SimVascular's 3-D solver; --reverse turns the \
              centre-line round",
             6e7 * mean
-        ));
+        )));
     }
     let velocity = largest / (PI * radius * radius);
     if (VELOCITIES[0]..=VELOCITIES[1]).contains(&velocity) || largest == 0.0 {
@@ -209,7 +209,7 @@ fn flow(
     );
     let is_impossible = !(IMPOSSIBLE[0]..=IMPOSSIBLE[1]).contains(&velocity);
     if is_impossible || table.is_unit_assumed() {
-        return Err(format!("--flow {file}: {found}"));
+        return Err(ProposalError::Input(format!("--flow {file}: {found}")));
     }
     remarks.push(format!("warning: {found}"));
     Ok(())

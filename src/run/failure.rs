@@ -1,5 +1,6 @@
 //! What ends a command early, and its exit code.
 
+use crate::files::Fault;
 use crate::output::terminal::PrintError;
 use crate::simulation::assembly::preflight::TrialError;
 use std::process::ExitCode;
@@ -21,6 +22,12 @@ pub enum Failure {
 impl From<PrintError> for Failure {
     fn from(error: PrintError) -> Self {
         Self::Run(error.to_string())
+    }
+}
+
+impl From<Fault> for Failure {
+    fn from(fault: Fault) -> Self {
+        Self::Input(fault.to_string())
     }
 }
 

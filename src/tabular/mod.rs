@@ -9,6 +9,7 @@ mod header;
 mod sniff;
 pub mod units;
 
+pub use crate::files::Fault;
 use crate::files::{read_regular, text};
 use cells::{Delimiter, no_number, number};
 use std::path::Path;
@@ -50,34 +51,6 @@ pub struct Row {
     pub line: usize,
     /// Its cells.
     pub cells: Vec<String>,
-}
-
-/// What is wrong with a table.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{}{message}", line.map_or(String::new(), |line| format!("line {line}: ")))]
-pub struct Fault {
-    /// The line, counted from 1.
-    pub line: Option<usize>,
-    /// What was found and what is expected.
-    pub message: String,
-}
-
-impl Fault {
-    /// Something about a line.
-    pub fn at(line: usize, message: impl Into<String>) -> Self {
-        Self {
-            line: Some(line),
-            message: message.into(),
-        }
-    }
-
-    /// Something about the whole file.
-    pub fn whole(message: impl Into<String>) -> Self {
-        Self {
-            line: None,
-            message: message.into(),
-        }
-    }
 }
 
 impl Sheet {

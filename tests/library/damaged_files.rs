@@ -252,7 +252,9 @@ fn meshes_of_walls() {
         fs::copy(project().join("tests/data/walls").join(name), &file).unwrap();
         survives(&file, 1, || {
             let wall = WallFile::read(&file).map_err(|e| e.to_string())?;
-            wall.mesh(1.0, &[], |_| Ok(0)).map(drop)
+            wall.mesh(1.0, &[], |_| Ok(0))
+                .map(drop)
+                .map_err(|e| e.to_string())
         });
     }
 }
@@ -265,7 +267,9 @@ fn lines_and_surfaces() {
     for from in files.filter(|file| file.extension().is_some_and(|end| end == "vtp")) {
         let file = folder.path().join(from.file_name().unwrap());
         fs::copy(from, &file).unwrap();
-        survives(&file, 1, || PolyData::read(&file).map(drop));
+        survives(&file, 1, || {
+            PolyData::read(&file).map(drop).map_err(|e| e.to_string())
+        });
     }
     for name in ["curved", "surface"] {
         let case = folder.path().join(name);

@@ -2,6 +2,7 @@
 
 use super::{LineFile, pth, swc, table, vtp};
 use crate::case::LengthUnit;
+use crate::files::{Fault, fault};
 use std::path::Path;
 
 /// Endings of files with tables of points.
@@ -12,11 +13,11 @@ impl LineFile {
     ///
     /// # Errors
     /// What is wrong with the file, in a sentence.
-    pub fn read(path: &Path, branch: Option<&str>) -> Result<Self, String> {
+    pub fn read(path: &Path, branch: Option<&str>) -> Result<Self, Fault> {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let file = match (ending.as_deref(), branch) {
             (Some(end), Some(_)) if TABLES.contains(&end) => {
-                Err("a table of points is one line: leave out vessel.branch".to_owned())
+                Err("a table of points is one line: leave out vessel.branch".into())
             }
             (Some(end), None) if TABLES.contains(&end) => table::read(path),
             (Some("vtp" | "vtk"), _) => vtp::read(path, branch),
@@ -25,16 +26,16 @@ impl LineFile {
             (Some("yml" | "yaml"), _) => Err(
                 "a network of a one-dimensional code (openBF) has lengths and radii, but no coordinates: give a vessel of it by its \
                  radius and length (vessel.radius_m, [[vessel.piece]]), or its centre-line as .csv, .vtp or .swc"
-                    .to_owned(),
+                    .into(),
             ),
             _ => Err(
                 "expected a file that ends with .csv, .vtp or .swc (or .txt, .dat, .vtk, .pth)"
-                    .to_owned(),
+                    .into(),
             ),
         }?;
         let radii = &file.line.radii;
         match radii.iter().position(|r| !(r.is_finite() && *r > 0.0)) {
-            Some(i) => Err(format!(
+            Some(i) => Err(fault!(
                 "the radius of point {} is {:?}: expected one above 0",
                 i + 1,
                 radii[i]
@@ -47,10 +48,10 @@ impl LineFile {
     ///
     /// # Errors
     /// If they differ.
-    pub fn metres(&self, given: LengthUnit) -> Result<f64, String> {
+    pub fn metres(&self, given: LengthUnit) -> Result<f64, Fault> {
         match self.length_unit().filter(|own| *own != given) {
             None => Ok(given.metres()),
-            Some(own) => Err(format!(
+            Some(own) => Err(fault!(
                 "its header says {own}, and {given} was given (vessel.unit): correct one of them"
             )),
         }
@@ -77,7 +78,7 @@ impl LineReading {
     ///
     /// # Errors
     /// What is wrong with the file, in a sentence.
-    pub fn of(path: &Path, branch: Option<&str>) -> Result<Self, String> {
+    pub fn of(path: &Path, branch: Option<&str>) -> Result<Self, Fault> {
         let file = LineFile::read(path, branch)?;
         Ok(Self {
             unit: file.length_unit(),

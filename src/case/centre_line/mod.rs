@@ -11,6 +11,7 @@ mod vtp;
 
 use super::vessel::MOST_POINTS;
 use super::{LengthUnit, VesselDescription};
+use crate::files::{Fault, fault};
 pub use file::LineReading;
 use std::path::Path;
 pub use survey::LineSurvey;
@@ -38,7 +39,7 @@ struct LineFile {
 
 impl CentreLine {
     /// As [`LineFile::read`], without what else the file says.
-    fn read(path: &Path, branch: Option<&str>) -> Result<Self, String> {
+    fn read(path: &Path, branch: Option<&str>) -> Result<Self, Fault> {
         LineFile::read(path, branch).map(|file| file.line)
     }
 
@@ -119,7 +120,7 @@ impl VesselDescription {
             let reason = "the case has vessel.points_m as well: leave out one of the two";
             return Err((key, reason.into()));
         }
-        let named = |reason: String| (key, format!("{}: {reason}", path.display()));
+        let named = |fault: Fault| (key, format!("{}: {fault}", path.display()));
         let file = LineFile::read(&path, self.branch.as_deref()).map_err(named)?;
         let metres = file.metres(unit).map_err(named)?;
         let mut line = file.line;
@@ -129,7 +130,7 @@ impl VesselDescription {
                 0 | 1 => "",
                 _ => "; with vessel.smoothing_m there may be more",
             };
-            let reason = format!("expected 2 to {MOST_POINTS} points, found {count}{advice}");
+            let reason = fault!("expected 2 to {MOST_POINTS} points, found {count}{advice}");
             return Err(named(reason));
         }
         line.points.iter_mut().flatten().for_each(|x| *x *= metres);

@@ -3,7 +3,7 @@
 
 use super::CentreLine;
 use super::LineFile;
-use crate::files::{read_regular, text};
+use crate::files::{Fault, fault, read_regular, text};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use std::path::Path;
@@ -11,7 +11,7 @@ use std::path::Path;
 /// Far larger than any path.
 const MOST_BYTES: u64 = 64 << 20;
 
-pub fn read(path: &Path) -> Result<LineFile, String> {
+pub fn read(path: &Path) -> Result<LineFile, Fault> {
     let bytes = read_regular(path, MOST_BYTES).map_err(|error| error.to_string())?;
     let points = points(&text::decode(&bytes)?)?;
     Ok(LineFile {
@@ -25,7 +25,7 @@ pub fn read(path: &Path) -> Result<LineFile, String> {
 }
 
 /// The points of the spline at the first of the times that there may be.
-fn points(text: &str) -> Result<Vec<[f64; 3]>, String> {
+fn points(text: &str) -> Result<Vec<[f64; 3]>, Fault> {
     let mut reader = Reader::from_str(text);
     // Old files begin with two roots.
     reader.config_mut().check_end_names = false;
@@ -52,7 +52,7 @@ fn points(text: &str) -> Result<Vec<[f64; 3]>, String> {
     }
 }
 
-fn position(tag: &BytesStart<'_>) -> Result<[f64; 3], String> {
+fn position(tag: &BytesStart<'_>) -> Result<[f64; 3], Fault> {
     let mut position = [f64::NAN; 3];
     for attribute in tag.attributes().flatten() {
         let value = attribute.unescape_value().unwrap_or_default();
@@ -65,7 +65,7 @@ fn position(tag: &BytesStart<'_>) -> Result<[f64; 3], String> {
     }
     match position.iter().all(|x| x.is_finite()) {
         true => Ok(position),
-        false => Err(format!(
+        false => Err(fault!(
             "expected numbers x, y and z, found {:?}",
             String::from_utf8_lossy(tag)
         )),

@@ -4,6 +4,7 @@ use super::CentreLine;
 use crate::Vec3;
 use crate::case::LengthUnit;
 use crate::curve::SpaceCurve;
+use crate::files::{Fault, fault};
 use crate::interpolation::SmoothingSpline;
 use std::path::Path;
 
@@ -27,11 +28,11 @@ impl LineSurvey {
     ///
     /// # Errors
     /// What is wrong with the file, in a sentence.
-    pub fn read(path: &Path, branch: Option<&str>, unit: LengthUnit) -> Result<Self, String> {
+    pub fn read(path: &Path, branch: Option<&str>, unit: LengthUnit) -> Result<Self, Fault> {
         let mut line = CentreLine::read(path, branch)?.without_repeated();
         let count = line.points.len();
         if count < 2 {
-            return Err(format!("expected 2 points at least, found {count}"));
+            return Err(fault!("expected 2 points at least, found {count}"));
         }
         let metres = unit.metres();
         line.points.iter_mut().flatten().for_each(|x| *x *= metres);

@@ -3,7 +3,7 @@
 
 use super::LineFile;
 use super::{CentreLine, listed};
-use crate::files::{read_regular, text};
+use crate::files::{Fault, fault, read_regular, text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -17,7 +17,7 @@ struct Node {
     line: usize,
 }
 
-pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
+pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, Fault> {
     let (nodes, scale) = load(path)?;
     let ends = ends(&nodes);
     let offered = || {
@@ -34,7 +34,7 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
             return Err("the points form a cycle: the root must have the parent -1".into());
         }
         (None, _) => {
-            return Err(format!(
+            return Err(fault!(
                 "the tree has {} ends: choose one by vessel.branch = {}",
                 ends.len(),
                 offered()
@@ -53,9 +53,10 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
     };
     let way = way(&nodes, end)?;
     if let Some(node) = way.iter().find(|node| node.radius <= 0.0) {
-        return Err(format!(
+        return Err(fault!(
             "line {}: expected a radius above 0, found {}",
-            node.line, node.radius
+            node.line,
+            node.radius
         ));
     }
     Ok(LineFile {
@@ -74,14 +75,14 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
 }
 
 /// The ways from the root to each end, as points and radii in the unit of the file.
-pub fn all(path: &Path) -> Result<Vec<CentreLine>, String> {
+pub fn all(path: &Path) -> Result<Vec<CentreLine>, Fault> {
     let (nodes, scale) = load(path)?;
     let line = |end: &i64| way(&nodes, *end).map(|way| scaled(&way, scale));
     ends(&nodes).iter().map(line).collect()
 }
 
 /// The points of a file by their numbers, and what their coordinates are to be multiplied by.
-fn load(path: &Path) -> Result<(BTreeMap<i64, Node>, [f64; 3]), String> {
+fn load(path: &Path) -> Result<(BTreeMap<i64, Node>, [f64; 3]), Fault> {
     let bytes = read_regular(path, MOST_BYTES).map_err(|error| error.to_string())?;
     nodes(&text::decode(&bytes)?)
 }
@@ -105,7 +106,7 @@ fn scaled(way: &[&Node], scale: [f64; 3]) -> CentreLine {
 }
 
 /// All points by their numbers, and what their coordinates are to be multiplied by.
-fn nodes(text: &str) -> Result<(BTreeMap<i64, Node>, [f64; 3]), String> {
+fn nodes(text: &str) -> Result<(BTreeMap<i64, Node>, [f64; 3]), Fault> {
     let mut nodes: BTreeMap<i64, Node> = BTreeMap::new();
     let mut scale = [1.0; 3];
     for (line, row) in text::lines(text) {
@@ -122,8 +123,12 @@ fn nodes(text: &str) -> Result<(BTreeMap<i64, Node>, [f64; 3]), String> {
         {
             continue; // names of the columns
         }
-        let wrong =
-            || format!("line {line}: expected \"id type x y z radius parent\", found {row:?}");
+        let wrong = || {
+            Fault::at(
+                line,
+                format_args!("expected \"id type x y z radius parent\", found {row:?}"),
+            )
+        };
         // What follows the parent belongs to other programs.
         let [id, _, x, y, z, r, parent, ..] = fields[..] else {
             return Err(wrong());
@@ -148,23 +153,24 @@ fn nodes(text: &str) -> Result<(BTreeMap<i64, Node>, [f64; 3]), String> {
             line,
         };
         if nodes.insert(whole(id)?, node).is_some() {
-            return Err(format!("line {line}: there is another point {id}"));
+            return Err(Fault::at(line, format_args!("there is another point {id}")));
         }
     }
     let mut orphans = nodes
         .values()
         .filter(|node| node.parent > 0 && !nodes.contains_key(&node.parent));
     match orphans.next() {
-        Some(node) => Err(format!(
+        Some(node) => Err(fault!(
             "line {}: there is no point {}, its parent",
-            node.line, node.parent
+            node.line,
+            node.parent
         )),
         None => Ok((nodes, scale)),
     }
 }
 
 /// The factors of a comment `SCALE x y z`.
-fn scale_of(comment: &str, line: usize) -> Result<Option<[f64; 3]>, String> {
+fn scale_of(comment: &str, line: usize) -> Result<Option<[f64; 3]>, Fault> {
     let mut words = comment.split_whitespace();
     if words.next() != Some("SCALE") {
         return Ok(None);
@@ -174,14 +180,14 @@ fn scale_of(comment: &str, line: usize) -> Result<Option<[f64; 3]>, String> {
         [] => Ok(None),
         [all] if all > 0.0 && all.is_finite() => Ok(Some([all; 3])),
         [x, y, z] if [x, y, z].iter().all(|f| *f > 0.0 && f.is_finite()) => Ok(Some([x, y, z])),
-        _ => Err(format!(
+        _ => Err(fault!(
             "line {line}: expected SCALE and three numbers above 0, found {comment:?}"
         )),
     }
 }
 
 /// From the root to a point.
-fn way(nodes: &BTreeMap<i64, Node>, end: i64) -> Result<Vec<&Node>, String> {
+fn way(nodes: &BTreeMap<i64, Node>, end: i64) -> Result<Vec<&Node>, Fault> {
     let (mut way, mut next) = (Vec::new(), end);
     while let Some(node) = nodes.get(&next) {
         way.push(node);
@@ -191,10 +197,7 @@ fn way(nodes: &BTreeMap<i64, Node>, end: i64) -> Result<Vec<&Node>, String> {
         }
         next = node.parent;
         if way.len() > nodes.len() {
-            return Err(format!(
-                "line {}: this point is its own ancestor",
-                node.line
-            ));
+            return Err(fault!("line {}: this point is its own ancestor", node.line));
         }
     }
     way.reverse();

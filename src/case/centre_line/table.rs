@@ -28,11 +28,7 @@ const JUMP: f64 = 20.0;
 /// A width of the lumen and what makes a radius of it.
 type Width = (usize, &'static str, fn(f64) -> f64);
 
-pub fn read(path: &Path) -> Result<LineFile, String> {
-    read_sheet(path).map_err(|fault| fault.to_string())
-}
-
-fn read_sheet(path: &Path) -> Result<LineFile, Fault> {
+pub fn read(path: &Path) -> Result<LineFile, Fault> {
     let is_header = |names: &[String]| position(names).is_some();
     let sheet = Sheet::read(path, 3, is_header)?;
     let (position, width) = columns(&sheet)?;

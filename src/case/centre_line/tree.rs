@@ -1,6 +1,7 @@
 //! The lines of a tree: each from its beginning to one of its ends, whether a file has them so or in branches.
 
 use super::{CentreLine, swc, vtp};
+use crate::files::{Fault, fault};
 use std::path::Path;
 
 /// Points and radii of a line, in the unit of its file.
@@ -10,7 +11,7 @@ pub type LineOfTree = (Vec<[f64; 3]>, Vec<f64>);
 ///
 /// # Errors
 /// What is wrong with the file, in a sentence.
-pub fn lines_of_tree(path: &Path) -> Result<Vec<LineOfTree>, String> {
+pub fn lines_of_tree(path: &Path) -> Result<Vec<LineOfTree>, Fault> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let lines = match ending.as_deref() {
         Some("swc") => swc::all(path),
@@ -22,7 +23,7 @@ pub fn lines_of_tree(path: &Path) -> Result<Vec<LineOfTree>, String> {
     for line in &lines {
         if let Some(i) = line.radii.iter().position(|r| !(r.is_finite() && *r > 0.0)) {
             let (r, [x, y, z]) = (line.radii[i], line.points[i]);
-            return Err(format!(
+            return Err(fault!(
                 "the radius at ({x}, {y}, {z}) is {r:?}: expected one above 0"
             ));
         }

@@ -7,6 +7,7 @@ mod pairs;
 
 use super::LineFile;
 use super::{CentreLine, listed};
+use crate::files::{Fault, fault};
 use crate::polydata::PolyData;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -26,12 +27,12 @@ const NAMES: [&str; 2] = ["CenterlineIds", "GroupIds"];
 /// A line goes on in the next one that begins so close to its end, relative to the largest distance of its points.
 const JOINT: f64 = 3.0;
 
-pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
+pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, Fault> {
     let data = PolyData::read(path)?;
     if data.lines.is_empty() {
         return Err(match data.triangles.len() {
             0 => "the file has no lines".into(),
-            n => format!(
+            n => fault!(
                 "the file has {n} triangles and no lines: is it the surface, which vessel.lumen names?"
             ),
         });
@@ -68,7 +69,7 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, String> {
 }
 
 /// All lines, or the ways from the root to each end where lines join two points each, in the unit of the file.
-pub fn all(path: &Path) -> Result<Vec<CentreLine>, String> {
+pub fn all(path: &Path) -> Result<Vec<CentreLine>, Fault> {
     let data = PolyData::read(path)?;
     let ids = values(&data, NAMES[0]);
     let chosen: Vec<Vec<usize>> = match pairs::Tree::new(&data) {
@@ -101,7 +102,7 @@ pub fn all(path: &Path) -> Result<Vec<CentreLine>, String> {
 }
 
 /// The points of one of several lines.
-fn of_lines(data: &PolyData, branch: Option<&str>) -> Result<Vec<usize>, String> {
+fn of_lines(data: &PolyData, branch: Option<&str>) -> Result<Vec<usize>, Fault> {
     let all: Vec<usize> = (0..data.lines.len()).collect();
     Ok(match branch {
         None => {
@@ -112,7 +113,7 @@ fn of_lines(data: &PolyData, branch: Option<&str>) -> Result<Vec<usize>, String>
                 (true, _) => whole,
                 (false, 1) => joined(data, &in_order(data, &all)).0,
                 _ => {
-                    return Err(format!(
+                    return Err(fault!(
                         "the file has several lines: choose one by vessel.branch = {}",
                         offered(data)
                     ));
@@ -122,7 +123,7 @@ fn of_lines(data: &PolyData, branch: Option<&str>) -> Result<Vec<usize>, String>
         Some(branch) => {
             let lines = find(data, branch);
             if lines.is_empty() {
-                return Err(format!(
+                return Err(fault!(
                     "there is no branch {branch:?}; there is {}",
                     offered(data)
                 ));

@@ -10,7 +10,7 @@ mod vtu;
 use super::mesh_file::{MeshFileError, is_a_place};
 use super::{HexFace, HexMesh, HexShape, WallDirections};
 use crate::Vec3;
-use crate::files::read_regular;
+use crate::files::{Fault, fault, read_regular};
 use lattice::Lattice;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
@@ -50,13 +50,13 @@ impl WallFile {
     /// # Errors
     /// What of it is not understood, with the line.
     pub fn read(path: &Path) -> Result<Self, MeshFileError> {
-        let wrong = |reason: String| MeshFileError::new(path, reason);
+        let wrong = |fault: Fault| MeshFileError::new(path, fault);
         let end = path
             .extension()
             .and_then(|end| end.to_str())
             .unwrap_or_default();
         let bytes =
-            || read_regular(path, MOST_BYTES).map_err(|e| wrong(format!("it cannot be read: {e}")));
+            || read_regular(path, MOST_BYTES).map_err(|e| wrong(fault!("it cannot be read: {e}")));
         let file = match end.to_ascii_lowercase().as_str() {
             "msh" => gmsh::read(&bytes()?),
             "inp" => abaqus::read(path),
@@ -68,7 +68,7 @@ impl WallFile {
         }
         if let Some(node) = file.nodes.iter().position(|x| !is_a_place(x)) {
             let x = file.nodes[node];
-            return Err(wrong(format!(
+            return Err(wrong(fault!(
                 "node {node} of its list is at {:?}",
                 [x.x, x.y, x.z]
             )));
@@ -80,7 +80,7 @@ impl WallFile {
 
     /// # Errors
     /// Which hexahedron has its corners in another order than the format wants, or is there twice.
-    fn refuse_folded(&self) -> Result<(), String> {
+    fn refuse_folded(&self) -> Result<(), Fault> {
         const GAUSS: [f64; 2] = [-0.577_350_269_189_625_8, 0.577_350_269_189_625_8];
         const STEP: f64 = 1e-5;
         let mut known: HashMap<Vec<usize>, &str> = HashMap::new();
@@ -105,17 +105,20 @@ impl WallFile {
                 let [a, b, c] = [tangent(0), tangent(1), tangent(2)];
                 if a.cross(&b).dot(&c) <= 1e-9 * a.norm() * b.norm() * c.norm() {
                     let x = position([0.0; 3]);
-                    return Err(format!(
+                    return Err(fault!(
                         "the hexahedron {} around ({}, {}, {}) is folded or flat: are its nodes in the order of the format, the \
                          corners around the bottom and then above them?",
-                        hex.label, x.x, x.y, x.z
+                        hex.label,
+                        x.x,
+                        x.y,
+                        x.z
                     ));
                 }
             }
             let mut nodes = hex.nodes.nodes.clone();
             nodes.sort_unstable();
             if let Some(other) = known.insert(nodes, &hex.label) {
-                return Err(format!(
+                return Err(fault!(
                     "the hexahedra {other} and {} have the same nodes: is a part there twice?",
                     hex.label
                 ));
@@ -158,10 +161,10 @@ impl WallFile {
         &self,
         unit: f64,
         wet: &[String],
-        material: impl Fn(&str) -> Result<usize, String>,
-    ) -> Result<HexMesh, String> {
+        material: impl Fn(&str) -> Result<usize, Fault>,
+    ) -> Result<HexMesh, Fault> {
         let regions = self.regions.iter().map(|name| material(name));
-        let regions = regions.collect::<Result<Vec<usize>, String>>()?;
+        let regions = regions.collect::<Result<Vec<usize>, Fault>>()?;
         let mut numbers: HashMap<usize, usize> = HashMap::new();
         let mut vertices = Vec::new();
         let mut hexes = Vec::new();
@@ -204,7 +207,7 @@ impl WallFile {
         &self,
         sides: &HashMap<[usize; 4], (usize, HexFace)>,
         wet: &[String],
-    ) -> Result<Surfaces, String> {
+    ) -> Result<Surfaces, Fault> {
         let mut surfaces: Surfaces = BTreeMap::new();
         for (name, faces) in &self.surfaces {
             let found: Option<Vec<_>> = faces.iter().map(|face| sides.get(face).copied()).collect();

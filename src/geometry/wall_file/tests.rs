@@ -1,4 +1,5 @@
 use super::*;
+use crate::files::fault;
 use crate::quadrature::Rule;
 use std::f64::consts::PI;
 
@@ -15,7 +16,7 @@ fn wall(file: &WallFile, wet: &str) -> HexMesh {
     let region = |name: &str| match name {
         "upper" | "2" => Ok(0),
         "lower" | "1" => Ok(1),
-        other => Err(format!("{other:?}")),
+        other => Err(fault!("{other:?}")),
     };
     file.mesh(1.0, &wet, region)
         .unwrap_or_else(|e| panic!("{e}"))
@@ -163,7 +164,9 @@ fn files_that_are_not_walls_are_refused_with_the_place() {
     let file = block("block1.msh");
     let no_wet = file.mesh(1.0, &["outer".into()], |_| Ok(0)).err().unwrap();
     assert!(
-        no_wet.contains("it has no surface \"outer\"; it has \"bottom\", \"inner\""),
+        no_wet
+            .message
+            .contains("it has no surface \"outer\"; it has \"bottom\", \"inner\""),
         "{no_wet}"
     );
 }

@@ -5,6 +5,7 @@ use super::gmsh::weighted;
 use super::lattice::{Lattice, VTK as ORDER};
 use super::{FileHex, WallFile};
 use crate::Vec3;
+use crate::files::{Fault, fault};
 use crate::polydata::Grid;
 use std::path::Path;
 
@@ -15,7 +16,7 @@ const LINES: [u8; 5] = [1, 2, 3, 4, 21];
 const QUADRILATERALS: [u8; 3] = [9, 23, 28];
 const HEXAHEDRA: [(u8, usize, usize); 3] = [(12, 1, 8), (25, 2, 20), (29, 2, 27)];
 
-pub fn read(path: &Path) -> Result<WallFile, String> {
+pub fn read(path: &Path) -> Result<WallFile, Fault> {
     let grid = Grid::read(path)?;
     let mut file = WallFile {
         nodes: grid.points.iter().map(|x| Vec3::from(*x)).collect(),
@@ -23,7 +24,7 @@ pub fn read(path: &Path) -> Result<WallFile, String> {
     };
     let numbers = NUMBERS.iter().find_map(|name| grid.of_cells.get(*name));
     if numbers.is_none() && grid.kinds.iter().any(|kind| QUADRILATERALS.contains(kind)) {
-        return Err(format!(
+        return Err(fault!(
             "its cells have no numbers of regions and surfaces: expected an array {} of the cells",
             NUMBERS.join(", ")
         ));
@@ -33,7 +34,7 @@ pub fn read(path: &Path) -> Result<WallFile, String> {
     for (cell, (listed, kind)) in grid.cells.iter().zip(&grid.kinds).enumerate() {
         let name = numbers.and_then(|numbers| numbers.get(cell));
         let name = name.map_or(String::new(), |number| format!("{}", *number as i64));
-        let short = || format!("the cell {cell} has not as many points as its type needs");
+        let short = || fault!("the cell {cell} has not as many points as its type needs");
         if LINES.contains(kind) {
             continue;
         }

@@ -1,5 +1,6 @@
 //! The numbers of VTK's arrays.
 
+use crate::files::{Fault, fault};
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
@@ -15,12 +16,12 @@ pub enum Format {
 }
 
 impl Format {
-    pub fn new(word: Option<&str>) -> Result<Self, String> {
+    pub fn new(word: Option<&str>) -> Result<Self, Fault> {
         match word {
             None | Some("ascii") => Ok(Self::Ascii),
             Some("binary") => Ok(Self::Binary),
             Some("appended") => Ok(Self::Appended),
-            Some(other) => Err(format!(
+            Some(other) => Err(fault!(
                 "an array has the format {other:?}; VTK knows ascii, binary and appended"
             )),
         }
@@ -47,12 +48,12 @@ impl Layout {
         order: Option<&str>,
         header: Option<&str>,
         compressor: Option<&str>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Fault> {
         let is_compressed = match compressor {
             None | Some("") => false,
             Some("vtkZLibDataCompressor") => true,
             Some(other) => {
-                return Err(format!(
+                return Err(fault!(
                     "compressed by {other}: only vtkZLibDataCompressor, VTK's own choice, can be read; save it without \
                      compression"
                 ));
@@ -89,12 +90,9 @@ fn size(word: &str) -> Option<usize> {
     }
 }
 
-pub fn ascii(text: &[u8]) -> Result<Vec<f64>, String> {
+pub fn ascii(text: &[u8]) -> Result<Vec<f64>, Fault> {
     let text = std::str::from_utf8(text).map_err(|_| "expected numbers in ASCII")?;
-    let number = |word: &str| {
-        word.parse()
-            .map_err(|_| format!("{word:?} is not a number"))
-    };
+    let number = |word: &str| word.parse().map_err(|_| fault!("{word:?} is not a number"));
     text.split_whitespace().map(number).collect()
 }
 
@@ -103,7 +101,7 @@ pub fn binary(
     (source, encoding): (&[u8], Encoding),
     word: &str,
     layout: &Layout,
-) -> Result<Vec<f64>, String> {
+) -> Result<Vec<f64>, Fault> {
     let size = size(word).ok_or_else(|| format!("numbers of the type {word:?} are not known"))?;
     let block = DataBlock { source, encoding };
     let bytes = match layout.is_compressed {
@@ -114,7 +112,7 @@ pub fn binary(
         }
     };
     if bytes.len() % size != 0 {
-        return Err(format!(
+        return Err(fault!(
             "{} bytes are not a whole number of {word}",
             bytes.len()
         ));
@@ -133,7 +131,7 @@ pub fn binary(
 }
 
 /// A header, `blocks, bytes of a block, bytes of the last, compressed bytes of each`, then the blocks.
-fn compressed(block: &DataBlock<'_>, layout: &Layout) -> Result<Vec<u8>, String> {
+fn compressed(block: &DataBlock<'_>, layout: &Layout) -> Result<Vec<u8>, Fault> {
     let width = layout.header;
     let numbers = |bytes: &[u8]| -> Vec<usize> {
         bytes
@@ -186,7 +184,7 @@ struct DataBlock<'a> {
 
 impl DataBlock<'_> {
     /// So many bytes from a place on.
-    fn take(&self, from: usize, count: usize) -> Result<Vec<u8>, String> {
+    fn take(&self, from: usize, count: usize) -> Result<Vec<u8>, Fault> {
         let end = from.checked_add(count).ok_or(CUT_OFF)?;
         let found = match self.encoding {
             Encoding::Raw => self.source.get(from..end).map(<[u8]>::to_vec),
@@ -194,12 +192,12 @@ impl DataBlock<'_> {
                 .get(from..end)
                 .map(<[u8]>::to_vec),
         };
-        found.ok_or_else(|| CUT_OFF.to_owned())
+        found.ok_or(CUT_OFF.into())
     }
 }
 
 /// At least the first `wanted` bytes, if there are so many.
-fn decoded(text: &[u8], wanted: usize) -> Result<Vec<u8>, String> {
+fn decoded(text: &[u8], wanted: usize) -> Result<Vec<u8>, Fault> {
     let padding =
         GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::RequireCanonical);
     let engine = GeneralPurpose::new(&STANDARD, padding);

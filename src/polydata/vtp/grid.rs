@@ -2,6 +2,7 @@
 
 use super::{data, parse};
 use crate::files;
+use crate::files::Fault;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -23,7 +24,7 @@ impl Grid {
     ///
     /// # Errors
     /// What is wrong with it, in a sentence.
-    pub fn read(path: &Path) -> Result<Self, String> {
+    pub fn read(path: &Path) -> Result<Self, Fault> {
         let bytes = files::read_regular(path, super::super::MOST_BYTES);
         let bytes = bytes.map_err(|error| error.to_string())?;
         let parsed = parse(

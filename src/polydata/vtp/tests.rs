@@ -37,6 +37,9 @@ fn files_that_are_not_polydata_are_refused() {
     ];
     for (text, message) in mistakes {
         let error = read(text.as_bytes()).unwrap_err();
-        assert!(error.contains(message), "{error}\nexpected {message}");
+        assert!(
+            error.message.contains(message),
+            "{error}\nexpected {message}"
+        );
     }
 }

@@ -3,6 +3,7 @@
 //! tracts between bifurcations, where it is -1.
 
 use super::listed;
+use crate::files::{Fault, fault};
 use crate::polydata::PolyData;
 use std::collections::BTreeMap;
 
@@ -55,12 +56,12 @@ impl<'a> Tree<'a> {
     ///
     /// # Errors
     /// Which there are, if there is none of this name, or none is named and there are several.
-    pub fn branch(&self, name: Option<&str>) -> Result<Vec<usize>, String> {
+    pub fn branch(&self, name: Option<&str>) -> Result<Vec<usize>, Fault> {
         let Some(name) = name else {
             return match self.ends[..] {
                 [end] => self.way(end),
                 [] => Err("the lines form a cycle, which has no beginning: cut it open".into()),
-                _ => Err(format!(
+                _ => Err(fault!(
                     "the file has a tree with {} ends: choose a branch by vessel.branch = {}",
                     self.ends.len(),
                     self.offered()
@@ -68,14 +69,14 @@ impl<'a> Tree<'a> {
             };
         };
         self.find(name)
-            .ok_or_else(|| format!("there is no branch {name:?}; there is {}", self.offered()))
+            .ok_or_else(|| fault!("there is no branch {name:?}; there is {}", self.offered()))
     }
 
     /// The ways to all ends.
     ///
     /// # Errors
     /// If one cannot be reached.
-    pub fn ways(&self) -> Result<Vec<Vec<usize>>, String> {
+    pub fn ways(&self) -> Result<Vec<Vec<usize>>, Fault> {
         self.ends.iter().map(|end| self.way(*end)).collect()
     }
 
@@ -95,7 +96,7 @@ impl<'a> Tree<'a> {
     }
 
     /// From the root to an end.
-    fn way(&self, end: usize) -> Result<Vec<usize>, String> {
+    fn way(&self, end: usize) -> Result<Vec<usize>, Fault> {
         let previous = self.previous();
         let mut way = vec![end];
         while let Some((point, _)) = previous.get(&way[way.len() - 1]).copied().flatten() {
@@ -104,7 +105,7 @@ impl<'a> Tree<'a> {
         way.reverse();
         match way[0] == self.root {
             true => Ok(way),
-            false => Err(format!(
+            false => Err(fault!(
                 "no line leads from the point {} to the point {end}: the tree is torn",
                 self.root
             )),

@@ -4,9 +4,10 @@ use super::lines::Line;
 use super::part::Label;
 use super::{AbaqusSection, Model, Scope};
 use crate::Vec3;
+use crate::files::{Fault, fault};
 
 impl Model {
-    pub fn data(&mut self, line: &Line) -> Result<(), String> {
+    pub fn data(&mut self, line: &Line) -> Result<(), Fault> {
         let words: Vec<&str> = line.text.split(',').map(str::trim).collect();
         match &self.section {
             AbaqusSection::Ignored => Ok(()),
@@ -60,7 +61,7 @@ impl Model {
         }
     }
 
-    fn node(&mut self, words: &[&str], set: &str, system: char) -> Result<(), String> {
+    fn node(&mut self, words: &[&str], set: &str, system: char) -> Result<(), Fault> {
         let tag = number(words.first().copied().unwrap_or_default())?;
         let mut x = [0.0f64; 3];
         for (x, word) in x.iter_mut().zip(words.iter().skip(1)) {
@@ -100,7 +101,7 @@ impl Model {
         count: usize,
         is_solid: bool,
         set: &str,
-    ) -> Result<(), String> {
+    ) -> Result<(), Fault> {
         for word in words.iter().filter(|word| !word.is_empty()) {
             self.pending.push(number(word)?);
         }
@@ -118,7 +119,7 @@ impl Model {
             &mut part.quads
         };
         if listed.len() > count + 1 || known.insert(tag, listed[1..].to_vec()).is_some() {
-            return Err(format!(
+            return Err(fault!(
                 "the element {tag} has too many nodes, or is listed twice"
             ));
         }
@@ -136,7 +137,7 @@ impl Model {
         is_range: bool,
         instance: &str,
         of_nodes: bool,
-    ) -> Result<(), String> {
+    ) -> Result<(), Fault> {
         let words = words.iter().copied().filter(|word| !word.is_empty());
         let words: Vec<&str> = words.collect();
         let tags: Vec<usize> = match is_range {
@@ -164,7 +165,7 @@ impl Model {
             (Some(index), _) => index,
             (None, "") if self.instances.len() == 1 => 0,
             (None, "") => usize::MAX,
-            (None, other) => return Err(format!("there is no instance {other:?}")),
+            (None, other) => return Err(fault!("there is no instance {other:?}")),
         };
         members.extend(tags.into_iter().map(|tag| (index, tag)));
         for other in others() {
@@ -213,7 +214,7 @@ impl Model {
             .collect()
     }
 
-    fn position(&mut self, words: &[&str]) -> Result<(), String> {
+    fn position(&mut self, words: &[&str]) -> Result<(), Fault> {
         let Scope::Instance(index) = self.scope else {
             return Ok(());
         };
@@ -242,22 +243,22 @@ impl Model {
     }
 }
 
-fn number<T: std::str::FromStr>(word: &str) -> Result<T, String> {
+fn number<T: std::str::FromStr>(word: &str) -> Result<T, Fault> {
     // Fortran's exponents
     let plain = word.replace(['D', 'd'], "e");
     plain
         .parse()
-        .map_err(|_| format!("expected a number, found {word:?}"))
+        .map_err(|_| Fault::unexpected("a number", word))
 }
 
 /// The numbers of a range: the first, the last, and perhaps the step.
-fn range(words: &[&str]) -> Result<Vec<usize>, String> {
+fn range(words: &[&str]) -> Result<Vec<usize>, Fault> {
     let numbers: Result<Vec<usize>, _> = words.iter().map(|word| number(word)).collect();
     let [first, last, step @ ..] = &numbers?[..] else {
         return Err("expected the first and the last of a range".into());
     };
     if last.saturating_sub(*first) > 100_000_000 {
-        return Err(format!(
+        return Err(fault!(
             "the range from {first} to {last} is longer than any mesh"
         ));
     }

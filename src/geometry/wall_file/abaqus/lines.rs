@@ -1,6 +1,6 @@
 //! Lines of an input file and of those that it includes.
 
-use crate::files::{read_regular, text};
+use crate::files::{Fault, fault, read_regular, text};
 use std::path::Path;
 
 /// Files that include each other, at most.
@@ -15,13 +15,13 @@ pub struct Line {
 
 /// All lines of a file, those of `*INCLUDE` and of data in files of their own in their places; a keyword that goes on
 /// after a comma is one line.
-pub fn read(path: &Path) -> Result<Vec<Line>, String> {
+pub fn read(path: &Path) -> Result<Vec<Line>, Fault> {
     let mut lines = Vec::new();
     add(path, "", 0, &mut lines)?;
     Ok(lines)
 }
 
-fn add(path: &Path, name: &str, depth: usize, lines: &mut Vec<Line>) -> Result<(), String> {
+fn add(path: &Path, name: &str, depth: usize, lines: &mut Vec<Line>) -> Result<(), Fault> {
     let bytes = read_regular(path, super::super::MOST_BYTES)
         .map_err(|e| format!("it cannot be read: {e}"))?;
     let text = text::decode(&bytes)?;
@@ -60,15 +60,15 @@ fn add(path: &Path, name: &str, depth: usize, lines: &mut Vec<Line>) -> Result<(
             lines.pop();
         }
         if depth == DEPTH {
-            return Err(format!(
+            return Err(fault!(
                 "{place}: more than {DEPTH} files include each other: is it a cycle?"
             ));
         }
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = format!("{input}, ");
         add(&folder.join(input), &name, depth + 1, lines).map_err(|e| {
-            match e.starts_with("it cannot") {
-                true => format!("{place}: {input}: {e}"),
+            match e.message.starts_with("it cannot") {
+                true => fault!("{place}: {input}: {e}"),
                 false => e,
             }
         })?;

@@ -8,6 +8,7 @@ mod wall;
 
 use super::WallFile;
 use crate::Vec3;
+use crate::files::{Fault, fault};
 use lines::{Line, keyword};
 use part::{Instance, Label, Part, Sets};
 use std::path::Path;
@@ -74,7 +75,7 @@ struct Model {
     pending: Vec<usize>,
 }
 
-pub fn read(path: &Path) -> Result<WallFile, String> {
+pub fn read(path: &Path) -> Result<WallFile, Fault> {
     let mut model = Model {
         top: Part::default(),
         parts: Vec::new(),
@@ -107,7 +108,7 @@ impl Model {
         }
     }
 
-    fn keyword(&mut self, line: &Line) -> Result<(), String> {
+    fn keyword(&mut self, line: &Line) -> Result<(), Fault> {
         let (word, options) = keyword(&line.text);
         let option = |key: &str| {
             let found = options.iter().find(|(known, _)| known == key);
@@ -160,7 +161,7 @@ impl Model {
                 AbaqusSection::Ignored
             }
             rule if RULES.contains(&rule) => {
-                return Err(format!(
+                return Err(fault!(
                     "*{rule} makes or moves nodes and elements by a rule, which is not followed: write the mesh itself into the file"
                 ));
             }
@@ -169,13 +170,13 @@ impl Model {
         Ok(())
     }
 
-    fn begin_part(&mut self, name: &str) -> Result<(), String> {
+    fn begin_part(&mut self, name: &str) -> Result<(), Fault> {
         if self
             .parts
             .iter()
             .any(|(known, _)| known.eq_ignore_ascii_case(name))
         {
-            return Err(format!("there is another part {name:?}"));
+            return Err(fault!("there is another part {name:?}"));
         }
         self.parts.push((name.to_owned(), Part::default()));
         self.scope = Scope::Part(self.parts.len() - 1);
@@ -183,9 +184,9 @@ impl Model {
         Ok(())
     }
 
-    fn begin_instance(&mut self, name: String, part: &str, library: &str) -> Result<(), String> {
+    fn begin_instance(&mut self, name: String, part: &str, library: &str) -> Result<(), Fault> {
         if !library.is_empty() {
-            return Err(format!(
+            return Err(fault!(
                 "the instance {name:?} comes from the results of another analysis: write its mesh into the file"
             ));
         }
@@ -194,7 +195,7 @@ impl Model {
             .iter()
             .any(|known| known.name.eq_ignore_ascii_case(&name))
         {
-            return Err(format!("there is another instance {name:?}"));
+            return Err(fault!("there is another instance {name:?}"));
         }
         let known = self
             .parts
@@ -214,7 +215,7 @@ impl Model {
     }
 
     /// `*NSET, NSET=…, ELSET=…`: the nodes of the elements of a set.
-    fn nodes_of_elements(&mut self, name: &str, of: &str) -> Result<(), String> {
+    fn nodes_of_elements(&mut self, name: &str, of: &str) -> Result<(), Fault> {
         let Some(part) = self.part() else {
             return Ok(());
         };
@@ -231,14 +232,14 @@ impl Model {
     }
 }
 
-fn elements(kind: &str, set: String) -> Result<AbaqusSection, String> {
+fn elements(kind: &str, set: String) -> Result<AbaqusSection, Fault> {
     let is_solid = kind.starts_with("C3D") || kind.starts_with("SC8");
     let count = match kind {
         kind if kind.starts_with("C3D27") => 27,
         kind if kind.starts_with("C3D20") => 20,
         kind if kind.starts_with("C3D8") || kind.starts_with("SC8") => 8,
         kind if kind.starts_with("C3D") => {
-            return Err(format!(
+            return Err(fault!(
                 "elements of the type {kind} are not hexahedra: expected C3D8, C3D20 or C3D27"
             ));
         }

@@ -5,6 +5,7 @@ use super::super::lattice::{Lattice, VTK};
 use super::super::{FileHex, WallFile};
 use super::part::{Instance, Label, Part};
 use super::{Model, Vec3};
+use crate::files::{Fault, fault};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Corners of the faces S1 to S6.
@@ -16,7 +17,7 @@ const FACES: [[usize; 4]; 6] = [
 /// the volume, which is the first of them.
 const MIDDLES: [usize; 7] = [26, 24, 23, 25, 21, 22, 20];
 
-pub fn of(mut model: Model) -> Result<WallFile, String> {
+pub fn of(mut model: Model) -> Result<WallFile, Fault> {
     // A file without instances is one.
     let is_flat = model.instances.is_empty();
     if is_flat {
@@ -58,7 +59,7 @@ pub fn of(mut model: Model) -> Result<WallFile, String> {
     for (name, of, side, place) in &model.surfaces {
         let members = model.found(of, false);
         if members.is_empty() {
-            return Err(format!("{place}: there is no set of elements {of:?}"));
+            return Err(fault!("{place}: there is no set of elements {of:?}"));
         }
         wall.add_faces(name, *side, members);
     }
@@ -98,7 +99,7 @@ struct Wall {
 
 impl Wall {
     /// Nodes and hexahedra of an instance.
-    fn add(&mut self, index: usize, instance: &Instance, is_only: bool) -> Result<(), String> {
+    fn add(&mut self, index: usize, instance: &Instance, is_only: bool) -> Result<(), Fault> {
         let part = &instance.part;
         let region_of = regions(part);
         // Nodes of parts that touch are one; a part itself is as it was written.
@@ -120,10 +121,10 @@ impl Wall {
             let known = listed.iter().map(|node| {
                 let known = self.nodes.get(&(index, *node)).copied();
                 known.ok_or_else(|| {
-                    format!("the element {tag} has the node {node}, which there is not")
+                    fault!("the element {tag} has the node {node}, which there is not")
                 })
             });
-            let known = known.collect::<Result<Vec<usize>, String>>()?;
+            let known = known.collect::<Result<Vec<usize>, Fault>>()?;
             let corners = known
                 .first_chunk()
                 .ok_or_else(|| format!("the element {tag} has no eight corners"))?;
@@ -163,7 +164,7 @@ impl Wall {
         }
     }
 
-    fn add_quad(&mut self, name: &str, corners: impl Iterator<Item = Label>) -> Result<(), String> {
+    fn add_quad(&mut self, name: &str, corners: impl Iterator<Item = Label>) -> Result<(), Fault> {
         let corners: Option<Vec<usize>> = corners
             .map(|label| self.nodes.get(&label).copied())
             .collect();

@@ -1,5 +1,7 @@
 //! Numbers of a mesh of Gmsh, as words or as bytes.
 
+use crate::files::{Fault, fault};
+
 /// Where in the file one reads.
 pub struct Cursor<'a> {
     bytes: &'a [u8],
@@ -20,10 +22,10 @@ impl<'a> Cursor<'a> {
     }
 
     /// What is wrong, with the place.
-    pub fn wrong(&self, reason: &str) -> String {
+    pub fn wrong(&self, reason: &dyn std::fmt::Display) -> Fault {
         match self.is_binary {
-            true => format!("byte {}: {reason}", self.at),
-            false => format!("line {}: {reason}", self.line),
+            true => fault!("byte {}: {reason}", self.at),
+            false => Fault::at(self.line, reason),
         }
     }
 
@@ -40,7 +42,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word, on whatever line.
-    fn word(&mut self) -> Result<&'a str, String> {
+    fn word(&mut self) -> Result<&'a str, Fault> {
         let mut is_new =
             self.line == 0 || self.at == 0 || self.bytes.get(self.at - 1) == Some(&b'\n');
         while let Some(byte) = self
@@ -62,16 +64,16 @@ impl<'a> Cursor<'a> {
             return Err("it ends before it is complete".into());
         }
         self.at += length;
-        std::str::from_utf8(&rest[..length]).map_err(|_| self.wrong("expected a number"))
+        std::str::from_utf8(&rest[..length]).map_err(|_| self.wrong(&"expected a number"))
     }
 
-    fn number<T: std::str::FromStr>(&mut self) -> Result<T, String> {
+    fn number<T: std::str::FromStr>(&mut self) -> Result<T, Fault> {
         let word = self.word()?;
         let number = word.parse();
-        number.map_err(|_| self.wrong(&format!("expected a number, found {word:?}")))
+        number.map_err(|_| self.wrong(&format_args!("expected a number, found {word:?}")))
     }
 
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], String> {
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
         let taken = self
             .bytes
             .get(self.at..self.at + N)
@@ -81,7 +83,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A number of 4 bytes.
-    pub fn int(&mut self) -> Result<i64, String> {
+    pub fn int(&mut self) -> Result<i64, Fault> {
         match self.is_binary {
             true => Ok(i64::from(i32::from_le_bytes(self.take()?))),
             false => self.number(),
@@ -89,35 +91,34 @@ impl<'a> Cursor<'a> {
     }
 
     /// A number of 8 bytes.
-    pub fn size(&mut self) -> Result<usize, String> {
+    pub fn size(&mut self) -> Result<usize, Fault> {
         match self.is_binary {
-            true => usize::try_from(u64::from_le_bytes(self.take()?))
-                .map_err(|e| self.wrong(&e.to_string())),
+            true => usize::try_from(u64::from_le_bytes(self.take()?)).map_err(|e| self.wrong(&e)),
             false => self.number(),
         }
     }
 
-    pub fn real(&mut self) -> Result<f64, String> {
+    pub fn real(&mut self) -> Result<f64, Fault> {
         let real = match self.is_binary {
             true => f64::from_le_bytes(self.take()?),
             false => self.number()?,
         };
         match real.is_finite() {
             true => Ok(real),
-            false => Err(self.wrong(&format!("expected a finite number, found {real}"))),
+            false => Err(self.wrong(&format_args!("expected a finite number, found {real}"))),
         }
     }
 
-    pub fn point(&mut self) -> Result<[f64; 3], String> {
+    pub fn point(&mut self) -> Result<[f64; 3], Fault> {
         Ok([self.real()?, self.real()?, self.real()?])
     }
 
     /// How many follow, at most as many as bytes are left.
-    pub fn count(&mut self, count: i64) -> Result<usize, String> {
+    pub fn count(&mut self, count: i64) -> Result<usize, Fault> {
         let left = self.bytes.len().saturating_sub(self.at);
         match usize::try_from(count).ok().filter(|count| *count <= left) {
             Some(count) => Ok(count),
-            None => Err(self.wrong(&format!("{count} entries are announced, more than there is room for: it is cut off or damaged"))),
+            None => Err(self.wrong(&format_args!("{count} entries are announced, more than there is room for: it is cut off or damaged"))),
         }
     }
 

@@ -6,6 +6,7 @@ mod cursor;
 use super::lattice::{GMSH, Lattice};
 use super::{FileHex, WallFile};
 use crate::Vec3;
+use crate::files::{Fault, fault};
 use cursor::Cursor;
 use std::collections::{HashMap, HashSet};
 
@@ -70,7 +71,7 @@ struct Reader {
     directions: [HashMap<usize, Vec3>; 2],
 }
 
-pub fn read(bytes: &[u8]) -> Result<WallFile, String> {
+pub fn read(bytes: &[u8]) -> Result<WallFile, Fault> {
     if bytes.trim_ascii_start().starts_with(b"<?xml") {
         return Err("this is XML, as SimVascular's description of a mesh, not a mesh of Gmsh: save the mesh itself as .vtu".into());
     }
@@ -105,7 +106,7 @@ pub fn read(bytes: &[u8]) -> Result<WallFile, String> {
 }
 
 /// The version, 2 or 4.
-fn format(cursor: &mut Cursor<'_>) -> Result<usize, String> {
+fn format(cursor: &mut Cursor<'_>) -> Result<usize, Fault> {
     let line = cursor.text().unwrap_or_default();
     let mut words = line.split_whitespace();
     let version = words.next().unwrap_or_default().to_owned();
@@ -113,7 +114,7 @@ fn format(cursor: &mut Cursor<'_>) -> Result<usize, String> {
         "4.1" => 4,
         "2" | "2.0" | "2.1" | "2.2" => 2,
         _ => {
-            return Err(format!(
+            return Err(fault!(
                 "it is of the version {version}: expected 2.2 or 4.1 (gmsh FILE -save -format msh41, or Mesh.MshFileVersion = 4.1)"
             ));
         }
@@ -136,16 +137,16 @@ fn format(cursor: &mut Cursor<'_>) -> Result<usize, String> {
 }
 
 impl Reader {
-    fn physical_names(&mut self, cursor: &mut Cursor<'_>) -> Result<(), String> {
+    fn physical_names(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
         // In words in any case.
         let count = cursor.text().and_then(|line| line.parse::<usize>().ok());
-        let count = count.ok_or_else(|| cursor.wrong("expected the number of names"))?;
+        let count = count.ok_or_else(|| cursor.wrong(&"expected the number of names"))?;
         for _ in 0..count {
             let line = cursor.text().unwrap_or_default();
             let mut parts = line.splitn(3, char::is_whitespace);
             let mut number = || parts.next().and_then(|word| word.parse::<i64>().ok());
             let (Some(dimension), Some(tag)) = (number(), number()) else {
-                return Err(cursor.wrong(&format!(
+                return Err(cursor.wrong(&format_args!(
                     "expected dimension, number and name of a group, found {line:?}"
                 )));
             };
@@ -157,7 +158,7 @@ impl Reader {
     }
 
     /// The physical groups of surfaces and volumes.
-    fn entities(&mut self, cursor: &mut Cursor<'_>) -> Result<(), String> {
+    fn entities(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
         let counts = [
             cursor.size()?,
             cursor.size()?,
@@ -192,7 +193,7 @@ impl Reader {
         self.file.nodes.push(Vec3::new(x, y, z));
     }
 
-    fn nodes_of_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), String> {
+    fn nodes_of_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
         let [blocks, ..] = [
             cursor.size()?,
             cursor.size()?,
@@ -217,10 +218,10 @@ impl Reader {
         Ok(())
     }
 
-    fn nodes_of_2(&mut self, cursor: &mut Cursor<'_>) -> Result<(), String> {
+    fn nodes_of_2(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
         // The number of nodes is a line of its own in any case.
         let count = cursor.text().and_then(|line| line.parse::<i64>().ok());
-        let count = count.ok_or_else(|| cursor.wrong("expected the number of nodes"))?;
+        let count = count.ok_or_else(|| cursor.wrong(&"expected the number of nodes"))?;
         for _ in 0..cursor.count(count)? {
             let tag = cursor.int()?;
             self.add_node(tag.max(0) as usize, cursor.point()?);
@@ -229,7 +230,7 @@ impl Reader {
         Ok(())
     }
 
-    fn elements_of_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), String> {
+    fn elements_of_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
         let [blocks, ..] = [
             cursor.size()?,
             cursor.size()?,
@@ -259,9 +260,9 @@ impl Reader {
         Ok(())
     }
 
-    fn elements_of_2(&mut self, cursor: &mut Cursor<'_>) -> Result<(), String> {
+    fn elements_of_2(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
         let count = cursor.text().and_then(|line| line.parse::<i64>().ok());
-        let count = count.ok_or_else(|| cursor.wrong("expected the number of elements"))?;
+        let count = count.ok_or_else(|| cursor.wrong(&"expected the number of elements"))?;
         let mut left = cursor.count(count)?;
         while left > 0 {
             // In bytes, elements of one type have a header in common.
@@ -305,7 +306,7 @@ impl Reader {
         tag: usize,
         listed: &[usize],
         groups: &[i64],
-    ) -> Result<(), String> {
+    ) -> Result<(), Fault> {
         let dimension = ELEMENTS
             .iter()
             .find(|(known, ..)| *known == kind)
@@ -320,9 +321,9 @@ impl Reader {
         let groups: Vec<String> = groups.iter().map(named).collect();
         let corners = listed.iter().map(|node| {
             let known = self.nodes.get(node).copied();
-            known.ok_or_else(|| format!("there is no node {node}"))
+            known.ok_or_else(|| fault!("there is no node {node}"))
         });
-        let corners = corners.collect::<Result<Vec<usize>, String>>()?;
+        let corners = corners.collect::<Result<Vec<usize>, Fault>>()?;
         if dimension == 2 {
             return match (QUADRILATERALS.contains(&kind), &groups[..], corners.first_chunk()) {
                 (true, names, Some(corners)) => {
@@ -359,16 +360,16 @@ impl Reader {
     }
 
     /// Vectors of elements.
-    fn element_data(&mut self, cursor: &mut Cursor<'_>) -> Result<(), String> {
+    fn element_data(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
         // Everything but the rows is in words, a line each.
-        let lines = |cursor: &mut Cursor<'_>| -> Result<Vec<String>, String> {
+        let lines = |cursor: &mut Cursor<'_>| -> Result<Vec<String>, Fault> {
             let count = cursor.text().and_then(|line| line.parse::<usize>().ok());
-            let count = count.ok_or_else(|| cursor.wrong("expected a number of tags"))?;
+            let count = count.ok_or_else(|| cursor.wrong(&"expected a number of tags"))?;
             (0..count)
                 .map(|_| {
                     cursor
                         .text()
-                        .ok_or_else(|| "it ends before it is complete".to_owned())
+                        .ok_or_else(|| Fault::whole("it ends before it is complete"))
                 })
                 .collect()
         };
@@ -389,7 +390,7 @@ impl Reader {
             return Ok(());
         };
         if whole(1) != 3 {
-            return Err(cursor.wrong("a direction has three components"));
+            return Err(cursor.wrong(&"a direction has three components"));
         }
         for _ in 0..cursor.count(whole(2))? {
             let tag = cursor.int()?.max(0) as usize;
@@ -399,7 +400,7 @@ impl Reader {
         Ok(())
     }
 
-    fn finish(self) -> Result<WallFile, String> {
+    fn finish(self) -> Result<WallFile, Fault> {
         let mut file = self.file;
         let [axial, around] = &self.directions;
         if !axial.is_empty() && !around.is_empty() {
@@ -418,12 +419,12 @@ impl Reader {
 }
 
 /// Number of nodes of an element of this type, which must be a hexahedron if it has a volume.
-fn node_count(cursor: &Cursor<'_>, kind: i64) -> Result<usize, String> {
+fn node_count(cursor: &Cursor<'_>, kind: i64) -> Result<usize, Fault> {
     let known = ELEMENTS.iter().find(|(known, ..)| *known as i64 == kind);
     let is_hexahedron = HEXAHEDRA.iter().any(|(known, ..)| *known as i64 == kind);
     match known {
-        None => Err(cursor.wrong(&format!("elements of the type {kind} are not known"))),
-        Some((_, 3, _)) if !is_hexahedron => Err(cursor.wrong(&format!(
+        None => Err(cursor.wrong(&format_args!("elements of the type {kind} are not known"))),
+        Some((_, 3, _)) if !is_hexahedron => Err(cursor.wrong(&format_args!(
             "an element of the type {kind} is not a hexahedron of order 1, 2 or 3: recombine and sweep the volume"
         ))),
         Some((.., count)) => Ok(*count),

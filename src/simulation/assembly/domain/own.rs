@@ -5,6 +5,7 @@ use crate::Vec3;
 use crate::case::{
     Case, Extrusion, FibreAxis, OwnCase, OwnWall, WallFile, WallMode, WallMotion, WallSupport,
 };
+use crate::files::{Fault, fault};
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
 use crate::geometry::tree::Tree;
 use crate::geometry::{self, Growth, HexMesh, Patch, PolyMesh, RIGID_MATERIAL, WET, WetQuads};
@@ -115,7 +116,6 @@ fn plane_normal(mesh: &PolyMesh, patch: &Patch) -> Option<Vec3> {
 /// # Errors
 /// What is wrong with the mesh, the patches or the wall.
 pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
-    let wrong = |key| move |reason: String| DomainError { key, reason };
     let (fluid, round) = match &own.tree {
         Some(tree) => {
             let meshes = Tree::meshes(tree).map_err(|e| DomainError::new(e.key(), e))?;
@@ -144,7 +144,7 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
         (None, Some(file)) => (from_file(wall, file)?, WET),
         (None, None) => unreachable!("the check of the case asks for a wall"),
     };
-    let supports = supports(wall, &solid).map_err(wrong("wall.support"))?;
+    let supports = supports(wall, &solid).map_err(|e| DomainError::new("wall.support", e))?;
     Ok(Domain {
         elastic_cells: 0..fluid.cells(),
         fluid,
@@ -205,9 +205,9 @@ fn motion(keys: &WallMotion, solid: &HexMesh) -> Result<PrescribedMotion, Domain
 }
 
 /// A factor over time, of a file with the columns `time_s,factor`, 0 at t = 0.
-fn factor_over_time(path: &Path) -> Result<Profile, String> {
+fn factor_over_time(path: &Path) -> Result<Profile, Fault> {
     let found: Vec<[f64; 2]> = rows(path, &["time_s", "factor"])?;
-    let wrong = |what: String| Err(format!("{}: {what}", path.display()));
+    let wrong = |what: String| Err(fault!("{}: {what}", path.display()));
     if found[0] != [0.0, 0.0] {
         let [t, factor] = found[0];
         return wrong(format!(
@@ -240,10 +240,9 @@ fn extruded(
     let points = &surface.quads.points;
     let factors = match &extrusion.factors {
         None => vec![1.0; points.len()],
-        Some(path) => factors(path, points).map_err(|reason| DomainError {
-            key: "wall.extrude.factors",
-            reason,
-        })?,
+        Some(path) => {
+            factors(path, points).map_err(|e| DomainError::new("wall.extrude.factors", e))?
+        }
     };
     let thicknesses: Vec<Vec<f64>> = if extrusion.shares.is_empty() {
         let layer = |thickness: &f64| factors.iter().map(|factor| thickness * factor).collect();
@@ -323,7 +322,7 @@ fn from_file(wall: &OwnWall, keys: &WallFile) -> Result<HexMesh, DomainError> {
     let material = |name: &str| match wall.region(name) {
         Some(region) => Ok(region),
         None if wall.materials().len() == 1 => Ok(0),
-        None => Err(format!(
+        None => Err(fault!(
             "no [[wall.material]] is called as the region {name:?} of the file; its regions are \"{}\"",
             file.regions.join("\", \"")
         )),
@@ -333,10 +332,10 @@ fn from_file(wall: &OwnWall, keys: &WallFile) -> Result<HexMesh, DomainError> {
 }
 
 /// The factor of the row nearest to each point, of a file with the columns `x,y,z,factor` (m).
-fn factors(path: &Path, points: &[Vec3]) -> Result<Vec<f64>, String> {
+fn factors(path: &Path, points: &[Vec3]) -> Result<Vec<f64>, Fault> {
     let rows: Vec<[f64; 4]> = rows(path, &["x", "y", "z", "factor"])?;
     if rows.iter().any(|row| !(row[3] > 0.0 && row[3] < 1e3)) {
-        return Err(format!("{}: expected factors above 0", path.display()));
+        return Err(fault!("{}: expected factors above 0", path.display()));
     }
     let places: Vec<Vec3> = (rows.iter())
         .map(|row| Vec3::new(row[0], row[1], row[2]))
@@ -349,8 +348,8 @@ fn factors(path: &Path, points: &[Vec3]) -> Result<Vec<f64>, String> {
 
 /// The rows of a table with these columns, one at least; all numbers are finite. Lengths count in metres, unless a
 /// column's name says another unit.
-fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]>, String> {
-    let wrong = |what: String| format!("{}: {what}", path.display());
+fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]>, Fault> {
+    let wrong = |what: Fault| fault!("{}: {what}", path.display());
     let place = |names: &[String], wanted: &str| {
         let is = |name: &String| {
             let stem = name.split(['(', '[']).next().unwrap_or_default();
@@ -364,14 +363,14 @@ fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]
         columns.iter().map(|wanted| place(names, wanted)).collect()
     };
     let sheet = Sheet::read(path, N, |names| places(names).is_some());
-    let sheet = sheet.map_err(|fault| wrong(fault.to_string()))?;
+    let sheet = sheet.map_err(wrong)?;
     let names: Vec<String> = sheet
         .columns
         .iter()
         .map(|column| column.name.clone())
         .collect();
     let Some(places) = places(&names) else {
-        return Err(wrong(format!(
+        return Err(wrong(fault!(
             "the columns are {:?}: expected {:?} in the first line",
             names.join(","),
             columns.join(",")
@@ -381,25 +380,22 @@ fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]
         .iter()
         .map(|place| match sheet.unit(*place, units::LENGTH) {
             Ok(unit) => Ok(unit.map_or(1.0, |unit| unit.size)),
-            Err(found) => Err(wrong(format!(
+            Err(found) => Err(wrong(fault!(
                 "{found:?} is not a unit of length: expected {}",
                 units::offered(units::LENGTH)
             ))),
         });
-    let sizes = sizes.collect::<Result<Vec<f64>, String>>()?;
+    let sizes = sizes.collect::<Result<Vec<f64>, Fault>>()?;
     let mut rows = Vec::new();
     for row in &sheet.rows {
         let mut numbers = [0.0; N];
         for (number, (place, size)) in numbers.iter_mut().zip(places.iter().zip(&sizes)) {
-            *number = size
-                * sheet
-                    .number(row, *place)
-                    .map_err(|fault| wrong(fault.to_string()))?;
+            *number = size * sheet.number(row, *place).map_err(wrong)?;
         }
         rows.push(numbers);
     }
     match rows.is_empty() {
-        true => Err(wrong(format!("it has no row of {}", columns.join(",")))),
+        true => Err(wrong(fault!("it has no row of {}", columns.join(",")))),
         false => Ok(rows),
     }
 }
@@ -415,7 +411,7 @@ fn nearest(places: &[Vec3], x: &Vec3) -> usize {
 }
 
 /// What holds the wall; the rims of one that is extruded are clamped by default.
-fn supports(wall: &OwnWall, mesh: &HexMesh) -> Result<Vec<Support>, String> {
+fn supports(wall: &OwnWall, mesh: &HexMesh) -> Result<Vec<Support>, Fault> {
     let Some(described) = &wall.support else {
         let rims = mesh
             .surfaces
@@ -434,7 +430,7 @@ fn supports(wall: &OwnWall, mesh: &HexMesh) -> Result<Vec<Support>, String> {
         for name in support.surfaces() {
             if !mesh.surfaces.contains_key(name) {
                 let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
-                return Err(format!(
+                return Err(fault!(
                     "the wall has no surface {name:?}; it has \"{}\"",
                     known.join("\", \"")
                 ));

@@ -1,0 +1,57 @@
+//! What is wrong with a file that people or other programs wrote.
+
+use std::fmt::{Debug, Display};
+
+/// What is wrong with a file, in words, and where in it. Who names the file puts its path before it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}{message}", line.map_or(String::new(), |line| format!("line {line}: ")))]
+pub struct Fault {
+    /// The line, counted from 1.
+    pub line: Option<usize>,
+    /// What was found, what is expected, and what to do.
+    pub message: String,
+}
+
+impl Fault {
+    /// Something about a line.
+    pub fn at(line: usize, message: impl Display) -> Self {
+        Self {
+            line: Some(line),
+            message: message.to_string(),
+        }
+    }
+
+    /// Something about the whole file.
+    pub fn whole(message: impl Display) -> Self {
+        Self {
+            line: None,
+            message: message.to_string(),
+        }
+    }
+
+    /// Something else than what is `expected` in the whole file.
+    pub fn unexpected(expected: impl Display, found: impl Debug) -> Self {
+        Self::whole(format!("expected {expected}, found {found:?}"))
+    }
+}
+
+impl From<String> for Fault {
+    fn from(message: String) -> Self {
+        Self::whole(message)
+    }
+}
+
+impl From<&str> for Fault {
+    fn from(message: &str) -> Self {
+        Self::whole(message)
+    }
+}
+
+/// Something about the whole file, as of `format!`.
+macro_rules! fault {
+    ($($text:tt)*) => {
+        $crate::files::Fault::whole(format_args!($($text)*))
+    };
+}
+
+pub(crate) use fault;
