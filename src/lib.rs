@@ -52,7 +52,7 @@ mod run;
 pub mod simulation;
 pub(crate) mod tabular;
 
-pub use files::Fault;
+pub use files::{Fault, FileError};
 pub use fsi_numerics::{Mat3, Vec3};
 pub(crate) use fsi_numerics::{lagrange, quadrature};
 pub use fsi_pfem as pfem;

@@ -1,6 +1,7 @@
 //! What is wrong with a file that people or other programs wrote.
 
 use std::fmt::{Debug, Display};
+use std::path::{Path, PathBuf};
 
 /// What is wrong with a file, in words, and where in it. Who names the file puts its path before it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -44,6 +45,26 @@ impl From<String> for Fault {
 impl From<&str> for Fault {
     fn from(message: &str) -> Self {
         Self::whole(message)
+    }
+}
+
+/// What is wrong with a file or folder, which is named.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {reason}", .path.display())]
+pub struct FileError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What was found, what is expected, and what to do.
+    pub reason: String,
+}
+
+impl FileError {
+    /// Something about the file `path`.
+    pub fn new(path: &Path, reason: impl Display) -> Self {
+        Self {
+            path: path.to_owned(),
+            reason: reason.to_string(),
+        }
     }
 }
 

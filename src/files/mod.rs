@@ -4,8 +4,8 @@ mod fault;
 mod fingerprint;
 pub mod text;
 
-pub use fault::Fault;
 pub(crate) use fault::fault;
+pub use fault::{Fault, FileError};
 pub use fingerprint::{FileFingerprint, FingerprintError};
 
 use std::fs::File;

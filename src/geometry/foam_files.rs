@@ -1,9 +1,9 @@
 //! Reads a mesh from the files of a `polyMesh` folder, in OpenFOAM's ascii or binary format.
 
-use super::mesh_file::{MeshFileError, is_a_place};
+use super::is_a_place;
 use super::poly_mesh::{Patch, PolyMesh};
 use crate::Vec3;
-use crate::files::{Fault, fault};
+use crate::files::{Fault, FileError, fault};
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
@@ -14,17 +14,17 @@ impl PolyMesh {
     /// # Errors
     /// The file that is missing or damaged, or in a format that is not read: compressed, or of other sizes of numbers
     /// than OpenFOAM's default on 64 bits.
-    pub fn read(case: &Path) -> Result<Self, MeshFileError> {
+    pub fn read(case: &Path) -> Result<Self, FileError> {
         let folder = case.join("constant/polyMesh");
-        let numbers = |name: &str| -> Result<Vec<usize>, MeshFileError> {
+        let numbers = |name: &str| -> Result<Vec<usize>, FileError> {
             let (mut file, path) = File::open(&folder, name)?;
-            file.labels().map_err(|e| MeshFileError::new(&path, e))
+            file.labels().map_err(|e| FileError::new(&path, e))
         };
         let (mut file, path) = File::open(&folder, "points")?;
-        let points = file.points().map_err(|e| MeshFileError::new(&path, e))?;
+        let points = file.points().map_err(|e| FileError::new(&path, e))?;
         let (mut file, path) = File::open(&folder, "faces")?;
-        let faces = file.faces().map_err(|e| MeshFileError::new(&path, e))?;
-        check_faces(&faces, points.len()).map_err(|e| MeshFileError::new(&path, e))?;
+        let faces = file.faces().map_err(|e| FileError::new(&path, e))?;
+        check_faces(&faces, points.len()).map_err(|e| FileError::new(&path, e))?;
         let (owner, neighbour) = (numbers("owner")?, numbers("neighbour")?);
         if owner.len() != faces.len() || neighbour.len() > faces.len() {
             let reason = format!(
@@ -33,13 +33,13 @@ impl PolyMesh {
                 owner.len(),
                 neighbour.len()
             );
-            return Err(MeshFileError::new(&folder, reason));
+            return Err(FileError::new(&folder, reason));
         }
-        check_cells(&owner, &neighbour).map_err(|e| MeshFileError::new(&folder, e))?;
+        check_cells(&owner, &neighbour).map_err(|e| FileError::new(&folder, e))?;
         let (mut file, path) = File::open(&folder, "boundary")?;
-        let patches = file.patches().map_err(|e| MeshFileError::new(&path, e))?;
+        let patches = file.patches().map_err(|e| FileError::new(&path, e))?;
         check_patches(&patches, neighbour.len()..faces.len())
-            .map_err(|e| MeshFileError::new(&path, e))?;
+            .map_err(|e| FileError::new(&path, e))?;
         Ok(Self {
             points,
             faces,
@@ -130,9 +130,9 @@ struct File {
 }
 
 impl File {
-    fn open(folder: &Path, name: &str) -> Result<(Self, std::path::PathBuf), MeshFileError> {
+    fn open(folder: &Path, name: &str) -> Result<(Self, std::path::PathBuf), FileError> {
         let path = folder.join(name);
-        let wrong = |reason: &dyn std::fmt::Display| MeshFileError::new(&path, reason);
+        let wrong = |reason: &dyn std::fmt::Display| FileError::new(&path, reason);
         if !path.exists() && folder.join(format!("{name}.gz")).exists() {
             return Err(wrong(&"it is compressed: unpack it with gunzip"));
         }

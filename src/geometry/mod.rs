@@ -20,7 +20,6 @@ mod foam_files;
 pub(crate) mod imperfection;
 mod lining;
 mod lumen;
-mod mesh_file;
 mod mesh_quality;
 pub(crate) mod o_grid;
 pub(crate) mod poly_mesh;
@@ -37,7 +36,6 @@ pub use fsi_pfem::mesh::{
     HexFace, HexMesh, HexShape, Surfaces, WallDirections, WallGrid, tube_mesh,
 };
 pub use imperfection::{Imperfection, irregular_tube_mesh};
-pub use mesh_file::MeshFileError;
 pub use o_grid::{
     MotionBlend, WallPolygons, cell_widths, elastic_pieces, fluid_mesh, section_quads,
 };
@@ -45,3 +43,13 @@ pub use poly_mesh::{Patch, PolyMesh};
 pub use section::Section;
 pub use vessel::{AxialNumbers, Span, Vessel, solid_mesh};
 pub use wall_file::{WET, WallFile};
+
+use crate::Vec3;
+
+/// Coordinates (of a file, in its unit) beyond this cannot be meant; their cubes are finite.
+const FARTHEST: f64 = 1e12;
+
+/// Whether a point of a file can be meant.
+fn is_a_place(x: &Vec3) -> bool {
+    x.iter().all(|c| c.abs() <= FARTHEST)
+}

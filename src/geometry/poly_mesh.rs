@@ -85,7 +85,7 @@ impl PolyMesh {
 }
 
 /// Faces of a hexahedron with the vertices 0-3 around the bottom and 4-7 above them, normals outward.
-const HEX_FACES: [[usize; 4]; 6] = [
+pub(crate) const HEX_FACES: [[usize; 4]; 6] = [
     [0, 3, 2, 1],
     [4, 5, 6, 7],
     [0, 1, 5, 4],

@@ -7,10 +7,10 @@ mod gmsh;
 mod lattice;
 mod vtu;
 
-use super::mesh_file::{MeshFileError, is_a_place};
+use super::is_a_place;
 use super::{HexFace, HexMesh, HexShape, WallDirections};
 use crate::Vec3;
-use crate::files::{Fault, fault, read_regular};
+use crate::files::{Fault, FileError, fault, read_regular};
 use lattice::Lattice;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
@@ -49,8 +49,8 @@ impl WallFile {
     ///
     /// # Errors
     /// What of it is not understood, with the line.
-    pub fn read(path: &Path) -> Result<Self, MeshFileError> {
-        let wrong = |fault: Fault| MeshFileError::new(path, fault);
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let wrong = |fault: Fault| FileError::new(path, fault);
         let end = path
             .extension()
             .and_then(|end| end.to_str())

@@ -6,6 +6,7 @@ use super::surface::DrawnSurface;
 use crate::Vec3;
 use crate::analysis::centre_line;
 use crate::curve::SpaceCurve;
+use crate::geometry::poly_mesh::HEX_FACES;
 use crate::output::figure::Figure;
 use crate::output::figure::colour::Palette;
 use crate::output::figure::picture::Picture;
@@ -144,16 +145,6 @@ fn closed_part(run: &Results, wall: &Hexes, view: &View) -> Vec<usize> {
         .collect()
 }
 
-/// Faces of a hexahedron in VTK's order, each around.
-const FACES: [[usize; 4]; 6] = [
-    [0, 3, 2, 1],
-    [4, 5, 6, 7],
-    [0, 1, 5, 4],
-    [1, 2, 6, 5],
-    [2, 3, 7, 6],
-    [3, 0, 4, 7],
-];
-
 /// Where a point lies, in units of 10 nm. Elements have points of their own: those in the same place count as one.
 fn place(wall: &Hexes, point: u32) -> [i64; 3] {
     wall.points[point as usize]
@@ -165,7 +156,7 @@ fn place(wall: &Hexes, point: u32) -> [i64; 3] {
 fn shell(wall: &Hexes, kept: &[usize]) -> Vec<(usize, [u32; 4])> {
     let mut found = BTreeMap::new();
     for hex in kept {
-        for face in FACES {
+        for face in HEX_FACES {
             let corners = face.map(|i| wall.hexes[*hex][i]);
             let mut key = corners.map(|p| place(wall, p));
             key.sort_unstable();

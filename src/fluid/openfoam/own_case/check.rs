@@ -1,7 +1,8 @@
 //! Whether a user-supplied case can be coupled, and which lines would have to change.
 
 use super::super::dictionary::{Dictionary, Entry};
-use super::{OwnCaseError, OwnCaseFiles};
+use super::OwnCaseFiles;
+use crate::files::FileError;
 use crate::geometry::PolyMesh;
 use std::fs;
 use std::path::Path;
@@ -29,13 +30,13 @@ const HEADER: usize = 2000;
 /// What keeps a case from being coupled, as it is found.
 struct Mistakes<'a> {
     folder: &'a Path,
-    found: Vec<OwnCaseError>,
+    found: Vec<FileError>,
 }
 
 impl Mistakes<'_> {
     fn add(&mut self, file: &str, reason: impl Into<String>) {
         let path = self.folder.join(file);
-        self.found.push(OwnCaseError::new(&path, reason.into()));
+        self.found.push(FileError::new(&path, reason.into()));
     }
 
     /// A file that is there, in ascii, and can be understood.
@@ -68,7 +69,7 @@ impl Mistakes<'_> {
 
 impl OwnCaseFiles<'_> {
     /// What keeps the case from being coupled, with the lines that would be right; empty if nothing is known.
-    pub fn check(&self, mesh: &PolyMesh) -> Vec<OwnCaseError> {
+    pub fn check(&self, mesh: &PolyMesh) -> Vec<FileError> {
         let mut wrong = Mistakes {
             folder: self.folder(),
             found: Vec::new(),

@@ -9,12 +9,13 @@ mod write;
 pub use super::case_files::PatchMotion;
 use super::{Programs, templates};
 use crate::case::OwnFluid;
-use crate::geometry::{MeshFileError, PolyMesh};
+use crate::files::FileError;
+use crate::geometry::PolyMesh;
 use crate::processes::Process;
 use rustix::process::Signal;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 /// Types of patches that every field must have as well.
@@ -29,34 +30,6 @@ const CONSTRAINTS: [&str; 9] = [
     "symmetryPlane",
     "wedge",
 ];
-
-/// What is wrong with the user's case, and which lines would be right.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}: {reason}", .path.display())]
-pub struct OwnCaseError {
-    /// The file or folder.
-    pub path: PathBuf,
-    /// What is wrong, and what to write.
-    pub reason: String,
-}
-
-impl OwnCaseError {
-    fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
-        Self {
-            path: path.to_owned(),
-            reason: reason.to_string(),
-        }
-    }
-}
-
-impl From<MeshFileError> for OwnCaseError {
-    fn from(error: MeshFileError) -> Self {
-        Self {
-            path: error.path,
-            reason: error.reason,
-        }
-    }
-}
 
 /// A user-supplied case with what the driver must tell OpenFOAM in addition.
 #[derive(Debug, Clone)]
@@ -102,17 +75,17 @@ impl OwnCaseFiles<'_> {
     ///
     /// # Errors
     /// If there is neither, or it cannot be read or made.
-    pub fn mesh(&self) -> Result<PolyMesh, OwnCaseError> {
+    pub fn mesh(&self) -> Result<PolyMesh, FileError> {
         if !self.needs_blocks() {
             let folder = self.folder().join("constant/polyMesh");
             if !folder.is_dir() {
                 let reason = "there is no mesh, and no system/blockMeshDict to make it from";
-                return Err(OwnCaseError::new(&folder, reason));
+                return Err(FileError::new(&folder, reason));
             }
-            return Ok(PolyMesh::read(self.folder())?);
+            return PolyMesh::read(self.folder());
         }
         let dictionary = self.folder().join("system/blockMeshDict");
-        let wrong = |reason: String| OwnCaseError::new(&dictionary, reason);
+        let wrong = |reason: String| FileError::new(&dictionary, reason);
         let folder = tempfile::Builder::new().prefix("fsi-mesh-").tempdir();
         let folder = folder.map_err(|e| wrong(format!("no folder to make the mesh in: {e}")))?;
         let root = folder.path().join("case");
@@ -126,7 +99,7 @@ impl OwnCaseFiles<'_> {
         }
         // Its dictionary may include others from anywhere in the case.
         let case = self.folder().canonicalize();
-        let case = case.map_err(|e| OwnCaseError::new(self.folder(), e))?;
+        let case = case.map_err(|e| FileError::new(self.folder(), e))?;
         templates::link_others(&case, &root, &case, &|name| {
             write::is_result(name) || ["system", "constant", "0", "0.orig"].contains(&name)
         })
@@ -135,7 +108,7 @@ impl OwnCaseFiles<'_> {
             let root = root.canonicalize().unwrap_or(root.clone());
             wrong(reason.replace(&*root.to_string_lossy(), &self.folder().to_string_lossy()))
         })?;
-        Ok(PolyMesh::read(&root)?)
+        PolyMesh::read(&root)
     }
 
     /// Where it flows in or out: the patches that the user names, or all of the type `patch`, one that is called

@@ -98,6 +98,14 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    pub fn sizes<const N: usize>(&mut self) -> Result<[usize; N], Fault> {
+        let mut all = [0; N];
+        for size in &mut all {
+            *size = self.size()?;
+        }
+        Ok(all)
+    }
+
     pub fn real(&mut self) -> Result<f64, Fault> {
         let real = match self.is_binary {
             true => f64::from_le_bytes(self.take()?),

@@ -159,12 +159,7 @@ impl Reader {
 
     /// The physical groups of surfaces and volumes.
     fn entities(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
-        let counts = [
-            cursor.size()?,
-            cursor.size()?,
-            cursor.size()?,
-            cursor.size()?,
-        ];
+        let counts = cursor.sizes::<4>()?;
         for (dimension, count) in counts.into_iter().enumerate() {
             for _ in 0..count {
                 let tag = cursor.int()?;
@@ -194,12 +189,7 @@ impl Reader {
     }
 
     fn nodes_of_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
-        let [blocks, ..] = [
-            cursor.size()?,
-            cursor.size()?,
-            cursor.size()?,
-            cursor.size()?,
-        ];
+        let [blocks, ..] = cursor.sizes::<4>()?;
         for _ in 0..blocks {
             let [dimension, _, is_parametric] = [cursor.int()?, cursor.int()?, cursor.int()?];
             let count = cursor.size()?;
@@ -231,12 +221,7 @@ impl Reader {
     }
 
     fn elements_of_4(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Fault> {
-        let [blocks, ..] = [
-            cursor.size()?,
-            cursor.size()?,
-            cursor.size()?,
-            cursor.size()?,
-        ];
+        let [blocks, ..] = cursor.sizes::<4>()?;
         for _ in 0..blocks {
             let [dimension, entity, kind] = [cursor.int()?, cursor.int()?, cursor.int()?];
             let count = cursor.size()?;

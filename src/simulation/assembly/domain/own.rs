@@ -5,7 +5,7 @@ use crate::Vec3;
 use crate::case::{
     Case, Extrusion, FibreAxis, OwnCase, OwnWall, WallFile, WallMode, WallMotion, WallSupport,
 };
-use crate::files::{Fault, fault};
+use crate::files::{Fault, FileError, fault};
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
 use crate::geometry::tree::Tree;
 use crate::geometry::{self, Growth, HexMesh, Patch, PolyMesh, RIGID_MATERIAL, WET, WetQuads};
@@ -205,20 +205,21 @@ fn motion(keys: &WallMotion, solid: &HexMesh) -> Result<PrescribedMotion, Domain
 }
 
 /// A factor over time, of a file with the columns `time_s,factor`, 0 at t = 0.
-fn factor_over_time(path: &Path) -> Result<Profile, Fault> {
+fn factor_over_time(path: &Path) -> Result<Profile, FileError> {
     let found: Vec<[f64; 2]> = rows(path, &["time_s", "factor"])?;
-    let wrong = |what: String| Err(fault!("{}: {what}", path.display()));
+    let wrong = |what: Fault| Err(FileError::new(path, what));
     if found[0] != [0.0, 0.0] {
         let [t, factor] = found[0];
-        return wrong(format!(
+        return wrong(fault!(
             "the first row is {t:?},{factor:?}: expected 0,0, since the wall is at rest in the mesh of the case at t = 0"
         ));
     }
     let mut pairs = found.iter().zip(&found[1..]);
     if let Some((a, b)) = pairs.find(|(a, b)| b[0] <= a[0]) {
-        return wrong(format!(
+        return wrong(fault!(
             "times must increase, and {:?} s follows {:?} s",
-            b[0], a[0]
+            b[0],
+            a[0]
         ));
     }
     Ok(Profile(
@@ -328,14 +329,14 @@ fn from_file(wall: &OwnWall, keys: &WallFile) -> Result<HexMesh, DomainError> {
         )),
     };
     let mesh = file.mesh(keys.unit.unwrap_or(1.0), &keys.wet, material);
-    mesh.map_err(|reason| wrong(format!("{}: {reason}", keys.mesh.display())))
+    mesh.map_err(|fault| wrong(FileError::new(&keys.mesh, fault).to_string()))
 }
 
 /// The factor of the row nearest to each point, of a file with the columns `x,y,z,factor` (m).
-fn factors(path: &Path, points: &[Vec3]) -> Result<Vec<f64>, Fault> {
+fn factors(path: &Path, points: &[Vec3]) -> Result<Vec<f64>, FileError> {
     let rows: Vec<[f64; 4]> = rows(path, &["x", "y", "z", "factor"])?;
     if rows.iter().any(|row| !(row[3] > 0.0 && row[3] < 1e3)) {
-        return Err(fault!("{}: expected factors above 0", path.display()));
+        return Err(FileError::new(path, "expected factors above 0"));
     }
     let places: Vec<Vec3> = (rows.iter())
         .map(|row| Vec3::new(row[0], row[1], row[2]))
@@ -348,8 +349,8 @@ fn factors(path: &Path, points: &[Vec3]) -> Result<Vec<f64>, Fault> {
 
 /// The rows of a table with these columns, one at least; all numbers are finite. Lengths count in metres, unless a
 /// column's name says another unit.
-fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]>, Fault> {
-    let wrong = |what: Fault| fault!("{}: {what}", path.display());
+fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]>, FileError> {
+    let wrong = |what: Fault| FileError::new(path, what);
     let place = |names: &[String], wanted: &str| {
         let is = |name: &String| {
             let stem = name.split(['(', '[']).next().unwrap_or_default();
@@ -385,7 +386,7 @@ fn rows<const N: usize>(path: &Path, columns: &[&str; N]) -> Result<Vec<[f64; N]
                 units::offered(units::LENGTH)
             ))),
         });
-    let sizes = sizes.collect::<Result<Vec<f64>, Fault>>()?;
+    let sizes = sizes.collect::<Result<Vec<f64>, FileError>>()?;
     let mut rows = Vec::new();
     for row in &sheet.rows {
         let mut numbers = [0.0; N];
