@@ -94,8 +94,8 @@ impl TreeKeys {
                 "the case has tree.lumen_triangles as well: leave out one of the two".into(),
             ));
         }
-        let data = PolyData::read(path).map_err(named)?;
-        let surface = Surface::new(&data, unit.metres()).map_err(named)?;
+        let data = PolyData::read(path).map_err(|e| named(e.to_string()))?;
+        let surface = Surface::new(&data, unit.metres()).map_err(|e| named(e.to_string()))?;
         let count = surface.triangles();
         if count > MOST_TRIANGLES {
             return Err(named(format!(

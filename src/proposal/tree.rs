@@ -54,11 +54,10 @@ pub(super) fn ends(input: &ProposalInput) -> Option<usize> {
 /// # Errors
 /// What is missing, or all mistakes of the case.
 pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError> {
-    let wrong = ProposalError::Input;
     let path = input.line.clone().unwrap_or_default();
-    let unit = only_trees(input, &path).map_err(wrong)?;
-    let ends = Ends::of(input, &path, unit).map_err(wrong)?;
-    let beat = Beat::of(input).map_err(wrong)?;
+    let unit = only_trees(input, &path)?;
+    let ends = Ends::of(input, &path, unit)?;
+    let beat = Beat::of(input)?;
     let mut remarks = vec![format!(
         "read      {}: a tree with {} ends (--branch takes one line alone)",
         path.display(),
@@ -75,7 +74,7 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
         ..Inflow::pulse(pulse[0], pulse[1], rounded(SYSTOLE * beat.period), 1.0)
     };
     let curve = FlowCurve::new(&inflow, beat.period)
-        .map_err(|e| wrong(told::in_options(&format!("--flow: {e}"))))?;
+        .map_err(|e| ProposalError::Input(told::in_options(&format!("--flow: {e}"))))?;
     let (figures, more) = figures(input, &ends, curve)?;
     remarks.extend(more);
     let text = text(input, &path, unit, &ends, pulse, &figures);
@@ -90,7 +89,7 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
     let trial = tempfile::tempdir()?;
     for (name, path) in &files {
         std::fs::copy(path, trial.path().join(name))
-            .map_err(|error| wrong(format!("{}: {error}", path.display())))?;
+            .map_err(|error| ProposalError::Input(format!("{}: {error}", path.display())))?;
     }
     for preset in [Preset::Paper, Preset::Demo] {
         let case = super::load(trial.path(), &text, input, preset)?;
@@ -104,7 +103,7 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
 }
 
 /// That no option is given which only a single vessel has; and the unit of the lines.
-fn only_trees(input: &ProposalInput, path: &Path) -> Result<LengthUnit, String> {
+fn only_trees(input: &ProposalInput, path: &Path) -> Result<LengthUnit, ProposalError> {
     let given = [
         ("--like", input.like != Like::Uniform),
         ("--reverse", input.is_reversed),
@@ -112,17 +111,17 @@ fn only_trees(input: &ProposalInput, path: &Path) -> Result<LengthUnit, String> 
         ("--smoothing", input.smoothing.is_some()),
     ];
     if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
-        return Err(format!(
+        return Err(ProposalError::Input(format!(
             "{option} is for a single vessel, and {} has several ends: leave it out, or choose one line with --branch",
             path.display()
-        ));
+        )));
     }
     let advice = "--from needs the unit of its lengths: --unit mm, m, cm or um";
     input.unit.ok_or_else(|| advice.into())
 }
 
 impl Ends {
-    fn of(input: &ProposalInput, path: &Path, unit: LengthUnit) -> Result<Self, String> {
+    fn of(input: &ProposalInput, path: &Path, unit: LengthUnit) -> Result<Self, ProposalError> {
         let lines = lines_of_tree(path).map_err(|e| format!("--from {}: {e}", path.display()))?;
         let size = unit.metres();
         let median = |radii: &[f64]| {
@@ -155,11 +154,11 @@ impl Ends {
             all().sum::<f64>() / all().count() as f64,
         ];
         if lines.len() > MAX_ENDS {
-            return Err(format!(
+            return Err(ProposalError::Input(format!(
                 "--from {}: {} ends are more than {MAX_ENDS}: leave out small branches",
                 path.display(),
                 lines.len()
-            ));
+            )));
         }
         files::check_unit(unit, length, radii[0], true)?;
         Ok(Self {
@@ -173,17 +172,17 @@ impl Ends {
 }
 
 /// Names of the openings, the inlet first.
-fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, String> {
+fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, ProposalError> {
     if input.names.is_empty() {
         let outlets = (1..=ends).map(|i| format!("outlet{i}"));
         return Ok(["inlet".into()].into_iter().chain(outlets).collect());
     }
     if input.names.len() != ends + 1 {
-        return Err(format!(
+        return Err(ProposalError::Input(format!(
             "--names: expected {}, that of the inlet and then those of the {ends} ends in the order of the file, found {}",
             ends + 1,
             input.names.len()
-        ));
+        )));
     }
     Ok(input.names.clone())
 }
@@ -218,7 +217,7 @@ pub fn tree_shares(
     tree: &TreeKeys,
     given: &[f64],
     exponent: Option<f64>,
-) -> Result<Vec<f64>, String> {
+) -> Result<Vec<f64>, ProposalError> {
     shares(&end_radii(tree), given, exponent)
 }
 
@@ -227,13 +226,13 @@ pub fn tree_shares(
 ///
 /// # Errors
 /// If they do not fit.
-fn shares(radii: &[f64], given: &[f64], exponent: Option<f64>) -> Result<Vec<f64>, String> {
+fn shares(radii: &[f64], given: &[f64], exponent: Option<f64>) -> Result<Vec<f64>, ProposalError> {
     if given.is_empty() {
         let exponent = exponent.unwrap_or(MURRAY);
         if !(0.0..=6.0).contains(&exponent) {
-            return Err(format!(
+            return Err(ProposalError::Input(format!(
                 "--murray {exponent}: expected an exponent from 0 to 6"
-            ));
+            )));
         }
         let all: Vec<f64> = radii.iter().map(|r| r.powf(exponent)).collect();
         let sum: f64 = all.iter().sum();
@@ -243,19 +242,19 @@ fn shares(radii: &[f64], given: &[f64], exponent: Option<f64>) -> Result<Vec<f64
         return Err("--split says the shares already: leave out --murray".into());
     }
     if given.len() != radii.len() {
-        return Err(format!(
+        return Err(ProposalError::Input(format!(
             "--split: expected {} shares, one for each outlet in the order of the file, found {}",
             radii.len(),
             given.len()
-        ));
+        )));
     }
     if let Some(share) = given
         .iter()
         .find(|share| !(**share > 0.0 && share.is_finite()))
     {
-        return Err(format!(
+        return Err(ProposalError::Input(format!(
             "--split {share}: expected shares above 0, such as 0.65,0.35"
-        ));
+        )));
     }
     let sum: f64 = given.iter().sum();
     Ok(given.iter().map(|share| share / sum).collect())
@@ -275,8 +274,7 @@ fn figures(
         flows.iter().sum::<f64>() / 1000.0,
         flows.iter().fold(0.0f64, |most, q| most.max(q.abs())),
     ];
-    let plausible =
-        told::plausible(input, &curve, flows, ends.radii[0]).map_err(ProposalError::Input)?;
+    let plausible = told::plausible(input, &curve, flows, ends.radii[0])?;
     let nu = viscosity_of_defaults()?;
     let omega = TAU / period;
     let of_outlets = ends.radii[1..].iter().zip(&ends.shares);
