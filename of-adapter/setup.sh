@@ -20,8 +20,8 @@
 # In a package's folder (/usr/share/fsi-driver) it works in a copy in the user's cache, and installs below ~/.local, or
 # /usr/local as root. Otherwise everything else made here lies in of-adapter/build/. apt's own configuration is read,
 # never changed:
-#   build/vNNNN/      libfsiAdapter.so and stamp for the OpenFOAM of that number, and check/, the one-step run that
-#                     proved that the library loads
+#   build/vNNNN/      libfsiAdapter.so and stamp for the OpenFOAM of that number, libfsiStream.so if that needs it, and
+#                     check/, the one-step run that proved that the library loads
 #   build/apt/        private list of package sources, used only if the machine's own has none for OpenFOAM
 #   build/source/     source of Debian's OpenFOAM, exactly the installed version (its packages carry no headers)
 set -eu
@@ -98,7 +98,7 @@ choose() {
             fi ;;
     esac
     if [ "$project" = $debian ]; then
-        install_packages openfoam openmpi-bin g++ dpkg-dev $packages
+        install_packages openfoam openmpi-bin g++ bzip2 $packages
     elif [ -n "$packages" ]; then
         install_packages $packages
     fi
@@ -170,14 +170,16 @@ fetch_source() {
     cd "$build/source/download"
     if apt-get source --print-uris "openfoam=$source_version" >/dev/null 2>&1; then
         say "fetching the source of openfoam $source_version (45 MB)"
-        quietly apt-get source --download-only "openfoam=$source_version"
+        quietly apt-get source --download-only --tar-only "openfoam=$source_version"
     else
         say "fetching the source of openfoam $source_version (45 MB) by a private list of package sources"
         write_private_sources
         quietly private_apt update
-        quietly private_apt source --download-only "openfoam=$source_version"
+        quietly private_apt source --download-only --tar-only "openfoam=$source_version"
     fi
-    quietly dpkg-source --no-check --no-copy -x openfoam_*.dsc "$source.partial"
+    # Upstream's archive is enough: Debian's patches change how OpenFOAM is compiled, no header.
+    mkdir "$source.partial"
+    quietly tar -xf openfoam_*.orig.tar.* -C "$source.partial" --strip-components=1 --wildcards '*/src'
     mv "$source.partial" "$source"
     cd "$here"
     rm -rf "$build/source/download"
@@ -231,7 +233,7 @@ compile() {
     # WM_DP, WM_LABEL_SIZE: scalars and labels as OpenFOAM was built. Its headers would warn, hence -isystem.
     flags="-std=$standard -DOPENFOAM=$api -DWM_DP -DWM_LABEL_SIZE=${sizes#* } -DNoRepository
         -ftemplate-depth-100 -O2 -fPIC -Wall -Wextra $includes"
-    rm -rf "$made/objects"
+    rm -rf "$made/objects" "$made/libfsiStream.so"
     mkdir -p "$made/objects"
     cd "$made/objects"
     quietly sh -c 'ls ../../../src/*.C | xargs -P "$(nproc)" -n 1 g++ -c $1' compile "$(echo $flags)"
@@ -267,7 +269,9 @@ check_run() {
 	outlet { type inletOutlet; inletValue uniform (0 0 0); value uniform (0 0 0); }
 	END
     echo '"(inlet|outlet)" { type fixedValue; value uniform (0 0 0); }' >"$check/system/fsiOpenings/pointDisplacement"
-    echo 'endTime 0.002; #remove functions' >>"$check/system/controlDict"
+    # A function object that does nothing: that one is read at all is part of the check
+    echo 'endTime 0.002; #remove functions
+        functions { none { type none; enabled no; } }' >>"$check/system/controlDict"
     echo 'dynamicFvMesh staticFvMesh;' >>"$check/constant/dynamicMeshDict"
     cd "$check"
     case $build in *' '*) # or OpenFOAM removes the blank
@@ -275,7 +279,14 @@ check_run() {
         export FOAM_CONTROLDICT ;;
     esac
     quietly with_openfoam blockMesh
-    quietly with_openfoam pimpleFoam
+    if ! with_openfoam pimpleFoam >"$build/last-command.log" 2>&1; then
+        if grep -q 'IOstream "sha1"' "$build/last-command.log"; then
+            say "this OpenFOAM reads no function objects; libfsiStream.so mends that (of-adapter/check/ostreamPut.cc)"
+            quietly g++ -O2 -fPIC -shared "$here/check/ostreamPut.cc" -o "$made/libfsiStream.so"
+        fi
+        # By its name: a path in LD_PRELOAD must not have a blank.
+        quietly with_openfoam env LD_PRELOAD=libfsiStream.so LD_LIBRARY_PATH="$made:${LD_LIBRARY_PATH:-}" pimpleFoam
+    fi
     grep -qx End "$build/last-command.log" ||
         fail "the one-step run with the adapter did not end as it should; see $build/last-command.log"
     cd "$here"
@@ -284,7 +295,7 @@ check_run() {
 # What the library depends on: the installed OpenFOAM, the adapter's sources, and how they are built.
 stamp() {
     echo "openfoam $version"
-    echo "adapter $(cat "$here"/setup.sh "$here"/src/* | sha256sum | cut -d' ' -f1)"
+    echo "adapter $(cat "$here"/setup.sh "$here"/src/* "$here"/check/* | sha256sum | cut -d' ' -f1)"
 }
 
 # Copies the library and its stamp below the prefix, if one was given; a run that uses the old one keeps it.
@@ -296,7 +307,9 @@ install_library() {
         return 0
     fi
     mkdir -p "$folder" || fail "cannot make $folder: choose another --prefix, or run as root"
-    for file in libfsiAdapter.so stamp; do
+    rm -f "$folder/libfsiStream.so"
+    for file in libfsiAdapter.so libfsiStream.so stamp; do
+        [ -f "$made/$file" ] || continue
         cp "$made/$file" "$folder/$file.partial" && mv "$folder/$file.partial" "$folder/$file" ||
             fail "cannot write $folder/$file: choose another --prefix, or run as root"
     done

@@ -1,14 +1,14 @@
 #!/bin/sh
 # Runs the container's recipe without a container: docs/ci/try.sh DIR makes a plain Debian 12 in DIR (debootstrap, as
-# root) and runs the RUN lines of Containerfile in it, one by one. RUST=DIR (a folder with .cargo and .rustup, such as
-# $HOME) uses that toolchain instead of downloading one with rustup.
+# root) and runs the RUN lines of Containerfile in it, one by one. SUITE=trixie makes a Debian 13. RUST=DIR (a folder
+# with .cargo and .rustup, such as $HOME) uses that toolchain instead of downloading one with rustup.
 set -eu
 [ $# = 1 ] || { echo "usage: docs/ci/try.sh DIR" >&2; exit 2; }
 here=$(cd "$(dirname "$0")" && pwd)
 project=$(cd "$here/../.." && pwd)
 mkdir -p "$1"
 root=$(cd "$1" && pwd)
-[ -x "$root/bin/sh" ] || debootstrap --variant=minbase bookworm "$root"
+[ -x "$root/bin/sh" ] || debootstrap --variant=minbase "${SUITE:-bookworm}" "$root"
 
 mounted=
 leave() { for folder in $mounted; do umount "$root/$folder"; done; }

@@ -52,7 +52,7 @@ deb() {
 	Priority: optional
 	Installed-Size: $(du -sk "$tree/usr" | cut -f1)
 	Depends: libc6 (>= $libc), libgcc-s1
-	Suggests: openfoam, openmpi-bin, g++, dpkg-dev, paraview
+	Suggests: openfoam, openmpi-bin, g++, bzip2, paraview
 	Description: fluid-structure interaction of arteries
 	 p-version finite elements for the wall, OpenFOAM or spectral elements for the
 	 blood.

@@ -5,7 +5,7 @@
 //! in the same order.
 
 use crate::processes::on_path;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -26,6 +26,8 @@ const DEBIAN: &str = "/usr/share/openfoam";
 /// Where `setup.sh --prefix` puts the library, below the prefix, in a folder for each version.
 const BELOW_PREFIX: &str = "lib/fsi-driver";
 const LIBRARY: &str = "libfsiAdapter.so";
+/// What `setup.sh` puts next to it for an OpenFOAM that needs it preloaded.
+const MENDING: &str = "libfsiStream.so";
 
 /// An OpenFOAM of this machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -75,12 +77,48 @@ impl Installation {
         })
     }
 
-    /// What its programs need in their environment. An OpenFOAM that is not loaded says so by its `etc/bashrc`.
+    /// What its programs need in their environment.
     pub fn environment(&self) -> Vec<(OsString, OsString)> {
+        let mut variables = self.own_environment();
+        let library = find_library(self).ok();
+        if let Some(mending) = library.map(|file| file.with_file_name(MENDING))
+            && mending.is_file()
+        {
+            // By its name: a path in LD_PRELOAD must not have a blank.
+            let folder = mending.parent().unwrap_or(Path::new("")).to_owned();
+            let before = |name: &str| {
+                let own = variables.iter().rev().find(|(own, _)| own == name);
+                own.map(|(_, value)| value.clone())
+                    .or(std::env::var_os(name))
+            };
+            let with = |first: OsString, name: &str| {
+                let more = before(name).filter(|value| !value.is_empty());
+                more.map_or(first.clone(), |more| [first, more].join(OsStr::new(":")))
+            };
+            let both = [
+                ("LD_PRELOAD", with(MENDING.into(), "LD_PRELOAD")),
+                (
+                    "LD_LIBRARY_PATH",
+                    with(folder.into_os_string(), "LD_LIBRARY_PATH"),
+                ),
+            ];
+            variables.extend(both.map(|(name, value)| (name.into(), value)));
+        }
+        variables
+    }
+
+    /// An OpenFOAM that is not loaded says by its `etc/bashrc` what it sets.
+    fn own_environment(&self) -> Vec<(OsString, OsString)> {
         let own = (LOADED.into(), self.folder.clone().into_os_string());
         let loaded = std::env::var_os(LOADED).is_some_and(|folder| folder == self.folder);
-        if loaded || self.folder == Path::new(DEBIAN) {
+        if self.folder == Path::new(DEBIAN) {
             return vec![own];
+        }
+        if loaded {
+            // Named, since ranks on other nodes get no other variables.
+            let passed = ["PATH", "LD_LIBRARY_PATH"].into_iter();
+            let passed = passed.filter_map(|name| Some((name.into(), std::env::var_os(name)?)));
+            return [own].into_iter().chain(passed).collect();
         }
         let said = Command::new("bash")
             .args(["-c", ". \"$0/etc/bashrc\" >/dev/null 2>&1; env -0"])

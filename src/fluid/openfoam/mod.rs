@@ -281,8 +281,11 @@ impl Programs {
             .args(["-np", &ranks.to_string(), "--oversubscribe"])
             .args(["--bind-to", "none"]);
         // Ranks on other nodes of a job get no variables but those that are named
-        for variable in ["WM_PROJECT_DIR", "FOAM_SIGFPE", "PATH", "LD_LIBRARY_PATH"]
+        let passed = ["PATH", "LD_LIBRARY_PATH", "LD_PRELOAD"].into_iter();
+        let passed = passed.filter(|name| self.environment.iter().any(|(set, _)| set == name));
+        for variable in ["WM_PROJECT_DIR", "FOAM_SIGFPE"]
             .into_iter()
+            .chain(passed)
             .chain(self.switches.as_ref().map(|_| "FOAM_CONTROLDICT"))
         {
             command.args(["-x", variable]);
