@@ -18,7 +18,7 @@ SOURCE = ROOT / "target/book-source"
 BOOK = ROOT / "target/book"
 MDBOOK = "0.5.4"
 # What pages link to, in addition to pages: everything else stays out of the book.
-LINKED = re.compile(r"\.(md|png|svg|toml|txt|py|rs|h|c|sh|sbatch|csv|stl|vtp|cff|yml|html)$|(^|/)(LICENSE|Containerfile)$|^openfoam-case/base/")
+LINKED = re.compile(r"\.(md|png|svg|toml|txt|py|rs|h|H|c|cc|sh|sbatch|csv|stl|vtp|cff|yml|html)$|(^|/)(LICENSE|Containerfile)$|^openfoam-case/base/")
 
 CODE = r"(^```.*?^```|`[^`\n]*`)"
 
