@@ -59,7 +59,7 @@ api_of() {
     if [ "$1" = $debian ]; then
         dpkg-query -W -f '${Version}' openfoam 2>/dev/null | sed -n 's/^\([0-9]\{4\}\)\..*/\1/p'
     else
-        sed -n 's/^api=\([0-9]\{4\}\) *$/\1/p' "$1/META-INFO/api-info" 2>/dev/null
+        sed -n 's/^api=\([0-9]\{4\}\) *$/\1/p' "$1/META-INFO/api-info" 2>/dev/null || : # no such file
     fi
 }
 # Which build of it: as fsi-driver says it.
