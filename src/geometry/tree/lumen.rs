@@ -272,7 +272,7 @@ impl Near<'_> {
         let slope = hit.normal.dot(direction).abs();
         let own = ((slope - grazing) / (upright - grazing)).clamp(0.0, 1.0);
         let met = from + direction * hit.distance;
-        match of_tubes().filter(|_| own < 1.0) {
+        match (own < 1.0).then(of_tubes).flatten() {
             Some(tube) => Some(surface.nearest(&(met * own + tube * (1.0 - own)))),
             None => Some(met),
         }
