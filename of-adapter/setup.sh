@@ -283,9 +283,12 @@ check_run() {
         if grep -q 'IOstream "sha1"' "$build/last-command.log"; then
             say "this OpenFOAM reads no function objects; libfsiStream.so mends that (of-adapter/check/ostreamPut.cc)"
             quietly g++ -O2 -fPIC -shared "$here/check/ostreamPut.cc" -o "$made/libfsiStream.so"
+            # By its name: a path in LD_PRELOAD must not have a blank.
+            # shellcheck disable=SC2016
+            quietly with_openfoam sh -c 'LD_PRELOAD=libfsiStream.so LD_LIBRARY_PATH=$0:${LD_LIBRARY_PATH:-} exec pimpleFoam' "$made"
+        else
+            quietly with_openfoam pimpleFoam
         fi
-        # By its name: a path in LD_PRELOAD must not have a blank.
-        quietly with_openfoam env LD_PRELOAD=libfsiStream.so LD_LIBRARY_PATH="$made:${LD_LIBRARY_PATH:-}" pimpleFoam
     fi
     grep -qx End "$build/last-command.log" ||
         fail "the one-step run with the adapter did not end as it should; see $build/last-command.log"

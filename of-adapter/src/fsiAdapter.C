@@ -3,6 +3,7 @@
 \*---------------------------------------------------------------------------*/
 
 #include "fsiAdapter.H"
+#include "fsiCompatibility.H"
 #include "fsiMeasure.H"
 #include "fsiMotionFvMesh.H"
 #include "addToRunTimeSelectionTable.H"
@@ -109,6 +110,7 @@ Foam::functionObjects::fsiAdapter::fsiAdapter
 {
     // The driver says when the run ends
     time_.setEndTime(GREAT);
+    fsi::restoreMeshFlux(mesh_);
     settleModels(mesh_);
     awaitStep();
 }

@@ -372,7 +372,7 @@ void Foam::fsiMotionFvMesh::endCorrector()
     const scalarList residuals(pressureResiduals());
     const scalar residual =
         solutionsBefore_ < residuals.size() ? residuals[solutionsBefore_] : 0;
-    solutionsBefore_ = residuals.size();
+    solutionsBefore_ = fsi::reportNext(*this, "p", residuals.size());
     if (!trialSolved(residual))
     {
         return;
