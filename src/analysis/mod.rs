@@ -21,5 +21,7 @@ pub(crate) mod windkessel;
 
 pub use deviation::Deviation;
 pub use flow_numbers::{flow_numbers, flow_numbers_of};
-pub use regions::{ARTERY, BYPASS, MID_ARTERY, middle_of_artery, regions};
+pub use regions::{
+    ARTERY, BYPASS, MID_ARTERY, cross_sections, middle_of_artery, regions, wet_surface,
+};
 pub use size::centre_line;

@@ -1,8 +1,11 @@
 //! The parts of a case's vessel, or of another wet surface, that are evaluated one by one.
 
-use crate::case::{BloodVessel, Case, OwnCase, OwnRegion, Problem, Shape};
-use crate::geometry::{Section, Vessel};
-use crate::hemodynamics::{Region, RegionExtent};
+use super::centre_line;
+use crate::Vec3;
+use crate::case::{BloodVessel, Case, OutputSection, OwnCase, OwnRegion, Problem, Shape};
+use crate::curve::SpaceCurve;
+use crate::geometry::{PolyMesh, Section, Vessel};
+use crate::hemodynamics::{CrossSectionPlace, Region, RegionExtent, WetSurface};
 
 /// The graft of the paper's vessels.
 pub const BYPASS: &str = "bypass";
@@ -31,6 +34,53 @@ pub fn regions(case: &Case) -> Vec<Region> {
         Problem::Vessel(vessel) => of_vessel(vessel),
         Problem::Flag(_) => Vec::new(),
         Problem::UserCase(own) => of_own(own),
+    }
+}
+
+/// The cross-sections that a case watches.
+pub fn cross_sections(case: &Case) -> Vec<CrossSectionPlace> {
+    let walls = case.tree().map(|tree| (tree.branches(), tree.walls()));
+    let place = |keys: &OutputSection| {
+        let (patch, openings) = match &walls {
+            Some((branches, walls)) => {
+                let number = branches
+                    .iter()
+                    .position(|name| Some(name) == keys.branch.as_ref());
+                let openings = walls
+                    .iter()
+                    .take(case.tree().map_or(0, |tree| tree.names().len()));
+                (
+                    number.map(|number| walls[number].clone()),
+                    openings.cloned().collect(),
+                )
+            }
+            None => (None, Vec::new()),
+        };
+        CrossSectionPlace {
+            name: keys.name.clone(),
+            patch,
+            at: keys.at,
+            openings,
+        }
+    };
+    case.output.section.iter().flatten().map(place).collect()
+}
+
+/// The wet surface of a case, with these points (m) and faces: around its centre-line, or on the patches of its `mesh`
+/// and around the lines of its branches.
+pub fn wet_surface(
+    case: &Case,
+    points: &[Vec3],
+    faces: &[Vec<u32>],
+    mesh: Option<&PolyMesh>,
+    branches: &[(String, SpaceCurve)],
+) -> WetSurface {
+    let wall = WetSurface::new(points.to_vec(), faces.to_vec()).around(centre_line(case));
+    match (mesh, case.own()) {
+        (Some(mesh), Some(own)) => wall
+            .on_patches(mesh, &own.fluid.patches)
+            .along_branches(branches),
+        _ => wall,
     }
 }
 

@@ -4,7 +4,7 @@ use super::schema::{KeyTable, Schema, ValueKind, above, from, whole};
 use super::table::{table, words};
 use super::{
     Anastomosis, Case, FluidTimeScheme, Inflow, Inlet, OpeningKeys, Outlet, Problem, ProblemKind,
-    Time, VesselDescription, WallMode, Windkessel,
+    Solver, VesselDescription, WallMode, Windkessel,
 };
 use serde::{Deserialize, Serialize};
 
@@ -378,13 +378,18 @@ words! {
     }
 }
 
-impl NativeTimeScheme {
-    /// The solver's own time scheme, or that of the `time` axis.
-    pub fn or_of(own: Option<Self>, time: &Time) -> FluidTimeScheme {
+impl Case {
+    /// How the fluid takes time derivatives: as its own key says, or that of the `time` axis.
+    pub fn fluid_time_scheme(&self) -> FluidTimeScheme {
+        let own = match (self.fluid.solver, self.tree(), self.vessel()) {
+            (Solver::Native, Some(tree), _) => tree.elements().time_scheme,
+            (Solver::Native, None, Some(vessel)) => vessel.fluid.native.time_scheme,
+            _ => None,
+        };
         match own {
-            Some(Self::ImplicitEuler) => FluidTimeScheme::ImplicitEuler,
-            Some(Self::Bdf2) => FluidTimeScheme::Bdf2,
-            None => time.scheme,
+            Some(NativeTimeScheme::ImplicitEuler) => FluidTimeScheme::ImplicitEuler,
+            Some(NativeTimeScheme::Bdf2) => FluidTimeScheme::Bdf2,
+            None => self.time.scheme,
         }
     }
 }

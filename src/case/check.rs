@@ -11,8 +11,11 @@ mod vessel;
 use super::error::CaseError;
 use super::stack::Stack;
 use super::times::divides;
+use super::tree::BETWEEN;
 use super::value::shorten;
-use super::{Blood, BloodModel, Case, FluidTimeScheme, Material, Problem, Solver, Window};
+use super::{
+    Blood, BloodModel, Case, FluidTimeScheme, Material, Problem, Solver, TreeKeys, Window,
+};
 use std::fmt::Write as _;
 
 pub use described::TOO_SHARP;
@@ -70,6 +73,53 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
     external(case, &mut report);
     discretization(case, &mut report);
     files(case, &mut report);
+    sections(case, &mut report);
+}
+
+/// Whether the cross-sections that are watched are of vessels, each with a name of its own.
+fn sections(case: &Case, report: &mut Report<'_>) {
+    let sections = case.output.section.as_deref().unwrap_or_default();
+    let branches = case.tree().map(TreeKeys::branches);
+    for (i, section) in sections.iter().enumerate() {
+        let [name, branch, at] =
+            ["name", "branch", "at_m"].map(|key| format!("output.section[{i}].{key}"));
+        report(
+            &[&at],
+            case.vessel().is_none() && branches.is_none(),
+            "cross-sections are watched in vessels and trees of the driver's own mesh: leave this table out".into(),
+        );
+        report(
+            &[&name],
+            sections[..i].iter().any(|other| other.name == section.name),
+            "another cross-section has this name: choose a different one".into(),
+        );
+        match (&branches, &section.branch) {
+            (None, found) => report(
+                &[&branch],
+                found.is_some(),
+                "this vessel has no branches: leave it out".into(),
+            ),
+            (Some(known), None) => report(
+                &[&at],
+                true,
+                format!(
+                    "on which branch? Write {branch} = one of \"{}\"",
+                    known.join("\", \"")
+                ),
+            ),
+            (Some(known), Some(found)) => report(
+                &[&branch],
+                !known.contains(found) || found == BETWEEN,
+                format!(
+                    "expected a branch with an opening, one of \"{}\"",
+                    case.tree()
+                        .map(TreeKeys::names)
+                        .unwrap_or_default()
+                        .join("\", \"")
+                ),
+            ),
+        }
+    }
 }
 
 /// Whether the blood has what its model needs, and nothing else.

@@ -2,7 +2,7 @@
 
 use super::schema::Only;
 use super::{
-    Case, ConditionKeys, Extension, Inflow, Problem, Shape, Solver, VesselDescription, VesselSide,
+    Case, ConditionKeys, Extension, Extrusion, Inflow, Problem, Shape, Solver, VesselDescription, VesselSide,
     WallMode,
 };
 
@@ -101,11 +101,7 @@ fn is_used(case: &Case, path: &str) -> bool {
         },
         Problem::UserCase(own) if own.wall.is_extruded() => (
             own.wall.materials(),
-            own.wall
-                .extrude
-                .iter()
-                .flat_map(|wall| &wall.layers)
-                .collect(),
+            (own.wall.extrude.iter()).flat_map(Extrusion::materials).collect(),
         ),
         Problem::UserCase(own) => return own.wall.mode() == WallMode::Elastic,
         Problem::Flag(_) => return true,

@@ -240,5 +240,15 @@ table! {
             "points, fixed in space, where pressure and velocity of the blood are recorded", absent "none";
         measured: Option<PathBuf> = "measured", ValueKind::Path,
             "file with what was measured in an experiment: its points are recorded too, for fsi-driver validate", absent "none";
+        [section: Option<Vec<OutputSection>>, "cross-sections whose flow, pressure and area are recorded in sections.csv"]
+    }
+}
+
+table! {
+    /// A cross-section that is watched: the closed line of edges of the fluid's faces nearest to it.
+    pub struct OutputSection {
+        name: String = "name", ValueKind::Text(30), "name of the cross-section";
+        branch: Option<String> = "branch", ValueKind::Text(30), "branch of a tree, called as the opening at its end", absent "a vessel without branches";
+        at: f64 = "at_m", from(-10.0, 10.0), "arc length along the branch, from the junction where it begins, or along the vessel's centre-line (x of a straight one)";
     }
 }

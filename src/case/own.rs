@@ -100,6 +100,62 @@ table! {
         axis: Option<FibreAxis> = "axis", ValueKind::Word(FibreAxis::WORDS), "which direction of the wall is the axial one, from which fibres count",
             absent "flow where the wall ends at two openings or more, otherwise mesh";
         smoothing: Option<usize> = "smoothing", whole(0, 1000), "averages of the normals with those of the neighbouring points", absent "0; of a tree 4";
+        [branch: Option<Vec<BranchWall>>, "branches, or patches, whose layers are of other materials or thicknesses"]
+    }
+}
+
+table! {
+    /// The layers on a part of the surface: as many as elsewhere. Where it meets another one, the thickness is the mean.
+    pub struct BranchWall {
+        name: String = "name", ValueKind::Text(100), "branch of a tree, or one of fluid.patches";
+        layers: Vec<String> = "layers", ValueKind::Names(20), "materials of the layers there", absent "wall.extrude.layers";
+        thicknesses: Vec<f64> = "thicknesses_m", ValueKind::Sizes(20), "thickness of each layer there", absent "that of wall.extrude";
+        shares: Vec<f64> = "thicknesses", ValueKind::Sizes(20), "the same as a share of the lumen's radius", absent "that of wall.extrude";
+    }
+}
+
+/// The layers of an extruded wall on one of the patches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PatchLayers<'a> {
+    /// Materials from the inside out, by name.
+    pub materials: &'a [String],
+    /// Thickness of each layer, m; empty where they are shares.
+    pub thicknesses: &'a [f64],
+    /// The same as shares of the radius.
+    pub shares: &'a [f64],
+}
+
+impl Extrusion {
+    /// The materials of all layers, by name.
+    pub fn materials(&self) -> impl Iterator<Item = &String> {
+        let of_branches = self.branch.iter().flatten();
+        (self.layers.iter()).chain(of_branches.flat_map(|branch| &branch.layers))
+    }
+
+    /// The layers on the patch of this name, of which the branch of a tree is called `branch`.
+    pub fn layers_of(&self, patch: &str, branch: Option<&str>) -> PatchLayers<'_> {
+        let is_meant = |part: &&BranchWall| part.name == branch.unwrap_or(patch);
+        let of_part = self.branch.iter().flatten().find(is_meant);
+        let all = PatchLayers {
+            materials: &self.layers,
+            thicknesses: &self.thicknesses,
+            shares: &self.shares,
+        };
+        let Some(part) = of_part else { return all };
+        let has_size = !part.thicknesses.is_empty() || !part.shares.is_empty();
+        let (thicknesses, shares) = match has_size {
+            true => (&part.thicknesses[..], &part.shares[..]),
+            false => (all.thicknesses, all.shares),
+        };
+        let materials = match part.layers.is_empty() {
+            true => all.materials,
+            false => &part.layers,
+        };
+        PatchLayers {
+            materials,
+            thicknesses,
+            shares,
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 //! A [`WetSurface`] is the wet surface as a list of faces; [`WindowStatistics`] grow step by step over a window of
 //! time; [`HemodynamicsSummary`] says what is largest, where, and what the mean is, in each [`Region`] of the vessel.
 
+pub mod cross_section;
 pub(crate) mod monitor;
 pub(crate) mod periodicity;
 pub(crate) mod phases;
@@ -16,6 +17,7 @@ pub mod steadiness;
 pub(crate) mod summary;
 pub(crate) mod wall;
 
+pub use cross_section::{CrossSection, CrossSectionPlace, SweptVolumes};
 pub use monitor::{Monitor, RegionStep, WallStress};
 pub use periodicity::Agreement;
 pub use place::Place;

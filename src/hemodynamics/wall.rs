@@ -239,6 +239,11 @@ impl WetSurface {
         shares.filter(|(_, share)| *share > 0.0).collect()
     }
 
+    /// Arc length (m) of the centre of a face along its centre-line.
+    pub fn along(&self, face: usize) -> f64 {
+        self.along[face]
+    }
+
     /// Whether a face belongs to a patch.
     pub fn is_of_patch(&self, face: usize, patch: &str) -> bool {
         self.patches.get(face).is_some_and(|own| own == patch)

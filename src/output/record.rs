@@ -5,17 +5,17 @@ use super::field_series::FieldSeries;
 use super::fluid_fields;
 use super::probes::{Probes, fluid_rows};
 use super::run_files::RunFiles;
-use super::tables::{CsvTable, HistoryRow, IterationRow, OpeningRow};
+use super::tables::{CsvTable, HistoryRow, IterationRow, OpeningRow, SectionRow};
 use super::vtu::VtuSeries;
 use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::Vec3;
 use crate::analysis;
-use crate::analysis::centre_line;
-use crate::case::{Case, Windows};
-use crate::coupling::Iteration;
+use crate::case::{Case, FluidTimeScheme, Windows};
+use crate::coupling::{Iteration, Step};
 use crate::fluid::{Fluid, FluidStep, OpeningReport};
-use crate::hemodynamics::{Agreement, Monitor, Resolution, Steadiness, WallState, WetSurface};
+use crate::hemodynamics::cross_section::{CrossSection, CrossSectionPlace, SweptVolumes, observe};
+use crate::hemodynamics::{Agreement, Monitor, Resolution, Steadiness, WallState};
 use crate::pfem::solid::StressPeak;
 use crate::pfem::{SolidError, Structure};
 use crate::processes::peak_memory;
@@ -43,6 +43,9 @@ pub struct RecordMemory {
     pub fluid_probes: u64,
     /// Bytes of `openings.csv`.
     pub openings: u64,
+    /// Bytes of `sections.csv`, and what is known of the cross-sections.
+    #[serde(default)]
+    pub sections: (u64, SweptVolumes),
     /// Times (s) and files of the wall's grids.
     pub grids: Vec<(f64, String)>,
     /// The same of the blood's.
@@ -104,11 +107,78 @@ pub struct Record {
     probes: Option<(Probes<Structure>, CsvTable)>,
     fluid_probes: Option<CsvTable>,
     openings: CsvTable,
+    sections: Option<Sections>,
     fields: FieldSeries,
     fluid_fields: Option<VtuSeries>,
     wall: WallRecord,
     /// Volume of the whole mesh at the end of the last step, m³.
     volume: f64,
+}
+
+/// The cross-sections that are watched.
+struct Sections {
+    all: Vec<CrossSection>,
+    table: CsvTable,
+    swept: SweptVolumes,
+}
+
+impl Sections {
+    /// Those of a run, if there are any, with their table.
+    fn new(
+        settings: &RecordSettings,
+        swept: SweptVolumes,
+        table: impl FnOnce(&Path) -> io::Result<CsvTable>,
+    ) -> io::Result<Option<Self>> {
+        let wall = settings.wall.monitor.wall();
+        let section = |place: &CrossSectionPlace| {
+            let found = CrossSection::new(wall, place);
+            found.ok_or_else(|| {
+                io::Error::other(format!(
+                    "the cross-section {:?} does not part the wall",
+                    place.name
+                ))
+            })
+        };
+        let all: Vec<CrossSection> = (settings.section_places.iter())
+            .map(section)
+            .collect::<Result<_, _>>()?;
+        if all.is_empty() {
+            return Ok(None);
+        }
+        let table = table(&settings.sections)?;
+        Ok(Some(Self { all, table, swept }))
+    }
+
+    /// Writes their rows for a step.
+    fn add(&mut self, settings: &RecordSettings, state: &WallState, step: &Step) -> io::Result<()> {
+        let inflows: Vec<f64> = step
+            .fluid
+            .openings
+            .iter()
+            .map(|opening| opening.flow)
+            .collect();
+        let found = observe(
+            &self.all,
+            settings.wall.monitor.wall(),
+            state,
+            &step.wall_pressure,
+            &inflows,
+            &mut self.swept,
+            settings.is_second_order,
+        );
+        let rows = settings
+            .section_places
+            .iter()
+            .zip(found)
+            .map(|(place, found)| SectionRow {
+                time_s: state.time,
+                section: place.name.clone(),
+                flow_m3_s: found.flow,
+                p_Pa: found.pressure,
+                area_m2: found.area,
+            });
+        self.table.append(&rows.collect::<Vec<_>>())
+    }
 }
 
 /// What a record needs to know before the first step.
@@ -140,6 +210,12 @@ pub struct RecordSettings {
     pub wall: WallRecordSettings,
     /// What tells whether its beats repeat themselves, if that ends the run.
     pub beats: Option<Beats>,
+    /// `sections.csv`.
+    pub sections: PathBuf,
+    /// The cross-sections that are watched.
+    pub section_places: Vec<CrossSectionPlace>,
+    /// Whether the blood's time derivatives are of second order.
+    pub is_second_order: bool,
     /// Volume of the rigid extension, m³.
     pub rigid_volume: f64,
     /// Volume of the whole fluid mesh at rest, m³.
@@ -150,15 +226,9 @@ impl RecordSettings {
     /// Of the run of a case into `files`.
     pub fn of(case: &Case, files: &RunFiles, model: &CoupledModel) -> Self {
         let interface = model.coupling.fluid.interface();
-        let wall = WetSurface::new(interface.points.clone(), interface.faces.clone())
-            .around(centre_line(case));
         let mesh = model.own_mesh.as_ref();
-        let wall = match (mesh, case.own()) {
-            (Some(mesh), Some(own)) => wall
-                .on_patches(mesh, &own.fluid.patches)
-                .along_branches(&model.branch_lines),
-            _ => wall,
-        };
+        let (points, faces) = (&interface.points, &interface.faces);
+        let wall = analysis::wet_surface(case, points, faces, mesh, &model.branch_lines);
         Self {
             history: files.history(),
             iterations: files.iterations(),
@@ -180,6 +250,9 @@ impl RecordSettings {
                 time_step: case.time.step,
             },
             beats: Beats::of(case, files),
+            sections: files.sections(),
+            section_places: analysis::cross_sections(case),
+            is_second_order: case.fluid_time_scheme() == FluidTimeScheme::Bdf2,
             rigid_volume: model.rigid_volume,
             volume: model.volume,
         }
@@ -219,6 +292,7 @@ impl Record {
                 .then(|| CsvTable::create(&settings.fluid_probes))
                 .transpose()?,
             openings: CsvTable::create(&settings.openings)?,
+            sections: Sections::new(&settings, SweptVolumes::default(), CsvTable::create)?,
             fields,
             fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::create(settings.wall.clone())?,
@@ -254,6 +328,9 @@ impl Record {
                 .then(|| CsvTable::resume(&settings.fluid_probes, memory.fluid_probes))
                 .transpose()?,
             openings: CsvTable::resume(&settings.openings, memory.openings)?,
+            sections: Sections::new(&settings, memory.sections.1, |path| {
+                CsvTable::resume(path, memory.sections.0)
+            })?,
             fields: FieldSeries::new(series, settings.structure_interval, solid)?,
             fluid_fields: fluid_fields.transpose()?,
             wall: WallRecord::resume(settings.wall.clone(), memory.wall)?,
@@ -318,6 +395,9 @@ impl Observer<Structure> for Record {
         }
         self.openings.append(&opening_rows(&step.fluid))?;
         let state = WallState::new(time, &step.fluid.wall_shear, &step.displacement);
+        if let Some(sections) = &mut self.sections {
+            sections.add(&self.settings, &state, step)?;
+        }
         let lumen = step.fluid.volume - self.settings.rigid_volume;
         let modes = accepted.step.fluid.element_modes.as_ref();
         self.wall.step(&state, modes, wall.stresses, lumen)?;
@@ -349,6 +429,10 @@ impl Observer<Structure> for Record {
             probes: length(self.probes.as_ref().map(|(_, table)| table))?,
             fluid_probes: length(self.fluid_probes.as_ref())?,
             openings: self.openings.sync()?,
+            sections: match &self.sections {
+                Some(sections) => (sections.table.sync()?, sections.swept.clone()),
+                None => Default::default(),
+            },
             grids: self.fields.entries().to_vec(),
             fluid_grids: (self.fluid_fields.iter())
                 .flat_map(|series| series.entries().to_vec())
@@ -365,6 +449,7 @@ impl Observer<Structure> for Record {
             (settings.probes.clone(), memory.probes),
             (settings.fluid_probes.clone(), memory.fluid_probes),
             (settings.openings.clone(), memory.openings),
+            (settings.sections.clone(), memory.sections.0),
             (settings.wall.regions.clone(), memory.wall.regions),
         ];
         let wall = settings.wall.history.clone();
@@ -383,6 +468,10 @@ impl Observer<Structure> for Record {
             *table = CsvTable::resume(&settings.fluid_probes, memory.fluid_probes)?;
         }
         self.openings = CsvTable::resume(&settings.openings, memory.openings)?;
+        if let Some(sections) = &mut self.sections {
+            sections.table = CsvTable::resume(&settings.sections, memory.sections.0)?;
+            sections.swept = memory.sections.1;
+        }
         self.fields
             .rewind(settings.structure.clone(), memory.grids)?;
         if let Some(path) = settings.fluid_fields.clone() {

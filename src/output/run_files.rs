@@ -66,6 +66,11 @@ impl RunFiles {
         self.root.join("openings.csv")
     }
 
+    /// One row per time step and watched cross-section.
+    pub fn sections(&self) -> PathBuf {
+        self.root.join("sections.csv")
+    }
+
     /// One row per phase of the period.
     pub fn phases(&self) -> PathBuf {
         self.root.join("phases.csv")

@@ -99,6 +99,22 @@ pub struct OpeningRow {
     pub p_model_Pa: Option<f64>,
 }
 
+/// A row of `sections.csv`: what flows through a cross-section.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]
+pub struct SectionRow {
+    /// Time at the end of the step.
+    pub time_s: f64,
+    /// Its name in the case.
+    pub section: String,
+    /// Flow through it, away from the inlet; empty in the first step.
+    pub flow_m3_s: Option<f64>,
+    /// Mean pressure on the wall there.
+    pub p_Pa: f64,
+    /// Area.
+    pub area_m2: f64,
+}
+
 /// A row of `fluid-probes.csv`: the blood at a point, NaN where that is not in the blood.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case, reason = "the headers of the CSV file carry the units")]

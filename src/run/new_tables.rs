@@ -20,6 +20,7 @@ pub fn set_aside(
         (folder.probes(), &mut record.probes),
         (folder.fluid_probes(), &mut record.fluid_probes),
         (folder.openings(), &mut record.openings),
+        (folder.sections(), &mut record.sections.0),
         (folder.regions(), &mut record.wall.regions),
         (folder.wall_history(), &mut record.wall.history),
     ] {
@@ -53,6 +54,7 @@ pub fn names(folder: &RunFolder) -> Vec<String> {
         folder.probes(),
         folder.fluid_probes(),
         folder.openings(),
+        folder.sections(),
         folder.regions(),
         folder.wall_history(),
     ];

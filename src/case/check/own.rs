@@ -10,6 +10,9 @@ use std::path::Path;
 /// Kinds of files with hexahedra, by the ends of their names.
 pub const MESH_FILES: [&str; 3] = ["msh", "inp", "vtu"];
 
+const BOTH_THICKNESSES: &str =
+    "thicknesses are given either in metres or as shares of the radius: leave out one of the two";
+
 pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     let (fluid, wall) = (&own.fluid, &own.wall);
     mesh(case, own, report);
@@ -27,6 +30,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     materials(wall, report);
     if let Some(extrusion) = &wall.extrude {
         extruded(wall, extrusion, report);
+        extruded_branches(own, extrusion, report);
     }
     if let Some(file) = &wall.file {
         from_file(wall, file, report);
@@ -205,26 +209,13 @@ fn materials(wall: &OwnWall, report: &mut Report<'_>) {
 }
 
 fn extruded(wall: &OwnWall, extrusion: &Extrusion, report: &mut Report<'_>) {
-    let known: Vec<&str> = wall.materials().iter().map(|m| m.name.as_str()).collect();
-    let unknown = (extrusion.layers.iter()).find(|layer| wall.region(layer).is_none());
-    report(
-        &["wall.extrude.layers"],
-        unknown.is_some(),
-        format!(
-            "no [[wall.material]] is called {:?}; there is {}",
-            unknown.map_or("", String::as_str),
-            match known.is_empty() {
-                true => "none".into(),
-                false => format!("\"{}\"", known.join("\", \"")),
-            }
-        ),
-    );
+    are_materials("wall.extrude.layers", wall, &extrusion.layers, report);
     let (sizes, shares) = (&extrusion.thicknesses, &extrusion.shares);
     let layers = extrusion.layers.len();
     report(
         &["wall.extrude.thicknesses_m", "wall.extrude.thicknesses"],
         !sizes.is_empty() && !shares.is_empty(),
-        "thicknesses are given either in metres or as shares of the radius: leave out one of the two".into(),
+        BOTH_THICKNESSES.into(),
     );
     report(
         &["wall.extrude.layers"],
@@ -247,6 +238,70 @@ fn extruded(wall: &OwnWall, extrusion: &Extrusion, report: &mut Report<'_>) {
     if let Some(path) = &extrusion.factors {
         is_file("wall.extrude.factors", path, report);
     }
+}
+
+/// Whether the layers of branches fit to those of the whole wall.
+fn extruded_branches(own: &OwnCase, extrusion: &Extrusion, report: &mut Report<'_>) {
+    let known = match &own.tree {
+        Some(tree) => tree.branches(),
+        None => own.fluid.patches.clone(),
+    };
+    let branches = extrusion.branch.as_deref().unwrap_or_default();
+    for (i, branch) in branches.iter().enumerate() {
+        let key = |key: &str| format!("wall.extrude.branch[{i}].{key}");
+        report(
+            &[&key("name")],
+            !known.contains(&branch.name),
+            format!(
+                "the wall has no part {:?}; it has \"{}\"",
+                branch.name,
+                known.join("\", \"")
+            ),
+        );
+        report(
+            &[&key("name")],
+            branches[..i].iter().any(|other| other.name == branch.name),
+            "another table has this name: leave out one of the two".into(),
+        );
+        are_materials(&key("layers"), &own.wall, &branch.layers, report);
+        report(
+            &[&key("thicknesses_m"), &key("thicknesses")],
+            !branch.thicknesses.is_empty() && !branch.shares.is_empty(),
+            BOTH_THICKNESSES.into(),
+        );
+        for (name, found) in [
+            ("layers", branch.layers.len()),
+            ("thicknesses_m", branch.thicknesses.len()),
+            ("thicknesses", branch.shares.len()),
+        ] {
+            report(
+                &[&key(name), "wall.extrude.layers"],
+                found != 0 && found != extrusion.layers.len(),
+                format!(
+                    "a branch has as many layers as the wall, {}: expected one for each, found {found}",
+                    extrusion.layers.len()
+                ),
+            );
+        }
+    }
+}
+
+/// Reports a layer whose material there is not.
+fn are_materials(key: &str, wall: &OwnWall, layers: &[String], report: &mut Report<'_>) {
+    let known: Vec<&str> = wall.materials().iter().map(|m| m.name.as_str()).collect();
+    let unknown = layers.iter().find(|layer| wall.region(layer).is_none());
+    report(
+        &[key],
+        unknown.is_some(),
+        format!(
+            "no [[wall.material]] is called {:?}; there is {}",
+            unknown.map_or("", String::as_str),
+            match known.is_empty() {
+                true => "none".into(),
+                false => format!("\"{}\"", known.join("\", \"")),
+            }
+        ),
+    );
 }
 
 fn from_file(wall: &OwnWall, file: &WallFile, report: &mut Report<'_>) {

@@ -17,7 +17,7 @@ use super::tree_mesh::TreeMesh;
 use super::vessel_mesh::{MeshResolution, VesselMesh};
 use super::wall_traction::{WallLoad, wall_loads};
 use crate::Vec3;
-use crate::case::{Case, FluidTimeScheme, NativeTimeScheme, Opening, Rheology, Start, VesselSide};
+use crate::case::{Case, FluidTimeScheme, Opening, Rheology, Start, VesselSide};
 use crate::fluid::{
     ElementModes, Fluid, FluidCost, FluidEffort, FluidError, FluidInterface, FluidMemory,
     FluidProbe, FluidStep, FluidTrial, FluidUsage, HighestModes, OpeningReport, Wanted,
@@ -103,7 +103,7 @@ impl MeshedLumen {
                 mesh: Box::new(TreeMesh::new(meshed, degree)),
                 openings: openings.into_iter().zip(0..).collect(),
                 equilibrium: case.initial_wall().map(|initial| initial.pressure),
-                scheme: NativeTimeScheme::or_of(elements.time_scheme, &case.time),
+                scheme: case.fluid_time_scheme(),
                 advice: "shorter elements (tree.native.length)",
             });
         }
@@ -134,7 +134,7 @@ impl MeshedLumen {
                 .collect(),
             equilibrium: (vessel.start() == Start::Equilibrium)
                 .then(|| vessel.equilibrium_pressure()),
-            scheme: NativeTimeScheme::or_of(numbers.time_scheme, &case.time),
+            scheme: case.fluid_time_scheme(),
             advice: "more elements along it (fluid.native.axial_per_section)",
         })
     }

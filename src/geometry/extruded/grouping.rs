@@ -24,6 +24,8 @@ pub struct Quads {
 pub struct Group {
     /// Indices into the points of the surface.
     pub points: Vec<usize>,
+    /// One of its faces.
+    pub face: usize,
 }
 
 /// Why a surface cannot be grouped.
@@ -153,7 +155,10 @@ impl Quads {
                 row = row.and_then(|at| across(at, 2));
             }
         }
-        Ok(Group { points })
+        Ok(Group {
+            points,
+            face: corner,
+        })
     }
 }
 

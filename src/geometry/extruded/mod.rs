@@ -31,8 +31,8 @@ pub struct Growth {
     pub elements_per_layer: usize,
     /// Thickness (m) of each layer at each point of the surface.
     pub thicknesses: Vec<Vec<f64>>,
-    /// Region of each layer.
-    pub regions: Vec<usize>,
+    /// Region of each layer, for each of the surface's patches.
+    pub regions: Vec<Vec<usize>>,
     /// Outward unit normals at the points of the surface.
     pub normals: Vec<Vec3>,
     /// Directions along the vessel at the points; if there are none, elements follow the rows of faces along which the
@@ -84,7 +84,7 @@ impl WetQuads {
             .map(|group| along_the_lesser_bend(group, n, &self.quads.points, &growth.normals))
             .collect();
         let shape = Layers::new(self, growth, n, &groups);
-        let (layers, per_layer) = (growth.regions.len(), growth.elements_per_layer);
+        let (layers, per_layer) = (growth.thicknesses.len(), growth.elements_per_layer);
         let through = layers * per_layer;
 
         let mut corners: HashMap<usize, usize> = HashMap::new();
@@ -121,7 +121,8 @@ impl WetQuads {
                     mesh.vertices[vertex] = shape.position(element, xi);
                 }
                 mesh.hexes.push(hex);
-                mesh.regions.push(growth.regions[k / per_layer]);
+                mesh.regions
+                    .push(growth.regions[self.patches[group.face]][k / per_layer]);
                 let mut name = |name: &str, axis: u8, upper: bool| {
                     let faces = mesh.surfaces.entry(name.to_owned()).or_default();
                     faces.push((element, HexFace { axis, upper }));
@@ -199,6 +200,7 @@ fn along_the_lesser_bend(group: Group, n: usize, points: &[Vec3], normals: &[Vec
     });
     Group {
         points: turned.collect(),
+        ..group
     }
 }
 

@@ -39,6 +39,8 @@ pub enum SurfaceError {
 pub struct WetQuads {
     /// Points and faces; normals point out of the fluid, into the wall.
     pub quads: Quads,
+    /// The patch of each face, by its place among their names.
+    pub patches: Vec<usize>,
     /// Each edge of the rim, in the sense in which its face runs through it, with the patch beyond.
     pub rim: BTreeMap<(usize, usize), String>,
 }
@@ -69,8 +71,8 @@ impl WetQuads {
     /// If one is missing or empty, or a face has not four corners.
     pub fn new(mesh: &PolyMesh, names: &[String]) -> Result<Self, SurfaceError> {
         let mut numbers = HashMap::new();
-        let (mut points, mut faces) = (Vec::new(), Vec::new());
-        for name in names {
+        let (mut points, mut faces, mut patches) = (Vec::new(), Vec::new(), Vec::new());
+        for (patch, name) in names.iter().enumerate() {
             for face in mesh.wet_faces(name)? {
                 let corners = face.iter().map(|&point| {
                     *numbers.entry(point).or_insert_with(|| {
@@ -87,6 +89,7 @@ impl WetQuads {
                     }
                 })?;
                 faces.push(corners);
+                patches.push(patch);
             }
         }
         let quads = Quads { points, faces };
@@ -117,6 +120,7 @@ impl WetQuads {
         Ok(Self {
             rim: rim.collect(),
             quads,
+            patches,
         })
     }
 
@@ -145,6 +149,21 @@ impl WetQuads {
             normals = normals.iter().zip(&around).map(average).collect();
         }
         normals
+    }
+
+    /// Values at the points, of which each patch has one at each of its points, `value(patch, point)`: where patches
+    /// meet, halfway between the smallest and the largest.
+    pub fn by_patch(&self, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+        let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); self.quads.points.len()];
+        for (face, &patch) in self.quads.faces.iter().zip(&self.patches) {
+            for &point in face {
+                let (least, most) = &mut ranges[point];
+                let value = value(patch, point);
+                (*least, *most) = (least.min(value), most.max(value));
+            }
+        }
+        let middle = |(least, most): (f64, f64)| 0.5 * (least + most);
+        ranges.into_iter().map(middle).collect()
     }
 
     /// The points at the other ends of the edges of each point.

@@ -25,6 +25,7 @@ fn tube(around: usize, along: usize) -> WetQuads {
             faces: faces.collect(),
         },
         rim: rim.collect(),
+        patches: vec![0; around * along],
     }
 }
 
@@ -34,7 +35,7 @@ fn growth(surface: &WetQuads, faces: Option<usize>) -> Growth {
         faces,
         elements_per_layer: 2,
         thicknesses: vec![vec![0.5; points], vec![0.25; points]],
-        regions: vec![1, 0],
+        regions: vec![vec![1, 0]],
         normals: surface.normals(0),
         axes: None,
     }

@@ -4,6 +4,7 @@ use super::initial_state::{InitialState, initial_state};
 use super::surrogate::stations;
 use super::{Domain, own, prepared, sampling, transfer};
 use crate::Vec3;
+use crate::analysis;
 use crate::case::{
     Case, CaseError, CaseErrors, ConvectionScheme, FluidMesh, FluidTimeScheme, InletEnd, Problem,
     ResolvedCase, Solver, Start, SurrogateModel, VesselEnd,
@@ -13,6 +14,7 @@ use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::templates::{self, TemplateError};
 use crate::fluid::openfoam::trial;
 use crate::fluid::{Fluid, FluidError, FluidInterface};
+use crate::hemodynamics::CrossSection;
 use crate::pfem::Solid;
 use crate::pfem::evaluation::samples::Sampler;
 use std::borrow::Cow;
@@ -160,6 +162,9 @@ fn check_wall(
             if let Some(Err(error)) = related {
                 errors.push(blamed(case, key_of(case, &error), apart(case, &error)));
             }
+            if let Some(interface) = interface {
+                check_sections(case, domain, interface, errors);
+            }
             let probes = case
                 .output
                 .probes
@@ -173,6 +178,42 @@ fn check_wall(
             let key = case.key_of_points("output.probes_m");
             errors.extend(some(off).map(|what| case.mistake(key, what)));
         }
+    }
+}
+
+/// Whether the cross-sections that the case watches part its wall.
+fn check_sections(
+    case: &ResolvedCase,
+    domain: &Domain,
+    interface: &FluidInterface,
+    errors: &mut Vec<CaseError>,
+) {
+    let places = analysis::cross_sections(case);
+    if places.is_empty() {
+        return;
+    }
+    let lines = domain.round.as_ref().map_or(&[][..], |round| &round.lines);
+    let mesh = case.own().map(|_| domain.surface());
+    let (points, faces) = (&interface.points, &interface.faces);
+    let wall = analysis::wet_surface(case, points, faces, mesh, lines);
+    for (i, place) in places.iter().enumerate() {
+        if CrossSection::new(&wall, place).is_some() {
+            continue;
+        }
+        let on_place = |face: &usize| {
+            (place.patch.as_ref()).is_none_or(|patch| wall.is_of_patch(*face, patch))
+        };
+        let along = (0..wall.faces.len())
+            .filter(on_place)
+            .map(|face| wall.along(face));
+        let (first, last) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| {
+            (a.min(s), b.max(s))
+        });
+        let reason = format!(
+            "no cross-section of the elastic wall is there: its faces lie from {first:.4} to {last:.4} m; expected a place \
+             between, not within a junction"
+        );
+        errors.push(case.mistake(&format!("output.section[{i}].at_m"), reason));
     }
 }
 

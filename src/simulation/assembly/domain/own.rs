@@ -3,7 +3,8 @@
 use super::{Domain, DomainError, RoundLumen};
 use crate::Vec3;
 use crate::case::{
-    Case, Extrusion, FibreAxis, OwnCase, OwnWall, WallFile, WallMode, WallMotion, WallSupport,
+    Case, Extrusion, FibreAxis, OwnCase, OwnWall, PatchLayers, TreeKeys, WallFile, WallMode,
+    WallMotion, WallSupport,
 };
 use crate::files::{Fault, FileError, fault};
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
@@ -245,11 +246,14 @@ fn extruded(
             factors(path, points).map_err(|e| DomainError::new("wall.extrude.factors", e))?
         }
     };
-    let thicknesses: Vec<Vec<f64>> = if extrusion.shares.is_empty() {
-        let layer = |thickness: &f64| factors.iter().map(|factor| thickness * factor).collect();
-        extrusion.thicknesses.iter().map(layer).collect()
-    } else {
-        let radii = surface.radii(&normals);
+    let branches = own.tree.as_ref().map(TreeKeys::branches);
+    let patches = own.fluid.patches.iter().enumerate();
+    let layers: Vec<PatchLayers> = patches
+        .map(|(i, patch)| extrusion.layers_of(patch, branches.as_ref().map(|names| &*names[i])))
+        .collect();
+    let mut radii = Vec::new();
+    if layers.iter().any(|layers| !layers.shares.is_empty()) {
+        radii = surface.radii(&normals);
         if let Some(flat) = radii.iter().position(|radius| !radius.is_finite()) {
             let x = points[flat];
             return Err(DomainError {
@@ -261,11 +265,12 @@ fn extruded(
                 ),
             });
         }
-        let thickness = |share: &f64| {
-            let pairs = radii.iter().zip(&factors);
-            pairs.map(|(r, factor)| share * r * factor).collect()
-        };
-        extrusion.shares.iter().map(thickness).collect()
+    }
+    let thickness = |layer: usize| {
+        surface.by_patch(|patch, point| match layers[patch].shares.get(layer) {
+            Some(share) => share * radii[point] * factors[point],
+            None => layers[patch].thicknesses[layer] * factors[point],
+        })
     };
     let region = |name: &String| {
         wall.region(name)
@@ -274,8 +279,10 @@ fn extruded(
     let growth = Growth {
         faces: extrusion.faces,
         elements_per_layer: extrusion.elements.unwrap_or(1),
-        thicknesses,
-        regions: extrusion.layers.iter().map(region).collect(),
+        thicknesses: (0..extrusion.layers.len()).map(thickness).collect(),
+        regions: (layers.iter())
+            .map(|layers| layers.materials.iter().map(region).collect())
+            .collect(),
         axes: axes(case, own, extrusion, fluid, &surface, &normals)?,
         normals,
     };
