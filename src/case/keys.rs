@@ -217,6 +217,8 @@ words! {
         Tube = "tube",
         /// A one-dimensional tube with prescribed pressures at both ends.
         OpenTube = "open_tube",
+        /// Potential flow in the cells of a tree, with the openings of the case.
+        Potential = "potential",
     }
 }
 

@@ -94,7 +94,7 @@ impl CouplingSettings {
     pub fn relaxation(&self) -> f64 {
         self.relaxation.unwrap_or(match self.surrogate {
             SurrogateModel::None => 0.1,
-            SurrogateModel::Tube | SurrogateModel::OpenTube => 0.9,
+            SurrogateModel::Tube | SurrogateModel::OpenTube | SurrogateModel::Potential => 0.9,
         })
     }
 }

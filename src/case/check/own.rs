@@ -98,8 +98,15 @@ fn settings(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     );
     report(
         &["coupling.surrogate"],
-        case.coupling.surrogate != SurrogateModel::None,
-        "the surrogate is a single tube, which is not what this case is: write \"none\"".into(),
+        match case.coupling.surrogate {
+            SurrogateModel::None => false,
+            SurrogateModel::Potential => own.tree.is_none(),
+            SurrogateModel::Tube | SurrogateModel::OpenTube => true,
+        },
+        match own.tree {
+            Some(_) => "this surrogate is a single tube, which a tree is not: write \"potential\" or \"none\"".into(),
+            None => "the surrogates are of vessels, which this case is not: write \"none\"".into(),
+        },
     );
 }
 

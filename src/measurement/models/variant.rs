@@ -80,6 +80,7 @@ impl Variant {
         let surrogate = match (self.surrogate, case.coupling.surrogate) {
             (false, _) => "none",
             (true, SurrogateModel::OpenTube) => "open_tube",
+            (true, SurrogateModel::Potential) => "potential",
             (true, SurrogateModel::Tube | SurrogateModel::None) => "tube",
         };
         let patience = if self.kind.remembers() { 0 } else { PATIENCE };

@@ -182,7 +182,7 @@ impl CoupledModel {
             volume,
             rigid_volume,
             unloading,
-            coupling: join(case, fluid, solid, unloading)?,
+            coupling: join(case, &domain, fluid, solid, unloading)?,
             own_mesh: case.own().map(|_| domain.surface().clone()),
             branch_lines: domain.round.map_or_else(Vec::new, |round| round.lines),
         })
@@ -214,7 +214,7 @@ pub fn couple<F: Fluid>(
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
     let InitialState { solid, unloading } =
         initial_state(case, domain).map_err(|none| none.error)?;
-    join(case, fluid, solid, unloading)
+    join(case, domain, fluid, solid, unloading)
 }
 
 /// What relates the two meshes of the wet surface: those that are made here are made for each other, those of others
@@ -238,6 +238,7 @@ fn transfer(
 /// Couples a fluid to the structure in its initial state.
 fn join<F: Fluid>(
     case: &Case,
+    domain: &Domain,
     fluid: F,
     mut solid: Structure,
     unloading: Option<Unloading>,
@@ -245,7 +246,14 @@ fn join<F: Fluid>(
     let (transfer, _) = transfer(case, fluid.interface(), &solid)?;
     let vessel = case.vessel();
     let pressure = vessel.map_or(0.0, |vessel| vessel.equilibrium_pressure());
-    let surrogate = surrogate::surrogate(case, fluid.interface(), &mut solid, &transfer, pressure)?;
+    let surrogate = surrogate::surrogate(
+        case,
+        domain,
+        fluid.interface(),
+        &mut solid,
+        &transfer,
+        pressure,
+    )?;
     let rest = flatten(&transfer.accepted_displacement(&solid));
     let numerics = &case.coupling;
     Ok(Coupling {

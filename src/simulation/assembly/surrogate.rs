@@ -1,21 +1,25 @@
 //! The surrogate of a case: a tube with the structure's compliance.
 
+use super::Domain;
 use crate::Vec3;
 use crate::case::{
-    self, BloodVessel, Case, FluidTimeScheme, PressureModel, Problem, Solver, TableError,
+    self, BloodVessel, Case, FluidTimeScheme, Opening, PressureModel, Problem, Solver, TableError,
     VesselSide,
 };
 use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
 use crate::coupling::surrogate::{
-    Axis, Comb, NoRings, StationOptions, Stations, SurrogateBlood, SurrogateWall, TubeEnd,
-    TubePlace, TubeSurrogate,
+    Axis, Comb, NoRings, PotentialBlood, PotentialError, PotentialSurrogate, PressureEnd,
+    PressureShapes, StationOptions, Stations, SurrogateBlood, SurrogateWall, TubeEnd, TubePlace,
+    TubeSurrogate,
 };
 use crate::coupling::transfer::Transfer;
+use crate::curve::SpaceCurve;
 use crate::fluid::FluidInterface;
 use crate::geometry::Vessel;
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
 use nalgebra::DVector;
+use std::f64::consts::PI;
 
 /// Pressure (Pa) that probes the wall without load: so small that one tangent serves for all stations.
 const PROBE: f64 = 1.0;
@@ -25,6 +29,10 @@ const SHARE: f64 = 1e-3;
 const PROBE_TOLERANCE: f64 = 1e-3;
 /// Most stations between the ends: each costs a solution of the structure.
 const MOST_STATIONS: usize = 63;
+/// Shapes of pressures along branches are at least so many radii apart: shorter waves hardly disturb the iteration.
+const LEAST_SPACING: f64 = 0.5;
+/// Most periods of a wave around the branches of a tree.
+const MOST_TREE_PERIODS: usize = 2;
 /// Most periods of a wave around the circumference.
 const MOST_PERIODS: usize = 8;
 /// Waves are left out from that number of periods on where the blood's added mass is below this share of what the wall
@@ -45,6 +53,9 @@ pub enum SurrogateError {
     /// The wall does not lie in rings.
     #[error(transparent)]
     Rings(#[from] NoRings),
+    /// The pressure is not determined.
+    #[error(transparent)]
+    Potential(#[from] PotentialError),
     /// The wall gives no answer.
     #[error(transparent)]
     Wall(#[from] SolidError),
@@ -54,12 +65,19 @@ pub enum SurrogateError {
 /// a little more within a time step.
 pub fn surrogate<S: Solid>(
     case: &Case,
+    domain: &Domain,
     interface: &FluidInterface,
     solid: &mut S,
     transfer: &Transfer<S::Location>,
     pressure: f64,
 ) -> Result<Box<dyn Surrogate>, SurrogateError> {
     let vessel = match &case.problem {
+        Problem::UserCase(_)
+            if case.coupling.surrogate == case::SurrogateModel::Potential
+                && case.has_elastic_wall() =>
+        {
+            return potential(case, domain, interface, solid, transfer);
+        }
         _ if case.coupling.surrogate == case::SurrogateModel::None => {
             return Ok(Box::new(Identity));
         }
@@ -75,37 +93,25 @@ pub fn surrogate<S: Solid>(
     let [upstream, downstream] = [-first.from, last.to - geometry.end()];
     let open = |rigid_length| TubeEnd::Pressure { rigid_length };
     let (inlet, outlet) = match case.coupling.surrogate {
-        case::SurrogateModel::None => return Ok(Box::new(Identity)),
+        case::SurrogateModel::None | case::SurrogateModel::Potential => {
+            return Ok(Box::new(Identity));
+        }
         case::SurrogateModel::Tube => ends(vessel, case.time.period, upstream, downstream)?,
         case::SurrogateModel::OpenTube => (open(upstream), open(downstream)),
     };
     let stations = stations(vessel, case.fluid.solver, &interface.points)?;
 
-    let probe = PROBE.max(SHARE * pressure.abs());
-    // The residual is measured against the whole load.
-    let tolerance = match pressure {
-        0.0 => PROBE_TOLERANCE,
-        _ => PROBE_TOLERANCE * SHARE / (stations.count() as f64).sqrt(),
-    };
-    let rest = flatten(&transfer.accepted_displacement(solid));
-    let wet = solid.wet_points().iter();
+    let mut wall = WallAnswers::new(case, solid, transfer, pressure, stations.count());
+    let rest = wall.rest.clone();
+    let wet = wall.solid.wet_points().iter();
     let places: Vec<TubePlace> = wet.map(|point| stations.place(&point.position)).collect();
     let mut answer = |shape: &dyn Fn(TubePlace) -> f64| {
-        let at = |place: &TubePlace| pressure + probe * shape(*place);
-        let load = SurfaceLoad {
-            pressure: places.iter().map(at).collect(),
-            shear: vec![Vec3::zeros(); places.len()],
-        };
-        let trial = solid.solve(&load, case.time.step, tolerance, None)?;
-        Ok::<_, SurrogateError>((flatten(&transfer.displacement(solid, &trial)) - &rest) / probe)
+        wall.to(&places.iter().map(|place| shape(*place)).collect::<Vec<_>>())
     };
     let blood = SurrogateBlood {
         density: case.blood.density,
         viscosity: case.blood.viscosity,
-        time_step: match case.time.scheme {
-            FluidTimeScheme::ImplicitEuler => case.time.step,
-            FluidTimeScheme::Bdf2 => case.time.step / 1.5,
-        },
+        time_step: time_step(case),
         radial_inertia: true,
     };
 
@@ -117,6 +123,166 @@ pub fn surrogate<S: Solid>(
     let mut surrogate = TubeSurrogate::new(stations, &answers?, to_waves, blood, inlet, outlet);
     // The blood of the initial state.
     surrogate.finish_step(&rest);
+    Ok(Box::new(surrogate))
+}
+
+/// Displacement over velocity, and velocity over acceleration, of what happens within a time step, s.
+fn time_step(case: &Case) -> f64 {
+    match case.time.scheme {
+        FluidTimeScheme::ImplicitEuler => case.time.step,
+        FluidTimeScheme::Bdf2 => case.time.step / 1.5,
+    }
+}
+
+/// A wall at rest under a pressure, which is asked what a little more does to it within a time step.
+struct WallAnswers<'a, S: Solid> {
+    solid: &'a mut S,
+    transfer: &'a Transfer<S::Location>,
+    /// Displacement of all points at rest, m.
+    rest: DVector<f64>,
+    pressure: f64,
+    /// The pressure more, Pa.
+    probe: f64,
+    time_step: f64,
+    tolerance: f64,
+}
+
+impl<'a, S: Solid> WallAnswers<'a, S> {
+    /// For so many questions.
+    fn new(
+        case: &Case,
+        solid: &'a mut S,
+        transfer: &'a Transfer<S::Location>,
+        pressure: f64,
+        questions: usize,
+    ) -> Self {
+        Self {
+            rest: flatten(&transfer.accepted_displacement(solid)),
+            probe: PROBE.max(SHARE * pressure.abs()),
+            // The residual is measured against the whole load.
+            tolerance: match pressure {
+                0.0 => PROBE_TOLERANCE,
+                _ => PROBE_TOLERANCE * SHARE / (questions as f64).sqrt(),
+            },
+            time_step: case.time.step,
+            solid,
+            transfer,
+            pressure,
+        }
+    }
+
+    /// The displacement (m/Pa) by a pressure of this shape at the wet points.
+    fn to(&mut self, shape: &[f64]) -> Result<DVector<f64>, SurrogateError> {
+        Ok((self.displacement(shape)? - &self.rest) / self.probe)
+    }
+
+    /// The displacement (m) of all points under the pressure with so much more of this shape.
+    fn displacement(&mut self, shape: &[f64]) -> Result<DVector<f64>, SurrogateError> {
+        let more = shape.iter().map(|share| self.pressure + self.probe * share);
+        let load = SurfaceLoad {
+            pressure: more.collect(),
+            shear: vec![Vec3::zeros(); shape.len()],
+        };
+        let trial = (self.solid).solve(&load, self.time_step, self.tolerance, None)?;
+        Ok(flatten(&self.transfer.displacement(self.solid, &trial)))
+    }
+}
+
+/// The part of an `answer` (m/Pa) to all nodes of a group at once that is due to one of them: at the `points` (m) to which
+/// it is the nearest.
+fn next_to(
+    answer: &DVector<f64>,
+    node: usize,
+    group: &[usize],
+    shapes: &PressureShapes,
+    points: &[Vec3],
+) -> DVector<f64> {
+    let far = |node: usize, x: &Vec3| (shapes.nodes()[node] - x).norm_squared();
+    let mut own = answer.clone();
+    for (i, x) in points.iter().enumerate() {
+        if group.iter().any(|other| far(*other, x) < far(node, x)) {
+            own.rows_mut(3 * i, 3).fill(0.0);
+        }
+    }
+    own
+}
+
+/// Potential flow in the cells of a tree.
+fn potential<S: Solid>(
+    case: &Case,
+    domain: &Domain,
+    interface: &FluidInterface,
+    solid: &mut S,
+    transfer: &Transfer<S::Location>,
+) -> Result<Box<dyn Surrogate>, SurrogateError> {
+    let (Some(tree), Some(round)) = (case.tree(), &domain.round) else {
+        return Err(SurrogateError::NoTube);
+    };
+    let mesh = domain.surface();
+    let lines: Vec<SpaceCurve> = round.lines.iter().map(|(_, line)| line.clone()).collect();
+    let length = |line: &SpaceCurve| {
+        let [from, to] = line.ends();
+        to - from
+    };
+    let whole: f64 = lines.iter().map(length).sum();
+    let radius = (mesh.volume() / (PI * whole)).sqrt();
+    let spacing = (whole / MOST_STATIONS as f64).max(LEAST_SPACING * radius);
+    let step = time_step(case);
+    let end = |opening: Opening| {
+        let model = opening.condition.pressure()?;
+        let distal = model.distal.map_or(0.0, |(resistance, compliance)| {
+            1.0 / (compliance / step + 1.0 / resistance)
+        });
+        Some(PressureEnd {
+            patch: opening.name,
+            impedance: model.proximal + distal,
+        })
+    };
+    let openings = tree.openings(case.time.period)?.into_iter();
+    let ends: Vec<PressureEnd> = openings.filter_map(end).collect();
+    let pressure = case.initial_wall().map_or(0.0, |initial| initial.pressure);
+    let shapes = PressureShapes::along(&lines, spacing, radius, MOST_TREE_PERIODS);
+    let mut wall = WallAnswers::new(case, solid, transfer, pressure, shapes.count());
+    let wet = wall.solid.wet_points().iter();
+    let at: Vec<Vec<(usize, f64)>> = wet.map(|point| shapes.at(&point.position)).collect();
+    // The sum of some shapes at the wet points.
+    let sum = |is_wanted: &dyn Fn(usize) -> bool| -> Vec<f64> {
+        let of_point = |values: &Vec<(usize, f64)>| {
+            let wanted = values.iter().filter(|(number, _)| is_wanted(*number));
+            wanted.map(|(_, value)| value).sum()
+        };
+        at.iter().map(of_point).collect()
+    };
+    // An unloaded shape is found to a tolerance, by which the wall still moves.
+    wall.rest = wall.displacement(&vec![0.0; at.len()])?;
+    let mut answers = Vec::new();
+    for shape in 0..shapes.whole() {
+        answers.push(wall.to(&sum(&|number| number == shape))?);
+    }
+    let groups = shapes.groups(FELT * radius);
+    for wave in 0..2 * MOST_TREE_PERIODS {
+        let first = shapes.wave(wave, 0);
+        let mut of_nodes = vec![DVector::zeros(0); shapes.nodes().len()];
+        for group in &groups {
+            let is_of_group = |number: usize| number >= first && group.contains(&(number - first));
+            let answer = wall.to(&sum(&is_of_group))?;
+            for &node in group {
+                of_nodes[node] = next_to(&answer, node, group, &shapes, &interface.points);
+            }
+        }
+        answers.extend(of_nodes);
+    }
+    let surrogate = PotentialSurrogate::new(
+        &shapes,
+        (mesh, &domain.wet_patches),
+        &ends,
+        (&interface.points, &interface.faces),
+        PotentialBlood {
+            density: case.blood.density,
+            time_step: step,
+        },
+        &answers,
+    )?;
     Ok(Box::new(surrogate))
 }
 
