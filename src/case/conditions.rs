@@ -2,8 +2,8 @@
 
 use super::schema::Only;
 use super::{
-    Case, ConditionKeys, Extension, Extrusion, Inflow, Problem, Shape, Solver, VesselDescription, VesselSide,
-    WallMode,
+    Case, ConditionKeys, Extension, Extrusion, Inflow, Problem, Shape, Solver, VesselDescription,
+    VesselSide, WallMode,
 };
 
 macro_rules! conditions {
@@ -101,7 +101,9 @@ fn is_used(case: &Case, path: &str) -> bool {
         },
         Problem::UserCase(own) if own.wall.is_extruded() => (
             own.wall.materials(),
-            (own.wall.extrude.iter()).flat_map(Extrusion::materials).collect(),
+            (own.wall.extrude.iter())
+                .flat_map(Extrusion::materials)
+                .collect(),
         ),
         Problem::UserCase(own) => return own.wall.mode() == WallMode::Elastic,
         Problem::Flag(_) => return true,

@@ -259,3 +259,71 @@ fn a_prestressed_tree_begins_in_equilibrium_with_both_fluids() {
         "{displacement:?}"
     );
 }
+
+/// Potential flow in the tree knows the added mass before the first step; what passes a cross-section is what the openings
+/// and the wall make of it.
+#[test]
+fn a_surrogate_spares_iterations_and_sections_have_flows() {
+    let folder = tempfile::tempdir().unwrap();
+    let [at, without] = ["case", "without"].map(|name| folder.path().join(name));
+    let steps = 6;
+    let sections = ["inlet", "left", "right"].map(|branch| {
+        format!("[[output.section]]\nname = \"{branch}\"\nbranch = \"{branch}\"\nat_m = 7e-3\n")
+    });
+    case(&at, |text| {
+        let elements = "[tree.native]\ndegree = 3\nradial = 1\nlength = 1.5\n[fluid]";
+        let text = text
+            .replace("[fluid]", elements)
+            .replace("e_rel = 1e-6", "e_rel = 1e-5");
+        text.replace("surrogate = \"none\"", "surrogate = \"potential\"") + &sections.concat()
+    });
+    let with = folder.path().join("with");
+    run(&at, &with, steps, &["--fluid", "native"]);
+    let none = ["--fluid", "native", "--set", "coupling.surrogate=none"];
+    run(&at, &without, steps, &none);
+    let iterations = |run: &Path| -> f64 {
+        let all = column(&run.join("history.csv"), "coupling_iterations", |_| true);
+        all.iter().sum()
+    };
+    let [few, many] = [&with, &without].map(|run| iterations(run));
+    assert!(few < 0.75 * many, "{few} {many}");
+
+    let of_section = |name: &str, title: &str| {
+        column(&with.join("sections.csv"), title, |row| {
+            &row[1] == name && !row[2].is_empty()
+        })
+    };
+    let flow = |name: &str| of_section(name, "flow_m3_s");
+    let [inlet, left, right] = ["inlet", "left", "right"].map(flow);
+    assert_eq!(inlet.len(), steps - 1);
+    let largest = inlet
+        .iter()
+        .fold(0.0, |most: f64, flow| most.max(flow.abs()));
+    let [enters, leaves] = ["inlet", "left"].map(|name| opening(&with, name));
+    let volume = column(&with.join("history.csv"), "lumen_volume_m3", |_| true);
+    for n in 0..steps - 1 {
+        assert!(
+            (left[n] - right[n]).abs() < 1e-4 * largest,
+            "{left:?} {right:?}"
+        );
+        // The vessel widens, here and there.
+        let grows = (volume[n + 1] - volume[n]) / 0.002;
+        let [before, after] = [enters[n + 1][0] - inlet[n], left[n] + leaves[n + 1][0]];
+        assert!(
+            before > 0.1 * grows && before < grows,
+            "{before:e} {grows:e}"
+        );
+        assert!(
+            after > 0.1 * grows && after < 0.5 * grows,
+            "{after:e} {grows:e}"
+        );
+    }
+    // The polygon of a tube of 3 mm, a little wider.
+    let area = of_section("inlet", "area_m2");
+    let round = std::f64::consts::PI * 9e-6;
+    assert!(
+        area.iter()
+            .all(|area| (0.93..1.05).contains(&(area / round))),
+        "{area:?}"
+    );
+}

@@ -391,6 +391,7 @@ mod tests {
         let line = [Vec3::zeros(), Vec3::x() * 0.5 * LENGTH, Vec3::x() * LENGTH];
         let lumen = Lumen {
             lines: vec![CentreLine::new(&line, &[RADIUS; 3])],
+            surface: None,
         };
         let tree = Tree::new(lumen, SectionGrid::of_cells(6, 6, 1.0), 0.1).unwrap();
         let walls = vec!["wall".to_owned(); 1];
