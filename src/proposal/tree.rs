@@ -421,7 +421,7 @@ fn text(
     let _ = write!(
         text,
         "\n[ramp]\nduration_s = {:?} # of the flow\n\n[time]\nstep_s = {step:e} # {:.0} of them are a beat\nperiod_s = {period:?}\nend_s = {:?} # \
-         three beats\n\n[structure]\np = 3\n\n[coupling]\nsurrogate = \"none\" # that is for a single tube\ne_rel = 1.0e-4\n\n[output]\n\
+         three beats\n\n[structure]\np = 3\n\n[coupling]\nsurrogate = \"potential\"\ne_rel = 1.0e-4\n\n[output]\n\
          structure_interval_s = {:e}\nfluid_interval_s = {:e}\n",
         rounded(RAMP * period),
         period / step,
