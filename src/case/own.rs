@@ -105,7 +105,8 @@ table! {
 }
 
 table! {
-    /// The layers on a part of the surface: as many as elsewhere. Where it meets another one, the thickness is the mean.
+    /// The layers on a part of the surface: as many as elsewhere. Where it meets another one, the thickness is the
+    /// mean.
     pub struct BranchWall {
         name: String = "name", ValueKind::Text(100), "branch of a tree, or one of fluid.patches";
         layers: Vec<String> = "layers", ValueKind::Names(20), "materials of the layers there", absent "wall.extrude.layers";

@@ -50,8 +50,8 @@ pub struct CrossSectionState {
 pub struct SweptVolumes(Vec<(f64, Vec<f64>)>);
 
 impl SweptVolumes {
-    /// Adds those at `time` and gives their rates of change (m³/s) there: by a backward difference over one step, or over
-    /// two of any lengths (second order).
+    /// Adds those at `time` and gives their rates of change (m³/s) there: by a backward difference over one step, or
+    /// over two of any lengths (second order).
     fn rates(&mut self, time: f64, volumes: Vec<f64>, is_second_order: bool) -> Option<Vec<f64>> {
         let rate = |i: usize| {
             let (before, earlier) = (self.0.first()?, self.0.get(1).filter(|_| is_second_order));

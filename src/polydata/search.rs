@@ -259,7 +259,7 @@ mod tests {
         })
     }
 
-    /// Curved triangles lie within 4e-4 of the sphere, where plane ones are up to 1.5e-2 inside.
+    /// Curved triangles lie within 2e-3 of the sphere, where plane ones are up to 1.5e-2 inside.
     #[test]
     fn rays_meet_a_sphere_and_nearest_places_lie_on_it() {
         let sphere = sphere(3);
@@ -267,11 +267,11 @@ mod tests {
         for direction in directions() {
             let hit = sphere.ray(&from, &direction).unwrap();
             let x = from + direction * hit.distance;
-            assert!((x.norm() - 1.0).abs() < 6e-4, "{x}");
+            assert!((x.norm() - 1.0).abs() < 2e-3, "{x}");
             assert!(hit.normal.dot(&x.normalize()) > 0.999);
             let near = sphere.nearest(&(direction * 1.1));
             assert!((near - direction).norm() < 0.02, "{near} {direction}");
-            assert!((near.norm() - 1.0).abs() < 6e-4, "{near}");
+            assert!((near.norm() - 1.0).abs() < 2e-3, "{near}");
         }
         assert!(sphere.ray(&Vec3::new(2.0, 0.0, 0.0), &Vec3::x()).is_none());
         assert!(sphere.ray(&Vec3::new(2.0, 0.0, 0.0), &-Vec3::x()).is_some());

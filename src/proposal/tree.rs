@@ -20,7 +20,7 @@ const MURRAY: f64 = 3.0;
 const THICKNESS: f64 = 0.2;
 /// Pressure under which the vessel has the shape of the files, mmHg.
 const LOADED: f64 = 80.0;
-/// The largest step, s: without a surrogate each costs several iterations.
+/// The largest step, s: each costs several iterations.
 const STEP: f64 = 5e-3;
 /// Duration of systole and of the ramp, in beats.
 const SYSTOLE: f64 = 0.4;

@@ -260,47 +260,31 @@ fn a_prestressed_tree_begins_in_equilibrium_with_both_fluids() {
     );
 }
 
-/// Potential flow in the tree knows the added mass before the first step; what passes a cross-section is what the openings
-/// and the wall make of it.
+/// What passes a cross-section is what the openings and the wall make of it.
 #[test]
-fn a_surrogate_spares_iterations_and_sections_have_flows() {
+fn cross_sections_have_flow_pressure_and_area() {
     let folder = tempfile::tempdir().unwrap();
-    let [at, without] = ["case", "without"].map(|name| folder.path().join(name));
+    let [at, out] = ["case", "run"].map(|name| folder.path().join(name));
     let steps = 6;
     let sections = ["inlet", "left", "right"].map(|branch| {
         format!("[[output.section]]\nname = \"{branch}\"\nbranch = \"{branch}\"\nat_m = 7e-3\n")
     });
     case(&at, |text| {
         let elements = "[tree.native]\ndegree = 3\nradial = 1\nlength = 1.5\n[fluid]";
-        let text = text
-            .replace("[fluid]", elements)
-            .replace("e_rel = 1e-6", "e_rel = 1e-5");
-        text.replace("surrogate = \"none\"", "surrogate = \"potential\"") + &sections.concat()
+        text.replace("[fluid]", elements) + &sections.concat()
     });
-    let with = folder.path().join("with");
-    run(&at, &with, steps, &["--fluid", "native"]);
-    let none = ["--fluid", "native", "--set", "coupling.surrogate=none"];
-    run(&at, &without, steps, &none);
-    let iterations = |run: &Path| -> f64 {
-        let all = column(&run.join("history.csv"), "coupling_iterations", |_| true);
-        all.iter().sum()
-    };
-    let [few, many] = [&with, &without].map(|run| iterations(run));
-    assert!(few < 0.75 * many, "{few} {many}");
-
+    run(&at, &out, steps, &["--fluid", "native"]);
     let of_section = |name: &str, title: &str| {
-        column(&with.join("sections.csv"), title, |row| {
-            &row[1] == name && !row[2].is_empty()
-        })
+        let is_meant = |row: &csv::StringRecord| &row[1] == name && !row[2].is_empty();
+        column(&out.join("sections.csv"), title, is_meant)
     };
-    let flow = |name: &str| of_section(name, "flow_m3_s");
-    let [inlet, left, right] = ["inlet", "left", "right"].map(flow);
+    let [inlet, left, right] = ["inlet", "left", "right"].map(|name| of_section(name, "flow_m3_s"));
     assert_eq!(inlet.len(), steps - 1);
     let largest = inlet
         .iter()
         .fold(0.0, |most: f64, flow| most.max(flow.abs()));
-    let [enters, leaves] = ["inlet", "left"].map(|name| opening(&with, name));
-    let volume = column(&with.join("history.csv"), "lumen_volume_m3", |_| true);
+    let [enters, leaves] = ["inlet", "left"].map(|name| opening(&out, name));
+    let volume = column(&out.join("history.csv"), "lumen_volume_m3", |_| true);
     for n in 0..steps - 1 {
         assert!(
             (left[n] - right[n]).abs() < 1e-4 * largest,
@@ -310,20 +294,49 @@ fn a_surrogate_spares_iterations_and_sections_have_flows() {
         let grows = (volume[n + 1] - volume[n]) / 0.002;
         let [before, after] = [enters[n + 1][0] - inlet[n], left[n] + leaves[n + 1][0]];
         assert!(
-            before > 0.1 * grows && before < grows,
+            before > 0.03 * grows && before < grows,
             "{before:e} {grows:e}"
         );
         assert!(
-            after > 0.1 * grows && after < 0.5 * grows,
+            after > 0.03 * grows && after < 0.5 * grows,
             "{after:e} {grows:e}"
         );
     }
     // The polygon of a tube of 3 mm, a little wider.
-    let area = of_section("inlet", "area_m2");
     let round = std::f64::consts::PI * 9e-6;
+    let areas = of_section("inlet", "area_m2");
     assert!(
-        area.iter()
+        areas
+            .iter()
             .all(|area| (0.93..1.05).contains(&(area / round))),
-        "{area:?}"
+        "{areas:?}"
     );
+}
+
+/// The first steps of the aortic bifurcation: potential flow knows the added mass before the first of them.
+#[test]
+fn a_surrogate_spares_iterations_of_a_tree() {
+    let folder = tempfile::tempdir().unwrap();
+    let iterations = |surrogate: &str| -> f64 {
+        let out = folder.path().join(surrogate);
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+        command.args([
+            "--case",
+            "examples/trees/aorta",
+            "--end-time",
+            "0.025",
+            "--set",
+        ]);
+        command
+            .arg(format!("coupling.surrogate={surrogate}"))
+            .arg("--out")
+            .arg(&out);
+        complete(command);
+        column(&out.join("history.csv"), "coupling_iterations", |_| true)
+            .iter()
+            .sum()
+    };
+    let [few, many] = ["potential", "none"].map(iterations);
+    assert!(few < 0.85 * many, "{few} {many}");
+    assert!((10.0..24.0).contains(&few), "{few}");
 }

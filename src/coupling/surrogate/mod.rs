@@ -1,4 +1,5 @@
-//! A tube, or potential flow in a lumen of any shape, as surrogate of blood and wall, for the acceleration ([`Surrogate`](super::acceleration::Surrogate)).
+//! A tube, or potential flow in a lumen of any shape, as surrogate of blood and wall, for the acceleration
+//! ([`Surrogate`](super::acceleration::Surrogate)).
 
 mod potential;
 mod stations;

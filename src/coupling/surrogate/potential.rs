@@ -1,8 +1,8 @@
 //! Potential flow in a lumen of any shape as surrogate, in the structure's own wall.
 //!
-//! Within a time step the blood answers to an acceleration of the wall, `x/dt²` where it has moved by `x`, by a pressure
-//! whose Laplacian is zero (the added mass). Of pressures on the wall it knows some shapes `φ_i` (which add up to 1
-//! almost everywhere), and the wall's answer `A_i` to each:
+//! Within a time step the blood answers to an acceleration of the wall, `x/dt²` where it has moved by `x`, by a
+//! pressure whose Laplacian is zero (the added mass). Of pressures on the wall it knows some shapes `φ_i` (which add
+//! up to 1 almost everywhere), and the wall's answer `A_i` to each:
 //! ```text
 //! P_j: ∇²P_j = 0,  ∂P_j/∂n = φ_j at the wall,  P_j = -Z dt/rho ∫∂P_j/∂n dS at an opening of impedance Z
 //! p = -rho/dt² Σ_ij (M⁻¹ G M⁻¹)_ij w_j φ_i,   M_ij = ∮ φ_i φ_j dS,  G_ij = ∮ φ_i P_j dS,  w_j = ∮ φ_j x·n dS
@@ -64,8 +64,8 @@ struct Node {
     own: Option<usize>,
 }
 
-/// Shapes of pressures on the walls of branches: along each centre-line they are linear from node to node; around it they
-/// are waves: 1, and for each number of periods cosine and sine.
+/// Shapes of pressures on the walls of branches: along each centre-line they are linear from node to node; around it
+/// they are waves: 1, and for each number of periods cosine and sine.
 #[derive(Debug, Clone)]
 pub struct PressureShapes {
     lines: Vec<(SpaceCurve, Vec<Node>)>,
@@ -186,8 +186,8 @@ impl PressureShapes {
     }
 }
 
-/// Arc lengths (m) of the nodes of a line, and whether it ends there: the first and the last one between lie as far from
-/// the ends as `first` says, since near a junction most of the wall is nearer to other lines.
+/// Arc lengths (m) of the nodes of a line, and whether it ends there: the first and the last one between lie as far
+/// from the ends as `first` says, since near a junction most of the wall is nearer to other lines.
 fn places(line: &SpaceCurve, spacing: f64, first: impl Fn(f64) -> f64) -> Vec<(f64, bool)> {
     let [from, to] = line.ends();
     let (begin, end) = (from + first(from), to - first(to));
@@ -212,8 +212,9 @@ pub struct PotentialSurrogate {
 }
 
 impl PotentialSurrogate {
-    /// Of a lumen at rest that is divided into the cells of `mesh`, with the wall on its `patches`; `wall` has the points
-    /// (m) and faces whose displacement is coupled, `answers` (m/Pa) the displacement of these points by each shape.
+    /// Of a lumen at rest that is divided into the cells of `mesh`, with the wall on its `patches`; `wall` has the
+    /// points (m) and faces whose displacement is coupled, `answers` (m/Pa) the displacement of these points by each
+    /// shape.
     ///
     /// # Errors
     /// If no opening determines the pressure.

@@ -188,8 +188,8 @@ impl<'a, S: Solid> WallAnswers<'a, S> {
     }
 }
 
-/// The part of an `answer` (m/Pa) to all nodes of a group at once that is due to one of them: at the `points` (m) to which
-/// it is the nearest.
+/// The part of an `answer` (m/Pa) to all nodes of a group at once that is due to one of them: at the `points` (m) to
+/// which it is the nearest.
 fn next_to(
     answer: &DVector<f64>,
     node: usize,
