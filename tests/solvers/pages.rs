@@ -371,7 +371,7 @@ fn examples_of_own_cases() {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn how_to_trees() {
     says(&run("docs/trees.md", Some("0.01")), &["can be run"]);
-    for tree in ["carotid", "arteries"] {
+    for tree in ["aorta", "arteries", "carotid"] {
         run(&format!("examples/trees/{tree}/README.md"), Some("0.01"));
     }
 }
