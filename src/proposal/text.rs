@@ -227,18 +227,21 @@ k2 = 15.4
 fibre_angle_deg = 40.0
 "#;
 
+/// The keys of a flow from a file, whose names begin with `prefix`.
+pub(super) fn flow_file(input: &ProposalInput, path: &Path, prefix: &str, text: &mut String) {
+    let _ = writeln!(text, "{prefix}file = {}", name(path));
+    if let Some(unit) = input.flow_unit {
+        let _ = writeln!(text, "{prefix}unit = \"{}\"", unit.name());
+    }
+    if let Some(period) = input.flow_period {
+        let _ = writeln!(text, "file_period_s = {period:?} # stretched to the beat");
+    }
+}
+
 fn flow(input: &ProposalInput, numbers: &Numbers, text: &mut String) {
     *text += "\n[inflow]\n";
     match &input.flow {
-        Some(path) => {
-            let _ = writeln!(text, "file = {}", name(path));
-            if let Some(unit) = input.flow_unit {
-                let _ = writeln!(text, "unit = \"{}\"", unit.name());
-            }
-            if let Some(period) = input.flow_period {
-                let _ = writeln!(text, "file_period_s = {period:?} # stretched to the beat");
-            }
-        }
+        Some(path) => flow_file(input, path, "", text),
         None => {
             let [base, amplitude] = numbers.flow;
             let _ = writeln!(

@@ -2,7 +2,7 @@
 
 use super::beat::{Beat, fitting};
 use super::files::rounded;
-use super::text::{FLOW, name};
+use super::text::{FLOW, flow_file, name};
 use super::{Figures, Like, Proposal, ProposalError, ProposalInput, files, told};
 use crate::case::{
     Case, FlowCurve, Inflow, LengthUnit, MAX_ENDS, Preset, ResolvedCase, TreeKeys, lines_of_tree,
@@ -458,15 +458,7 @@ fn openings(
         quoted[0]
     );
     match &input.flow {
-        Some(path) => {
-            let _ = writeln!(text, "flow_file = {}", name(path));
-            if let Some(unit) = input.flow_unit {
-                let _ = writeln!(text, "flow_unit = \"{}\"", unit.name());
-            }
-            if let Some(period) = input.flow_period {
-                let _ = writeln!(text, "file_period_s = {period:?} # stretched to the beat");
-            }
-        }
+        Some(path) => flow_file(input, path, "flow_", text),
         None => {
             let _ = writeln!(
                 text,

@@ -2,7 +2,8 @@
 
 use super::{Report, anastomosis, described, openings};
 use crate::case::{
-    BloodVessel, Case, GivenShape, InletEnd, Shape, Start, TissueDirection, VesselEnd, VesselSide,
+    BloodVessel, Case, GivenShape, InletEnd, Shape, Start, SurrogateModel, TissueDirection,
+    VesselEnd, VesselSide,
 };
 
 pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
@@ -13,6 +14,12 @@ pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) 
     openings::check(case, vessel, report);
     surroundings(vessel, report);
     ends(vessel, report);
+    report(
+        &["coupling.surrogate"],
+        case.coupling.surrogate == SurrogateModel::Potential,
+        "this surrogate is of vessels that branch: write \"tube\", \"open_tube\" or \"none\""
+            .into(),
+    );
     report(
         &["initial.shape", "initial.start"],
         vessel.given_shape() == GivenShape::Loaded && vessel.start() != Start::Equilibrium,

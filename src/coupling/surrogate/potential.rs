@@ -286,16 +286,14 @@ fn inverse_of_what_is_told_apart(mass: &DMatrix<f64>) -> DMatrix<f64> {
     &size * eigen.recompose() * &size
 }
 
-/// `M` and `G`.
-fn responses(
-    shapes: &PressureShapes,
+/// Laplace's operator by finite volumes: what flows out of each cell for a pressure of 1 in it and its neighbours, and
+/// through the openings.
+fn fluxes(
     mesh: &PolyMesh,
-    patches: &[String],
+    cells: &[(f64, Vec3)],
     ends: &[PressureEnd],
     blood: PotentialBlood,
-) -> Result<(DMatrix<f64>, DMatrix<f64>), PotentialError> {
-    let n = shapes.count();
-    let cells = mesh.cell_geometry();
+) -> Result<Vec<Triplet<usize, usize, f64>>, PotentialError> {
     let mut entries = Vec::new();
     for (face, &neighbour) in mesh.neighbour.iter().enumerate() {
         let owner = mesh.owner[face];
@@ -335,6 +333,20 @@ fn responses(
     if !is_determined {
         return Err(PotentialError::Undetermined);
     }
+    Ok(entries)
+}
+
+/// `M` and `G`.
+fn responses(
+    shapes: &PressureShapes,
+    mesh: &PolyMesh,
+    patches: &[String],
+    ends: &[PressureEnd],
+    blood: PotentialBlood,
+) -> Result<(DMatrix<f64>, DMatrix<f64>), PotentialError> {
+    let n = shapes.count();
+    let cells = mesh.cell_geometry();
+    let entries = fluxes(mesh, &cells, ends, blood)?;
     let mut sources = faer::Mat::<f64>::zeros(cells.len(), n);
     let mut mass = DMatrix::zeros(n, n);
     let mut wall = Vec::new();

@@ -207,6 +207,46 @@ fn next_to(
     own
 }
 
+/// What the wall answers (m/Pa, at these `points`) to each shape; to waves of nodes that are further apart than `felt`
+/// (m) at once.
+fn answers_to_shapes<S: Solid>(
+    wall: &mut WallAnswers<'_, S>,
+    shapes: &PressureShapes,
+    felt: f64,
+    points: &[Vec3],
+) -> Result<Vec<DVector<f64>>, SurrogateError> {
+    let wet = wall.solid.wet_points().iter();
+    let at: Vec<Vec<(usize, f64)>> = wet.map(|point| shapes.at(&point.position)).collect();
+    // The sum of some shapes at the wet points.
+    let sum = |is_wanted: &dyn Fn(usize) -> bool| -> Vec<f64> {
+        let of_point = |values: &Vec<(usize, f64)>| {
+            let wanted = values.iter().filter(|(number, _)| is_wanted(*number));
+            wanted.map(|(_, value)| value).sum()
+        };
+        at.iter().map(of_point).collect()
+    };
+    // An unloaded shape is found to a tolerance, by which the wall still moves.
+    wall.rest = wall.displacement(&vec![0.0; at.len()])?;
+    let mut answers = Vec::new();
+    for shape in 0..shapes.whole() {
+        answers.push(wall.to(&sum(&|number| number == shape))?);
+    }
+    let groups = shapes.groups(felt);
+    for wave in 0..2 * MOST_TREE_PERIODS {
+        let first = shapes.wave(wave, 0);
+        let mut of_nodes = vec![DVector::zeros(0); shapes.nodes().len()];
+        for group in &groups {
+            let is_of_group = |number: usize| number >= first && group.contains(&(number - first));
+            let answer = wall.to(&sum(&is_of_group))?;
+            for &node in group {
+                of_nodes[node] = next_to(&answer, node, group, shapes, points);
+            }
+        }
+        answers.extend(of_nodes);
+    }
+    Ok(answers)
+}
+
 /// Potential flow in the cells of a tree.
 fn potential<S: Solid>(
     case: &Case,
@@ -243,35 +283,7 @@ fn potential<S: Solid>(
     let pressure = case.initial_wall().map_or(0.0, |initial| initial.pressure);
     let shapes = PressureShapes::along(&lines, spacing, radius, MOST_TREE_PERIODS);
     let mut wall = WallAnswers::new(case, solid, transfer, pressure, shapes.count());
-    let wet = wall.solid.wet_points().iter();
-    let at: Vec<Vec<(usize, f64)>> = wet.map(|point| shapes.at(&point.position)).collect();
-    // The sum of some shapes at the wet points.
-    let sum = |is_wanted: &dyn Fn(usize) -> bool| -> Vec<f64> {
-        let of_point = |values: &Vec<(usize, f64)>| {
-            let wanted = values.iter().filter(|(number, _)| is_wanted(*number));
-            wanted.map(|(_, value)| value).sum()
-        };
-        at.iter().map(of_point).collect()
-    };
-    // An unloaded shape is found to a tolerance, by which the wall still moves.
-    wall.rest = wall.displacement(&vec![0.0; at.len()])?;
-    let mut answers = Vec::new();
-    for shape in 0..shapes.whole() {
-        answers.push(wall.to(&sum(&|number| number == shape))?);
-    }
-    let groups = shapes.groups(FELT * radius);
-    for wave in 0..2 * MOST_TREE_PERIODS {
-        let first = shapes.wave(wave, 0);
-        let mut of_nodes = vec![DVector::zeros(0); shapes.nodes().len()];
-        for group in &groups {
-            let is_of_group = |number: usize| number >= first && group.contains(&(number - first));
-            let answer = wall.to(&sum(&is_of_group))?;
-            for &node in group {
-                of_nodes[node] = next_to(&answer, node, group, &shapes, &interface.points);
-            }
-        }
-        answers.extend(of_nodes);
-    }
+    let answers = answers_to_shapes(&mut wall, &shapes, FELT * radius, &interface.points)?;
     let surrogate = PotentialSurrogate::new(
         &shapes,
         (mesh, &domain.wet_patches),
