@@ -25,6 +25,9 @@ pub enum MeasuredQuantity {
     /// Magnitude of the blood's velocity.
     #[serde(rename = "speed_m_s")]
     Speed,
+    /// Flow through the cross-section of the case (`[[output.section]]`) that has the name of the series.
+    #[serde(rename = "flow_m3_s")]
+    Flow,
     /// Pressure in the blood.
     #[serde(rename = "pressure_Pa")]
     Pressure,
@@ -52,14 +55,28 @@ pub enum MeasuredQuantity {
     DisplacementZ,
 }
 
+/// What records a quantity in a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Recorder {
+    /// A point of the wall, `output.probes_m`.
+    WallProbe,
+    /// A point in the blood, `output.fluid_probes_m`.
+    BloodProbe,
+    /// A cross-section, `output.section`.
+    Section,
+}
+
 impl MeasuredQuantity {
-    /// Whether it is one of the wall (`output.probes_m`); otherwise one of the blood (`output.fluid_probes_m`).
-    pub fn is_of_the_wall(self) -> bool {
+    /// What records it in a run.
+    pub fn recorder(self) -> Recorder {
         use MeasuredQuantity::*;
         match self {
-            VelocityX | VelocityY | VelocityZ | Speed | Pressure | PressureDifference => false,
-            WallPressure | WallPressureDifference | WallShear => true,
-            DisplacementX | DisplacementY | DisplacementZ => true,
+            VelocityX | VelocityY | VelocityZ | Speed | Pressure | PressureDifference => {
+                Recorder::BloodProbe
+            }
+            WallPressure | WallPressureDifference | WallShear => Recorder::WallProbe,
+            DisplacementX | DisplacementY | DisplacementZ => Recorder::WallProbe,
+            Flow => Recorder::Section,
         }
     }
 
@@ -79,6 +96,7 @@ impl MeasuredQuantity {
             VelocityY => "velocity along y",
             VelocityZ => "velocity along z",
             Speed => "speed",
+            Flow => "flow",
             Pressure => "pressure",
             PressureDifference => "pressure less the first",
             WallPressure => "pressure at the wall",
@@ -96,6 +114,7 @@ impl MeasuredQuantity {
         use MeasuredQuantity::*;
         match self {
             VelocityX | VelocityY | VelocityZ | Speed => "m/s",
+            Flow => "m³/s",
             Pressure | PressureDifference | WallPressure | WallPressureDifference | WallShear => {
                 "Pa"
             }
@@ -205,10 +224,10 @@ impl Measurements {
     }
 
     /// Points (m) of the wall or of the blood at which something was measured, each once.
-    pub fn places(&self, of_the_wall: bool) -> Vec<[f64; 3]> {
+    pub fn places(&self, recorder: Recorder) -> Vec<[f64; 3]> {
         let mut places: Vec<[f64; 3]> = Vec::new();
         let series = self.series.iter();
-        let series = series.filter(|it| it.quantity.is_of_the_wall() == of_the_wall);
+        let series = series.filter(|it| it.quantity.recorder() == recorder);
         for point in series.flat_map(|series| &series.points) {
             if !places.contains(&point.place) {
                 places.push(point.place);
@@ -315,11 +334,11 @@ mod tests {
         assert_eq!(axis.points[0].range, Some([0.68, 0.72]));
         assert_eq!(axis.points[1].sd, None);
         assert_eq!(
-            measured.places(false),
+            measured.places(Recorder::BloodProbe),
             [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]],
             "shared by two series"
         );
-        assert_eq!(measured.places(true), [[0.0, 0.002, 0.0]]);
+        assert_eq!(measured.places(Recorder::WallProbe), [[0.0, 0.002, 0.0]]);
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! with the table that shows it, and an arm of the few `match`es that the compiler then asks for.
 
 use super::error::CaseError;
-use super::measured::{MOST_POINTS, Measurements};
+use super::measured::{MOST_POINTS, Measurements, Recorder};
 use super::schema::{KeyTable, Schema};
 use super::stack::{Stack, insert};
 use super::table::words;
@@ -244,8 +244,26 @@ impl Output {
     /// What is wrong with the file, in words.
     fn record_where(&mut self, path: &Path) -> Result<(), Fault> {
         let measured = Measurements::read(path)?;
-        for (probes, of_the_wall) in [(&mut self.probes, true), (&mut self.fluid_probes, false)] {
-            for place in measured.places(of_the_wall) {
+        let sections = self.section.iter().flatten().map(|section| &section.name);
+        let sections: Vec<&String> = sections.collect();
+        let of_flows = (measured.series.iter())
+            .filter(|series| series.quantity.recorder() == Recorder::Section);
+        if let Some(series) = of_flows
+            .into_iter()
+            .find(|it| !sections.contains(&&it.name))
+        {
+            return Err(fault!(
+                "{}: the flow `{}` is that through a cross-section of this name, and the case has none; expected an [[output.section]] with it",
+                path.display(),
+                series.name
+            ));
+        }
+        let kinds = [
+            (&mut self.probes, Recorder::WallProbe),
+            (&mut self.fluid_probes, Recorder::BloodProbe),
+        ];
+        for (probes, recorder) in kinds {
+            for place in measured.places(recorder) {
                 if !probes.contains(&place) {
                     probes.push(place);
                 }

@@ -4,9 +4,11 @@ use super::figure::{Curve, Figure, Marker, Panel, Scale};
 use super::report::PageTable;
 use super::report::page::significant;
 use super::results::Results;
-use super::tables::{self, FluidProbeRow, ProbeRow};
+use super::tables::{self, FluidProbeRow, ProbeRow, SectionRow};
 use crate::Vec3;
-use crate::case::measured::{MeasuredPoint, MeasuredQuantity, MeasuredSeries, Measurements};
+use crate::case::measured::{
+    MeasuredPoint, MeasuredQuantity, MeasuredSeries, Measurements, Recorder,
+};
 use crate::files::{Fault, fault};
 use fsi_numerics::twelve_digits;
 use serde::de::DeserializeOwned;
@@ -253,12 +255,13 @@ impl MeasuredSeries {
 impl Computed {
     fn read(folder: &Path, measured: &Measurements) -> Result<Self, Fault> {
         let run = Results::load_figures(folder).map_err(|e| e.to_string())?;
-        let probes = RecordedProbes {
+        let recorded = Recorded {
             wall: read(&run.files.probes())?,
             blood: read(&run.files.fluid_probes())?,
+            sections: read(&run.files.sections())?,
         };
         let values = measured.series.iter();
-        let values = values.map(|series| computed(&run, &probes, series));
+        let values = values.map(|series| computed(&run, &recorded, series));
         Ok(Self {
             name: run.name(),
             values: values.collect::<Result<_, _>>()?,
@@ -274,23 +277,31 @@ fn read<T: DeserializeOwned>(table: &Path) -> Result<Vec<T>, Fault> {
     }
 }
 
-/// What a run has recorded at points.
-struct RecordedProbes {
+/// What a run has recorded at points and cross-sections.
+struct Recorded {
     wall: Vec<ProbeRow>,
     blood: Vec<FluidProbeRow>,
+    sections: Vec<SectionRow>,
 }
 
 /// What a run has at each point of a series.
 fn computed(
     run: &Results,
-    probes: &RecordedProbes,
+    recorded: &Recorded,
     series: &MeasuredSeries,
 ) -> Result<Vec<f64>, Fault> {
-    let (table, key) = match series.quantity.is_of_the_wall() {
-        true => (run.files.probes(), "output.probes_m"),
-        false => (run.files.fluid_probes(), "output.fluid_probes_m"),
+    let (table, key) = match series.quantity.recorder() {
+        Recorder::WallProbe => (run.files.probes(), "the point in output.probes_m"),
+        Recorder::BloodProbe => (
+            run.files.fluid_probes(),
+            "the point in output.fluid_probes_m",
+        ),
+        Recorder::Section => (
+            run.files.sections(),
+            "the cross-section of its name in output.section",
+        ),
     };
-    let samples = probes.samples(series.quantity);
+    let samples = recorded.samples(series);
     let last = samples.iter().map(|sample| sample.time).fold(0.0, f64::max);
     let at = |point: &MeasuredPoint| {
         let time = point.time.unwrap_or(last);
@@ -303,7 +314,7 @@ fn computed(
         let nearest = here.min_by(|a, b| away(a).total_cmp(&away(b)));
         let Some(nearest) = nearest else {
             return Err(fault!(
-                "{} has no probe at {:?} m, where `{}` was measured: give the file to the case as output.measured, or the point in {key}, and \
+                "{} has no probe at {:?} m, where `{}` was measured: give the file to the case as output.measured, or {key}, and \
                  compute the run again",
                 table.display(),
                 point.place,
@@ -328,10 +339,11 @@ fn computed(
     Ok(values)
 }
 
-impl RecordedProbes {
-    /// All that was recorded of a quantity.
-    fn samples(&self, quantity: MeasuredQuantity) -> Vec<Sample> {
+impl Recorded {
+    /// All that was recorded of a series' quantity; flows stand at the place of the first of its points.
+    fn samples(&self, series: &MeasuredSeries) -> Vec<Sample> {
         use MeasuredQuantity::*;
+        let quantity = series.quantity;
         let of_the_wall = |row: &ProbeRow| Sample {
             place: [row.x_m, row.y_m, row.z_m],
             time: row.time_s,
@@ -359,9 +371,20 @@ impl RecordedProbes {
                 _ => row.p_Pa,
             },
         };
-        match quantity.is_of_the_wall() {
-            true => self.wall.iter().map(of_the_wall).collect(),
-            false => self.blood.iter().map(of_the_blood).collect(),
+        let of_a_section = |row: &SectionRow| {
+            row.flow_m3_s.map(|value| Sample {
+                place: series.points[0].place,
+                time: row.time_s,
+                value,
+            })
+        };
+        match quantity.recorder() {
+            Recorder::WallProbe => self.wall.iter().map(of_the_wall).collect(),
+            Recorder::BloodProbe => self.blood.iter().map(of_the_blood).collect(),
+            Recorder::Section => (self.sections.iter())
+                .filter(|row| row.section == series.name)
+                .filter_map(of_a_section)
+                .collect(),
         }
     }
 }

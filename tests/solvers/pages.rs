@@ -376,6 +376,18 @@ fn how_to_trees() {
     }
 }
 
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn benchmarks_of_moving_walls() {
+    for (case, end) in [
+        ("single-arteries", "0.02"),
+        ("slow-inflation", "0.2"),
+        ("womersley-thick", "0.005"),
+    ] {
+        run(&format!("openfoam-case/{case}/README.md"), Some(end));
+    }
+}
+
 /// Every page of the book's tutorials and how-tos with a block that could be tested is in a test above.
 #[test]
 fn every_page_is_tested() {

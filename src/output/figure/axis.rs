@@ -124,12 +124,22 @@ impl Axis {
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         let first = (self.low / step - 1e-6).ceil() as i64;
         let last = (self.high / step + 1e-6).floor() as i64;
+        // Many zeros do not fit next to the axis: all names share the power of ten of the largest.
+        let largest = (step * first.abs().max(last.abs()) as f64).log10().floor() as i32;
+        let name = |value: f64| match decimals {
+            0..=4 => format!("{value:.decimals$}"),
+            _ if value == 0.0 => "0".to_owned(),
+            _ => {
+                let decimals = (decimals as i32 + largest).max(0) as usize;
+                format!("{:.decimals$}e{largest}", value / 10f64.powi(largest))
+            }
+        };
         let tick = |n: i64| {
             let value = n as f64 * step;
             Tick {
                 value,
                 major: n == 0,
-                name: Some(format!("{value:.decimals$}").replace('-', "\u{2212}")),
+                name: Some(name(value).replace('-', "\u{2212}")),
             }
         };
         (first..=last).map(tick).collect()
@@ -187,6 +197,10 @@ mod tests {
         assert_eq!(names(0.0, 3.0), ["0", "1", "2", "3"]);
         assert_eq!(names(-0.31, 0.4), ["\u{2212}0.2", "0.0", "0.2", "0.4"]);
         assert_eq!(names(33.75, 56.25), ["35", "40", "45", "50", "55"]);
+        assert_eq!(
+            names(0.0, 1.8e-4),
+            ["0", "0.5e\u{2212}4", "1.0e\u{2212}4", "1.5e\u{2212}4"]
+        );
         assert_eq!(names(7.0, 7.0), ["6.5", "7.0", "7.5"]);
     }
 }

@@ -1,5 +1,7 @@
 //! Runs of the benchmark cases, and what their probes saw.
 
+pub mod waves;
+
 use std::collections::HashMap;
 use std::path::Path;
 use std::process::Command;
