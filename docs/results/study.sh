@@ -5,6 +5,8 @@
 #   openfoam     the same with OpenFOAM
 #   paper        the twelve at the resolution of the paper with the native fluid, six of them with OpenFOAM, five of
 #                these with a finer mesh
+#   periodic     the twelve on the meshes of the paper with the native fluid, in the steps of the preset fast, two at
+#                once; only if it is named
 #   experiments  what the page tries besides: other flows, surfaces and paths, stretched walls in tissue
 #   refinement   H-0.5 with finer steps, fluid, wall and tolerance, and with second order in time
 #   keep         copies what the pages need from FOLDER to docs/results; tables with fewer digits, compressed
@@ -33,6 +35,12 @@ paper() {
     # The clamped rims in shorter cells; a finer cross-section.
     study openfoam-rims 'S-0.75,H-0.5,H-0.75,A-0.5' --set fluid.mesh.rim_parts=4
     study openfoam-section A-0.5 --set fluid.mesh.core=11 fluid.mesh.radial=7
+    preset=coarse
+}
+
+periodic() {
+    preset=fast
+    study native-periodic '[SHA]-*' --jobs 2 --fluid native --set structure.circumferential=8 --set 'fluid.native={axial_extension=9,axial_per_section=8}'
     preset=coarse
 }
 
@@ -129,10 +137,11 @@ for step; do
     native) study native '[SHA]-*' --fluid native ;;
     openfoam) study openfoam '[SHA]-*' ;;
     paper) paper ;;
+    periodic) periodic ;;
     experiments) experiments ;;
     refinement) refinement ;;
     keep) keep_all ;;
     pages) docs/results/pages.sh ;;
-    *) echo "$0: $step is no step: native, openfoam, paper, experiments, refinement, keep or pages" >&2; exit 2 ;;
+    *) echo "$0: $step is no step: native, openfoam, paper, periodic, experiments, refinement, keep or pages" >&2; exit 2 ;;
     esac
 done

@@ -281,6 +281,18 @@ impl Surface {
             .collect()
     }
 
+    /// By how much the surface is stretched and turned between two displacements: root mean square, over all points, of
+    /// the change of its tangents relative to their length.
+    pub fn change(&self, numbering: &Numbering, from: &[f64], to: &[f64]) -> f64 {
+        let changes = (0..self.points.len()).map(|point| {
+            let (face, q) = (point / self.points_per_face, point % self.points_per_face);
+            let [from, to] = [from, to].map(|d| self.tangents(numbering, d, face, q));
+            let share = |i: usize| (to[i] - from[i]).norm_squared() / from[i].norm_squared();
+            share(0) + share(1)
+        });
+        (changes.sum::<f64>() / self.points.len() as f64).sqrt()
+    }
+
     /// Deformed tangents at point `q` of a face.
     fn tangents(
         &self,

@@ -17,6 +17,10 @@ use std::thread::{self, JoinHandle};
 /// measured).
 pub const WORN: usize = 3;
 
+/// By how much the loaded surface may have changed since a tangent was assembled, in a body whose pressure is
+/// predicted, for each step that a renewal has time for (measured: `docs/speed.md`, the wall).
+pub const AGED: f64 = 2e-3;
+
 /// A tangent that is kept, and what it was assembled from.
 pub struct Kept {
     pub from: Linearization,
@@ -32,26 +36,23 @@ pub struct Renewal {
 }
 
 impl Renewal {
-    /// Begins one that will be asked for after so many `steps`, at least one.
+    /// Begins one that will be asked for after so many `steps`; after none in the next solution.
     pub fn start(
         equation: &Arc<EquationOfMotion>,
         from: Linearization,
         steps: usize,
     ) -> Option<Self> {
         let (equation, at) = (equation.clone(), from.clone());
-        // One core is left to the fluid.
-        let threads = rayon::current_num_threads().saturating_sub(1).max(1);
+        // One core is left to the fluid, unless the wall will wait.
+        let spared = usize::from(steps > 0);
+        let threads = rayon::current_num_threads().saturating_sub(spared).max(1);
         let work = move || {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.map_err(|e| SolidError::Model(format!("no threads: {e}")))?;
             pool.install(|| equation.factorized_tangent(&at))
         };
         let work = thread::Builder::new().spawn(work).ok()?;
-        Some(Self {
-            from,
-            steps: steps.max(1),
-            work,
-        })
+        Some(Self { from, steps, work })
     }
 
     /// Waits for the factorization, if need be. None if it failed.

@@ -24,7 +24,7 @@ use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
 use super::modes::{self, NaturalMode};
 use super::newton::{self, Equilibrium, NewtonOptions};
 use super::quasi_newton::{KeptTangent, QuasiNewtonPairs};
-use super::renewal::{self, Kept, Renewal, WORN};
+use super::renewal::{self, AGED, Kept, Renewal, WORN};
 use super::stability_watch::StabilityWatch;
 use super::stats::Stats;
 pub use super::time_scheme::State;
@@ -389,18 +389,53 @@ impl Structure {
         self.forces = None;
     }
 
-    /// Has the tangent of the accepted state factorized while the fluid works on the next steps.
-    fn renew(&mut self, load: SurfaceLoad, dt: f64) {
+    /// Where the next step begins: the acceleration would bring in the undamped noise of volumetric modes.
+    fn predicted(&self, dt: f64) -> Vec<f64> {
+        let State { d, v, .. } = &self.state;
+        d.iter().zip(v).map(|(d, v)| d + dt * v).collect()
+    }
+
+    /// Sees to a new tangent if that in use is worn. Where the wall moves so fast that those of accepted states would
+    /// be too old when they are ready, it is that of the predicted displacement, for the next step; where it moves
+    /// faster still, that one would be renewed within the step all the same.
+    fn renew_if_worn(&mut self, load: SurfaceLoad, dt: f64) {
+        let Some(kept) = &self.kept else {
+            return;
+        };
+        let is_worn = self.renewal.is_none() && kept.tangent.solutions() >= WORN * self.lead;
+        let predicted = self.predicted(dt);
+        let change_from = |d: &[f64]| {
+            let EquationOfMotion { body, wet, .. } = &*self.equation;
+            wet.change(&body.numbering, d, &predicted)
+        };
+        let aged = AGED * self.lead as f64;
+        let lasts = aged / (self.lead + 1) as f64..=2.0 * AGED;
+        if kept.tangent.predicts_pressure() && lasts.contains(&change_from(&self.state.d)) {
+            if change_from(&kept.from.d) > aged {
+                self.renew(Some(predicted), load, dt);
+            }
+        } else if is_worn {
+            self.renew(None, load, dt);
+        }
+    }
+
+    /// Has a tangent factorized while the fluid works: that of the accepted state, for one of the steps to come, or
+    /// that of the displacement `predicted` for the next one.
+    fn renew(&mut self, predicted: Option<Vec<f64>>, load: SurfaceLoad, dt: f64) {
+        let (steps, linearized_at) = match predicted {
+            Some(_) => (0, Some(self.state.d.clone())),
+            None => (self.lead, None),
+        };
         let from = Linearization {
-            d: self.state.d.clone(),
-            linearized_at: None,
+            d: predicted.unwrap_or_else(|| self.state.d.clone()),
+            linearized_at,
             v: self.relevant_velocity(),
             load,
             dt,
         };
         self.total.assemblies += 1;
         self.total.factorizations += 1;
-        self.renewal = Renewal::start(&self.equation, from, self.lead);
+        self.renewal = Renewal::start(&self.equation, from, steps);
     }
 
     /// The velocity, if viscous stresses depend on it.
@@ -593,12 +628,11 @@ impl Solid for Structure {
         }
         let start = match start {
             Some(trial) => trial.state.d.clone(),
-            // The acceleration would bring in the undamped noise of volumetric modes.
-            None => {
-                let State { d, v, .. } = &self.state;
-                d.iter().zip(v).map(|(d, v)| d + dt * v).collect()
-            }
+            None => self.predicted(dt),
         };
+        if let Some(renewal) = self.renewal.take_if(|renewal| renewal.steps == 0) {
+            self.kept = renewal.ready(&mut self.total).or(self.kept.take());
+        }
         let solution = self.robust_solve(load, dt, tolerance, start)?;
         self.total += solution.stats;
         Ok(self.trial(solution.d, solution.residuals, solution.stats, load, dt))
@@ -651,11 +685,8 @@ impl Solid for Structure {
             {
                 self.kept = renewal.ready(&mut self.total).or(self.kept.take());
             }
-        } else if let Some(kept) = &self.kept
-            && kept.tangent.solutions() >= WORN * self.lead
-        {
-            self.renew(trial.load, trial.dt);
         }
+        self.renew_if_worn(trial.load, trial.dt);
     }
 
     fn accepted_displacement(&self, at: &[Location]) -> Vec<Vec3> {
