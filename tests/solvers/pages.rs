@@ -380,6 +380,7 @@ fn how_to_trees() {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn benchmarks_of_moving_walls() {
     for (case, end) in [
+        ("elastic-tube", "2e-4"),
         ("single-arteries", "0.02"),
         ("slow-inflation", "0.2"),
         ("womersley-thick", "0.005"),

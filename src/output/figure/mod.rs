@@ -149,7 +149,7 @@ impl Panel {
         let middle = 0.5 * (left + right);
         text(svg, middle, top - 10.0, "middle", 13.0, &self.title);
         text(svg, middle, bottom + 38.0, "middle", 12.0, &self.x_label);
-        let (at, height) = (left - 50.0, 0.5 * (top + bottom));
+        let (at, height) = (left - 53.0, 0.5 * (top + bottom));
         upward(svg, at, height, &self.y_label);
     }
 
