@@ -87,7 +87,7 @@ pub use schema::Only;
 pub use tree::*;
 pub use vessel::*;
 pub use vessel_path::RIGID_SHARE;
-pub use window::{Beats, Window, Windows};
+pub use window::{Window, Windows};
 
 impl CouplingSettings {
     /// The relaxation factor that was given, or a good one: a surrogate knows how far to go, but not exactly.
@@ -108,16 +108,6 @@ impl Case {
     /// Number of time steps of a beat.
     pub fn steps_of_a_beat(&self) -> usize {
         (self.time.period / self.time.step).round() as usize
-    }
-
-    /// The beats of a run that is to end when two of them agree. Half a beat is left to the start, after which flow and
-    /// wall shear forget it.
-    pub fn beats(&self) -> Option<Beats> {
-        let steps = self.steps_of_a_beat();
-        self.until_periodic().map(|_| Beats {
-            start: steps / 2,
-            steps,
-        })
     }
 
     /// How little two beats must differ for the run to end, if it may end so.

@@ -63,58 +63,38 @@ impl Window {
     }
 }
 
-/// Beats of equal length one after the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Beats {
-    /// Steps before the first one.
-    pub start: usize,
-    /// Steps of each.
-    pub steps: usize,
-}
-
-impl Beats {
-    /// How many have ended with a step.
-    pub fn ended(self, step: usize) -> usize {
-        step.saturating_sub(self.start) / self.steps.max(1)
-    }
-
-    /// Whether a beat ends with a step.
-    pub fn end_with(self, step: usize) -> bool {
-        step > self.start && (step - self.start).is_multiple_of(self.steps)
-    }
-}
-
 /// The windows of a run: one, or, where it runs until it is periodic, its beats, the last of which counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Windows {
     of_case: Window,
     /// s
     step: f64,
-    /// The beats, and how many are whole; none where there is one window.
-    beats: Option<(Beats, usize)>,
+    /// Steps of a beat, and how many beats are whole; none where there is one window.
+    beats: Option<[usize; 2]>,
 }
 
 impl Windows {
     /// Those of a case.
     pub fn of(case: &Case) -> Self {
-        let beats = case.beats().map(|beats| (beats, beats.ended(case.steps())));
+        let beat = case.steps_of_a_beat();
+        let whole = case.steps() / beat.max(1);
         Self {
             of_case: Window::of(case),
             step: case.time.step,
-            beats: beats.filter(|(_, whole)| *whole > 1),
+            beats: (whole > 1 && case.until_periodic().is_some()).then_some([beat, whole]),
         }
     }
 
     /// The window of a run that has reached a time (s).
     pub fn at(self, time: f64) -> Window {
-        let Some((beats, whole)) = self.beats else {
+        let Some([beat, whole]) = self.beats else {
             return self.of_case;
         };
         // A step belongs to the beat that it ends.
-        let number = beats.ended((time / self.step - 1e-3).max(0.0) as usize);
+        let number = (time / self.step - 1e-3).max(0.0) as usize / beat;
         let number = number.min(whole - 1);
-        let end_of = |n: usize| (beats.start + n * beats.steps) as f64 * self.step;
-        let [start_s, end_s] = [number, number + 1].map(|n| twelve_digits(end_of(n)));
+        let [start_s, end_s] =
+            [number, number + 1].map(|n| twelve_digits((n * beat) as f64 * self.step));
         Window { start_s, end_s }
     }
 }
@@ -156,12 +136,12 @@ mod tests {
                 end_s: 2.0,
             },
             step: 0.1,
-            beats: Some((Beats { start: 4, steps: 8 }, 3)),
+            beats: Some([8, 3]),
         };
         let starts =
-            [0.0, 0.45, 1.2, 1.25, 1.3, 2.0, 2.1, 2.8, 2.9].map(|time| windows.at(time).start_s);
-        assert_eq!(starts, [0.4, 0.4, 0.4, 1.2, 1.2, 1.2, 2.0, 2.0, 2.0]);
-        assert_eq!(windows.at(2.1).end_s, 2.8);
+            [0.0, 0.05, 0.8, 0.85, 0.9, 1.6, 1.7, 2.4, 2.5].map(|time| windows.at(time).start_s);
+        assert_eq!(starts, [0.0, 0.0, 0.0, 0.8, 0.8, 0.8, 1.6, 1.6, 1.6]);
+        assert_eq!(windows.at(1.7).end_s, 2.4);
         let one = Windows {
             beats: None,
             ..windows

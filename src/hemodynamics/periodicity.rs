@@ -43,12 +43,12 @@ pub struct Agreement {
 }
 
 impl Agreement {
-    /// Of a run in which `start` steps come before the first beat of `beat` steps; none before the second one is whole.
-    pub fn of(measures: &[BeatMeasure], [start, beat]: [usize; 2], limit: f64) -> Option<Self> {
+    /// Of a run with so many steps to a beat; none before the second beat is whole.
+    pub fn of(measures: &[BeatMeasure], beat: usize, limit: f64) -> Option<Self> {
         let relative = |measure: &BeatMeasure| {
             let (mut difference, mut size) = (0.0, 0.0);
             for curve in &measure.curves {
-                let beats: Vec<&[f64]> = curve.get(start..)?.chunks_exact(beat).collect();
+                let beats: Vec<&[f64]> = curve.chunks_exact(beat).collect();
                 let [.., before, now] = beats[..] else {
                     return None;
                 };
@@ -72,7 +72,7 @@ impl Agreement {
         let (measure, largest) = differences.iter().max_by(|a, b| a.1.total_cmp(b.1))?;
         Some(Self {
             limit,
-            beat: (measures.first()?.curves.first()?.len() - start) / beat,
+            beat: measures.first()?.curves.first()?.len() / beat,
             largest: *largest,
             measure: measure.clone(),
             differences,
@@ -174,11 +174,11 @@ mod tests {
         assert_eq!(alternating(&[1.0, 2.0, 3.0]), None);
     }
 
-    /// Two flows of one kind count together; the steps before the first beat and a beat that is not whole do not count.
+    /// Two flows of one kind count together, and a beat that is not whole does not count.
     #[test]
     fn beats_agree_when_the_worst_of_all_measures_does() {
         let curve = |size: f64, transient: f64, steps: i32| -> Vec<f64> {
-            let times = (1 - 500..=steps).map(|n| f64::from(n) / 1000.0);
+            let times = (1..=steps).map(|n| f64::from(n) / 1000.0);
             let value = |t: f64| size * (TAU * t).cos() + transient * 0.1_f64.powf(t);
             times.map(value).collect()
         };
@@ -189,7 +189,7 @@ mod tests {
                 name: name.into(),
                 curves,
             });
-            Agreement::of(&measures, [500, 1000], 0.01)
+            Agreement::of(&measures, 1000, 0.01)
         };
         assert_eq!(agreement(1999), None);
         let second = agreement(2500).unwrap();

@@ -2,7 +2,7 @@
 
 use super::run_files::RunFiles;
 use super::tables::{self, HistoryRow, OpeningRow};
-use crate::case::{self, Case};
+use crate::case::Case;
 use crate::hemodynamics::periodicity::BeatMeasure;
 use crate::hemodynamics::{Agreement, RegionStep};
 use std::collections::BTreeMap;
@@ -15,7 +15,8 @@ pub struct Beats {
     limit: f64,
     /// s
     step: f64,
-    beats: case::Beats,
+    /// Steps of a beat.
+    beat: usize,
 }
 
 impl Beats {
@@ -25,7 +26,7 @@ impl Beats {
             files: files.clone(),
             limit: case.until_periodic()?,
             step: case.time.step,
-            beats: case.beats()?,
+            beat: case.steps_of_a_beat(),
         })
     }
 
@@ -63,11 +64,7 @@ impl Beats {
             name: format!("the mean wall shear stress of the region {region}"),
             curves: vec![curve],
         }));
-        Ok(Agreement::of(
-            &measures,
-            [self.beats.start, self.beats.steps],
-            self.limit,
-        ))
+        Ok(Agreement::of(&measures, self.beat, self.limit))
     }
 
     /// Values by name, without those between whole steps.

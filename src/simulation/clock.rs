@@ -1,7 +1,6 @@
 //! Where a simulation is in time.
 
 use super::subdivision::StepSubdivision;
-use crate::case::Beats;
 use fsi_numerics::twelve_digits;
 use serde::{Deserialize, Serialize};
 
@@ -10,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct Clock {
     time_step: f64,
     last: usize,
-    /// The beats, if the simulation may be over at the end of one.
-    beats: Option<Beats>,
+    /// Steps of a beat, if the simulation may be over at the end of one.
+    beat: Option<usize>,
     reading: ClockReading,
 }
 
@@ -30,14 +29,14 @@ impl Clock {
         Self {
             time_step,
             last,
-            beats: None,
+            beat: None,
             reading: ClockReading::default(),
         }
     }
 
-    /// The same, which may be over earlier: at the end of the second or a later beat, if there are any.
-    pub fn with_beats(self, beats: Option<Beats>) -> Self {
-        Self { beats, ..self }
+    /// The same, which may be over earlier: at the end of the second or a later beat of so many steps, if any.
+    pub fn with_beats(self, beat: Option<usize>) -> Self {
+        Self { beat, ..self }
     }
 
     /// Steps that are done.
@@ -78,8 +77,8 @@ impl Clock {
 
     /// Whether this step may be the last one.
     pub fn may_end_after(&self, step: usize) -> bool {
-        let ends_beat = |beats: Beats| beats.ended(step) >= 2 && beats.end_with(step);
-        step == self.last || self.beats.is_some_and(ends_beat)
+        let ends_beat = |beat: usize| step >= 2 * beat && step.is_multiple_of(beat);
+        step == self.last || self.beat.is_some_and(ends_beat)
     }
 
     /// What it shows.
@@ -125,12 +124,12 @@ mod tests {
 
     #[test]
     fn a_run_may_end_with_a_beat_but_not_with_the_first() {
-        let ends = |beats| -> Vec<usize> {
-            let clock = Clock::new(0.25, 15).with_beats(beats);
-            (1..=15).filter(|&step| clock.may_end_after(step)).collect()
+        let ends = |beat| -> Vec<usize> {
+            let clock = Clock::new(0.25, 14).with_beats(beat);
+            (1..=14).filter(|&step| clock.may_end_after(step)).collect()
         };
-        assert_eq!(ends(Some(Beats { start: 2, steps: 4 })), [10, 14, 15]);
-        assert_eq!(ends(None), [15]);
+        assert_eq!(ends(Some(4)), [8, 12, 14]);
+        assert_eq!(ends(None), [14]);
     }
 
     #[test]

@@ -308,7 +308,8 @@ impl<F: Fluid, O: Observer<Structure>> Simulation<F, Structure, O> {
             max_halvings: case.time.max_halvings,
             fluid_interval: case.output.fluid_interval,
         };
-        let clock = Clock::new(case.time.step, case.steps()).with_beats(case.beats());
+        let beat = case.until_periodic().map(|_| case.steps_of_a_beat());
+        let clock = Clock::new(case.time.step, case.steps()).with_beats(beat);
         Self::new(coupling, clock, settings, observer)
     }
 }
