@@ -2,7 +2,7 @@
 
 mod columns;
 
-use crate::tabular::units::{self, Dimension, Unit};
+use crate::tabular::units::{self, Dimension, ForeignUnit, Unit};
 use crate::tabular::{Fault, Sheet};
 use columns::{columns, is_time};
 use std::path::{Path, PathBuf};
@@ -233,7 +233,7 @@ fn time_unit(sheet: &Sheet, column: usize) -> Result<f64, Fault> {
         Ok(None) => Ok((sheet.noted_unit(units::TIME))
             .filter(|unit| unit.size < 1.0)
             .map_or(1.0, |unit| unit.size)),
-        Err(found) => Err(Fault {
+        Err(ForeignUnit(found)) => Err(Fault {
             line: sheet.header.as_ref().map(|(line, _)| *line),
             message: format!(
                 "{found:?} is not a unit of time: expected {}",
@@ -273,7 +273,7 @@ fn unit_of_file(
             }
             Ok(sheet.noted_unit(quantity.dimension))
         }
-        Err(found) => {
+        Err(ForeignUnit(found)) => {
             let other = Unit::parse(&found).map(|unit| units::called(unit.dimension));
             if let Some(other) = other {
                 let advice = match other {

@@ -6,6 +6,7 @@ use super::schema::ValueKind;
 use super::source::CaseValue;
 use super::stack::Stack;
 use super::value::shorten;
+use crate::files::{Fault, fault};
 use fsi_numerics::twelve_digits;
 use toml::Value;
 
@@ -22,12 +23,12 @@ pub(super) fn resolve(
     });
     match resolved {
         Ok(()) => Some(entry),
-        Err(message) => {
+        Err(fault) => {
             errors.push(CaseError::Nonsense {
                 found: shorten(&entry.value),
                 place: entry.place,
                 key: entry.key,
-                message,
+                message: fault.to_string(),
             });
             None
         }
@@ -35,7 +36,7 @@ pub(super) fn resolve(
 }
 
 /// `list[name].key` as `list[0].key`.
-fn with_index(key: &str, stack: &Stack) -> Result<String, String> {
+fn with_index(key: &str, stack: &Stack) -> Result<String, Fault> {
     let Some((list, rest)) = key.split_once('[') else {
         return Ok(key.to_owned());
     };
@@ -55,8 +56,8 @@ fn with_index(key: &str, stack: &Stack) -> Result<String, String> {
     let names: Vec<&str> = (0..).map_while(named).collect();
     match names.iter().position(|known| *known == name) {
         Some(index) => Ok(format!("{list}[{index}]{rest}")),
-        None if names.is_empty() => Err(format!("the case has no tables [[{list}]] with names")),
-        None => Err(format!(
+        None if names.is_empty() => Err(fault!("the case has no tables [[{list}]] with names")),
+        None => Err(fault!(
             "no [[{list}]] is called {name:?}; there is {}",
             names.join(", ")
         )),
@@ -64,7 +65,7 @@ fn with_index(key: &str, stack: &Stack) -> Result<String, String> {
 }
 
 /// The value, or that of the case times its factor.
-fn scaled(entry: &CaseValue, stack: &Stack) -> Result<Value, String> {
+fn scaled(entry: &CaseValue, stack: &Stack) -> Result<Value, Fault> {
     let factor = entry.value.as_str().and_then(|text| text.strip_prefix('*'));
     let kind = stack.kind_of(&entry.key);
     let is_number = kind.is_some_and(|kind| {
@@ -90,9 +91,9 @@ fn scaled(entry: &CaseValue, stack: &Stack) -> Result<Value, String> {
     let base = stack
         .entry(&entry.key)
         .ok_or("the case has no value for it to multiply: give the value itself")?;
-    times(&base.value, factor).ok_or_else(|| {
-        "the value of the case is not a number, so it cannot be multiplied".to_owned()
-    })
+    let product = times(&base.value, factor);
+    product
+        .ok_or_else(|| "the value of the case is not a number, so it cannot be multiplied".into())
 }
 
 fn times(value: &Value, factor: f64) -> Option<Value> {

@@ -4,6 +4,7 @@
 use super::lumen::{Mistake, TRIANGLES, times};
 use super::{LengthUnit, TreeKeys, TreeLine};
 use crate::Vec3;
+use crate::files::{Fault, fault};
 use crate::polydata::{PolyData, Surface, SurfaceSearch};
 use std::f64::consts::TAU;
 
@@ -84,7 +85,7 @@ impl TreeKeys {
         let Some(path) = &self.lumen else {
             return Ok(false);
         };
-        let named = |reason: String| (KEY, format!("{}: {reason}", path.display()));
+        let named = |fault: Fault| (KEY, format!("{}: {fault}", path.display()));
         let Some(unit) = self.lumen_unit.or(self.unit) else {
             return Err((KEY, "expected its unit of length next to it: tree.lumen_unit = \"mm\", \"m\", \"cm\" or \"um\"".into()));
         };
@@ -94,11 +95,11 @@ impl TreeKeys {
                 "the case has tree.lumen_triangles as well: leave out one of the two".into(),
             ));
         }
-        let data = PolyData::read(path).map_err(|e| named(e.to_string()))?;
-        let surface = Surface::new(&data, unit.metres()).map_err(|e| named(e.to_string()))?;
+        let data = PolyData::read(path).map_err(|e| named(Fault::whole(e)))?;
+        let surface = Surface::new(&data, unit.metres()).map_err(named)?;
         let count = surface.triangles();
         if count > MOST_TRIANGLES {
-            return Err(named(format!(
+            return Err(named(fault!(
                 "{count} triangles are more than {MOST_TRIANGLES}: simplify it (in MeshLab \"Quadric Edge Collapse Decimation\")"
             )));
         }
@@ -119,7 +120,7 @@ impl TreeKeys {
     ///
     /// # Errors
     /// If its triangles have points that there are not.
-    pub fn lumen_surface(&self) -> Result<Option<Surface>, String> {
+    pub fn lumen_surface(&self) -> Result<Option<Surface>, Fault> {
         if self.lumen_triangles.is_empty() {
             return Ok(None);
         }
@@ -134,7 +135,7 @@ fn fitted(
     lines: &[Vec<LinePlace>],
     names: &[String],
     unit: LengthUnit,
-) -> Result<Surface, String> {
+) -> Result<Surface, Fault> {
     let search = SurfaceSearch::new(surface);
     right_unit(&search, lines, unit)?;
     for (line, name) in lines.iter().zip(&names[1..]) {
@@ -185,7 +186,7 @@ fn right_unit(
     search: &SurfaceSearch,
     lines: &[Vec<LinePlace>],
     said: LengthUnit,
-) -> Result<(), String> {
+) -> Result<(), Fault> {
     let share = |factor: f64| {
         let all = || lines.iter().flatten().step_by(3);
         let fits = |place: &&LinePlace| {
@@ -202,7 +203,7 @@ fn right_unit(
     let others = LengthUnit::ALL.into_iter().filter(|other| *other != said);
     let factor = |other: &LengthUnit| other.metres() / said.metres();
     if let Some(other) = others.clone().find(|other| share(factor(other)) >= FITS[1]) {
-        return Err(format!(
+        return Err(fault!(
             "the surface is {} the centre-lines need: in {other} it fits, in {said} it does not; correct its unit \
              (tree.lumen_unit, or tree.unit of the lines)",
             times(1.0 / factor(&other))
@@ -216,7 +217,7 @@ fn right_unit(
         .any(|place| is_surrounded(search, place));
     if is_out {
         let [start, end] = [&lines[0][0], &lines[0][lines[0].len() - 1]].map(|place| show(place.x));
-        return Err(format!(
+        return Err(fault!(
             "the centre-lines, the first from {start} to {end} m, lie outside of the surface, which reaches from {} to {} m: are both in \
              the same coordinates and units?",
             show(low),
@@ -232,7 +233,7 @@ fn surrounded(
     line: &[LinePlace],
     name: &str,
     inlet: &str,
-) -> Result<(), String> {
+) -> Result<(), Fault> {
     let bare: Vec<bool> = (line.iter())
         .map(|place| !is_surrounded(search, place))
         .collect();
@@ -248,14 +249,14 @@ fn surrounded(
     let x = place.x;
     let there = format!("({:.4e}, {:.4e}, {:.4e}) m", x.x, x.y, x.z);
     if bare[first..].iter().all(|bare| *bare) {
-        return Err(format!(
+        return Err(fault!(
             "in the branch to \"{name}\" the surface ends at {there}, {:.2} mm before the centre-line does: cut the line off there, or take a \
              longer surface",
             1e3 * (length - place.s)
         ));
     }
     if bare[..=first].iter().all(|bare| *bare) {
-        return Err(format!(
+        return Err(fault!(
             "at \"{inlet}\" the surface begins only {:.2} mm after the centre-line does: cut the line off there, or take a longer surface",
             1e3 * line
                 .iter()
@@ -264,14 +265,14 @@ fn surrounded(
                 .map_or(0.0, |(place, _)| place.s)
         ));
     }
-    Err(format!(
+    Err(fault!(
         "the line to \"{name}\" leaves the surface at {there}, {:.2} mm from its beginning: it has a hole there, or the line runs next to it",
         1e3 * place.s
     ))
 }
 
 /// A surface may be open where a line ends, and nowhere else near the lines.
-fn holes(surface: &Surface, lines: &[Vec<LinePlace>]) -> Result<(), String> {
+fn holes(surface: &Surface, lines: &[Vec<LinePlace>]) -> Result<(), Fault> {
     let starts = lines.iter().map(|line| &line[0]);
     let ends = lines.iter().map(|line| &line[line.len() - 1]);
     let ends: Vec<&LinePlace> = starts.chain(ends).collect();
@@ -287,10 +288,13 @@ fn holes(surface: &Surface, lines: &[Vec<LinePlace>]) -> Result<(), String> {
         if is_crack || off(&nearest) > CAP || ends.iter().any(is_end) {
             continue;
         }
-        return Err(format!(
+        return Err(fault!(
             "the surface has a hole of {} edges around ({:.4e}, {:.4e}, {:.4e}) m: it must be closed, or open at the ends of the lines only \
              (a branch that is cut off there needs a centre-line, or must be closed)",
-            edge.edges, p.x, p.y, p.z
+            edge.edges,
+            p.x,
+            p.y,
+            p.z
         ));
     }
     Ok(())

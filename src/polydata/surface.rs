@@ -2,7 +2,7 @@
 
 use super::PolyData;
 use crate::Vec3;
-use crate::files::Fault;
+use crate::files::{Fault, fault};
 use std::collections::HashMap;
 
 /// Triangles that share their points, m.
@@ -119,10 +119,10 @@ impl Surface {
     ///
     /// # Errors
     /// If a number is that of no point, or there are no triangles.
-    pub fn of_points(points: Vec<Vec3>, triangles: Vec<[usize; 3]>) -> Result<Self, String> {
+    pub fn of_points(points: Vec<Vec3>, triangles: Vec<[usize; 3]>) -> Result<Self, Fault> {
         let count = points.len();
         match triangles.iter().flatten().find(|i| **i >= count) {
-            Some(i) => Err(format!(
+            Some(i) => Err(fault!(
                 "a triangle has the point {i}, counted from 0, and there are {count}"
             )),
             None if triangles.is_empty() => Err("there are no triangles".into()),
@@ -134,7 +134,7 @@ impl Surface {
     ///
     /// # Errors
     /// If it does for none.
-    pub fn filtered(&self, holds: impl Fn([Vec3; 3]) -> bool) -> Result<Self, String> {
+    pub fn filtered(&self, holds: impl Fn([Vec3; 3]) -> bool) -> Result<Self, Fault> {
         let mut places = vec![usize::MAX; self.points.len()];
         let mut points = Vec::new();
         let mut triangles = self.triangles.clone();

@@ -13,7 +13,7 @@ pub use crate::files::Fault;
 use crate::files::{read_regular, text};
 use cells::{Delimiter, no_number, number};
 use std::path::Path;
-use units::{Dimension, Unit};
+use units::{Dimension, ForeignUnit, Unit};
 
 /// Far larger than anything that people measure.
 const MOST_BYTES: u64 = 64 << 20;
@@ -114,7 +114,7 @@ impl Sheet {
     ///
     /// # Errors
     /// The text, if it is not a unit of this dimension.
-    pub fn unit(&self, column: usize, wanted: Dimension) -> Result<Option<Unit>, String> {
+    pub fn unit(&self, column: usize, wanted: Dimension) -> Result<Option<Unit>, ForeignUnit> {
         let Some(Column { name, unit }) = self.columns.get(column) else {
             return Ok(None);
         };
@@ -122,7 +122,7 @@ impl Sheet {
             None => Unit::of_name(name, wanted),
             Some(text) => match Unit::parse(text).filter(|unit| unit.dimension == wanted) {
                 Some(unit) => Ok(Some(unit)),
-                None => Err(text.to_owned()),
+                None => Err(ForeignUnit(text.to_owned())),
             },
         }
     }

@@ -1,5 +1,10 @@
 //! Units as people write them: `ml/min`, `cm³ s⁻¹`, `cm^3/sec`, `mL·min-1`, `dyn/cm2`, `mm Hg`.
 
+/// A text where a unit belongs that is none, or one of something else.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is not a unit of what is expected")]
+pub struct ForeignUnit(pub String);
+
 /// A unit in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
@@ -149,13 +154,13 @@ impl Unit {
     ///
     /// # Errors
     /// What stands in brackets after the name, if that looks like a unit and is none of this dimension.
-    pub fn of_name(name: &str, wanted: Dimension) -> Result<Option<Self>, String> {
+    pub fn of_name(name: &str, wanted: Dimension) -> Result<Option<Self>, ForeignUnit> {
         if let Some((_, rest)) = name.rsplit_once(['(', '[', '{']) {
             let inside = rest.trim_end_matches([')', ']', '}', ' ']);
             return match Self::parse(inside) {
                 Some(unit) if unit.dimension == wanted => Ok(Some(unit)),
                 None if !inside.contains(['/', '^', '³']) => Ok(None),
-                _ => Err(inside.to_owned()),
+                _ => Err(ForeignUnit(inside.to_owned())),
             };
         }
         // Every way to cut off what stands before the unit

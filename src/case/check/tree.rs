@@ -159,7 +159,7 @@ fn surface(tree: &TreeKeys, report: &mut Report<'_>) {
     report(
         &["tree.lumen_triangles"],
         wrong.is_some(),
-        wrong.unwrap_or_default(),
+        wrong.map_or(String::new(), |fault| fault.to_string()),
     );
     for (key, is_given) in [
         ("tree.lumen_unit", tree.lumen_unit.is_some()),

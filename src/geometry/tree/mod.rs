@@ -59,7 +59,7 @@ pub enum TreeError {
     InsideOut(Vec3),
     /// The triangles of the surface make none.
     #[error("the surface of the lumen: {0}")]
-    Surface(String),
+    Surface(crate::files::Fault),
     /// Lines do not begin at one place: this one (m) is far from the first.
     #[error("a centre-line begins at {}, far from where the first one does: are there two trees in the file?", shown(.0))]
     TwoTrees(Vec3),

@@ -9,6 +9,7 @@ use super::Interrupt;
 pub use board::Board;
 pub use models::{BatchRun, Outcome, find, prepare, refuse_earlier, refuse_farther};
 use std::collections::VecDeque;
+use std::io;
 use std::time::Duration;
 pub use sweep::Variation;
 pub use worker::Worker;
@@ -22,7 +23,7 @@ pub fn work(
     interrupt: &Interrupt,
     mut board: Board,
     jobs: usize,
-    start: impl Fn(&BatchRun) -> Result<Worker, String>,
+    start: impl Fn(&BatchRun) -> io::Result<Worker>,
 ) -> Vec<Outcome> {
     let mut outcomes: Vec<Outcome> = models.iter().map(BatchRun::outcome).collect();
     let mut waiting: VecDeque<usize> = (0..models.len())
@@ -44,7 +45,7 @@ pub fn work(
                     outcomes[i] = Outcome::Working;
                     working.push((i, worker));
                 }
-                Err(reason) => outcomes[i] = Outcome::Failed(reason),
+                Err(error) => outcomes[i] = Outcome::Failed(format!("cannot be started: {error}")),
             }
         }
         working.retain_mut(|(i, worker)| match worker.outcome() {

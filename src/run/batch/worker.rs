@@ -5,6 +5,7 @@ use crate::processes::Process;
 use crate::run::CaseSelection;
 use crate::run::status::RunStatus;
 use rustix::process::Signal;
+use std::io;
 use std::process::Command;
 use std::time::Duration;
 
@@ -17,10 +18,11 @@ pub struct Worker {
 
 impl Worker {
     /// Starts or resumes the run of a model. Call it from a thread that lives as long as the study.
-    pub fn start(model: &BatchRun, chosen: &CaseSelection, threads: usize) -> Result<Self, String> {
-        let program =
-            std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?;
-        let mut command = Command::new(program);
+    ///
+    /// # Errors
+    /// If this program is not found, or the process or its log cannot be made.
+    pub fn start(model: &BatchRun, chosen: &CaseSelection, threads: usize) -> io::Result<Self> {
+        let mut command = Command::new(std::env::current_exe()?);
         command
             .arg("--case")
             .arg(&model.folder)
@@ -36,8 +38,7 @@ impl Worker {
         let log = model.log();
         // Should this process be killed, the run ends in order by itself. The kernel then sends the signal once for
         // each thread of this process, and a second SIGTERM would end the run at once.
-        let process = Process::start(command, &log, Signal::HUP)
-            .map_err(|e| format!("cannot be started: {e}"))?;
+        let process = Process::start(command, &log, Signal::HUP)?;
         Ok(Self {
             process,
             log,

@@ -82,7 +82,10 @@ fn names_of_columns_end_with_units() {
         ("v (cm/s)", "cm/s"),
         ("p (mmHg)", "mmHg"),
     ] {
-        assert_eq!(Unit::of_name(name, FLOW), Err(found.to_owned()));
+        assert_eq!(
+            Unit::of_name(name, FLOW),
+            Err(ForeignUnit(found.to_owned()))
+        );
     }
     let unit = Unit::within("inflow of subject 12 in mm^3/s, period 0.8 s", FLOW).unwrap();
     assert_eq!(unit.size, 1e-9);

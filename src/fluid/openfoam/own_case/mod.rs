@@ -9,7 +9,7 @@ mod write;
 pub use super::case_files::PatchMotion;
 use super::{Programs, templates};
 use crate::case::OwnFluid;
-use crate::files::FileError;
+use crate::files::{Fault, FileError, fault};
 use crate::geometry::PolyMesh;
 use crate::processes::Process;
 use rustix::process::Signal;
@@ -104,9 +104,13 @@ impl OwnCaseFiles<'_> {
             write::is_result(name) || ["system", "constant", "0", "0.orig"].contains(&name)
         })
         .map_err(|(action, path, e)| wrong(format!("cannot {action} {}: {e}", path.display())))?;
-        make_blocks(&root).map_err(|reason| {
+        make_blocks(&root).map_err(|fault| {
             let root = root.canonicalize().unwrap_or(root.clone());
-            wrong(reason.replace(&*root.to_string_lossy(), &self.folder().to_string_lossy()))
+            wrong(
+                fault
+                    .to_string()
+                    .replace(&*root.to_string_lossy(), &self.folder().to_string_lossy()),
+            )
         })?;
         PolyMesh::read(&root)
     }
@@ -127,10 +131,10 @@ impl OwnCaseFiles<'_> {
 }
 
 /// Runs `blockMesh` in a case.
-fn make_blocks(case: &Path) -> Result<(), String> {
+fn make_blocks(case: &Path) -> Result<(), Fault> {
     let log = case.join("log.blockMesh");
     let command = Programs::new(case, &[]).command("blockMesh");
-    let mut process = Process::start(command, &log, Signal::KILL).map_err(|e| e.to_string())?;
+    let mut process = Process::start(command, &log, Signal::KILL).map_err(Fault::whole)?;
     while !process.wait(Duration::from_millis(20)) {}
     if process.succeeded() {
         return Ok(());
@@ -144,5 +148,5 @@ fn make_blocks(case: &Path) -> Result<(), String> {
             .join(" "),
         None => process.exit_report(),
     };
-    Err(format!("blockMesh refuses it: {said}"))
+    Err(fault!("blockMesh refuses it: {said}"))
 }

@@ -31,10 +31,10 @@ impl OwnCaseFiles<'_> {
         }
         self.keep_originals(folder).map_err(refused)?;
         if self.needs_blocks() && !folder.join("constant/polyMesh/faces").is_file() {
-            make_blocks(folder).map_err(|reason| CaseFilesError::Io {
+            make_blocks(folder).map_err(|fault| CaseFilesError::Io {
                 action: "make the mesh of",
                 path: folder.to_owned(),
-                source: std::io::Error::other(reason),
+                source: std::io::Error::other(fault),
             })?;
         }
         write_file(&folder.join("fluid.foam"), "")?;
