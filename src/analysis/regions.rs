@@ -78,7 +78,7 @@ pub fn wet_surface(
     let wall = WetSurface::new(points.to_vec(), faces.to_vec()).around(centre_line(case));
     match (mesh, case.own()) {
         (Some(mesh), Some(own)) => wall
-            .on_patches(mesh, &own.fluid.patches)
+            .on_patches(mesh, &own.wall_patches())
             .along_branches(branches),
         _ => wall,
     }

@@ -126,7 +126,7 @@ fn files(case: &Case) -> io::Result<Vec<FileFingerprint>> {
                     add_folder(&folder, &format!("fluid.case/{part}"), &mut found)?;
                 }
             }
-            if let Some(tree) = &own.tree {
+            if let Some(tree) = own.meshed_tree() {
                 add_folder(&case.fluid.templates, "fluid.templates", &mut found)?;
                 for (i, keys) in tree.opening.iter().flatten().enumerate() {
                     let file = keys.condition.file();

@@ -10,7 +10,7 @@ table! {
     /// conditions and models, or that of a tree.
     pub struct OwnCase {
         [fluid: OwnFluid, "the OpenFOAM case", absent "that of a tree"]
-        [tree: Option<TreeKeys>, "a vessel that branches, in place of an OpenFOAM case"]
+        [tree: Option<TreeKeys>, "a vessel that branches, in place of an OpenFOAM case; next to one it describes the wall alone"]
         [wall: OwnWall, "the elastic wall"]
     }
 }
@@ -208,6 +208,21 @@ impl WallSupport {
             Self::Clamped { surfaces }
             | Self::Sliding { surfaces, .. }
             | Self::Springs { surfaces, .. } => surfaces,
+        }
+    }
+}
+
+impl OwnCase {
+    /// The vessel that branches whose lumen the driver meshes: none where an OpenFOAM case has a mesh of its own.
+    pub fn meshed_tree(&self) -> Option<&TreeKeys> {
+        self.tree.as_ref().filter(|_| self.fluid.case.is_none())
+    }
+
+    /// The patches from which a wall is extruded: of the branches of a tree, or those of the OpenFOAM case.
+    pub fn wall_patches(&self) -> Vec<String> {
+        match &self.tree {
+            Some(tree) => tree.walls(),
+            None => self.fluid.patches.clone(),
         }
     }
 }

@@ -137,9 +137,9 @@ impl Case {
         }
     }
 
-    /// The vessel that branches, if the case is about one.
+    /// The vessel that branches whose lumen the driver meshes, if the case is about one.
     pub fn tree(&self) -> Option<&TreeKeys> {
-        self.own().and_then(|own| own.tree.as_ref())
+        self.own().and_then(OwnCase::meshed_tree)
     }
 
     /// Degree of the driver's own elements, if its shape can have some.
@@ -147,13 +147,13 @@ impl Case {
         match &self.problem {
             Problem::Vessel(vessel) => Some(vessel.fluid.native.degree),
             Problem::Flag(_) => None,
-            Problem::UserCase(own) => own.tree.as_ref().map(|tree| tree.elements().degree()),
+            Problem::UserCase(_) => self.tree().map(|tree| tree.elements().degree()),
         }
     }
 
     /// Whether its fluid is a user-supplied OpenFOAM case.
     pub fn has_own_openfoam(&self) -> bool {
-        self.own().is_some_and(|own| own.tree.is_none())
+        self.own().is_some_and(|own| own.fluid.case.is_some())
     }
 
     /// Whether its wall is elastic.

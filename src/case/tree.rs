@@ -211,8 +211,10 @@ impl OwnCase {
             });
             tree.line = Some(named.collect());
         }
-        self.fluid.patches = tree.walls();
-        self.fluid.openings = tree.names();
+        if self.fluid.case.is_none() {
+            self.fluid.patches = tree.walls();
+            self.fluid.openings = tree.names();
+        }
         Ok(())
     }
 }

@@ -16,7 +16,8 @@ pub fn with_wall<T>(
 ) -> Result<T, SolidError> {
     let domain = Domain::new(case).map_err(|e| SolidError::Model(e.reason))?;
     let wall = unloaded_wall(case, &domain)?;
-    let of_tree = domain.round.as_ref().and_then(|round| round.lines.first());
+    let branches = domain.branches.as_ref();
+    let of_tree = branches.and_then(|branches| branches.lines.first());
     let line = match case.vessel() {
         Some(vessel) => Some(Vessel::new(vessel).centre_line().clone()),
         None => of_tree.map(|(_, line)| line.clone()),

@@ -1,8 +1,8 @@
 //! Interpolation from a cloud of face centres to other points of the same surface, exact for linear fields.
 
-use super::nearest::Nearest;
 use crate::Vec3;
 use crate::fluid::FluidInterface;
+use crate::interpolation::Nearest;
 use crate::pfem::SurfacePoint;
 use nalgebra::{DMatrix, Matrix3};
 use rayon::prelude::*;

@@ -8,7 +8,6 @@ pub mod acceptance;
 pub mod common_refinement;
 pub(crate) mod diagnosis;
 pub(crate) mod interpolation;
-mod nearest;
 pub mod reference;
 pub mod surrogate;
 pub mod transfer;

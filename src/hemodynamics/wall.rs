@@ -7,6 +7,7 @@ use super::rings::Rings;
 use crate::Vec3;
 use crate::curve::{NearestPoint, SpaceCurve};
 use crate::geometry::PolyMesh;
+use crate::interpolation::Nearest;
 use std::collections::{BTreeSet, HashMap};
 
 /// What the fluid does to the wall, and where the wall is, at the end of a step. In single precision, as it is stored:
@@ -151,25 +152,20 @@ impl WetSurface {
         };
         let faces = names.iter().flat_map(|name| {
             let faces = mesh.patch_faces(name).iter();
-            faces.map(move |face| (name, face))
+            let points = |face: &Vec<usize>| face.iter().map(|&p| mesh.points[p]).collect();
+            faces.map(move |face| (name, points(face)))
         });
-        let at =
-            |face: &'_ Vec<usize>| -> Vec<Vec3> { face.iter().map(|&p| mesh.points[p]).collect() };
-        let known: HashMap<_, &String> = faces
-            .clone()
-            .map(|(name, face)| (corners(&mut at(face).iter()), name))
+        let faces: Vec<(&String, Vec<Vec3>)> = faces.collect();
+        let known: HashMap<_, &String> = (faces.iter())
+            .map(|(name, points)| (corners(&mut points.iter()), *name))
             .collect();
+        let middles = faces.iter();
+        let middles = middles.map(|(_, points)| points.iter().sum::<Vec3>() / points.len() as f64);
+        let nearest = Nearest::of(&middles.collect::<Vec<_>>());
         let patch = |(face, middle): (&Vec<u32>, Vec3)| {
             let mut points = face.iter().map(|&p| &self.points[p as usize]);
             let found = known.get(&corners(&mut points)).copied();
-            let nearest = || {
-                let distance = |face: &Vec<usize>| {
-                    (at(face).iter().sum::<Vec3>() / face.len() as f64 - middle).norm_squared()
-                };
-                let all = faces.clone().map(|(name, face)| (name, distance(face)));
-                let nearest = all.min_by(|a, b| a.1.total_cmp(&b.1));
-                nearest.map(|(name, _)| name)
-            };
+            let nearest = || nearest.to(&middle, |_| true).map(|number| faces[number].0);
             found.or_else(nearest).cloned().unwrap_or_default()
         };
         let patches = self.faces.iter().zip(self.middles()).map(patch).collect();

@@ -1,8 +1,10 @@
-//! Interpolation by cubics: pure mathematics, no units.
+//! Interpolation by cubics, and the nearest of many points: pure mathematics, no units.
 
+mod nearest;
 mod smoothing;
 
 use nalgebra::DMatrix;
+pub use nearest::Nearest;
 pub use smoothing::{SmoothingSpline, smooth_periodic};
 
 /// How a spline continues at the ends of its interval.

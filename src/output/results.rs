@@ -353,7 +353,7 @@ fn placed(wall: WetSurface, case: &Case, files: &RunFiles) -> io::Result<WetSurf
         Some(own) if extents.any(|extent| matches!(extent, RegionExtent::Patch { .. })) => {
             if let Some(tree) = &own.tree {
                 let meshes = Tree::meshes(tree).map_err(io::Error::other)?;
-                let wall = wall.on_patches(&meshes.surface, &own.fluid.patches);
+                let wall = wall.on_patches(&meshes.surface, &tree.walls());
                 return Ok(wall.along_branches(&meshes.lines));
             }
             let mesh = PolyMesh::read(&files.fluid()).map_err(io::Error::other)?;

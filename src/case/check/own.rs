@@ -3,7 +3,7 @@
 use super::{Report, material};
 use crate::case::{
     Case, Extrusion, FluidTimeScheme, GivenShape, OwnCase, OwnFluid, OwnRegion, OwnWall, Solver,
-    SurrogateModel, WallFile, WallMode, WallSupport,
+    SurrogateModel, TreeKeys, WallFile, WallMode, WallSupport,
 };
 use std::path::Path;
 
@@ -42,7 +42,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
 fn mesh(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     let fluid = &own.fluid;
     match (&fluid.case, &own.tree) {
-        (Some(folder), None) => {
+        (Some(folder), tree) => {
             report(
                 &["fluid.case"],
                 !folder.join("system/controlDict").is_file(),
@@ -56,13 +56,12 @@ fn mesh(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
                 fluid.patches.is_empty(),
                 "which patches does the elastic wall touch? Write their names".into(),
             );
+            if let Some(tree) = tree {
+                super::tree::check_vessel(tree, report);
+                around_own_mesh(own, tree, report);
+            }
         }
-        (case_folder, tree) => {
-            report(
-                &["fluid.case", "tree.lines"],
-                case_folder.is_some(),
-                "the blood flows either in a mesh of your own or in that of a tree: leave out one of fluid.case and [tree]".into(),
-            );
+        (None, tree) => {
             if let Some(tree) = tree {
                 super::tree::check(case, tree, report);
             }
@@ -70,17 +69,43 @@ fn mesh(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     }
 }
 
+/// A tree that is the wall of an OpenFOAM case says nothing of the blood.
+fn around_own_mesh(own: &OwnCase, tree: &TreeKeys, report: &mut Report<'_>) {
+    report(
+        &["tree.opening[0].name"],
+        tree.opening.is_some(),
+        "what is prescribed at the openings stands in the OpenFOAM case: leave out [[tree.opening]]".into(),
+    );
+    report(
+        &["wall.file.mesh"],
+        own.wall.file.is_some(),
+        "the table [tree] describes the wall: leave out [wall.file], or [tree]".into(),
+    );
+    let mut regions = own.fluid.region.iter().flatten();
+    let of_patch = regions.position(|region| region.patch.is_some());
+    report(
+        &[&format!("fluid.region[{}].patch", of_patch.unwrap_or(0))],
+        of_patch.is_some(),
+        "with [tree] each branch is a region of its own; others are boxes: write box_m".into(),
+    );
+    report(
+        &["wall.mode"],
+        own.wall.mode() != WallMode::Elastic,
+        "only an elastic wall is made from [tree]: leave that table out".into(),
+    );
+}
+
 /// What such a case does not choose.
 fn settings(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     let solver = case.fluid.solver;
     report(
         &["fluid.solver"],
-        own.tree.is_none() && solver != Solver::OpenFoam,
+        own.fluid.case.is_some() && solver != Solver::OpenFoam,
         "a case of OpenFOAM is for OpenFOAM: expected \"openfoam\", or leave fluid.case out".into(),
     );
     report(
         &["fluid.solver"],
-        own.tree.is_some() && solver == Solver::External,
+        own.fluid.case.is_none() && solver == Solver::External,
         "the blood in a tree is computed by OpenFOAM or by the driver's own solver: expected \"openfoam\" or \"native\""
             .into(),
     );
@@ -100,10 +125,10 @@ fn settings(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         &["coupling.surrogate"],
         match case.coupling.surrogate {
             SurrogateModel::None => false,
-            SurrogateModel::Potential => own.tree.is_none(),
+            SurrogateModel::Potential => own.fluid.case.is_some(),
             SurrogateModel::Tube | SurrogateModel::OpenTube => true,
         },
-        match own.tree {
+        match own.meshed_tree() {
             Some(_) => "this surrogate is a single tube, which a tree is not: write \"potential\" or \"none\"".into(),
             None => "the surrogates are of vessels, which this case is not: write \"none\"".into(),
         },

@@ -10,6 +10,14 @@ use crate::case::{Case, InitialWall, Solver, TreeKeys, VesselSide};
 const RADII: [f64; 2] = [1e-5, 0.05];
 
 pub(super) fn check(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
+    if check_vessel(tree, report) {
+        openings(case, tree, report);
+        beginning(case, tree, report);
+    }
+}
+
+/// What is said of the vessel, not of the blood in it. Whether its lines are known.
+pub(super) fn check_vessel(tree: &TreeKeys, report: &mut Report<'_>) -> bool {
     for (key, core) in [
         ("tree.core", tree.core),
         ("tree.native.core", tree.elements().core),
@@ -23,14 +31,13 @@ pub(super) fn check(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
     }
     // What is wrong with a file that could not be read is known.
     if tree.lines.is_some() && tree.line.is_none() {
-        return;
+        return false;
     }
     lines(tree, report);
     places(tree, report);
     surface(tree, report);
     names(tree, report);
-    openings(case, tree, report);
-    beginning(case, tree, report);
+    true
 }
 
 /// Whether all that is prescribed begins under the pressure of the wall's equilibrium.

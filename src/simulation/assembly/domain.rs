@@ -15,9 +15,8 @@ use std::ops::Range;
 pub struct Domain {
     /// Mesh of the fluid.
     pub fluid: PolyMesh,
-    /// The same mesh with the corners of its wall on the surface itself where they lie outside and this is known
-    /// beforehand: in a tree.
-    pub round: Option<RoundLumen>,
+    /// What is known of a vessel that branches beyond its mesh.
+    pub branches: Option<Branches>,
     /// Patches of it that make up the wet surface.
     pub wet_patches: Vec<String>,
     /// The cells of the fluid whose volume counts because they are in the deformable part.
@@ -38,16 +37,23 @@ pub struct Domain {
     pub motion: Option<PrescribedMotion>,
 }
 
+/// A vessel that branches.
+pub struct Branches {
+    /// A mesh of its lumen with the corners of the wall's faces on the surface itself. That of the blood, if it is the
+    /// driver's, has them outside, as its faces are plane.
+    pub surface: PolyMesh,
+    /// Centre-lines of the branches, each with the patch of its wall.
+    pub lines: Vec<(String, SpaceCurve)>,
+    /// What is known of the blood's mesh, if it is the driver's.
+    pub meshed: Option<RoundLumen>,
+}
+
 /// A lumen whose wall is round, while the faces of its mesh are plane.
 pub struct RoundLumen {
-    /// The mesh with the corners of its wall's faces on the surface.
-    pub surface: PolyMesh,
-    /// Which of them are those of a cross-section.
+    /// Which corners of the wall's faces are those of a cross-section.
     pub polygons: WallPolygons,
     /// The smallest scaled Jacobian of a cell, and where that is, m.
     pub worst: (f64, Vec3),
-    /// Centre-lines of its branches, each with the patch of its wall.
-    pub lines: Vec<(String, SpaceCurve)>,
 }
 
 /// Why there is no domain: a file that a case names cannot be used.
@@ -73,10 +79,11 @@ impl DomainError {
 pub(super) const WALL: &str = "wallFsi";
 
 impl Domain {
-    /// The mesh of the fluid with the corners of its wall on the surface itself, where that is known beforehand.
+    /// The mesh of the fluid with the corners of its wall on the surface itself, where that is known beforehand; or the
+    /// mesh from which the wall of an OpenFOAM case is extruded.
     pub fn surface(&self) -> &PolyMesh {
-        let round = self.round.as_ref();
-        round.map_or(&self.fluid, |round| &round.surface)
+        let branches = self.branches.as_ref();
+        branches.map_or(&self.fluid, |branches| &branches.surface)
     }
 
     /// The domain of a checked case.
@@ -108,7 +115,7 @@ impl Domain {
             // Cells are numbered cross-section by cross-section.
             elastic_cells: elastic.start * per_slice..elastic.end * per_slice,
             fluid,
-            round: None,
+            branches: None,
             wet_patches: vec![WALL.into()],
             solid: vessel.solid_mesh(&keys.structure),
             materials: vessel.materials().to_vec(),
@@ -132,7 +139,7 @@ impl Domain {
         Self {
             elastic_cells: 0..fluid.cells(),
             fluid,
-            round: None,
+            branches: None,
             wet_patches: vec![WALL.into()],
             solid: flag.solid_mesh(),
             materials: vec![flag.solid.clone()],

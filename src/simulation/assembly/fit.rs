@@ -46,7 +46,11 @@ impl Fit {
                 (fluid.elements(), worst, fluid.interface().clone())
             }
             Solver::OpenFoam | Solver::External => {
-                let worst = domain.round.as_ref().map(|round| round.worst);
+                let round = domain
+                    .branches
+                    .as_ref()
+                    .and_then(|branches| branches.meshed.as_ref());
+                let worst = round.map(|round| round.worst);
                 (domain.fluid.cells(), worst, preflight::interface(domain))
             }
         };

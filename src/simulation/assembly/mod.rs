@@ -148,8 +148,10 @@ impl CoupledModel {
                     if let Some(vessel) = case.vessel() {
                         let (lumen, round) = fitted_lumen(vessel, &domain.fluid, &solid)?;
                         (domain.fluid, wall) = (lumen, Some(round));
-                    } else if let Some(round) = &domain.round {
-                        wall = Some(round_wall(&domain.fluid, round, &domain.wet_patches));
+                    } else if let Some(branches) = &domain.branches
+                        && let Some(round) = &branches.meshed
+                    {
+                        wall = Some(round_wall(&domain, &branches.surface, round));
                     }
                     let volumes = domain.fluid.cell_volumes();
                     let mut fluid = openfoam(case, &domain, workplace, memory)?;
@@ -184,20 +186,24 @@ impl CoupledModel {
             unloading,
             coupling: join(case, &domain, fluid, solid, unloading)?,
             own_mesh: case.own().map(|_| domain.surface().clone()),
-            branch_lines: domain.round.map_or_else(Vec::new, |round| round.lines),
+            branch_lines: domain
+                .branches
+                .map_or_else(Vec::new, |branches| branches.lines),
         })
     }
 }
 
-/// How the wall of a mesh is related to the round one.
-fn round_wall(fluid: &PolyMesh, round: &RoundLumen, patches: &[String]) -> RoundWall {
-    let faces = patches.iter().flat_map(|patch| fluid.patch_faces(patch));
+/// How the wall of a mesh is related to the round `surface`.
+fn round_wall(domain: &Domain, surface: &PolyMesh, round: &RoundLumen) -> RoundWall {
+    let fluid = &domain.fluid;
+    let patches = domain.wet_patches.iter();
+    let faces = patches.flat_map(|patch| fluid.patch_faces(patch));
     let mut numbers: Vec<usize> = faces.flatten().copied().collect();
     numbers.sort_unstable();
     numbers.dedup();
     let of = |mesh: &PolyMesh| numbers.iter().map(|&i| mesh.points[i]).collect();
     RoundWall {
-        unloaded: of(&round.surface),
+        unloaded: of(surface),
         in_mesh: of(fluid),
         polygons: (round.polygons).renumbered(|point| numbers.binary_search(&point).ok()),
     }
@@ -399,7 +405,7 @@ fn rigid_volume(volumes: &[f64], domain: &Domain) -> f64 {
 /// The OpenFOAM case of a case.
 fn prepared<'a>(case: &'a Case, domain: &'a Domain) -> Result<Prepared<'a>, TableError> {
     let files = match &case.problem {
-        Problem::UserCase(own) if own.tree.is_none() => {
+        Problem::UserCase(own) if case.has_own_openfoam() => {
             MeshSource::Own(own::own_case_files(case, own, domain))
         }
         _ => MeshSource::Templates(case_files(case, domain)?),

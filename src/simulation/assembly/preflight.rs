@@ -43,7 +43,7 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     let points = case.output.fluid_probes.iter().copied();
     let points: Vec<Vec3> = points.map(Vec3::from).collect();
     let (interface, inside) = match case.fluid.solver {
-        Solver::OpenFoam if let Some(own) = case.own().filter(|own| own.tree.is_none()) => {
+        Solver::OpenFoam if let Some(own) = case.own().filter(|_| case.has_own_openfoam()) => {
             let found = own::own_case_files(case, own, &domain)
                 .check(&domain.fluid)
                 .into_iter();
@@ -192,7 +192,10 @@ fn check_sections(
     if places.is_empty() {
         return;
     }
-    let lines = domain.round.as_ref().map_or(&[][..], |round| &round.lines);
+    let lines = domain
+        .branches
+        .as_ref()
+        .map_or(&[][..], |branches| &branches.lines);
     let mesh = case.own().map(|_| domain.surface());
     let (points, faces) = (&interface.points, &interface.faces);
     let wall = analysis::wet_surface(case, points, faces, mesh, lines);

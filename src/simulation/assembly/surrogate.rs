@@ -255,11 +255,12 @@ fn potential<S: Solid>(
     solid: &mut S,
     transfer: &Transfer<S::Location>,
 ) -> Result<Box<dyn Surrogate>, SurrogateError> {
-    let (Some(tree), Some(round)) = (case.tree(), &domain.round) else {
+    let (Some(tree), Some(branches)) = (case.tree(), &domain.branches) else {
         return Err(SurrogateError::NoTube);
     };
     let mesh = domain.surface();
-    let lines: Vec<SpaceCurve> = round.lines.iter().map(|(_, line)| line.clone()).collect();
+    let lines = branches.lines.iter().map(|(_, line)| line.clone());
+    let lines: Vec<SpaceCurve> = lines.collect();
     let length = |line: &SpaceCurve| {
         let [from, to] = line.ends();
         to - from

@@ -179,12 +179,7 @@ impl Drawn<'_> {
     /// The lumen, and the wall where it does not hide that.
     fn drawing(&self) -> Drawing {
         let mut drawing = Drawing::default();
-        let lumen = &self.domain.fluid;
-        let surface = self
-            .domain
-            .round
-            .as_ref()
-            .map_or(lumen, |round| &round.surface);
+        let surface = self.domain.surface();
         let mut numbers: HashMap<usize, u32> = HashMap::new();
         for name in &self.domain.wet_patches {
             for face in surface.patch_faces(name) {

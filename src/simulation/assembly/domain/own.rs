@@ -1,6 +1,6 @@
 //! The domain of a user-supplied OpenFOAM case: its mesh as it is, and a wall on its patches.
 
-use super::{Domain, DomainError, RoundLumen};
+use super::{Branches, Domain, DomainError, RoundLumen};
 use crate::Vec3;
 use crate::case::{
     Case, Extrusion, FibreAxis, OwnCase, OwnWall, PatchLayers, TreeKeys, WallFile, WallMode,
@@ -117,21 +117,21 @@ fn plane_normal(mesh: &PolyMesh, patch: &Patch) -> Option<Vec3> {
 /// # Errors
 /// What is wrong with the mesh, the patches or the wall.
 pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
-    let (fluid, round) = match &own.tree {
-        Some(tree) => {
-            let meshes = Tree::meshes(tree).map_err(|e| DomainError::new(e.key(), e))?;
-            let round = RoundLumen {
-                surface: meshes.surface,
-                polygons: meshes.polygons,
-                worst: meshes.worst,
-                lines: meshes.lines,
-            };
-            (meshes.outside, Some(round))
+    let given = (own.fluid.case.as_ref()).map(|_| files(case, own).mesh());
+    let given = given.transpose();
+    let given = given.map_err(|e| DomainError::new("fluid.case", e))?;
+    let vessel = own
+        .tree
+        .as_ref()
+        .map(|tree| branching(tree, given.is_none()));
+    let (fluid, branches) = match (given, vessel.transpose()?) {
+        (Some(fluid), Some((_, branches))) => {
+            ends_are_patches(own, &fluid)?;
+            (fluid, Some(branches))
         }
-        None => {
-            let fluid = files(case, own).mesh();
-            (fluid.map_err(|e| DomainError::new("fluid.case", e))?, None)
-        }
+        (None, Some((fluid, branches))) => (fluid, Some(branches)),
+        (Some(fluid), None) => (fluid, None),
+        (None, None) => unreachable!("the check of the case asks for a mesh or a tree"),
     };
     let wall = &own.wall;
     if wall.mode() != WallMode::Elastic {
@@ -139,7 +139,9 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
     }
     let (solid, wet_surface) = match (&wall.extrude, &wall.file) {
         (Some(extrusion), _) => {
-            let surface = round.as_ref().map_or(&fluid, |round| &round.surface);
+            let surface = branches
+                .as_ref()
+                .map_or(&fluid, |branches| &branches.surface);
             (extruded(case, own, extrusion, surface)?, "inner")
         }
         (None, Some(file)) => (from_file(wall, file)?, WET),
@@ -149,7 +151,7 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
     Ok(Domain {
         elastic_cells: 0..fluid.cells(),
         fluid,
-        round,
+        branches,
         solid,
         wet_patches: own.fluid.patches.clone(),
         materials: (wall.materials().iter())
@@ -163,6 +165,43 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
     })
 }
 
+/// The mesh of a vessel that branches, and what else is known of it.
+fn branching(keys: &TreeKeys, is_meshed: bool) -> Result<(PolyMesh, Branches), DomainError> {
+    let meshes = Tree::meshes(keys).map_err(|e| DomainError::new(e.key(), e))?;
+    let round = RoundLumen {
+        polygons: meshes.polygons,
+        worst: meshes.worst,
+    };
+    let branches = Branches {
+        surface: meshes.surface,
+        lines: meshes.lines,
+        meshed: is_meshed.then_some(round),
+    };
+    Ok((meshes.outside, branches))
+}
+
+/// Whether the ends of a tree are patches of the OpenFOAM case whose wall it is: rims move with them.
+fn ends_are_patches(own: &OwnCase, mesh: &PolyMesh) -> Result<(), DomainError> {
+    let names = own.tree.as_ref().map_or_else(Vec::new, TreeKeys::names);
+    let is_patch = |name: &String| mesh.patches.iter().any(|patch| patch.name == *name);
+    let Some(place) = names.iter().position(|name| !is_patch(name)) else {
+        return Ok(());
+    };
+    let others = mesh.patches.iter().map(|patch| patch.name.as_str());
+    let others = others.filter(|name| !own.fluid.patches.iter().any(|wet| wet == name));
+    Err(DomainError::new(
+        match place {
+            0 => "tree.inlet",
+            _ => "tree.outlets",
+        },
+        format!(
+            "the wall ends at {:?}, which is no patch of the OpenFOAM case: call each end as the patch there, one of \"{}\"",
+            names[place],
+            others.collect::<Vec<_>>().join("\", \"")
+        ),
+    ))
+}
+
 /// A rigid wall: a thin layer whose wet side holds, or moves as prescribed.
 fn rigid_domain(own: &OwnCase, fluid: PolyMesh) -> Result<Domain, DomainError> {
     let solid = fluid.lining(&own.fluid.patches);
@@ -174,7 +213,7 @@ fn rigid_domain(own: &OwnCase, fluid: PolyMesh) -> Result<Domain, DomainError> {
     Ok(Domain {
         elastic_cells: 0..fluid.cells(),
         fluid,
-        round: None,
+        branches: None,
         wet_patches: own.fluid.patches.clone(),
         materials: vec![RIGID_MATERIAL],
         // Points of the fluid's patches are vertices of it: they move exactly as it does.
@@ -235,7 +274,8 @@ fn extruded(
     fluid: &PolyMesh,
 ) -> Result<HexMesh, DomainError> {
     let wall = &own.wall;
-    let surface = WetQuads::new(fluid, &own.fluid.patches);
+    let patches = own.wall_patches();
+    let surface = WetQuads::new(fluid, &patches);
     let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
     let usual = own.tree.as_ref().map_or(0, |_| SMOOTHING_OF_TREES);
     let normals = surface.normals(extrusion.smoothing.unwrap_or(usual));
@@ -247,7 +287,7 @@ fn extruded(
         }
     };
     let branches = own.tree.as_ref().map(TreeKeys::branches);
-    let patches = own.fluid.patches.iter().enumerate();
+    let patches = patches.iter().enumerate();
     let layers: Vec<PatchLayers> = patches
         .map(|(i, patch)| extrusion.layers_of(patch, branches.as_ref().map(|names| &*names[i])))
         .collect();
@@ -302,7 +342,10 @@ fn axes(
     if extrusion.axis == Some(FibreAxis::Mesh) {
         return Ok(None);
     }
-    let openings = files(case, own).openings(fluid);
+    let openings = match &own.tree {
+        Some(tree) => tree.names(),
+        None => files(case, own).openings(fluid),
+    };
     let Some((first, others)) = openings.split_first() else {
         return Ok(None);
     };
