@@ -194,7 +194,7 @@ def net(lumen, h):
 
 
 def caps(places, triangles):
-    """Fans that close the surface."""
+    """Fans that close the surface, one list for each of its holes."""
     along = {edge: True for t in triangles for edge in zip(t, (*t[1:], t[0]))}
     after = {b: a for a, b in along if (b, a) not in along}
     fans = []
@@ -204,8 +204,27 @@ def caps(places, triangles):
             loop.append(after.pop(loop[-1]))
         middle = ("cap", len(places))
         places[middle] = [sum(places[c][k] for c in loop[1:]) / (len(loop) - 1) for k in range(3)]
-        fans += [(a, b, middle) for a, b in zip(loop, loop[1:])]
+        fans.append([(a, b, middle) for a, b in zip(loop, loop[1:])])
     return fans
+
+
+def write_binary(path, places, triangles):
+    with path.open("wb") as out:
+        out.write(b"lumen".ljust(80) + struct.pack("<I", len(triangles)))
+        for t in triangles:
+            out.write(struct.pack("<12fH", 0.0, 0.0, 0.0, *(c for p in t for c in places[p]), 0))
+
+
+def write_solids(path, places, solids):
+    """In ASCII, each solid with its name, as snappyHexMesh makes patches of them."""
+    with path.open("w", encoding="ascii") as out:
+        for name, triangles in solids:
+            out.write(f"solid {name}\n")
+            for t in triangles:
+                out.write("facet normal 0 0 0\n outer loop\n")
+                out.writelines("  vertex {:.6g} {:.6g} {:.6g}\n".format(*places[p]) for p in t)
+                out.write(" endloop\nendfacet\n")
+            out.write(f"endsolid {name}\n")
 
 
 def main():
@@ -214,16 +233,21 @@ def main():
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("--spacing", type=float, default=0.25, help="of the lattice, in the smallest radius [0.25]")
     parser.add_argument("--closed", action="store_true", help="close the surface at its ends")
+    parser.add_argument("--solids", help="close it, and write solids of these names: the wall, the beginning, each end")
     given = parser.parse_args()
     lines = read_swc(given.lines) if given.lines.suffix == ".swc" else read_vtp(given.lines)
     smallest = min(r for line in lines for _, r in line)
-    places, triangles = net(Lumen(lines), given.spacing * smallest)
-    if given.closed:
-        triangles += caps(places, triangles)
-    with given.out.open("wb") as out:
-        out.write(b"lumen".ljust(80) + struct.pack("<I", len(triangles)))
-        for t in triangles:
-            out.write(struct.pack("<12fH", 0.0, 0.0, 0.0, *(c for p in t for c in places[p]), 0))
+    lumen = Lumen(lines)
+    places, triangles = net(lumen, given.spacing * smallest)
+    fans = caps(places, triangles) if given.closed or given.solids else []
+    if given.solids:
+        wall, *names = given.solids.split(",")
+        solids = [(wall, triangles)]
+        for name, (end, _, _) in zip(names, lumen.ends):
+            solids.append((name, min(fans, key=lambda fan: math.dist(places[fan[0][2]], end))))
+        write_solids(given.out, places, solids)
+    else:
+        write_binary(given.out, places, triangles + [t for fan in fans for t in fan])
     print(f"{given.out}: {len(triangles)} triangles")
 
 

@@ -22,6 +22,11 @@ const MISSING: f64 = 0.01;
 const EXCHANGES: f64 = 1e3;
 /// A loss below this share of the largest flow that the drive explains is none.
 const NEGLIGIBLE: f64 = 1e-6;
+/// Sweeps diverge whose first residuals grow in so many coupling iterations in a row, by this factor at least, while the
+/// wall moves by no more than this share of its displacement.
+const GROWING: usize = 4;
+const GROWTH: f64 = 1.2;
+const STILL: f64 = 0.01;
 /// Where a missing force acts is reported for as many faces as this.
 const FEW_FACES: usize = 8;
 
@@ -71,6 +76,17 @@ pub enum Refusal {
         load: f64,
         /// Where it acts.
         place: FaultPlace,
+    },
+    /// The more the fluid works, the farther it is from a solution.
+    #[error(
+        "the fluid's sweeps diverge: in {GROWING} coupling iterations, in which the wall moved by less than {:.0} % of its displacement, the residual with which the last one began grew to {residual:.3}, where {limit} is accepted at most. Try a smaller time.step_s: most often fluid passes several cells in a step (the Courant number in openfoam.log)",
+        100.0 * STILL
+    )]
+    Diverging {
+        /// Residual with which the last sweep began.
+        residual: f64,
+        /// Largest one that is accepted.
+        limit: f64,
     },
     /// A value is not a number.
     #[error("the fluid diverged: {quantity} is non-finite at {place}")]
@@ -193,6 +209,30 @@ impl Balance {
 }
 
 impl Limits {
+    /// Judges a step that has not converged yet.
+    pub(super) fn of_iterations(&self, done: &[Iteration], max_sweeps: u32) -> Result<(), Refusal> {
+        let tail = &done[done.len().saturating_sub(GROWING + 1)..];
+        let grows = |pair: &[Iteration]| {
+            let [before, now] = [&pair[0], &pair[1]].map(|iteration| iteration.fluid_cost.residual);
+            now > GROWTH * before && pair[1].measure.change < STILL
+        };
+        let is_at_work = |iteration: &Iteration| iteration.fluid_cost.sweeps >= max_sweeps;
+        match tail.last().map(|last| last.fluid_cost.residual) {
+            Some(residual)
+                if tail.len() > GROWING
+                    && residual > self.residual
+                    && tail.iter().all(is_at_work)
+                    && tail.windows(2).all(grows) =>
+            {
+                Err(Refusal::Diverging {
+                    residual,
+                    limit: self.residual,
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Judges a step that has converged, before the fluid keeps it. `needs_load`: the wall answers to the load.
     pub(super) fn of_trial<S: Solid>(
         &self,

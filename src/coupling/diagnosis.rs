@@ -265,6 +265,7 @@ fn consequence(failed: &FailedStep) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::acceptance::Limits;
     use super::super::convergence::ResidualMeasure;
     use super::*;
     use crate::fluid::{FluidCost, FluidError};
@@ -292,6 +293,28 @@ mod tests {
             coupling_seconds: 0.0,
         };
         residuals.iter().enumerate().map(iteration).collect()
+    }
+
+    /// Correctors beyond their Courant number: what each coupling iteration left was more than the one before.
+    #[test]
+    fn sweeps_that_diverge_are_seen_before_the_wall_breaks() {
+        let limits = Limits::of_any_liquid(1060.0, 1e-2);
+        let judged = |left: &[f64], changes: f64| {
+            let mut done = iterations(&vec![changes; left.len()]);
+            for (iteration, &residual) in done.iter_mut().zip(left) {
+                iteration.fluid_cost.residual = residual;
+            }
+            limits.of_iterations(&done, 2)
+        };
+        let seen = [0.038, 0.020, 0.021, 0.032, 0.049, 0.076, 0.116];
+        assert_eq!(judged(&seen[..6], 1e-3), Ok(()));
+        let refusal = judged(&seen, 1e-3).unwrap_err();
+        assert!(refusal.to_string().contains("time.step_s"), "{refusal}");
+        assert_eq!(judged(&seen, 0.1), Ok(()), "the wall moves");
+        assert_eq!(judged(&seen.map(|r| 0.1 * r), 1e-3), Ok(()), "small");
+        let mut saw = seen;
+        saw[5] = 0.05;
+        assert_eq!(judged(&saw, 1e-3), Ok(()), "not always");
     }
 
     fn says(iterations: &[Iteration], words: &str) {

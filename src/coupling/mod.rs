@@ -224,6 +224,9 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
                 CouplingError::NotConverged(diagnosis::diagnosis(&iterations, limit))
             }
         };
+        if let CouplingError::Refused(Refusal::Diverging { .. }) = error {
+            self.fixed_point.acquit();
+        }
         Err(self.failed(iterations, &trial, error))
     }
 
@@ -415,7 +418,11 @@ impl<F: Fluid, S: Solid, B: FnOnce(&S) + Send> CoupledProblem for CoupledStep<'_
             structure_seconds: last.structure_seconds,
             coupling_seconds,
         });
-        Ok(())
+        let max_sweeps = self.effort.max_sweeps;
+        Ok(self
+            .settings
+            .limits
+            .of_iterations(&self.iterations, max_sweeps)?)
     }
 }
 

@@ -116,6 +116,11 @@ impl FixedPoint {
         self.set_share(BACK_OFF.powi(attempt as i32 - 1));
     }
 
+    /// The step that failed says nothing about the acceleration: one of the two solvers gave wrong answers.
+    pub fn acquit(&mut self) {
+        self.acceleration.acquit();
+    }
+
     /// The next time steps are `ratio` times as long. What was learnt of the Jacobian in steps of another length is
     /// forgotten.
     pub fn change_time_step(&mut self, ratio: f64) {

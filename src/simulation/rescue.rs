@@ -264,6 +264,11 @@ impl RescueVerdict {
                 needs_shorter_steps: true,
                 ..verdict
             },
+            CouplingError::Refused(Refusal::Diverging { .. }) => Self {
+                of_the_fluid: true,
+                needs_shorter_steps: true,
+                ..verdict
+            },
             CouplingError::Refused(Refusal::Unsolved { sweeps, .. }) => Self {
                 of_the_fluid: true,
                 needs_shorter_steps: *sweeps >= ENOUGH_SWEEPS,

@@ -249,3 +249,67 @@ fn files_include_others_from_anywhere_in_the_case() {
         "{said}"
     );
 }
+
+/// The carotid in cells of snappyHexMesh, with a wall around its centre-lines, beside the same surface in the driver's
+/// own mesh; and what is refused of such a case.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_wall_around_centre_lines_fits_cells_of_any_shape() {
+    let folder = tempfile::tempdir().unwrap();
+    for part in ["own-case/carotid", "trees/carotid"] {
+        copy(
+            &project("examples").join(part),
+            &folder.path().join("examples").join(part),
+        );
+    }
+    let trees = folder.path().join("examples/trees");
+    fs::copy(project("examples/trees/lumen.py"), trees.join("lumen.py")).unwrap();
+    let case = folder.path().join("examples/own-case/carotid");
+    let made = Command::new(case.join("make_mesh.sh")).output().unwrap();
+    assert!(made.status.success(), "{}", text(&made));
+    assert!(text(&made).contains("Mesh OK"), "{}", text(&made));
+    for (words, said) in [
+        (
+            "tree.inlet=entry",
+            "the wall ends at \"entry\", which is no patch of the OpenFOAM case: call each end as the patch there, one of \
+             \"common\", \"internal\", \"external\"",
+        ),
+        ("tree.unit=m", "tree.unit"),
+        ("fluid.solver=native", "a case of OpenFOAM is for OpenFOAM"),
+        (
+            "wall.mode=rigid",
+            "only an elastic wall is made from [tree]",
+        ),
+        ("coupling.surrogate=potential", "write \"none\""),
+    ] {
+        let output = check(&case, &["--set", words]);
+        assert_eq!(output.status.code(), Some(2), "{words}: {}", text(&output));
+        assert!(text(&output).contains(said), "{words}: {}", text(&output));
+    }
+    let surface = case.join("fluid/constant/triSurface/lumen.stl");
+    let lumen = format!("tree.lumen=\"{}\"", surface.display());
+    let tree = trees.join("carotid");
+    let ends = ["--end-time", "0.02"];
+    let with_lumen = [&ends[..], &["--set", &lumen, "--fluid", "openfoam"]].concat();
+    let [own, meshed] = [(&case, &ends[..]), (&tree, &with_lumen)].map(|(case, words)| {
+        let out = case.join("run");
+        complete(run(case, &out, words));
+        out
+    });
+    let lost = column(&own, "history.csv", "force_mismatch");
+    assert!(lost.iter().all(|lost| *lost < 1e-3), "{lost:?}");
+    for (name, within) in [
+        ("lumen_volume_m3", 0.01),
+        ("p_in_Pa", 2e-3),
+        ("max_von_mises_Pa", 0.03),
+    ] {
+        let [own, meshed] = [&own, &meshed].map(|run| column(run, "history.csv", name));
+        let ratio = own[3] / meshed[3];
+        println!("{name}: {} {} {ratio}", own[3], meshed[3]);
+        assert!((ratio - 1.0).abs() < within, "{name}: {own:?} {meshed:?}");
+    }
+    let regions = fs::read_to_string(own.join("regions.csv")).unwrap();
+    for branch in ["common", "internal", "external"] {
+        assert!(regions.contains(branch), "{branch}");
+    }
+}

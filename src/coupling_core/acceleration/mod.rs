@@ -59,6 +59,9 @@ pub trait Acceleration: Send {
     /// Replaces the relaxation factor of [`AccelerationSettings`].
     fn set_relaxation(&mut self, factor: f64);
 
+    /// Holds nothing of the step that failed against what made its trials.
+    fn acquit(&mut self) {}
+
     /// What was learnt in the accepted steps. Call it between two steps.
     fn memory(&self) -> AccelerationMemory;
 

@@ -166,6 +166,12 @@ impl<M: JacobianModel> Acceleration for QuasiNewton<M> {
         }
     }
 
+    fn acquit(&mut self) {
+        if std::mem::take(&mut self.changes) > 0 && !self.record.left.is_empty() {
+            self.record.left.remove(0);
+        }
+    }
+
     fn set_relaxation(&mut self, factor: f64) {
         self.relaxation = factor;
     }
@@ -257,6 +263,16 @@ mod tests {
             told.is_none() && counted[0] < without[0],
             "{counted:?}, {without:?}"
         );
+    }
+
+    #[test]
+    fn a_step_that_failed_for_another_reason_is_not_held_against_the_surrogate() {
+        let (mut problem, mut model) = (Linear::new(30, 20.0), model(Box::new(Wrong)));
+        assert!(iterate(&mut problem, &mut model, 3).is_none());
+        model.acquit();
+        model.reset();
+        assert_eq!(model.notice(), None);
+        assert!(!model.memory().surrogate.dropped);
     }
 
     #[test]

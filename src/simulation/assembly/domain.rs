@@ -79,9 +79,15 @@ impl DomainError {
 pub(super) const WALL: &str = "wallFsi";
 
 impl Domain {
-    /// The mesh of the fluid with the corners of its wall on the surface itself, where that is known beforehand; or the
-    /// mesh from which the wall of an OpenFOAM case is extruded.
+    /// The mesh of the fluid with the corners of its wall on the surface itself, where that is known beforehand.
     pub fn surface(&self) -> &PolyMesh {
+        let meshed = self.branches.as_ref();
+        let meshed = meshed.filter(|branches| branches.meshed.is_some());
+        meshed.map_or(&self.fluid, |branches| &branches.surface)
+    }
+
+    /// The mesh whose patches are regions of the wall.
+    pub fn of_regions(&self) -> &PolyMesh {
         let branches = self.branches.as_ref();
         branches.map_or(&self.fluid, |branches| &branches.surface)
     }

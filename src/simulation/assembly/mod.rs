@@ -185,7 +185,7 @@ impl CoupledModel {
             rigid_volume,
             unloading,
             coupling: join(case, &domain, fluid, solid, unloading)?,
-            own_mesh: case.own().map(|_| domain.surface().clone()),
+            own_mesh: case.own().map(|_| domain.of_regions().clone()),
             branch_lines: domain
                 .branches
                 .map_or_else(Vec::new, |branches| branches.lines),

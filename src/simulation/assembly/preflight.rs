@@ -196,7 +196,7 @@ fn check_sections(
         .branches
         .as_ref()
         .map_or(&[][..], |branches| &branches.lines);
-    let mesh = case.own().map(|_| domain.surface());
+    let mesh = case.own().map(|_| domain.of_regions());
     let (points, faces) = (&interface.points, &interface.faces);
     let wall = analysis::wet_surface(case, points, faces, mesh, lines);
     for (i, place) in places.iter().enumerate() {
@@ -232,6 +232,7 @@ fn blamed(case: &ResolvedCase, key: Option<&str>, reason: String) -> CaseError {
 fn key_of(case: &Case, error: &TransferError) -> Option<&'static str> {
     match (case.own(), error) {
         (None, _) => None,
+        (Some(own), TransferError::Size { .. }) if own.tree.is_some() => Some("tree.unit"),
         (Some(own), _) if own.wall.file.is_none() => Some("fluid.patches"),
         (Some(_), TransferError::Size { .. }) => Some("wall.file.unit_m"),
         (Some(_), TransferError::Solid(_)) => Some("wall.file.mesh"),
@@ -245,6 +246,11 @@ fn apart(case: &Case, error: &TransferError) -> String {
         (None, _) => {
             format!(
                 "{error}; take more elements of the wall around and along (structure), or more cells (fluid)"
+            )
+        }
+        (Some(own), TransferError::Size { .. }) if own.tree.is_some() => {
+            format!(
+                "{error}; correct the unit, or scale the fluid's mesh, which must be in metres (transformPoints)"
             )
         }
         (Some(own), TransferError::Size { wall, fluid }) => {
