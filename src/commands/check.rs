@@ -120,7 +120,10 @@ fn openfoam(case: &ResolvedCase) -> Result<String, Failure> {
     let interrupt = Interrupt::listen(None)?;
     preflight::try_fluid(case, interrupt.of_the_start())?;
     interrupt.stop_listening()?;
-    Ok("takes the templates".into())
+    Ok(match case.has_own_openfoam() {
+        true => "takes the case".into(),
+        false => "takes the templates".into(),
+    })
 }
 
 /// The vessel whose wall can be put under pressure alone.

@@ -5,11 +5,13 @@ cd "$(dirname "$0")"
 : "${WM_PROJECT_DIR:=/usr/share/openfoam}"
 export WM_PROJECT_DIR
 mkdir -p fluid/constant/triSurface
-python3 ../../trees/lumen.py ../../trees/carotid/lines.vtp fluid/constant/triSurface/lumen.stl \
-    --solids wall,common,internal,external
 cd fluid
-for program in blockMesh surfaceFeatureExtract "snappyHexMesh -overwrite"; do
-    $program > "log.${program%% *}" 2>&1 || { tail -n 30 "log.${program%% *}" >&2; exit 1; }
-done
+python3 ../../../trees/lumen.py ../../../trees/carotid/lines.vtp constant/triSurface/mm.stl \
+    --solids wall,common,internal,external
+run() { "$@" > "log.$1" 2>&1 || { tail -n 30 "log.$1" >&2; exit 1; }; }
+run surfaceTransformPoints -scale "(0.001 0.001 0.001)" constant/triSurface/mm.stl constant/triSurface/lumen.stl
+run blockMesh
+run surfaceFeatureExtract
+run snappyHexMesh -overwrite
 checkMesh -latestTime > log.checkMesh 2>&1 || true
 grep -E "^ +cells:|Mesh OK|\*\*\*" log.checkMesh
