@@ -25,9 +25,15 @@ pub enum MeasuredQuantity {
     /// Magnitude of the blood's velocity.
     #[serde(rename = "speed_m_s")]
     Speed,
-    /// Flow through the cross-section of the case (`[[output.section]]`) that has the name of the series.
+    /// Flow through the cross-section of the case (`[[output.section]]`) that has the name of the series, up to a colon.
     #[serde(rename = "flow_m3_s")]
     Flow,
+    /// Mean pressure on the wall there.
+    #[serde(rename = "section_pressure_Pa")]
+    SectionPressure,
+    /// Radius of a circle of the area there, less that at the first point of the series.
+    #[serde(rename = "section_radius_difference_m")]
+    SectionRadiusDifference,
     /// Pressure in the blood.
     #[serde(rename = "pressure_Pa")]
     Pressure,
@@ -76,7 +82,7 @@ impl MeasuredQuantity {
             }
             WallPressure | WallPressureDifference | WallShear => Recorder::WallProbe,
             DisplacementX | DisplacementY | DisplacementZ => Recorder::WallProbe,
-            Flow => Recorder::Section,
+            Flow | SectionPressure | SectionRadiusDifference => Recorder::Section,
         }
     }
 
@@ -84,7 +90,9 @@ impl MeasuredQuantity {
     pub fn is_difference(self) -> bool {
         matches!(
             self,
-            MeasuredQuantity::PressureDifference | MeasuredQuantity::WallPressureDifference
+            MeasuredQuantity::PressureDifference
+                | MeasuredQuantity::WallPressureDifference
+                | MeasuredQuantity::SectionRadiusDifference
         )
     }
 
@@ -97,6 +105,8 @@ impl MeasuredQuantity {
             VelocityZ => "velocity along z",
             Speed => "speed",
             Flow => "flow",
+            SectionPressure => "pressure",
+            SectionRadiusDifference => "change of radius",
             Pressure => "pressure",
             PressureDifference => "pressure less the first",
             WallPressure => "pressure at the wall",
@@ -115,10 +125,13 @@ impl MeasuredQuantity {
         match self {
             VelocityX | VelocityY | VelocityZ | Speed => "m/s",
             Flow => "m³/s",
-            Pressure | PressureDifference | WallPressure | WallPressureDifference | WallShear => {
-                "Pa"
-            }
-            DisplacementX | DisplacementY | DisplacementZ => "m",
+            Pressure
+            | PressureDifference
+            | WallPressure
+            | WallPressureDifference
+            | WallShear
+            | SectionPressure => "Pa",
+            DisplacementX | DisplacementY | DisplacementZ | SectionRadiusDifference => "m",
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::case::measured::{
 use crate::files::{Fault, fault};
 use fsi_numerics::twelve_digits;
 use serde::de::DeserializeOwned;
+use std::f64::consts::PI;
 use std::path::Path;
 
 /// A probe lies at a measured point if it is no further away than this (m).
@@ -340,7 +341,7 @@ fn computed(
 }
 
 impl Recorded {
-    /// All that was recorded of a series' quantity; flows stand at the place of the first of its points.
+    /// All that was recorded of a series' quantity; what sections have stands at the place of the first of its points.
     fn samples(&self, series: &MeasuredSeries) -> Vec<Sample> {
         use MeasuredQuantity::*;
         let quantity = series.quantity;
@@ -372,17 +373,23 @@ impl Recorded {
             },
         };
         let of_a_section = |row: &SectionRow| {
-            row.flow_m3_s.map(|value| Sample {
+            let value = match quantity {
+                SectionPressure => Some(row.p_Pa),
+                SectionRadiusDifference => Some((row.area_m2 / PI).sqrt()),
+                _ => row.flow_m3_s,
+            };
+            value.map(|value| Sample {
                 place: series.points[0].place,
                 time: row.time_s,
                 value,
             })
         };
+        let section = series.name.split(':').next().unwrap_or_default();
         match quantity.recorder() {
             Recorder::WallProbe => self.wall.iter().map(of_the_wall).collect(),
             Recorder::BloodProbe => self.blood.iter().map(of_the_blood).collect(),
             Recorder::Section => (self.sections.iter())
-                .filter(|row| row.section == series.name)
+                .filter(|row| row.section == section)
                 .filter_map(of_a_section)
                 .collect(),
         }
