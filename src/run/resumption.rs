@@ -3,8 +3,10 @@
 use super::coupled_run::{Found, RunCheckpoint};
 use super::{Failure, RunFolder, new_tables};
 use crate::case::{Case, CaseIdentity};
+use crate::output::record::RunSummary;
 use crate::output::run_files::RunFiles;
 use crate::output::terminal;
+use crate::simulation::assembly::surroundings;
 use crate::simulation::checkpoint::StoreError;
 use std::fs;
 
@@ -21,6 +23,11 @@ pub(super) fn checkpoint(
         return Ok(None);
     };
     can_follow(&found.checkpoint, case)?;
+    if let Some((before, now)) = another_openfoam(folder, case) {
+        terminal::note(format_args!(
+            "warning: the run was computed by OpenFOAM {before} so far, and continues with {now}: it is not the same to the last digit"
+        ));
+    }
     for damaged in &found.damaged {
         terminal::note(format_args!("passed over: {damaged}"));
     }
@@ -31,6 +38,16 @@ pub(super) fn checkpoint(
         found.checkpoint.time()
     ));
     Ok(Some(found.checkpoint))
+}
+
+/// The OpenFOAM by which the run in `folder` was computed, as its summary says, and that which is used now, if they differ.
+fn another_openfoam(folder: &RunFolder, case: &Case) -> Option<(String, String)> {
+    let summary = fs::read(folder.summary()).ok()?;
+    let before = serde_json::from_slice::<RunSummary>(&summary)
+        .ok()?
+        .openfoam?;
+    let now = surroundings::openfoam(case.fluid.solver)?;
+    (before != now).then_some((before, now))
 }
 
 /// The checkpoint from which the run in `folder` continues with new tables.

@@ -29,7 +29,13 @@ fn an_extended_run_is_the_longer_run() {
     assert!(text(&output).contains("passed over"), "{}", text(&output));
     assert!(text(&output).contains("7 steps"), "{}", text(&output));
     std::fs::write(resumed.join("openfoam/0.024/U"), "").unwrap();
+    assert!(!text(&output).contains("computed by"), "{}", text(&output));
+    let summary = std::fs::read_to_string(resumed.join("summary.json")).unwrap();
+    let before = summary.replace("\"openfoam\": \"", "\"openfoam\": \"2406 and ");
+    std::fs::write(resumed.join("summary.json"), before).unwrap();
     let output = complete(driver(&resumed, 16, &["--resume"]));
+    let warned = text(&output).contains("computed by OpenFOAM 2406 and ");
+    assert!(warned, "{}", text(&output));
     assert!(text(&output).contains("0.024/U"), "{}", text(&output));
     assert!(text(&output).contains("11 steps"), "{}", text(&output));
     assert_same_run(&resumed, &straight);
