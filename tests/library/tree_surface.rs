@@ -73,7 +73,7 @@ fn distances(points: &[Vec3], surface: Surface, tree: &TreeKeys) -> Vec<f64> {
 
 /// Points of the walls of a case's cells.
 fn wall(domain: &Domain) -> Vec<Vec3> {
-    let mesh = &domain.round.as_ref().unwrap().surface;
+    let mesh = domain.surface();
     let patches = domain
         .wet_patches
         .iter()
@@ -92,7 +92,8 @@ fn is_close(folder: &Path, worst: f64) -> Case {
     let share = domain.fluid.volume() / volume(&of_file);
     let off = distances(&wall(&domain), of_file, case.tree().unwrap());
     let at = |share: f64| off[(share * (off.len() - 1) as f64) as usize];
-    let (jacobian, _) = domain.round.as_ref().unwrap().worst;
+    let branches = domain.branches.as_ref().unwrap();
+    let (jacobian, _) = branches.meshed.as_ref().unwrap().worst;
     println!(
         "volume {share:.4}, 99 % {:.4}, all {:.4}, scaled Jacobian {jacobian:.3}",
         at(0.99),
