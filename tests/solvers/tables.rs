@@ -22,7 +22,10 @@ fn the_pages_say_what_the_stored_runs_say() {
     let study = results().join("README.md");
     let credibility = results().join("../credibility.md");
     let nozzle = results().join("../../openfoam-case/fda-nozzle/README.md");
-    let output = tables(&["--check"], &[&study, &credibility, &nozzle]);
+    let arteries = results().join("../../openfoam-case/single-arteries/README.md");
+    let bifurcation = results().join("../../examples/trees/aorta/README.md");
+    let pages = [&*study, &credibility, &nozzle, &arteries, &bifurcation];
+    let output = tables(&["--check"], &pages);
     assert!(output.status.success(), "{}", said(&output.stderr));
 }
 
