@@ -25,7 +25,8 @@ pub enum MeasuredQuantity {
     /// Magnitude of the blood's velocity.
     #[serde(rename = "speed_m_s")]
     Speed,
-    /// Flow through the cross-section of the case (`[[output.section]]`) that has the name of the series, up to a colon.
+    /// Flow through the cross-section of the case (`[[output.section]]`) that has the name of the series, up to a
+    /// colon.
     #[serde(rename = "flow_m3_s")]
     Flow,
     /// Mean pressure on the wall there.

@@ -22,8 +22,8 @@ const MISSING: f64 = 0.01;
 const EXCHANGES: f64 = 1e3;
 /// A loss below this share of the largest flow that the drive explains is none.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Sweeps diverge whose first residuals grow in so many coupling iterations in a row, by this factor at least, while the
-/// wall moves by no more than this share of its displacement.
+/// Sweeps diverge whose first residuals grow in so many coupling iterations in a row, by this factor at least, while
+/// the wall moves by no more than this share of its displacement.
 const GROWING: usize = 4;
 const GROWTH: f64 = 1.2;
 const STILL: f64 = 0.01;

@@ -40,7 +40,8 @@ pub(super) fn checkpoint(
     Ok(Some(found.checkpoint))
 }
 
-/// The OpenFOAM by which the run in `folder` was computed, as its summary says, and that which is used now, if they differ.
+/// The OpenFOAM by which the run in `folder` was computed, as its summary says, and that which is used now, if they
+/// differ.
 fn another_openfoam(folder: &RunFolder, case: &Case) -> Option<(String, String)> {
     let summary = fs::read(folder.summary()).ok()?;
     let before = serde_json::from_slice::<RunSummary>(&summary)

@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_failed_for_another_reason_is_not_held_against_the_surrogate() {
+    fn a_failure_of_the_fluid_is_not_held_against_the_surrogate() {
         let (mut problem, mut model) = (Linear::new(30, 20.0), model(Box::new(Wrong)));
         assert!(iterate(&mut problem, &mut model, 3).is_none());
         model.acquit();
