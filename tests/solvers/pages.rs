@@ -362,6 +362,7 @@ fn examples_of_own_cases() {
         ("bifurcation", "0.01"),
         ("flap", "0.01"),
         ("flap-one-cell-deep", "0.01"),
+        ("carotid", "0.005"),
     ] {
         run(&format!("examples/own-case/{case}/README.md"), Some(end));
     }
