@@ -107,7 +107,7 @@ fn unrolled(run: &Results, name: &str, page: &mut Page) -> io::Result<()> {
             &gallery(&radii(run)?),
         );
     }
-    if run.case.tree().is_some()
+    if run.case.own().is_some_and(|own| own.tree.is_some())
         && let Some(wall) = run.wall()?
         && wall.faces.len() == run.faces.len()
     {
