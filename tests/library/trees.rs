@@ -108,7 +108,7 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("condition = \"resistance\"\nresistance_Pa_s_m3 = 1e9", "condition = \"resistance\"", "tree.opening[1].resistance_Pa_s_m3", "is missing"),
     ("condition = \"flow\"", "condition = \"flow_split\"\nfraction = 0.5", "tree.opening[0].base_m3_s", ""),
     ("base_m3_s = 1e-6", "flow_file = \"q.csv\"", "tree.opening[0].flow_file", "q.csv"),
-    ("[tree]", "[fluid]\ncase = \"here\"\n[tree]", "fluid.case", "leave out one of"),
+    ("[tree]", "[fluid]\ncase = \"here\"\n[tree]", "tree.opening[0].name", "stands in the OpenFOAM case"),
     ("[tree]", "[fluid]\nsolver = \"external\"\ncommand = [\"sh\"]\n[tree]", "fluid.solver", "by the driver's own solver"),
     ("[tree]", "[tree.native]\ncore = 3\n[tree]", "tree.native.core", "an even number"),
     ("[tree]", "[tree.native]\ndegree = 2\n[tree]", "tree.native.degree", ""),
