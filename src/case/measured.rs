@@ -180,6 +180,13 @@ pub struct MeasuredSeries {
     pub points: Vec<MeasuredPoint>,
 }
 
+impl MeasuredSeries {
+    /// The cross-section that records it, if one does: its name up to a colon.
+    pub fn section(&self) -> &str {
+        self.name.split(':').next().unwrap_or_default()
+    }
+}
+
 /// All that a file holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measurements {

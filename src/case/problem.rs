@@ -250,12 +250,13 @@ impl Output {
             .filter(|series| series.quantity.recorder() == Recorder::Section);
         if let Some(series) = of_flows
             .into_iter()
-            .find(|it| !sections.contains(&&it.name))
+            .find(|it| !sections.iter().any(|name| *name == it.section()))
         {
             return Err(fault!(
-                "{}: the flow `{}` is that through a cross-section of this name, and the case has none; expected an [[output.section]] with it",
+                "{}: `{}` is recorded by the cross-section {:?}, and the case has none; expected an [[output.section]] of this name",
                 path.display(),
-                series.name
+                series.name,
+                series.section()
             ));
         }
         let kinds = [

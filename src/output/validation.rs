@@ -384,12 +384,11 @@ impl Recorded {
                 value,
             })
         };
-        let section = series.name.split(':').next().unwrap_or_default();
         match quantity.recorder() {
             Recorder::WallProbe => self.wall.iter().map(of_the_wall).collect(),
             Recorder::BloodProbe => self.blood.iter().map(of_the_blood).collect(),
             Recorder::Section => (self.sections.iter())
-                .filter(|row| row.section == section)
+                .filter(|row| row.section == series.section())
                 .filter_map(of_a_section)
                 .collect(),
         }

@@ -685,3 +685,22 @@ fn a_fluid_program_is_found_next_to_its_case() {
     write("await = true");
     assert_eq!(load(&[]).fluid.solver, Solver::External);
 }
+
+/// What a file says of cross-sections is recorded by those of the case, by the names up to a colon.
+#[test]
+fn measured_cross_sections_are_those_of_the_case() {
+    let case = project().join("../examples/trees/aorta");
+    let published = case.join("published.csv").display().to_string();
+    let measured = ("output.measured", published.as_str());
+    load(&case, Preset::Paper, &[measured]);
+    let renamed = [measured, ("output.section[0].name", "elsewhere")];
+    let renamed: Vec<_> = renamed
+        .map(|(key, value)| (key.into(), value.into()))
+        .to_vec();
+    let error = Case::load(&case, Preset::Paper, &renamed).unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.contains("`mid-aorta: pressure` is recorded by the cross-section \"mid-aorta\""),
+        "{error}"
+    );
+}
