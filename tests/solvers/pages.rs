@@ -66,6 +66,13 @@ fn run(page: &str, end: Option<&str>) -> String {
         copy.arg("-r").arg(root().join(name)).arg(at(name));
         assert!(copy.status().unwrap().success());
     }
+    // Those of the README may have left runs, which would be in the way.
+    let mut clear = Command::new("find");
+    clear.args([at("openfoam-case"), at("examples")]);
+    clear.args([
+        "-name", "run-*", "-type", "d", "-prune", "-exec", "rm", "-r", "{}", "+",
+    ]);
+    assert!(clear.status().unwrap().success());
     // The commands say `fsi-driver`, `cargo run`, `python3` and a browser, whatever these are here.
     for name in ["programs", "target/release"] {
         fs::create_dir_all(at(name)).unwrap();
