@@ -6,7 +6,7 @@
 //! with the table that shows it, and an arm of the few `match`es that the compiler then asks for.
 
 use super::error::CaseError;
-use super::measured::{MOST_POINTS, Measurements, Recorder};
+use super::measured::{MOST_POINTS, MeasuredSeries, Measurements, Recorder};
 use super::schema::{KeyTable, Schema};
 use super::stack::{Stack, insert};
 use super::table::words;
@@ -244,14 +244,11 @@ impl Output {
     /// What is wrong with the file, in words.
     fn record_where(&mut self, path: &Path) -> Result<(), Fault> {
         let measured = Measurements::read(path)?;
-        let sections = self.section.iter().flatten().map(|section| &section.name);
-        let sections: Vec<&String> = sections.collect();
-        let of_flows = (measured.series.iter())
-            .filter(|series| series.quantity.recorder() == Recorder::Section);
-        if let Some(series) = of_flows
-            .into_iter()
-            .find(|it| !sections.iter().any(|name| *name == it.section()))
-        {
+        let has = |name: &str| (self.section.iter().flatten()).any(|section| section.name == name);
+        let is_missing = |series: &&MeasuredSeries| {
+            series.quantity.recorder() == Recorder::Section && !has(series.section())
+        };
+        if let Some(series) = measured.series.iter().find(is_missing) {
             return Err(fault!(
                 "{}: `{}` is recorded by the cross-section {:?}, and the case has none; expected an [[output.section]] of this name",
                 path.display(),

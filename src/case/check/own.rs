@@ -41,8 +41,8 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
 /// The blood flows in a mesh of OpenFOAM's, or in that of a tree.
 fn mesh(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     let fluid = &own.fluid;
-    match (&fluid.case, &own.tree) {
-        (Some(folder), tree) => {
+    match &fluid.case {
+        Some(folder) => {
             report(
                 &["fluid.case"],
                 !folder.join("system/controlDict").is_file(),
@@ -56,13 +56,13 @@ fn mesh(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
                 fluid.patches.is_empty(),
                 "which patches does the elastic wall touch? Write their names".into(),
             );
-            if let Some(tree) = tree {
+            if let Some(tree) = &own.tree {
                 super::tree::check_vessel(tree, report);
                 around_own_mesh(own, tree, report);
             }
         }
-        (None, tree) => {
-            if let Some(tree) = tree {
+        None => {
+            if let Some(tree) = &own.tree {
                 super::tree::check(case, tree, report);
             }
         }
