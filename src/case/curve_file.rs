@@ -233,12 +233,9 @@ fn time_unit(sheet: &Sheet, column: usize) -> Result<f64, Fault> {
         Ok(None) => Ok((sheet.noted_unit(units::TIME))
             .filter(|unit| unit.size < 1.0)
             .map_or(1.0, |unit| unit.size)),
-        Err(ForeignUnit(found)) => Err(Fault {
+        Err(foreign) => Err(Fault {
             line: sheet.header.as_ref().map(|(line, _)| *line),
-            message: format!(
-                "{found:?} is not a unit of time: expected {}",
-                units::offered(units::TIME)
-            ),
+            message: foreign.to_string(),
         }),
     }
 }
@@ -273,7 +270,7 @@ fn unit_of_file(
             }
             Ok(sheet.noted_unit(quantity.dimension))
         }
-        Err(ForeignUnit(found)) => {
+        Err(ForeignUnit { text: found, .. }) => {
             let other = Unit::parse(&found).map(|unit| units::called(unit.dimension));
             if let Some(other) = other {
                 let advice = match other {

@@ -122,7 +122,10 @@ impl Sheet {
             None => Unit::of_name(name, wanted),
             Some(text) => match Unit::parse(text).filter(|unit| unit.dimension == wanted) {
                 Some(unit) => Ok(Some(unit)),
-                None => Err(ForeignUnit(text.to_owned())),
+                None => Err(ForeignUnit {
+                    text: text.to_owned(),
+                    wanted,
+                }),
             },
         }
     }

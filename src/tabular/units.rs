@@ -2,8 +2,13 @@
 
 /// A text where a unit belongs that is none, or one of something else.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0:?} is not a unit of what is expected")]
-pub struct ForeignUnit(pub String);
+#[error("{text:?} is not a unit of {}: expected {}", called(*.wanted), offered(*.wanted))]
+pub struct ForeignUnit {
+    /// What was found.
+    pub text: String,
+    /// What it should be a unit of.
+    pub wanted: Dimension,
+}
 
 /// A unit in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -160,7 +165,10 @@ impl Unit {
             return match Self::parse(inside) {
                 Some(unit) if unit.dimension == wanted => Ok(Some(unit)),
                 None if !inside.contains(['/', '^', '³']) => Ok(None),
-                _ => Err(ForeignUnit(inside.to_owned())),
+                _ => Err(ForeignUnit {
+                    text: inside.to_owned(),
+                    wanted,
+                }),
             };
         }
         // Every way to cut off what stands before the unit

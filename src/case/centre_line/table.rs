@@ -2,7 +2,7 @@
 //! spreadsheets, ParaView and VMTK (`vmtkcenterlines -ofile line.dat`) write them.
 
 use super::LineFile;
-use crate::tabular::units::{self, ForeignUnit, Unit};
+use crate::tabular::units::{self, Unit};
 use crate::tabular::{Fault, Sheet};
 use std::f64::consts::PI;
 use std::path::Path;
@@ -161,15 +161,10 @@ fn unit(sheet: &Sheet, position: [usize; 3], width: Option<Width>) -> Result<Opt
         .map(|(column, ..)| column);
     let mut found: Option<Unit> = None;
     for column in position.into_iter().chain(lengths) {
-        let unit = sheet
-            .unit(column, units::LENGTH)
-            .map_err(|ForeignUnit(text)| Fault {
-                line,
-                message: format!(
-                    "{text:?} is not a unit of length: expected {}",
-                    units::offered(units::LENGTH)
-                ),
-            })?;
+        let unit = sheet.unit(column, units::LENGTH).map_err(|e| Fault {
+            line,
+            message: e.to_string(),
+        })?;
         match (found, unit) {
             (Some(one), Some(other)) if !one.is(&other) => {
                 return Err(Fault {

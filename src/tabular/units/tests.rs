@@ -84,7 +84,10 @@ fn names_of_columns_end_with_units() {
     ] {
         assert_eq!(
             Unit::of_name(name, FLOW),
-            Err(ForeignUnit(found.to_owned()))
+            Err(ForeignUnit {
+                text: found.to_owned(),
+                wanted: FLOW
+            })
         );
     }
     let unit = Unit::within("inflow of subject 12 in mm^3/s, period 0.8 s", FLOW).unwrap();
