@@ -83,7 +83,9 @@ fn published_flow_is_compared(run: &Path, folder: &Path) {
     assert_eq!(output.status.code(), Some(2));
     let said = text(&output);
     assert!(
-        said.contains("the flow `elsewhere` is that through"),
+        said.contains(
+            "`elsewhere` is recorded by the cross-section \"elsewhere\", and the case has none"
+        ),
         "{said}"
     );
 }
