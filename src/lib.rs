@@ -51,6 +51,7 @@ pub mod proposal;
 mod run;
 pub mod simulation;
 pub(crate) mod tabular;
+mod uncertainty;
 
 pub use files::{Fault, FileError};
 pub use fsi_numerics::{Mat3, Vec3};

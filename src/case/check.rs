@@ -6,6 +6,7 @@ mod flag;
 mod openings;
 mod own;
 mod tree;
+pub(super) mod uncertain;
 mod vessel;
 
 use super::error::CaseError;
@@ -74,6 +75,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
     discretization(case, &mut report);
     files(case, &mut report);
     sections(case, &mut report);
+    uncertain::check(case, stack, &mut report);
 }
 
 /// Whether the cross-sections that are watched are of vessels, each with a name of its own.

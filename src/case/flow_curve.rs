@@ -24,14 +24,44 @@ impl FlowCurve {
     /// # Errors
     /// What is wrong with the file, with the line.
     pub fn new(inflow: &Inflow, period: f64) -> Result<Self, TableError> {
-        match &inflow.file {
-            None => Ok(Self::Pulse {
+        let curve = match &inflow.file {
+            None => Self::Pulse {
                 inflow: inflow.clone(),
                 period,
-            }),
-            Some(path) => PeriodicTable::of_flow(path, inflow.unit, inflow.file_period, period)
-                .map(Self::Table),
-        }
+            },
+            Some(path) => Self::Table(PeriodicTable::of_flow(
+                path,
+                inflow.unit,
+                inflow.file_period,
+                period,
+            )?),
+        };
+        Ok(match inflow.mean.filter(|_| curve.has_mean()) {
+            Some(mean) => curve.times(mean / curve.means()[0]),
+            None => curve,
+        })
+    }
+
+    /// Means (m³/s) of the flow and of its magnitude over a period.
+    fn means(&self) -> [f64; 2] {
+        let samples: Vec<[f64; 2]> = self.samples(self.period()).collect();
+        let mean = |value: fn(f64) -> f64| {
+            let parts = samples.windows(2).map(|ends| {
+                0.5 * (value(ends[0][1]) + value(ends[1][1])) * (ends[1][0] - ends[0][0])
+            });
+            parts.sum::<f64>() / self.period()
+        };
+        [mean(|flow| flow), mean(f64::abs)]
+    }
+
+    /// What a mean that is asked for needs.
+    pub(super) const NO_MEAN: &str = "the mean of the curve is zero, and no factor makes another mean of it: leave this key out, or \
+                                      change the curve";
+
+    /// Whether a factor can give it any mean.
+    pub(super) fn has_mean(&self) -> bool {
+        let [mean, magnitude] = self.means();
+        mean.abs() > 1e-6 * magnitude
     }
 
     /// Flow (m³/s) at the time `t` (s), before the ramp.

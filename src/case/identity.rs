@@ -33,6 +33,8 @@ const MAY_CHANGE: &[&str] = &[
     "outlet.file",
     "coupling.max_iterations",
     "structure.newton_max_iterations",
+    "uncertain",
+    "correlation",
 ];
 
 /// A case as it was at some time.

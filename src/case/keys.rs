@@ -3,7 +3,7 @@
 use super::measured::MOST_POINTS;
 use super::schema::{ValueKind, above, from, whole};
 use super::table::{choice, table, words};
-use super::{Blood, Problem, templates};
+use super::{Blood, Correlation, Problem, Uncertain, templates};
 use fsi_coupling::acceleration::AccelerationModel;
 use fsi_coupling::convergence::ConvergenceQuantity;
 use fsi_coupling::predictor::Extrapolation;
@@ -24,6 +24,8 @@ table! {
         [fluid: FluidSettings, "discretization of the blood and the way to its solver"]
         [coupling: CouplingSettings, "the coupling iteration", only ELASTIC]
         [output: Output, "what is written and how often"]
+        [uncertain: Option<Vec<Uncertain>>, "inputs of a study that are not known exactly"]
+        [correlation: Option<Vec<Correlation>>, "uncertain inputs that depend on each other"]
     }
 }
 

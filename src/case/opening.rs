@@ -76,6 +76,8 @@ choice! {
                 absent "that in its header, such as flow_m3_s; of a .flow cm3/s";
             file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
                 "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";
+            mean: Option<f64> = "mean_m3_s", from(-1.0, 1.0), "mean flow over a period, to which the curve is scaled",
+                absent "the curve as it is";
             profile: Option<InletProfile> = "profile", ValueKind::Word(InletProfile::WORDS),
                 "how a prescribed flow is spread over the opening", absent "plug";
         }
@@ -237,6 +239,7 @@ impl ConditionKeys {
                 file,
                 unit,
                 file_period,
+                mean,
                 ..
             } => Some(Inflow {
                 base: base.unwrap_or(0.0),
@@ -246,6 +249,7 @@ impl ConditionKeys {
                 file: file.clone(),
                 unit: *unit,
                 file_period: *file_period,
+                mean: *mean,
             }),
             _ => None,
         }
@@ -282,6 +286,7 @@ impl ConditionKeys {
                 systole,
                 unit,
                 file_period,
+                mean,
                 ..
             } => {
                 let lonely = file.is_none();
@@ -299,6 +304,11 @@ impl ConditionKeys {
                 let reason = format!("the pulse must fit into time.period_s = {period:?}");
                 let is_long = systole.is_some_and(|systole| systole > period);
                 report(&["systole_s"], is_long, &reason);
+                let curve = self
+                    .inflow(period)
+                    .and_then(|inflow| FlowCurve::new(&inflow, period).ok());
+                let is_lost = mean.is_some() && curve.is_some_and(|curve| !curve.has_mean());
+                report(&["mean_m3_s"], is_lost, FlowCurve::NO_MEAN);
             }
             Self::FlowSplit { .. } => {
                 let reason =
@@ -455,6 +465,7 @@ impl BloodVessel {
                 file: inflow.file,
                 unit: inflow.unit,
                 file_period: inflow.file_period,
+                mean: inflow.mean,
                 profile: inlet.profile,
             },
             InletCondition::Pressure => ConditionKeys::Pressure {

@@ -21,6 +21,8 @@ table! {
             absent "that in its header, such as flow_m3_s; of a .flow cm3/s";
         file_period: Option<f64> = "file_period_s", above(0.0, 1e3),
             "period of the curve in that file, which is stretched to time.period_s", absent "time.period_s";
+        mean: Option<f64> = "mean_m3_s", from(-1.0, 1.0), "mean flow over a period, to which the curve is scaled",
+            absent "the curve as it is";
     }
 }
 
@@ -141,6 +143,7 @@ impl Inflow {
             file: None,
             unit: None,
             file_period: None,
+            mean: None,
         }
     }
 

@@ -36,7 +36,7 @@ pub(super) fn resolve(
 }
 
 /// `list[name].key` as `list[0].key`.
-fn with_index(key: &str, stack: &Stack) -> Result<String, Fault> {
+pub(super) fn with_index(key: &str, stack: &Stack) -> Result<String, Fault> {
     let Some((list, rest)) = key.split_once('[') else {
         return Ok(key.to_owned());
     };

@@ -68,7 +68,7 @@ impl Stack {
 
     /// The paths that may stand where `path` stands, without those of other kinds of cases and those in optional tables
     /// that nobody mentions.
-    fn alternatives(&self, path: &str) -> Vec<String> {
+    pub(super) fn alternatives(&self, path: &str) -> Vec<String> {
         let mut paths = self.schema.alternatives(path);
         paths.retain(|path| {
             if self

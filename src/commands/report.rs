@@ -220,6 +220,7 @@ pub(super) fn study(
         title: name.map_or("Study".into(), |name| format!("Study {name}")),
         runs,
         missing,
+        folder: folder.to_owned(),
     })
 }
 

@@ -2,12 +2,13 @@
 
 use super::{CaseArguments, Failure};
 use crate::case::{Unread, ValuePlace};
-use crate::output::report;
+use crate::output::report::{self, SAMPLES, Uncertainty};
 use crate::output::results::Results;
 use crate::output::{terminal, write_atomically};
-use crate::run::Interrupt;
-use crate::run::batch::{self, BatchRun, Board, Outcome, Variation, Worker};
+use crate::run::batch::{self, BatchRun, Board, Outcome, Samples, Variation, Worker};
+use crate::run::{CaseSelection, Interrupt};
 use crate::simulation::assembly::surroundings;
+use crate::uncertainty::Design;
 use std::path::{Path, PathBuf};
 
 /// Parameters and measures of the runs of a study, in its folder.
@@ -16,7 +17,7 @@ const MEASURES: &str = "measures.csv";
 /// Options of the study.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Folder with the folders of the models, or that of one case.
+    /// Folder with the folders of the models, or one case (its folder, or its file).
     #[arg(long, value_name = "DIR", default_value = "openfoam-case")]
     cases: PathBuf,
     /// Names of the models, with * for anything, ? for any letter and [ab] for one of them; several with commas. One
@@ -31,9 +32,18 @@ pub struct Arguments {
     /// Runs each model as it is, and with each value of each --sweep alone, not in all combinations.
     #[arg(long, requires = "sweeps")]
     one_at_a_time: bool,
-    /// Runs each model with each row of a table, whose first line has keys as --sweep does, and perhaps `name`.
-    #[arg(long, value_name = "FILE.csv", conflicts_with = "sweeps")]
+    /// Runs each model with each row of a table, whose first line has keys as --sweep does, and perhaps `name`; or one
+    /// case at samples of its [[uncertain]] inputs: N of Sobol's sequence (sobol:N) or of a Latin hypercube (lhs:N), or
+    /// as many as a polynomial of degree D asks for (pce:D).
+    #[arg(
+        long,
+        value_name = "FILE.csv|sobol:N|lhs:N|pce:D",
+        conflicts_with = "sweeps"
+    )]
     samples: Option<PathBuf>,
+    /// Adds N samples to a study of [[uncertain]] inputs in the same folder: those that it has are kept.
+    #[arg(long, value_name = "N", conflicts_with_all = ["sweeps", "samples"], value_parser = clap::value_parser!(u32).range(1..))]
+    extend: Option<u32>,
     /// Models at once [default: as many as fit into the cores].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -54,17 +64,25 @@ pub struct Arguments {
 /// Runs all models that are not done yet.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = arguments.out.clone().unwrap_or_else(|| {
-        arguments
-            .cases
-            .join(format!("study-{}", arguments.case.preset))
+        let folder = format!("study-{}", arguments.case.preset);
+        match arguments.cases.is_file() {
+            true => arguments.cases.with_extension("").join(folder),
+            false => arguments.cases.join(folder),
+        }
     });
     let selection = arguments.case.selection()?;
-    let variation = Variation {
-        sweeps: &arguments.sweeps,
-        one_at_a_time: arguments.one_at_a_time,
-        samples: arguments.samples.as_deref(),
+    let samples = samples(arguments, &out, &selection)?;
+    let variants = match &samples {
+        Some(samples) => samples.variants(&selection),
+        None => {
+            let variation = Variation {
+                sweeps: &arguments.sweeps,
+                one_at_a_time: arguments.one_at_a_time,
+                samples: arguments.samples.as_deref(),
+            };
+            variation.variants(&selection)?
+        }
     };
-    let variants = variation.variants(&selection)?;
     let mut models = batch::find(&arguments.cases, &arguments.models, &variants, &out)?;
     refuse_unread(&models)?;
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
@@ -73,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             .and_then(|()| surroundings::check_folder(&model.case, &model.out))
             .map_err(|e| Failure::Input(e.to_string()))?;
     }
-    if arguments.resume {
+    if arguments.resume || arguments.extend.is_some() {
         batch::refuse_farther(&models)?;
     } else {
         batch::refuse_earlier(&models)?;
@@ -83,6 +101,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let jobs = jobs.min(models.len());
     std::fs::create_dir_all(&out)
         .map_err(|e| Failure::Input(format!("cannot create {}: {e}", out.display())))?;
+    if let Some(samples) = &samples {
+        samples.keep(&out)?;
+    }
     let then = "the models that have begun finish their time step and write a checkpoint";
     let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))?;
     let notes = batch::prepare(&mut models)?;
@@ -92,7 +113,49 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let outcomes = batch::work(&models, &interrupt, board, jobs, |model| {
         Worker::start(model, &model.selection, threads)
     });
-    conclude(&models, &outcomes, &out)
+    conclude(&models, &outcomes, &out, samples.as_ref())
+}
+
+/// The samples of uncertain inputs that are asked for, or that an earlier study in the folder has.
+fn samples(
+    arguments: &Arguments,
+    out: &Path,
+    selection: &CaseSelection,
+) -> Result<Option<Samples>, Failure> {
+    let given = arguments.samples.as_deref().and_then(Path::to_str);
+    let design = match given.filter(|text| Design::is_meant(text)) {
+        Some(text) => Some(
+            text.parse()
+                .map_err(|e| Failure::Input(format!("--samples {e}")))?,
+        ),
+        None if arguments.extend.is_some() || arguments.resume && given.is_none() => {
+            Samples::design_in(out)?.filter(|_| arguments.sweeps.is_empty())
+        }
+        None => None,
+    };
+    let design: Option<Design> = match (design, arguments.extend) {
+        (Some(design), Some(more)) => Some(design.extended(more as usize)),
+        (None, Some(_)) => {
+            return Err(Failure::Input(format!(
+                "--extend: {} holds no {SAMPLES}, the samples of a study: begin it with --samples, or name its folder with \
+                 --out",
+                out.display()
+            )));
+        }
+        (design, None) => design,
+    };
+    let Some(design) = design else {
+        return Ok(None);
+    };
+    let path = &arguments.cases;
+    if !path.is_file() && !path.join("case.toml").is_file() {
+        return Err(Failure::Input(format!(
+            "--samples {design}: samples are of one case, and {} is not the folder of one (it holds no case.toml): name one \
+             with --cases",
+            path.display()
+        )));
+    }
+    Samples::new(&selection.load(path)?, path, design).map(Some)
 }
 
 /// Refuses a sweep over a key that does nothing in one of the models: its runs would all be the same.
@@ -120,6 +183,25 @@ fn write_measures(runs: &[Results], out: &Path) -> Result<(), Failure> {
         .map_err(|e| Failure::Run(format!("cannot write {e}")))
 }
 
+/// Writes what the samples that are done say of the inputs, and says how many they are.
+fn write_uncertainty(runs: &[Results], all: usize, out: &Path) -> Result<(), Failure> {
+    let runs: Vec<&Results> = runs.iter().collect();
+    let found = Uncertainty::of(&runs, out).map_err(|e| Failure::Run(e.to_string()))?;
+    let Some(found) = found else {
+        return Ok(());
+    };
+    for (name, table) in found.tables() {
+        write_atomically(&out.join(name), table.to_csv().as_bytes())
+            .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
+    }
+    terminal::note(format_args!(
+        "indices and moments are of {} of {all} samples: {}",
+        found.used(),
+        out.display()
+    ));
+    Ok(())
+}
+
 /// Names of runs whose histories are the same though their cases are not, each with the first of its kind.
 fn alike(runs: &[Results]) -> Vec<(String, String)> {
     let figures = |run: &Results| -> Vec<[u64; 4]> {
@@ -144,12 +226,16 @@ fn alike(runs: &[Results]) -> Vec<(String, String)> {
 }
 
 /// Says what became of the models.
-fn conclude(models: &[BatchRun], outcomes: &[Outcome], out: &Path) -> Result<(), Failure> {
-    let failed: Vec<String> = models
-        .iter()
-        .zip(outcomes)
-        .filter_map(|(model, outcome)| match outcome {
-            Outcome::Failed(reason) => Some(format!("{}: {reason}", model.name)),
+fn conclude(
+    models: &[BatchRun],
+    outcomes: &[Outcome],
+    out: &Path,
+    samples: Option<&Samples>,
+) -> Result<(), Failure> {
+    let inputs = |i: usize| samples.map_or(String::new(), |s| format!(" ({})", s.told(i)));
+    let failed: Vec<String> = (models.iter().zip(outcomes).enumerate())
+        .filter_map(|(i, (model, outcome))| match outcome {
+            Outcome::Failed(reason) => Some(format!("{}{}: {reason}", model.name, inputs(i))),
             _ => None,
         })
         .collect();
@@ -159,6 +245,9 @@ fn conclude(models: &[BatchRun], outcomes: &[Outcome], out: &Path) -> Result<(),
         .filter_map(|(model, _)| Results::load(&model.out).ok())
         .collect();
     write_measures(&runs, out)?;
+    if samples.is_some() {
+        write_uncertainty(&runs, models.len(), out)?;
+    }
     for (name, other) in alike(&runs) {
         terminal::note(format_args!(
             "warning: {other} has the history of {name} to the last digit: what differs in their cases does nothing"

@@ -101,6 +101,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "blood.density_kg_m3", "-1050", "above 0.0"),
     ("S-0.25", "blood.viscosity_Pa_s", "0", "above 0.0"),
     ("S-0.25", "inflow.systole_s", "1.5", "time.period_s"),
+    ("S-0.25", "inflow.mean_m3_s", "2.0", "from -1.0 to 1.0"),
     ("S-0.25", "inflow.exponent", "0", "from 0.1"),
     ("S-0.25", "inflow.file", "no-such-curve.csv", "no-such-curve.csv"),
     ("S-0.25", "inflow.file", "", "a path in quotes"),
@@ -757,6 +758,136 @@ fn a_run_until_it_is_periodic_has_no_window_of_its_own() {
         assert_eq!(
             (case.until_periodic(), case.steps_told()),
             (None, "25 steps".to_owned())
+        );
+    }
+}
+
+/// A model with these tables of uncertain inputs.
+fn refuse_uncertain(tables: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("extends = \"defaults\"\n{tables}\n");
+    std::fs::write(folder.path().join("case.toml"), text).unwrap();
+    refuse(folder.path(), &[]).to_string()
+}
+
+/// What cannot be uncertain so, and what is to be done.
+#[test]
+fn impossible_uncertain_inputs_are_refused() {
+    const C: &str = "\"windkessel.compliance_m3_Pa\"";
+    let input = |name: &str, keys: &str, more: &str| {
+        format!("[[uncertain]]\nname = \"{name}\"\nkeys = [{keys}]\ndistribution = {more}\n")
+    };
+    for (keys, more, key, part) in [
+        (
+            C,
+            "\"normal\"",
+            "distribution",
+            "it needs a variation, such as 0.1",
+        ),
+        (
+            C,
+            "\"uniform\"\nlow = 1e-10",
+            "distribution",
+            "either low and high, or variation",
+        ),
+        (
+            C,
+            "\"uniform\"\nlow = 2e-10\nhigh = 1e-10",
+            "high",
+            "above low = 2e-10",
+        ),
+        (
+            C,
+            "\"normal\"\nvariation = 0.1\nlow = 1e-9",
+            "low",
+            "less than a thousandth",
+        ),
+        (
+            C,
+            "\"normal\"\nvariation = 0.4",
+            "distribution",
+            "take lognormal",
+        ),
+        (
+            C,
+            "\"lognormal\"\nmean = -1.0\nvariation = 0.1",
+            "distribution",
+            "above 0",
+        ),
+        (
+            "\"fluid.ranks\"",
+            "\"uniform\"\nlow = 1\nhigh = 2",
+            "keys",
+            "only what is a real number",
+        ),
+        (
+            "\"time.scheme\"",
+            "\"uniform\"\nlow = 1\nhigh = 2",
+            "keys",
+            "only what is a real number",
+        ),
+        (
+            "\"windkessel.complience_m3_Pa\"",
+            "\"normal\"\nvariation = 0.1",
+            "keys",
+            "did you mean windkessel.compliance_m3_Pa?",
+        ),
+        (
+            "\"output.window_start_s\"",
+            "\"normal\"\nvariation = 0.1",
+            "keys",
+            "no value for output.window_start_s",
+        ),
+        (
+            "\"geometry.imperfection\"",
+            "\"normal\"\nvariation = 0.5",
+            "distribution",
+            "a factor is above 0",
+        ),
+    ] {
+        let message = refuse_uncertain(&input("x", keys, more));
+        let named = "case.toml:".to_owned();
+        let key = format!("`uncertain[0].{key}` = ");
+        for part in [named.as_str(), &key, part] {
+            assert!(message.contains(part), "{keys} {more}: {message}");
+        }
+    }
+    let two = input("a", C, "\"normal\"\nvariation = 0.1")
+        + &input(
+            "b",
+            "\"windkessel.resistance_Pa_s_m3\"",
+            "\"normal\"\nvariation = 0.1",
+        )
+        + &input(
+            "c",
+            "\"blood.viscosity_Pa_s\"",
+            "\"normal\"\nvariation = 0.1",
+        );
+    let pair = |first: &str, second: &str, coefficient: f64| {
+        format!(
+            "[[correlation]]\nfirst = \"{first}\"\nsecond = \"{second}\"\ncoefficient = {coefficient}\n"
+        )
+    };
+    for (tables, part) in [
+        (two.replace("\"b\"", "\"a\""), "another input has this name"),
+        (
+            two.replace("blood.viscosity_Pa_s", "windkessel.compliance_m3_Pa"),
+            "listed twice",
+        ),
+        (two.clone() + &pair("a", "d", 0.5), "there is a, b, c"),
+        (
+            two.clone() + &pair("a", "a", 0.5),
+            "a pair of two different inputs",
+        ),
+        (
+            two + &pair("a", "b", 0.9) + &pair("b", "c", 0.9) + &pair("a", "c", -0.9),
+            "not positive definite",
+        ),
+    ] {
+        let message = refuse_uncertain(&tables);
+        assert!(
+            message.contains(part) && message.contains("case.toml:"),
+            "{message}"
         );
     }
 }

@@ -352,6 +352,7 @@ fn flow_curves_come_in_any_unit_and_with_any_separator() {
             file: Some(file),
             unit,
             file_period,
+            mean: None,
         };
         FlowCurve::new(&inflow, 0.8).unwrap_or_else(|error| panic!("{name}: {error}"))
     };

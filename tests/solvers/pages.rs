@@ -256,6 +256,14 @@ fn carotid() {
 }
 
 #[test]
+fn uncertainty() {
+    says(
+        &run("docs/tutorials/uncertainty.md", None),
+        &["few/report.html", "# sobol:3+1", "inflow.mean_m3_s"],
+    );
+}
+
+#[test]
 fn windkessel() {
     let printed = run("docs/tutorials/windkessel.md", None);
     says(

@@ -243,3 +243,116 @@ fn sweep_writes_measures_and_refuses_idle_keys() {
         text(&refused)
     );
 }
+
+/// Samples of uncertain inputs: the same after an interruption, more of them later, one that fails named and counted.
+#[test]
+fn samples_of_uncertain_inputs_resume_and_extend() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = format!(
+        "{STRAIGHT}\n[[uncertain]]\nname = \"wall\"\nkeys = [\"wall.media.mu_Pa\", \"wall.adventitia.mu_Pa\"]\n\
+         distribution = \"normal\"\nvariation = 0.2\nlow = 0.5\nhigh = 1.5\n[[uncertain]]\nname = \"C\"\n\
+         keys = [\"windkessel.compliance_m3_Pa\"]\ndistribution = \"uniform\"\nvariation = 0.1\n"
+    );
+    let cases = cases(folder.path(), &[("own", &lines)]);
+    let case = cases.join("own");
+    let native = &crate::native_run::FEW[..2];
+    let run = |out: &Path, more: &[&str]| {
+        let all = [native, more].concat();
+        study(&case, out, 3, &all).output().unwrap()
+    };
+    let read = |path: &Path| std::fs::read_to_string(path).unwrap();
+    let out = folder.path().join("out");
+    let done = run(&out, &["--samples", "sobol:5"]);
+    assert!(done.status.success(), "{}", text(&done));
+    assert!(text(&done).contains("of 5 of 5 samples"), "{}", text(&done));
+    let before = read(&out.join("samples.csv"));
+    let heads = "name,wall.media.mu_Pa+wall.adventitia.mu_Pa,windkessel.compliance_m3_Pa";
+    assert_eq!(before.lines().nth(1), Some(heads));
+    assert!(
+        before.starts_with("# sobol:5\n") && before.contains("\n001,*"),
+        "{before}"
+    );
+    let at = changed_at(&out.join("own-003/history.csv"));
+
+    // Three more, and one of the earlier ones is lost and computed again to the last digit.
+    let lost = read(&out.join("own-002/regions.csv"));
+    std::fs::remove_dir_all(out.join("own-002")).unwrap();
+    let done = run(&out, &["--extend", "3"]);
+    assert!(done.status.success(), "{}", text(&done));
+    let after = read(&out.join("samples.csv"));
+    assert!(
+        after.starts_with("# sobol:5+3\n") && after.lines().count() == 10,
+        "{after}"
+    );
+    assert!(
+        after
+            .lines()
+            .skip(1)
+            .zip(before.lines().skip(1))
+            .all(|(a, b)| a == b)
+    );
+    assert_eq!(changed_at(&out.join("own-003/history.csv")), at);
+    assert_eq!(read(&out.join("own-002/regions.csv")), lost);
+
+    // A softer wall moves further, and the compliance has little time to do anything in three steps.
+    let indices = read(&out.join("indices.csv"));
+    let row = |input: &str| -> Vec<f64> {
+        let start = format!("\"largest displacement / mm\",\"{input}\",");
+        let line = indices.lines().find_map(|line| line.strip_prefix(&start));
+        let cells = line
+            .unwrap_or_else(|| panic!("{input}: {indices}"))
+            .split(',');
+        cells.map(|cell| cell.parse().unwrap()).collect()
+    };
+    let (wall, compliance) = (row("wall"), row("C"));
+    assert!(
+        wall[0] > 0.9 && compliance[3] < 0.1,
+        "{wall:?} {compliance:?}"
+    );
+    assert_eq!(wall[6], 8.0);
+    assert!(read(&out.join("moments.csv")).lines().count() > 5);
+    let page = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+        .arg("report")
+        .arg(&out)
+        .output();
+    assert!(page.unwrap().status.success());
+    let html = read(&out.join("report.html"));
+    assert!(html.contains("8 of 8 samples were used") && html.contains("Which input moves what"));
+
+    // One fails: it is named with its inputs, and the indices are of the others.
+    std::fs::remove_dir_all(out.join("own-004")).unwrap();
+    std::fs::write(out.join("own-004"), "a file where the run should be").unwrap();
+    let failed = run(&out, &["--resume"]);
+    let said = text(&failed);
+    assert_eq!(failed.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("own-004 (wall = *") && said.contains("of 7 of 8 samples"),
+        "{said}"
+    );
+    std::fs::remove_file(out.join("own-004")).unwrap();
+
+    // Other inputs, or none, are refused before anything is written.
+    let other = ["--resume", "--samples", "lhs:8"];
+    for (more, part) in [
+        (&other[..], "take back what has changed"),
+        (&["--samples", "sobol:x"], "expected sobol:N"),
+    ] {
+        let refused = run(&out, more);
+        assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+        assert!(text(&refused).contains(part), "{}", text(&refused));
+    }
+    assert_eq!(read(&out.join("samples.csv")), after);
+    let nowhere = folder.path().join("nowhere");
+    for (more, part) in [
+        (&["--extend", "3"][..], "holds no samples.csv"),
+        (&["--samples", "lhs:70000"], "expected sobol:N"),
+    ] {
+        let refused = run(&nowhere, more);
+        assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+        assert!(
+            text(&refused).contains(part) && !nowhere.exists(),
+            "{}",
+            text(&refused)
+        );
+    }
+}

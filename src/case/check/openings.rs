@@ -104,10 +104,13 @@ fn inflow(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
         [inflow.unit.is_some(), inflow.file_period.is_some()],
         report,
     );
-    if inflow.file.is_some()
-        && let Err(error) = FlowCurve::new(inflow, case.time.period)
-    {
-        report(&["inflow.file", "time.period_s"], true, error.to_string());
+    match FlowCurve::new(inflow, case.time.period) {
+        Err(error) => report(&["inflow.file", "time.period_s"], true, error.to_string()),
+        Ok(curve) => report(
+            &["inflow.mean_m3_s"],
+            inflow.mean.is_some() && !curve.has_mean(),
+            FlowCurve::NO_MEAN.into(),
+        ),
     }
 }
 

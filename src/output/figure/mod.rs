@@ -2,6 +2,7 @@
 //! the PNG is drawn with an embedded font (`font/DejaVuSans-subset.ttf`, licence next to it).
 
 pub mod axis;
+pub mod bars;
 pub mod colour;
 mod curve;
 pub mod map;

@@ -20,6 +20,7 @@ pub(crate) mod study;
 pub(crate) mod surface;
 mod sweep;
 mod table;
+mod uncertainty;
 
 use super::comparison::Comparison;
 use super::refinement::Refined;
@@ -31,6 +32,7 @@ pub use study::{
 };
 pub use sweep::table as measures;
 pub use table::PageTable;
+pub use uncertainty::{SAMPLES, Uncertainty};
 
 /// The page of a run.
 pub fn of_run(run: &Results) -> io::Result<String> {

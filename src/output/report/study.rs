@@ -7,6 +7,7 @@ use super::scene;
 use super::surface::{DrawnSurface, SurfaceField};
 use super::sweep::{self, values};
 use super::table::PageTable;
+use super::uncertainty::Uncertainty;
 use crate::output::figure::Curve;
 use crate::output::refinement::Limit;
 use crate::output::results::Results;
@@ -14,6 +15,7 @@ use crate::output::tables::HistoryRow;
 use crate::tabular::units::MMHG;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
+use std::path::PathBuf;
 
 /// Curves with colours of their own; later ones are dashed.
 const COLOURS: usize = 7;
@@ -29,6 +31,8 @@ pub struct Study {
     pub runs: Vec<Results>,
     /// Runs that cannot be shown, and why.
     pub missing: Vec<String>,
+    /// Its folder.
+    pub folder: PathBuf,
 }
 
 /// Writes the page.
@@ -39,6 +43,10 @@ pub fn page(study: &Study) -> io::Result<String> {
     let mut page = Page::new(&study.title, &lead);
     page.section("cases", "Cases", &cases(&runs, &study.missing));
     page.section("differences", "What differs", &differences(&runs));
+    let uncertainty = Uncertainty::of(&runs, &study.folder).map_err(io::Error::other)?;
+    if let Some(uncertainty) = uncertainty {
+        page.section("uncertainty", "Uncertainty", &uncertainty.section());
+    }
     let over_parameters = sweep::figures(&runs);
     if !over_parameters.is_empty() {
         let table = download("measures", &sweep::table(&runs).to_csv());

@@ -4,9 +4,10 @@ use super::page::{chart, line, panel};
 use super::table::PageTable;
 use crate::case::Case;
 use crate::hemodynamics::RegionName;
-use crate::hemodynamics::summary::{RegionSummary, VesselSummary};
+use crate::hemodynamics::summary::{Course, RegionSummary, VesselSummary};
 use crate::output::figure::{Curve, Marker};
 use crate::output::results::Results;
+use crate::output::tables::HistoryRow;
 use crate::tabular::units::MMHG;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,6 +26,7 @@ struct SweepMeasure {
 type ValueOf = Box<dyn Fn(&Results) -> Option<f64>>;
 
 type OfVessel = (&'static str, fn(&VesselSummary) -> f64);
+type OfHistory = (&'static str, fn(&HistoryRow) -> f64, fn(&Course) -> f64);
 type OfRegion = (&'static str, fn(&RegionSummary) -> f64);
 
 const OF_VESSEL: [OfVessel; 4] = [
@@ -34,6 +36,40 @@ const OF_VESSEL: [OfVessel; 4] = [
     ("largest displacement / mm", |v| {
         1e3 * v.max_displacement_m.max
     }),
+];
+
+/// Of what the history has in the window.
+const OF_HISTORY: [OfHistory; 6] = [
+    (
+        "outlet pressure, mean / mmHg",
+        |row| row.p_out_Pa / MMHG,
+        |c| c.mean,
+    ),
+    (
+        "inlet pressure, lowest / mmHg",
+        |row| row.p_in_Pa / MMHG,
+        |c| c.min,
+    ),
+    (
+        "inlet pressure, mean / mmHg",
+        |row| row.p_in_Pa / MMHG,
+        |c| c.mean,
+    ),
+    (
+        "inlet pressure, highest / mmHg",
+        |row| row.p_in_Pa / MMHG,
+        |c| c.max,
+    ),
+    (
+        "inlet pulse pressure / mmHg",
+        |row| row.p_in_Pa / MMHG,
+        |c| c.max - c.min,
+    ),
+    (
+        "distension of the lumen's volume / %",
+        |row| row.lumen_volume_m3,
+        |c| 100.0 * (c.max / c.min - 1.0),
+    ),
 ];
 
 const OF_REGION: [OfRegion; 6] = [
@@ -73,8 +109,34 @@ fn measures(runs: &[&Results]) -> Vec<SweepMeasure> {
             value: Box::new(move |run| run.hemodynamics.region(region.as_str()).map(value)),
         })
     });
+    let of_history = OF_HISTORY.iter().map(|&(name, value, of)| SweepMeasure {
+        name: name.to_owned(),
+        value: Box::new(move |run| {
+            let (window, step) = (run.hemodynamics.window, run.case.time.step);
+            let rows = run.history.iter();
+            let inside = rows.filter(|row| window.contains(row.time_s, step));
+            Course::of(&inside.map(value).collect::<Vec<_>>())
+                .as_ref()
+                .map(of)
+        }),
+    });
     let is_there = |measure: &SweepMeasure| runs.iter().any(|run| measure.of(run).is_some());
-    of_vessel.chain(of_region).filter(is_there).collect()
+    of_vessel
+        .chain(of_region)
+        .chain(of_history)
+        .filter(is_there)
+        .collect()
+}
+
+/// What each of the runs has of each measure.
+pub(super) fn values_of_measures(runs: &[&Results]) -> Vec<(String, Vec<Option<f64>>)> {
+    let measures = measures(runs).into_iter();
+    measures
+        .map(|measure| {
+            let values = runs.iter().map(|run| measure.of(run)).collect();
+            (measure.name, values)
+        })
+        .collect()
 }
 
 impl SweepMeasure {

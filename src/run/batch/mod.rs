@@ -2,12 +2,14 @@
 
 mod board;
 mod models;
+mod sampling;
 mod sweep;
 mod worker;
 
 use super::Interrupt;
 pub use board::Board;
 pub use models::{BatchRun, Outcome, find, prepare, refuse_earlier, refuse_farther};
+pub use sampling::Samples;
 use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;

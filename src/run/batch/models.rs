@@ -81,11 +81,13 @@ pub fn find(
     variants: &[(String, CaseSelection)],
     out: &Path,
 ) -> Result<Vec<BatchRun>, Failure> {
-    if cases.join("case.toml").is_file() {
+    if cases.is_file() || cases.join("case.toml").is_file() {
         let folder = cases.canonicalize().unwrap_or_else(|_| cases.to_owned());
-        let name = folder
-            .file_name()
-            .map(|name| name.to_string_lossy().into_owned());
+        let name = match cases.is_file() {
+            true => folder.file_stem(),
+            false => folder.file_name(),
+        };
+        let name = name.map(|name| name.to_string_lossy().into_owned());
         return every(vec![(name.unwrap_or_default(), folder)], variants, out);
     }
     let entries = std::fs::read_dir(cases)
