@@ -69,7 +69,10 @@ impl Uncertain {
         self.mean.is_none() && self.variation.is_some()
     }
 
-    /// Its distribution where `usual` is its mean if it has none itself; or what is wrong with it: a key and a sentence.
+    /// Its distribution where `usual` is its mean if it has none itself.
+    ///
+    /// # Errors
+    /// What is wrong with it: a key and a sentence.
     pub fn distribution(&self, usual: f64) -> Result<Distribution, (&'static str, String)> {
         let mean = self.mean.unwrap_or(usual);
         let wrong = |key, what: &str| Err((key, what.to_owned()));
