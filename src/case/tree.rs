@@ -26,6 +26,8 @@ table! {
         inlet: Option<String> = "inlet", ValueKind::Text(30), "name of the opening where the lines begin", absent "inlet";
         outlets: Vec<String> = "outlets", ValueKind::Names(63), "names of the openings where they end, in the order of the lines",
             absent "those of tree.line, or outlet1, outlet2 and so on";
+        closed: Vec<String> = "closed", ValueKind::Names(63), "which of these are no openings: lines that end with half a sphere, as an aneurysm does",
+            absent "none";
         lumen: Option<PathBuf> = "lumen", ValueKind::Path, "file with the surface of the whole lumen, open or closed at its ends: .stl, .vtp, .vtk, .ply or .obj",
             absent "the tubes around the lines";
         lumen_unit: Option<LengthUnit> = "lumen_unit", ValueKind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "tree.unit";
@@ -108,6 +110,13 @@ impl TreeKeys {
     }
 
     /// Names of the openings, that where the lines begin first.
+    pub fn open_names(&self) -> Vec<String> {
+        let mut names = self.names();
+        names.retain(|name| !self.closed.contains(name));
+        names
+    }
+
+    /// Names of all ends, open and closed, that where the lines begin first.
     pub fn names(&self) -> Vec<String> {
         let inlet = self.inlet.clone().unwrap_or_else(|| "inlet".into());
         let lines = self.line.iter().flatten().enumerate();
@@ -213,7 +222,7 @@ impl OwnCase {
         }
         if self.fluid.case.is_none() {
             self.fluid.patches = tree.walls();
-            self.fluid.openings = tree.names();
+            self.fluid.openings = tree.open_names();
         }
         Ok(())
     }

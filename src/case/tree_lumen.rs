@@ -105,7 +105,7 @@ impl TreeKeys {
         }
         let lines: Vec<Vec<LinePlace>> = self.line.iter().flatten().map(places).collect();
         let names = self.names();
-        let surface = fitted(surface, &lines, &names, unit).map_err(named)?;
+        let surface = fitted(surface, &lines, &names, &self.closed, unit).map_err(named)?;
         let smoothing = self.lumen_smoothing.unwrap_or(TRIANGLES * surface.edge());
         let surface = surface.smoothed(smoothing);
         let kept = |x: &Vec3| x.map(|c| (c / DIGITS).round() * DIGITS).into();
@@ -129,11 +129,12 @@ impl TreeKeys {
     }
 }
 
-/// The part of a surface around the lines, open at their ends.
+/// The part of a surface around the lines, open at their ends but for those that are `closed`.
 fn fitted(
     surface: Surface,
     lines: &[Vec<LinePlace>],
     names: &[String],
+    closed: &[String],
     unit: LengthUnit,
 ) -> Result<Surface, Fault> {
     let search = SurfaceSearch::new(surface);
@@ -143,7 +144,11 @@ fn fitted(
     }
     let surface = search.surface();
     holes(surface, lines)?;
-    let ends = lines.iter().map(|line| &line[line.len() - 1]);
+    let open = lines
+        .iter()
+        .zip(&names[1..])
+        .filter(|(_, name)| !closed.contains(name));
+    let ends = open.map(|(line, _)| &line[line.len() - 1]);
     let ends: Vec<&LinePlace> = ends.chain([&lines[0][0]]).collect();
     let caps = |[a, b, c]: [Vec3; 3]| {
         let (middle, across) = ((a + b + c) / 3.0, (b - a).cross(&(c - a)).normalize());

@@ -237,7 +237,7 @@ impl Arguments {
         };
         let whole = self.proposal(range, &curve, own, impedance)?;
         let start = case.initial_wall().map(|initial| initial.pressure);
-        let names = tree.names();
+        let names = tree.open_names();
         terminal::print(understood(&curve))?;
         for (name, share) in names[1..].iter().zip(&shares) {
             let name = toml::Value::from(name.as_str());

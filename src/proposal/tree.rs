@@ -189,8 +189,10 @@ fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, ProposalErro
 
 /// Radii (m) at the ends of a case's tree.
 pub fn end_radii(tree: &TreeKeys) -> Vec<f64> {
-    let lines = tree.line.iter().flatten();
-    lines.map(|line| at_end(&line.radii)).collect()
+    let names = tree.names();
+    let lines = tree.line.iter().flatten().zip(&names[1..]);
+    let open = lines.filter(|(_, name)| !tree.closed.contains(name));
+    open.map(|(line, _)| at_end(&line.radii)).collect()
 }
 
 /// The radius at the end of a line.

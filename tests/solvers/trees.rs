@@ -340,3 +340,33 @@ fn a_surrogate_spares_iterations_of_a_tree() {
     assert!(few < 0.85 * many, "{few} {many}");
     assert!((10.0..24.0).contains(&few), "{few}");
 }
+
+/// A thin branch at the side of an artery, and a sac that is closed: nothing is lost, and a run that goes on repeats
+/// one that was not interrupted.
+#[test]
+fn side_branches_and_sacs_keep_the_volume_and_resume() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, ends) in [
+        ("side-branch", &["artery", "branch"][..]),
+        ("aneurysm", &["artery"]),
+    ] {
+        let at = Path::new("examples/trees").join(name);
+        let [whole, parts] = ["whole", "parts"].map(|part| folder.path().join(name).join(part));
+        let native = ["--fluid", "native", "--set", "coupling.e_rel=1e-6"];
+        run(&at, &whole, 10, &native);
+        let inlet = opening(&whole, "inlet");
+        let ends: Vec<Vec<[f64; 2]>> = ends.iter().map(|end| opening(&whole, end)).collect();
+        assert_eq!(inlet.len(), 4);
+        let volume = column(&whole.join("history.csv"), "lumen_volume_m3", |_| true);
+        for n in 1..4 {
+            let stored = (volume[n] - volume[n - 1]) / 0.005;
+            let leaves: f64 = ends.iter().map(|end| end[n][0]).sum();
+            let lost = (inlet[n][0] + leaves - stored) / stored;
+            println!("{name}, step {n}: {lost:e}");
+            assert!(lost.abs() < 1e-4, "{name}, step {n}: {lost:e}");
+        }
+        run(&at, &parts, 5, &native);
+        run(&at, &parts, 10, &[&native[..], &["--resume"]].concat());
+        assert_same_run(&whole, &parts);
+    }
+}

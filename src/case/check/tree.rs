@@ -217,11 +217,26 @@ fn names(tree: &TreeKeys, report: &mut Report<'_>) {
             twice.map_or("", |(_, name)| name)
         ),
     );
+    let unknown = (tree.closed.iter()).find(|name| !names[1..].contains(name));
+    report(
+        &["tree.closed"],
+        unknown.is_some(),
+        format!(
+            "no line ends at {:?}; they end at \"{}\"",
+            unknown.map_or("", String::as_str),
+            names[1..].join("\", \"")
+        ),
+    );
+    report(
+        &["tree.closed"],
+        unknown.is_none() && tree.open_names().len() < 2,
+        "all lines end closed: where does the blood leave? Leave one of the names out".into(),
+    );
 }
 
 fn openings(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
     let period = case.time.period;
-    let names = tree.names();
+    let names = tree.open_names();
     let listed = format!("\"{}\"", names.join("\", \""));
     let given = tree.opening.as_deref().unwrap_or_default();
     let path = |i: usize, name: &str| format!("tree.opening[{i}].{name}");

@@ -99,9 +99,16 @@ impl MeshedLumen {
             let nodes = Basis::new(degree).nodes.points;
             let meshed = Tree::of_elements(tree, &nodes).map_err(|error| failed(&error))?;
             let openings = tree.openings(period).map_err(|error| failed(&error))?;
+            let names = tree.names();
             return Ok(Self {
                 mesh: Box::new(TreeMesh::new(meshed, degree)),
-                openings: openings.into_iter().zip(0..).collect(),
+                openings: openings
+                    .into_iter()
+                    .filter_map(|opening| {
+                        let end = names.iter().position(|name| *name == opening.name)?;
+                        Some((opening, end))
+                    })
+                    .collect(),
                 equilibrium: case.initial_wall().map(|initial| initial.pressure),
                 scheme: case.fluid_time_scheme(),
                 advice: "shorter elements (tree.native.length)",

@@ -11,25 +11,19 @@ use super::taylor_hood_space::{Boundary, Face, Hexahedra, Side, TaylorHoodSpace}
 use crate::Vec3;
 use crate::fluid::FluidInterface;
 use crate::fluid::field::equally_spaced;
-use crate::geometry::tree::{CrossSection, Middle, Tree};
+use crate::geometry::tree::{Block, Displaced, Numbers, Outside, Tree};
 use crate::lagrange;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// The number of the opening where the root begins; a line ends at that of its own number plus one. Those of the mantle
-/// are the numbers of the branches' walls.
-const ROOT: usize = 0;
-
-/// A cross-section of the mesh.
+/// Where the positions of nodes come from: those of a cross-section, or of a block at an end.
 #[derive(Debug, Clone)]
-struct MeshedSection {
-    /// At rest.
-    shape: CrossSection,
-    middle: Middle,
-    /// Places of the rim's nodes among the nodes of the wall.
-    rim: Vec<u32>,
-    /// Nodes that take their position from this cross-section, and which of its points they are.
+struct Source {
+    /// The stack.
+    stack: usize,
+    /// Number of the cross-section; those of the blocks at the two ends follow.
+    section: usize,
+    /// Nodes, and which of its points they are.
     nodes: Vec<(u32, u32)>,
 }
 
@@ -38,9 +32,11 @@ struct MeshedSection {
 pub struct TreeMesh {
     space: TaylorHoodSpace,
     tree: Tree,
-    sections: Vec<MeshedSection>,
-    /// Shares of the points of a rim in the mean over the angle.
-    around: Vec<f64>,
+    sources: Vec<Source>,
+    /// Places among the wall's nodes of those of the rims, by stack and cross-section, and of the tops; there is none
+    /// in holes and plugs.
+    rims: Vec<Vec<Vec<Option<u32>>>>,
+    tops: Vec<Vec<Option<u32>>>,
     walls: Vec<Face>,
     /// For each node of the wall the face, and the place on it, that it takes its displacement from; the points of the
     /// lattice have the same order.
@@ -56,11 +52,13 @@ impl TreeMesh {
     /// The mesh of a tree whose points are the nodes of elements of the degree `degree`.
     pub fn new(tree: Tree, degree: usize) -> Self {
         let basis = Basis::new(degree);
-        let space = TaylorHoodSpace::of_hexahedra(elements(&tree, degree), degree);
+        let (_, numbers) = tree.points(1.0);
+        let blocks = tree.blocks(&numbers);
+        let space = TaylorHoodSpace::of_hexahedra(elements(&blocks, degree), degree);
         let walls = space.faces_of(|patch| matches!(patch, Boundary::Mantle(_)));
         let wall_nodes = space.nodes_of(&walls);
-        let place =
-            |node: usize| wall_nodes.binary_search(&node).expect("it is on the wall") as u32;
+        let known = |node: usize| wall_nodes.binary_search(&node).ok().map(|i| i as u32);
+        let place = |node: usize| known(node).expect("it is on the wall");
         let lattice_of_faces: Vec<Vec<u32>> = (walls.iter())
             .map(|face| {
                 let nodes = face.side.places(degree + 1).into_iter();
@@ -76,16 +74,36 @@ impl TreeMesh {
             }
         }
         let uniform = equally_spaced(degree);
-        let grid = tree.grid();
-        let angle = |a: usize| grid.angle(a);
-        let n = grid.around();
-        let around = (0..n).map(|a| {
-            let (from, to) = (angle((a + n - 1) % n), angle((a + 1) % n));
-            0.5 * (to - from).rem_euclid(TAU) / TAU
-        });
+        let mut node_of = vec![None; numbers.count];
+        for (element, block) in blocks.iter().enumerate() {
+            for (&point, &node) in block.points.iter().zip(space.element(element)) {
+                node_of[point] = Some(node);
+            }
+        }
+        let node = |point: usize| node_of.get(point).copied().flatten();
+        let on_wall = |point: usize| known(node(point)? as usize);
+        let (grid, outer) = (tree.grid(), tree.grid().rings.len());
+        let rims = (tree.stacks().iter().zip(&numbers.sections))
+            .map(|(stack, sections)| {
+                let plugged = tree.plugged(stack);
+                let rim = |(j, points): (usize, &Vec<usize>)| match j < plugged {
+                    true => Vec::new(),
+                    false => (0..grid.around())
+                        .map(|a| on_wall(points[grid.ring_point(outer, a)]))
+                        .collect(),
+                };
+                sections.iter().enumerate().map(rim).collect()
+            })
+            .collect();
+        let top = |caps: &[Option<Vec<usize>>; 2]| -> Vec<Option<u32>> {
+            let points = caps[1].iter().flatten().copied();
+            let outside = points.skip(outer * (grid.core + 1).pow(2));
+            outside.map(on_wall).collect()
+        };
         let mut mesh = Self {
-            around: around.collect(),
-            sections: Vec::new(),
+            sources: sources(&numbers, &node, space.nodes),
+            rims,
+            tops: numbers.caps.iter().map(top).collect(),
             of_walls: of_walls.into_iter().flatten().collect(),
             from_lattice: (basis.nodes.points.iter())
                 .map(|&x| lagrange::values(&uniform, x))
@@ -100,58 +118,8 @@ impl TreeMesh {
             space,
             tree,
         };
-        mesh.sections = mesh.meshed_sections(&place);
         mesh.interface = mesh.lattice(&basis.nodes.points, &uniform);
         mesh
-    }
-
-    /// The cross-sections with the nodes that they place: a node belongs to the first element that has it.
-    fn meshed_sections(&self, place: &dyn Fn(usize) -> u32) -> Vec<MeshedSection> {
-        let (grid, space) = (self.tree.grid(), &self.space);
-        let degree = grid.degree();
-        let quads = element_quads(&self.tree);
-        let outer = grid.rings.len();
-        let mut sections = Vec::new();
-        let mut is_placed = vec![false; space.nodes];
-        let mut first = 0;
-        for stack in self.tree.stacks() {
-            let mut nodes_of: Vec<Vec<u32>> =
-                vec![vec![u32::MAX; grid.points()]; stack.sections.len()];
-            let layers = (stack.sections.len() - 1) / degree;
-            for layer in 0..layers {
-                for (q, quad) in quads.iter().enumerate() {
-                    let element = space.element(first + layer * quads.len() + q);
-                    for (k, layer_nodes) in element.chunks_exact(quad.len()).enumerate() {
-                        let section = &mut nodes_of[layer * degree + k];
-                        for (&point, &node) in quad.iter().zip(layer_nodes) {
-                            section[point] = node;
-                        }
-                    }
-                }
-            }
-            first += layers * quads.len();
-            let all = nodes_of
-                .into_iter()
-                .zip(&stack.sections)
-                .zip(&stack.middles);
-            for ((nodes, shape), middle) in all {
-                let mut own = Vec::new();
-                for (point, &node) in nodes.iter().enumerate() {
-                    if !std::mem::replace(&mut is_placed[node as usize], true) {
-                        own.push((node, point as u32));
-                    }
-                }
-                let rim =
-                    (0..grid.around()).map(|a| place(nodes[grid.ring_point(outer, a)] as usize));
-                sections.push(MeshedSection {
-                    shape: shape.clone(),
-                    middle: *middle,
-                    rim: rim.collect(),
-                    nodes: own,
-                });
-            }
-        }
-        sections
     }
 
     /// The wall at rest at equal distances within each face, as the elements' polynomials have it.
@@ -193,36 +161,30 @@ impl TreeMesh {
 
     /// Positions (m) of all nodes when those of the wall are displaced (m).
     fn nodes(&self, of_wall: &[Vec3]) -> Vec<Vec3> {
-        let grid = self.tree.grid();
-        let half = grid.around() / 2;
-        let place = |section: &MeshedSection| {
-            let MeshedSection {
-                shape,
-                middle: Middle { axis, share },
-                rim,
-                nodes,
-            } = section;
-            let moved: Vec<Vec3> = rim.iter().map(|&i| of_wall[i as usize]).collect();
-            let whole: Vec3 = moved
-                .iter()
-                .zip(&self.around)
-                .map(|(u, share)| u * *share)
-                .sum();
-            let ends = (moved[*axis % moved.len()] + moved[(axis + half) % moved.len()]) * 0.5;
-            let displaced = CrossSection {
-                centre: shape.centre + whole * *share + ends * (1.0 - share),
-                rim: shape.rim.iter().zip(&moved).map(|(x, u)| x + u).collect(),
-            };
-            let at = grid.positions(&displaced, 1.0);
-            let placed = nodes
-                .iter()
-                .map(|&(node, point)| (node, at[point as usize]));
-            placed.collect::<Vec<(u32, Vec3)>>()
+        let moved = |places: &[Option<u32>]| -> Vec<Vec3> {
+            let all = places.iter();
+            all.map(|i| i.map_or(Vec3::zeros(), |i| of_wall[i as usize]))
+                .collect()
         };
-        let placed: Vec<_> = self.sections.par_iter().map(place).collect();
+        let positions = self.tree.positions(
+            1.0,
+            Some(&Displaced {
+                rim: &|stack, section| moved(&self.rims[stack][section]),
+                top: &|stack| moved(&self.tops[stack]),
+            }),
+        );
         let mut nodes = vec![Vec3::zeros(); self.space.nodes];
-        for (node, x) in placed.into_iter().flatten() {
-            nodes[node as usize] = x;
+        for source in &self.sources {
+            let sections = &positions.sections[source.stack];
+            let at = match source.section.checked_sub(sections.len()) {
+                None => &sections[source.section],
+                Some(end) => positions.caps[source.stack][end]
+                    .as_ref()
+                    .expect("it has one"),
+            };
+            for &(node, point) in &source.nodes {
+                nodes[node as usize] = at[point as usize];
+            }
         }
         nodes
     }
@@ -270,67 +232,52 @@ impl LumenMesh for TreeMesh {
     }
 }
 
-/// Points of a cross-section that are the nodes of each element in it, fastest along ξ, which points outward in the
-/// rings; η turns counter-clockwise about the flow.
-fn element_quads(tree: &Tree) -> Vec<Vec<usize>> {
-    let grid = tree.grid();
-    let degree = grid.degree();
-    let core = grid.core / degree;
-    let nodes = |at: &dyn Fn(usize, usize) -> usize| -> Vec<usize> {
-        let n = degree + 1;
-        (0..n * n).map(|k| at(k % n, k / n)).collect()
-    };
-    let mut quads = Vec::new();
-    for element in 0..core * core {
-        let (x, y) = (element % core * degree, element / core * degree);
-        quads.push(nodes(&|i, j| grid.core_point(x + i, y + j)));
+/// Where nodes have their positions from: the first cross-section, or block at an end, that has them.
+fn sources(numbers: &Numbers, node: &dyn Fn(usize) -> Option<u32>, nodes: usize) -> Vec<Source> {
+    let mut is_placed = vec![false; nodes];
+    let mut all = Vec::new();
+    for (stack, (sections, caps)) in numbers.sections.iter().zip(&numbers.caps).enumerate() {
+        let ends = (caps.iter().enumerate())
+            .filter_map(|(end, cap)| Some((sections.len() + end, cap.as_ref()?)));
+        for (section, points) in sections.iter().enumerate().chain(ends) {
+            let mut own = Vec::new();
+            for (point, &number) in points.iter().enumerate() {
+                if let Some(node) = node(number)
+                    && !std::mem::replace(&mut is_placed[node as usize], true)
+                {
+                    own.push((node, point as u32));
+                }
+            }
+            all.push(Source {
+                stack,
+                section,
+                nodes: own,
+            });
+        }
     }
-    for element in 0..grid.rings.len() / degree * 4 * core {
-        let (ring, a) = (element / (4 * core) * degree, element % (4 * core) * degree);
-        quads.push(nodes(&|i, j| grid.ring_point(ring + i, a + j)));
-    }
-    quads
+    all
 }
 
 /// The elements stack by stack, layer by layer downstream.
-fn elements(tree: &Tree, degree: usize) -> Hexahedra {
-    let (_, numbers) = tree.points(1.0);
-    let quads = element_quads(tree);
-    let in_core = (tree.grid().core / degree).pow(2);
-    let around = 4 * tree.grid().core / degree;
+fn elements(blocks: &[Block], degree: usize) -> Hexahedra {
     let n = degree + 1;
-    let of_quad = |quad: &Vec<usize>| [quad[0], quad[degree], quad[degree * n], quad[n * n - 1]];
     let mut mesh = Hexahedra::default();
-    for (chain, (stack, numbers)) in tree.stacks().iter().zip(&numbers).enumerate() {
-        let last = (numbers.len() - 1) / degree - 1;
-        for layer in 0..=last {
-            let [below, above] = [layer, layer + 1].map(|layer| &numbers[layer * degree]);
-            for (q, quad) in quads.iter().enumerate() {
-                let element = mesh.corners.len();
-                let [a, b, c, d] = of_quad(quad);
-                mesh.corners.push([
-                    below[a], below[b], below[c], below[d], above[a], above[b], above[c], above[d],
-                ]);
-                mesh.layers.push((chain, layer));
-                let mut add = |axis, upper, patch| {
-                    mesh.faces.push(Face {
-                        element,
-                        side: Side { axis, upper },
-                        patch,
-                    });
-                };
-                if q >= in_core && q + around >= quads.len() {
-                    add(0, true, Boundary::Mantle(stack.wall));
-                }
-                if layer == 0 && stack.from.is_none() {
-                    add(2, false, Boundary::End(ROOT));
-                }
-                if layer == last
-                    && let Some(line) = stack.end
-                {
-                    add(2, true, Boundary::End(1 + line));
-                }
-            }
+    for (element, block) in blocks.iter().enumerate() {
+        let corner = |v: usize| [v & 1, v >> 1 & 1, v >> 2].map(|bit| bit * degree);
+        mesh.corners.push(std::array::from_fn(|v| {
+            let [i, j, k] = corner(v);
+            block.points[(k * n + j) * n + i]
+        }));
+        mesh.layers.push((block.stack, block.layer));
+        for &(axis, upper, outside) in &block.sides {
+            mesh.faces.push(Face {
+                element,
+                side: Side { axis, upper },
+                patch: match outside {
+                    Outside::Opening(number) => Boundary::End(number),
+                    Outside::Wall(number) => Boundary::Mantle(number),
+                },
+            });
         }
     }
     mesh

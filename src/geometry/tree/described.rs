@@ -131,9 +131,13 @@ impl Tree {
 }
 
 fn lines(keys: &TreeKeys) -> Vec<CentreLine> {
-    let lines = keys.line.iter().flatten().map(|line| {
+    let names = keys.names();
+    let lines = keys.line.iter().flatten().zip(&names[1..]);
+    let lines = lines.map(|(line, name)| {
         let points: Vec<Vec3> = line.points.iter().map(|x| Vec3::from(*x)).collect();
-        CentreLine::new(&points, &line.radii)
+        let mut centre_line = CentreLine::new(&points, &line.radii);
+        centre_line.is_closed = keys.closed.contains(name);
+        centre_line
     });
     lines.collect()
 }

@@ -10,7 +10,7 @@ use super::TreeError;
 use super::lumen::{CentreLine, Lumen};
 use super::section::{CrossSection, SectionGrid, worst_between};
 use crate::Vec3;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Distances of a junction's centre upstream of its apices that are tried, in radii of the parent.
 const BACK: [f64; 9] = [0.3, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2, 1.35, 1.5];
@@ -20,6 +20,10 @@ const PARENT_CUT: f64 = 1.5;
 const DAUGHTER_CUT: f64 = 1.0;
 /// The smallest angle between two half-discs, rad.
 const LEAST_ANGLE: f64 = 0.35;
+
+/// Heights of the last cross-section's rim and core in the half sphere that closes a branch, in radii.
+const RIM_OF_DOME: f64 = 0.6;
+const CORE_OF_DOME: f64 = 0.4;
 
 /// The end of a branch at a junction.
 #[derive(Debug, Clone, Copy)]
@@ -173,14 +177,11 @@ impl Junction {
         let back = self.rims[high].iter().rev().skip(1);
         let mut rim: Vec<Vec3> = self.rims[low].iter().chain(back).copied().collect();
         rim.pop();
-        CrossSection {
-            centre: self.centre,
-            rim,
-        }
+        CrossSection::new(self.centre, rim)
     }
 
     /// The smallest scaled Jacobian of the hexahedra around it.
-    fn quality(&self, slicer: &Slicer, trunk: &CentreLine) -> Result<f64, TreeError> {
+    pub fn quality(&self, slicer: &Slicer, trunk: &CentreLine) -> Result<f64, TreeError> {
         let daughters = self.daughters.iter().enumerate();
         let daughters = daughters.map(|(i, end)| (Some(i), *end));
         let mut worst = f64::INFINITY;
@@ -270,6 +271,51 @@ impl Slicer {
         self.cut(centre, directions)
     }
 
+    /// Where a branch ends as half a sphere: cross-sections beyond the plane one at the end of its line, whose rims are
+    /// bent towards the edges of a cube's side in that sphere, and the wall over the core of the last one, row by row.
+    pub fn dome(
+        &self,
+        line: &CentreLine,
+        tangent: &Vec3,
+        first: &Vec3,
+    ) -> Result<(Vec<CrossSection>, Vec<Vec3>), TreeError> {
+        let grid = &self.grid;
+        let centre = line.at(line.length());
+        let second = tangent.cross(first);
+        let near = self.lumen.near(&centre);
+        let wall = |direction: Vec3| {
+            let wall = near.wall(&centre, &direction.normalize());
+            wall.ok_or(TreeError::Open(centre))
+        };
+        let on_side = |x: f64, y: f64| tangent + first * x + second * y;
+        let n = grid.core + 1;
+        let slope = |i: usize| (FRAC_PI_4 * (2.0 * grid.place(i) - 1.0)).tan();
+        let top = (0..n * n).map(|k| wall(on_side(slope(k % n), slope(k / n))));
+        let up = tangent * line.radius(line.length());
+        let section = |u: f64| {
+            let rim = (0..grid.around()).map(|a| {
+                let phi = grid.angle(a);
+                let from_middle = phi - FRAC_PI_2 * (phi / FRAC_PI_2).round();
+                let polar = FRAC_PI_2 * (1.0 - u) + (1.0 / from_middle.cos()).atan() * u;
+                let across = first * phi.cos() + second * phi.sin();
+                wall(tangent * polar.cos() + across * polar.sin())
+            });
+            Ok(CrossSection {
+                lift: up * ((CORE_OF_DOME - RIM_OF_DOME) * u),
+                ..CrossSection::new(
+                    centre + up * (RIM_OF_DOME * u),
+                    rim.collect::<Result<_, _>>()?,
+                )
+            })
+        };
+        let places = grid.divided(FRAC_PI_4 / self.along);
+        let sections = places[1..].iter().map(|&u| section(u));
+        Ok((
+            sections.collect::<Result<_, TreeError>>()?,
+            top.collect::<Result<_, _>>()?,
+        ))
+    }
+
     /// Whether all rays of a plane cross-section meet the wall.
     pub fn is_whole(&self, centre: Vec3, tangent: &Vec3, first: &Vec3) -> bool {
         let near = self.lumen.near(&centre);
@@ -293,7 +339,7 @@ impl Slicer {
             wall.ok_or(TreeError::Open(centre))
         };
         let rim = directions.map(point).collect::<Result<_, _>>()?;
-        Ok(CrossSection { centre, rim })
+        Ok(CrossSection::new(centre, rim))
     }
 
     /// Cross-sections from a folded one (included) towards a plane one (not included) of this radius (m), which lies

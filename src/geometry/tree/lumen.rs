@@ -28,6 +28,8 @@ pub struct CentreLine {
     radii: Vec<f64>,
     /// Arc length at each, m.
     s: Vec<f64>,
+    /// Whether the lumen ends with it, as half a sphere.
+    pub is_closed: bool,
 }
 
 /// A place of a centre-line that is nearest to a point.
@@ -101,7 +103,12 @@ impl CentreLine {
         for pair in points.windows(2) {
             s.push(s[s.len() - 1] + (pair[1] - pair[0]).norm());
         }
-        Self { points, radii, s }
+        Self {
+            points,
+            radii,
+            s,
+            is_closed: false,
+        }
     }
 
     /// The mean of lines that begin as one branch, as far as the arc length `end` (m) of the first one.

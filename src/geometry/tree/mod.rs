@@ -4,24 +4,28 @@
 //! [`Junction`]s; between these lie branches, each a stack of cross-sections of an O-grid ([`SectionGrid`]), which
 //! begins and ends with the folded cross-sections that it shares with its neighbours.
 
+mod blocks;
 mod described;
 mod junction;
 mod lumen;
 mod section;
+mod side;
 #[cfg(test)]
 mod tests;
 
+pub use blocks::{Block, Displaced, NONE, Numbers, Outside, Positions};
 pub use described::{TreeMeshes, TreeMistake};
 pub use lumen::{CentreLine, Lumen};
-use section::qualities;
 pub use section::{CrossSection, SectionGrid, scaled_jacobian};
+pub use side::Hole;
 
 use super::PolyMesh;
 use super::o_grid::{Polygon, WallPolygons};
 use super::poly_mesh::PatchFaces;
 use crate::Vec3;
 use crate::curve::SpaceCurve;
-use junction::{Junction, Slicer, across, leaves};
+use junction::{BranchEnd, Junction, Parting, Slicer, across, leaves};
+use side::Side;
 use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
@@ -32,6 +36,13 @@ const TOGETHER: f64 = 1.5;
 const OVERLAP: f64 = 1.5;
 /// Between two junctions the plane cross-sections of a branch take at least this many radii.
 const LEAST_LENGTH: f64 = 0.5;
+
+/// A branch is thin whose radius is less than this share of that of the one that goes straight on ...
+const THIN: f64 = 0.7;
+/// ... by the cosine of the angle that it turns.
+const STRAIGHT: f64 = 0.8;
+/// A thin branch meets another one as an equal if the scaled Jacobian of all cells is above this.
+const FAN: f64 = 0.3;
 
 /// Why a tree has no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -48,6 +59,11 @@ pub enum TreeError {
     /// Branches leave this place (m) at angles that are too small.
     #[error("at {} branches leave in nearly the same direction: a junction carries angles of 20 degrees and more", shown(.0))]
     Angle(Vec3),
+    /// A thin branch that is wide as soon as it leaves this place (m).
+    #[error(
+        "at {} a branch with a narrow neck widens, or bends back, as soon as it leaves: let the neck go on for half of its radius", shown(.0)
+    )]
+    Neck(Vec3),
     /// Two junctions too close to this place (m).
     #[error("near {} two junctions follow each other within {:.1} radii of the branch between them: leave out one of the branches", shown(.0), .1)]
     Close(Vec3, f64),
@@ -72,6 +88,7 @@ impl TreeError {
             Self::Open(x)
             | Self::Apex(x)
             | Self::Angle(x)
+            | Self::Neck(x)
             | Self::Close(x, _)
             | Self::Short(x, _)
             | Self::InsideOut(x)
@@ -114,6 +131,103 @@ pub struct Stack {
     pub sections: Vec<CrossSection>,
     /// What the middle of each one goes with when the wall moves.
     pub middles: Vec<Middle>,
+    /// Where a side branch begins in it.
+    pub hole: Option<Hole>,
+    /// The stack in whose hole it begins.
+    pub plugs: Option<usize>,
+    /// The wall over the last core, row by row (m), if it is closed.
+    pub top: Option<Vec<Vec3>>,
+}
+
+/// Where branches meet.
+#[derive(Debug, Clone)]
+enum Meeting {
+    /// As equals.
+    Fan(Junction),
+    /// A thin one begins at the side of another.
+    Side(Side),
+}
+
+impl Meeting {
+    /// Lines that part as equals, unless one goes straight on and the other is thin and would be squeezed.
+    fn new(
+        slicer: &Slicer,
+        trunk: &CentreLine,
+        parting: &Parting,
+        path: impl Fn(usize) -> CentreLine,
+    ) -> Result<Self, TreeError> {
+        let Some([line, branch]) = thin(&slicer.lumen, parting) else {
+            return Ok(Self::Fan(Junction::new(slicer, trunk, parting)?));
+        };
+        // The same for cells and elements.
+        let usual = Slicer {
+            lumen: slicer.lumen.clone(),
+            grid: SectionGrid::of_cells(6, 5, 3.0),
+            along: 0.4,
+        };
+        let is_good = !slicer.lumen.lines[branch].is_closed
+            && Junction::new(&usual, trunk, parting)
+                .and_then(|fan| fan.quality(&usual, trunk))
+                .is_ok_and(|quality| quality > FAN);
+        match is_good {
+            true => Ok(Self::Fan(Junction::new(slicer, trunk, parting)?)),
+            false => Ok(Self::Side(Side::new(slicer, &path(line), line, branch)?)),
+        }
+    }
+
+    /// The middle, m.
+    fn centre(&self) -> &Vec3 {
+        match self {
+            Self::Fan(fan) => &fan.centre,
+            Self::Side(side) => &side.centre,
+        }
+    }
+
+    /// From where the rims of a branch count, that of the parent or of a daughter.
+    fn axis(&self, daughter: Option<usize>) -> Vec3 {
+        match (self, daughter) {
+            (Self::Fan(fan), _) => fan.axis,
+            (Self::Side(side), Some(1)) => side.flow,
+            (Self::Side(side), _) => side.axis,
+        }
+    }
+
+    fn parent(&self) -> &BranchEnd {
+        match self {
+            Self::Fan(fan) => &fan.parent,
+            Self::Side(side) => &side.parent,
+        }
+    }
+
+    fn daughters(&self) -> &[BranchEnd] {
+        match self {
+            Self::Fan(fan) => &fan.daughters,
+            Self::Side(side) => &side.daughters,
+        }
+    }
+}
+
+/// The line that goes straight on, and that of a thin branch beside it, if these are the two that part.
+fn thin(lumen: &Lumen, parting: &Parting) -> Option<[usize; 2]> {
+    let &[(a, s), (b, t)] = parting else {
+        return None;
+    };
+    let is_thin = |(line, s): (usize, f64), (branch, t): (usize, f64)| {
+        let (line, branch) = (&lumen.lines[line], &lumen.lines[branch]);
+        let at = |line: &CentreLine, s: f64, radii: f64| s + radii * line.radius(s);
+        let upstream = line.tangent(at(line, s, -2.0));
+        let downstream = line.tangent(at(line, s, 1.0));
+        let t = side::exit(line, branch).unwrap_or(t);
+        let wide = line
+            .radius(at(line, s, 1.0))
+            .min(line.radius(at(line, s, -2.0)));
+        side::neck(branch, t) < THIN * wide && upstream.dot(&downstream) > STRAIGHT
+    };
+    match (is_thin((a, s), (b, t)), is_thin((b, t), (a, s))) {
+        (true, _) => Some([a, b]),
+        (_, true) => Some([b, a]),
+        _ => None,
+    }
 }
 
 impl Stack {
@@ -126,6 +240,18 @@ impl Stack {
         }
     }
 }
+
+/// Corners of a cell by place in its three directions: the lower four counter-clockwise, then the upper four.
+const CORNERS: [[usize; 3]; 8] = [
+    [0, 0, 0],
+    [1, 0, 0],
+    [1, 1, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+    [1, 0, 1],
+    [1, 1, 1],
+    [0, 1, 1],
+];
 
 /// What the middle of a cross-section goes with: on the way from a plane cross-section to a junction, less and less
 /// with the whole of its rim, and more and more with the two points of it where the axis of the junction ends, which
@@ -142,7 +268,7 @@ pub struct Middle {
 #[derive(Debug, Clone)]
 pub struct Tree {
     slicer: Slicer,
-    junctions: Vec<Junction>,
+    junctions: Vec<Meeting>,
     branches: Vec<Branch>,
     stacks: Vec<Stack>,
 }
@@ -170,8 +296,10 @@ impl Tree {
             stacks: Vec::new(),
         };
         tree.divide(&all, None)?;
-        let stacks = tree.branches.iter().map(|branch| tree.stack(branch));
-        tree.stacks = stacks.collect::<Result<_, _>>()?;
+        for branch in &tree.branches {
+            let stack = tree.stack(branch)?;
+            tree.stacks.push(stack);
+        }
         Ok(tree)
     }
 
@@ -224,11 +352,21 @@ impl Tree {
         let parting: Vec<(usize, f64)> = (classes.iter())
             .map(|class| (lines[class[0]], leaves_others(class)))
             .collect();
-        let junction = Junction::new(&self.slicer, &branch.axis, &parting)?;
+        let path = |line: usize| {
+            let class = classes.iter().find(|class| lines[class[0]] == line);
+            let class: Vec<&CentreLine> = (class.into_iter().flatten())
+                .map(|i| &lumen.lines[lines[*i]])
+                .collect();
+            match class[..] {
+                [only] => only.clone(),
+                _ => CentreLine::mean(&class, f64::INFINITY),
+            }
+        };
+        let junction = Meeting::new(&self.slicer, &branch.axis, &parting, path)?;
         let at = self.junctions.len();
         branch.to = Some(at);
         self.branches.push(branch);
-        let order: Vec<usize> = junction.daughters.iter().map(|end| end.line).collect();
+        let order: Vec<usize> = junction.daughters().iter().map(|end| end.line).collect();
         self.junctions.push(junction);
         for (daughter, line) in order.into_iter().enumerate() {
             let class = classes.iter().find(|class| lines[class[0]] == line);
@@ -257,11 +395,25 @@ impl Tree {
         &self.stacks
     }
 
-    /// Scaled Jacobian and middle (m) of each cell.
+    /// Scaled Jacobian and middle (m) of each cell, or of what lies between neighbouring nodes of the elements.
     pub fn qualities(&self) -> Vec<(f64, Vec3)> {
-        let stacks = self.stacks.iter();
-        let of_stack = |stack: &Stack| qualities(&self.slicer.grid, &stack.sections);
-        stacks.flat_map(of_stack).collect()
+        let growth = match self.grid().degree() {
+            1 => self.grid().growth_of_polygon(),
+            _ => 1.0,
+        };
+        let (points, numbers) = self.points(growth);
+        let n = self.grid().degree() + 1;
+        let blocks = self.blocks(&numbers);
+        let cells = blocks.iter().flat_map(|block| {
+            let all = (0..n * n * n).map(move |k| [k % n, k / n % n, k / n / n]);
+            let lower = all.filter(move |ijk| ijk.iter().all(|i| i + 1 < n));
+            lower.map(|[i, j, k]| {
+                CORNERS.map(|[x, y, z]| points[block.points[((k + z) * n + j + y) * n + i + x]])
+            })
+        });
+        cells
+            .map(|corners| (scaled_jacobian(corners), corners.iter().sum::<Vec3>() / 8.0))
+            .collect()
     }
 
     /// The mesh of cells: patches of the openings, first that where the lines begin, then where each ends; and of the
@@ -276,9 +428,6 @@ impl Tree {
         walls: &[String],
         growth: f64,
     ) -> Result<PolyMesh, TreeError> {
-        let grid = &self.slicer.grid;
-        let (quads, outer) = (grid.quads(), grid.rings.len());
-        let mut hexes: Vec<[usize; 8]> = Vec::new();
         let (points, numbers) = self.points(growth);
         let patch = |name, kind| PatchFaces {
             name,
@@ -289,74 +438,54 @@ impl Tree {
             .map(|name| patch(name, "patch"))
             .chain(walls.iter().map(|name| patch(name, "wall")))
             .collect();
-        for (stack, numbers) in self.stacks.iter().zip(&numbers) {
-            let last = stack.sections.len() - 1;
-            let mut below: &[usize] = &[];
-            for (j, here) in numbers.iter().enumerate() {
-                if j > 0 {
-                    for [a, b, c, d] in &quads {
-                        let [a, b, c, d] = [*a, *b, *c, *d];
-                        let hex = [
-                            below[a], below[b], below[c], below[d], here[a], here[b], here[c],
-                            here[d],
-                        ];
-                        if scaled_jacobian(hex.map(|i| points[i])) <= 0.0 {
-                            return Err(TreeError::InsideOut(points[hex[0]]));
-                        }
-                        hexes.push(hex);
-                    }
-                    let faces = (0..grid.around()).map(|a| {
-                        let [p, q] = [a, a + 1].map(|a| grid.ring_point(outer, a));
-                        [below[p], below[q], here[q], here[p]]
-                    });
-                    patches[openings.len() + stack.wall].faces.extend(faces);
-                }
-                let opening = match j {
-                    0 if stack.from.is_none() => Some(0),
-                    j if j == last => stack.end.map(|line| 1 + line),
-                    _ => None,
-                };
-                if let Some(opening) = opening {
-                    patches[opening].faces =
-                        quads.iter().map(|quad| quad.map(|i| here[i])).collect();
-                }
-                below = here.as_slice();
+        let mut hexes: Vec<[usize; 8]> = Vec::new();
+        for block in self.blocks(&numbers) {
+            let hex = CORNERS.map(|[x, y, z]| block.points[4 * z + 2 * y + x]);
+            if scaled_jacobian(hex.map(|i| points[i])) <= 0.0 {
+                return Err(TreeError::InsideOut(points[hex[0]]));
             }
+            for (axis, upper, outside) in block.sides {
+                let (patch, face) = match (outside, axis, upper) {
+                    (Outside::Opening(i), _, false) => (i, [0, 1, 2, 3]),
+                    (Outside::Opening(i), _, true) => (i, [4, 5, 6, 7]),
+                    (Outside::Wall(i), 2, _) => (openings.len() + i, [4, 5, 6, 7]),
+                    (Outside::Wall(i), ..) => (openings.len() + i, [1, 2, 6, 5]),
+                };
+                patches[patch].faces.push(face.map(|k| hex[k]));
+            }
+            hexes.push(hex);
         }
+        let is_closed = |line: usize| self.slicer.lumen.lines[line].is_closed;
+        let mut number = 0..openings.len();
+        patches.retain(|_| !number.next().is_some_and(|i| i > 0 && is_closed(i - 1)));
         Ok(PolyMesh::from_hexes(points, &hexes, &patches))
     }
 
-    /// Positions (m) of all points, and the numbers of those of each cross-section of each stack: branches that meet
-    /// have points in common.
-    pub fn points(&self, growth: f64) -> (Vec<Vec3>, Vec<Vec<Vec<usize>>>) {
-        let grid = &self.slicer.grid;
-        let mut points: Vec<Vec3> = Vec::new();
-        // Points of the junctions, to be found again.
-        let mut shared: Vec<Vec<usize>> = vec![Vec::new(); self.junctions.len()];
-        let of_stack = |stack: &Stack| -> Vec<Vec<usize>> {
-            let of_section = |(j, section): (usize, &CrossSection)| {
-                let junction = stack.junction(j);
-                let close = 1e-6 * (section.rim[0] - section.centre).norm();
-                let numbers = grid.positions(section, growth).into_iter().map(|x| {
-                    let known = junction.and_then(|junction| {
-                        let mut all = shared[junction].iter().copied();
-                        all.find(|&i| (points[i] - x).norm() < close)
-                    });
-                    known.unwrap_or_else(|| {
-                        points.push(x);
-                        let new = points.len() - 1;
-                        junction
-                            .into_iter()
-                            .for_each(|junction| shared[junction].push(new));
-                        new
-                    })
-                });
-                numbers.collect()
-            };
-            stack.sections.iter().enumerate().map(of_section).collect()
+    /// Positions (m) of all points, and their numbers. `growth` is that of [`SectionGrid::positions`].
+    pub fn points(&self, growth: f64) -> (Vec<Vec3>, Numbers) {
+        let positions = self.positions(growth, None);
+        let numbers = self.numbers(&positions);
+        let mut points = vec![None; numbers.count];
+        let mut put = |numbers: &[usize], positions: &[Vec3]| {
+            for (&number, x) in numbers.iter().zip(positions) {
+                if number != NONE {
+                    points[number].get_or_insert(*x);
+                }
+            }
         };
-        let numbers = self.stacks.iter().map(of_stack).collect();
-        (points, numbers)
+        for (stack, (sections, caps)) in
+            (positions.sections.iter().zip(&positions.caps)).enumerate()
+        {
+            for (j, section) in sections.iter().enumerate() {
+                put(&numbers.sections[stack][j], section);
+            }
+            for (cap, numbers) in caps.iter().zip(&numbers.caps[stack]) {
+                if let (Some(cap), Some(numbers)) = (cap, numbers) {
+                    put(numbers, cap);
+                }
+            }
+        }
+        (points.into_iter().flatten().collect(), numbers)
     }
 
     /// The centre-lines of its branches, from junction to junction, each with the number of its wall in
@@ -364,7 +493,7 @@ impl Tree {
     pub fn lines(&self) -> Vec<(usize, SpaceCurve)> {
         let line = |branch: &Branch| {
             let axis = &branch.axis;
-            let place = |junction: usize| axis.foot(&self.junctions[junction].centre).s;
+            let place = |junction: usize| axis.foot(self.junctions[junction].centre()).s;
             let from = branch.from.map(|(junction, _)| junction);
             let begin = from.map_or(0.0, place);
             let end = branch.to.map_or(axis.length(), place);
@@ -373,9 +502,11 @@ impl Tree {
             let points: Vec<Vec3> = (0..=pieces)
                 .map(|i| axis.at(begin + i as f64 * step))
                 .collect();
-            let first = from
-                .or(branch.to)
-                .map_or(Vec3::z(), |junction| self.junctions[junction].axis);
+            let first = match (branch.from, branch.to) {
+                (Some((junction, daughter)), _) => self.junctions[junction].axis(Some(daughter)),
+                (None, Some(junction)) => self.junctions[junction].axis(None),
+                (None, None) => Vec3::z(),
+            };
             (self.wall(branch), SpaceCurve::through(&points, first))
         };
         self.branches.iter().map(line).collect()
@@ -383,7 +514,7 @@ impl Tree {
 
     /// The cross-sections of the wall, for the numbers and positions (m) of the points of [`Tree::points`] without
     /// growth. Those that are folded along the axis of a junction have their middle there: they make up one.
-    pub fn polygons(&self, points: &[Vec3], numbers: &[Vec<Vec<usize>>]) -> WallPolygons {
+    pub fn polygons(&self, points: &[Vec3], numbers: &Numbers) -> WallPolygons {
         let grid = self.grid();
         let (around, outer) = (grid.around(), grid.rings.len());
         let polygon = |corners: Vec<usize>, middle_of: Vec<usize>, centre: Vec3| {
@@ -397,25 +528,39 @@ impl Tree {
         let mut polygons = Vec::new();
         let mut folded: Vec<(BTreeSet<usize>, Vec<usize>)> =
             vec![Default::default(); self.junctions.len()];
-        for (stack, numbers) in self.stacks.iter().zip(numbers) {
-            for (j, section) in stack.sections.iter().enumerate() {
-                let rim = (0..around).map(|a| numbers[j][grid.ring_point(outer, a)]);
-                let rim: Vec<usize> = rim.collect();
-                match stack.junction(j) {
-                    None => polygons.push(polygon(rim.clone(), rim, section.centre)),
-                    Some(junction) => {
+        for (number, stack) in self.stacks.iter().enumerate() {
+            let last = stack.sections.len() - 1;
+            for j in self.plugged(stack)..=last {
+                let section = &stack.sections[j];
+                let rim = (0..around)
+                    .map(|a| numbers.sections[number][j][grid.ring_point(outer, a)])
+                    .filter(|point| *point != NONE);
+                let mut rim: Vec<usize> = rim.collect();
+                match stack.junction(j).map(|i| (i, &self.junctions[i])) {
+                    Some((junction, Meeting::Fan(_))) => {
                         let axis = stack.middles[j].axis;
                         let ends = [axis, axis + around / 2].map(|a| rim[a % around]);
                         let (corners, middle_of) = &mut folded[junction];
                         corners.extend(rim);
                         *middle_of = ends.to_vec();
                     }
+                    // The parent has it.
+                    Some((_, Meeting::Side(_))) if j == 0 => {}
+                    _ => {
+                        let middle_of = rim.clone();
+                        if let Some(top) = numbers.caps[number][1].as_ref().filter(|_| j == last) {
+                            let outside = &top[top.len() - (grid.core + 1).pow(2)..];
+                            rim.extend(outside.iter().filter(|point| !middle_of.contains(point)));
+                        }
+                        polygons.push(polygon(rim, middle_of, section.centre));
+                    }
                 }
             }
         }
         let junctions = folded.into_iter().zip(&self.junctions);
+        let junctions = junctions.filter(|((corners, _), _)| !corners.is_empty());
         polygons.extend(junctions.map(|((corners, ends), junction)| {
-            polygon(corners.into_iter().collect(), ends, junction.centre)
+            polygon(corners.into_iter().collect(), ends, *junction.centre())
         }));
         WallPolygons::new(polygons, around)
     }
@@ -450,7 +595,7 @@ impl Tree {
         let at_end = (0..count)
             .rev()
             .take_while(|i| length - stations[*i] <= near(length));
-        let end = at_end.filter(|_| branch.to.is_none());
+        let end = at_end.filter(|_| branch.to.is_none() && !line.is_closed);
         let end = end
             .clone()
             .find(is_whole)
@@ -463,11 +608,11 @@ impl Tree {
     fn stack(&self, branch: &Branch) -> Result<Stack, TreeError> {
         let line = &branch.axis;
         let begin = branch.from.map_or(0.0, |(junction, daughter)| {
-            line.foot(&self.junctions[junction].daughters[daughter].cut)
+            line.foot(&self.junctions[junction].daughters()[daughter].cut)
                 .s
         });
         let end = branch.to.map_or(line.length(), |junction| {
-            line.foot(&self.junctions[junction].parent.cut).s
+            line.foot(&self.junctions[junction].parent().cut).s
         });
         let least = LEAST_LENGTH * line.radius(begin);
         if end - begin < least {
@@ -480,11 +625,11 @@ impl Tree {
         }
         let stations = self.slicer.stations(line, begin, end);
         let tangents: Vec<Vec3> = stations.iter().map(|s| line.tangent(*s)).collect();
-        let axis = |junction: usize| self.junctions[junction].axis;
+        let axis = |junction: usize, end| self.junctions[junction].axis(end);
         let frames = Frames::new(
             &tangents,
-            branch.from.map(|(junction, _)| axis(junction)),
-            branch.to.map(axis),
+            (branch.from).map(|(junction, daughter)| axis(junction, Some(daughter))),
+            branch.to.map(|junction| axis(junction, None)),
         );
         let mut sections = Vec::with_capacity(stations.len() + 8);
         let whole = self.whole(branch, &stations, &tangents, &frames.first);
@@ -510,8 +655,26 @@ impl Tree {
         let mut middles = vec![whole; sections.len()];
         // Without a kink where the cross-sections become plane.
         let share = |u: f64| u * u * (3.0 - 2.0 * u);
-        if let Some((junction, daughter)) = branch.from {
-            let folded = self.junctions[junction].section(Some(daughter));
+        let mut plugs = None;
+        let folded = match branch
+            .from
+            .map(|(junction, end)| (&self.junctions[junction], end))
+        {
+            Some((Meeting::Fan(fan), daughter)) => Some(fan.section(Some(daughter))),
+            Some((Meeting::Side(side), 0)) => {
+                sections[0] = side.sections[side.sections.len() - 1].clone();
+                None
+            }
+            Some((Meeting::Side(_), _)) => {
+                plugs = self
+                    .stacks
+                    .iter()
+                    .position(|stack| stack.to == branch.from.map(|(at, _)| at));
+                Some(self.plug(plugs, self.slicer.grid.rings.len()))
+            }
+            None => None,
+        };
+        if let Some(folded) = folded {
             let (plane, radius) = (&sections[0], line.radius(begin));
             let (between, places) =
                 self.slicer
@@ -519,34 +682,90 @@ impl Tree {
             sections.splice(0..0, between);
             let held = places.iter().map(|u| Middle {
                 axis: 0,
-                share: share(*u),
+                share: if plugs.is_some() { 1.0 } else { share(*u) },
             });
             middles.splice(0..0, held);
         }
-        if let Some(junction) = branch.to {
-            let mut folded = self.junctions[junction].section(None);
-            let axis = frames.quarters * self.slicer.grid.core;
-            folded.rim.rotate_right(axis);
-            let (plane, tangent) = (&sections[sections.len() - 1], &tangents[tangents.len() - 1]);
-            let radius = line.radius(end);
-            let (mut between, places) = self
+        if plugs.is_some() {
+            let rings = self.slicer.grid.rings.len();
+            sections.splice(0..0, (0..rings).map(|ring| self.plug(plugs, ring)));
+            middles.splice(0..0, vec![whole; rings]);
+        }
+        let mut top = None;
+        if line.is_closed && branch.to.is_none() {
+            let last = tangents.len() - 1;
+            let (dome, of_top) = self
                 .slicer
-                .unfolding(folded, plane, tangent, radius, true)?;
-            between.reverse();
-            sections.extend(between);
-            let held = places.iter().rev().map(|u| Middle {
-                axis,
-                share: share(*u),
-            });
-            middles.extend(held);
+                .dome(line, &tangents[last], &frames.first[last])?;
+            middles.resize(sections.len() + dome.len(), whole);
+            sections.extend(dome);
+            top = Some(of_top);
+        }
+        let mut hole = None;
+        let axis = frames.quarters * self.slicer.grid.core;
+        match branch.to.map(|junction| &self.junctions[junction]) {
+            Some(Meeting::Fan(fan)) => {
+                let mut folded = fan.section(None);
+                folded.rim.rotate_right(axis);
+                let (plane, tangent) =
+                    (&sections[sections.len() - 1], &tangents[tangents.len() - 1]);
+                let radius = line.radius(end);
+                let (mut between, places) = self
+                    .slicer
+                    .unfolding(folded, plane, tangent, radius, true)?;
+                between.reverse();
+                sections.extend(between);
+                let held = places.iter().rev().map(|u| Middle {
+                    axis,
+                    share: share(*u),
+                });
+                middles.extend(held);
+            }
+            Some(Meeting::Side(side)) => {
+                hole = Some(Hole {
+                    first: sections.len() + side.first,
+                    middle: axis,
+                });
+                middles.resize(sections.len() + side.sections.len(), whole);
+                sections.extend(side.sections.iter().cloned().map(|mut section| {
+                    section.rim.rotate_right(axis);
+                    if let Some(inner) = &mut section.inner {
+                        inner.rotate_right(axis);
+                    }
+                    section
+                }));
+            }
+            None => {}
         }
         Ok(Stack {
-            end: branch.to.is_none().then_some(branch.line),
+            end: (branch.to.is_none() && !line.is_closed).then_some(branch.line),
             wall: self.wall(branch),
             from: branch.from.map(|(junction, _)| junction),
             to: branch.to,
             sections,
             middles,
+            hole,
+            plugs,
+            top,
+        })
+    }
+
+    /// The cross-section of a plug at a ring of the stack that it is in, at rest.
+    fn plug(&self, parent: Option<usize>, ring: usize) -> CrossSection {
+        let grid = self.grid();
+        let Some((parent, hole)) =
+            parent.and_then(|i| Some((&self.stacks[i], self.stacks[i].hole?)))
+        else {
+            unreachable!("a side branch comes after its parent")
+        };
+        let rows = hole.first..=hole.first + grid.core;
+        let rows: Vec<Vec<Vec3>> = (parent.sections[rows].iter())
+            .map(|section| grid.positions(section, 1.0))
+            .collect();
+        side::plug(grid, ring, |(i, j), ring| {
+            let row = (grid.core / 2).wrapping_add_signed(i);
+            let point = (hole.middle + grid.around()).wrapping_add_signed(j) % grid.around();
+            rows[row][grid.ring_point(ring, point)]
         })
     }
 }

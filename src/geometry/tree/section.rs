@@ -8,7 +8,7 @@ use crate::Vec3;
 use crate::geometry::o_grid::{BULGE, CORNER, growth_of_polygon, ring_point, rings};
 use fsi_numerics::subdivided;
 use nalgebra::Rotation3;
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 /// A cross-section: its centre and points of the wall around it (m), from the middle of one side of the core on.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,18 +17,32 @@ pub struct CrossSection {
     pub centre: Vec3,
     /// Points of the wall, counter-clockwise about the flow.
     pub rim: Vec<Vec3>,
+    /// From the centre, the directions of the core's points with the wall's distances, where those to the wall's points
+    /// would distort it.
+    pub inner: Option<Vec<Vec3>>,
+    /// Where the core lies from there, the rings less and less: a cross-section that is a bowl.
+    pub lift: Vec3,
 }
 
 impl CrossSection {
+    /// One whose core lies in the directions of the wall's points.
+    pub fn new(centre: Vec3, rim: Vec<Vec3>) -> Self {
+        Self {
+            centre,
+            rim,
+            inner: None,
+            lift: Vec3::zeros(),
+        }
+    }
+
     /// The same one at another centre, turned from the first direction (a unit vector across it) to the second.
     pub fn moved(&self, centre: Vec3, [from, to]: [&Vec3; 2]) -> Self {
         let turn = Rotation3::rotation_between(from, to).unwrap_or_default();
-        Self {
-            rim: (self.rim.iter())
-                .map(|x| centre + turn * (x - self.centre))
-                .collect(),
+        let rim = self.rim.iter();
+        Self::new(
             centre,
-        }
+            rim.map(|x| centre + turn * (x - self.centre)).collect(),
+        )
     }
 }
 
@@ -123,6 +137,56 @@ impl SectionGrid {
         }
     }
 
+    /// Place from 0 to 1 of a point along a side of the core.
+    pub fn place(&self, i: usize) -> f64 {
+        let h = self.core / 2;
+        match i < h {
+            true => 0.5 - 0.5 * self.half_side[h - i],
+            false => 0.5 + 0.5 * self.half_side[i - h],
+        }
+    }
+
+    /// Share of a point of the rim in the mean over the angle.
+    pub fn share(&self, a: usize) -> f64 {
+        let n = self.around();
+        let (from, to) = (self.angle((a + n - 1) % n), self.angle((a + 1) % n));
+        0.5 * (to - from).rem_euclid(TAU) / TAU
+    }
+
+    /// Which point around the core one of its points is, if it lies on its border.
+    pub fn around_core(&self, i: usize, j: usize) -> Option<usize> {
+        let n = self.core;
+        let from_corner = match (i, j) {
+            (i, j) if i == n => j,
+            (i, j) if j == n => n + n - i,
+            (0, j) => 2 * n + n - j,
+            (i, 0) => 3 * n + i,
+            _ => return None,
+        };
+        Some((from_corner + self.around() - n / 2) % self.around())
+    }
+
+    /// Points of a cross-section that are the nodes of each element in it, fastest along ξ, which points outward in the
+    /// rings; η turns counter-clockwise about the flow.
+    pub fn elements(&self) -> Vec<Vec<usize>> {
+        let degree = self.degree();
+        let core = self.core / degree;
+        let nodes = |at: &dyn Fn(usize, usize) -> usize| -> Vec<usize> {
+            let n = degree + 1;
+            (0..n * n).map(|k| at(k % n, k / n)).collect()
+        };
+        let mut quads = Vec::new();
+        for element in 0..core * core {
+            let (x, y) = (element % core * degree, element / core * degree);
+            quads.push(nodes(&|i, j| self.core_point(x + i, y + j)));
+        }
+        for element in 0..self.rings.len() / degree * 4 * core {
+            let (ring, a) = (element / (4 * core) * degree, element % (4 * core) * degree);
+            quads.push(nodes(&|i, j| self.ring_point(ring + i, a + j)));
+        }
+        quads
+    }
+
     /// Points of each cell, counter-clockwise.
     pub fn quads(&self) -> Vec<[usize; 4]> {
         let n = self.core;
@@ -147,14 +211,17 @@ impl SectionGrid {
     pub fn positions(&self, section: &CrossSection, growth: f64) -> Vec<Vec3> {
         let centre = section.centre;
         let arms = section.rim.iter().map(|x| (x - centre) * growth);
-        let mut at = vec![centre; self.points()];
+        let mut at = vec![centre + section.lift; self.points()];
         for (a, arm) in arms.enumerate() {
             let from_middle = self.angle(a) - FRAC_PI_2 * (self.angle(a) / FRAC_PI_2).round();
             let straight = FRAC_PI_4.cos() / from_middle.cos();
             let core = CORNER * ((1.0 - BULGE) * straight + BULGE);
             for ring in 0..=self.rings.len() {
                 let t = if ring == 0 { 0.0 } else { self.rings[ring - 1] };
-                at[self.ring_point(ring, a)] = centre + arm * (core * (1.0 - t) + t);
+                at[self.ring_point(ring, a)] = match &section.inner {
+                    None => centre + arm * (core * (1.0 - t) + t) + section.lift * (1.0 - t),
+                    Some(inner) => centre + inner[a] * (growth * core * (1.0 - t)) + arm * t,
+                };
             }
         }
         for quadrant in 0..4 {

@@ -214,3 +214,118 @@ fn trees_that_cannot_be_meshed_are_refused() {
     );
     assert!(matches!(mesh(apart, 4), Err(TreeError::TwoTrees(_))));
 }
+
+/// A straight parent of radius 3 along x with a branch of this radius that leaves at this angle (degrees). Lengths in
+/// mm.
+fn side(angle: f64, radius: f64) -> Lumen {
+    let (sin, cos) = angle.to_radians().sin_cos();
+    let parent = |x: i32| (Vec3::new(f64::from(x), 0.0, 0.0), 3.0);
+    let whole: Vec<(Vec3, f64)> = (-20..=20).map(parent).collect();
+    let begin = (-20..=0).map(parent);
+    let branch = (1..=16).map(|i| {
+        let s = 1.0 * f64::from(i);
+        let share = (s / 3.0).min(1.0);
+        (
+            Vec3::new(s * cos, s * sin, 0.0),
+            3.0 + (radius - 3.0) * share,
+        )
+    });
+    let lines = [whole, begin.chain(branch).collect()];
+    Lumen {
+        lines: (lines.into_iter())
+            .map(|line| {
+                let (points, radii): (Vec<Vec3>, Vec<f64>) = line.into_iter().unzip();
+                CentreLine::new(&points, &radii)
+            })
+            .collect(),
+        surface: None,
+    }
+}
+
+/// Over branches of 0.2 to 0.6 of the parent's radius that leave at 45° to 110°, in cells and between the nodes of
+/// elements of degree 4.
+#[test]
+fn hexahedra_of_side_branches_are_well_shaped() {
+    let nodes = fsi_numerics::quadrature::Rule::gauss_lobatto(5).points;
+    let mut all = Vec::new();
+    for angle in [45.0, 60.0, 90.0, 110.0] {
+        for ratio in [0.2, 0.3, 0.4, 0.5, 0.6] {
+            for (grid, along) in [
+                (SectionGrid::of_cells(6, 5, 3.0), 0.4),
+                (SectionGrid::of_elements(2, 2, 1.5, &nodes), 1.0),
+            ] {
+                let tree = Tree::new(side(angle, 3.0 * ratio), grid, along).unwrap();
+                let found = tree.qualities().into_iter().map(|(quality, _)| quality);
+                let worst = found.fold(f64::INFINITY, f64::min);
+                all.push((worst, angle, ratio));
+            }
+        }
+    }
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    assert!(all[0].0 > 0.27, "{:?}", &all[..4]);
+    assert!(all[4].0 > 0.3, "{:?}", &all[..6]);
+    assert!(all[all.len() / 2].0 > 0.37, "{:?}", all[all.len() / 2]);
+}
+
+/// A sac at the side of a straight parent: a neck of radius 1.5 that widens to a ball of radius 3.
+fn sac() -> Lumen {
+    let mut lumen = side(90.0, 1.5);
+    let parent: Vec<(Vec3, f64)> = (-20..=0)
+        .map(|x| (Vec3::new(f64::from(x), 0.0, 0.0), 3.0))
+        .collect();
+    let radii = [1.5, 1.5, 1.5, 1.5, 2.2, 2.8, 3.0];
+    let neck = (radii.iter().zip([0.5, 2.0, 3.5, 4.5, 6.0, 7.0, 8.0]))
+        .map(|(r, y)| (Vec3::new(0.0, y, 0.0), *r));
+    let (points, radii): (Vec<Vec3>, Vec<f64>) = parent.into_iter().chain(neck).unzip();
+    lumen.lines[1] = CentreLine::new(&points, &radii);
+    lumen.lines[1].is_closed = true;
+    lumen
+}
+
+/// The cells fill what the surface encloses, here by counting points of a grid.
+#[test]
+fn a_closed_branch_has_a_dome_and_no_opening() {
+    let lumen = sac();
+    let names = ["in", "out", "sac"].map(str::to_owned);
+    let tree = Tree::new(lumen.clone(), SectionGrid::of_cells(6, 5, 3.0), 0.4).unwrap();
+    let mesh = tree
+        .mesh(&names, &walls(&names), tree.grid().growth_of_polygon())
+        .unwrap();
+    let worst = tree.qualities().into_iter().map(|(quality, _)| quality);
+    let worst = worst.fold(f64::INFINITY, f64::min);
+    assert!(worst > 0.3, "{worst}");
+    assert!(mesh.patch("sac").is_none() && mesh.patch("out").is_some());
+    assert!(mesh.patch("wall_sac").unwrap().size > 36);
+    // Ten to both sides; beyond that the parent is a cylinder.
+    let near = lumen.near(&Vec3::new(0.0, 2.0, 0.0));
+    let (step, mut inside) = (0.2, 0);
+    for i in -50..50 {
+        for j in -20..70 {
+            for k in -20..20 {
+                let x = Vec3::new(f64::from(i) + 0.5, f64::from(j) + 0.5, f64::from(k) + 0.5);
+                inside += u32::from(near.value(&(x * step)) < 0.0);
+            }
+        }
+    }
+    let counted = f64::from(inside) * step.powi(3) + 20.0 * PI * 9.0;
+    let ratio = mesh.volume() / counted;
+    assert!((0.995..1.005).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn a_neck_that_widens_at_once_is_refused() {
+    let mut lumen = sac();
+    let points: Vec<Vec3> = [-20.0, -10.0, 0.0]
+        .map(|x| Vec3::new(x, 0.0, 0.0))
+        .into_iter()
+        .chain([2.0, 3.4, 5.0, 6.0].map(|y| Vec3::new(0.0, y, 0.0)))
+        .collect();
+    lumen.lines[1] = CentreLine::new(&points, &[3.0, 3.0, 3.0, 1.0, 1.0, 3.0, 3.0]);
+    lumen.lines[1].is_closed = true;
+    let found = Tree::new(lumen, SectionGrid::of_cells(4, 3, 2.0), 0.6);
+    assert!(
+        matches!(found, Err(TreeError::Neck(_))),
+        "{:?}",
+        found.err()
+    );
+}

@@ -182,7 +182,10 @@ fn branching(keys: &TreeKeys, is_meshed: bool) -> Result<(PolyMesh, Branches), D
 
 /// Whether the ends of a tree are patches of the OpenFOAM case whose wall it is: rims move with them.
 fn ends_are_patches(own: &OwnCase, mesh: &PolyMesh) -> Result<(), DomainError> {
-    let names = own.tree.as_ref().map_or_else(Vec::new, TreeKeys::names);
+    let names = own
+        .tree
+        .as_ref()
+        .map_or_else(Vec::new, TreeKeys::open_names);
     let is_patch = |name: &String| mesh.patches.iter().any(|patch| patch.name == *name);
     let Some(place) = names.iter().position(|name| !is_patch(name)) else {
         return Ok(());
@@ -343,7 +346,7 @@ fn axes(
         return Ok(None);
     }
     let openings = match &own.tree {
-        Some(tree) => tree.names(),
+        Some(tree) => tree.open_names(),
         None => files(case, own).openings(fluid),
     };
     let Some((first, others)) = openings.split_first() else {
