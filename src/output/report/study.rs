@@ -41,12 +41,12 @@ pub fn page(study: &Study) -> io::Result<String> {
     let names: Vec<String> = runs.iter().map(|run| run.name()).collect();
     let lead = format!("{} run(s): {}.", runs.len(), names.join(", "));
     let mut page = Page::new(&study.title, &lead);
-    page.section("cases", "Cases", &cases(&runs, &study.missing));
-    page.section("differences", "What differs", &differences(&runs));
     let uncertainty = Uncertainty::of(&runs, &study.folder).map_err(io::Error::other)?;
     if let Some(uncertainty) = uncertainty {
         page.section("uncertainty", "Uncertainty", &uncertainty.section());
     }
+    page.section("cases", "Cases", &cases(&runs, &study.missing));
+    page.section("differences", "What differs", &differences(&runs));
     let over_parameters = sweep::figures(&runs);
     if !over_parameters.is_empty() {
         let table = download("measures", &sweep::table(&runs).to_csv());
