@@ -49,7 +49,7 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("turek-hron", "flag.mesh.cell_size_m", "1e-9", "a thousandth of"),
     ("turek-hron", "flag.mesh.largest_cell_m", "1e-3", "at least flag.mesh.cell_size_m"),
     ("turek-hron", "flag.solid.mu_Pa", "1e6", "it has viscosity_Pa_s, youngs_modulus_Pa"),
-    ("turek-hron", "coupling.surrogate", "tube", "write \"none\""),
+    ("turek-hron", "coupling.surrogate", "tube", "write \"potential\" or \"none\""),
     ("S-0.0", "coupling.surrogate", "potential", "write \"tube\""),
     ("S-0.25", "model.extension", "spiral", "\"straight\", \"helix\", \"arc\""),
     ("S-0.25", "model.extension", "strait", "did you mean \"straight\"?"),

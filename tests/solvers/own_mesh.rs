@@ -280,7 +280,7 @@ fn a_wall_around_centre_lines_fits_cells_of_any_shape() {
             "wall.mode=rigid",
             "only an elastic wall is made from [tree]",
         ),
-        ("coupling.surrogate=potential", "write \"none\""),
+        ("coupling.surrogate=tube", "write \"potential\" or \"none\""),
     ] {
         let output = check(&case, &["--set", words]);
         assert_eq!(output.status.code(), Some(2), "{words}: {}", text(&output));

@@ -77,7 +77,7 @@ pub(super) fn check(case: &Case, flag: &Flag, report: &mut Report<'_>) {
     );
     report(
         &["coupling.surrogate"],
-        case.coupling.surrogate != SurrogateModel::None,
-        "the surrogate is a tube, and a case with a [flag] has none: write \"none\"".into(),
+        !matches!(case.coupling.surrogate, SurrogateModel::None | SurrogateModel::Potential),
+        "this surrogate is a tube, and a case with a [flag] has none: write \"potential\" or \"none\"".into(),
     );
 }

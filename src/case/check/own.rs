@@ -123,15 +123,12 @@ fn settings(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     );
     report(
         &["coupling.surrogate"],
-        match case.coupling.surrogate {
-            SurrogateModel::None => false,
-            SurrogateModel::Potential => own.fluid.case.is_some(),
-            SurrogateModel::Tube | SurrogateModel::OpenTube => true,
-        },
-        match own.meshed_tree() {
-            Some(_) => "this surrogate is a single tube, which a tree is not: write \"potential\" or \"none\"".into(),
-            None => "the surrogates are of vessels, which this case is not: write \"none\"".into(),
-        },
+        !matches!(
+            case.coupling.surrogate,
+            SurrogateModel::None | SurrogateModel::Potential
+        ),
+        "this surrogate is a single tube, which this case is not: write \"potential\" or \"none\""
+            .into(),
     );
 }
 

@@ -2,11 +2,11 @@
 //! ([`Surrogate`](super::acceleration::Surrogate)).
 
 mod potential;
+mod shapes;
 mod stations;
 mod tube;
 
-pub use potential::{
-    PotentialBlood, PotentialError, PotentialSurrogate, PressureEnd, PressureShapes,
-};
+pub use potential::{PotentialBlood, PotentialError, PotentialSurrogate, PressureEnd};
+pub use shapes::{BranchShapes, PressureShapes, SurfaceShapes};
 pub use stations::{Axis, NoRings, StationOptions, Stations, SurrogateWall, TubePlace};
 pub use tube::{Comb, SurrogateBlood, TubeEnd, TubeSurrogate};

@@ -13,7 +13,7 @@
 
 use crate::Vec3;
 use crate::coupling::acceleration::Surrogate;
-use crate::curve::SpaceCurve;
+use crate::coupling::surrogate::shapes::PressureShapes;
 use crate::geometry::PolyMesh;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
@@ -52,155 +52,6 @@ pub struct PotentialBlood {
     pub time_step: f64,
 }
 
-/// A node along a branch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Node {
-    /// Arc length, m.
-    s: f64,
-    /// Number of the shape that is 1 there and the same all around; nodes of several branches at a junction share it,
-    /// and open ends have none.
-    whole: Option<usize>,
-    /// Number of the node for waves around the circumference; likewise, but junctions have one for each branch.
-    own: Option<usize>,
-}
-
-/// Shapes of pressures on the walls of branches: along each centre-line they are linear from node to node; around it
-/// they are waves: 1, and for each number of periods cosine and sine.
-#[derive(Debug, Clone)]
-pub struct PressureShapes {
-    lines: Vec<(SpaceCurve, Vec<Node>)>,
-    whole: usize,
-    /// Positions (m) of the nodes that waves have.
-    own: Vec<Vec3>,
-    periods: usize,
-}
-
-impl PressureShapes {
-    /// Nodes at distances of about `spacing` (m) along branches; where ends of lines are nearer to each other than
-    /// `near` (m), they are one node. Waves have up to so many `periods`.
-    pub fn along(lines: &[SpaceCurve], spacing: f64, near: f64, periods: usize) -> Self {
-        let ends: Vec<Vec3> = (lines.iter())
-            .flat_map(|line| line.ends().map(|s| line.frame(s).origin))
-            .collect();
-        let junction = |x: &Vec3| {
-            let mut all = (0..ends.len()).filter(|i| (ends[*i] - x).norm() < near);
-            let first = all.next();
-            all.next().and(first)
-        };
-        let mut numbers = vec![None; ends.len()];
-        let mut shapes = Self {
-            lines: Vec::new(),
-            whole: 0,
-            own: Vec::new(),
-            periods,
-        };
-        for line in lines {
-            let mut nodes = Vec::new();
-            for (s, is_end) in places(line, spacing, |s| {
-                junction(&line.frame(s).origin).map_or(spacing, |_| spacing.max(near))
-            }) {
-                let at = line.frame(s).origin;
-                let junction = junction(&at).filter(|_| is_end);
-                let (whole, own) = match (is_end, junction) {
-                    (true, None) => (None, None),
-                    (_, junction) => {
-                        let known = junction.and_then(|end| numbers[end]);
-                        let number = known.unwrap_or(shapes.whole);
-                        shapes.whole = shapes.whole.max(number + 1);
-                        if let Some(end) = junction {
-                            numbers[end] = Some(number);
-                        }
-                        shapes.own.push(at);
-                        (Some(number), Some(shapes.own.len() - 1))
-                    }
-                };
-                nodes.push(Node { s, whole, own });
-            }
-            shapes.lines.push((line.clone(), nodes));
-        }
-        shapes
-    }
-
-    /// Number of shapes.
-    pub fn count(&self) -> usize {
-        self.whole + 2 * self.periods * self.own.len()
-    }
-
-    /// Number of shapes that are the same all around; they come first.
-    pub fn whole(&self) -> usize {
-        self.whole
-    }
-
-    /// Positions (m) of the nodes that waves have.
-    pub fn nodes(&self) -> &[Vec3] {
-        &self.own
-    }
-
-    /// The shape of a wave at a node: waves 0 and 1 are cosine and sine of one period, 2 and 3 of two, …
-    pub fn wave(&self, wave: usize, node: usize) -> usize {
-        self.whole + wave * self.own.len() + node
-    }
-
-    /// The shapes that are not zero at `x` (m), with their values.
-    pub fn at(&self, x: &Vec3) -> Vec<(usize, f64)> {
-        let places = self.lines.iter().map(|(line, nodes)| {
-            let (nearest, [from, to]) = (line.nearest(x), line.ends());
-            // Not from where the line would go on.
-            let on_line = line.frame(nearest.s.clamp(from, to)).origin;
-            ((on_line - x).norm(), nearest, nodes)
-        });
-        let Some((_, nearest, nodes)) = places.min_by(|a, b| a.0.total_cmp(&b.0)) else {
-            return Vec::new();
-        };
-        let s = nearest.s;
-        let after = nodes
-            .partition_point(|node| node.s < s)
-            .clamp(1, nodes.len() - 1);
-        let (before, after) = (nodes[after - 1], nodes[after]);
-        let share = ((s - before.s) / (after.s - before.s)).clamp(0.0, 1.0);
-        let angle = nearest.across[1].atan2(nearest.across[0]);
-        let mut found = Vec::new();
-        for (node, value) in [(before, 1.0 - share), (after, share)] {
-            found.extend(node.whole.map(|number| (number, value)));
-            for period in 1..=self.periods {
-                let (sine, cosine) = (period as f64 * angle).sin_cos();
-                let number = |wave: usize| Some(self.wave(2 * (period - 1) + wave, node.own?));
-                found.extend(number(0).map(|number| (number, value * cosine)));
-                found.extend(number(1).map(|number| (number, value * sine)));
-            }
-        }
-        found
-    }
-
-    /// Groups of nodes that are further apart than `apart` (m) from each other.
-    pub fn groups(&self, apart: f64) -> Vec<Vec<usize>> {
-        let mut groups: Vec<Vec<usize>> = Vec::new();
-        for (node, x) in self.own.iter().enumerate() {
-            let is_far = |other: &usize| (self.own[*other] - x).norm() > apart;
-            match groups.iter_mut().find(|group| group.iter().all(is_far)) {
-                Some(group) => group.push(node),
-                None => groups.push(vec![node]),
-            }
-        }
-        groups
-    }
-}
-
-/// Arc lengths (m) of the nodes of a line, and whether it ends there: the first and the last one between lie as far
-/// from the ends as `first` says, since near a junction most of the wall is nearer to other lines.
-fn places(line: &SpaceCurve, spacing: f64, first: impl Fn(f64) -> f64) -> Vec<(f64, bool)> {
-    let [from, to] = line.ends();
-    let (begin, end) = (from + first(from), to - first(to));
-    let pieces = ((end - begin) / spacing).round().max(1.0) as usize;
-    let between = (0..=pieces).map(|i| (begin + (end - begin) * i as f64 / pieces as f64, false));
-    let between = between.filter(|(s, _)| from < *s && *s < to);
-    [(from, true)]
-        .into_iter()
-        .chain(between)
-        .chain([(to, true)])
-        .collect()
-}
-
 /// The surrogate.
 pub struct PotentialSurrogate {
     /// From the displacement of all points (m) to `w`, m³.
@@ -219,7 +70,7 @@ impl PotentialSurrogate {
     /// # Errors
     /// If no opening determines the pressure.
     pub fn new(
-        shapes: &PressureShapes,
+        shapes: &dyn PressureShapes,
         (mesh, patches): (&PolyMesh, &[String]),
         ends: &[PressureEnd],
         wall: (&[Vec3], &[Vec<u32>]),
@@ -250,14 +101,14 @@ impl Surrogate for PotentialSurrogate {
 }
 
 /// `w` of each coordinate of each point.
-fn widening(shapes: &PressureShapes, (points, faces): (&[Vec3], &[Vec<u32>])) -> DMatrix<f64> {
+fn widening(shapes: &dyn PressureShapes, (points, faces): (&[Vec3], &[Vec<u32>])) -> DMatrix<f64> {
     let mut widening = DMatrix::zeros(shapes.count(), 3 * points.len());
     for face in faces {
         let at = |i: usize| points[face[i % face.len()] as usize];
         let area: Vec3 = (0..face.len()).map(|i| 0.5 * at(i).cross(&at(i + 1))).sum();
         let share = 1.0 / face.len() as f64;
         let middle = (0..face.len()).map(at).sum::<Vec3>() * share;
-        for (shape, value) in shapes.at(&middle) {
+        for (shape, value) in shapes.at(&middle, &area) {
             for point in face {
                 for (k, component) in area.iter().enumerate() {
                     widening[(shape, 3 * *point as usize + k)] += value * share * component;
@@ -338,7 +189,7 @@ fn fluxes(
 
 /// `M` and `G`.
 fn responses(
-    shapes: &PressureShapes,
+    shapes: &dyn PressureShapes,
     mesh: &PolyMesh,
     patches: &[String],
     ends: &[PressureEnd],
@@ -355,7 +206,7 @@ fn responses(
             let (centre, area) = mesh.face_geometry(face);
             let (owner, size) = (mesh.owner[face], area.norm());
             let distance = (centre - cells[owner].1).dot(&area) / size;
-            let values = shapes.at(&centre);
+            let values = shapes.at(&centre, &area);
             for &(i, value) in &values {
                 sources[(owner, i)] += value * size;
                 for &(j, other) in &values {
@@ -390,6 +241,8 @@ fn responses(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::coupling::surrogate::{BranchShapes, SurfaceShapes};
+    use crate::curve::SpaceCurve;
     use crate::geometry::tree::{CentreLine, Lumen, SectionGrid, Tree};
     use std::f64::consts::PI;
 
@@ -414,8 +267,13 @@ mod tests {
             impedance: 0.0,
         });
         let lines: Vec<SpaceCurve> = tree.lines().into_iter().map(|(_, line)| line).collect();
-        let shapes = PressureShapes::along(&lines, LENGTH / 50.0, 1e-6, 0);
-        assert_eq!(shapes.count(), 49);
+        let along = BranchShapes::along(&lines, LENGTH / 50.0, 1e-6, 0);
+        assert_eq!(along.count(), 49);
+        let patch = mesh.patch("wall").unwrap();
+        let wall = patch.start..patch.start + patch.size;
+        let wall: Vec<_> = wall.map(|face| mesh.face_geometry(face)).collect();
+        let on = SurfaceShapes::on(&wall, 200);
+        assert_eq!(on.count(), 200);
         let mut numbers = std::collections::BTreeMap::new();
         let mut points: Vec<Vec3> = Vec::new();
         let faces: Vec<Vec<u32>> = (mesh.patch_faces("wall").iter())
@@ -434,35 +292,41 @@ mod tests {
             let all = points.iter().flat_map(|x| (size(x) * radial(x)).data.0[0]);
             DVector::from_iterator(3 * points.len(), all)
         };
-        let answers: Vec<DVector<f64>> = (0..shapes.count())
-            .map(|i| {
-                field(&|x| {
-                    let value = shapes.at(x).into_iter().find(|(shape, _)| *shape == i);
-                    value.map_or(0.0, |(_, value)| value / STIFFNESS)
-                })
-            })
-            .collect();
         let blood = PotentialBlood {
             density: 1000.0,
             time_step: 1e-3,
         };
         let of_wall = (&points[..], &faces[..]);
         let mesh = (&mesh, &walls[..]);
-        let surrogate =
-            PotentialSurrogate::new(&shapes, mesh, &ends, of_wall, blood, &answers).unwrap();
-        // rho I0(kr)/(k I1(kr)): kr = 0.314159, 1.256637, 2.513274
-        for (half_waves, bessel) in [(1.0, 6.444_4), (4.0, 1.886_9), (8.0, 1.304_7)] {
-            let k = half_waves * PI / LENGTH;
-            let expected = 1.0 / (1.0 + 1000.0 * bessel / k / 1e-6 / STIFFNESS);
-            let wave = field(&|x| (k * x.x).sin());
-            let left = surrogate.predict(&wave);
-            let share = left.dot(&wave) / wave.norm_squared();
-            assert!(
-                (share / expected - 1.0).abs() < 0.04,
-                "{half_waves}: {share} {expected}"
-            );
+        let surrogate = |shapes: &dyn PressureShapes, ends: &[PressureEnd]| {
+            let answer = |i: usize| {
+                field(&|x| {
+                    let mut values = shapes.at(x, &radial(x)).into_iter();
+                    let value = values.find(|(shape, _)| *shape == i);
+                    value.map_or(0.0, |(_, value)| value / STIFFNESS)
+                })
+            };
+            let answers: Vec<_> = (0..shapes.count()).map(answer).collect();
+            PotentialSurrogate::new(shapes, mesh, ends, of_wall, blood, &answers)
+        };
+        let all: [(&dyn PressureShapes, usize, f64); 2] = [(&along, 3, 2e-3), (&on, 2, 0.01)];
+        for (shapes, waves, tolerance) in all {
+            let surrogate = surrogate(shapes, &ends).unwrap();
+            // rho I0(kr)/(k I1(kr)): kr = 0.314159, 1.256637, 2.513274
+            let waves = &[(1.0, 6.444_4), (4.0, 1.886_9), (8.0, 1.304_7)][..waves];
+            for (half_waves, bessel) in waves {
+                let k = half_waves * PI / LENGTH;
+                let expected = 1.0 / (1.0 + 1000.0 * bessel / k / 1e-6 / STIFFNESS);
+                let wave = field(&|x| (k * x.x).sin());
+                let left = surrogate.predict(&wave);
+                let share = left.dot(&wave) / wave.norm_squared();
+                assert!(
+                    (share / expected - 1.0).abs() < tolerance,
+                    "{half_waves}: {share} {expected}"
+                );
+            }
         }
-        let closed = PotentialSurrogate::new(&shapes, mesh, &[], of_wall, blood, &answers);
+        let closed = surrogate(&along, &[]);
         assert_eq!(closed.err(), Some(PotentialError::Undetermined));
     }
 }

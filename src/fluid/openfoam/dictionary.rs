@@ -4,6 +4,7 @@
 //! holds one may have any entry.
 
 use super::names::{FIELDS, included};
+use regex_lite::Regex;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -80,6 +81,17 @@ impl Dictionary {
         let mut entries = self.entries.iter();
         let named = entries.find(|(name, _)| name == keyword);
         named.map(|(_, entry)| entry)
+    }
+
+    /// The entry that holds for a keyword: that of its name, or else of the last pattern that it matches.
+    pub fn matching(&self, keyword: &str) -> Option<&Entry> {
+        self.get(keyword).or_else(|| {
+            let pattern = |text: &str| Regex::new(&format!("^(?:{text})$")).ok();
+            let mut entries = self.entries.iter().rev().filter(|_| self.has_patterns);
+            let entry =
+                entries.find(|(text, _)| pattern(text).is_some_and(|p| p.is_match(keyword)));
+            entry.map(|(_, entry)| entry)
+        })
     }
 
     /// The dictionary of a keyword.
@@ -530,6 +542,14 @@ mod tests {
         assert_eq!(read.word("empty"), None);
         let inner = read.dictionary("inner").unwrap();
         assert!(inner.may_have("a") && !read.may_have("a"));
+        let of_pattern = |name| match inner.matching(name) {
+            Some(Entry::Dictionary(found)) => found.word("type"),
+            _ => None,
+        };
+        assert_eq!(
+            ["a", "b", "ab"].map(of_pattern),
+            [Some("x"), Some("x"), None]
+        );
         assert_eq!(inner.dictionaries().count(), 2);
         let merged = inner.dictionary("sub").unwrap();
         assert_eq!((merged.word("x"), merged.word("y")), (Some("1"), Some("3")));

@@ -1,17 +1,18 @@
 //! The surrogate of a case: a tube with the structure's compliance.
 
 use super::Domain;
+use super::domain::own;
 use crate::Vec3;
 use crate::case::{
-    self, BloodVessel, Case, FluidTimeScheme, Opening, PressureModel, Problem, Solver, TableError,
-    VesselSide,
+    BloodVessel, Case, FluidTimeScheme, Opening, PressureModel, Problem, Solver, SurrogateModel,
+    TableError, VesselSide,
 };
 use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
 use crate::coupling::surrogate::{
-    Axis, Comb, NoRings, PotentialBlood, PotentialError, PotentialSurrogate, PressureEnd,
-    PressureShapes, StationOptions, Stations, SurrogateBlood, SurrogateWall, TubeEnd, TubePlace,
-    TubeSurrogate,
+    Axis, BranchShapes, Comb, NoRings, PotentialBlood, PotentialError, PotentialSurrogate,
+    PressureEnd, PressureShapes, StationOptions, Stations, SurfaceShapes, SurrogateBlood,
+    SurrogateWall, TubeEnd, TubePlace, TubeSurrogate,
 };
 use crate::coupling::transfer::Transfer;
 use crate::curve::SpaceCurve;
@@ -31,6 +32,8 @@ const PROBE_TOLERANCE: f64 = 1e-3;
 const MOST_STATIONS: usize = 63;
 /// Shapes of pressures along branches are at least so many radii apart: shorter waves hardly disturb the iteration.
 const LEAST_SPACING: f64 = 0.5;
+/// Patch of a flag's channel where the pressure is given.
+const FLAG_OUTLET: &str = "outlet";
 /// Most periods of a wave around the branches of a tree.
 const MOST_TREE_PERIODS: usize = 2;
 /// Most periods of a wave around the circumference.
@@ -71,33 +74,24 @@ pub fn surrogate<S: Solid>(
     transfer: &Transfer<S::Location>,
     pressure: f64,
 ) -> Result<Box<dyn Surrogate>, SurrogateError> {
-    let vessel = match &case.problem {
-        Problem::UserCase(_)
-            if case.coupling.surrogate == case::SurrogateModel::Potential
-                && case.has_elastic_wall() =>
-        {
-            return potential(case, domain, interface, solid, transfer);
-        }
-        _ if case.coupling.surrogate == case::SurrogateModel::None => {
-            return Ok(Box::new(Identity));
-        }
-        // Nothing moves.
-        Problem::Vessel(vessel) if vessel.is_rigid() => return Ok(Box::new(Identity)),
-        Problem::Vessel(vessel) => vessel,
-        Problem::Flag(_) | Problem::UserCase(_) => {
-            return Err(SurrogateError::NoTube);
-        }
+    let model = case.coupling.surrogate;
+    let (false, true) = (model == SurrogateModel::None, case.has_elastic_wall()) else {
+        return Ok(Box::new(Identity));
+    };
+    let Problem::Vessel(vessel) = &case.problem else {
+        return match model {
+            SurrogateModel::Potential => potential(case, domain, interface, solid, transfer),
+            _ => Err(SurrogateError::NoTube),
+        };
     };
     let geometry = Vessel::new(vessel);
     let [first, last] = [0, geometry.sections().len() - 1].map(|i| &geometry.sections()[i]);
     let [upstream, downstream] = [-first.from, last.to - geometry.end()];
     let open = |rigid_length| TubeEnd::Pressure { rigid_length };
-    let (inlet, outlet) = match case.coupling.surrogate {
-        case::SurrogateModel::None | case::SurrogateModel::Potential => {
-            return Ok(Box::new(Identity));
-        }
-        case::SurrogateModel::Tube => ends(vessel, case.time.period, upstream, downstream)?,
-        case::SurrogateModel::OpenTube => (open(upstream), open(downstream)),
+    let (inlet, outlet) = match model {
+        SurrogateModel::None | SurrogateModel::Potential => return Ok(Box::new(Identity)),
+        SurrogateModel::Tube => ends(vessel, case.time.period, upstream, downstream)?,
+        SurrogateModel::OpenTube => (open(upstream), open(downstream)),
     };
     let stations = stations(vessel, case.fluid.solver, &interface.points)?;
 
@@ -176,6 +170,13 @@ impl<'a, S: Solid> WallAnswers<'a, S> {
         Ok((self.displacement(shape)? - &self.rest) / self.probe)
     }
 
+    /// An unloaded shape is found to a tolerance, by which the wall still moves.
+    fn find_rest(&mut self) -> Result<(), SurrogateError> {
+        let none = vec![0.0; self.solid.wet_points().len()];
+        self.rest = self.displacement(&none)?;
+        Ok(())
+    }
+
     /// The displacement (m) of all points under the pressure with so much more of this shape.
     fn displacement(&mut self, shape: &[f64]) -> Result<DVector<f64>, SurrogateError> {
         let more = shape.iter().map(|share| self.pressure + self.probe * share);
@@ -194,7 +195,7 @@ fn next_to(
     answer: &DVector<f64>,
     node: usize,
     group: &[usize],
-    shapes: &PressureShapes,
+    shapes: &BranchShapes,
     points: &[Vec3],
 ) -> DVector<f64> {
     let far = |node: usize, x: &Vec3| (shapes.nodes()[node] - x).norm_squared();
@@ -207,29 +208,34 @@ fn next_to(
     own
 }
 
+/// The shapes at the wet points.
+fn at_wet_points<S: Solid>(solid: &S, shapes: &dyn PressureShapes) -> Vec<Vec<(usize, f64)>> {
+    let wet = solid.wet_points().iter();
+    wet.map(|point| shapes.at(&point.position, &-point.normal))
+        .collect()
+}
+
+/// The sum of some of the shapes `at` the wet points.
+fn sum(at: &[Vec<(usize, f64)>], is_wanted: impl Fn(usize) -> bool) -> Vec<f64> {
+    let of_point = |values: &Vec<(usize, f64)>| {
+        let wanted = values.iter().filter(|(number, _)| is_wanted(*number));
+        wanted.map(|(_, value)| value).sum()
+    };
+    at.iter().map(of_point).collect()
+}
+
 /// What the wall answers (m/Pa, at these `points`) to each shape; to waves of nodes that are further apart than `felt`
 /// (m) at once.
-fn answers_to_shapes<S: Solid>(
+fn answers_along_branches<S: Solid>(
     wall: &mut WallAnswers<'_, S>,
-    shapes: &PressureShapes,
+    shapes: &BranchShapes,
     felt: f64,
     points: &[Vec3],
 ) -> Result<Vec<DVector<f64>>, SurrogateError> {
-    let wet = wall.solid.wet_points().iter();
-    let at: Vec<Vec<(usize, f64)>> = wet.map(|point| shapes.at(&point.position)).collect();
-    // The sum of some shapes at the wet points.
-    let sum = |is_wanted: &dyn Fn(usize) -> bool| -> Vec<f64> {
-        let of_point = |values: &Vec<(usize, f64)>| {
-            let wanted = values.iter().filter(|(number, _)| is_wanted(*number));
-            wanted.map(|(_, value)| value).sum()
-        };
-        at.iter().map(of_point).collect()
-    };
-    // An unloaded shape is found to a tolerance, by which the wall still moves.
-    wall.rest = wall.displacement(&vec![0.0; at.len()])?;
+    let at = at_wet_points(wall.solid, shapes);
     let mut answers = Vec::new();
     for shape in 0..shapes.whole() {
-        answers.push(wall.to(&sum(&|number| number == shape))?);
+        answers.push(wall.to(&sum(&at, |number| number == shape))?);
     }
     let groups = shapes.groups(felt);
     for wave in 0..2 * MOST_TREE_PERIODS {
@@ -237,7 +243,7 @@ fn answers_to_shapes<S: Solid>(
         let mut of_nodes = vec![DVector::zeros(0); shapes.nodes().len()];
         for group in &groups {
             let is_of_group = |number: usize| number >= first && group.contains(&(number - first));
-            let answer = wall.to(&sum(&is_of_group))?;
+            let answer = wall.to(&sum(&at, is_of_group))?;
             for &node in group {
                 of_nodes[node] = next_to(&answer, node, group, shapes, points);
             }
@@ -247,7 +253,59 @@ fn answers_to_shapes<S: Solid>(
     Ok(answers)
 }
 
-/// Potential flow in the cells of a tree.
+/// What the wall answers (m/Pa) to each shape.
+fn answers_on_surface<S: Solid>(
+    wall: &mut WallAnswers<'_, S>,
+    shapes: &SurfaceShapes,
+) -> Result<Vec<DVector<f64>>, SurrogateError> {
+    let at = at_wet_points(wall.solid, shapes);
+    let shapes = 0..shapes.count();
+    shapes
+        .map(|shape| wall.to(&sum(&at, |number| number == shape)))
+        .collect()
+}
+
+/// Where the pressure of the blood is given or answers to its flow.
+fn pressure_ends(
+    case: &Case,
+    domain: &Domain,
+    step: f64,
+) -> Result<Vec<PressureEnd>, SurrogateError> {
+    let end = |patch: String, proximal: f64, distal: Option<(f64, f64)>| PressureEnd {
+        patch,
+        impedance: proximal
+            + distal.map_or(0.0, |(resistance, compliance)| {
+                1.0 / (compliance / step + 1.0 / resistance)
+            }),
+    };
+    Ok(match &case.problem {
+        Problem::UserCase(own) if case.has_own_openfoam() => {
+            let ends = own::files(case, own).pressures(&domain.fluid).into_iter();
+            let ends = ends.map(|(patch, windkessel)| match windkessel {
+                Some([proximal, resistance, compliance]) => {
+                    end(patch, proximal, Some((resistance, compliance)))
+                }
+                None => end(patch, 0.0, None),
+            });
+            ends.collect()
+        }
+        Problem::UserCase(own) => {
+            let openings = own.tree.iter().map(|tree| tree.openings(case.time.period));
+            let openings = openings
+                .collect::<Result<Vec<_>, _>>()?
+                .into_iter()
+                .flatten();
+            let ends = openings.filter_map(|opening: Opening| {
+                let model = opening.condition.pressure()?;
+                Some(end(opening.name.clone(), model.proximal, model.distal))
+            });
+            ends.collect()
+        }
+        _ => vec![end(FLAG_OUTLET.into(), 0.0, None)],
+    })
+}
+
+/// Potential flow in the cells of a tree, of a channel, or of a user-supplied case.
 fn potential<S: Solid>(
     case: &Case,
     domain: &Domain,
@@ -255,41 +313,43 @@ fn potential<S: Solid>(
     solid: &mut S,
     transfer: &Transfer<S::Location>,
 ) -> Result<Box<dyn Surrogate>, SurrogateError> {
-    let (Some(tree), Some(branches)) = (case.tree(), &domain.branches) else {
-        return Err(SurrogateError::NoTube);
-    };
     let mesh = domain.surface();
-    let lines = branches.lines.iter().map(|(_, line)| line.clone());
-    let lines: Vec<SpaceCurve> = lines.collect();
-    let length = |line: &SpaceCurve| {
-        let [from, to] = line.ends();
-        to - from
-    };
-    let whole: f64 = lines.iter().map(length).sum();
-    let radius = (mesh.volume() / (PI * whole)).sqrt();
-    let spacing = (whole / MOST_STATIONS as f64).max(LEAST_SPACING * radius);
-    let step = time_step(case);
-    let end = |opening: Opening| {
-        let model = opening.condition.pressure()?;
-        let distal = model.distal.map_or(0.0, |(resistance, compliance)| {
-            1.0 / (compliance / step + 1.0 / resistance)
-        });
-        Some(PressureEnd {
-            patch: opening.name,
-            impedance: model.proximal + distal,
-        })
-    };
-    let openings = tree.openings(case.time.period)?.into_iter();
-    let ends: Vec<PressureEnd> = openings.filter_map(end).collect();
     let pressure = case.initial_wall().map_or(0.0, |initial| initial.pressure);
-    let shapes = PressureShapes::along(&lines, spacing, radius, MOST_TREE_PERIODS);
-    let mut wall = WallAnswers::new(case, solid, transfer, pressure, shapes.count());
-    let answers = answers_to_shapes(&mut wall, &shapes, FELT * radius, &interface.points)?;
+    let (wet, wet_points) = (&domain.wet_patches, &interface.points);
+    let (shapes, answers): (Box<dyn PressureShapes>, _) = match &domain.branches {
+        Some(branches) => {
+            let lines = branches.lines.iter().map(|(_, line)| line.clone());
+            let lines: Vec<SpaceCurve> = lines.collect();
+            let length = |line: &SpaceCurve| {
+                let [from, to] = line.ends();
+                to - from
+            };
+            let whole: f64 = lines.iter().map(length).sum();
+            let radius = (mesh.volume() / (PI * whole)).sqrt();
+            let spacing = (whole / MOST_STATIONS as f64).max(LEAST_SPACING * radius);
+            let shapes = BranchShapes::along(&lines, spacing, radius, MOST_TREE_PERIODS);
+            let mut wall = WallAnswers::new(case, solid, transfer, pressure, shapes.count());
+            wall.find_rest()?;
+            let answers = answers_along_branches(&mut wall, &shapes, FELT * radius, wet_points)?;
+            (Box::new(shapes), answers)
+        }
+        None => {
+            let faces = wet.iter().filter_map(|patch| mesh.patch(patch));
+            let faces = faces.flat_map(|patch| patch.start..patch.start + patch.size);
+            let faces: Vec<_> = faces.map(|face| mesh.face_geometry(face)).collect();
+            let shapes = SurfaceShapes::on(&faces, MOST_STATIONS);
+            let mut wall = WallAnswers::new(case, solid, transfer, pressure, shapes.count());
+            wall.find_rest()?;
+            let answers = answers_on_surface(&mut wall, &shapes)?;
+            (Box::new(shapes), answers)
+        }
+    };
+    let step = time_step(case);
     let surrogate = PotentialSurrogate::new(
-        &shapes,
-        (mesh, &domain.wet_patches),
-        &ends,
-        (&interface.points, &interface.faces),
+        shapes.as_ref(),
+        (mesh, wet),
+        &pressure_ends(case, domain, step)?,
+        (wet_points, &interface.faces),
         PotentialBlood {
             density: case.blood.density,
             time_step: step,

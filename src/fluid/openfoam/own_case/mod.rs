@@ -7,10 +7,11 @@ mod check;
 mod write;
 
 pub use super::case_files::PatchMotion;
+use super::dictionary::{Dictionary, Entry};
 use super::{Programs, templates};
 use crate::case::OwnFluid;
 use crate::files::{Fault, FileError, fault};
-use crate::geometry::PolyMesh;
+use crate::geometry::{Patch, PolyMesh};
 use crate::processes::Process;
 use rustix::process::Signal;
 use std::collections::BTreeMap;
@@ -29,6 +30,15 @@ const CONSTRAINTS: [&str; 9] = [
     "symmetry",
     "symmetryPlane",
     "wedge",
+];
+
+/// Conditions under which the pressure at a patch neither is given nor answers to the flow.
+const NO_PRESSURE: [&str; 5] = [
+    "calculated",
+    "fixedFluxPressure",
+    "fixedGradient",
+    "uniformFixedGradient",
+    "zeroGradient",
 ];
 
 /// A user-supplied case with what the driver must tell OpenFOAM in addition.
@@ -113,6 +123,37 @@ impl OwnCaseFiles<'_> {
             )
         })?;
         PolyMesh::read(&root)
+    }
+
+    /// Patches at which the pressure is given or answers to the flow, each with the resistances (proximal and distal,
+    /// Pa s/m³) and the compliance (m³/Pa) of its windkessel, if it has the adapter's.
+    pub fn pressures(&self, mesh: &PolyMesh) -> Vec<(String, Option<[f64; 3]>)> {
+        let file = Path::new(self.start_fields()).join("p");
+        let Ok(field) = Dictionary::read(self.folder, &file) else {
+            return Vec::new();
+        };
+        let given = |patch: &Patch| {
+            let conditions = field.dictionary("boundaryField")?;
+            let Entry::Dictionary(condition) = conditions.matching(&patch.name)? else {
+                return None;
+            };
+            let number = |key| condition.word(key)?.parse().ok();
+            let windkessel = || {
+                Some([
+                    number("proximalResistance").unwrap_or(0.0),
+                    number("resistance")?,
+                    number("compliance")?,
+                ])
+            };
+            match condition.word("type")? {
+                "windkesselPressure" => Some((patch.name.clone(), windkessel())),
+                hidden if hidden.starts_with(['$', '#']) => None,
+                no_pressure if NO_PRESSURE.contains(&no_pressure) => None,
+                _ => Some((patch.name.clone(), None)),
+            }
+        };
+        let open = mesh.patches.iter().filter(|patch| patch.kind == "patch");
+        open.filter_map(given).collect()
     }
 
     /// Where it flows in or out: the patches that the user names, or all of the type `patch`, one that is called

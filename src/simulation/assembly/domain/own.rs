@@ -3,8 +3,8 @@
 use super::{Branches, Domain, DomainError, RoundLumen};
 use crate::Vec3;
 use crate::case::{
-    Case, Extrusion, FibreAxis, OwnCase, OwnWall, PatchLayers, TreeKeys, WallFile, WallMode,
-    WallMotion, WallSupport,
+    Case, Extrusion, FibreAxis, OwnCase, OwnWall, PatchLayers, SurrogateModel, TreeKeys, WallFile,
+    WallMode, WallMotion, WallSupport,
 };
 use crate::files::{Fault, FileError, fault};
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
@@ -19,6 +19,28 @@ use std::path::Path;
 /// Averages of the normals of a tree's wall: without any, a wall of a quarter of the radius is inside out at an apex,
 /// with two it is not.
 const SMOOTHING_OF_TREES: usize = 4;
+/// Most cells in which the surrogate's pressure is solved for directly.
+const MOST_CELLS_OF_SURROGATE: usize = 200_000;
+
+/// Whether potential flow in the cells of a mesh can be the surrogate.
+fn surrogate_is_possible(case: &Case, own: &OwnCase, mesh: &PolyMesh) -> Result<(), DomainError> {
+    let refused = |reason: String| Err(DomainError::new("coupling.surrogate", reason));
+    if mesh.cells() > MOST_CELLS_OF_SURROGATE {
+        return refused(format!(
+            "\"potential\" solves for the pressure in all cells at once, at most {MOST_CELLS_OF_SURROGATE} of them, and the mesh \
+             has {}: write \"none\"",
+            mesh.cells()
+        ));
+    }
+    if files(case, own).pressures(mesh).is_empty() {
+        return refused(
+            "\"potential\" asks for a patch where the pressure is given or answers to the flow, and the field p has no \
+             such condition that is plain to see: write \"none\""
+                .into(),
+        );
+    }
+    Ok(())
+}
 
 /// What the driver adds to the case.
 pub fn files<'a>(case: &Case, own: &'a OwnCase) -> OwnCaseFiles<'a> {
@@ -133,6 +155,9 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
         (Some(fluid), None) => (fluid, None),
         (None, None) => unreachable!("the check of the case asks for a mesh or a tree"),
     };
+    if case.has_own_openfoam() && case.coupling.surrogate == SurrogateModel::Potential {
+        surrogate_is_possible(case, own, &fluid)?;
+    }
     let wall = &own.wall;
     if wall.mode() != WallMode::Elastic {
         return rigid_domain(own, fluid);
