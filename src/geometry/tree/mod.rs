@@ -38,7 +38,7 @@ const OVERLAP: f64 = 1.5;
 const LEAST_LENGTH: f64 = 0.5;
 
 /// A branch is thin whose radius is less than this share of that of the one that goes straight on ...
-const THIN: f64 = 0.7;
+const THIN: f64 = 0.65;
 /// ... by the cosine of the angle that it turns.
 const STRAIGHT: f64 = 0.8;
 /// A thin branch meets another one as an equal if the scaled Jacobian of all cells is above this.
