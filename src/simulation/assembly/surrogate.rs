@@ -1,4 +1,4 @@
-//! The surrogate of a case: a tube with the structure's compliance.
+//! The surrogate of a case, with the structure's compliance: a tube, or potential flow in the cells of any mesh.
 
 use super::Domain;
 use super::domain::own;
@@ -21,6 +21,7 @@ use crate::geometry::Vessel;
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
 use nalgebra::DVector;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// Pressure (Pa) that probes the wall without load: so small that one tangent serves for all stations.
 const PROBE: f64 = 1.0;
@@ -170,11 +171,15 @@ impl<'a, S: Solid> WallAnswers<'a, S> {
         Ok((self.displacement(shape)? - &self.rest) / self.probe)
     }
 
-    /// An unloaded shape is found to a tolerance, by which the wall still moves.
-    fn find_rest(&mut self) -> Result<(), SurrogateError> {
-        let none = vec![0.0; self.solid.wet_points().len()];
-        self.rest = self.displacement(&none)?;
-        Ok(())
+    /// The answers to each of `shapes` at the wet points, where all of them are `at`.
+    fn answers(
+        &mut self,
+        at: &[Vec<(usize, f64)>],
+        shapes: Range<usize>,
+    ) -> Result<Vec<DVector<f64>>, SurrogateError> {
+        shapes
+            .map(|shape| self.to(&sum(at, |number| number == shape)))
+            .collect()
     }
 
     /// The displacement (m) of all points under the pressure with so much more of this shape.
@@ -208,13 +213,6 @@ fn next_to(
     own
 }
 
-/// The shapes at the wet points.
-fn at_wet_points<S: Solid>(solid: &S, shapes: &dyn PressureShapes) -> Vec<Vec<(usize, f64)>> {
-    let wet = solid.wet_points().iter();
-    wet.map(|point| shapes.at(&point.position, &-point.normal))
-        .collect()
-}
-
 /// The sum of some of the shapes `at` the wet points.
 fn sum(at: &[Vec<(usize, f64)>], is_wanted: impl Fn(usize) -> bool) -> Vec<f64> {
     let of_point = |values: &Vec<(usize, f64)>| {
@@ -224,26 +222,23 @@ fn sum(at: &[Vec<(usize, f64)>], is_wanted: impl Fn(usize) -> bool) -> Vec<f64> 
     at.iter().map(of_point).collect()
 }
 
-/// What the wall answers (m/Pa, at these `points`) to each shape; to waves of nodes that are further apart than `felt`
-/// (m) at once.
+/// What the wall answers (m/Pa, at these `points`) to each shape, where all of them are `at` the wet points; to waves
+/// of nodes that are further apart than `felt` (m) at once.
 fn answers_along_branches<S: Solid>(
     wall: &mut WallAnswers<'_, S>,
     shapes: &BranchShapes,
+    at: &[Vec<(usize, f64)>],
     felt: f64,
     points: &[Vec3],
 ) -> Result<Vec<DVector<f64>>, SurrogateError> {
-    let at = at_wet_points(wall.solid, shapes);
-    let mut answers = Vec::new();
-    for shape in 0..shapes.whole() {
-        answers.push(wall.to(&sum(&at, |number| number == shape))?);
-    }
+    let mut answers = wall.answers(at, 0..shapes.whole())?;
     let groups = shapes.groups(felt);
     for wave in 0..2 * MOST_TREE_PERIODS {
         let first = shapes.wave(wave, 0);
         let mut of_nodes = vec![DVector::zeros(0); shapes.nodes().len()];
         for group in &groups {
             let is_of_group = |number: usize| number >= first && group.contains(&(number - first));
-            let answer = wall.to(&sum(&at, is_of_group))?;
+            let answer = wall.to(&sum(at, is_of_group))?;
             for &node in group {
                 of_nodes[node] = next_to(&answer, node, group, shapes, points);
             }
@@ -251,18 +246,6 @@ fn answers_along_branches<S: Solid>(
         answers.extend(of_nodes);
     }
     Ok(answers)
-}
-
-/// What the wall answers (m/Pa) to each shape.
-fn answers_on_surface<S: Solid>(
-    wall: &mut WallAnswers<'_, S>,
-    shapes: &SurfaceShapes,
-) -> Result<Vec<DVector<f64>>, SurrogateError> {
-    let at = at_wet_points(wall.solid, shapes);
-    let shapes = 0..shapes.count();
-    shapes
-        .map(|shape| wall.to(&sum(&at, |number| number == shape)))
-        .collect()
 }
 
 /// Where the pressure of the blood is given or answers to its flow.
@@ -289,19 +272,17 @@ fn pressure_ends(
             });
             ends.collect()
         }
-        Problem::UserCase(own) => {
-            let openings = own.tree.iter().map(|tree| tree.openings(case.time.period));
-            let openings = openings
-                .collect::<Result<Vec<_>, _>>()?
-                .into_iter()
-                .flatten();
-            let ends = openings.filter_map(|opening: Opening| {
-                let model = opening.condition.pressure()?;
-                Some(end(opening.name.clone(), model.proximal, model.distal))
-            });
-            ends.collect()
-        }
-        _ => vec![end(FLAG_OUTLET.into(), 0.0, None)],
+        _ => match case.tree() {
+            Some(tree) => {
+                let openings = tree.openings(case.time.period)?.into_iter();
+                let ends = openings.filter_map(|opening: Opening| {
+                    let model = opening.condition.pressure()?;
+                    Some(end(opening.name.clone(), model.proximal, model.distal))
+                });
+                ends.collect()
+            }
+            None => vec![end(FLAG_OUTLET.into(), 0.0, None)],
+        },
     })
 }
 
@@ -314,39 +295,45 @@ fn potential<S: Solid>(
     transfer: &Transfer<S::Location>,
 ) -> Result<Box<dyn Surrogate>, SurrogateError> {
     let mesh = domain.surface();
-    let pressure = case.initial_wall().map_or(0.0, |initial| initial.pressure);
     let (wet, wet_points) = (&domain.wet_patches, &interface.points);
-    let (shapes, answers): (Box<dyn PressureShapes>, _) = match &domain.branches {
-        Some(branches) => {
-            let lines = branches.lines.iter().map(|(_, line)| line.clone());
-            let lines: Vec<SpaceCurve> = lines.collect();
-            let length = |line: &SpaceCurve| {
-                let [from, to] = line.ends();
-                to - from
-            };
-            let whole: f64 = lines.iter().map(length).sum();
-            let radius = (mesh.volume() / (PI * whole)).sqrt();
-            let spacing = (whole / MOST_STATIONS as f64).max(LEAST_SPACING * radius);
-            let shapes = BranchShapes::along(&lines, spacing, radius, MOST_TREE_PERIODS);
-            let mut wall = WallAnswers::new(case, solid, transfer, pressure, shapes.count());
-            wall.find_rest()?;
-            let answers = answers_along_branches(&mut wall, &shapes, FELT * radius, wet_points)?;
-            (Box::new(shapes), answers)
-        }
+    let length = |line: &SpaceCurve| {
+        let [from, to] = line.ends();
+        to - from
+    };
+    let branches = domain.branches.as_ref().map(|branches| {
+        let lines = branches.lines.iter().map(|(_, line)| line.clone());
+        let lines: Vec<SpaceCurve> = lines.collect();
+        let whole: f64 = lines.iter().map(length).sum();
+        let radius = (mesh.volume() / (PI * whole)).sqrt();
+        let spacing = (whole / MOST_STATIONS as f64).max(LEAST_SPACING * radius);
+        let shapes = BranchShapes::along(&lines, spacing, radius, MOST_TREE_PERIODS);
+        (shapes, FELT * radius)
+    });
+    let surface;
+    let shapes: &dyn PressureShapes = match &branches {
+        Some((shapes, _)) => shapes,
         None => {
             let faces = wet.iter().filter_map(|patch| mesh.patch(patch));
             let faces = faces.flat_map(|patch| patch.start..patch.start + patch.size);
             let faces: Vec<_> = faces.map(|face| mesh.face_geometry(face)).collect();
-            let shapes = SurfaceShapes::on(&faces, MOST_STATIONS);
-            let mut wall = WallAnswers::new(case, solid, transfer, pressure, shapes.count());
-            wall.find_rest()?;
-            let answers = answers_on_surface(&mut wall, &shapes)?;
-            (Box::new(shapes), answers)
+            surface = SurfaceShapes::on(&faces, MOST_STATIONS);
+            &surface
         }
+    };
+    let at: Vec<_> = (solid.wet_points().iter())
+        .map(|point| shapes.at(&point.position, &-point.normal))
+        .collect();
+    let pressure = case.initial_wall().map_or(0.0, |initial| initial.pressure);
+    let mut wall = WallAnswers::new(case, solid, transfer, pressure, shapes.count());
+    // An unloaded shape is found to a tolerance, by which the wall still moves.
+    wall.rest = wall.displacement(&vec![0.0; at.len()])?;
+    let answers = match &branches {
+        Some((shapes, felt)) => answers_along_branches(&mut wall, shapes, &at, *felt, wet_points)?,
+        None => wall.answers(&at, 0..shapes.count())?,
     };
     let step = time_step(case);
     let surrogate = PotentialSurrogate::new(
-        shapes.as_ref(),
+        shapes,
         (mesh, wet),
         &pressure_ends(case, domain, step)?,
         (wet_points, &interface.faces),
