@@ -10,6 +10,7 @@ mod expected_pressures;
 mod flow_numbers;
 pub(crate) mod motion;
 pub mod plausibility;
+mod random_lumen;
 mod regions;
 mod size;
 pub mod solid_file;

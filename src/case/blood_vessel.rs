@@ -4,7 +4,7 @@ use super::schema::{KeyTable, Schema, ValueKind, above, from, whole};
 use super::table::{table, words};
 use super::{
     Anastomosis, Case, FluidTimeScheme, Inflow, Inlet, OpeningKeys, Outlet, Problem, ProblemKind,
-    Solver, VesselDescription, WallMode, Windkessel,
+    RandomLumen, Solver, VesselDescription, WallMode, Windkessel,
 };
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +13,7 @@ table! {
     /// every case has as well.
     pub struct BloodVessel {
         [shape: Shape, "shape and materials"]
+        [random_lumen: Option<RandomLumen>, "random deviation of the lumen's radius"]
         [inflow: Inflow, "flow at the inlet", only FLOW]
         [inlet: Option<Inlet>, "boundary condition at the inlet", only INLET]
         [windkessel: Windkessel, "windkessel at the outlet", only WINDKESSEL]

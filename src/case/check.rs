@@ -5,6 +5,7 @@ mod described;
 mod flag;
 mod openings;
 mod own;
+mod random_lumen;
 mod tree;
 pub(super) mod uncertain;
 mod vessel;

@@ -184,6 +184,7 @@ fn property(schema: &Schema, key: &Key) -> Value {
         ValueKind::Sizes(most) => list(1, most, positive()),
         ValueKind::Names(most) => list(1, most, json!({ "type": "string", "minLength": 1 })),
         ValueKind::Numbers(most) => list(2, most, json!({ "type": "number" })),
+        ValueKind::Amplitudes(most) => list(1, most, json!({ "type": "number" })),
     };
     let unit = key.unit().map_or(String::new(), |unit| format!(", {unit}"));
     let absent = key

@@ -191,9 +191,7 @@ impl Case {
         for layer in layers {
             stack.lay(layer, &mut errors);
         }
-        let given = given.into_iter();
-        let given = given.filter_map(|entry| relative::resolve(entry, &stack, &mut errors));
-        let given = given.collect();
+        let given = relative::resolve(given, &stack, &mut errors);
         stack.lay(given, &mut errors);
         stack.sort_out_kinds(&mut errors);
         stack.sort_out_choices(&mut errors);
@@ -206,6 +204,7 @@ impl Case {
                 case.fluid.solver = Solver::External;
             }
             let adjusted = case.fit_times(&stack);
+            case.fill_amplitudes();
             case.read_files(&stack, &mut errors);
             check::check(&case, &stack, &mut errors);
             if errors.is_empty() && case.read_lumen(&stack, &mut errors) {
@@ -213,6 +212,7 @@ impl Case {
             }
             if errors.is_empty() {
                 case.forget_files();
+                case.spread_inputs();
                 let origins = stack.places();
                 let mut case = ResolvedCase {
                     case,

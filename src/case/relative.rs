@@ -1,38 +1,99 @@
-//! Values of the command line that follow from those of the case: `*0.8` of what it has, and tables of lists by their
-//! names.
+//! Values of the command line that follow from those of the case: `*0.8` of what it has, tables of lists by their
+//! names, and single numbers of lists by their indices.
 
 use super::error::CaseError;
 use super::schema::ValueKind;
 use super::source::CaseValue;
 use super::stack::Stack;
-use super::value::shorten;
+use super::value::{self, shorten};
 use crate::files::{Fault, fault};
 use fsi_numerics::twelve_digits;
 use toml::Value;
 
-/// The entry with indices for names, `vessel.material[media].mu_Pa`, and a value for a factor.
+/// The entries with indices for names, `vessel.material[media].mu_Pa`, values for factors, and whole lists for single
+/// numbers of them, `vessel.radii_m[3]`.
 pub(super) fn resolve(
-    mut entry: CaseValue,
+    entries: Vec<CaseValue>,
     stack: &Stack,
     errors: &mut Vec<CaseError>,
-) -> Option<CaseValue> {
-    let resolved = with_index(&entry.key, stack).and_then(|key| {
-        entry.key = key;
-        entry.value = scaled(&entry, stack)?;
-        Ok(())
-    });
-    match resolved {
-        Ok(()) => Some(entry),
-        Err(fault) => {
-            errors.push(CaseError::Nonsense {
+) -> Vec<CaseValue> {
+    let mut resolved: Vec<CaseValue> = Vec::new();
+    for mut entry in entries {
+        let found = with_index(&entry.key, stack).and_then(|key| {
+            entry.key = key;
+            let element = element(&entry.key, stack).map(|(list, i)| (list.to_owned(), i));
+            let Some((list, index)) = element else {
+                entry.value = scaled(&entry, stack)?;
+                return Ok(());
+            };
+            let earlier = resolved.iter().rev().find(|earlier| earlier.key == list);
+            let whole = earlier.or_else(|| stack.entry(&list));
+            let whole = whole.map(|whole| &whole.value);
+            entry.value = with_element(whole, index, &entry.value, stack.kind_of(&list))?;
+            entry.key = list;
+            Ok(())
+        });
+        match found {
+            Ok(()) => {
+                resolved.retain(|earlier| earlier.key != entry.key);
+                resolved.push(entry);
+            }
+            Err(fault) => errors.push(CaseError::Nonsense {
                 found: shorten(&entry.value),
                 place: entry.place,
                 key: entry.key,
                 message: fault.to_string(),
-            });
-            None
+            }),
         }
     }
+    resolved
+}
+
+/// The list and the index of `path`, if that is a single number of a list: `vessel.radii_m[3]`.
+pub(super) fn element<'a>(path: &'a str, stack: &Stack) -> Option<(&'a str, usize)> {
+    let (list, index) = value::split_index(path)?;
+    let kind = stack.kind_of(list)?;
+    let is_list = matches!(
+        kind,
+        ValueKind::Numbers(_) | ValueKind::Sizes(_) | ValueKind::Amplitudes(_)
+    );
+    is_list.then_some((list, index))
+}
+
+/// The list `whole` with another number at `index`, or a multiple of the one that it has.
+fn with_element(
+    whole: Option<&Value>,
+    index: usize,
+    number: &Value,
+    kind: Option<ValueKind>,
+) -> Result<Value, Fault> {
+    let mut all = whole.and_then(Value::as_array).cloned().unwrap_or_default();
+    if let Some(ValueKind::Amplitudes(most)) = kind
+        && index < most
+    {
+        all.resize(all.len().max(index + 1), Value::Float(0.0));
+    }
+    let count = all.len();
+    let Some(place) = all.get_mut(index) else {
+        return Err(match count {
+            0 => fault!("the case has no such list: give all of it"),
+            _ => fault!("the list has {count} numbers, from [0] to [{}]", count - 1),
+        });
+    };
+    let factor = number.as_str().and_then(|text| text.strip_prefix('*'));
+    *place = match factor {
+        None => number.clone(),
+        Some(factor) => times(place, read_factor(factor)?)
+            .ok_or("the value of the case is not a number, so it cannot be multiplied")?,
+    };
+    Ok(Value::Array(all))
+}
+
+fn read_factor(text: &str) -> Result<f64, Fault> {
+    let factor = text.trim().parse().ok();
+    factor
+        .filter(|factor: &f64| factor.is_finite())
+        .ok_or_else(|| "expected a number after the *, such as *0.8".into())
 }
 
 /// `list[name].key` as `list[0].key`.
@@ -76,6 +137,7 @@ fn scaled(entry: &CaseValue, stack: &Stack) -> Result<Value, Fault> {
                 | ValueKind::WholeOr(..)
                 | ValueKind::Numbers(_)
                 | ValueKind::Sizes(_)
+                | ValueKind::Amplitudes(_)
                 | ValueKind::Rows(_)
                 | ValueKind::Radii(..)
                 | ValueKind::Points(_)
@@ -84,10 +146,7 @@ fn scaled(entry: &CaseValue, stack: &Stack) -> Result<Value, Fault> {
     let Some(factor) = factor.filter(|_| is_number) else {
         return Ok(entry.value.clone());
     };
-    let factor: f64 = (factor.trim().parse())
-        .ok()
-        .filter(|factor: &f64| factor.is_finite())
-        .ok_or("expected a number after the *, such as *0.8")?;
+    let factor = read_factor(factor)?;
     let base = stack
         .entry(&entry.key)
         .ok_or("the case has no value for it to multiply: give the value itself")?;

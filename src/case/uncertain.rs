@@ -3,19 +3,25 @@
 use super::Case;
 use super::schema::{ValueKind, above, from};
 use super::table::{table, words};
+use super::value::split_index;
 use crate::uncertainty::{Distribution, Inputs};
+use toml::Value;
 
+/// Most characters of its name.
+pub(super) const MOST_LETTERS: usize = 30;
 /// Most keys of an input.
 const MOST_KEYS: usize = 50;
 /// Any number that a key has.
 const ANY: ValueKind = from(-1e15, 1e15);
+/// Where a standard normal input is cut off, in standard deviations.
+const FAR: f64 = 3.0;
 /// What of a normal distribution is left out where its range is told: samples beyond are not to be expected.
 const TAIL: f64 = 1e-6;
 
 table! {
     /// An input of a study that is not known exactly.
     pub struct Uncertain {
-        name: String = "name", ValueKind::Text(30), "name of the input in tables and figures";
+        name: String = "name", ValueKind::Text(MOST_LETTERS), "name of the input in tables and figures";
         /// Several keys, or one that has a list, are multiplied by the input, which is then a factor.
         keys: Vec<String> = "keys", ValueKind::Names(MOST_KEYS), "the key, or the keys that scale together";
         distribution: DistributionKind = "distribution", ValueKind::Word(DistributionKind::WORDS), "how likely its values are";
@@ -37,6 +43,9 @@ words! {
         Normal = "normal",
         /// The logarithm is normal: for what is never negative.
         Lognormal = "lognormal",
+        /// Normal with the mean 0 and the standard deviation 1, cut off at -3 and 3 without bounds. Each number of a
+        /// list is an input of its own.
+        StandardNormal = "standard_normal",
     }
 }
 
@@ -55,13 +64,24 @@ impl Uncertain {
         let [wanted] = self.keys.as_slice() else {
             return None;
         };
-        let values = case.values();
-        let by_index = values.iter().find(|(path, ..)| path == wanted);
-        let value = match by_index {
-            Some((.., value)) => value.clone(),
-            None => case.values_by_name().remove(wanted)?,
+        value_of(case, wanted)?.as_float()
+    }
+
+    /// The inputs that it stands for: one for each number of a list that is standard normal, otherwise itself.
+    pub fn spread(&self, case: &Case) -> Vec<Self> {
+        let list = match (self.distribution, self.keys.as_slice()) {
+            (DistributionKind::StandardNormal, [key]) => value_of(case, key),
+            _ => None,
         };
-        value.as_float()
+        let Some(numbers) = list.as_ref().and_then(Value::as_array) else {
+            return vec![self.clone()];
+        };
+        let input = |i: usize| Self {
+            name: format!("{} {}", self.name, i + 1),
+            keys: vec![format!("{}[{i}]", self.keys[0])],
+            ..self.clone()
+        };
+        (0..numbers.len()).map(input).collect()
     }
 
     /// Whether its distribution lies about the value of the case.
@@ -81,46 +101,14 @@ impl Uncertain {
         {
             return Err(("high", format!("it must be above low = {low:?}")));
         }
-        let deviation = |variation: f64| variation * mean.abs();
-        if self.variation.is_some() && mean == 0.0 {
+        let is_standard = self.distribution == DistributionKind::StandardNormal;
+        if self.variation.is_some() && mean == 0.0 && !is_standard {
             return wrong(
                 "variation",
                 "a variation is a share of the mean, which is 0: give a uniform distribution with low and high",
             );
         }
-        let distribution = match (self.distribution, self.variation, self.low, self.high) {
-            (DistributionKind::Uniform, None, Some(low), Some(high)) if self.mean.is_none() => {
-                Distribution::uniform(low, high)
-            }
-            (DistributionKind::Uniform, Some(variation), None, None) => {
-                let half = 3.0_f64.sqrt() * deviation(variation);
-                Distribution::uniform(mean - half, mean + half)
-            }
-            (DistributionKind::Uniform, ..) => {
-                return wrong(
-                    "distribution",
-                    "it needs either low and high, or variation (with a mean, if that is not the value of the case)",
-                );
-            }
-            (_, None, ..) => return wrong("distribution", "it needs a variation, such as 0.1"),
-            (DistributionKind::Normal, Some(variation), low, high) => {
-                let bounds = [
-                    low.unwrap_or(f64::NEG_INFINITY),
-                    high.unwrap_or(f64::INFINITY),
-                ];
-                Distribution::normal(mean, deviation(variation), bounds)
-            }
-            (DistributionKind::Lognormal, Some(variation), low, high) => {
-                if mean < 0.0 || low.is_some_and(|low| low < 0.0) {
-                    return wrong(
-                        "distribution",
-                        "its values are above 0, and its mean and bounds must be: take normal, or change them",
-                    );
-                }
-                let bounds = [low.unwrap_or(0.0), high.unwrap_or(f64::INFINITY)];
-                Distribution::lognormal(mean, deviation(variation), bounds)
-            }
-        };
+        let distribution = self.about(mean)?;
         if distribution.kept() < 1e-3 {
             let key = if self.low.is_some() { "low" } else { "high" };
             return Err((
@@ -133,9 +121,86 @@ impl Uncertain {
         Ok(distribution)
     }
 
+    /// Its distribution with this mean, whatever the bounds leave of it.
+    fn about(&self, mean: f64) -> Result<Distribution, (&'static str, String)> {
+        let wrong = |key, what: &str| Err((key, what.to_owned()));
+        let deviation = |variation: f64| variation * mean.abs();
+        Ok(
+            match (self.distribution, self.variation, self.low, self.high) {
+                (DistributionKind::Uniform, None, Some(low), Some(high)) if self.mean.is_none() => {
+                    Distribution::uniform(low, high)
+                }
+                (DistributionKind::Uniform, Some(variation), None, None) => {
+                    let half = 3.0_f64.sqrt() * deviation(variation);
+                    Distribution::uniform(mean - half, mean + half)
+                }
+                (DistributionKind::Uniform, ..) => {
+                    return wrong(
+                        "distribution",
+                        "it needs either low and high, or variation (with a mean, if that is not the value of the case)",
+                    );
+                }
+                (DistributionKind::StandardNormal, None, low, high) if self.mean.is_none() => {
+                    let bounds = [low.unwrap_or(-FAR), high.unwrap_or(FAR)];
+                    Distribution::normal(0.0, 1.0, bounds)
+                }
+                (DistributionKind::StandardNormal, ..) => {
+                    return wrong(
+                        "distribution",
+                        "its mean is 0 and its standard deviation 1: leave out mean and variation, or take normal",
+                    );
+                }
+                (_, None, ..) => return wrong("distribution", "it needs a variation, such as 0.1"),
+                (DistributionKind::Normal, Some(variation), low, high) => {
+                    let bounds = [
+                        low.unwrap_or(f64::NEG_INFINITY),
+                        high.unwrap_or(f64::INFINITY),
+                    ];
+                    Distribution::normal(mean, deviation(variation), bounds)
+                }
+                (DistributionKind::Lognormal, Some(variation), low, high) => {
+                    if mean < 0.0 || low.is_some_and(|low| low < 0.0) {
+                        return wrong(
+                            "distribution",
+                            "its values are above 0, and its mean and bounds must be: take normal, or change them",
+                        );
+                    }
+                    let bounds = [low.unwrap_or(0.0), high.unwrap_or(f64::INFINITY)];
+                    Distribution::lognormal(mean, deviation(variation), bounds)
+                }
+            },
+        )
+    }
+
     /// Between which values samples are to be expected.
     pub(super) fn range(distribution: &Distribution) -> [f64; 2] {
         [TAIL, 1.0 - TAIL].map(|u| distribution.quantile(u))
+    }
+}
+
+/// The value of a key, which may have the index or the name of a table of a list, and the index of a number.
+pub(super) fn value_of(case: &Case, wanted: &str) -> Option<Value> {
+    let whole = |wanted: &str| {
+        let values = case.values();
+        let by_index = values.iter().find(|(path, ..)| path == wanted);
+        match by_index {
+            Some((.., value)) => Some(value.clone()),
+            None => case.values_by_name().remove(wanted),
+        }
+    };
+    whole(wanted).or_else(|| {
+        let (list, index) = split_index(wanted)?;
+        whole(list)?.as_array()?.get(index).cloned()
+    })
+}
+
+impl Case {
+    /// Each number of a list that is standard normal becomes an input of its own.
+    pub(super) fn spread_inputs(&mut self) {
+        if let Some(tables) = self.uncertain.take() {
+            let inputs = tables.iter().flat_map(|input| input.spread(self));
+            self.uncertain = Some(inputs.collect());
+        }
     }
 }
 

@@ -92,6 +92,9 @@ fn read(kind: ValueKind, entry: &CaseValue) -> Option<Value> {
         (ValueKind::Numbers(most), Value::Array(all)) if (2..=most).contains(&all.len()) => {
             numbers(all, |x| x.is_finite())
         }
+        (ValueKind::Amplitudes(most), Value::Array(all)) if (1..=most).contains(&all.len()) => {
+            numbers(all, |x| x.is_finite())
+        }
         (ValueKind::Sizes(most), Value::Array(all)) if (1..=most).contains(&all.len()) => {
             numbers(all, |x| x.is_finite() && x > 0.0)
         }
@@ -217,6 +220,12 @@ fn read_radii(rows: &[Value], most: usize) -> Option<Value> {
     let fine = (4..=most).contains(&columns)
         && (rows.iter()).all(|row| row.len() == columns && row.iter().all(positive));
     fine.then(|| Value::from(rows))
+}
+
+/// `list` and 3 of `list[3]`.
+pub(super) fn split_index(path: &str) -> Option<(&str, usize)> {
+    let (list, index) = path.strip_suffix(']')?.rsplit_once('[')?;
+    Some((list, index.parse().ok()?))
 }
 
 /// A value in few letters for a message.

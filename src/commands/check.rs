@@ -146,6 +146,9 @@ fn expected(case: &Case) -> Vec<(&'static str, String)> {
     if let Some(deviation) = case.lumen_deviation() {
         lines.push(("lumen", described(&deviation)));
     }
+    if let Some(figures) = case.random_lumen_figures() {
+        lines.push(("lumen", figures.to_string()));
+    }
     let seconds = case.run_seconds();
     let disk = case
         .disk()

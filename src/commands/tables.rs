@@ -1,9 +1,11 @@
 //! `fsi-driver tables PAGE…`: the tables of a page of Markdown, made again from stored runs.
 
 use super::{Failure, report};
+use crate::output::figure::Figure;
 use crate::output::marked_text;
 use crate::output::report::{
-    PageTable, RefinedPair, RefinementSeries, agreement, changes, key_figures, uncertainty,
+    PageTable, RefinedPair, RefinementSeries, agreement, changes, distributions, key_figures,
+    uncertainty,
 };
 use crate::output::results::Results;
 use crate::output::validation::Validation;
@@ -16,8 +18,10 @@ const KINDS: &str = "expected `models STUDY` (a column for each run in a folder)
                      study), `differences STUDY STUDY` (runs of the same name), `changes RUN STUDY` (each run against one), \
                      `agreement COARSE FINE COARSE FINE` (studies with one solver, then with the other; and `first:BEFORE,AFTER` or `second:BEFORE,AFTER` \
                      for what else was refined with one of them), `uncertainty RUN NAME=RUN,RUN…` \
-                     (what was refined, from coarse to fine), `measured FILE RUN…` (runs compared with an experiment), or \
-                     `measured:SERIES FILE RUN…` (point by point, _ for a space in the name); folders as seen from the page's";
+                     (what was refined, from coarse to fine), `measured FILE RUN…` (runs compared with an experiment), \
+                     `measured:SERIES FILE RUN…` (point by point, _ for a space in the name), or `samples:FILE STUDY STUDY MEASURE…` \
+                     (the distribution of measures over samples, and where the runs of another study lie, also drawn as \
+                     FILE.svg and FILE.png, _ for a space in the name); folders as seen from the page's";
 
 /// Options of the tables.
 #[derive(Debug, clap::Args)]
@@ -36,6 +40,8 @@ struct Filled<'a> {
     before: String,
     after: String,
     tables: usize,
+    /// What is drawn of the tables, each with its file.
+    figures: Vec<(PathBuf, Figure)>,
 }
 
 /// Makes all tables, then writes the pages that have changed.
@@ -59,6 +65,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_atomically(filled.page, filled.after.as_bytes())
             .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
     }
+    for (file, figure) in filled.iter().flat_map(|filled| &filled.figures) {
+        let written = figure.write(file);
+        written.map_err(|e| Failure::Run(format!("cannot write {e}")))?;
+    }
     for filled in &filled {
         let state = match is_changed(&filled) {
             true => "written",
@@ -77,7 +87,9 @@ fn fill(page: &Path) -> Result<Filled<'_>, Failure> {
     let reason = |failure| match failure {
         Failure::Input(reason) | Failure::Run(reason) | Failure::Interrupted(reason) => reason,
     };
-    let (after, tables) = marked_text::fill(&before, |words| table(folder, words).map_err(reason))
+    let mut figures = Vec::new();
+    let content = |words: &[&str]| table(folder, words, &mut figures).map_err(reason);
+    let (after, tables) = marked_text::fill(&before, content)
         .map_err(|e| Failure::Input(format!("{}: {e}", page.display())))?;
     if tables == 0 {
         return Err(Failure::Input(format!(
@@ -90,11 +102,16 @@ fn fill(page: &Path) -> Result<Filled<'_>, Failure> {
         before,
         after,
         tables,
+        figures,
     })
 }
 
-/// What a mark asks for, in Markdown; folders begin at `folder`.
-fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
+/// What a mark asks for, in Markdown; folders begin at `folder`. What is drawn of it goes into `figures`.
+fn table(
+    folder: &Path,
+    words: &[&str],
+    figures_drawn: &mut Vec<(PathBuf, Figure)>,
+) -> Result<String, Failure> {
     let study = |path: &str, load| {
         let study = report::study(&folder.join(path), load)?;
         match study.missing.is_empty() {
@@ -171,6 +188,16 @@ fn table(folder: &Path, words: &[&str]) -> Result<String, Failure> {
             let series = kind.trim_start_matches("measured:").replace('_', " ");
             let validation = validation(folder, file, runs)?;
             validation.points(&series)?
+        }
+        [kind, samples, others, measures @ ..]
+            if kind.starts_with("samples:") && !measures.is_empty() =>
+        {
+            let file = folder.join(kind.trim_start_matches("samples:"));
+            let (table, figure) =
+                distributions(&folder.join(samples), &folder.join(others), measures)
+                    .map_err(|e| Failure::Input(e.to_string()))?;
+            figures_drawn.push((file, figure));
+            table.transposed()
         }
         _ => {
             return Err(Failure::Input(format!(

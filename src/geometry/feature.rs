@@ -1,7 +1,8 @@
-//! What deviates from a vessel's sections: an imperfection, narrowings and widenings.
+//! What deviates from a vessel's sections: an imperfection, narrowings and widenings, random radii.
 
 use super::Imperfection;
 use super::lumen::LumenTable;
+use super::random_radius::RandomRadius;
 use crate::case::{self, BumpProfile};
 use std::f64::consts::PI;
 
@@ -14,6 +15,14 @@ pub enum Feature {
     Bump(Bump),
     /// A lumen that is not a circle: the whole wall goes with it.
     Lumen(LumenTable),
+    /// Random radii.
+    Random(RandomRadius),
+}
+
+/// The share of a narrowing that surface `index` of `surfaces` has if the wall thickens inward evenly and its outer
+/// surface stays.
+pub fn thickening(index: usize, surfaces: usize) -> f64 {
+    1.0 - index as f64 / (surfaces - 1).max(1) as f64
 }
 
 /// A part of a vessel where the cross-sections of the lumen are circles of another radius, which may lie off the
@@ -115,10 +124,11 @@ impl Feature {
                 Imperfection::SHARE[index] * imperfection.depth(s, phi)
             }
             Self::Lumen(table) => r - table.radius(s, phi),
+            Self::Random(random) => random.inward(index, s, phi),
             Self::Bump(bump) => {
                 let share = match bump.change {
                     // What narrows the lumen thickens the wall: its outer surface stays.
-                    Change::Stenosis(_) => 1.0 - index as f64 / (surfaces - 1).max(1) as f64,
+                    Change::Stenosis(_) => thickening(index, surfaces),
                     // The wall goes out with the lumen.
                     Change::Aneurysm(_) => 1.0,
                 };

@@ -23,6 +23,7 @@ mod lumen;
 mod mesh_quality;
 pub(crate) mod o_grid;
 pub(crate) mod poly_mesh;
+mod random_radius;
 mod section;
 pub(crate) mod supports;
 pub mod tree;

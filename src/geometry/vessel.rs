@@ -1,6 +1,7 @@
 //! A vessel: surfaces around a centre-line, section by section.
 
-use super::feature::Feature;
+use super::feature::{Feature, thickening};
+use super::random_radius::RandomRadius;
 use super::section::Section;
 use super::{HexMesh, Imperfection};
 use super::{Surfaces, WallGrid};
@@ -132,10 +133,19 @@ impl From<&WallMesh> for AxialNumbers {
 impl Vessel {
     /// The vessel of a checked case.
     pub fn new(vessel: &BloodVessel) -> Self {
-        match &vessel.shape {
-            Shape::Anastomosis(vessel) => Self::anastomosis(vessel),
-            Shape::Vessel(vessel) => Self::described(vessel),
-        }
+        let (mut shaped, is_of_paper) = match &vessel.shape {
+            Shape::Anastomosis(vessel) => (Self::anastomosis(vessel), true),
+            Shape::Vessel(vessel) => (Self::described(vessel), false),
+        };
+        let surfaces = shaped.layers() + 1;
+        let shares = match is_of_paper {
+            true => Imperfection::SHARE.to_vec(),
+            false => (0..surfaces).map(|k| thickening(k, surfaces)).collect(),
+        };
+        let random = vessel.random_lumen.as_ref();
+        let random = random.and_then(|keys| RandomRadius::new(keys, shares));
+        shaped.features.extend(random.map(Feature::Random));
+        shaped
     }
 
     /// The centre-line; its arc length is 0 where the elastic part begins, and x in the paper's vessels.
@@ -168,7 +178,7 @@ impl Vessel {
     pub fn imperfection(&self) -> Option<&Imperfection> {
         self.features.iter().find_map(|feature| match feature {
             Feature::Imperfection(imperfection) => Some(imperfection),
-            Feature::Bump(_) | Feature::Lumen(_) => None,
+            Feature::Bump(_) | Feature::Lumen(_) | Feature::Random(_) => None,
         })
     }
 

@@ -1,5 +1,5 @@
 //! Which input moves an answer, and by how much: points of uncertain inputs, polynomial chaos of what was found there,
-//! and Sobol' indices. Knows no case and no run.
+//! and Sobol' indices; random fields by a few inputs. Knows no case and no run.
 //!
 //! The unit interval is where a design places its points; [`Inputs`] maps them to *germs*, independent variables in
 //! which the chaos is a polynomial, and to the values of the inputs.
@@ -8,7 +8,9 @@ mod basis;
 mod chaos;
 mod design;
 mod distribution;
+mod field;
 
 pub use chaos::{Chaos, SensitivityIndex};
 pub use design::{Design, sobol_point};
 pub use distribution::{Distribution, Inputs};
+pub use field::{Covariance, RandomField, Realization};

@@ -42,6 +42,7 @@ mod pages;
 mod pfem_support;
 mod probes;
 mod python_reader;
+mod random_lumen;
 mod report;
 mod resolution;
 mod resume;

@@ -202,16 +202,16 @@ fn mistakes_in_the_keys_are_refused_with_their_place() {
 }
 
 /// A row of `history.csv`.
-struct Row {
+pub struct Row {
     time: f64,
     inflow: f64,
     outflow: f64,
-    volume: f64,
+    pub volume: f64,
     volume_rate: f64,
     inlet_pressure: f64,
 }
 
-fn history(run: &Path) -> Vec<Row> {
+pub fn history(run: &Path) -> Vec<Row> {
     let mut reader = csv::Reader::from_path(run.join("history.csv")).unwrap();
     let headers = reader.headers().unwrap().clone();
     let column = |name: &str| headers.iter().position(|header| header == name).unwrap();

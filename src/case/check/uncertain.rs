@@ -3,12 +3,14 @@
 use super::Report;
 use crate::case::schema::ValueKind;
 use crate::case::stack::Stack;
-use crate::case::uncertain::{NOT_DEFINITE, inputs};
+use crate::case::uncertain::{MOST_LETTERS, NOT_DEFINITE, inputs, value_of};
 use crate::case::{Case, Uncertain, relative, spelling};
 
 pub(super) fn check(case: &Case, stack: &Stack, report: &mut Report<'_>) {
     let uncertain = case.uncertain.as_deref().unwrap_or_default();
     let mut usual = Vec::new();
+    // Each with a single number.
+    let mut spread: Vec<Uncertain> = Vec::new();
     let mut all_right = true;
     let mut wrong = |key: &str, what: String| {
         all_right = false;
@@ -17,55 +19,55 @@ pub(super) fn check(case: &Case, stack: &Stack, report: &mut Report<'_>) {
     let mut taken: Vec<String> = Vec::new();
     for (i, input) in uncertain.iter().enumerate() {
         let key = |name: &str| format!("uncertain[{i}].{name}");
-        if uncertain[..i].iter().any(|other| other.name == input.name) {
-            let what = "another input has this name: choose a different one";
-            wrong(&key("name"), what.into());
+        if input.name.contains(']') {
+            wrong(
+                &key("name"),
+                "a name has no ]: choose a different one".into(),
+            );
         }
-        for found in &input.keys {
-            match relative::with_index(found, stack) {
-                Ok(path) if taken.contains(&path) => wrong(
-                    &key("keys"),
-                    format!("{found} is listed twice: an input has each of its keys alone"),
-                ),
-                Ok(path) => {
-                    if let Err(what) = varies(found, &path, stack) {
-                        wrong(&key("keys"), what);
-                    }
-                    taken.push(path);
-                }
-                Err(fault) => wrong(&key("keys"), fault.to_string()),
+        let parts = input.spread(case);
+        let long = parts
+            .iter()
+            .find(|part| part.name.chars().count() > MOST_LETTERS);
+        if let Some(long) = long {
+            let what = format!(
+                "{:?} would have more than {MOST_LETTERS} characters: choose a shorter one",
+                long.name
+            );
+            wrong(&key("name"), what);
+        }
+        for part in parts {
+            if spread
+                .iter()
+                .any(|other: &Uncertain| other.name == part.name)
+            {
+                let what = "another input has this name: choose a different one";
+                wrong(&key("name"), what.into());
             }
-        }
-        let value = input.value_in(case);
-        match input.distribution(value.unwrap_or(1.0)) {
-            Err((name, what)) => wrong(&key(name), what),
-            Ok(distribution) => {
-                let [low, high] = Uncertain::range(&distribution);
-                let kind = relative::with_index(&input.keys[0], stack).ok();
-                let kind = kind.and_then(|path| stack.kind_of(&path));
-                let advice = "take a smaller variation, add low and high, or take lognormal";
-                match (value, kind) {
-                    (Some(_), Some(ValueKind::Real(range)))
-                        if !range.contains(low) || !range.contains(high) =>
-                    {
-                        let what = format!(
-                            "its values reach from {low:.3e} to {high:.3e}, and {} is {range}: {advice}",
-                            input.keys[0]
-                        );
-                        wrong(&key("distribution"), what);
-                    }
-                    (None, _) if low <= 0.0 => wrong(
-                        &key("distribution"),
-                        format!(
-                            "it is a factor of its keys, with values from {low:.3e} on, and a factor is above 0: {advice}"
-                        ),
+            for found in &part.keys {
+                match relative::with_index(found, stack) {
+                    Ok(path) if taken.contains(&path) => wrong(
+                        &key("keys"),
+                        format!("{found} is listed twice: an input has each of its keys alone"),
                     ),
-                    _ => {}
+                    Ok(path) => {
+                        if let Err(what) = varies(found, &path, case, stack) {
+                            wrong(&key("keys"), what);
+                        }
+                        taken.push(path);
+                    }
+                    Err(fault) => wrong(&key("keys"), fault.to_string()),
                 }
             }
+            let value = part.value_in(case);
+            if let Err((name, what)) = fits(&part, value, stack) {
+                wrong(&key(name), what);
+            }
+            usual.push(value.unwrap_or(1.0));
+            spread.push(part);
         }
-        usual.push(value.unwrap_or(1.0));
     }
+    let uncertain = spread;
     let correlations = case.correlation.as_deref().unwrap_or_default();
     for (i, pair) in correlations.iter().enumerate() {
         let key = |name: &str| format!("correlation[{i}].{name}");
@@ -91,13 +93,59 @@ pub(super) fn check(case: &Case, stack: &Stack, report: &mut Report<'_>) {
             wrong(&key("second"), what.into());
         }
     }
-    if all_right && inputs(uncertain, correlations, &usual).is_err() {
+    if all_right && inputs(&uncertain, correlations, &usual).is_err() {
         report(&["correlation[0].coefficient"], true, NOT_DEFINITE.into());
     }
 }
 
+/// Whether the distribution of an input is one, and allowed for its key, which has this value; otherwise the key to
+/// blame, and why.
+fn fits(
+    input: &Uncertain,
+    value: Option<f64>,
+    stack: &Stack,
+) -> Result<(), (&'static str, String)> {
+    let distribution = input.distribution(value.unwrap_or(1.0))?;
+    let [low, high] = Uncertain::range(&distribution);
+    let kind = relative::with_index(&input.keys[0], stack).ok();
+    let kind = kind.and_then(|path| stack.kind_of(&path));
+    let advice = "take a smaller variation, add low and high, or take lognormal";
+    match (value, kind) {
+        (Some(_), Some(ValueKind::Real(range)))
+            if !range.contains(low) || !range.contains(high) =>
+        {
+            Err((
+                "distribution",
+                format!(
+                    "its values reach from {low:.3e} to {high:.3e}, and {} is {range}: {advice}",
+                    input.keys[0]
+                ),
+            ))
+        }
+        (None, _) if low <= 0.0 => Err((
+            "distribution",
+            format!(
+                "it is a factor of its keys, with values from {low:.3e} on, and a factor is above 0: {advice}"
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// Whether a key has a value that can be multiplied, or why not.
-fn varies(found: &str, path: &str, stack: &Stack) -> Result<(), String> {
+fn varies(found: &str, path: &str, case: &Case, stack: &Stack) -> Result<(), String> {
+    if let Some((list, index)) = relative::element(path, stack) {
+        return match value_of(case, list).and_then(|all| Some(all.as_array()?.len())) {
+            Some(count) if index < count => Ok(()),
+            Some(count) => Err(format!(
+                "{list} has {count} numbers, from [0] to [{}]",
+                count - 1
+            )),
+            None => Err(format!(
+                "the case has no value for {list}: add it to the case"
+            )),
+        };
+    }
     let Some(kind) = stack.kind_of(path) else {
         let near = spelling::suggest(path, &stack.alternatives(path));
         let near = match near.first() {
@@ -111,6 +159,7 @@ fn varies(found: &str, path: &str, stack: &Stack) -> Result<(), String> {
         ValueKind::Real(_)
             | ValueKind::Numbers(_)
             | ValueKind::Sizes(_)
+            | ValueKind::Amplitudes(_)
             | ValueKind::Rows(_)
             | ValueKind::Radii(..)
             | ValueKind::Points(_)

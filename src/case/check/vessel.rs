@@ -1,6 +1,6 @@
 //! Whether what flows through a vessel, what surrounds it and its meshes fit together, whatever its shape.
 
-use super::{Report, anastomosis, described, openings};
+use super::{Report, anastomosis, described, openings, random_lumen};
 use crate::case::{
     BloodVessel, Case, GivenShape, InletEnd, Shape, Start, SurrogateModel, TissueDirection,
     VesselEnd, VesselSide,
@@ -10,6 +10,9 @@ pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) 
     match &vessel.shape {
         Shape::Anastomosis(shape) => anastomosis::check(case, shape, &vessel.fluid, report),
         Shape::Vessel(shape) => described::check(vessel, shape, report),
+    }
+    if let Some(keys) = &vessel.random_lumen {
+        random_lumen::check(keys, report);
     }
     openings::check(case, vessel, report);
     surroundings(vessel, report);

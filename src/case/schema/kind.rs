@@ -37,6 +37,8 @@ pub enum ValueKind {
     Numbers(usize),
     /// One or more numbers above zero, at most so many.
     Sizes(usize),
+    /// One or more numbers, at most so many; those that are left out at the end are 0.
+    Amplitudes(usize),
     /// One or more names, at most so many.
     Names(usize),
 }
@@ -132,6 +134,7 @@ impl fmt::Display for ValueKind {
                 write!(f, "a whole number from {low} to {high}, or \"{word}\"")
             }
             ValueKind::Numbers(most) => write!(f, "2 to {most} numbers in brackets"),
+            ValueKind::Amplitudes(most) => write!(f, "1 to {most} numbers in brackets"),
             ValueKind::Sizes(most) => write!(f, "1 to {most} numbers above 0 in brackets"),
             ValueKind::Names(most) => write!(f, "1 to {most} names in quotes, in brackets"),
             ValueKind::Rows(most) => write!(

@@ -15,6 +15,7 @@ mod preview;
 pub(crate) mod quantities;
 mod resolution;
 pub(crate) mod run;
+mod samples;
 pub(crate) mod scene;
 pub(crate) mod study;
 pub(crate) mod surface;
@@ -26,6 +27,7 @@ use super::comparison::Comparison;
 use super::refinement::Refined;
 use super::results::Results;
 pub use preview::Preview;
+pub use samples::distributions;
 use std::io;
 pub use study::{
     RefinedPair, RefinementSeries, Study, agreement, changes, key_figures, uncertainty,

@@ -80,7 +80,8 @@ impl Samples {
                     .given
                     .extend(self.keys[i].split('+').map(|key| set(key, value)));
                 if let Some(mean) = self.means[i] {
-                    let key = format!("uncertain[{i}].mean");
+                    // By name: in the file an input may stand for several.
+                    let key = format!("uncertain[{}].mean", self.names[i]);
                     chosen.given.push(set(&key, &format!("{mean:?}")));
                 }
             }

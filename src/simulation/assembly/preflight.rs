@@ -37,6 +37,11 @@ const COARSE_AXIAL: usize = 60;
 /// # Errors
 /// All mistakes that were found, with the keys to blame.
 pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
+    let random = case.random_lumen_mistakes().into_iter();
+    let random: Vec<CaseError> = random.map(|(key, what)| case.mistake(key, what)).collect();
+    if !random.is_empty() {
+        return Err(CaseErrors(random));
+    }
     let domain = Domain::new(case)
         .map_err(|error| CaseErrors(vec![case.mistake(case.given(error.key), error.reason)]))?;
     let mut errors = Vec::new();
