@@ -334,7 +334,7 @@ fn a_field_that_does_not_fit_the_vessel_is_refused() {
             "the radius of the lumen is",
         ),
         (
-            with("[5]"),
+            with("[7]"),
             "amplitudes",
             "the thickness of layer 1 of the wall is",
         ),
@@ -357,7 +357,7 @@ fn a_field_that_does_not_fit_the_vessel_is_refused() {
         "{mistakes:?}"
     );
     let folder = tempfile::tempdir().unwrap();
-    let text = format!("extends = \"defaults\"\n{}", with("[5]"));
+    let text = format!("extends = \"defaults\"\n{}", with("[7]"));
     std::fs::write(folder.path().join("case.toml"), text).unwrap();
     let out = folder.path().join("out");
     let refused = std::process::Command::new(env!("CARGO_BIN_EXE_fsi-driver"))

@@ -203,7 +203,7 @@ mod tests {
         let (table, figure) = distributions(&study, &four, &[measure]).unwrap();
         let expected = "| measure | samples | mean | standard deviation | 5 % | 50 % | 95 % | leave-one-out error | d=1 | d=2 |\n\
                         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n\
-                        | mid_artery: TAWSS, mean / Pa | 20 | 10.5 | 5.92 | 1.95 | 10.5 | 19.0 | 1.2 % | 5.50 (25 % below) | 30.0 \
+                        | mid_artery: TAWSS, mean / Pa | 20 | 10.5 | 5.92 | 1.95 | 10.5 | 19.1 | 1.2 % | 5.50 (25 % below) | 30.0 \
                         (100 % below) |\n";
         assert_eq!(table.to_markdown(), expected);
         let curves = &figure.panels[0].curves;
