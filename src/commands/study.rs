@@ -2,7 +2,7 @@
 
 use super::{CaseArguments, Failure};
 use crate::case::{Unread, ValuePlace};
-use crate::output::report::{self, SAMPLES, Uncertainty};
+use crate::output::report::{self, ExportForm, SAMPLES, Uncertainty};
 use crate::output::results::Results;
 use crate::output::{terminal, write_atomically};
 use crate::run::batch::{self, BatchRun, Board, Outcome, Samples, Variation, Worker};
@@ -44,6 +44,10 @@ pub struct Arguments {
     /// Adds N samples to a study of [[uncertain]] inputs in the same folder: those that it has are kept.
     #[arg(long, value_name = "N", conflicts_with_all = ["sweeps", "samples"], value_parser = clap::value_parser!(u32).range(1..))]
     extend: Option<u32>,
+    /// Writes the samples and what they gave for other programs too: salib.json for SALib, easyvvuq/ for EasyVVUQ. With
+    /// --resume of a study that is done, nothing is computed.
+    #[arg(long, value_name = "FORM", value_delimiter = ',')]
+    export: Vec<ExportForm>,
     /// Models at once [default: as many as fit into the cores].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -72,6 +76,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let selection = arguments.case.selection()?;
     let samples = samples(arguments, &out, &selection)?;
+    if samples.is_none() && !arguments.export.is_empty() {
+        return Err(Failure::Input(
+            "--export: only a study of [[uncertain]] inputs can be exported: add --samples, or --resume for one that is there"
+                .to_owned(),
+        ));
+    }
     let variants = match &samples {
         Some(samples) => samples.variants(&selection),
         None => {
@@ -113,7 +123,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let outcomes = batch::work(&models, &interrupt, board, jobs, |model| {
         Worker::start(model, &model.selection, threads)
     });
-    conclude(&models, &outcomes, &out, samples.as_ref())
+    conclude(
+        &models,
+        &outcomes,
+        &out,
+        samples.as_ref(),
+        &arguments.export,
+    )
 }
 
 /// The samples of uncertain inputs that are asked for, or that an earlier study in the folder has.
@@ -184,14 +200,25 @@ fn write_measures(runs: &[Results], out: &Path) -> Result<(), Failure> {
 }
 
 /// Writes what the samples that are done say of the inputs, and says how many they are.
-fn write_uncertainty(runs: &[Results], all: usize, out: &Path) -> Result<(), Failure> {
+fn write_uncertainty(
+    runs: &[Results],
+    all: usize,
+    out: &Path,
+    export: &[ExportForm],
+) -> Result<(), Failure> {
     let runs: Vec<&Results> = runs.iter().collect();
     let found = Uncertainty::of(&runs, out).map_err(|e| Failure::Run(e.to_string()))?;
-    let Some(found) = found else {
+    let (Some(found), Some(run)) = (found, runs.first()) else {
         return Ok(());
     };
-    for (name, table) in found.tables() {
-        write_atomically(&out.join(name), table.to_csv().as_bytes())
+    let tables = found.tables(run).into_iter();
+    let tables = tables.map(|(name, table)| (name.to_owned(), table.to_csv()));
+    let exported = export.iter().flat_map(|form| found.export(*form));
+    for (name, text) in tables.chain(exported) {
+        let path = out.join(name);
+        let folder = path.parent().unwrap_or(out);
+        std::fs::create_dir_all(folder)
+            .and_then(|()| write_atomically(&path, text.as_bytes()))
             .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
     }
     terminal::note(format_args!(
@@ -231,6 +258,7 @@ fn conclude(
     outcomes: &[Outcome],
     out: &Path,
     samples: Option<&Samples>,
+    export: &[ExportForm],
 ) -> Result<(), Failure> {
     let inputs = |i: usize| samples.map_or(String::new(), |s| format!(" ({})", s.told(i)));
     let failed: Vec<String> = (models.iter().zip(outcomes).enumerate())
@@ -246,7 +274,7 @@ fn conclude(
         .collect();
     write_measures(&runs, out)?;
     if samples.is_some() {
-        write_uncertainty(&runs, models.len(), out)?;
+        write_uncertainty(&runs, models.len(), out, export)?;
     }
     for (name, other) in alike(&runs) {
         terminal::note(format_args!(

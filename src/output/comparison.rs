@@ -315,6 +315,7 @@ impl Comparison {
                 up: Up::Angle,
                 range,
                 palette,
+                classes: Vec::new(),
                 marks: Vec::new(),
             };
             for map in [

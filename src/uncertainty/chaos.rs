@@ -11,7 +11,7 @@ const NORMS: [(f64, usize); 2] = [(1.0, 12), (0.5, 20)];
 /// Candidates per sample, at most: among too many, some fit by chance.
 const MOST_CANDIDATES: usize = 2;
 /// Samples per term, at least: fewer leave nothing to tell how large the errors are.
-const LEAST_SAMPLES: usize = 2;
+pub(super) const LEAST_SAMPLES: usize = 2;
 /// Steps without a smaller error after which no more terms are tried.
 const PATIENCE: usize = 25;
 /// Repetitions of the bootstrap.
@@ -189,7 +189,11 @@ fn interval(mut values: Vec<f64>) -> [f64; 2] {
 }
 
 /// A row for each sample, a column for each term.
-fn matrix(polynomials: &[Polynomials], terms: &[Vec<usize>], germs: &[Vec<f64>]) -> DMatrix<f64> {
+pub(super) fn matrix(
+    polynomials: &[Polynomials],
+    terms: &[Vec<usize>],
+    germs: &[Vec<f64>],
+) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(germs.len(), terms.len());
     for (row, germs) in germs.iter().enumerate() {
         let values: Vec<Vec<f64>> = (polynomials.iter().zip(germs))

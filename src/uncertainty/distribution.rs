@@ -63,6 +63,17 @@ impl Germ {
     }
 }
 
+/// A distribution by its usual parameters. Bounds may be infinite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Law {
+    /// Equally likely between the bounds.
+    Uniform([f64; 2]),
+    /// Normal with mean and standard deviation before the bounds cut anything off.
+    Normal([f64; 2], [f64; 2]),
+    /// The logarithm is normal with this mean and standard deviation; the bounds are those of the value.
+    Lognormal([f64; 2], [f64; 2]),
+}
+
 /// The distribution of an input: `location + scale t` of a germ `t`, or the exponential of that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Distribution {
@@ -119,6 +130,21 @@ impl Distribution {
             Germ::Uniform => 1.0,
             Germ::Normal(low, high) if low > 0.0 => normal_cdf(-low) - normal_cdf(-high),
             Germ::Normal(low, high) => normal_cdf(high) - normal_cdf(low),
+        }
+    }
+
+    /// By its usual parameters.
+    pub fn law(&self) -> Law {
+        let parameters = [self.location, self.scale];
+        match self.germ {
+            Germ::Uniform => Law::Uniform([-1.0, 1.0].map(|t| self.value(t))),
+            Germ::Normal(low, high) => {
+                let bounds = [low, high].map(|t| self.value(t));
+                match self.is_log {
+                    true => Law::Lognormal(parameters, bounds),
+                    false => Law::Normal(parameters, bounds),
+                }
+            }
         }
     }
 

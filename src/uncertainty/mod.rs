@@ -9,8 +9,10 @@ mod chaos;
 mod design;
 mod distribution;
 mod field;
+mod field_chaos;
 
 pub use chaos::{Chaos, SensitivityIndex};
 pub use design::{Design, sobol_point};
-pub use distribution::{Distribution, Inputs};
+pub use distribution::{Distribution, Inputs, Law};
 pub use field::{Covariance, RandomField, Realization};
+pub use field_chaos::FieldChaos;

@@ -10,6 +10,18 @@ pub struct Palette(Vec<[u8; 3]>);
 /// Colours of a map.
 const STEPS: usize = 256;
 
+/// Those of Okabe and Ito, for print and the colour-blind.
+const CLASSES: [[u8; 3]; 8] = [
+    [0xe6, 0x9f, 0x00],
+    [0x56, 0xb4, 0xe9],
+    [0x00, 0x9e, 0x73],
+    [0xf0, 0xe4, 0x42],
+    [0x00, 0x72, 0xb2],
+    [0xd5, 0x5e, 0x00],
+    [0xcc, 0x79, 0xa7],
+    [0x00, 0x00, 0x00],
+];
+
 /// `L, a, b`.
 type Oklab = [f64; 3];
 
@@ -34,6 +46,12 @@ impl Palette {
             let lightness = 0.95 - 0.50 * side.abs();
             polar(lightness, 0.14 * side.abs(), hue.to_radians())
         })
+    }
+
+    /// Colours that stay apart, one for each of `count` classes.
+    pub fn classes(count: usize) -> Self {
+        let colour = |step: usize| CLASSES[step * count / STEPS % CLASSES.len()];
+        Self((0..STEPS).map(colour).collect())
     }
 
     /// Equal steps along a curve of Oklab.

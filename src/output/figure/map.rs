@@ -13,6 +13,9 @@ const AXES: [f64; 2] = [360.0, 150.0];
 /// Room around: left, top, right, bottom.
 const ROOM: [f64; 4] = [66.0, 30.0, 78.0, 46.0];
 
+/// Width of a letter next to the colours.
+const LETTER: f64 = 6.2;
+
 /// What runs upwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Up {
@@ -72,6 +75,8 @@ pub struct Map<'a> {
     pub range: [f64; 2],
     /// The colours.
     pub palette: Palette,
+    /// Names of the values 0, 1, ... of a field that has no others; none of a field of numbers.
+    pub classes: Vec<String>,
     /// Places with a cross: x (m) and φ (degrees).
     pub marks: Vec<[f64; 2]>,
 }
@@ -79,7 +84,9 @@ pub struct Map<'a> {
 impl Map<'_> {
     /// The map as a text in SVG.
     pub fn to_svg(&self) -> String {
-        let [left, top, right, bottom] = ROOM;
+        let [left, top, mut right, bottom] = ROOM;
+        let letters = self.classes.iter().map(|name| name.chars().count());
+        right = right.max(40.0 + LETTER * letters.max().unwrap_or(0) as f64);
         let (width, height) = (left + AXES[0] + right, top + AXES[1] + bottom);
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
@@ -139,6 +146,7 @@ impl Map<'_> {
         let bar = Bar {
             range: self.range,
             palette: &self.palette,
+            classes: &self.classes,
             label: &self.label,
         };
         bar.draw([end + 14.0, top], AXES[1], &mut svg);

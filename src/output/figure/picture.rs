@@ -48,6 +48,7 @@ impl Picture {
         let bar = Bar {
             range: self.range,
             palette: &self.palette,
+            classes: &[],
             label: &self.label,
         };
         bar.draw(

@@ -40,6 +40,8 @@ pub(super) struct Bar<'a> {
     /// Values of the first and the last colour.
     pub range: [f64; 2],
     pub palette: &'a Palette,
+    /// Names of the values 0, 1, ... in place of numbers; none for numbers.
+    pub classes: &'a [String],
     /// Names the field, with unit.
     pub label: &'a str,
 }
@@ -55,6 +57,14 @@ impl Bar<'_> {
             [1, colours.len()],
             &colours,
         );
+        if !self.classes.is_empty() {
+            let part = height / self.classes.len() as f64;
+            for (i, name) in self.classes.iter().enumerate() {
+                let at = top + height - (i as f64 + 0.5) * part;
+                text(svg, left + WIDTH + 6.0, at + 4.0, "start", 11.0, name);
+            }
+            return;
+        }
         // Small numbers would need more room than there is: their power of ten stands in the label.
         let largest = self.range[0].abs().max(self.range[1].abs());
         let power = match largest > 0.0 && largest < 1e-2 {

@@ -98,6 +98,7 @@ impl FlowSection<'_> {
         let bar = Bar {
             range: self.range,
             palette: &self.palette,
+            classes: &[],
             label: &self.label,
         };
         bar.draw([end + 14.0, top], SIDE, &mut svg);

@@ -28,6 +28,7 @@ pub fn cuts(run: &Results, flow: &LumenFlow) -> Vec<String> {
             up: Up::Length([-1.05 * most, 1.05 * most]),
             range: [0.0, high],
             palette: Palette::sequential(),
+            classes: Vec::new(),
             marks: Vec::new(),
         }
         .to_svg();

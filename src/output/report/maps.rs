@@ -3,12 +3,13 @@
 use super::page::figure;
 use crate::analysis;
 use crate::geometry::Vessel;
-use crate::hemodynamics::{Place, RegionExtent, Rings, WetSurface};
+use crate::hemodynamics::{Place, Region, RegionExtent, Rings, WetSurface};
 use crate::output::figure::colour::Palette;
 use crate::output::figure::map::{Map, Up};
 use crate::output::results::Results;
 use crate::output::wall_fields::FaceRow;
 use std::fmt::Write;
+use std::io;
 
 /// A field that maps show.
 #[derive(Clone, Copy)]
@@ -85,6 +86,7 @@ pub(super) fn draw(
         up: Up::Angle,
         range,
         palette: Palette::sequential(),
+        classes: Vec::new(),
         marks,
     }
     .to_svg()
@@ -155,53 +157,111 @@ pub fn of_run(run: &Results, name: &str) -> Vec<String> {
     figures
 }
 
-/// Time-averaged shear and its oscillation on each branch of a tree, whose faces are on patches: x counts along the
-/// branch from the junction, or from the opening where the blood enters.
+/// Time-averaged shear and its oscillation on each branch of a tree.
 pub fn of_branches(run: &Results, wall: &WetSurface) -> Vec<String> {
     let mut figures = Vec::new();
-    let places = wall.places();
-    for region in analysis::regions(&run.case) {
-        let RegionExtent::Patch { patch } = &region.extent else {
-            continue;
-        };
-        let own = (0..places.len()).filter(|face| wall.is_of_patch(*face, patch));
-        let own: Vec<usize> = own.collect();
-        let xs = own.iter().map(|&face| places[face].x_m);
-        let ends = xs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-            [low.min(x), high.max(x)]
-        });
-        if ends[1] <= ends[0] {
-            continue;
-        }
+    for branch in branches(run, wall) {
         for field in [TAWSS, OSI] {
-            let value = |face: usize| (field.value)(&run.faces[face]);
-            let largest = own.iter().map(|&face| value(face)).fold(0.0, f64::max);
-            let at = |x: f64, phi: f64| nearest(run, &places, &own, x, phi).map_or(f64::NAN, value);
+            let values: Vec<f64> = run.faces.iter().map(field.value).collect();
+            let own = branch.faces.iter().map(|&face| values[face]);
             let svg = Map {
-                title: region.name.to_string(),
+                title: branch.name.clone(),
                 label: field.label.into(),
-                field: &at,
-                x: ends,
+                field: &|x, phi| branch.value(&values, x, phi),
+                x: branch.x,
                 up: Up::Angle,
-                range: [0.0, largest],
+                range: [0.0, own.fold(0.0, f64::max)],
                 palette: Palette::sequential(),
+                classes: Vec::new(),
                 marks: Vec::new(),
             }
             .to_svg();
             let caption = format!(
                 "{} on the unrolled branch {}, along it from where it begins. The angle 0 is across the plane of its junction.",
-                field.label, region.name
+                field.label, branch.name
             );
             let mut csv = format!("x_m,phi_deg,\"{}\"\n", field.label);
-            for &face in &own {
-                let Place { x_m, phi_deg, .. } = places[face];
-                let _ = writeln!(csv, "{x_m:.6},{phi_deg:.3},{:.6e}", value(face));
+            for &face in &branch.faces {
+                let Place { x_m, phi_deg, .. } = branch.places[face];
+                let _ = writeln!(csv, "{x_m:.6},{phi_deg:.3},{:.6e}", values[face]);
             }
-            let file = format!("{}-{}", field.file, region.name);
+            let file = format!("{}-{}", field.file, branch.name);
             figures.push(figure(&svg, &caption, Some((&file, csv))));
         }
     }
     figures
+}
+
+/// A part of a wall that a map shows unrolled.
+pub struct UnrolledPart<'a> {
+    /// Its name.
+    pub name: String,
+    /// Limits of x, m: of a tree along the branch from the junction, or from the opening where the blood enters.
+    pub x: [f64; 2],
+    /// Its faces.
+    pub faces: Vec<usize>,
+    run: &'a Results,
+    places: Vec<Place>,
+    /// Of a wall whose faces lie in rings.
+    rings: Option<Rings>,
+}
+
+impl UnrolledPart<'_> {
+    /// What is there of values on the faces of the whole wall; not a number outside the part.
+    pub fn value(&self, values: &[f64], x: f64, phi: f64) -> f64 {
+        match &self.rings {
+            Some(rings) => rings.value(values, x, phi),
+            None => nearest(self.run, &self.places, &self.faces, x, phi)
+                .map_or(f64::NAN, |face| values[face]),
+        }
+    }
+}
+
+/// The parts of a run's wall: the whole vessel, or the branches of a tree; none of another geometry.
+pub fn parts(run: &Results) -> io::Result<Vec<UnrolledPart<'_>>> {
+    if run.vessel.is_some() {
+        let places = places(run);
+        let part = Rings::new(&places).map(|rings| UnrolledPart {
+            name: String::new(),
+            x: whole(run),
+            faces: (0..places.len()).collect(),
+            run,
+            rings: Some(rings),
+            places,
+        });
+        return Ok(part.into_iter().collect());
+    }
+    if run.case.own().is_none_or(|own| own.tree.is_none()) {
+        return Ok(Vec::new());
+    }
+    let wall = run.wall()?.filter(|w| w.faces.len() == run.faces.len());
+    Ok(wall.map_or(Vec::new(), |wall| branches(run, &wall)))
+}
+
+/// The branches of a tree, whose faces are on patches.
+fn branches<'a>(run: &'a Results, wall: &WetSurface) -> Vec<UnrolledPart<'a>> {
+    let places = wall.places();
+    let regions = analysis::regions(&run.case).into_iter();
+    let branch = |region: Region| {
+        let RegionExtent::Patch { patch } = &region.extent else {
+            return None;
+        };
+        let own = (0..places.len()).filter(|face| wall.is_of_patch(*face, patch));
+        let faces: Vec<usize> = own.collect();
+        let xs = faces.iter().map(|&face| places[face].x_m);
+        let x = xs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        });
+        (x[1] > x[0]).then(|| UnrolledPart {
+            name: region.name.to_string(),
+            x,
+            faces,
+            run,
+            places: places.to_vec(),
+            rings: None,
+        })
+    };
+    regions.filter_map(branch).collect()
 }
 
 /// The nearest of some faces to a place on an unrolled wall, if it is not farther than a face is wide.

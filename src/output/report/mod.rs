@@ -21,7 +21,9 @@ pub(crate) mod study;
 pub(crate) mod surface;
 mod sweep;
 mod table;
+mod uncertain_maps;
 mod uncertainty;
+mod uncertainty_export;
 
 use super::comparison::Comparison;
 use super::refinement::Refined;
@@ -35,6 +37,7 @@ pub use study::{
 pub use sweep::table as measures;
 pub use table::PageTable;
 pub use uncertainty::{SAMPLES, Uncertainty};
+pub use uncertainty_export::ExportForm;
 
 /// The page of a run.
 pub fn of_run(run: &Results) -> io::Result<String> {

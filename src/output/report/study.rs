@@ -19,6 +19,10 @@ use std::path::PathBuf;
 
 /// Curves with colours of their own; later ones are dashed.
 const COLOURS: usize = 7;
+/// Runs that are each named and drawn; of more, the spread is shown.
+const MOST_DRAWN: usize = 16;
+/// Shares of the percentiles of many runs.
+const PERCENTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 /// A value that is longer is not shown in a table.
 const LONGEST_VALUE: usize = 40;
 
@@ -39,11 +43,11 @@ pub struct Study {
 pub fn page(study: &Study) -> io::Result<String> {
     let runs: Vec<&Results> = study.runs.iter().collect();
     let names: Vec<String> = runs.iter().map(|run| run.name()).collect();
-    let lead = format!("{} run(s): {}.", runs.len(), names.join(", "));
+    let lead = format!("{} run(s): {}.", runs.len(), listed(&names));
     let mut page = Page::new(&study.title, &lead);
     let uncertainty = Uncertainty::of(&runs, &study.folder).map_err(io::Error::other)?;
     if let Some(uncertainty) = uncertainty {
-        page.section("uncertainty", "Uncertainty", &uncertainty.section());
+        page.section("uncertainty", "Uncertainty", &uncertainty.section(runs[0])?);
     }
     page.section("cases", "Cases", &cases(&runs, &study.missing));
     page.section("differences", "What differs", &differences(&runs));
@@ -57,6 +61,9 @@ pub fn page(study: &Study) -> io::Result<String> {
         page.section("measures", "Measures over parameters", &html);
     }
     page.section("histories", "Over time", &gallery(&histories(&runs)));
+    if runs.len() > MOST_DRAWN {
+        return Ok(page.to_html());
+    }
     let mut views = pictures(&runs, "Displacement", "Displacement of the wet surface")?;
     views.extend(pictures(
         &runs,
@@ -71,6 +78,16 @@ pub fn page(study: &Study) -> io::Result<String> {
         page.section("maps", "On the unrolled wall", &gallery(&maps));
     }
     Ok(page.to_html())
+}
+
+/// Names in a row; of many, the first and the last.
+fn listed(names: &[String]) -> String {
+    match names {
+        [first, second, .., last] if names.len() > MOST_DRAWN => {
+            format!("{first}, {second}, ... {last}")
+        }
+        _ => names.join(", "),
+    }
 }
 
 /// A row for each run, what is to be known before it is believed, and those that are missing.
@@ -240,7 +257,10 @@ fn doubts(runs: &[&Results]) -> Vec<String> {
             }
         }
     }
-    let sentence = |(text, names): (String, Vec<String>)| format!("{}: {text}.", names.join(", "));
+    let sentence = |(text, names): (String, Vec<String>)| match names.len() {
+        count if count > MOST_DRAWN => format!("{count} runs ({}): {text}.", listed(&names)),
+        _ => format!("{}: {text}.", names.join(", ")),
+    };
     about.into_iter().map(sentence).collect()
 }
 
@@ -272,7 +292,7 @@ fn differences(runs: &[&Results]) -> String {
     table(&heads, &rows)
 }
 
-/// What the vessels do over time, a curve for each run.
+/// What the vessels do over time: a curve for each run, or percentiles of many.
 fn histories(runs: &[&Results]) -> Vec<String> {
     type Quantity = (
         &'static str,
@@ -324,11 +344,41 @@ fn histories(runs: &[&Results]) -> Vec<String> {
                 )
             }
         };
-        let curves = runs.iter().enumerate().map(curve).collect();
+        let (curves, caption) = match percentiles(runs, value) {
+            Some(curves) => (curves, format!("{caption} Percentiles of all runs.")),
+            None => (runs.iter().enumerate().map(curve).collect(), caption.into()),
+        };
         let file = title.replace(' ', "-");
-        chart(&file, caption, panel(title, "time / s", label, curves))
+        chart(&file, &caption, panel(title, "time / s", label, curves))
     };
     quantities.into_iter().map(draw).collect()
+}
+
+/// Percentiles of many runs over time; none of few ones, or if their times are not the same.
+fn percentiles(runs: &[&Results], value: fn(&HistoryRow) -> f64) -> Option<Vec<Curve>> {
+    let first = &runs.first()?.history;
+    let is_alike = |run: &&Results| {
+        run.history.len() == first.len()
+            && (run.history.iter().zip(first)).all(|(a, b)| a.time_s == b.time_s)
+    };
+    if runs.len() <= MOST_DRAWN || !runs.iter().all(is_alike) {
+        return None;
+    }
+    let sorted = |step: usize| {
+        let at = runs.iter().map(|run| value(&run.history[step]));
+        let mut values: Vec<f64> = at.collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let all: Vec<Vec<f64>> = (0..first.len()).map(sorted).collect();
+    let curve = |(i, share): (usize, f64)| {
+        let place = (share * (runs.len() - 1) as f64).round() as usize;
+        let points = first.iter().zip(&all);
+        let points = points.map(|(row, values)| (row.time_s, values[place]));
+        let name = format!("{:.0} %", 100.0 * share);
+        line(&name, i, points.collect())
+    };
+    Some(PERCENTILES.into_iter().enumerate().map(curve).collect())
 }
 
 /// Rendered pictures of some runs with the same colours, where their field is largest.

@@ -3,6 +3,7 @@
 use super::page::{chart, escape, figure, file_name, gallery, line, panel, significant, table};
 use super::sweep;
 use super::table::PageTable;
+use super::uncertain_maps::UncertainWall;
 use crate::case::{self, Uncertain};
 use crate::files::FileError;
 use crate::output::figure::Curve;
@@ -10,6 +11,7 @@ use crate::output::figure::bars::{Bars, bars};
 use crate::output::results::Results;
 use crate::uncertainty::{Chaos, Inputs, SensitivityIndex, sobol_point};
 use std::collections::BTreeMap;
+use std::io;
 use std::path::Path;
 
 /// The table of the samples in the folder of a study.
@@ -27,18 +29,23 @@ const COLUMNS: usize = 24;
 
 /// What the samples of a study say of its inputs.
 pub struct Uncertainty {
-    inputs: Inputs,
-    tables: Vec<Uncertain>,
+    pub(super) inputs: Inputs,
+    pub(super) tables: Vec<Uncertain>,
     is_dependent: bool,
     /// Samples of the table, and runs of it that could be used.
     samples: usize,
     used: usize,
-    measures: Vec<UncertainMeasure>,
+    /// Of each run that was used its name and the values of its inputs.
+    pub(super) points: Vec<(String, Vec<f64>)>,
+    pub(super) measures: Vec<UncertainMeasure>,
+    wall: Option<UncertainWall>,
 }
 
 /// A measure that differs between the samples.
-struct UncertainMeasure {
-    name: String,
+pub(super) struct UncertainMeasure {
+    pub name: String,
+    /// Of each run that was used, if it has the measure.
+    pub of_runs: Vec<Option<f64>>,
     values: Vec<f64>,
     chaos: Option<Chaos>,
     indices: Vec<SensitivityIndex>,
@@ -76,12 +83,17 @@ impl Uncertainty {
         let germs: Vec<Vec<f64>> = found.iter().map(|(_, x)| inputs.germs_of(x)).collect();
         let measures = sweep::values_of_measures(&runs).into_iter();
         let measures = measures
-            .filter_map(|(name, values)| UncertainMeasure::of(name, &values, &germs, &inputs));
+            .filter_map(|(name, values)| UncertainMeasure::of(name, values, &germs, &inputs));
+        let names = tables.iter().map(|input| input.name.clone()).collect();
         Ok(Some(Self {
+            wall: UncertainWall::new(&runs, &germs, &inputs, names),
             measures: measures.collect(),
             is_dependent: !correlations.is_empty(),
             samples: rows.len(),
             used: runs.len(),
+            points: (found.iter())
+                .map(|(run, x)| (run.name(), (*x).clone()))
+                .collect(),
             inputs,
             tables,
         }))
@@ -92,12 +104,15 @@ impl Uncertainty {
         self.used
     }
 
-    /// Everything as tables, each with the name of its file.
-    pub fn tables(&self) -> [(&'static str, PageTable); 2] {
-        [
+    /// Everything as tables, each with the name of its file; `run` is one of those that were used.
+    pub fn tables(&self, run: &Results) -> Vec<(&'static str, PageTable)> {
+        let wall = self.wall.as_ref();
+        let wall = wall.map(|wall| ("wall-uncertainty.csv", wall.table(run)));
+        let measures = [
             ("moments.csv", self.moments()),
             ("indices.csv", self.indices()),
-        ]
+        ];
+        measures.into_iter().chain(wall).collect()
     }
 
     fn moments(&self) -> PageTable {
@@ -170,8 +185,11 @@ impl Uncertainty {
         table
     }
 
-    /// The section of the page of a study.
-    pub fn section(&self) -> String {
+    /// The section of the page of a study; `run` is one of those that were used.
+    ///
+    /// # Errors
+    /// If the wall of the run cannot be read.
+    pub fn section(&self, run: &Results) -> io::Result<String> {
         let mut html = format!(
             "<p>{} of {} samples were used. The bars are Sobol' indices: the share of a measure's variance that an input \
              has by itself (first-order) and with its interactions (total), of a polynomial chaos fitted by least squares, \
@@ -196,7 +214,13 @@ impl Uncertainty {
         html += &figures(&|measure| measure.histogram());
         html += "<h3>Response to each input, the others at their medians</h3>\n";
         html += &figures(&|measure| self.response(measure));
-        html
+        if let Some(wall) = &self.wall
+            && let Some((text, figures)) = wall.section(run)?
+        {
+            html += &format!("<h3>On the unrolled wall</h3>\n<p>{text}</p>\n");
+            html += &gallery(&figures);
+        }
+        Ok(html)
     }
 
     fn table_of_inputs(&self) -> String {
@@ -316,11 +340,11 @@ impl UncertainMeasure {
     /// With what the runs have; none if they all have the same.
     fn of(
         name: String,
-        values: &[Option<f64>],
+        of_runs: Vec<Option<f64>>,
         germs: &[Vec<f64>],
         inputs: &Inputs,
     ) -> Option<Self> {
-        let found = values
+        let found = of_runs
             .iter()
             .zip(germs)
             .filter_map(|(v, g)| Some(((*v)?, g.clone())));
@@ -341,6 +365,7 @@ impl UncertainMeasure {
         Some(Self {
             indices: chaos.as_ref().map_or(Vec::new(), Chaos::indices),
             name,
+            of_runs,
             values,
             chaos,
             distribution,

@@ -14,6 +14,8 @@ const RECENT: usize = 50;
 const BESIDE_BAR: usize = 54;
 /// Time between two tables where they do not update.
 const INTERVAL: Duration = Duration::from_secs(60);
+/// Models that all have a line; of more, only those that work have one.
+const MOST_LINES: usize = 16;
 
 /// The table.
 pub struct Board {
@@ -23,6 +25,9 @@ pub struct Board {
     lines: Option<Lines>,
     last_shown: Option<Instant>,
     last: Vec<Outcome>,
+    start: Instant,
+    /// Models that were done at the start.
+    models_before: usize,
 }
 
 /// The lines in a terminal.
@@ -39,6 +44,8 @@ struct ModelRow {
     steps: usize,
     time_step: f64,
     done: usize,
+    /// Of these, steps that an earlier study has done.
+    done_before: usize,
     /// Seconds per step, lately.
     pace: Option<f64>,
 }
@@ -84,9 +91,11 @@ impl Board {
                     steps: model.case.steps(),
                     time_step: model.case.time.step,
                     done: 0,
+                    done_before: 0,
                     pace: None,
                 };
                 row.look();
+                row.done_before = row.done;
                 row
             })
             .collect();
@@ -96,11 +105,12 @@ impl Board {
             let bar = columns.saturating_sub(BESIDE_BAR).clamp(4, 24);
             let template = format!("{{prefix:10}} {{bar:{bar}}} {{pos:>5}}/{{len}} {{wide_msg}}");
             let style = ProgressStyle::with_template(&template).expect("the template is valid");
-            let line = |row: &ModelRow| {
-                let bar = ProgressBar::new(row.steps as u64).with_prefix(row.name.clone());
-                all.add(bar.with_style(style.clone()))
+            let line = |_| all.add(ProgressBar::new(1).with_style(style.clone()));
+            let count = match rows.len() <= MOST_LINES {
+                true => rows.len(),
+                false => jobs,
             };
-            let models = rows.iter().map(line).collect();
+            let models = (0..count).map(line).collect();
             let plain = ProgressStyle::with_template("{msg}").expect("the template is valid");
             let total = all.add(ProgressBar::new(1).with_style(plain));
             Lines { all, models, total }
@@ -112,6 +122,10 @@ impl Board {
             quiet,
             lines,
             last_shown: None,
+            start: Instant::now(),
+            models_before: (models.iter())
+                .filter(|model| model.outcome() == Outcome::Done)
+                .count(),
         }
     }
 
@@ -133,15 +147,21 @@ impl Board {
             }
         }
         let total = self.total(outcomes);
+        let is_short = self.rows.len() <= MOST_LINES;
+        let is_told = |outcome: &Outcome| is_short || *outcome == Outcome::Working;
+        let told = self.rows.iter().zip(outcomes);
+        let told = told.filter(|(_, outcome)| is_told(outcome));
         if let Some(lines) = &self.lines {
-            for ((row, bar), outcome) in self.rows.iter().zip(&lines.models).zip(outcomes) {
+            for ((row, outcome), bar) in told.zip(&lines.models) {
+                bar.set_prefix(row.name.clone());
+                bar.set_length(row.steps as u64);
                 bar.set_position(row.done as u64);
                 bar.set_message(row.message(outcome));
             }
             lines.total.set_message(total);
         } else {
             let mut table = String::new();
-            for (row, outcome) in self.rows.iter().zip(outcomes) {
+            for (row, outcome) in told {
                 let (done, steps) = (row.done, row.steps);
                 let message = row.message(outcome);
                 table += &format!("{:10} {done:>5}/{steps} {message}\n", row.name);
@@ -152,30 +172,40 @@ impl Board {
         self.last_shown = Some(Instant::now());
     }
 
-    /// Models that are done, and the time that all will be, by the pace of those that have one.
+    /// Models that are done, and the time that all will be.
     fn total(&self, outcomes: &[Outcome]) -> String {
-        let done = outcomes.iter().filter(|o| **o == Outcome::Done).count();
+        let count = |wanted: fn(&Outcome) -> bool| outcomes.iter().filter(|o| wanted(o)).count();
+        let done = count(|outcome| *outcome == Outcome::Done);
         let mut text = format!("{done} of {} models done", self.rows.len());
+        let failed = count(|outcome| matches!(outcome, Outcome::Failed(_)));
+        if failed > 0 {
+            text += &format!(", {failed} failed");
+        }
         let paces: Vec<f64> = self.rows.iter().filter_map(|row| row.pace).collect();
         if paces.is_empty() || done == self.rows.len() {
             return text;
         }
         let usual = paces.iter().sum::<f64>() / paces.len() as f64;
-        let left = self
-            .rows
-            .iter()
-            .zip(outcomes)
-            .map(|(row, outcome)| match outcome {
-                Outcome::Working | Outcome::Waiting => {
-                    (row.steps - row.done.min(row.steps)) as f64 * row.pace.unwrap_or(usual)
-                }
-                _ => 0.0,
-            });
-        let left: Vec<f64> = left.collect();
+        // Of each model the seconds of the steps that were done here, and of those that are left.
+        let work = self.rows.iter().zip(outcomes).map(|(row, outcome)| {
+            let done = row.done.min(row.steps);
+            let left = match outcome {
+                Outcome::Working | Outcome::Waiting => row.steps - done,
+                _ => 0,
+            };
+            let here = done - row.done_before.min(done);
+            [here, left].map(|steps| steps as f64 * row.pace.unwrap_or(usual))
+        });
+        let work: Vec<[f64; 2]> = work.collect();
+        let [here, left] = [0, 1].map(|k| work.iter().map(|w| w[k]).sum::<f64>());
         // Work is shared evenly at best, and no model can be divided.
-        let longest = left.iter().copied().fold(0.0, f64::max);
-        let time = (left.iter().sum::<f64>() / self.jobs as f64).max(longest);
-        text += &format!(", about {} left for all", human(time));
+        let longest = work.iter().map(|w| w[1]).fold(0.0, f64::max);
+        // The steps are not all that a model takes: once one is whole, what has passed tells the rest.
+        let jobs = match done > self.models_before && here > 0.0 {
+            true => here / self.start.elapsed().as_secs_f64(),
+            false => self.jobs as f64,
+        };
+        text += &format!(", about {} left for all", human((left / jobs).max(longest)));
         text
     }
 

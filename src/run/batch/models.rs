@@ -3,6 +3,7 @@
 use crate::case::ResolvedCase;
 use crate::run::status::RunStatus;
 use crate::run::{CaseSelection, Failure};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// A model of the study.
@@ -121,22 +122,28 @@ fn every(
     variants: &[(String, CaseSelection)],
     out: &Path,
 ) -> Result<Vec<BatchRun>, Failure> {
-    let mut wrong = Vec::new();
-    let mut found = Vec::new();
-    for (name, folder) in models {
-        for (more, chosen) in variants {
+    let pairs: Vec<_> = (models.iter())
+        .flat_map(|model| variants.iter().map(move |variant| (model, variant)))
+        .collect();
+    let checked: Vec<_> = (pairs.par_iter())
+        .map(|((name, folder), (more, chosen))| {
             let name = format!("{name}{more}");
             let out = out.join(&name);
-            match BatchRun::of(name, folder.clone(), out, chosen) {
-                Ok(model) => found.push(model),
-                // What is wrong with all variants alike is said once.
-                Err(failure) => {
-                    let message = format!("{}: {failure}", folder.display());
-                    let new = message
-                        .lines()
-                        .filter(|line| !wrong.contains(&line.to_string()));
-                    let new: Vec<String> = new.map(str::to_owned).collect();
-                    wrong.extend(new);
+            BatchRun::of(name, folder.clone(), out, chosen)
+                .map_err(|failure| format!("{}: {failure}", folder.display()))
+        })
+        .collect();
+    let mut wrong: Vec<String> = Vec::new();
+    let mut found = Vec::new();
+    for model in checked {
+        match model {
+            Ok(model) => found.push(model),
+            // What is wrong with all variants alike is said once.
+            Err(message) => {
+                for line in message.lines() {
+                    if !wrong.iter().any(|said| said == line) {
+                        wrong.push(line.to_owned());
+                    }
                 }
             }
         }
