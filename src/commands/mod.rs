@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand; short, reads like the README.
 
 mod bench;
+mod calibrate;
 mod case_arguments;
 mod check;
 mod check_fluid;
@@ -76,6 +77,8 @@ enum Command {
     Solid(solid::Arguments),
     /// Runs all models, several at once; shows one table of progress.
     Study(study::Arguments),
+    /// Finds the likeliest inputs with which measures of a study are what they should be, and confirms them by a run.
+    Calibrate(calibrate::Arguments),
     /// Compares two runs of the same model; exit code 1 beyond the limits.
     Compare(compare::Arguments),
     /// Runs cases with both solvers for the blood and compares them; exit code 1 beyond the limits.
@@ -166,6 +169,7 @@ fn execute(line: CommandLine) -> Result<(), Failure> {
         (Some(Command::CoupleTest(arguments)), _) => couple_test::run(&arguments),
         (Some(Command::Solid(arguments)), _) => solid::run(&arguments),
         (Some(Command::Study(arguments)), _) => study::run(&arguments),
+        (Some(Command::Calibrate(arguments)), _) => calibrate::run(&arguments),
         (Some(Command::Compare(arguments)), _) => compare::run(&arguments),
         (Some(Command::CrossCheck(arguments)), _) => cross_check::run(&arguments),
         (Some(Command::Report(arguments)), _) => report::run(&arguments),

@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 /// Parameters and measures of the runs of a study, in its folder.
 const MEASURES: &str = "measures.csv";
 
+/// Cases that are checked without a word.
+const MOST_SILENT: usize = 16;
+
 /// Options of the study.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -93,6 +96,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             variation.variants(&selection)?
         }
     };
+    if variants.len() > MOST_SILENT && !arguments.quiet {
+        terminal::note(format_args!("checking {} cases", variants.len()));
+    }
     let mut models = batch::find(&arguments.cases, &arguments.models, &variants, &out)?;
     refuse_unread(&models)?;
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);

@@ -140,7 +140,8 @@ impl Chaos {
     }
 
     /// The indices of all inputs. The intervals are those of the polynomials with the same terms of values that differ
-    /// from the fitted ones by leave-one-out errors of samples chosen at random.
+    /// from the fitted ones by leave-one-out errors of samples chosen at random; of an input without a term they reach
+    /// up to the leave-one-out error.
     pub fn indices(&self) -> Vec<SensitivityIndex> {
         let count = self.left_out.len();
         let mut random = Random(2);
@@ -166,6 +167,12 @@ impl Chaos {
                     interval(repeated.iter().map(share).collect()),
                 )
             });
+            // What no chosen term holds is hidden in what the polynomial misses.
+            let of_input = |(index, interval): (f64, [f64; 2])| match index > 0.0 {
+                true => (index, interval),
+                false => (0.0, [0.0, self.leave_one_out_error.min(1.0)]),
+            };
+            let [first, total] = [first, total].map(of_input);
             SensitivityIndex {
                 first: first.0,
                 first_interval: first.1,

@@ -4,12 +4,12 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::f64::consts::{PI, SQRT_2};
 
 /// The distribution function of the standard normal distribution.
-fn normal_cdf(z: f64) -> f64 {
+pub(super) fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z / SQRT_2)
 }
 
 /// Its inverse: a rough value (Abramowitz and Stegun, 26.2.23), improved by Halley's method.
-fn normal_quantile(u: f64) -> f64 {
+pub(super) fn normal_quantile(u: f64) -> f64 {
     if u <= 0.0 || u >= 1.0 {
         return if u <= 0.0 {
             f64::NEG_INFINITY
@@ -122,6 +122,11 @@ impl Distribution {
     /// The value below which the share `u` lies.
     pub fn quantile(&self, u: f64) -> f64 {
         self.value(self.germ.quantile(u))
+    }
+
+    /// The share that lies below a value.
+    pub fn share_below(&self, value: f64) -> f64 {
+        self.germ.cdf(self.germ_of(value))
     }
 
     /// The share of what is not cut off by the bounds.

@@ -5,12 +5,14 @@
 //! which the chaos is a polynomial, and to the values of the inputs.
 
 mod basis;
+mod calibration;
 mod chaos;
 mod design;
 mod distribution;
 mod field;
 mod field_chaos;
 
+pub use calibration::{Target, calibrated};
 pub use chaos::{Chaos, SensitivityIndex};
 pub use design::{Design, sobol_point};
 pub use distribution::{Distribution, Inputs, Law};

@@ -244,16 +244,54 @@ fn sweep_writes_measures_and_refuses_idle_keys() {
     );
 }
 
+/// A straight artery whose wall and compliance are not known.
+fn uncertain() -> String {
+    format!(
+        "{STRAIGHT}\n[[uncertain]]\nname = \"wall\"\nkeys = [\"wall.media.mu_Pa\", \"wall.adventitia.mu_Pa\"]\n\
+         distribution = \"normal\"\nvariation = 0.2\nlow = 0.5\nhigh = 1.5\n[[uncertain]]\nname = \"C\"\n\
+         keys = [\"windkessel.compliance_m3_Pa\"]\ndistribution = \"uniform\"\nvariation = 0.1\n"
+    )
+}
+
+/// A study that is killed has the same samples and numbers after it was resumed, to the last digit.
+#[test]
+fn a_killed_study_of_samples_has_the_same_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases = cases(folder.path(), &[("own", &uncertain())]);
+    let native = &crate::native_run::FEW[..2];
+    let run =
+        |out: &Path, more: &[&str]| study(&cases.join("own"), out, 6, &[native, more].concat());
+    let [whole, killed] = ["whole", "killed"].map(|name| folder.path().join(name));
+    complete(run(&whole, &["--samples", "lhs:6"]));
+    let mut command = run(&killed, &["--samples", "lhs:6", "--quiet"]);
+    let mut child = command.stderr(Stdio::null()).spawn().unwrap();
+    eventually("the third sample works", Duration::from_secs(200), || {
+        steps_done(&killed.join("own-003")) > 0
+    });
+    signal(child.id() as i32, Signal::KILL);
+    child.wait().unwrap();
+    eventually("all processes are gone", Duration::from_secs(60), || {
+        processes_about(&killed).is_empty()
+    });
+    assert!(!killed.join("own-006").exists() && !killed.join("indices.csv").exists());
+    complete(run(&killed, &["--resume"]));
+    for file in [
+        "samples.csv",
+        "measures.csv",
+        "moments.csv",
+        "indices.csv",
+        "wall-uncertainty.csv",
+    ] {
+        let [a, b] = [&whole, &killed].map(|out| std::fs::read_to_string(out.join(file)).unwrap());
+        assert!(a.lines().count() > 2 && a == b, "{file}");
+    }
+}
+
 /// Samples of uncertain inputs: the same after an interruption, more of them later, one that fails named and counted.
 #[test]
 fn samples_of_uncertain_inputs_resume_and_extend() {
     let folder = tempfile::tempdir().unwrap();
-    let lines = format!(
-        "{STRAIGHT}\n[[uncertain]]\nname = \"wall\"\nkeys = [\"wall.media.mu_Pa\", \"wall.adventitia.mu_Pa\"]\n\
-         distribution = \"normal\"\nvariation = 0.2\nlow = 0.5\nhigh = 1.5\n[[uncertain]]\nname = \"C\"\n\
-         keys = [\"windkessel.compliance_m3_Pa\"]\ndistribution = \"uniform\"\nvariation = 0.1\n"
-    );
-    let cases = cases(folder.path(), &[("own", &lines)]);
+    let cases = cases(folder.path(), &[("own", &uncertain())]);
     let case = cases.join("own");
     let native = &crate::native_run::FEW[..2];
     let run = |out: &Path, more: &[&str]| {
@@ -277,7 +315,7 @@ fn samples_of_uncertain_inputs_resume_and_extend() {
     // Three more, and one of the earlier ones is lost and computed again to the last digit.
     let lost = read(&out.join("own-002/regions.csv"));
     std::fs::remove_dir_all(out.join("own-002")).unwrap();
-    let done = run(&out, &["--extend", "3"]);
+    let done = run(&out, &["--extend", "3", "--export", "salib,easyvvuq"]);
     assert!(done.status.success(), "{}", text(&done));
     let after = read(&out.join("samples.csv"));
     assert!(
@@ -318,6 +356,8 @@ fn samples_of_uncertain_inputs_resume_and_extend() {
     assert!(page.unwrap().status.success());
     let html = read(&out.join("report.html"));
     assert!(html.contains("8 of 8 samples were used") && html.contains("Which input moves what"));
+    assert!(html.contains("a polynomial of degree 1 of all inputs"));
+    other_programs_and_calibration(&out);
 
     // One fails: it is named with its inputs, and the indices are of the others.
     std::fs::remove_dir_all(out.join("own-004")).unwrap();
@@ -345,6 +385,10 @@ fn samples_of_uncertain_inputs_resume_and_extend() {
     let nowhere = folder.path().join("nowhere");
     for (more, part) in [
         (&["--extend", "3"][..], "holds no samples.csv"),
+        (
+            &["--export", "salib"],
+            "only a study of [[uncertain]] inputs",
+        ),
         (&["--samples", "lhs:70000"], "expected sobol:N"),
     ] {
         let refused = run(&nowhere, more);
@@ -355,4 +399,92 @@ fn samples_of_uncertain_inputs_resume_and_extend() {
             text(&refused)
         );
     }
+}
+
+/// What is exported has the numbers of the tables, and a target in reach is met by the run that confirms it.
+fn other_programs_and_calibration(out: &Path) {
+    let driver = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+        command.args(arguments).output().unwrap()
+    };
+    let json = |name: &str| -> serde_json::Value {
+        serde_json::from_str(&std::fs::read_to_string(out.join(name)).unwrap()).unwrap()
+    };
+    let measures = std::fs::read_to_string(out.join("measures.csv")).unwrap();
+    let mut reader = csv::Reader::from_reader(measures.as_bytes());
+    let column = (reader.headers().unwrap().iter())
+        .position(|head| head == "largest displacement / mm")
+        .unwrap();
+    let moved: Vec<f64> = (reader.records())
+        .map(|row| row.unwrap()[column].parse().unwrap())
+        .collect();
+
+    let salib = json("salib.json");
+    assert_eq!(salib["problem"]["names"], serde_json::json!(["wall", "C"]));
+    assert_eq!(
+        salib["problem"]["dists"],
+        serde_json::json!(["truncnorm", "unif"])
+    );
+    assert_eq!(
+        salib["problem"]["bounds"][0],
+        serde_json::json!([0.5, 1.5, 1.0, 0.2])
+    );
+    let of_salib = salib["Y"]["largest displacement / mm"].as_array().unwrap();
+    assert_eq!(
+        (of_salib.len(), salib["X"].as_array().unwrap().len()),
+        (8, 8)
+    );
+    for (a, b) in of_salib.iter().zip(&moved) {
+        assert!((a.as_f64().unwrap() / b - 1.0).abs() < 1e-5, "{a} {b}");
+    }
+    let of_run = json("easyvvuq/runs/own-003.json");
+    assert_eq!(of_run["wall"], salib["X"][2][0]);
+    assert_eq!(of_run["largest displacement / mm"], of_salib[2]);
+    assert_eq!(json("easyvvuq/vary.json")["C"]["distribution"], "Uniform");
+    assert!(
+        json("easyvvuq/params.json")["wall"]["default"]
+            .as_f64()
+            .unwrap()
+            > 0.9
+    );
+
+    let [low, high] = [f64::min, f64::max].map(|f| moved.iter().copied().reduce(f).unwrap());
+    let target = low + 0.3 * (high - low);
+    let found = driver(&[
+        "calibrate",
+        out.to_str().unwrap(),
+        "--target",
+        &format!("largest displacement={target}"),
+        "--within",
+        "0.01",
+        "--quiet",
+    ]);
+    assert!(found.status.success(), "{}", text(&found));
+    let said = text(&found);
+    assert!(said.contains("all targets are met within 1.0 %"), "{said}");
+    let history = std::fs::read_to_string(out.join("calibrated-1/history.csv")).unwrap();
+    let mut reader = csv::Reader::from_reader(history.as_bytes());
+    let column = (reader.headers().unwrap().iter())
+        .position(|head| head == "max_displacement_m")
+        .unwrap();
+    let last = reader
+        .records()
+        .map(|row| row.unwrap()[column].parse::<f64>().unwrap());
+    let reached = 1e3 * last.fold(0.0, f64::max);
+    assert!(
+        (reached / target - 1.0).abs() < 0.01,
+        "{reached} of {target}"
+    );
+
+    for (target, part) in [
+        ("largest displacment=1", "no such measure; the study has: "),
+        ("largest displacement", "expected MEASURE=VALUE"),
+        ("largest displacement=0", "a number that is not 0"),
+    ] {
+        let refused = driver(&["calibrate", out.to_str().unwrap(), "--target", target]);
+        assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+        assert!(text(&refused).contains(part), "{}", text(&refused));
+    }
+    assert!(!out.join("calibrated-2").exists());
+    std::fs::remove_dir_all(out.join("calibrated-1")).unwrap();
 }

@@ -28,6 +28,7 @@ mod uncertainty_export;
 use super::comparison::Comparison;
 use super::refinement::Refined;
 use super::results::Results;
+pub use page::significant;
 pub use preview::Preview;
 pub use samples::distributions;
 use std::io;

@@ -4,7 +4,7 @@ use super::page::{chart, escape, figure, file_name, gallery, line, panel, signif
 use super::sweep;
 use super::table::PageTable;
 use super::uncertain_maps::UncertainWall;
-use crate::case::{self, Uncertain};
+use crate::case::{self, Override, Uncertain, ValuePlace};
 use crate::files::FileError;
 use crate::output::figure::Curve;
 use crate::output::figure::bars::{Bars, bars};
@@ -12,7 +12,7 @@ use crate::output::results::Results;
 use crate::uncertainty::{Chaos, Inputs, SensitivityIndex, sobol_point};
 use std::collections::BTreeMap;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The table of the samples in the folder of a study.
 pub const SAMPLES: &str = "samples.csv";
@@ -39,6 +39,10 @@ pub struct Uncertainty {
     pub(super) points: Vec<(String, Vec<f64>)>,
     pub(super) measures: Vec<UncertainMeasure>,
     wall: Option<UncertainWall>,
+    /// The case of the first run that was used.
+    base: PathBuf,
+    /// Of each input whether it is the value of its key; otherwise a factor.
+    is_value: Vec<bool>,
 }
 
 /// A measure that differs between the samples.
@@ -85,7 +89,14 @@ impl Uncertainty {
         let measures = measures
             .filter_map(|(name, values)| UncertainMeasure::of(name, values, &germs, &inputs));
         let names = tables.iter().map(|input| input.name.clone()).collect();
+        let Some(base) = runs.first() else {
+            return Ok(None);
+        };
         Ok(Some(Self {
+            base: base.files.resolved_case(),
+            is_value: (tables.iter())
+                .map(|input| input.value_in(&base.case).is_some())
+                .collect(),
             wall: UncertainWall::new(&runs, &germs, &inputs, names),
             measures: measures.collect(),
             is_dependent: !correlations.is_empty(),
@@ -97,6 +108,53 @@ impl Uncertainty {
             inputs,
             tables,
         }))
+    }
+
+    /// Its inputs.
+    pub fn inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
+    /// Their names.
+    pub fn names(&self) -> Vec<String> {
+        self.tables.iter().map(|input| input.name.clone()).collect()
+    }
+
+    /// Names of the measures that have a polynomial.
+    pub fn measures_with_chaos(&self) -> impl Iterator<Item = &str> {
+        let measures = self.measures.iter().filter(|m| m.chaos.is_some());
+        measures.map(|measure| measure.name.as_str())
+    }
+
+    /// The polynomial of a measure.
+    pub fn chaos(&self, measure: &str) -> Option<&Chaos> {
+        let found = self.measures.iter().find(|m| m.name == measure)?;
+        found.chaos.as_ref()
+    }
+
+    /// What a run has of a measure.
+    pub fn value(&self, run: &Results, measure: &str) -> Option<f64> {
+        let measures = sweep::values_of_measures(&[run]).into_iter();
+        let mut found = measures.filter(|(name, _)| name == measure);
+        found.next()?.1[0]
+    }
+
+    /// The case at a point of the unit cube: a file, and what replaces its values.
+    pub fn case_at(&self, point: &[f64]) -> (PathBuf, Vec<Override>) {
+        let values = self.inputs.values_at(point);
+        let (_, of_base) = &self.points[0];
+        let given = (0..values.len()).flat_map(|i| {
+            let value = match self.is_value[i] {
+                true => format!("{:?}", values[i]),
+                false => format!("*{:?}", values[i] / of_base[i]),
+            };
+            self.tables[i].keys.iter().map(move |key| Override {
+                place: ValuePlace::Set,
+                key: key.clone(),
+                value: value.clone(),
+            })
+        });
+        (self.base.clone(), given.collect())
     }
 
     /// Runs that were used.

@@ -115,10 +115,6 @@ impl Uncertainty {
         }
         files
     }
-
-    fn names(&self) -> Vec<String> {
-        self.tables.iter().map(|input| input.name.clone()).collect()
-    }
 }
 
 fn is_bounded(bounds: [f64; 2]) -> bool {
