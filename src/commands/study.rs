@@ -51,6 +51,9 @@ pub struct Arguments {
     /// --resume of a study that is done, nothing is computed.
     #[arg(long, value_name = "FORM", value_delimiter = ',')]
     export: Vec<ExportForm>,
+    /// Runs only every Nth model, from the Kth on: the parts of a study can work on different machines in one folder.
+    #[arg(long, value_name = "K/N", value_parser = Part::parse)]
+    part: Option<Part>,
     /// Models at once [default: as many as fit into the cores].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -68,6 +71,27 @@ pub struct Arguments {
     case: CaseArguments,
 }
 
+/// Every `of`th model, from this one on, counted from 0.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    first: usize,
+    of: usize,
+}
+
+impl Part {
+    fn parse(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/');
+        let numbers = numbers.and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+        match numbers {
+            Some((k, n)) if (1..=n).contains(&k) => Ok(Self {
+                first: k - 1,
+                of: n,
+            }),
+            _ => Err("expected K/N with K from 1 to N, such as 1/8".to_owned()),
+        }
+    }
+}
+
 /// Runs all models that are not done yet.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = arguments.out.clone().unwrap_or_else(|| {
@@ -79,6 +103,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let selection = arguments.case.selection()?;
     let samples = samples(arguments, &out, &selection)?;
+    if arguments.part.is_some() && !arguments.export.is_empty() {
+        return Err(Failure::Input(
+            "--export: a part of a study has no measures: leave out --part once all parts are done"
+                .to_owned(),
+        ));
+    }
     if samples.is_none() && !arguments.export.is_empty() {
         return Err(Failure::Input(
             "--export: only a study of [[uncertain]] inputs can be exported: add --samples, or --resume for one that is there"
@@ -101,6 +131,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut models = batch::find(&arguments.cases, &arguments.models, &variants, &out)?;
     refuse_unread(&models)?;
+    let mut numbers: Vec<usize> = (0..models.len()).collect();
+    if let Some(part) = arguments.part {
+        numbers.retain(|number| number % part.of == part.first);
+        models = (models.into_iter().enumerate())
+            .filter(|(number, _)| numbers.contains(number))
+            .map(|(_, model)| model)
+            .collect();
+        if models.is_empty() {
+            return Err(Failure::Input(format!(
+                "--part {}/{}: the study has fewer models: nothing is left for this part",
+                part.first + 1,
+                part.of
+            )));
+        }
+    }
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
     for model in &models {
         surroundings::check_installed(&model.case)
@@ -129,13 +174,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let outcomes = batch::work(&models, &interrupt, board, jobs, |model| {
         Worker::start(model, &model.selection, threads)
     });
-    conclude(
-        &models,
-        &outcomes,
-        &out,
-        samples.as_ref(),
-        &arguments.export,
-    )
+    let runs: Vec<Results> = (models.iter().zip(&outcomes))
+        .filter(|(_, outcome)| **outcome == Outcome::Done)
+        .filter_map(|(model, _)| Results::load(&model.out).ok())
+        .collect();
+    if arguments.part.is_none() {
+        write_measures(&runs, &out)?;
+        if samples.is_some() {
+            write_uncertainty(&runs, models.len(), &out, &arguments.export)?;
+        }
+    }
+    let inputs = |i: usize| match &samples {
+        Some(samples) => format!(" ({})", samples.told(numbers[i])),
+        None => String::new(),
+    };
+    conclude(&models, &outcomes, &out, &runs, &inputs)
 }
 
 /// The samples of uncertain inputs that are asked for, or that an earlier study in the folder has.
@@ -258,15 +311,14 @@ fn alike(runs: &[Results]) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Says what became of the models.
+/// Says what became of the models; `inputs` are the words for those of a sample.
 fn conclude(
     models: &[BatchRun],
     outcomes: &[Outcome],
     out: &Path,
-    samples: Option<&Samples>,
-    export: &[ExportForm],
+    runs: &[Results],
+    inputs: &dyn Fn(usize) -> String,
 ) -> Result<(), Failure> {
-    let inputs = |i: usize| samples.map_or(String::new(), |s| format!(" ({})", s.told(i)));
     let failed: Vec<String> = (models.iter().zip(outcomes).enumerate())
         .filter_map(|(i, (model, outcome))| match outcome {
             Outcome::Failed(reason) => Some(format!("{}{}: {reason}", model.name, inputs(i))),
@@ -274,15 +326,7 @@ fn conclude(
         })
         .collect();
     let done = outcomes.iter().filter(|o| **o == Outcome::Done).count();
-    let runs: Vec<Results> = (models.iter().zip(outcomes))
-        .filter(|(_, outcome)| **outcome == Outcome::Done)
-        .filter_map(|(model, _)| Results::load(&model.out).ok())
-        .collect();
-    write_measures(&runs, out)?;
-    if samples.is_some() {
-        write_uncertainty(&runs, models.len(), out, export)?;
-    }
-    for (name, other) in alike(&runs) {
+    for (name, other) in alike(runs) {
         terminal::note(format_args!(
             "warning: {other} has the history of {name} to the last digit: what differs in their cases does nothing"
         ));

@@ -274,6 +274,10 @@ fn a_killed_study_of_samples_has_the_same_numbers() {
         processes_about(&killed).is_empty()
     });
     assert!(!killed.join("own-006").exists() && !killed.join("indices.csv").exists());
+    // The rest in two parts, as on two machines; the measures are of all.
+    complete(run(&killed, &["--resume", "--part", "1/2"]));
+    assert!(!killed.join("own-006").exists() && !killed.join("indices.csv").exists());
+    complete(run(&killed, &["--resume", "--part", "2/2"]));
     complete(run(&killed, &["--resume"]));
     for file in [
         "samples.csv",
@@ -386,6 +390,11 @@ fn samples_of_uncertain_inputs_resume_and_extend() {
     for (more, part) in [
         (&["--extend", "3"][..], "holds no samples.csv"),
         (
+            &["--samples", "lhs:4", "--part", "5/5"],
+            "--part 5/5: the study has fewer models",
+        ),
+        (&["--samples", "lhs:4", "--part", "5/4"], "expected K/N"),
+        (
             &["--export", "salib"],
             "only a study of [[uncertain]] inputs",
         ),
@@ -477,7 +486,7 @@ fn other_programs_and_calibration(out: &Path) {
     );
 
     for (target, part) in [
-        ("largest displacment=1", "no such measure; the study has: "),
+        ("largest movement=1", "no such measure; the study has: "),
         ("largest displacement", "expected MEASURE=VALUE"),
         ("largest displacement=0", "a number that is not 0"),
     ] {
