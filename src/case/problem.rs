@@ -226,7 +226,8 @@ impl Case {
             tree: Some(tree), ..
         }) = &mut self.problem
         {
-            (tree.lines, tree.unit) = (None, None);
+            (tree.lines, tree.unit, tree.smoothing) = (None, None, None);
+            tree.leave_out.clear();
             (tree.lumen, tree.lumen_unit, tree.lumen_smoothing) = (None, None, None);
         }
         if let Some(vessel) = self.description() {

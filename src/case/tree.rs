@@ -1,12 +1,14 @@
 //! A vessel that branches: `[tree]` of a case, whose lumen is meshed by the driver and whose wall is extruded from it.
 
-use super::centre_line::{from_the_beginning, lines_of_tree};
+use super::centre_line::{from_the_beginning, lines_of_tree, smoothed};
 use super::opening::{ConditionKeys, Opening, VesselSide, prescribe_shares};
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
 use super::table::table;
 use super::tree_lumen::MOST_TRIANGLES;
 use super::vessel::MOST_POINTS;
 use super::{LengthUnit, NativeTimeScheme, OwnCase, TableError};
+use crate::Vec3;
+use crate::curve::{CentreLine, Fork};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -28,6 +30,10 @@ table! {
             absent "those of tree.line, or outlet1, outlet2 and so on";
         closed: Vec<String> = "closed", ValueKind::Names(63), "which of these are no openings: lines that end with half a sphere, as an aneurysm does",
             absent "none";
+        leave_out: Vec<String> = "leave_out", ValueKind::Names(200), "which of these are no part of the vessel: their lines, and branches that lead to them alone, are left out",
+            absent "none";
+        smoothing: Option<f64> = "smoothing_m", from(0.0, 1.0), "length of the waves of the lines that are halved",
+            absent "the lines are as the file has them";
         lumen: Option<PathBuf> = "lumen", ValueKind::Path, "file with the surface of the whole lumen, open or closed at its ends: .stl, .vtp, .vtk, .ply or .obj",
             absent "the tubes around the lines";
         lumen_unit: Option<LengthUnit> = "lumen_unit", ValueKind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "tree.unit";
@@ -103,6 +109,18 @@ impl KeyTable for TreeOpening {
     }
 }
 
+impl TreeLine {
+    /// The curve through its points, unless they or the radii are too few, or two points are the same.
+    pub fn curve(&self) -> Option<CentreLine> {
+        let points: Vec<Vec3> = self.points.iter().map(|x| Vec3::from(*x)).collect();
+        let is_curve = points.len() > 1
+            && points.len() == self.radii.len()
+            && points.windows(2).all(|pair| pair[0] != pair[1])
+            && self.radii.iter().all(|r| *r > 0.0);
+        is_curve.then(|| CentreLine::new(&points, &self.radii))
+    }
+}
+
 impl TreeKeys {
     /// The driver's own elements.
     pub fn elements(&self) -> TreeElements {
@@ -127,10 +145,10 @@ impl TreeKeys {
         [inlet].into_iter().chain(lines.map(outlet)).collect()
     }
 
-    /// Names of the patches of the wall: of the branch at each opening, and of all others if there may be some.
+    /// Names of the patches of the wall: of the branch at each opening, and of all others if there are some.
     pub fn walls(&self) -> Vec<String> {
         let names = self.names();
-        let others = (names.len() > 3).then(|| WALL.to_owned());
+        let others = self.divides_twice().then(|| WALL.to_owned());
         let at_openings = names.iter().map(|name| format!("{WALL}_{name}"));
         at_openings.chain(others).collect()
     }
@@ -138,10 +156,67 @@ impl TreeKeys {
     /// Names of the branches that the patches of the wall are of.
     pub fn branches(&self) -> Vec<String> {
         let mut names = self.names();
-        if names.len() > 3 {
+        if self.divides_twice() {
             names.push(BETWEEN.into());
         }
         names
+    }
+
+    /// Whether there is more than one junction, and so a branch that has no opening.
+    fn divides_twice(&self) -> bool {
+        let given = || self.line.iter().flatten();
+        if given().count() < 3 {
+            return false;
+        }
+        let Some(lines) = given().map(TreeLine::curve).collect::<Option<Vec<_>>>() else {
+            return true;
+        };
+        let all: Vec<usize> = (0..lines.len()).collect();
+        let fork = Fork::new(&lines, &all);
+        !fork.is_ok_and(|fork| fork.daughters.iter().all(|(class, _)| class.len() == 1))
+    }
+
+    /// Takes the lines away that are left out; the others keep their names.
+    fn leave_out_lines(&mut self) -> Result<(), (&'static str, String)> {
+        if self.leave_out.is_empty() {
+            return Ok(());
+        }
+        let names = self.names();
+        let outlets = &names[1..];
+        if let Some(unknown) = self.leave_out.iter().find(|name| !outlets.contains(name)) {
+            let reason = format!(
+                "no line ends at {unknown:?}; they end at \"{}\"",
+                outlets.join("\", \"")
+            );
+            return Err(("tree.leave_out", reason));
+        }
+        let is_kept = |name: &String| !self.leave_out.contains(name);
+        let lines = self.line.take().unwrap_or_default().into_iter();
+        let kept = lines.zip(outlets).filter(|(_, name)| is_kept(name));
+        let named = kept.map(|(line, name)| TreeLine {
+            name: Some(name.clone()),
+            ..line
+        });
+        self.line = Some(named.collect());
+        self.outlets.retain(is_kept);
+        self.closed.retain(is_kept);
+        Ok(())
+    }
+
+    /// Halves the waves of the lines, if they are to be smoothed.
+    fn smooth_lines(&mut self) {
+        let Some(halved) = self.smoothing.filter(|halved| *halved > 0.0) else {
+            return;
+        };
+        for line in self.line.iter_mut().flatten() {
+            if line.points.len() > 2 && line.points.len() == line.radii.len() {
+                let given = (
+                    std::mem::take(&mut line.points),
+                    std::mem::take(&mut line.radii),
+                );
+                (line.points, line.radii) = smoothed(given, halved);
+            }
+        }
     }
 
     /// On which side of the blood's way an opening is.
@@ -220,6 +295,8 @@ impl OwnCase {
             });
             tree.line = Some(named.collect());
         }
+        tree.leave_out_lines()?;
+        tree.smooth_lines();
         if self.fluid.case.is_none() {
             self.fluid.patches = tree.walls();
             self.fluid.openings = tree.open_names();

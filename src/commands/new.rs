@@ -28,6 +28,14 @@ pub struct Arguments {
         value_delimiter = ','
     )]
     names: Vec<String>,
+    /// Ends of a tree whose lines are left out, by their names [default: none].
+    #[arg(
+        long,
+        value_name = "NAME,NAME,...",
+        requires = "from",
+        value_delimiter = ','
+    )]
+    leave_out: Vec<String>,
     /// Shares of the flow that leave by the ends of a tree, in their order, such as 0.65,0.35 [default: by --murray].
     #[arg(
         long,
@@ -63,7 +71,8 @@ pub struct Arguments {
     /// Thickness of the artery's wall, such as 0.7mm [default: 0.3 of the radius].
     #[arg(long, value_name = "LENGTH", value_parser = quantity::length, allow_hyphen_values = true)]
     thickness: Option<f64>,
-    /// Waves of the centre-line's points of this length are halved [default: one radius, four if the points scatter].
+    /// Waves of the centre-line's points of this length are halved [default: one radius, four if the points scatter; in
+    /// a tree as short as its mesh needs].
     #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length, allow_hyphen_values = true)]
     smoothing: Option<f64>,
     /// The vessel has its shape under this pressure, such as 80mmHg [default: it is unloaded].
@@ -170,6 +179,7 @@ impl Arguments {
             is_rcr: self.rcr,
             has_tissue: self.tissue,
             names: self.names.clone(),
+            leave_out: self.leave_out.clone(),
             split: self.split.clone(),
             murray: self.murray,
         }

@@ -5,10 +5,12 @@
 //! tangent, those of a curve turn about it as little as possible (Bishop, *There is more than one way to frame a
 //! curve*, 1975).
 
+mod centre_line;
 mod piece;
 mod spline;
 
 use crate::Vec3;
+pub use centre_line::{CentreLine, Foot, Fork};
 pub use piece::Bend;
 use piece::Piece;
 use spline::Spline;

@@ -107,6 +107,8 @@ pub struct ProposalInput {
     pub has_tissue: bool,
     /// Names of the openings of a tree, the inlet first, if they are not to be chosen.
     pub names: Vec<String>,
+    /// Names of the ends of a tree whose lines are left out.
+    pub leave_out: Vec<String>,
     /// Shares of the flow of a tree's outlets, if they do not follow from their radii.
     pub split: Vec<f64>,
     /// Exponent of the radius that they follow from.
@@ -156,11 +158,12 @@ impl Proposal {
     /// # Errors
     /// What is missing, or all mistakes of the case.
     pub fn new(input: &ProposalInput) -> Result<Self, ProposalError> {
-        if tree::ends(input).is_some() {
+        if tree::is_meant(input)? {
             return tree::proposal(input);
         }
         let of_trees = [
             ("--names", !input.names.is_empty()),
+            ("--leave-out", !input.leave_out.is_empty()),
             ("--split", !input.split.is_empty()),
             ("--murray", input.murray.is_some()),
         ];

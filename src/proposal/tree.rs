@@ -5,9 +5,11 @@ use super::files::rounded;
 use super::text::{FLOW, flow_file, name};
 use super::{Figures, Like, Proposal, ProposalError, ProposalInput, files, told};
 use crate::case::{
-    Case, FlowCurve, Inflow, LengthUnit, MAX_ENDS, Preset, ResolvedCase, TreeKeys, lines_of_tree,
+    Case, FlowCurve, Inflow, LengthUnit, LineReading, MAX_ENDS, Preset, ResolvedCase, TreeKeys,
+    lines_of_tree,
 };
-use crate::geometry::tree::Tree;
+use crate::geometry::tree::{Tree, TreeMistake};
+use crate::polydata::PolyData;
 use crate::tabular::units::MMHG;
 use fsi_numerics::twelve_digits;
 use std::f64::consts::{PI, TAU};
@@ -25,6 +27,10 @@ const STEP: f64 = 5e-3;
 /// Duration of systole and of the ramp, in beats.
 const SYSTOLE: f64 = 0.4;
 const RAMP: f64 = 0.1;
+/// Waves of the lines, in mean radii, that are halved if these cannot be meshed as they are.
+const SMOOTHING: [f64; 3] = [1.0, 2.0, 4.0];
+/// A cell whose scaled Jacobian is less than this is nearly flat.
+const FLAT: f64 = 0.05;
 /// The radius at an end is the median over this share of its line.
 const END: f64 = 0.2;
 
@@ -32,6 +38,8 @@ const END: f64 = 0.2;
 struct Ends {
     /// Openings, the inlet first.
     names: Vec<String>,
+    /// Ends in the order of the file, with those that are left out.
+    in_file: Vec<String>,
     /// Radius at each.
     radii: Vec<f64>,
     /// Smallest and mean radius of all points.
@@ -42,11 +50,31 @@ struct Ends {
     shares: Vec<f64>,
 }
 
-/// How many ends the file of the centre-line has, if it is a tree of which no branch is chosen.
-pub(super) fn ends(input: &ProposalInput) -> Option<usize> {
-    let path = input.line.as_ref().filter(|_| input.branch.is_none())?;
-    let lines = lines_of_tree(path).ok()?;
-    (lines.len() > 1).then_some(lines.len())
+/// Whether the file of the centre-line is a tree of which no branch is chosen.
+///
+/// # Errors
+/// If it has several lines that make no tree.
+pub(super) fn is_meant(input: &ProposalInput) -> Result<bool, ProposalError> {
+    let Some(path) = input.line.as_ref().filter(|_| input.branch.is_none()) else {
+        return Ok(false);
+    };
+    match lines_of_tree(path) {
+        Ok(lines) => Ok(lines.len() > 1),
+        // Of what cannot be read as one line either, what is wrong with the tree says more.
+        Err(_) if LineReading::of(path, None).is_ok() => Ok(false),
+        Err(fault) if has_several_lines(path) => Err(ProposalError::Input(format!(
+            "--from {}: {fault} (--branch takes one line alone)",
+            path.display()
+        ))),
+        Err(_) => Ok(false),
+    }
+}
+
+fn has_several_lines(path: &Path) -> bool {
+    let is_swc = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("swc"));
+    is_swc || PolyData::read(path).is_ok_and(|data| data.lines.len() > 1)
 }
 
 /// Makes the case.
@@ -77,7 +105,6 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
         .map_err(|e| ProposalError::Input(told::in_options(&format!("--flow: {e}"))))?;
     let (figures, more) = figures(input, &ends, curve)?;
     remarks.extend(more);
-    let text = text(input, &path, unit, &ends, pulse, &figures);
     let mut files = Vec::new();
     for path in [&input.line, &input.lumen, &input.flow]
         .into_iter()
@@ -91,15 +118,44 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
         std::fs::copy(path, trial.path().join(name))
             .map_err(|error| ProposalError::Input(format!("{}: {error}", path.display())))?;
     }
-    for preset in [Preset::Paper, Preset::Demo] {
-        let case = super::load(trial.path(), &text, input, preset)?;
-        remarks.extend(meshed(&case, preset, input)?);
+    // Lines as they are, if they can be meshed.
+    let waves = SMOOTHING.map(|radii| Some(rounded(radii * ends.range[1])));
+    let tried = match input.smoothing {
+        Some(given) => vec![Some(given)],
+        None => [None].into_iter().chain(waves).collect(),
+    };
+    let mut first = None;
+    for smoothing in tried {
+        let text = text(input, &path, unit, &ends, (pulse, smoothing), &figures);
+        super::load(trial.path(), &text, input, Preset::Paper)?;
+        let case = super::load(trial.path(), &text, input, Preset::Demo)?;
+        match meshed(&case) {
+            Ok(mesh) => {
+                if let Some(length) = smoothing.filter(|_| input.smoothing.is_none()) {
+                    remarks.push(format!(
+                        "smoothing waves of {:.2} mm of the lines are halved: as they are they bend too sharply for a mesh",
+                        1e3 * length
+                    ));
+                }
+                remarks.extend(mesh);
+                return Ok(Proposal {
+                    text,
+                    files,
+                    remarks,
+                });
+            }
+            Err(mistake) if mistake.is_of_shape() => first.get_or_insert(mistake),
+            Err(mistake) => {
+                first = Some(mistake);
+                break;
+            }
+        };
     }
-    Ok(Proposal {
-        text,
-        files,
-        remarks,
-    })
+    let mistake = first.map_or(String::new(), |mistake| mistake.to_string());
+    Err(ProposalError::Input(format!(
+        "--from {}: {mistake}",
+        path.display()
+    )))
 }
 
 /// That no option is given which only a single vessel has; and the unit of the lines.
@@ -108,7 +164,6 @@ fn only_trees(input: &ProposalInput, path: &Path) -> Result<LengthUnit, Proposal
         ("--like", input.like != Like::Uniform),
         ("--reverse", input.is_reversed),
         ("--radius", input.radius.is_some()),
-        ("--smoothing", input.smoothing.is_some()),
     ];
     if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
         return Err(ProposalError::Input(format!(
@@ -123,6 +178,23 @@ fn only_trees(input: &ProposalInput, path: &Path) -> Result<LengthUnit, Proposal
 impl Ends {
     fn of(input: &ProposalInput, path: &Path, unit: LengthUnit) -> Result<Self, ProposalError> {
         let lines = lines_of_tree(path).map_err(|e| format!("--from {}: {e}", path.display()))?;
+        let mut names = names(input, lines.len())?;
+        let in_file = names[1..].to_vec();
+        if let Some(unknown) = (input.leave_out.iter()).find(|name| !in_file.contains(name)) {
+            return Err(ProposalError::Input(format!(
+                "--leave-out {unknown}: no line ends there; they end at {}",
+                in_file.join(", ")
+            )));
+        }
+        let is_kept = |name: &String| !input.leave_out.contains(name);
+        names.retain(is_kept);
+        let kept = lines.into_iter().zip(&in_file);
+        let kept = kept.filter(|(_, name)| is_kept(name));
+        let lines: Vec<_> = kept.map(|(line, _)| line).collect();
+        if lines.len() < 2 {
+            let reason = "a tree has two ends at least: --branch takes one line alone";
+            return Err(ProposalError::Input(format!("--leave-out: {reason}")));
+        }
         let size = unit.metres();
         let median = |radii: &[f64]| {
             let mut radii = radii.to_vec();
@@ -162,7 +234,8 @@ impl Ends {
         }
         files::check_unit(unit, length, radii[0], true)?;
         Ok(Self {
-            names: names(input, lines.len())?,
+            names,
+            in_file,
             shares: shares(&radii[1..], &input.split, input.murray)?,
             radii,
             range,
@@ -336,27 +409,25 @@ fn viscosity_of_defaults() -> Result<f64, ProposalError> {
     Ok(case.blood.viscosity / case.blood.density)
 }
 
-/// Whether the lumen can be meshed with a preset, and how well.
-fn meshed(
-    case: &ResolvedCase,
-    preset: Preset,
-    input: &ProposalInput,
-) -> Result<Option<String>, ProposalError> {
+/// How well the lumen of a case is meshed.
+fn meshed(case: &ResolvedCase) -> Result<Option<String>, TreeMistake> {
     let Some(tree) = case.tree() else {
         return Ok(None);
     };
-    if preset != Preset::Demo {
-        return Ok(None);
-    }
-    let meshes = Tree::meshes(tree).map_err(|e| {
-        let from = input.line.as_ref().map(|path| path.display().to_string());
-        ProposalError::Input(format!("--from {}: {e}", from.unwrap_or_default()))
-    })?;
+    let meshes = Tree::meshes(tree)?;
+    let (worst, x) = meshes.worst;
+    let flat = match worst < FLAT {
+        true => format!(
+            ", at ({:.4}, {:.4}, {:.4}) m: nearly flat, expect many iterations or a run that fails; smoother lines (--smoothing) or fewer \
+             branches (--leave-out) help",
+            x.x, x.y, x.z
+        ),
+        false => String::new(),
+    };
     Ok(Some(format!(
-        "mesh      {} branches; demo has {} cells, whose smallest scaled Jacobian is {:.2}",
+        "mesh      {} branches; demo has {} cells, whose smallest scaled Jacobian is {worst:.2}{flat}",
         meshes.lines.len(),
-        meshes.outside.cells(),
-        meshes.worst.0
+        meshes.outside.cells()
     )))
 }
 
@@ -365,7 +436,7 @@ fn text(
     path: &Path,
     unit: LengthUnit,
     ends: &Ends,
-    pulse: [f64; 2],
+    (pulse, smoothing): ([f64; 2], Option<f64>),
     figures: &Figures,
 ) -> String {
     let period = figures.curve.period();
@@ -380,6 +451,12 @@ fn text(
         name(path),
         unit.name()
     );
+    if let Some(length) = smoothing {
+        let _ = writeln!(
+            text,
+            "smoothing_m = {length:e} # waves of the lines of this length are halved"
+        );
+    }
     if let Some(path) = &input.lumen {
         let _ = writeln!(text, "lumen = {}", name(path));
         if let Some(unit) = input.lumen_unit {
@@ -387,19 +464,23 @@ fn text(
         }
         text += "# lumen_smoothing_m = 1e-3 # waves of this length are halved; if absent, three times that of an edge\n";
     }
-    let quoted: Vec<String> = ends
-        .names
-        .iter()
-        .map(|name| toml::Value::from(name.as_str()).to_string())
-        .collect();
+    let quoted = |names: &[String]| -> Vec<String> {
+        let all = names.iter().map(|name| toml::Value::from(name.as_str()));
+        all.map(|name| name.to_string()).collect()
+    };
+    let in_file = quoted(&ends.in_file).join(", ");
+    let left_out = match &input.leave_out[..] {
+        [] => String::new(),
+        names => format!("leave_out = [{}]\n", quoted(names).join(", ")),
+    };
+    let quoted = quoted(&ends.names);
     let (rings, grading) = figures.rings(5, 3.0);
     let _ = write!(
         text,
-        "inlet = {} # rename the openings here and in the tables below\noutlets = [{}]\ncore = 4 # cells along a side of the square in the \
+        "inlet = {} # rename the openings here and in the tables below\noutlets = [{in_file}]\n{left_out}core = 4 # cells along a side of the square in the \
          middle of a cross-section\nradial = {rings} # rings of cells around it: the one at the wall is a quarter of the Stokes layer \
          thick\nwall_grading = {grading:?}\nlength = 0.4 # of a cell, in radii\n",
-        quoted[0],
-        quoted[1..].join(", ")
+        quoted[0]
     );
     openings(input, ends, &quoted, pulse, figures, &mut text);
     let thickness = match input.thickness {

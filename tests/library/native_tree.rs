@@ -2,13 +2,14 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::Rheology;
+use fsi_driver::curve::CentreLine;
 use fsi_driver::fluid::native::lumen_mesh::LumenMesh;
 use fsi_driver::fluid::native::metric::Metric;
 use fsi_driver::fluid::native::spectral_elements::SpectralElements;
 use fsi_driver::fluid::native::taylor_hood_space::Boundary;
 use fsi_driver::fluid::native::tree_mesh::TreeMesh;
 use fsi_driver::fluid::native::{BoundaryConditions, Flow, FlowSettings, FlowState, TimeScheme};
-use fsi_driver::geometry::tree::{CentreLine, Lumen, SectionGrid, Tree};
+use fsi_driver::geometry::tree::{Lumen, SectionGrid, Tree};
 
 /// A parent of radius 3 along x and two daughters whose directions enclose `angle`, both turned by `turned` (degrees),
 /// the second one out of the plane by `fold`; lengths in mm.

@@ -2,7 +2,8 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, CaseErrors, Preset, TreeKeys};
-use fsi_driver::geometry::tree::{CentreLine, Tree};
+use fsi_driver::curve::CentreLine;
+use fsi_driver::geometry::tree::Tree;
 use fsi_driver::polydata::{PolyData, Surface, SurfaceSearch};
 use fsi_driver::simulation::assembly::Domain;
 use std::path::Path;

@@ -370,3 +370,64 @@ fn side_branches_and_sacs_keep_the_volume_and_resume() {
         assert_same_run(&whole, &parts);
     }
 }
+
+/// One junction of three and of four daughters, with both fluids: nothing is lost, and mirrored daughters have the same
+/// flow.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn junctions_of_three_and_four_daughters_keep_the_volume() {
+    let folder = tempfile::tempdir().unwrap();
+    for angles in [&[-50.0, 0.0, 50.0][..], &[-75.0, -25.0, 25.0, 75.0]] {
+        let names: Vec<String> = (1..=angles.len()).map(|i| format!("end{i}")).collect();
+        let at = folder.path().join(format!("{}", angles.len()));
+        fan(&at, &names, angles);
+        for (fluid, most) in [("native", 1e-6), ("openfoam", 1e-4)] {
+            let out = at.join(fluid);
+            run(&at, &out, 4, &["--fluid", fluid]);
+            let inlet = opening(&out, "inlet");
+            let ends: Vec<_> = names.iter().map(|name| opening(&out, name)).collect();
+            let volume = column(&out.join("history.csv"), "lumen_volume_m3", |_| true);
+            for n in 1..4 {
+                let stored = (volume[n] - volume[n - 1]) / 0.002;
+                let leaves: f64 = ends.iter().map(|end| end[n][0]).sum();
+                let lost = (inlet[n][0] + leaves - stored) / inlet[n][0];
+                println!("{fluid}, {} daughters, step {n}: {lost:e}", angles.len());
+                assert!(lost.abs() < most, "{fluid}, step {n}: {lost:e}");
+                let [first, last] = [&ends[0], &ends[ends.len() - 1]].map(|end| end[n][0]);
+                assert!((first / last - 1.0).abs() < 1e-2, "{first:e} {last:e}");
+            }
+        }
+        let regions = std::fs::read_to_string(at.join("native/regions.csv")).unwrap();
+        assert!(regions.contains("end2") && !regions.contains("between"));
+    }
+}
+
+/// A case whose daughters of 1.8 mm leave at these angles (degrees) in a plane, all at one place.
+fn fan(folder: &Path, names: &[String], angles: &[f64]) {
+    let line = |(name, angle): (&String, &f64)| {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let parent = (-4..=0).map(|i| [3e-3 * f64::from(i), 0.0, 0.0]);
+        let daughter = (1..=4)
+            .map(|i| 3e-3 * f64::from(i))
+            .map(|s| [s * cos, s * sin, 0.0]);
+        let points: Vec<[f64; 3]> = parent.chain(daughter).collect();
+        let radii = [3e-3, 3e-3, 3e-3, 3e-3, 3e-3, 1.8e-3, 1.8e-3, 1.8e-3, 1.8e-3];
+        format!("[[tree.line]]\nname = \"{name}\"\npoints_m = {points:?}\nradii_m = {radii:?}\n")
+    };
+    let lines: String = names.iter().zip(angles).map(line).collect();
+    let end = |name: &String| {
+        format!(
+            "[[tree.opening]]\nname = \"{name}\"\ncondition = \"resistance\"\nresistance_Pa_s_m3 = 1e9\n"
+        )
+    };
+    let ends: String = names.iter().map(end).collect();
+    let begin = CASE.find("[[tree.opening]]\nname = \"left\"").unwrap();
+    let rest = CASE.find("[wall.extrude]").unwrap();
+    let text = format!("{}{ends}{}", &CASE[..begin], &CASE[rest..]).replace("LINES", &lines);
+    // A wall that fits between daughters.
+    let text = text.replace("core = 2", "core = 4");
+    let text = text.replace("thicknesses = [0.25]", "thicknesses = [0.15]");
+    let text = text.replace("faces_per_element = 1", "faces_per_element = 2");
+    std::fs::create_dir_all(folder).unwrap();
+    std::fs::write(folder.join("case.toml"), text).unwrap();
+}

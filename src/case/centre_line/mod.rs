@@ -15,7 +15,7 @@ use crate::files::{Fault, fault};
 pub use file::LineReading;
 use std::path::Path;
 pub use survey::LineSurvey;
-pub use tree::{from_the_beginning, lines_of_tree};
+pub use tree::{from_the_beginning, lines_of_tree, smoothed};
 
 /// Most branches that a message names.
 const MOST_NAMED: usize = 8;

@@ -20,30 +20,89 @@ pub fn lines_of_tree(path: &Path) -> Result<Vec<LineOfTree>, Fault> {
     }?;
     let lines = lines.into_iter().map(CentreLine::without_repeated);
     let lines: Vec<CentreLine> = lines.filter(|line| line.points.len() > 1).collect();
-    for line in &lines {
-        if let Some(i) = line.radii.iter().position(|r| !(r.is_finite() && *r > 0.0)) {
-            let (r, [x, y, z]) = (line.radii[i], line.points[i]);
-            return Err(fault!(
-                "the radius at ({x}, {y}, {z}) is {r:?}: expected one above 0"
-            ));
-        }
+    let mut points = lines
+        .iter()
+        .flat_map(|line| line.points.iter().zip(&line.radii));
+    let is_odd = |radius: &f64| !(radius.is_finite() && *radius > 0.0);
+    if let Some(([x, y, z], radius)) = points.find(|(_, radius)| is_odd(radius)) {
+        let mut odd: Vec<&[f64; 3]> = points.filter(|(_, r)| is_odd(r)).map(|(x, _)| x).collect();
+        odd.dedup();
+        let more = match odd.len() {
+            0 => String::new(),
+            more => format!(", and {more} more are not either"),
+        };
+        return Err(fault!(
+            "the radius at ({x}, {y}, {z}) is {radius:?}: expected one above 0{more}"
+        ));
     }
-    let lines: Vec<LineOfTree> = (lines.into_iter())
+    let mut lines: Vec<LineOfTree> = (lines.into_iter())
         .map(|line| (line.points, line.radii))
         .collect();
+    downstream(&mut lines);
+    let apart = lines.iter().position(|line| !is_joined(line, &lines));
+    if let Some(number) = apart {
+        let [x, y, z] = lines[number].0[0];
+        return Err(fault!(
+            "line {} of {} begins at ({x}, {y}, {z}), on none of the others: a file is one tree, whose first line begins at its \
+             inlet; delete what belongs to others",
+            number + 1,
+            lines.len()
+        ));
+    }
     Ok(from_the_beginning(&lines)
         .into_iter()
         .map(|(_, line)| line)
         .collect())
 }
 
+/// A line whose waves of this length are halved; the radii change by their own scatter at most, and its ends stay where
+/// they are, so that lines still begin at one place.
+pub fn smoothed((points, radii): LineOfTree, halved: f64) -> LineOfTree {
+    let ends = [points[0], points[points.len() - 1]];
+    let line = CentreLine { points, radii };
+    let mut line = line.without_repeated().smooth(halved, None);
+    let last = line.points.len() - 1;
+    [line.points[0], line.points[last]] = ends;
+    (line.points, line.radii)
+}
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    let squares = (0..3).map(|c| (a[c] - b[c]).powi(2));
+    squares.sum::<f64>().sqrt()
+}
+
+/// Turns lines around that lead from the ends to a common place where they end, as they may if the outlets were taken
+/// for the sources.
+fn downstream(lines: &mut [LineOfTree]) {
+    let together = |place: fn(&LineOfTree) -> usize| {
+        let (points, radii) = &lines[0];
+        let i = place(&lines[0]);
+        let mut others = lines[1..].iter().map(|line| line.0[place(line)]);
+        others.all(|x| distance(&x, &points[i]) < radii[i])
+    };
+    let last = |line: &LineOfTree| line.0.len() - 1;
+    if lines.len() > 1 && together(last) && !together(|_| 0) {
+        for (points, radii) in lines {
+            points.reverse();
+            radii.reverse();
+        }
+    }
+}
+
+/// Whether a line begins where the first does, or on another one.
+fn is_joined(line: &LineOfTree, lines: &[LineOfTree]) -> bool {
+    let start = &line.0[0];
+    let (first, first_radii) = &lines[0];
+    let others = lines.iter().filter(|other| !std::ptr::eq(*other, line));
+    distance(start, &first[0]) <= first_radii[0]
+        || others
+            .flat_map(|(points, radii)| points.iter().zip(radii))
+            .any(|(x, r)| distance(x, start) <= *r)
+}
+
 /// Lines from the beginning of the tree, where the first one begins, to each end, with the number of the line that ends
 /// there. A line that begins on another one is a branch of it.
 pub fn from_the_beginning(lines: &[LineOfTree]) -> Vec<(usize, LineOfTree)> {
-    let distance = |a: &[f64; 3], b: &[f64; 3]| {
-        let squares = (0..3).map(|c| (a[c] - b[c]).powi(2));
-        squares.sum::<f64>().sqrt()
-    };
     let Some((first, first_radii)) = lines.first() else {
         return Vec::new();
     };

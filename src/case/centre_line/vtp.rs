@@ -12,16 +12,8 @@ use crate::polydata::PolyData;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Names of the radius, in the order in which they are looked for.
-const RADII: [&str; 7] = [
-    "MaximumInscribedSphereRadius",
-    "InscribedSphereRadius",
-    "Radius",
-    "radius",
-    "Radii",
-    "radii",
-    "R",
-];
+/// Name of the radius in VMTK's files, which counts before others whose name speaks of a radius.
+const RADIUS: &str = "MaximumInscribedSphereRadius";
 /// What tells lines apart, in the order in which it is offered.
 const NAMES: [&str; 2] = ["CenterlineIds", "GroupIds"];
 /// A line goes on in the next one that begins so close to its end, relative to the largest distance of its points.
@@ -41,12 +33,10 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, Fault> {
         Some(tree) => tree.branch(branch)?,
         None => of_lines(&data, branch)?,
     };
-    let radius = RADII
-        .iter()
-        .find_map(|name| Some((*name, data.of_points.get(*name)?)));
+    let radius = radii(&data);
     let line = CentreLine {
         points: chosen.iter().map(|i| data.points[*i]).collect(),
-        radii: radius.map_or_else(Vec::new, |(_, radius)| {
+        radii: radius.as_ref().map_or_else(Vec::new, |(_, radius)| {
             chosen.iter().map(|i| radius[*i]).collect()
         }),
     };
@@ -87,11 +77,15 @@ pub fn all(path: &Path) -> Result<Vec<CentreLine>, Fault> {
             .collect(),
         None => data.lines.clone(),
     };
-    let radius = RADII.iter().find_map(|name| data.of_points.get(*name));
-    let radius = radius.ok_or_else(|| {
+    let names: Vec<String> = data.of_points.keys().cloned().collect();
+    let (_, radius) = radii(&data).ok_or_else(|| {
+        let found = match names.is_empty() {
+            true => String::new(),
+            false => format!(", found {}", listed(&names)),
+        };
         format!(
-            "the lines have no radii: expected an array of the points called {}",
-            RADII[0]
+            "the lines have no radii: expected an array of the points called {RADIUS}, or whose name has \"radius\" or \
+             \"diameter\" in it{found}"
         )
     })?;
     let line = |chosen: &Vec<usize>| CentreLine {
@@ -99,6 +93,23 @@ pub fn all(path: &Path) -> Result<Vec<CentreLine>, Fault> {
         radii: chosen.iter().map(|i| radius[*i]).collect(),
     };
     Ok(chosen.iter().map(line).collect())
+}
+
+/// The array of the radii, with its name: one called as VMTK does, `R`, or whose name speaks of radii or diameters.
+fn radii(data: &PolyData) -> Option<(&str, Vec<f64>)> {
+    let rank = |name: &str| match name.to_lowercase() {
+        _ if name == RADIUS => Some(0),
+        name if name == "radius" || name == "radii" => Some(1),
+        name if name.contains("radius") || name.contains("radii") => Some(2),
+        name if name == "r" => Some(3),
+        name if name.contains("diameter") || name == "diam" => Some(4),
+        _ => None,
+    };
+    let known = data.of_points.iter();
+    let ranked = known.filter_map(|(name, values)| Some((rank(name)?, name, values)));
+    let (rank, name, values) = ranked.min_by_key(|(rank, ..)| *rank)?;
+    let share = if rank == 4 { 0.5 } else { 1.0 };
+    Some((name, values.iter().map(|value| value * share).collect()))
 }
 
 /// The points of one of several lines.

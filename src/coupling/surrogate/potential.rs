@@ -242,8 +242,9 @@ fn responses(
 mod tests {
     use super::*;
     use crate::coupling::surrogate::{BranchShapes, SurfaceShapes};
+    use crate::curve::CentreLine;
     use crate::curve::SpaceCurve;
-    use crate::geometry::tree::{CentreLine, Lumen, SectionGrid, Tree};
+    use crate::geometry::tree::{Lumen, SectionGrid, Tree};
     use std::f64::consts::PI;
 
     const RADIUS: f64 = 5e-3;

@@ -1,9 +1,9 @@
 //! A tree as the table `[tree]` of a case describes it.
 
-use super::{CentreLine, Lumen, SectionGrid, Tree, TreeError};
+use super::{Lumen, SectionGrid, Tree, TreeError};
 use crate::Vec3;
 use crate::case::TreeKeys;
-use crate::curve::SpaceCurve;
+use crate::curve::{CentreLine, SpaceCurve};
 use crate::geometry::{PolyMesh, WallPolygons};
 use crate::polydata::SurfaceSearch;
 use std::sync::Arc;
@@ -34,8 +34,14 @@ pub struct TreeMistake {
 impl TreeMistake {
     fn new(keys: &TreeKeys, error: TreeError) -> Self {
         let mut branches = String::new();
-        if let Some(x) = error.place() {
-            let names = keys.names();
+        let names = keys.names();
+        if let TreeError::Within(line, other, _) = error {
+            let [line, other] = [line, other].map(|line| &names[1 + line]);
+            branches = format!(
+                "the line to \"{line}\" stays within the lumen around that to \"{other}\": leave it out (tree.leave_out = \
+                 [\"{line}\"]), or continue it; "
+            );
+        } else if let Some(x) = error.place() {
             let is_there = |line: &CentreLine| {
                 let foot = line.foot(&x);
                 foot.distance < NEAR * foot.radius
@@ -51,6 +57,14 @@ impl TreeMistake {
             }
         }
         Self { branches, error }
+    }
+
+    /// Whether smoother lines may help.
+    pub fn is_of_shape(&self) -> bool {
+        matches!(
+            self.error,
+            TreeError::Bend(..) | TreeError::InsideOut(_) | TreeError::Open(_)
+        )
     }
 
     /// The key to blame.
@@ -121,7 +135,10 @@ impl Tree {
             elements.wall_grading.unwrap_or(1.5),
             nodes,
         );
-        Self::described(keys, grid, elements.length.unwrap_or(1.0))
+        let tree = Self::described(keys, grid, elements.length.unwrap_or(1.0))?;
+        let valid = tree.validate();
+        valid.map_err(|error| TreeMistake::new(keys, error))?;
+        Ok(tree)
     }
 
     fn described(keys: &TreeKeys, grid: SectionGrid, length: f64) -> Result<Self, TreeMistake> {

@@ -6,10 +6,11 @@
 //! axis, of the half-discs on its two sides; a few cross-sections further on it is plane. (Compare Verma et al. 2005
 //! and De Santis et al. 2011, whose branches share one line as well.)
 
-use super::TreeError;
-use super::lumen::{CentreLine, Lumen};
+use super::error::TreeError;
+use super::lumen::Lumen;
 use super::section::{CrossSection, SectionGrid, worst_between};
 use crate::Vec3;
+use crate::curve::CentreLine;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Distances of a junction's centre upstream of its apices that are tried, in radii of the parent.
@@ -392,16 +393,6 @@ impl Slicer {
         let places = self.grid.divided(sum[SAMPLES]).into_iter();
         places.map(place).collect()
     }
-}
-
-/// The arc length (m) at which the line `a` first leaves the tube around `b`; none if it never does.
-pub fn leaves(lumen: &Lumen, a: usize, b: usize) -> Option<f64> {
-    let (line, other) = (&lumen.lines[a], &lumen.lines[b]);
-    let is_inside = |s: &f64| {
-        let foot = other.foot(&line.at(*s));
-        foot.distance < foot.radius
-    };
-    line.places().find(|s| !is_inside(s))
 }
 
 /// The point of the surface between two lines that part, halfway between their walls.

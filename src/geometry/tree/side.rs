@@ -5,10 +5,11 @@
 //! are four sides and, bent around, the bottom; the square stays above that. So the wall's points at the corners of the
 //! patch have five faces around them, and everything else is as in a tube.
 
+use super::error::TreeError;
 use super::junction::{BranchEnd, Slicer, across};
-use super::lumen::CentreLine;
 use super::section::{CrossSection, SectionGrid};
-use super::{TreeError, Vec3};
+use crate::Vec3;
+use crate::curve::CentreLine;
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// Distances of the patch's border from the branch's line that are tried, in radii of the branch: the first one at
@@ -149,7 +150,9 @@ impl Side {
         let grid = &slicer.grid;
         let (n, h) = (grid.core, grid.core / 2);
         let thin = &lumen.lines[branch];
-        let exit = exit(path, thin).ok_or_else(|| TreeError::Apex(thin.at(thin.length())))?;
+        let exit = thin
+            .leaves(path)
+            .ok_or_else(|| TreeError::Apex(thin.at(thin.length())))?;
         let out = thin.at(exit);
         // Lines become thin on the way.
         let r = neck(thin, exit).max(thin.radius(exit));
@@ -310,14 +313,6 @@ pub fn neck(thin: &CentreLine, exit: f64) -> f64 {
     let end = exit + thin.radius(exit);
     let all = thin.places().filter(|s| (exit..end).contains(s));
     all.map(|s| thin.radius(s)).fold(thin.radius(end), f64::min)
-}
-
-/// The arc length (m) at which a line leaves the tube around another one.
-pub fn exit(path: &CentreLine, thin: &CentreLine) -> Option<f64> {
-    thin.places().find(|s| {
-        let foot = path.foot(&thin.at(*s));
-        foot.distance >= foot.radius
-    })
 }
 
 fn lerp(from: [f64; 2], to: [f64; 2], u: f64) -> [f64; 2] {

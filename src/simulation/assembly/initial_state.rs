@@ -210,6 +210,10 @@ fn not_built(case: &Case, error: SolidError) -> NoInitialState {
         (Problem::UserCase(own), SolidError::Inverted { .. }) if own.wall.file.is_some() => {
             (Some("wall.file.mesh"), "")
         }
+        (Problem::UserCase(own), SolidError::Inverted { .. }) if own.tree.is_some() => (
+            None,
+            ": where branches part it is too thick; a thinner one (wall.extrude.thicknesses), or more cells of the lumen (tree.core) help",
+        ),
         (Problem::Vessel(_), SolidError::Inverted { .. }) => (
             None,
             ": the vessel bends or changes too sharply there for its wall; gentler bends, a thinner wall, or more elements \

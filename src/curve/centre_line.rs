@@ -1,0 +1,277 @@
+//! Centre-lines with radii, from the root of a tree to its ends, and where they part.
+
+use crate::Vec3;
+use std::ops::Range;
+
+/// Distance of the samples of a centre-line, in radii.
+const STEP: f64 = 0.1;
+/// Half of the stretch of a centre-line over which its direction is taken, in radii.
+const WINDOW: f64 = 1.0;
+/// Lines part at one junction if they do within this many radii.
+const TOGETHER: f64 = 1.5;
+/// Samples on both sides of the last foot among which the next one is looked for first.
+const AHEAD: usize = 12;
+
+/// A centre-line from the root of a tree to one of its ends, with its radii. The parts that several share may differ
+/// by a fraction of a radius.
+#[derive(Debug, Clone)]
+pub struct CentreLine {
+    /// Samples, m.
+    pub points: Vec<Vec3>,
+    /// Radius at each, m.
+    pub radii: Vec<f64>,
+    /// Arc length at each, m.
+    s: Vec<f64>,
+    /// Whether the lumen ends with it, as half a sphere.
+    pub is_closed: bool,
+}
+
+/// A place of a centre-line that is nearest to a point.
+#[derive(Debug, Clone, Copy)]
+pub struct Foot {
+    /// Arc length, m.
+    pub s: f64,
+    /// Centre, m.
+    pub centre: Vec3,
+    /// Radius, m.
+    pub radius: f64,
+    /// Distance of the point, m.
+    pub distance: f64,
+}
+
+impl CentreLine {
+    /// Through points (m) with these radii (m): a Catmull-Rom spline over the chord lengths, sampled.
+    pub fn new(points: &[Vec3], radii: &[f64]) -> Self {
+        let n = points.len();
+        let tangent = |i: usize| -> (Vec3, f64) {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
+            let [h, k] = [i - a, b - i].map(|d| d as f64);
+            let (before, after) = (
+                (points[i] - points[a]).norm(),
+                (points[b] - points[i]).norm(),
+            );
+            match (h > 0.0, k > 0.0) {
+                // The parabola through three points.
+                (true, true) => {
+                    let (x, y) = (
+                        (points[i] - points[a]) / before,
+                        (points[b] - points[i]) / after,
+                    );
+                    let (p, q) = (
+                        (radii[i] - radii[a]) / before,
+                        (radii[b] - radii[i]) / after,
+                    );
+                    let w = after / (before + after);
+                    (x * w + y * (1.0 - w), p * w + q * (1.0 - w))
+                }
+                (false, _) => (
+                    (points[b] - points[i]) / after,
+                    (radii[b] - radii[i]) / after,
+                ),
+                (_, false) => (
+                    (points[i] - points[a]) / before,
+                    (radii[i] - radii[a]) / before,
+                ),
+            }
+        };
+        let (mut fine, mut fine_radii) = (vec![points[0]], vec![radii[0]]);
+        for i in 0..n - 1 {
+            let length = (points[i + 1] - points[i]).norm();
+            let pieces = (length / (STEP * radii[i].min(radii[i + 1])))
+                .ceil()
+                .max(1.0) as usize;
+            let ((t0, r0), (t1, r1)) = (tangent(i), tangent(i + 1));
+            for k in 1..=pieces {
+                let u = k as f64 / pieces as f64;
+                let [a, b] = [(1.0 + 2.0 * u) * (1.0 - u).powi(2), u * u * (3.0 - 2.0 * u)];
+                let [c, d] = [u * (1.0 - u).powi(2) * length, -u * u * (1.0 - u) * length];
+                fine.push(points[i] * a + points[i + 1] * b + t0 * c + t1 * d);
+                fine_radii.push(radii[i] * a + radii[i + 1] * b + r0 * c + r1 * d);
+            }
+        }
+        Self::sampled(fine, fine_radii)
+    }
+
+    fn sampled(points: Vec<Vec3>, radii: Vec<f64>) -> Self {
+        let mut s = vec![0.0];
+        for pair in points.windows(2) {
+            s.push(s[s.len() - 1] + (pair[1] - pair[0]).norm());
+        }
+        Self {
+            points,
+            radii,
+            s,
+            is_closed: false,
+        }
+    }
+
+    /// The mean of lines that begin as one branch, as far as the arc length `end` (m) of the first one.
+    pub fn mean(lines: &[&Self], end: f64) -> Self {
+        let samples = lines[0].places().take_while(|s| *s <= end);
+        let share = 1.0 / lines.len() as f64;
+        // At the same arc length, so that lines that mirror each other have a mean in the mirror's plane.
+        let mean = samples.map(|s| {
+            let centre: Vec3 = lines.iter().map(|line| line.at(s) * share).sum();
+            (
+                centre,
+                lines.iter().map(|line| line.radius(s) * share).sum::<f64>(),
+            )
+        });
+        let (points, radii): (Vec<Vec3>, Vec<f64>) = mean.unzip();
+        Self::sampled(points, radii)
+    }
+
+    /// The part between two arc lengths (m), which may lie beyond its ends.
+    pub fn part(&self, from: f64, to: f64) -> Self {
+        let inside = self.s.iter().enumerate();
+        let inside = inside
+            .filter(|(_, s)| (from..=to).contains(*s))
+            .map(|(i, _)| i);
+        let (points, radii): (Vec<Vec3>, Vec<f64>) =
+            inside.map(|i| (self.points[i], self.radii[i])).unzip();
+        Self {
+            is_closed: self.is_closed && to >= self.length(),
+            ..Self::sampled(points, radii)
+        }
+    }
+
+    /// Length, m.
+    pub fn length(&self) -> f64 {
+        self.s[self.s.len() - 1]
+    }
+
+    /// Arc lengths (m) of its samples.
+    pub fn places(&self) -> impl Iterator<Item = f64> {
+        self.s.iter().copied()
+    }
+
+    fn piece(&self, s: f64) -> (usize, f64) {
+        let last = self.s.len() - 2;
+        let i = (self.s.partition_point(|x| *x <= s)).clamp(1, last + 1) - 1;
+        (i, (s - self.s[i]) / (self.s[i + 1] - self.s[i]))
+    }
+
+    /// Centre (m) at an arc length (m); on the tangent beyond the ends.
+    pub fn at(&self, s: f64) -> Vec3 {
+        let (i, u) = self.piece(s);
+        self.points[i] + (self.points[i + 1] - self.points[i]) * u
+    }
+
+    /// Radius (m) at an arc length (m).
+    pub fn radius(&self, s: f64) -> f64 {
+        let (i, u) = self.piece(s.clamp(0.0, self.length()));
+        self.radii[i] + (self.radii[i + 1] - self.radii[i]) * u
+    }
+
+    /// Unit tangent at an arc length (m), the mean over a radius on both sides: cross-sections do not turn faster than
+    /// that where a line has a kink.
+    pub fn tangent(&self, s: f64) -> Vec3 {
+        let h = WINDOW * self.radius(s).min(0.25 * self.length());
+        let s = s.clamp(h, self.length() - h);
+        (self.at(s + h) - self.at(s - h)).normalize()
+    }
+
+    /// The place whose tube is nearest to a point, among samples within `reach` of `around`, if there is one.
+    pub fn foot_near(&self, x: &Vec3, range: Range<usize>) -> Foot {
+        let mut best: Option<(f64, Foot)> = None;
+        for i in range.start..range.end.min(self.points.len() - 1) {
+            let (a, b) = (self.points[i], self.points[i + 1]);
+            let ab = b - a;
+            let u = ((x - a).dot(&ab) / ab.norm_squared()).clamp(0.0, 1.0);
+            let centre = a + ab * u;
+            let radius = self.radii[i] + (self.radii[i + 1] - self.radii[i]) * u;
+            let distance = (x - centre).norm();
+            let off = distance - radius;
+            if best.is_none_or(|(other, _)| off < other) {
+                let s = self.s[i] + (self.s[i + 1] - self.s[i]) * u;
+                best = Some((
+                    off,
+                    Foot {
+                        s,
+                        centre,
+                        radius,
+                        distance,
+                    },
+                ));
+            }
+        }
+        best.expect("a centre-line has two points").1
+    }
+
+    /// The place of the line whose tube is nearest to a point.
+    pub fn foot(&self, x: &Vec3) -> Foot {
+        self.foot_near(x, 0..self.points.len())
+    }
+
+    /// The arc length (m) at which it first leaves the tube around another one; none if it never does.
+    pub fn leaves(&self, other: &Self) -> Option<f64> {
+        let mut near = 0usize;
+        let is_outside = |(i, s): (usize, f64)| {
+            let x = self.points[i];
+            // The tube is mostly where it was last.
+            let around = near.saturating_sub(AHEAD)..near + AHEAD;
+            let foot = other.foot_near(&x, around);
+            let foot = match foot.distance < foot.radius {
+                true => foot,
+                false => other.foot(&x),
+            };
+            near = other.s.partition_point(|s| *s < foot.s);
+            (foot.distance >= foot.radius).then_some(s)
+        };
+        self.places().enumerate().find_map(is_outside)
+    }
+}
+
+/// Lines that begin as one branch and part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fork {
+    /// The arc length (m) at which the first one leaves another.
+    pub first: f64,
+    /// Classes of lines that stay together there: the number of each line, and the arc length (m) up to which the first
+    /// one of the class lies in the tube of a line of another class.
+    pub daughters: Vec<(Vec<usize>, f64)>,
+}
+
+/// Lines that never leave each other's tubes: their numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inseparable(pub usize, pub usize);
+
+impl Fork {
+    /// Where these of all lines, two at least, part.
+    ///
+    /// # Errors
+    /// If one does not leave another.
+    pub fn new(all: &[CentreLine], lines: &[usize]) -> Result<Self, Inseparable> {
+        let leave = |a: usize, b: usize| match a == b {
+            true => Ok(f64::INFINITY),
+            false => all[a].leaves(&all[b]).ok_or(Inseparable(a, b)),
+        };
+        let of_line = |&a: &usize| lines.iter().map(|&b| leave(a, b)).collect();
+        let apart: Vec<Vec<f64>> = lines.iter().map(of_line).collect::<Result<_, _>>()?;
+        let first = (apart.iter().flatten().copied()).fold(f64::INFINITY, f64::min);
+        let reach = TOGETHER * all[lines[0]].radius(first);
+        let mut classes: Vec<Vec<usize>> = Vec::new();
+        for i in 0..lines.len() {
+            let mut known = classes.iter_mut();
+            match known.find(|class| apart[class[0]][i] > first + reach) {
+                Some(class) => class.push(i),
+                None => classes.push(vec![i]),
+            }
+        }
+        if let [class] = &classes[..] {
+            return Err(Inseparable(lines[class[0]], lines[class[1]]));
+        }
+        let leaves_others = |class: &Vec<usize>| {
+            let others = (0..lines.len()).filter(|j| !class.contains(j));
+            others.map(|j| apart[class[0]][j]).fold(0.0, f64::max)
+        };
+        let daughters = classes.iter().map(|class| {
+            let numbers = class.iter().map(|i| lines[*i]).collect();
+            (numbers, leaves_others(class))
+        });
+        Ok(Self {
+            first,
+            daughters: daughters.collect(),
+        })
+    }
+}

@@ -1,0 +1,296 @@
+//! The cross-sections of a branch: plane between its ends, folded where it meets others as equals, bent where a thin one
+//! begins at its side.
+
+use super::Tree;
+use super::branch::{Branch, Middle, Stack};
+use super::error::TreeError;
+use super::junction::across;
+use super::meeting::Meeting;
+use super::section::CrossSection;
+use super::side::{Hole, plug};
+use crate::Vec3;
+use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
+
+/// A surface may end, or be closed, so many radii before the line does.
+const OVERLAP: f64 = 1.5;
+/// The plane cross-sections of a branch take at least this many radii ...
+const LEAST_LENGTH: f64 = 0.3;
+/// ... and what leads to them from junctions at least this share of what it has where there is room.
+const TIGHTEST: f64 = 0.45;
+
+impl Tree {
+    /// The plane cross-sections that a surface surrounds. At the open ends of the tree it may be closed, or end, a bit
+    /// before the lines do.
+    fn whole(
+        &self,
+        branch: &Branch,
+        stations: &[f64],
+        tangents: &[Vec3],
+        first: &[Vec3],
+    ) -> Range<usize> {
+        let count = stations.len();
+        let line = &branch.axis;
+        if self.slicer.lumen.surface.is_none() {
+            return 0..count;
+        }
+        let is_whole = |i: &usize| {
+            let i = *i;
+            (self.slicer).is_whole(line.at(stations[i]), &tangents[i], &first[i])
+        };
+        // So far from an end at most.
+        let near = |end: f64| OVERLAP * line.radius(end);
+        let at_start = (0..count).take_while(|i| stations[*i] <= near(0.0));
+        let start = at_start.filter(|_| branch.from.is_none());
+        let start = start
+            .clone()
+            .find(is_whole)
+            .or_else(|| start.last().map(|i| i + 1));
+        let length = line.length();
+        let at_end = (0..count)
+            .rev()
+            .take_while(|i| length - stations[*i] <= near(length));
+        let end = at_end.filter(|_| branch.to.is_none() && !line.is_closed);
+        let end = end
+            .clone()
+            .find(is_whole)
+            .or_else(|| end.last().and_then(|i| i.checked_sub(1)));
+        let start = start.unwrap_or(0).min(count - 1);
+        start..end.map_or(count, |last| last + 1).max(start + 1)
+    }
+
+    /// From where to where (m) along its axis the cross-sections of a branch are plane. What leads to junctions of equals
+    /// is shorter where there is little room.
+    fn plane_part(&self, branch: &Branch) -> Result<[f64; 2], TreeError> {
+        let line = &branch.axis;
+        // Where the plane part would begin or end, and the limit that it may be moved to.
+        let end_at = |junction: usize, cut: &Vec3| {
+            let meeting = &self.junctions[junction];
+            let cut = line.foot(cut).s;
+            match meeting {
+                Meeting::Fan(fan) => [cut, line.foot(&fan.centre).s],
+                Meeting::Side(_) => [cut, cut],
+            }
+        };
+        let [begin, from] = branch.from.map_or([0.0; 2], |(junction, daughter)| {
+            end_at(
+                junction,
+                &self.junctions[junction].daughters()[daughter].cut,
+            )
+        });
+        let [end, to] = branch.to.map_or([line.length(); 2], |junction| {
+            end_at(junction, &self.junctions[junction].parent().cut)
+        });
+        let least = LEAST_LENGTH * line.radius(begin);
+        if end - begin >= least {
+            return Ok([begin, end]);
+        }
+        let room = (to - from) - least;
+        let needed = (begin - from) + (to - end);
+        let share = room / needed;
+        if share >= TIGHTEST {
+            return Ok([from + (begin - from) * share, to - (to - end) * share]);
+        }
+        let place = |junction: usize| *self.junctions[junction].centre();
+        let (found, needed) = (to - from, needed * TIGHTEST + least);
+        Err(match (branch.from, branch.to) {
+            (Some((a, _)), Some(b)) => TreeError::Close(place(a), place(b), found.max(0.0), needed),
+            (Some((junction, _)), None) | (None, Some(junction)) => {
+                TreeError::Short(place(junction), found.max(0.0), needed)
+            }
+            (None, None) => TreeError::Short(line.at(0.0), line.length(), least),
+        })
+    }
+
+    /// The cross-sections of a branch.
+    pub(super) fn stack(&self, branch: &Branch) -> Result<Stack, TreeError> {
+        let line = &branch.axis;
+        let [begin, end] = self.plane_part(branch)?;
+        let stations = self.slicer.stations(line, begin, end);
+        let tangents: Vec<Vec3> = stations.iter().map(|s| line.tangent(*s)).collect();
+        let axis = |junction: usize, end| self.junctions[junction].axis(end);
+        let frames = Frames::new(
+            &tangents,
+            (branch.from).map(|(junction, daughter)| axis(junction, Some(daughter))),
+            branch.to.map(|junction| axis(junction, None)),
+        );
+        let mut sections = Vec::with_capacity(stations.len() + 8);
+        let whole = self.whole(branch, &stations, &tangents, &frames.first);
+        for (i, (s, tangent)) in stations.iter().zip(&tangents).enumerate() {
+            let share = (s - begin) / (end - begin);
+            // Without a kink at the ends.
+            let turned = frames.turn * share * share * (3.0 - 2.0 * share);
+            let cut = |i: usize| {
+                let centre = line.at(stations[i]);
+                (self.slicer).plane(centre, &tangents[i], &frames.first[i], turned)
+            };
+            let nearest = i.clamp(whole.start, whole.end - 1);
+            let section = cut(nearest)?;
+            sections.push(match nearest == i {
+                true => section,
+                false => section.moved(line.at(*s), [&tangents[nearest], tangent]),
+            });
+        }
+        let whole = Middle {
+            axis: 0,
+            share: 1.0,
+        };
+        let mut middles = vec![whole; sections.len()];
+        // Without a kink where the cross-sections become plane.
+        let share = |u: f64| u * u * (3.0 - 2.0 * u);
+        let mut plugs = None;
+        let folded = match branch
+            .from
+            .map(|(junction, end)| (&self.junctions[junction], end))
+        {
+            Some((Meeting::Fan(fan), daughter)) => Some(fan.section(Some(daughter))),
+            Some((Meeting::Side(side), 0)) => {
+                sections[0] = side.sections[side.sections.len() - 1].clone();
+                None
+            }
+            Some((Meeting::Side(_), _)) => {
+                plugs = self
+                    .stacks
+                    .iter()
+                    .position(|stack| stack.to == branch.from.map(|(at, _)| at));
+                Some(self.plug(plugs, self.slicer.grid.rings.len()))
+            }
+            None => None,
+        };
+        if let Some(folded) = folded {
+            let (plane, radius) = (&sections[0], line.radius(begin));
+            let (between, places) =
+                self.slicer
+                    .unfolding(folded, plane, &tangents[0], radius, false)?;
+            sections.splice(0..0, between);
+            let held = places.iter().map(|u| Middle {
+                axis: 0,
+                share: if plugs.is_some() { 1.0 } else { share(*u) },
+            });
+            middles.splice(0..0, held);
+        }
+        if plugs.is_some() {
+            let rings = self.slicer.grid.rings.len();
+            sections.splice(0..0, (0..rings).map(|ring| self.plug(plugs, ring)));
+            middles.splice(0..0, vec![whole; rings]);
+        }
+        let mut top = None;
+        if line.is_closed && branch.to.is_none() {
+            let last = tangents.len() - 1;
+            let (dome, of_top) = self
+                .slicer
+                .dome(line, &tangents[last], &frames.first[last])?;
+            middles.resize(sections.len() + dome.len(), whole);
+            sections.extend(dome);
+            top = Some(of_top);
+        }
+        let mut hole = None;
+        let axis = frames.quarters * self.slicer.grid.core;
+        match branch.to.map(|junction| &self.junctions[junction]) {
+            Some(Meeting::Fan(fan)) => {
+                let mut folded = fan.section(None);
+                folded.rim.rotate_right(axis);
+                let (plane, tangent) =
+                    (&sections[sections.len() - 1], &tangents[tangents.len() - 1]);
+                let radius = line.radius(end);
+                let (mut between, places) = self
+                    .slicer
+                    .unfolding(folded, plane, tangent, radius, true)?;
+                between.reverse();
+                sections.extend(between);
+                let held = places.iter().rev().map(|u| Middle {
+                    axis,
+                    share: share(*u),
+                });
+                middles.extend(held);
+            }
+            Some(Meeting::Side(side)) => {
+                hole = Some(Hole {
+                    first: sections.len() + side.first,
+                    middle: axis,
+                });
+                middles.resize(sections.len() + side.sections.len(), whole);
+                sections.extend(side.sections.iter().cloned().map(|mut section| {
+                    section.rim.rotate_right(axis);
+                    if let Some(inner) = &mut section.inner {
+                        inner.rotate_right(axis);
+                    }
+                    section
+                }));
+            }
+            None => {}
+        }
+        Ok(Stack {
+            end: (branch.to.is_none() && !line.is_closed).then_some(branch.line),
+            wall: self.wall(branch),
+            from: branch.from.map(|(junction, _)| junction),
+            to: branch.to,
+            sections,
+            middles,
+            hole,
+            plugs,
+            top,
+        })
+    }
+
+    /// The cross-section of a plug at a ring of the stack that it is in, at rest.
+    fn plug(&self, parent: Option<usize>, ring: usize) -> CrossSection {
+        let grid = self.grid();
+        let Some((parent, hole)) =
+            parent.and_then(|i| Some((&self.stacks[i], self.stacks[i].hole?)))
+        else {
+            unreachable!("a side branch comes after its parent")
+        };
+        let rows = hole.first..=hole.first + grid.core;
+        let rows: Vec<Vec<Vec3>> = (parent.sections[rows].iter())
+            .map(|section| grid.positions(section, 1.0))
+            .collect();
+        plug(grid, ring, |(i, j), ring| {
+            let row = (grid.core / 2).wrapping_add_signed(i);
+            let point = (hole.middle + grid.around()).wrapping_add_signed(j) % grid.around();
+            rows[row][grid.ring_point(ring, point)]
+        })
+    }
+}
+
+/// The directions from which the rims of a branch's cross-sections count: transported along it without rotation.
+struct Frames {
+    first: Vec<Vec3>,
+    /// Angle (rad) by which they are turned in addition on the way from one junction to the other, at most 45° ...
+    turn: f64,
+    /// ... so that the last one is that of the junction after so many quarters of a turn.
+    quarters: usize,
+}
+
+impl Frames {
+    fn new(tangents: &[Vec3], start: Option<Vec3>, end: Option<Vec3>) -> Self {
+        let transported = |first: Vec3, tangents: &mut dyn Iterator<Item = &Vec3>| {
+            let mut direction = first;
+            let all = tangents.map(|tangent| {
+                direction = across(&direction, tangent);
+                direction
+            });
+            all.collect::<Vec<Vec3>>()
+        };
+        let mut frames = Self {
+            first: Vec::new(),
+            turn: 0.0,
+            quarters: 0,
+        };
+        if let (None, Some(end)) = (start, end) {
+            frames.first = transported(end, &mut tangents.iter().rev());
+            frames.first.reverse();
+            return frames;
+        }
+        let any = [Vec3::x(), Vec3::y()][usize::from(tangents[0].x.abs() > 0.9)];
+        frames.first = transported(start.unwrap_or(any), &mut tangents.iter());
+        let (last, tangent) = (frames.first.last(), tangents.last());
+        if let (Some(end), Some(last), Some(tangent)) = (end, last, tangent) {
+            let off = end.dot(&tangent.cross(last)).atan2(end.dot(last));
+            let quarters = (off / FRAC_PI_2).round();
+            frames.turn = off - quarters * FRAC_PI_2;
+            frames.quarters = quarters.rem_euclid(4.0) as usize;
+        }
+        frames
+    }
+}

@@ -1,0 +1,268 @@
+//! Lines of trees as others write them: what is understood, and the sentence where they make no mesh.
+
+use crate::trees::{TREE, load, swc};
+use fsi_driver::case::{Case, CaseErrors};
+use fsi_driver::geometry::tree::Tree;
+use std::path::Path;
+
+/// The case for lines in this file, with these ends, and what else `[tree]` has.
+fn read(
+    folder: &Path,
+    file: &str,
+    text: &str,
+    ends: &[&str],
+    more: &str,
+) -> Result<Case, CaseErrors> {
+    std::fs::write(folder.join(file), text).unwrap();
+    let begin = TREE.find("[[tree.opening]]\nname = \"left\"").unwrap();
+    let rest = TREE.find("[wall.extrude]").unwrap();
+    let end = |name: &&str| {
+        format!(
+            "[[tree.opening]]\nname = \"{name}\"\ncondition = \"resistance\"\nresistance_Pa_s_m3 = 1e9\n"
+        )
+    };
+    let ends: String = ends.iter().map(end).collect();
+    let head = TREE[..begin]
+        .replace("y.swc", file)
+        .replace("outlets = [\"left\", \"right\"]\n", more);
+    load(folder, &format!("{head}{ends}{}", &TREE[rest..]), "")
+}
+
+/// The smallest scaled Jacobian of the cells, and the names of the walls' patches; or what is wrong.
+fn mesh(case: &Case) -> Result<(f64, Vec<String>), String> {
+    let meshes = Tree::meshes(case.tree().unwrap()).map_err(|e| e.to_string())?;
+    let walls = meshes
+        .surface
+        .patches
+        .iter()
+        .map(|patch| patch.name.clone());
+    let walls = walls.filter(|name| name.starts_with("wallFsi"));
+    Ok((meshes.worst.0, walls.collect()))
+}
+
+fn points(case: &Case) -> Vec<Vec<[f64; 3]>> {
+    let lines = case.tree().unwrap().line.iter().flatten();
+    lines.map(|line| line.points.clone()).collect()
+}
+
+/// Lines in VTK's old format with an array of the points.
+fn vtk(lines: &[Vec<[f64; 4]>], array: &str, factor: f64) -> String {
+    let all: Vec<&[f64; 4]> = lines.iter().flatten().collect();
+    let mut text = format!(
+        "# vtk DataFile Version 3.0\nlines\nASCII\nDATASET POLYDATA\nPOINTS {} float\n",
+        all.len()
+    );
+    for [x, y, z, _] in &all {
+        text += &format!("{x} {y} {z}\n");
+    }
+    text += &format!("LINES {} {}\n", lines.len(), lines.len() + all.len());
+    let mut from = 0;
+    for line in lines {
+        text += &line.len().to_string();
+        for i in from..from + line.len() {
+            text += &format!(" {i}");
+        }
+        from += line.len();
+        text += "\n";
+    }
+    text += &format!(
+        "POINT_DATA {}\nSCALARS {array} double\nLOOKUP_TABLE default\n",
+        all.len()
+    );
+    for [.., r] in &all {
+        text += &format!("{}\n", r * factor);
+    }
+    text
+}
+
+/// A parent of 3 mm and daughters of 2 mm at these angles (degrees), as lines from the inlet to each end, mm.
+fn lines(angles: &[f64]) -> Vec<Vec<[f64; 4]>> {
+    let line = |angle: &f64| {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let parent = (-20..=0).map(|i| [f64::from(i), 0.0, 0.0, 3.0]);
+        let daughter = (1..=16)
+            .map(f64::from)
+            .map(|s| [s * cos, s * sin, 0.0, 3.0 - (s / 3.0).min(1.0)]);
+        parent.chain(daughter).collect()
+    };
+    angles.iter().map(line).collect()
+}
+
+const ENDS: [&str; 4] = ["outlet1", "outlet2", "outlet3", "outlet4"];
+
+#[test]
+fn radii_have_many_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = lines(&[-40.0, 40.0]);
+    let mut all = Vec::new();
+    for (array, factor) in [
+        ("MaximumInscribedSphereRadius", 1.0),
+        ("radiiScalars", 1.0),
+        ("VesselRadius_mm", 1.0),
+        ("Diameter", 2.0),
+    ] {
+        let case = read(
+            folder.path(),
+            "l.vtk",
+            &vtk(&lines, array, factor),
+            &ENDS[..2],
+            "",
+        );
+        all.push(
+            case.unwrap_or_else(|e| panic!("{array}: {e}"))
+                .tree()
+                .unwrap()
+                .line
+                .clone(),
+        );
+    }
+    assert!(all.windows(2).all(|pair| pair[0] == pair[1]));
+    let Err(errors) = read(
+        folder.path(),
+        "l.vtk",
+        &vtk(&lines, "scalars", 1.0),
+        &ENDS[..2],
+        "",
+    ) else {
+        panic!("accepted");
+    };
+    let text = errors.to_string();
+    assert!(
+        text.contains("whose name has \"radius\" or \"diameter\" in it, found scalars"),
+        "{text}"
+    );
+}
+
+/// From the outlets to the inlet, as they are if the outlets were taken for the sources; and ids of SWC in any order.
+#[test]
+fn the_order_of_points_does_not_matter() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = lines(&[-40.0, 40.0]);
+    let turned: Vec<Vec<[f64; 4]>> = whole
+        .iter()
+        .map(|line| line.iter().rev().copied().collect())
+        .collect();
+    let [one, other] = [&whole, &turned].map(|lines| {
+        let case = read(
+            folder.path(),
+            "l.vtk",
+            &vtk(lines, "Radius", 1.0),
+            &ENDS[..2],
+            "",
+        );
+        points(&case.unwrap_or_else(|e| panic!("{e}")))
+    });
+    assert_eq!(one, other);
+    let sorted = swc(&[-40.0, 40.0]);
+    let mut rows: Vec<&str> = sorted.lines().collect();
+    rows.reverse();
+    let [one, other] = [sorted.clone(), rows.join("\n")].map(|text| {
+        let case = read(folder.path(), "l.swc", &text, &ENDS[..2], "");
+        points(&case.unwrap_or_else(|e| panic!("{e}")))
+    });
+    assert_eq!(one, other);
+}
+
+/// A spur that ends within the lumen is named, and is left out by its name.
+#[test]
+fn spurs_can_be_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut spurs = lines(&[-40.0, 40.0]);
+    let mut spur = spurs[0][..15].to_vec();
+    spur.push([-5.5, 1.0, 0.0, 1.0]);
+    spurs.insert(1, spur);
+    let text = vtk(&spurs, "Radius", 1.0);
+    let case =
+        read(folder.path(), "l.vtk", &text, &ENDS[..3], "").unwrap_or_else(|e| panic!("{e}"));
+    let said = mesh(&case).unwrap_err();
+    assert!(
+        said.contains("the line to \"outlet2\" stays within the lumen around that to \"outlet1\"")
+            && said.contains("tree.leave_out = [\"outlet2\"]"),
+        "{said}"
+    );
+    let without = "leave_out = [\"outlet2\"]\n";
+    let case = read(
+        folder.path(),
+        "l.vtk",
+        &text,
+        &["outlet1", "outlet3"],
+        without,
+    );
+    let case = case.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(
+        case.tree().unwrap().names(),
+        ["inlet", "outlet1", "outlet3"]
+    );
+    let (worst, walls) = mesh(&case).unwrap();
+    assert_eq!(
+        walls,
+        ["wallFsi_inlet", "wallFsi_outlet1", "wallFsi_outlet3"]
+    );
+    assert!((0.3..0.7).contains(&worst), "{worst}");
+    let wrong = read(
+        folder.path(),
+        "l.vtk",
+        &text,
+        &ENDS[..3],
+        "leave_out = [\"outlet7\"]\n",
+    );
+    let said = wrong.map(|_| ()).unwrap_err().to_string();
+    assert!(
+        said.contains("tree.leave_out") && said.contains("no line ends at \"outlet7\""),
+        "{said}"
+    );
+}
+
+/// A line that turns back at its end, as traced ones do, is named with its bend, and carried once it is smoothed.
+#[test]
+fn a_hook_is_named_and_can_be_smoothed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut hooked = lines(&[-40.0, 40.0]);
+    let last = hooked[1].len() - 1;
+    let [x, y, ..] = hooked[1][last];
+    for (dx, dy) in [(0.5, 0.2), (0.6, -0.4), (0.1, -0.8), (-0.4, -0.9)] {
+        hooked[1].push([x + dx, y + dy, 0.0, 2.0]);
+    }
+    let text = vtk(&hooked, "Radius", 1.0);
+    let case =
+        read(folder.path(), "l.vtk", &text, &ENDS[..2], "").unwrap_or_else(|e| panic!("{e}"));
+    let said = mesh(&case).unwrap_err();
+    assert!(
+        said.contains("\"outlet2\"") && said.contains("bends with a radius of"),
+        "{said}"
+    );
+    assert!(said.contains("tree.smoothing_m"), "{said}");
+    let case = read(
+        folder.path(),
+        "l.vtk",
+        &text,
+        &ENDS[..2],
+        "smoothing_m = 8e-3\n",
+    );
+    let (worst, _) = mesh(&case.unwrap_or_else(|e| panic!("{e}"))).unwrap();
+    assert!((0.1..0.7).contains(&worst), "{worst}");
+}
+
+/// One junction of three and of four daughters: no wall lies between two junctions.
+#[test]
+fn several_daughters_leave_at_one_place() {
+    let folder = tempfile::tempdir().unwrap();
+    for (angles, least) in [
+        (&[-50.0, 0.0, 50.0][..], 0.3),
+        (&[-75.0, -25.0, 25.0, 75.0], 0.2),
+    ] {
+        let ends = &ENDS[..angles.len()];
+        let case = read(
+            folder.path(),
+            "l.vtk",
+            &vtk(&lines(angles), "Radius", 1.0),
+            ends,
+            "",
+        );
+        let (worst, walls) = mesh(&case.unwrap_or_else(|e| panic!("{e}"))).unwrap();
+        assert_eq!(walls.len(), 1 + angles.len());
+        assert!(!walls.contains(&"wallFsi".into()), "{walls:?}");
+        println!("{} daughters: {worst}", angles.len());
+        assert!((least..0.7).contains(&worst), "{worst}");
+    }
+}

@@ -1,0 +1,165 @@
+//! Which trees have a mesh: numbers of daughters, angles, ratios and distances (docs/trees.md, "What is carried").
+
+use fsi_driver::Vec3;
+use fsi_driver::curve::CentreLine;
+use fsi_driver::geometry::tree::{Lumen, SectionGrid, Tree, TreeError};
+
+/// Lines from points and radii, mm.
+fn lumen(lines: Vec<Vec<(Vec3, f64)>>) -> Lumen {
+    let lines = lines.into_iter().map(|line| {
+        let (points, radii): (Vec<Vec3>, Vec<f64>) = line.into_iter().unzip();
+        CentreLine::new(&points, &radii)
+    });
+    Lumen {
+        lines: lines.collect(),
+        surface: None,
+    }
+}
+
+/// A straight line of this many mm from the end of another one at an angle (degrees) to x, whose radius becomes `r`
+/// within three of its own.
+fn onward(line: &[(Vec3, f64)], angle: f64, length: f64, r: f64) -> Vec<(Vec3, f64)> {
+    let (x, from) = line[line.len() - 1];
+    let (sin, cos) = angle.to_radians().sin_cos();
+    let count = (length / (0.25 * r)).ceil();
+    let more = (1..=count as usize).map(|i| {
+        let s = length * i as f64 / count;
+        let share = (s / (1.5 * r)).min(1.0);
+        (x + Vec3::new(cos, sin, 0.0) * s, from + (r - from) * share)
+    });
+    line.iter().copied().chain(more).collect()
+}
+
+fn trunk() -> Vec<(Vec3, f64)> {
+    onward(&[(Vec3::new(-20.0, 0.0, 0.0), 3.0)], 0.0, 20.0, 3.0)
+}
+
+/// The smallest scaled Jacobian in cells and between the nodes of elements.
+fn both(lumen: &Lumen) -> Result<[f64; 2], TreeError> {
+    let nodes = fsi_numerics::quadrature::Rule::gauss_lobatto(5).points;
+    let of = |grid, along| {
+        let tree = Tree::new(lumen.clone(), grid, along)?;
+        let found = tree.qualities().into_iter().map(|(quality, _)| quality);
+        Ok(found.fold(f64::INFINITY, f64::min))
+    };
+    Ok([
+        of(SectionGrid::of_cells(6, 5, 3.0), 0.4)?,
+        of(SectionGrid::of_elements(2, 2, 1.5, &nodes), 1.0)?,
+    ])
+}
+
+/// Three and four daughters in a plane: 0.31 to 0.48 and 0.12 to 0.34.
+#[test]
+fn several_daughters_share_a_junction() {
+    for (count, apart, least) in [
+        (3, 40.0, 0.3),
+        (3, 60.0, 0.4),
+        (4, 50.0, 0.1),
+        (4, 60.0, 0.2),
+    ] {
+        for ratio in [0.6, 0.8] {
+            let angle = |i: i32| apart * (f64::from(i) - 0.5 * f64::from(count - 1));
+            let lines = (0..count).map(|i| onward(&trunk(), angle(i), 16.0, 3.0 * ratio));
+            let found = both(&lumen(lines.collect())).unwrap_or_else(|e| panic!("{e}"));
+            println!("{count} daughters {apart}° apart, {ratio}: {found:?}");
+            assert!(found.iter().all(|q| (least..0.55).contains(q)), "{found:?}");
+        }
+    }
+}
+
+/// Two bifurcations, so many radii of the branch between them apart: 0.21 to 0.50, or where they are.
+#[test]
+fn junctions_may_follow_each_other() {
+    for distance in [0.5, 2.0, 2.5, 3.0, 4.0] {
+        for side in [1.0, -1.0] {
+            let between = onward(&trunk(), -20.0, 2.4 * distance, 2.4);
+            let lines = vec![
+                onward(&trunk(), 30.0, 16.0, 2.0),
+                onward(&between, -20.0 + side * 30.0, 16.0, 1.9),
+                onward(&between, -20.0 - side * 30.0, 16.0, 1.9),
+            ];
+            let found = both(&lumen(lines));
+            println!("{distance} radii, {side}: {found:?}");
+            match found {
+                Ok(found) => {
+                    let least = if distance < 3.0 { 0.2 } else { 0.48 };
+                    assert!(distance > 2.1 && found.iter().all(|q| (least..0.52).contains(q)));
+                }
+                Err(error) => assert!(
+                    distance < 2.1 && error.to_string().contains("junctions carry"),
+                    "{error}"
+                ),
+            }
+        }
+    }
+}
+
+/// A thin branch next to a bifurcation, or to another thin one, so many radii apart: 0.42 to 0.43.
+#[test]
+fn thin_branches_may_be_next_to_junctions() {
+    let side = |on: &[(Vec3, f64)], ratio: f64, angle: f64| onward(on, angle, 12.0, 3.0 * ratio);
+    for (distance, ratio, angle) in [(2.0, 0.3, 90.0), (3.0, 0.4, 60.0), (3.0, 0.3, -90.0)] {
+        let parent = onward(&trunk(), 0.0, 3.0 * distance, 3.0);
+        let lines = vec![
+            onward(&parent, -30.0, 16.0, 2.3),
+            onward(&parent, 30.0, 16.0, 2.3),
+            side(&trunk(), ratio, angle),
+        ];
+        let found = both(&lumen(lines)).unwrap_or_else(|e| panic!("{e}"));
+        assert!(found.iter().all(|q| (0.41..0.45).contains(q)), "{found:?}");
+    }
+    for distance in [2.0, 4.0] {
+        let parent = onward(&trunk(), 0.0, 3.0 * distance, 3.0);
+        let lines = vec![
+            onward(&parent, 0.0, 16.0, 3.0),
+            side(&trunk(), 0.3, 90.0),
+            side(&parent, 0.3, 90.0),
+        ];
+        match both(&lumen(lines)) {
+            Ok(found) => assert!(distance > 3.0 && found.iter().all(|q| (0.41..0.45).contains(q))),
+            Err(error) => {
+                let said = error.to_string();
+                assert!(distance < 3.0 && said.contains("are too close"), "{said}");
+                assert!(said.contains("mm needed: leave out"), "{said}");
+            }
+        }
+    }
+}
+
+/// A straight parent with a branch of this ratio to its radius at this angle (degrees).
+fn side(angle: f64, ratio: f64) -> Lumen {
+    lumen(vec![
+        onward(&trunk(), 0.0, 20.0, 3.0),
+        onward(&trunk(), angle, 16.0, 3.0 * ratio),
+    ])
+}
+
+/// A branch that leaves forwards or backwards: at least 0.16, or the angle that was found and those that are allowed.
+#[test]
+fn branches_may_leave_at_many_angles() {
+    for (angle, ratio) in [
+        (30.0, 0.35),
+        (30.0, 0.6),
+        (30.0, 0.8),
+        (120.0, 0.8),
+        (130.0, 0.35),
+        (150.0, 0.35),
+        (150.0, 0.6),
+    ] {
+        let found = both(&side(angle, ratio)).unwrap_or_else(|e| panic!("{angle}: {e}"));
+        println!("{angle}° {ratio}: {found:?}");
+        assert!(
+            found.iter().all(|q| (0.14..0.4).contains(q)),
+            "{angle} {ratio}: {found:?}"
+        );
+    }
+    for (angle, ratio, shown) in [
+        (15.0, 0.5, "15°"),
+        (160.0, 0.6, "160°"),
+        (150.0, 1.0, "150°"),
+    ] {
+        let said = both(&side(angle, ratio)).unwrap_err().to_string();
+        assert!(said.contains(shown), "{said}");
+        assert!(said.contains("thin ones at 25° to 150°"), "{said}");
+    }
+}
