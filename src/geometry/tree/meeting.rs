@@ -1,7 +1,7 @@
 //! How branches meet: as equals, or a thin one at the side of another.
 //!
-//! What the worst cell is like decides, that of a usual mesh in cells and that of one in elements: so both have the same
-//! junctions.
+//! What the worst cell is like decides, that of a usual mesh in cells and that of one in elements: so both have the
+//! same junctions.
 
 use super::Tree;
 use super::branch::Branch;

@@ -1,5 +1,5 @@
-//! The cross-sections of a branch: plane between its ends, folded where it meets others as equals, bent where a thin one
-//! begins at its side.
+//! The cross-sections of a branch: plane between its ends, folded where it meets others as equals, bent where a thin
+//! one begins at its side.
 
 use super::Tree;
 use super::branch::{Branch, Middle, Stack};
@@ -59,8 +59,8 @@ impl Tree {
         start..end.map_or(count, |last| last + 1).max(start + 1)
     }
 
-    /// From where to where (m) along its axis the cross-sections of a branch are plane. What leads to junctions of equals
-    /// is shorter where there is little room.
+    /// From where to where (m) along its axis the cross-sections of a branch are plane. What leads to junctions of
+    /// equals is shorter where there is little room.
     fn plane_part(&self, branch: &Branch) -> Result<[f64; 2], TreeError> {
         let line = &branch.axis;
         // Where the plane part would begin or end, and the limit that it may be moved to.
