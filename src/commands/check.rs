@@ -82,6 +82,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 x.x, x.y, x.z
             ))?;
         }
+        for note in &fit.notes {
+            terminal::print(format_args!("tree    {note}\n"))?;
+        }
         terminal::print(format_args!(
             "fit     the {} faces of the fluid lie within {:.1e} m of the wall; {:.1} % of the wall's wet surface has none next to it{}\n",
             fit.faces,

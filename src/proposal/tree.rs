@@ -424,8 +424,11 @@ fn meshed(case: &ResolvedCase) -> Result<Option<String>, TreeMistake> {
         ),
         false => String::new(),
     };
+    let notes: String = (meshes.notes.iter())
+        .map(|note| format!("\n          {note}"))
+        .collect();
     Ok(Some(format!(
-        "mesh      {} branches; demo has {} cells, whose smallest scaled Jacobian is {worst:.2}{flat}",
+        "mesh      {} branches; demo has {} cells, whose smallest scaled Jacobian is {worst:.2}{flat}{notes}",
         meshes.lines.len(),
         meshes.outside.cells()
     )))

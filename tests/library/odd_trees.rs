@@ -259,7 +259,14 @@ fn several_daughters_leave_at_one_place() {
             ends,
             "",
         );
-        let (worst, walls) = mesh(&case.unwrap_or_else(|e| panic!("{e}"))).unwrap();
+        let case = case.unwrap_or_else(|e| panic!("{e}"));
+        let notes = Tree::meshes(case.tree().unwrap()).unwrap().notes;
+        let [note] = &notes[..] else {
+            panic!("{notes:?}")
+        };
+        let said = format!("{} branches, on the way to \"outlet", angles.len());
+        assert!(note.starts_with(&said), "{note}");
+        let (worst, walls) = mesh(&case).unwrap();
         assert_eq!(walls.len(), 1 + angles.len());
         assert!(!walls.contains(&"wallFsi".into()), "{walls:?}");
         println!("{} daughters: {worst}", angles.len());

@@ -55,14 +55,13 @@ pub fn lines_of_tree(path: &Path) -> Result<Vec<LineOfTree>, Fault> {
         .collect())
 }
 
-/// A line whose waves of this length are halved; the radii change by their own scatter at most, and its ends stay where
-/// they are, so that lines still begin at one place.
+/// A line whose waves of this length are halved; the radii change by their own scatter at most, and it begins where it
+/// did, so that lines still begin at one place.
 pub fn smoothed((points, radii): LineOfTree, halved: f64) -> LineOfTree {
-    let ends = [points[0], points[points.len() - 1]];
+    let begin = points[0];
     let line = CentreLine { points, radii };
     let mut line = line.without_repeated().smooth(halved, None);
-    let last = line.points.len() - 1;
-    [line.points[0], line.points[last]] = ends;
+    line.points[0] = begin;
     (line.points, line.radii)
 }
 

@@ -18,6 +18,8 @@ pub struct TreeMeshes {
     pub polygons: WallPolygons,
     /// The smallest scaled Jacobian of a cell, and where that is, m.
     pub worst: (f64, Vec3),
+    /// What a user should know of its junctions, in sentences.
+    pub notes: Vec<String>,
     /// Centre-lines of the branches, each with the patch of its wall.
     pub lines: Vec<(String, SpaceCurve)>,
 }
@@ -117,6 +119,11 @@ impl Tree {
             surface,
             polygons,
             worst: worst.unwrap_or((1.0, Vec3::zeros())),
+            notes: tree
+                .shared_junctions()
+                .iter()
+                .map(|found| shared(found, &names))
+                .collect(),
             lines: lines
                 .map(|(wall, line)| (walls[wall].clone(), line))
                 .collect(),
@@ -145,6 +152,21 @@ impl Tree {
         let tree = lumen(keys).and_then(|lumen| Self::new(lumen, grid, length));
         tree.map_err(|error| TreeMistake::new(keys, error))
     }
+}
+
+/// That more than two daughters leave at one place.
+fn shared((x, daughters): &(Vec3, Vec<usize>), names: &[String]) -> String {
+    let towards: Vec<&str> = (daughters.iter())
+        .map(|line| names[1 + line].as_str())
+        .collect();
+    format!(
+        "{} branches, on the way to \"{}\", part within 1.5 radii: they leave at one junction, at ({:.4}, {:.4}, {:.4}) m",
+        towards.len(),
+        towards.join("\", \""),
+        x.x,
+        x.y,
+        x.z
+    )
 }
 
 fn lines(keys: &TreeKeys) -> Vec<CentreLine> {

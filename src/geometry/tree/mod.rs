@@ -254,6 +254,19 @@ impl Tree {
         Ok(PolyMesh::from_hexes(points, &hexes, &patches))
     }
 
+    /// Junctions of more than two daughters: where (m), and a line that goes through each daughter.
+    pub fn shared_junctions(&self) -> Vec<(Vec3, Vec<usize>)> {
+        let several = self
+            .junctions
+            .iter()
+            .filter(|meeting| meeting.daughters().len() > 2);
+        let of = |meeting: &Meeting| {
+            let lines = meeting.daughters().iter().map(|end| end.line);
+            (*meeting.centre(), lines.collect())
+        };
+        several.map(of).collect()
+    }
+
     /// What is wrong with a cell of this stack, at this place (m), that is inside out.
     fn inside_out(&self, stack: usize, x: &Vec3) -> TreeError {
         let line = &self.branches[stack].axis;

@@ -54,6 +54,8 @@ pub struct RoundLumen {
     pub polygons: WallPolygons,
     /// The smallest scaled Jacobian of a cell, and where that is, m.
     pub worst: (f64, Vec3),
+    /// What a user should know of its junctions, in sentences.
+    pub notes: Vec<String>,
 }
 
 /// Why there is no domain: a file that a case names cannot be used.

@@ -16,6 +16,8 @@ pub struct Fit {
     pub cells: usize,
     /// The smallest scaled Jacobian of the blood's mesh in a tree, and where that is, m.
     pub worst: Option<(f64, Vec3)>,
+    /// What a user should know of the junctions of a tree, in sentences.
+    pub notes: Vec<String>,
     /// Two opposite corners (m) of a box around the fluid's mesh.
     pub bounds: [Vec3; 2],
     /// Openings of the fluid, with their hydraulic diameters (m) where they have one.
@@ -39,6 +41,10 @@ impl Fit {
     /// If the structure is not well posed or the meshes lie apart.
     pub fn of(case: &Case, domain: &Domain) -> Result<Self, AssemblyError> {
         let InitialState { solid, .. } = initial_state(case, domain).map_err(|none| none.error)?;
+        let round = domain
+            .branches
+            .as_ref()
+            .and_then(|branches| branches.meshed.as_ref());
         let (cells, worst, interface) = match case.fluid.solver {
             Solver::Native => {
                 let fluid = NativeFluid::new(case)?;
@@ -46,10 +52,6 @@ impl Fit {
                 (fluid.elements(), worst, fluid.interface().clone())
             }
             Solver::OpenFoam | Solver::External => {
-                let round = domain
-                    .branches
-                    .as_ref()
-                    .and_then(|branches| branches.meshed.as_ref());
                 let worst = round.map(|round| round.worst);
                 (domain.fluid.cells(), worst, preflight::interface(domain))
             }
@@ -66,6 +68,7 @@ impl Fit {
         Ok(Self {
             cells,
             worst,
+            notes: round.map_or_else(Vec::new, |round| round.notes.clone()),
             bounds: domain.fluid.bounds(),
             openings: openings.into_iter().flatten().map(sized).collect(),
             faces: interface.faces.len(),

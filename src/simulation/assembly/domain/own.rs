@@ -196,6 +196,7 @@ fn branching(keys: &TreeKeys, is_meshed: bool) -> Result<(PolyMesh, Branches), D
     let round = RoundLumen {
         polygons: meshes.polygons,
         worst: meshes.worst,
+        notes: meshes.notes,
     };
     let branches = Branches {
         surface: meshes.surface,
