@@ -2,7 +2,7 @@
 
 use super::{CaseArguments, Failure};
 use crate::case::{Unread, ValuePlace};
-use crate::output::report::{self, ExportForm, SAMPLES, Uncertainty};
+use crate::output::report::{self, CONTROL, ExportForm, SAMPLES, Uncertainty};
 use crate::output::results::Results;
 use crate::output::{terminal, write_atomically};
 use crate::run::batch::{self, BatchRun, Board, Outcome, Samples, Variation, Worker};
@@ -51,6 +51,10 @@ pub struct Arguments {
     /// --resume of a study that is done, nothing is computed.
     #[arg(long, value_name = "FORM", value_delimiter = ',')]
     export: Vec<ExportForm>,
+    /// Folder of a study of the same inputs in cheaper runs, which has these samples and more: writes control.csv, the
+    /// means with the cheaper runs as control variates.
+    #[arg(long, value_name = "STUDY", conflicts_with = "part")]
+    control: Option<PathBuf>,
     /// Runs only every Nth model, from the Kth on: the parts of a study can work on different machines in one folder.
     #[arg(long, value_name = "K/N", value_parser = Part::parse)]
     part: Option<Part>,
@@ -108,6 +112,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "--export: a part of a study has no measures: leave out --part once all parts are done"
                 .to_owned(),
         ));
+    }
+    if let Some(cheap) = &arguments.control
+        && !(samples.is_some() && cheap.join(SAMPLES).is_file())
+    {
+        return Err(Failure::Input(format!(
+            "--control {}: both must be studies of [[uncertain]] inputs, and that folder holds no {SAMPLES}, or this study has \
+             no --samples",
+            cheap.display()
+        )));
     }
     if samples.is_none() && !arguments.export.is_empty() {
         return Err(Failure::Input(
@@ -182,6 +195,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_measures(&runs, &out)?;
         if samples.is_some() {
             write_uncertainty(&runs, models.len(), &out, &arguments.export)?;
+        }
+        if let Some(cheap) = &arguments.control {
+            write_control(&runs, &out, cheap)?;
         }
     }
     let inputs = |i: usize| match &samples {
@@ -285,6 +301,31 @@ fn write_uncertainty(
         found.used(),
         out.display()
     ));
+    Ok(())
+}
+
+/// Writes the means with the runs of a cheaper study as control variates.
+fn write_control(runs: &[Results], out: &Path, cheap: &Path) -> Result<(), Failure> {
+    let study = super::report::study(cheap, Results::load)?;
+    let of = |runs: &[Results], folder: &Path| {
+        let found = Uncertainty::of(&runs.iter().collect::<Vec<_>>(), folder);
+        let found = found.map_err(|e| Failure::Run(e.to_string()))?;
+        found.ok_or_else(|| Failure::Run(format!("{} has no samples", folder.display())))
+    };
+    let (found, cheaper) = (of(runs, out)?, of(&study.runs, cheap)?);
+    let costs = [runs, &study.runs].map(|runs| {
+        let seconds = runs
+            .iter()
+            .flat_map(|run| &run.history)
+            .map(|row| row.wall_s);
+        seconds.sum::<f64>() / runs.len() as f64
+    });
+    let table = found.controlled_by(&cheaper, costs);
+    let table = table.map_err(|e| Failure::Input(format!("--control {}: {e}", cheap.display())))?;
+    let path = out.join(CONTROL);
+    write_atomically(&path, table.to_csv().as_bytes())
+        .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
+    terminal::print(format_args!("{}", table.to_markdown()))?;
     Ok(())
 }
 

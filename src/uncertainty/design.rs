@@ -150,7 +150,7 @@ impl Random {
     }
 
     /// Between 0 and 1, without either.
-    fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         ((self.next() >> 11) as f64 + 0.5) / 2.0_f64.powi(53)
     }
 

@@ -7,6 +7,7 @@
 mod basis;
 mod calibration;
 mod chaos;
+mod control;
 mod design;
 mod distribution;
 mod field;
@@ -14,6 +15,7 @@ mod field_chaos;
 
 pub use calibration::{Target, calibrated};
 pub use chaos::{Chaos, SensitivityIndex};
+pub use control::ControlledMean;
 pub use design::{Design, sobol_point};
 pub use distribution::{Distribution, Inputs, Law};
 pub use field::{Covariance, RandomField, Realization};

@@ -363,6 +363,35 @@ fn samples_of_uncertain_inputs_resume_and_extend() {
     assert!(html.contains("a polynomial of degree 1 of all inputs"));
     other_programs_and_calibration(&out);
 
+    // Runs of the same cost: with them as control variates five samples have the mean of all eight.
+    let few = folder.path().join("few");
+    let control = ["--samples", "sobol:5", "--control", out.to_str().unwrap()];
+    complete(study(&case, &few, 3, &[native, &control].concat()));
+    let cells = |text: &str, measure: &str, head: &str| -> f64 {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let column = reader.headers().unwrap().iter().position(|h| h == head);
+        let row = reader.records().map(Result::unwrap);
+        let row = row.into_iter().find(|row| &row[0] == measure).unwrap();
+        row[column.unwrap()].parse().unwrap()
+    };
+    let (table, all) = (
+        read(&few.join("control.csv")),
+        read(&out.join("moments.csv")),
+    );
+    let measure = "largest displacement / mm";
+    let of_few = |head: &str| cells(&table, measure, head);
+    let mean = cells(&all, measure, "mean");
+    assert!(
+        (of_few("mean with control") / mean - 1.0).abs() < 1e-4,
+        "{table}{all}"
+    );
+    assert!((of_few("mean") / mean - 1.0).abs() > 1e-3, "{table}{all}");
+    assert!(of_few("correlation") > 0.999_99, "{table}");
+    assert!(
+        (of_few("variance reduction") - 8.0 / 5.0).abs() < 1e-3,
+        "{table}"
+    );
+
     // One fails: it is named with its inputs, and the indices are of the others.
     std::fs::remove_dir_all(out.join("own-004")).unwrap();
     std::fs::write(out.join("own-004"), "a file where the run should be").unwrap();
@@ -394,6 +423,10 @@ fn samples_of_uncertain_inputs_resume_and_extend() {
             "--part 5/5: the study has fewer models",
         ),
         (&["--samples", "lhs:4", "--part", "5/4"], "expected K/N"),
+        (
+            &["--samples", "lhs:4", "--control", "nowhere"],
+            "that folder holds no samples.csv",
+        ),
         (
             &["--export", "salib"],
             "only a study of [[uncertain]] inputs",

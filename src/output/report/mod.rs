@@ -23,6 +23,7 @@ mod sweep;
 mod table;
 mod uncertain_maps;
 mod uncertainty;
+mod uncertainty_control;
 mod uncertainty_export;
 
 use super::comparison::Comparison;
@@ -38,6 +39,7 @@ pub use study::{
 pub use sweep::table as measures;
 pub use table::PageTable;
 pub use uncertainty::{SAMPLES, Uncertainty};
+pub use uncertainty_control::CONTROL;
 pub use uncertainty_export::ExportForm;
 
 /// The page of a run.

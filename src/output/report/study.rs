@@ -47,7 +47,8 @@ pub fn page(study: &Study) -> io::Result<String> {
     let mut page = Page::new(&study.title, &lead);
     let uncertainty = Uncertainty::of(&runs, &study.folder).map_err(io::Error::other)?;
     if let Some(uncertainty) = uncertainty {
-        page.section("uncertainty", "Uncertainty", &uncertainty.section(runs[0])?);
+        let html = uncertainty.section(runs[0])? + &super::uncertainty_control::kept(&study.folder);
+        page.section("uncertainty", "Uncertainty", &html);
     }
     page.section("cases", "Cases", &cases(&runs, &study.missing));
     page.section("differences", "What differs", &differences(&runs));
