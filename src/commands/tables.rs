@@ -21,7 +21,7 @@ const KINDS: &str = "expected `models STUDY` (a column for each run in a folder)
                      (what was refined, from coarse to fine), `measured FILE RUN…` (runs compared with an experiment), \
                      `measured:SERIES FILE RUN…` (point by point, _ for a space in the name), or `samples:FILE STUDY STUDY MEASURE…` \
                      (the distribution of measures over samples, and where the runs of another study lie, also drawn as \
-                     FILE.svg and FILE.png, _ for a space in the name); folders as seen from the page's";
+                     FILE.svg, _ for a space in the name); folders as seen from the page's";
 
 /// Options of the tables.
 #[derive(Debug, clap::Args)]
@@ -66,8 +66,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
     }
     for (file, figure) in filled.iter().flat_map(|filled| &filled.figures) {
-        let written = figure.write(file);
-        written.map_err(|e| Failure::Run(format!("cannot write {e}")))?;
+        write_atomically(&file.with_extension("svg"), figure.to_svg().as_bytes())
+            .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
     }
     for filled in &filled {
         let state = match is_changed(&filled) {

@@ -24,7 +24,15 @@ fn the_pages_say_what_the_stored_runs_say() {
     let nozzle = results().join("../../openfoam-case/fda-nozzle/README.md");
     let arteries = results().join("../../openfoam-case/single-arteries/README.md");
     let bifurcation = results().join("../../examples/trees/aorta/README.md");
-    let pages = [&*study, &credibility, &nozzle, &arteries, &bifurcation];
+    let random = results().join("random-lumen.md");
+    let pages = [
+        &*study,
+        &credibility,
+        &nozzle,
+        &arteries,
+        &bifurcation,
+        &random,
+    ];
     let output = tables(&["--check"], &pages);
     assert!(output.status.success(), "{}", said(&output.stderr));
 }

@@ -100,10 +100,9 @@ pub fn distributions(
         }));
         table.push(row);
         let marked = found.iter().enumerate().map(|(i, (run, value))| Curve {
-            name: names
-                .iter()
-                .position(|name| name == run)
-                .map_or(String::new(), |k| labels[k].clone()),
+            name: (names.iter().zip(&labels))
+                .find(|(name, _)| *name == run)
+                .map_or(String::new(), |(_, label)| value_of(label).to_owned()),
             points: vec![(*value, 100.0 * share_below(&values, *value))],
             colour: i + 1,
             marker: Some(Marker::ALL[i % Marker::ALL.len()]),
@@ -123,6 +122,11 @@ fn labels(names: &[&str]) -> Vec<String> {
     let same = same.max().unwrap_or(0);
     let cut = first[..same].rfind(['-', '/', ' ']).map_or(0, |at| at + 1);
     names.iter().map(|name| name[cut..].to_owned()).collect()
+}
+
+/// What is behind the sign of equality: a legend is narrow.
+fn value_of(label: &str) -> &str {
+    label.rsplit_once('=').map_or(label, |(_, value)| value)
 }
 
 /// Mean and standard deviation.
@@ -210,7 +214,7 @@ mod tests {
         assert_eq!(curves[0].points[..3], [(1.0, 0.0), (1.0, 5.0), (2.0, 5.0)]);
         assert_eq!(
             (curves[1].name.as_str(), &curves[1].points[..]),
-            ("d=1", &[(5.5, 25.0)][..])
+            ("1", &[(5.5, 25.0)][..])
         );
         let none = distributions(&study, &four, &["TAWSS"]).err().unwrap();
         assert!(
