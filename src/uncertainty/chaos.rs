@@ -140,14 +140,16 @@ impl Chaos {
     }
 
     /// The indices of all inputs. The intervals are those of the polynomials with the same terms of values that differ
-    /// from the fitted ones by leave-one-out errors of samples chosen at random; of an input without a term they reach
-    /// up to the leave-one-out error.
+    /// from the fitted ones by leave-one-out errors of samples chosen at random, larger by the correction for few samples
+    /// by which the terms were chosen; of an input without a term they reach up to the leave-one-out error.
     pub fn indices(&self) -> Vec<SensitivityIndex> {
         let count = self.left_out.len();
+        let larger = correction(count, self.size(), self.solution.norm_squared()).sqrt();
         let mut random = Random(2);
         let repeated: Vec<DVector<f64>> = (0..REPETITIONS)
             .map(|_| {
-                let errors = DVector::from_fn(count, |_, _| self.left_out[random.below(count)]);
+                let errors =
+                    DVector::from_fn(count, |_, _| larger * self.left_out[random.below(count)]);
                 &self.solution * (&self.fitted + errors)
             })
             .collect();
@@ -184,6 +186,12 @@ impl Chaos {
     }
 }
 
+/// By what leave-one-out errors are too small where the terms were chosen by the same samples: of Chapelle, Vapnik and
+/// Bengio (2002) as Blatman and Sudret (2011) use it; `trace` is that of the inverse of the normal equations.
+fn correction(samples: usize, terms: usize, trace: f64) -> f64 {
+    samples as f64 / (samples - terms) as f64 * (1.0 + trace)
+}
+
 /// Of all coefficients but the first, the constant.
 fn variance(coefficients: &DVector<f64>) -> f64 {
     coefficients.iter().skip(1).map(|c| c * c).sum()
@@ -215,8 +223,7 @@ pub(super) fn matrix(
 }
 
 /// The columns of the polynomial with the smallest leave-one-out error along the path of orthogonal matching pursuit,
-/// and that error with the correction for few samples of Chapelle, Vapnik and Bengio (2002) as Blatman and Sudret
-/// (2011) use it.
+/// and that error with the [`correction`] for few samples.
 fn choose(matrix: &DMatrix<f64>, y: &DVector<f64>) -> (Vec<usize>, f64) {
     let (rows, columns) = matrix.shape();
     let samples = rows as f64;
@@ -266,8 +273,7 @@ fn choose(matrix: &DMatrix<f64>, y: &DVector<f64>) -> (Vec<usize>, f64) {
         let errors = rest.iter().zip(leverage.iter());
         let square: f64 = errors.map(|(r, h)| (r / (1.0 - h)).powi(2)).sum();
         let trace: f64 = inverse.iter().map(DVector::norm_squared).sum();
-        let correction = samples / (samples - chosen.len() as f64) * (1.0 + trace);
-        let error = correction * square / (samples * y.variance());
+        let error = correction(rows, chosen.len(), trace) * square / (samples * y.variance());
         if error < least {
             (best, least) = (chosen.clone(), error);
         }
