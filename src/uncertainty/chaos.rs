@@ -140,8 +140,8 @@ impl Chaos {
     }
 
     /// The indices of all inputs. The intervals are those of the polynomials with the same terms of values that differ
-    /// from the fitted ones by leave-one-out errors of samples chosen at random, larger by the correction for few samples
-    /// by which the terms were chosen; of an input without a term they reach up to the leave-one-out error.
+    /// from the fitted ones by leave-one-out errors of samples chosen at random, larger by the [`correction`] for few
+    /// samples. Of an input without a term they reach up to the leave-one-out error.
     pub fn indices(&self) -> Vec<SensitivityIndex> {
         let count = self.left_out.len();
         let larger = correction(count, self.size(), self.solution.norm_squared()).sqrt();
