@@ -94,6 +94,25 @@ impl Part {
             _ => Err("expected K/N with K from 1 to N, such as 1/8".to_owned()),
         }
     }
+
+    /// Keeps its models, and returns the numbers that they have in the whole study.
+    fn keep(self, models: &mut Vec<BatchRun>) -> Result<Vec<usize>, Failure> {
+        let numbers = (self.first..models.len()).step_by(self.of).collect();
+        let mut number = 0..;
+        models.retain(|_| {
+            number
+                .next()
+                .is_some_and(|i: usize| i % self.of == self.first)
+        });
+        match models.is_empty() {
+            true => Err(Failure::Input(format!(
+                "--part {}/{}: the study has fewer models: nothing is left for this part",
+                self.first + 1,
+                self.of
+            ))),
+            false => Ok(numbers),
+        }
+    }
 }
 
 /// Runs all models that are not done yet.
@@ -107,27 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let selection = arguments.case.selection()?;
     let samples = samples(arguments, &out, &selection)?;
-    if arguments.part.is_some() && !arguments.export.is_empty() {
-        return Err(Failure::Input(
-            "--export: a part of a study has no measures: leave out --part once all parts are done"
-                .to_owned(),
-        ));
-    }
-    if let Some(cheap) = &arguments.control
-        && !(samples.is_some() && cheap.join(SAMPLES).is_file())
-    {
-        return Err(Failure::Input(format!(
-            "--control {}: both must be studies of [[uncertain]] inputs, and that folder holds no {SAMPLES}, or this study has \
-             no --samples",
-            cheap.display()
-        )));
-    }
-    if samples.is_none() && !arguments.export.is_empty() {
-        return Err(Failure::Input(
-            "--export: only a study of [[uncertain]] inputs can be exported: add --samples, or --resume for one that is there"
-                .to_owned(),
-        ));
-    }
+    refuse_without_samples(arguments, samples.is_some())?;
     let variants = match &samples {
         Some(samples) => samples.variants(&selection),
         None => {
@@ -144,21 +143,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut models = batch::find(&arguments.cases, &arguments.models, &variants, &out)?;
     refuse_unread(&models)?;
-    let mut numbers: Vec<usize> = (0..models.len()).collect();
-    if let Some(part) = arguments.part {
-        numbers.retain(|number| number % part.of == part.first);
-        models = (models.into_iter().enumerate())
-            .filter(|(number, _)| numbers.contains(number))
-            .map(|(_, model)| model)
-            .collect();
-        if models.is_empty() {
-            return Err(Failure::Input(format!(
-                "--part {}/{}: the study has fewer models: nothing is left for this part",
-                part.first + 1,
-                part.of
-            )));
-        }
-    }
+    let numbers = match arguments.part {
+        Some(part) => part.keep(&mut models)?,
+        None => (0..models.len()).collect(),
+    };
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
     for model in &models {
         surroundings::check_installed(&model.case)
@@ -205,6 +193,32 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => String::new(),
     };
     conclude(&models, &outcomes, &out, &runs, &inputs)
+}
+
+/// Refuses options that need samples of uncertain inputs, or all of them.
+fn refuse_without_samples(arguments: &Arguments, has_samples: bool) -> Result<(), Failure> {
+    if arguments.part.is_some() && !arguments.export.is_empty() {
+        return Err(Failure::Input(
+            "--export: a part of a study has no measures: leave out --part once all parts are done"
+                .to_owned(),
+        ));
+    }
+    if let Some(cheap) = &arguments.control
+        && !(has_samples && cheap.join(SAMPLES).is_file())
+    {
+        return Err(Failure::Input(format!(
+            "--control {}: both must be studies of [[uncertain]] inputs, and that folder holds no {SAMPLES}, or this study has \
+             no --samples",
+            cheap.display()
+        )));
+    }
+    if !has_samples && !arguments.export.is_empty() {
+        return Err(Failure::Input(
+            "--export: only a study of [[uncertain]] inputs can be exported: add --samples, or --resume for one that is there"
+                .to_owned(),
+        ));
+    }
+    Ok(())
 }
 
 /// The samples of uncertain inputs that are asked for, or that an earlier study in the folder has.

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 /// Letters that a label shows.
 pub(super) fn letters(label: &str) -> usize {
-    label.chars().filter(|c| !"_^{}".contains(*c)).count()
+    let shown = label.replace("_{", "").replace("^{", "").replace('}', "");
+    shown.chars().count()
 }
 
 /// Text with `_{…}` lowered and `^{…}` raised.
