@@ -1,8 +1,8 @@
 //! The lumen of a branching vessel as hexahedra, from centre-lines with radii.
 //!
 //! Its surface is the smooth union of the tubes around the lines from the root to each end ([`Lumen`]). Lines part at
-//! [junctions](junction::Junction); between these lie branches, each a stack of cross-sections of an O-grid ([`SectionGrid`]), which
-//! begins and ends with the folded cross-sections that it shares with its neighbours.
+//! [junctions](junction::Junction); between these lie branches, each a stack of cross-sections of an O-grid
+//! ([`SectionGrid`]), which begins and ends with the folded cross-sections that it shares with its neighbours.
 
 mod blocks;
 mod branch;
