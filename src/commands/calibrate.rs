@@ -102,21 +102,26 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             wanted.offset += reached - expected;
         }
     }
-    let doubts = still_missed.iter().filter_map(|measure| {
+    Err(not_met(&still_missed, &found, arguments))
+}
+
+/// That these measures do not have their targets, and what helps.
+fn not_met(missed: &[String], found: &Uncertainty, arguments: &Arguments) -> Failure {
+    let doubts = missed.iter().filter_map(|measure| {
         let error = found.chaos(measure)?.leave_one_out_deviation();
         Some(format!(
             "{measure} (its polynomial is off by {} as a rule)",
             significant(error, 2)
         ))
     });
-    Err(Failure::Run(format!(
+    Failure::Run(format!(
         "missed by more than {} % after {} runs: {}; where the polynomial is off by as much, add samples (study --extend) \
          or widen --within; otherwise the inputs would have to leave what [[uncertain]] says of them, or the targets \
          exclude each other",
         significant(100.0 * arguments.within, 2),
         arguments.runs,
         doubts.collect::<Vec<_>>().join(", ")
-    )))
+    ))
 }
 
 /// The targets by the names of the measures, of which the unit may be left out.

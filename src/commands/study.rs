@@ -97,13 +97,9 @@ impl Part {
 
     /// Keeps its models, and returns the numbers that they have in the whole study.
     fn keep(self, models: &mut Vec<BatchRun>) -> Result<Vec<usize>, Failure> {
-        let numbers = (self.first..models.len()).step_by(self.of).collect();
-        let mut number = 0..;
-        models.retain(|_| {
-            number
-                .next()
-                .is_some_and(|i: usize| i % self.of == self.first)
-        });
+        let numbers: Vec<usize> = (self.first..models.len()).step_by(self.of).collect();
+        let all = std::mem::take(models).into_iter();
+        models.extend(all.skip(self.first).step_by(self.of));
         match models.is_empty() {
             true => Err(Failure::Input(format!(
                 "--part {}/{}: the study has fewer models: nothing is left for this part",

@@ -129,8 +129,8 @@ fn value_of(label: &str) -> &str {
     label.rsplit_once('=').map_or(label, |(_, value)| value)
 }
 
-/// Mean and standard deviation.
-fn moments_of(values: &[f64]) -> [f64; 2] {
+/// Mean and standard deviation of two values or more.
+pub(super) fn moments_of(values: &[f64]) -> [f64; 2] {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();

@@ -1,6 +1,7 @@
 //! What the samples of uncertain inputs say: moments, percentiles and indices of each measure, as tables and drawn.
 
 use super::page::{chart, escape, figure, file_name, gallery, line, panel, significant, table};
+use super::samples::moments_of;
 use super::sweep;
 use super::table::PageTable;
 use super::uncertain_maps::UncertainWall;
@@ -32,9 +33,8 @@ pub struct Uncertainty {
     pub(super) inputs: Inputs,
     pub(super) tables: Vec<Uncertain>,
     is_dependent: bool,
-    /// Samples of the table, and runs of it that could be used.
+    /// Samples of the table.
     samples: usize,
-    used: usize,
     /// Of each run that was used its name and the values of its inputs.
     pub(super) points: Vec<(String, Vec<f64>)>,
     pub(super) measures: Vec<UncertainMeasure>,
@@ -101,7 +101,6 @@ impl Uncertainty {
             measures: measures.collect(),
             is_dependent: !correlations.is_empty(),
             samples: rows.len(),
-            used: runs.len(),
             points: (found.iter())
                 .map(|(run, x)| (run.name(), (*x).clone()))
                 .collect(),
@@ -159,7 +158,7 @@ impl Uncertainty {
 
     /// Runs that were used.
     pub fn used(&self) -> usize {
-        self.used
+        self.points.len()
     }
 
     /// Everything as tables, each with the name of its file; `run` is one of those that were used.
@@ -253,7 +252,8 @@ impl Uncertainty {
              has by itself (first-order) and with its interactions (total), of a polynomial chaos fitted by least squares, \
              with intervals of 95 % by bootstrap. The leave-one-out error is the share of the variance that the polynomial \
              of the other samples misses at each.</p>\n",
-            self.used, self.samples
+            self.used(),
+            self.samples
         );
         if self.is_dependent {
             html += "<p>Some inputs are correlated. Of them the index of one that is listed earlier counts what it shares \
@@ -432,10 +432,7 @@ impl UncertainMeasure {
 
     /// Mean and standard deviation of the samples.
     fn moments(&self) -> [f64; 2] {
-        let count = self.values.len() as f64;
-        let mean = self.values.iter().sum::<f64>() / count;
-        let squares: f64 = self.values.iter().map(|x| (x - mean).powi(2)).sum();
-        [mean, (squares / (count - 1.0)).sqrt()]
+        moments_of(&self.values)
     }
 
     fn ends(&self) -> [f64; 2] {
