@@ -20,6 +20,7 @@ const MAY_CHANGE: &[&str] = &[
     "output.checkpoint_interval_min",
     "output.window_start_s",
     "output.window_end_s",
+    "output.measure",
     "fluid.answer_limit_s",
     "fluid.transport",
     "fluid.templates",

@@ -3,7 +3,7 @@
 use super::measured::MOST_POINTS;
 use super::schema::{ValueKind, above, from, whole};
 use super::table::{choice, table, words};
-use super::{Blood, Correlation, Problem, Uncertain, templates};
+use super::{Blood, Correlation, OutputMeasure, Problem, Uncertain, templates};
 use fsi_coupling::acceleration::AccelerationModel;
 use fsi_coupling::convergence::ConvergenceQuantity;
 use fsi_coupling::predictor::Extrapolation;
@@ -245,6 +245,7 @@ table! {
         measured: Option<PathBuf> = "measured", ValueKind::Path,
             "file with what was measured in an experiment: its points are recorded too, for fsi-driver validate", absent "none";
         [section: Option<Vec<OutputSection>>, "cross-sections whose flow, pressure and area are recorded in sections.csv"]
+        [measure: Option<Vec<OutputMeasure>>, "measures that a study of many runs has besides the usual ones"]
     }
 }
 

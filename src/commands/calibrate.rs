@@ -134,22 +134,7 @@ fn wanted(targets: &[String], found: &Uncertainty) -> Result<Vec<Wanted>, Failur
         let value: f64 = (value.trim().parse().ok())
             .filter(|value: &f64| value.is_finite() && *value != 0.0)
             .ok_or_else(|| wrong("expected a number that is not 0 after =".to_owned()))?;
-        let name = name.trim();
-        let is_meant = |measure: &&str| {
-            *measure == name
-                || measure
-                    .split(" / ")
-                    .next()
-                    .is_some_and(|short| short == name)
-        };
-        let known = || found.measures_with_chaos();
-        let measure = known().find(is_meant).ok_or_else(|| {
-            let known: Vec<&str> = known().collect();
-            wrong(format!(
-                "no such measure; the study has: {}",
-                known.join("; ")
-            ))
-        })?;
+        let measure = found.measure_called(name.trim()).map_err(wrong)?;
         Ok(Wanted {
             measure: measure.to_owned(),
             value,

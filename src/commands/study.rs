@@ -2,10 +2,12 @@
 
 use super::{CaseArguments, Failure};
 use crate::case::{Unread, ValuePlace};
-use crate::output::report::{self, CONTROL, ExportForm, SAMPLES, Uncertainty};
+use crate::output::report::{
+    self, CONTROL, ExportForm, MeasuredValue, SAMPLES, TOTAL, Uncertainty,
+};
 use crate::output::results::Results;
 use crate::output::{terminal, write_atomically};
-use crate::run::batch::{self, BatchRun, Board, Outcome, Samples, Variation, Worker};
+use crate::run::batch::{self, BatchRun, Board, Outcome, Samples, StudyModels, Variation, Worker};
 use crate::run::{CaseSelection, Interrupt};
 use crate::simulation::assembly::surroundings;
 use crate::uncertainty::Design;
@@ -55,6 +57,15 @@ pub struct Arguments {
     /// means with the cheaper runs as control variates.
     #[arg(long, value_name = "STUDY", conflicts_with = "part")]
     control: Option<PathBuf>,
+    /// What refining one thing says of the numerical uncertainty: runs of the case with its inputs at their means, the
+    /// first as it is sampled, later ones finer, each by the same factor. Once for each thing. Writes
+    /// total-uncertainty.csv, in which numerical uncertainties and those by the inputs stand side by side (ASME V&V 20).
+    #[arg(long, value_name = "NAME=RUN,RUN…", conflicts_with = "part")]
+    refined: Vec<String>,
+    /// With --refined: what a measure is in an experiment, and its standard uncertainty, such as
+    /// 'inlet pressure, highest=120,2' in the unit of moments.csv.
+    #[arg(long, value_name = "MEASURE=VALUE,UNCERTAINTY", requires = "refined")]
+    measured: Vec<String>,
     /// Runs only every Nth model, from the Kth on: the parts of a study can work on different machines in one folder.
     #[arg(long, value_name = "K/N", value_parser = Part::parse)]
     part: Option<Part>,
@@ -95,18 +106,18 @@ impl Part {
         }
     }
 
-    /// Keeps its models, and returns the numbers that they have in the whole study.
-    fn keep(self, models: &mut Vec<BatchRun>) -> Result<Vec<usize>, Failure> {
-        let numbers: Vec<usize> = (self.first..models.len()).step_by(self.of).collect();
-        let all = std::mem::take(models).into_iter();
-        models.extend(all.skip(self.first).step_by(self.of));
-        match models.is_empty() {
+    /// Keeps its models.
+    fn keep(self, study: &mut StudyModels) -> Result<(), Failure> {
+        let is_in = |number: usize| number % self.of == self.first;
+        study.models.retain(|model| is_in(model.number));
+        study.impossible.retain(|sample| is_in(sample.number));
+        match study.models.is_empty() {
             true => Err(Failure::Input(format!(
                 "--part {}/{}: the study has fewer models: nothing is left for this part",
                 self.first + 1,
                 self.of
             ))),
-            false => Ok(numbers),
+            false => Ok(()),
         }
     }
 }
@@ -137,12 +148,38 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if variants.len() > MOST_SILENT && !arguments.quiet {
         terminal::note(format_args!("checking {} cases", variants.len()));
     }
-    let mut models = batch::find(&arguments.cases, &arguments.models, &variants, &out)?;
-    refuse_unread(&models)?;
-    let numbers = match arguments.part {
-        Some(part) => part.keep(&mut models)?,
-        None => (0..models.len()).collect(),
+    let (cases, are_samples) = (&arguments.cases, samples.is_some());
+    let mut study = batch::find(cases, &arguments.models, &variants, are_samples, &out)?;
+    refuse_unread(&study.models)?;
+    if let Some(part) = arguments.part {
+        part.keep(&mut study)?;
+    }
+    let StudyModels {
+        mut models,
+        impossible,
+    } = study;
+    let all = models.len() + impossible.len();
+    let inputs = |number: usize| match &samples {
+        Some(samples) => format!(" ({})", samples.told(number)),
+        None => String::new(),
     };
+    let impossible: Vec<String> = (impossible.iter())
+        .map(|sample| {
+            format!(
+                "{}{}: {}",
+                sample.name,
+                inputs(sample.number),
+                sample.reason
+            )
+        })
+        .collect();
+    if !impossible.is_empty() {
+        terminal::note(format_args!(
+            "warning: {} of {all} samples cannot be run, and count as failed\n{}",
+            impossible.len(),
+            impossible.join("\n")
+        ));
+    }
     let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
     for model in &models {
         surroundings::check_installed(&model.case)
@@ -178,17 +215,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.part.is_none() {
         write_measures(&runs, &out)?;
         if samples.is_some() {
-            write_uncertainty(&runs, models.len(), &out, &arguments.export)?;
+            write_uncertainty(&runs, all, &out, &arguments.export)?;
         }
         if let Some(cheap) = &arguments.control {
             write_control(&runs, &out, cheap)?;
         }
     }
-    let inputs = |i: usize| match &samples {
-        Some(samples) => format!(" ({})", samples.told(numbers[i])),
-        None => String::new(),
-    };
-    conclude(&models, &outcomes, &out, &runs, &inputs)
+    if !arguments.refined.is_empty() {
+        write_total(&runs, &out, arguments)?;
+    }
+    conclude(&models, &outcomes, impossible, &out, &runs, &inputs)
 }
 
 /// Refuses options that need samples of uncertain inputs, or all of them.
@@ -207,6 +243,13 @@ fn refuse_without_samples(arguments: &Arguments, has_samples: bool) -> Result<()
              no --samples",
             cheap.display()
         )));
+    }
+    if !has_samples && !arguments.refined.is_empty() {
+        return Err(Failure::Input(
+            "--refined: only a study of [[uncertain]] inputs has uncertainties to compare with: add --samples, or --resume for \
+             one that is there"
+                .to_owned(),
+        ));
     }
     if !has_samples && !arguments.export.is_empty() {
         return Err(Failure::Input(
@@ -339,6 +382,53 @@ fn write_control(runs: &[Results], out: &Path, cheap: &Path) -> Result<(), Failu
     Ok(())
 }
 
+/// Writes numerical uncertainties beside those by the inputs.
+fn write_total(runs: &[Results], out: &Path, arguments: &Arguments) -> Result<(), Failure> {
+    let found = Uncertainty::of(&runs.iter().collect::<Vec<_>>(), out);
+    let found = found.map_err(|e| Failure::Run(e.to_string()))?;
+    let (Some(found), Some(sample)) = (found, runs.first()) else {
+        return Ok(());
+    };
+    let load = |path: &str| {
+        let run = Results::load(Path::new(path));
+        run.map_err(|e| Failure::Input(format!("--refined: {e}")))
+    };
+    let series = super::tables::refinement_series(&arguments.refined, "--refined ", load)?;
+    let measured: Vec<MeasuredValue> = (arguments.measured.iter())
+        .map(|text| measured_value(text, &found))
+        .collect::<Result<_, _>>()?;
+    let table = found.total(&sample.case, &series, &measured);
+    let table = table.map_err(|e| Failure::Input(format!("--refined: {e}")))?;
+    write_atomically(&out.join(TOTAL), table.to_csv().as_bytes())
+        .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
+    terminal::print(format_args!("{}", table.to_markdown()))?;
+    Ok(())
+}
+
+fn measured_value(text: &str, study: &Uncertainty) -> Result<MeasuredValue, Failure> {
+    let wrong = |what: &str| Failure::Input(format!("--measured '{text}': {what}"));
+    let parts = text.rsplit_once('=').and_then(|(name, numbers)| {
+        let (value, uncertainty) = numbers.split_once(',')?;
+        let numbers = [value, uncertainty].map(|x| x.trim().parse::<f64>().ok());
+        Some((name.trim(), numbers[0]?, numbers[1]?))
+    });
+    match parts {
+        Some((name, value, uncertainty)) if value.is_finite() && uncertainty >= 0.0 => {
+            Ok(MeasuredValue {
+                measure: study
+                    .measure_called(name)
+                    .map_err(|e| wrong(&e))?
+                    .to_owned(),
+                value,
+                uncertainty,
+            })
+        }
+        _ => Err(wrong(
+            "expected MEASURE=VALUE,UNCERTAINTY with numbers, such as 'inlet pressure, highest=120,2'",
+        )),
+    }
+}
+
 /// Names of runs whose histories are the same though their cases are not, each with the first of its kind.
 fn alike(runs: &[Results]) -> Vec<(String, String)> {
     let figures = |run: &Results| -> Vec<[u64; 4]> {
@@ -362,27 +452,32 @@ fn alike(runs: &[Results]) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Says what became of the models; `inputs` are the words for those of a sample.
+/// Says what became of the models; `inputs` are the words for those of a sample, `impossible` samples that cannot be run.
 fn conclude(
     models: &[BatchRun],
     outcomes: &[Outcome],
+    impossible: Vec<String>,
     out: &Path,
     runs: &[Results],
     inputs: &dyn Fn(usize) -> String,
 ) -> Result<(), Failure> {
-    let failed: Vec<String> = (models.iter().zip(outcomes).enumerate())
-        .filter_map(|(i, (model, outcome))| match outcome {
-            Outcome::Failed(reason) => Some(format!("{}{}: {reason}", model.name, inputs(i))),
+    let cannot = impossible.len();
+    let mut failed = impossible;
+    failed.extend(
+        (models.iter().zip(outcomes)).filter_map(|(model, outcome)| match outcome {
+            Outcome::Failed(reason) => {
+                Some(format!("{}{}: {reason}", model.name, inputs(model.number)))
+            }
             _ => None,
-        })
-        .collect();
+        }),
+    );
     let done = outcomes.iter().filter(|o| **o == Outcome::Done).count();
     for (name, other) in alike(runs) {
         terminal::note(format_args!(
             "warning: {other} has the history of {name} to the last digit: what differs in their cases does nothing"
         ));
     }
-    let (all, shown) = (models.len(), out.display());
+    let (all, shown) = (models.len() + cannot, out.display());
     let again = "--resume continues them";
     if done == all {
         return Ok(terminal::print(format_args!(

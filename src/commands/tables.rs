@@ -164,22 +164,7 @@ fn table(
             agreement_of([&a?, &b?, &c?, &d?], &others, names)?
         }
         ["uncertainty", base, series @ ..] if !series.is_empty() => {
-            let series = series.iter().map(|text| {
-                let (name, runs) = text.split_once('=').ok_or_else(|| {
-                    Failure::Input(format!("`{text}` is not NAME=RUN,RUN…; {KINDS}"))
-                })?;
-                let runs: Vec<Results> = runs.split(',').map(run).collect::<Result<_, _>>()?;
-                match runs.len() {
-                    0 | 1 => Err(Failure::Input(format!(
-                        "`{text}`: a series has two runs or more"
-                    ))),
-                    _ => Ok(RefinementSeries {
-                        name: name.replace('_', " "),
-                        runs,
-                    }),
-                }
-            });
-            uncertainty(&run(base)?, &series.collect::<Result<Vec<_>, _>>()?)
+            uncertainty(&run(base)?, &refinement_series(series, "", run)?)
         }
         ["measured", file, runs @ ..] if !runs.is_empty() => {
             validation(folder, file, runs)?.summary()
@@ -207,6 +192,30 @@ fn table(
         }
     };
     Ok(table.to_markdown())
+}
+
+/// Series of runs, each as NAME=RUN,RUN… with `_` for a space in the name; `option` is where they are given.
+pub(super) fn refinement_series<T: AsRef<str>>(
+    series: &[T],
+    option: &str,
+    run: impl Fn(&str) -> Result<Results, Failure>,
+) -> Result<Vec<RefinementSeries>, Failure> {
+    let one = |text: &T| {
+        let text = text.as_ref();
+        let wrong = |what: &str| Failure::Input(format!("{option}`{text}`: {what}"));
+        let (name, runs) = text
+            .split_once('=')
+            .ok_or_else(|| wrong("expected NAME=RUN,RUN…, from coarse to fine"))?;
+        let runs: Vec<Results> = runs.split(',').map(&run).collect::<Result<_, _>>()?;
+        match runs.len() {
+            0 | 1 => Err(wrong("a series has two runs or more")),
+            _ => Ok(RefinementSeries {
+                name: name.replace('_', " "),
+                runs,
+            }),
+        }
+    };
+    series.iter().map(one).collect()
 }
 
 /// Runs compared with an experiment; file and folders begin at `folder`.

@@ -254,7 +254,7 @@ impl HemodynamicsSummary {
             .max_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(format!(
             "the mean wall shear stress alternates from step to step, by {:.1} % in the region {region}: that can grow from beat to beat; \
-             structure.time_scheme = \"bossak\" damps it (docs/coupling.md)",
+             structure.time_scheme = \"bossak\" damps it, and shorter steps do where that is set (docs/coupling.md)",
             100.0 * share
         ))
     }

@@ -21,7 +21,7 @@ use checkpoint::{Checkpoint, Store, StoreError};
 pub(crate) use clock::is_due;
 use clock::{Clock, ClockReading};
 use observer::{AcceptedStep, AcceptedWall, Note, Observer};
-use rescue::Trouble;
+use rescue::Troubles;
 use std::io;
 use std::time::Instant;
 use totals::Totals;
@@ -95,8 +95,8 @@ pub struct Simulation<F, S: Solid, O> {
     totals: Totals,
     /// The accepted step of which the observer has not been told yet.
     untold: Option<AcceptedStep>,
-    /// The step that makes trouble, if one does.
-    trouble: Option<Trouble>,
+    /// The steps that make trouble.
+    troubles: Troubles,
     /// The step after which the run ends with a checkpoint, and why, if the next one has been given up.
     last_good: Option<(usize, String)>,
     /// What the checkpoint needs of structure and coupling if the step that is being solved is given up; kept where
@@ -143,7 +143,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             checkpoints: None,
             totals: Totals::default(),
             untold: None,
-            trouble: None,
+            troubles: Troubles::default(),
             last_good: None,
             beginning: None,
             pace: 0.0,

@@ -15,64 +15,29 @@ const ENOUGH_SWEEPS: u32 = 10;
 /// Sweeps that the fluid may spend in the second attempt and in later ones, times those of the first, where it is to
 /// blame.
 const MORE_SWEEPS: [u32; 2] = [4, 10];
-/// Deaths of the fluid without a step beyond all earlier ones.
-const DEATHS: usize = 4;
+/// Ways back to a checkpoint without a step beyond all earlier ones.
+const RETURNS: usize = 4;
 
 /// A step of the case, from 1, and how much of it was done before, see [`StepSubdivision::done`](super::subdivision::StepSubdivision::done).
 type StepPlace = (usize, usize);
 
-/// What is known of the step that makes trouble.
+/// What is known of a step that makes trouble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trouble {
-    /// Where; if the fluid has died, the farthest that was reached.
     at: StepPlace,
     /// The attempt that comes next, from 1.
     attempt: usize,
     /// Parts into which the next attempt cuts a step of the case.
     parts: usize,
-    /// Deaths of the fluid since.
-    deaths: usize,
     /// Whether the fluid left its equations unsolved.
     of_the_fluid: bool,
 }
 
 impl Trouble {
-    /// What is known after the step, cut into `parts`, has failed `at` a place; `dead` if the fluid died.
-    fn after(earlier: Option<Self>, at: StepPlace, parts: usize, dead: bool) -> Self {
-        let earlier = earlier.filter(|trouble| trouble.at >= at);
-        let deaths = earlier.map_or(0, |trouble| trouble.deaths) + usize::from(dead);
-        let mut trouble = match earlier {
-            Some(earlier) if at == earlier.at => Self {
-                attempt: earlier.attempt + 1,
-                parts,
-                ..earlier
-            },
-            // On the way back to where it was.
-            Some(earlier) if dead => earlier,
-            // A death may be an accident: first everything is done again as it was.
-            _ => Self {
-                at,
-                attempt: if dead { 1 } else { 2 },
-                parts,
-                deaths,
-                of_the_fluid: false,
-            },
-        };
-        trouble.deaths = deaths;
-        if at == trouble.at && trouble.attempt > ATTEMPTS {
-            trouble.cut(parts);
-        }
-        trouble
-    }
-
     /// Makes the next attempt one with shorter steps than `parts` of a step of the case.
     fn cut(&mut self, parts: usize) {
         self.attempt = self.attempt.max(ATTEMPTS + 1);
         self.parts = 2 * parts;
-    }
-
-    fn is_hopeless(self, max_halvings: usize) -> bool {
-        self.parts > 1 << max_halvings || self.deaths > DEATHS
     }
 
     /// Sweeps of the fluid in the next attempt, times the usual number.
@@ -93,22 +58,77 @@ impl Trouble {
     }
 }
 
+/// The steps that make trouble, the farthest first. On the way back to one of them others may fail: what is known of it
+/// must not be lost, or the run would go round and round.
+#[derive(Debug, Clone, Default)]
+pub struct Troubles {
+    all: Vec<Trouble>,
+    /// Ways back to a checkpoint without a step beyond the farthest.
+    returns: usize,
+}
+
+impl Troubles {
+    fn at(&self, place: StepPlace) -> Option<Trouble> {
+        self.all.iter().copied().find(|trouble| trouble.at == place)
+    }
+
+    /// Forgets what lies before a place that was reached.
+    fn leave(&mut self, place: StepPlace) {
+        self.all.retain(|trouble| trouble.at >= place);
+        if self.all.is_empty() {
+            self.returns = 0;
+        }
+    }
+
+    /// What is to be done after the step, cut into `parts`, has failed `at` a place; `gone` if its beginning is lost,
+    /// `dead` if that is so because the fluid died.
+    fn after(&mut self, at: StepPlace, parts: usize, gone: bool, dead: bool) -> &mut Trouble {
+        self.leave(at);
+        self.returns += usize::from(gone);
+        let is_known = self.at(at).is_some();
+        // A death on the way back to where it was tells nothing of the step.
+        let place = match self.all.first() {
+            Some(farthest) if dead && !is_known => farthest.at,
+            _ => at,
+        };
+        let found = self.all.iter().position(|trouble| trouble.at == place);
+        let found = found.unwrap_or_else(|| {
+            self.all.push(Trouble {
+                at,
+                // A death may be an accident: first everything is done again as it was.
+                attempt: usize::from(!dead),
+                parts,
+                of_the_fluid: false,
+            });
+            self.all.len() - 1
+        });
+        let trouble = &mut self.all[found];
+        if place == at {
+            trouble.attempt += 1;
+            trouble.parts = parts;
+            if trouble.attempt > ATTEMPTS {
+                trouble.cut(parts);
+            }
+        }
+        trouble
+    }
+
+    fn is_hopeless(&self, trouble: Trouble, max_halvings: usize) -> bool {
+        trouble.parts > 1 << max_halvings || self.returns > RETURNS
+    }
+}
+
 impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
     fn place(&self) -> StepPlace {
         let reading = self.clock.reading();
         (reading.steps + 1, reading.subdivision.done())
     }
 
-    /// What is known of the step that comes, if it has made trouble.
-    fn trouble_here(&self) -> Option<Trouble> {
-        self.trouble.filter(|trouble| trouble.at == self.place())
-    }
-
     /// Prepares the next attempt at the step that comes and says which it is, from 1.
     pub(super) fn attempt(&mut self) -> usize {
         let place = self.place();
-        self.trouble = self.trouble.filter(|trouble| trouble.at >= place);
-        let here = self.trouble_here();
+        self.troubles.leave(place);
+        let here = self.troubles.at(place);
         if let Some(trouble) = here {
             self.clock.refine(trouble.parts);
         }
@@ -130,7 +150,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
     pub(super) fn rescue(&mut self, failed: FailedStep) -> Result<String, SimulationError> {
         let place = self.place();
         let (number, time) = (place.0, self.clock.next_time());
-        let attempt = self.trouble_here().map_or(1, |trouble| trouble.attempt);
+        let attempt = self.troubles.at(place).map_or(1, |trouble| trouble.attempt);
         self.totals.failed_attempts += 1;
         self.observer.failed(&FailedAttempt {
             time,
@@ -153,18 +173,15 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
             return self.keep_last_good(number - 1, what);
         }
         let parts = self.clock.reading().subdivision.parts();
-        let mut trouble = Trouble::after(self.trouble, place, parts, gone);
-        if gone && !dead {
-            trouble.attempt = trouble.attempt.max(2); // no accident
-        }
+        let trouble = self.troubles.after(place, parts, gone, dead);
         trouble.of_the_fluid |= of_the_fluid;
         // Even a solver that dies of an overflow may have been killed from outside the first time.
         if needs_shorter_steps && !(dead && attempt == 1 && trouble.attempt == 1) {
             trouble.cut(parts);
         }
-        self.trouble = Some(trouble);
+        let trouble = *trouble;
         let max_halvings = self.settings.max_halvings;
-        if trouble.is_hopeless(max_halvings) {
+        if self.troubles.is_hopeless(trouble, max_halvings) {
             let sweeps = match of_the_fluid {
                 true => ", with up to ten times as many sweeps of the fluid",
                 false => "",
@@ -184,13 +201,13 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         let Ok(found) = self.newest() else {
             return Err(SimulationError::Step(what));
         };
-        for death in trouble.deaths.. {
+        for death in self.troubles.returns.. {
             // Whatever killed it (memory, perhaps) may need a moment to pass.
             std::thread::sleep(Duration::from_millis(200) * death as u32);
             self.totals.fluid_restarts += usize::from(dead);
             match self.go_back(&found.checkpoint) {
                 Ok(()) => break,
-                Err(error) if death >= DEATHS => return Err(error),
+                Err(error) if death >= RETURNS => return Err(error),
                 Err(_) => {}
             }
         }
@@ -214,7 +231,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         if self.go_back(&found.checkpoint).is_err() {
             return Err(SimulationError::Step(reason));
         }
-        self.trouble = None;
+        self.troubles = Troubles::default();
         let told = format!(
             "{reason}\nThe steps from {} on are repeated to keep the last good one",
             found.path.display()
@@ -290,19 +307,18 @@ impl RescueVerdict {
 
 #[cfg(test)]
 mod tests {
-    use super::Trouble;
+    use super::Troubles;
 
     /// Attempts and parts after each failure at one place, until there is no hope.
     fn attempts(dead: bool, max_halvings: usize) -> Vec<(usize, usize)> {
-        let (mut trouble, mut parts, mut all) = (None, 1, Vec::new());
+        let (mut troubles, mut parts, mut all) = (Troubles::default(), 1, Vec::new());
         loop {
-            let next = Trouble::after(trouble, (7, 0), parts, dead);
-            if next.is_hopeless(max_halvings) {
+            let next = *troubles.after((7, 0), parts, dead, dead);
+            if troubles.is_hopeless(next, max_halvings) {
                 return all;
             }
             all.push((next.attempt, next.parts));
             parts = parts.max(next.parts);
-            trouble = Some(next);
         }
     }
 
@@ -321,47 +337,73 @@ mod tests {
     /// Deaths on the way back to the step do not count as attempts but not forever.
     #[test]
     fn deaths_during_recovery_are_no_attempts() {
-        let mut trouble = Trouble::after(None, (7, 0), 1, true);
+        let mut troubles = Troubles::default();
+        let mut trouble = *troubles.after((7, 0), 1, true, true);
         let mut deaths = 1;
-        while !trouble.is_hopeless(0) {
-            trouble = Trouble::after(Some(trouble), (5, 0), 1, true);
+        while !troubles.is_hopeless(trouble, 0) {
+            trouble = *troubles.after((5, 0), 1, true, true);
             deaths += 1;
         }
-        assert_eq!((deaths, trouble.attempt), (5, 1));
-        assert_eq!(Trouble::after(Some(trouble), (8, 0), 1, false).attempt, 2);
+        assert_eq!((deaths, trouble.at, trouble.attempt), (5, (7, 0), 1));
+        assert_eq!(troubles.after((8, 0), 1, false, false).attempt, 2);
+        assert_eq!(troubles.returns, 0);
     }
 
     #[test]
     fn where_sweeps_do_not_help_steps_are_cut_at_once() {
-        let mut trouble = Trouble::after(None, (7, 0), 1, false);
+        let mut troubles = Troubles::default();
+        let trouble = troubles.after((7, 0), 1, false, false);
         trouble.cut(1);
         assert_eq!((trouble.attempt, trouble.parts, trouble.care()), (4, 2, 2));
-        let mut trouble = Trouble::after(Some(trouble), (7, 0), 2, false);
+        let trouble = troubles.after((7, 0), 2, false, false);
         assert_eq!((trouble.attempt, trouble.parts), (5, 4));
         trouble.cut(2);
         assert_eq!((trouble.attempt, trouble.parts), (5, 4));
-        assert!(trouble.is_hopeless(1) && !trouble.is_hopeless(2));
+        let trouble = *trouble;
+        assert!(troubles.is_hopeless(trouble, 1) && !troubles.is_hopeless(trouble, 2));
     }
 
     #[test]
     fn a_fluid_that_is_to_blame_may_spend_more_sweeps() {
-        let mut trouble = Trouble::after(None, (7, 0), 1, false);
+        let mut troubles = Troubles::default();
+        let trouble = troubles.after((7, 0), 1, false, false);
         assert_eq!(trouble.sweeps(), 1);
         trouble.of_the_fluid = true;
         assert_eq!(trouble.sweeps(), 4);
-        let trouble = Trouble::after(Some(trouble), (7, 0), 1, false);
-        assert_eq!(trouble.sweeps(), 10);
-        let trouble = Trouble::after(Some(trouble), (7, 0), 1, false);
+        assert_eq!(troubles.after((7, 0), 1, false, false).sweeps(), 10);
+        let trouble = troubles.after((7, 0), 1, false, false);
         assert_eq!((trouble.sweeps(), trouble.parts), (4, 2));
     }
 
     #[test]
     fn a_failure_on_the_way_back_is_met_with_care_as_well() {
-        let trouble = Trouble::after(None, (7, 4), 2, true);
-        let trouble = Trouble::after(Some(trouble), (5, 0), 1, false);
+        let mut troubles = Troubles::default();
+        troubles.after((7, 4), 2, true, true);
+        let trouble = *troubles.after((5, 0), 1, false, false);
         assert_eq!(
-            (trouble.at, trouble.attempt, trouble.deaths),
+            (trouble.at, trouble.attempt, troubles.returns),
             ((5, 0), 2, 1)
         );
+    }
+
+    /// A step that fails too late sends the run back over one that fails each time: the farther one is tried with more
+    /// and more care until it is given up.
+    #[test]
+    fn a_step_that_fails_on_each_way_back_does_not_hide_the_farther_one() {
+        let mut troubles = Troubles::default();
+        let mut farther = Vec::new();
+        loop {
+            let nearer = *troubles.after((8, 0), 1, false, false);
+            assert_eq!(nearer.attempt, 2);
+            troubles.leave((9, 0));
+            let far = troubles.after((27, 0), 1, true, false);
+            far.of_the_fluid = true;
+            farther.push((far.attempt, far.parts));
+            let far = *far;
+            if troubles.is_hopeless(far, 0) {
+                break;
+            }
+        }
+        assert_eq!(farther, [(2, 1), (3, 1), (4, 2)]);
     }
 }

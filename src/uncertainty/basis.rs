@@ -77,13 +77,15 @@ impl Polynomials {
     }
 }
 
-/// The degrees in each of `inputs` germs of all products whose degrees have at most this `norm`, `(sum of n^q)^(1/q)`,
-/// the constant first: up to a total degree with q = 1, fewer with high degrees in several germs below.
-pub fn terms(inputs: usize, degree: usize, norm: f64) -> Vec<Vec<usize>> {
+/// The degrees in each germ of all products whose degrees n have at most this `norm` q, `(sum of (n/w)^q)^(1/q)`, with the
+/// `weights` w of the germs (1 or less), the constant first: up to a total degree with q = 1, fewer with high degrees in
+/// several germs below.
+pub fn terms(weights: &[f64], degree: usize, norm: f64) -> Vec<Vec<usize>> {
     let size = |term: &[usize]| -> f64 {
-        let powers = term.iter().filter(|n| **n > 0);
-        powers.map(|n| (*n as f64).powf(norm)).sum()
+        let powers = term.iter().zip(weights).filter(|(n, _)| **n > 0);
+        powers.map(|(n, w)| (*n as f64 / w).powf(norm)).sum()
     };
+    let inputs = weights.len();
     let most = (degree as f64).powf(norm) + 1e-9;
     let mut all = vec![vec![0; inputs]];
     let mut last = all.clone();
@@ -142,14 +144,14 @@ mod tests {
 
     #[test]
     fn products_are_made_once() {
-        let mut all = terms(6, 2, 1.0);
+        let mut all = terms(&[1.0; 6], 2, 1.0);
         assert_eq!(all.len(), 28);
         assert_eq!(all[0], [0; 6]);
         all.sort_unstable();
         all.dedup();
         assert_eq!(all.len(), 28);
-        assert_eq!(terms(3, 10, 1.0).len(), 286);
+        assert_eq!(terms(&[1.0; 3], 10, 1.0).len(), 286);
         // 1, x, .., x⁴, the same of y, and x y: (1 + 1)² = 4
-        assert_eq!(terms(2, 4, 0.5).len(), 10);
+        assert_eq!(terms(&[1.0; 2], 4, 0.5).len(), 10);
     }
 }

@@ -10,6 +10,14 @@ use nalgebra::{DMatrix, DVector};
 const NORMS: [(f64, usize); 2] = [(1.0, 12), (0.5, 20)];
 /// Candidates per sample, at most: among too many, some fit by chance.
 const MOST_CANDIDATES: usize = 2;
+/// Candidates where all inputs have the same degrees, at most: more degrees are given to those that matter.
+const MOST_EVEN_CANDIDATES: usize = 1000;
+/// The same of degrees that go by what an input does.
+const UNEVEN_NORMS: [(f64, usize); 2] = [(1.0, 40), (0.5, 60)];
+/// Degrees in an input go by its total index to this power.
+const UNEVENNESS: f64 = 0.25;
+/// A total index that is smaller counts as this much.
+const LEAST_INDEX: f64 = 1e-9;
 /// Samples per term, at least: fewer leave nothing to tell how large the errors are.
 pub(super) const LEAST_SAMPLES: usize = 2;
 /// Steps without a smaller error after which no more terms are tried.
@@ -53,32 +61,30 @@ pub struct SensitivityIndex {
 impl Chaos {
     /// Of the `values` at samples with these germs. The terms are chosen one after the other by what they explain of
     /// the rest (orthogonal matching pursuit), of all degrees that the samples allow, and as many as have the smallest
-    /// leave-one-out error. `None` if the values do not differ, or are too few for a term besides the constant.
+    /// leave-one-out error; once more with higher degrees in those inputs that matter more. `None` if the values do not differ, or are too few for a term besides the constant.
     pub fn fit(inputs: &Inputs, germs: &[Vec<f64>], values: &[f64]) -> Option<Self> {
         let y = DVector::from_column_slice(values);
         let size = y.amax();
         if y.len() < 3 || y.max() - y.min() <= CONSTANT * size {
             return None;
         }
-        let mut best: Option<(f64, Self)> = None;
-        let degrees = |(norm, most)| (1..=most).map(move |degree| (norm, degree));
-        for (norm, degree) in NORMS.into_iter().flat_map(degrees) {
-            let terms = terms(inputs.count(), degree, norm);
-            if degree > 1 && terms.len() > MOST_CANDIDATES * y.len() {
-                continue;
-            }
-            let laws = inputs.germs().into_iter();
-            let polynomials: Vec<_> = laws.map(|germ| Polynomials::new(germ, degree)).collect();
-            let matrix = matrix(&polynomials, &terms, germs);
-            let (chosen, error) = choose(&matrix, &y);
-            if best.as_ref().is_none_or(|(least, _)| error < *least) {
-                let columns = matrix.select_columns(&chosen);
-                let terms = chosen.iter().map(|&i| terms[i].clone()).collect();
-                best = Some((error, Self::of(polynomials, terms, &columns, &y)?));
-            }
-        }
-        best.map(|(_, chaos)| chaos)
-            .filter(|chaos| chaos.size() > 1)
+        let samples = Samples { inputs, germs, y };
+        let even = vec![1.0; inputs.count()];
+        let most = MOST_EVEN_CANDIDATES.min(MOST_CANDIDATES * samples.y.len());
+        let best = samples.best(&NORMS, &even, most)?;
+        // Then those inputs have higher degrees that have a larger share in what was found.
+        let totals: Vec<f64> = (0..inputs.count())
+            .map(|i| best.1.share(&best.1.coefficients, |term| term[i] > 0))
+            .collect();
+        let largest = totals.iter().copied().fold(LEAST_INDEX, f64::max);
+        let weight = |total: &f64| (total.max(LEAST_INDEX) / largest).powf(UNEVENNESS);
+        let weights: Vec<f64> = totals.iter().map(weight).collect();
+        let uneven = samples.best(&UNEVEN_NORMS, &weights, samples.y.len());
+        let chaos = match uneven {
+            Some(uneven) if uneven.0 < best.0 => uneven.1,
+            _ => best.1,
+        };
+        Some(chaos).filter(|chaos| chaos.size() > 1)
     }
 
     fn of(
@@ -139,6 +145,13 @@ impl Chaos {
         variance(&self.coefficients).sqrt()
     }
 
+    /// The share of the variance of the terms that are meant, with these coefficients.
+    fn share(&self, coefficients: &DVector<f64>, is_meant: impl Fn(&[usize]) -> bool) -> f64 {
+        let squares = self.terms.iter().zip(coefficients.iter());
+        let meant = squares.filter(|(term, _)| is_meant(term));
+        meant.fold(0.0, |sum, (_, c)| sum + c * c) / variance(coefficients)
+    }
+
     /// The indices of all inputs. The intervals are those of the polynomials with the same terms of values that differ
     /// from the fitted ones by leave-one-out errors of samples chosen at random, larger by the [`correction`] for few
     /// samples. Of an input without a term they reach up to the leave-one-out error.
@@ -159,11 +172,7 @@ impl Chaos {
             };
             let with_others = |term: &[usize]| term[input] > 0;
             let [first, total] = [&alone as &dyn Fn(&[usize]) -> bool, &with_others].map(|has| {
-                let share = |c: &DVector<f64>| {
-                    let squares = self.terms.iter().zip(c.iter());
-                    let of_input = squares.filter(|(term, _)| has(term));
-                    of_input.fold(0.0, |sum, (_, c)| sum + c * c) / variance(c)
-                };
+                let share = |c: &DVector<f64>| self.share(c, has);
                 (
                     share(&self.coefficients),
                     interval(repeated.iter().map(share).collect()),
@@ -183,6 +192,39 @@ impl Chaos {
             }
         };
         (0..self.polynomials.len()).map(index).collect()
+    }
+}
+
+/// What was found at the samples.
+struct Samples<'a> {
+    inputs: &'a Inputs,
+    germs: &'a [Vec<f64>],
+    y: DVector<f64>,
+}
+
+impl Samples<'_> {
+    /// The polynomial with the smallest leave-one-out error of all norms and degrees that have at most so many
+    /// candidates, and that error with the [`correction`]; degrees in an input count over its weight.
+    fn best(&self, norms: &[(f64, usize)], weights: &[f64], most: usize) -> Option<(f64, Chaos)> {
+        let mut best: Option<(f64, Chaos)> = None;
+        for &(norm, highest) in norms {
+            for degree in 1..=highest {
+                let terms = terms(weights, degree, norm);
+                if degree > 1 && terms.len() > most {
+                    break;
+                }
+                let laws = self.inputs.germs().into_iter();
+                let polynomials: Vec<_> = laws.map(|g| Polynomials::new(g, degree)).collect();
+                let matrix = matrix(&polynomials, &terms, self.germs);
+                let (chosen, error) = choose(&matrix, &self.y);
+                if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                    let columns = matrix.select_columns(&chosen);
+                    let terms = chosen.iter().map(|&i| terms[i].clone()).collect();
+                    best = Some((error, Chaos::of(polynomials, terms, &columns, &self.y)?));
+                }
+            }
+        }
+        best
     }
 }
 
@@ -348,22 +390,37 @@ mod tests {
         );
     }
 
-    /// Of eight inputs with a kink in each, for which polynomials are not made (published: Saltelli and Sobol' 1995).
-    #[test]
-    fn indices_of_the_g_function_are_near_those_published() {
+    /// Of eight inputs with a kink in each, for which polynomials are not made: largest errors of the exact indices.
+    fn error_of_the_g_function(count: usize) -> f64 {
         let inputs = Inputs::new(vec![Distribution::uniform(0.0, 1.0); 8], &[]).unwrap();
-        let first = [
-            0.7165, 0.1791, 0.0237, 0.0072, 0.0001, 0.0001, 0.0001, 0.0001,
-        ];
-        let total = [
-            0.7871, 0.2422, 0.0343, 0.0105, 0.0001, 0.0001, 0.0001, 0.0001,
-        ];
-        for (count, largest) in [(128, 0.012), (512, 0.0045)] {
-            let error = error(
-                &chaos(&format!("sobol:{count}"), &inputs, g_function),
-                &first,
-                &total,
+        let a = [0.0, 1.0, 4.5, 9.0, 99.0, 99.0, 99.0, 99.0];
+        // Saltelli and Sobol' (1995): each factor has the variance 1/3 over (1 + a) squared.
+        let variances = a.map(|a: f64| 1.0 / (3.0 * (1.0 + a).powi(2)));
+        let all = variances.iter().map(|v| 1.0 + v).product::<f64>() - 1.0;
+        let first = variances.map(|v| v / all);
+        let total = variances.map(|v| v * (all + 1.0) / ((1.0 + v) * all));
+        assert!((first[0] - 0.7162).abs() < 5e-5 && (total[1] - 0.2422).abs() < 5e-5);
+        let chaos = chaos(&format!("sobol:{count}"), &inputs, g_function);
+        error(&chaos, &first, &total)
+    }
+
+    #[test]
+    fn indices_of_the_g_function_come_near_those_published() {
+        for (count, largest) in [(128, 0.012), (256, 0.0055), (512, 0.003), (1024, 0.0013)] {
+            let error = error_of_the_g_function(count);
+            assert!(
+                error < largest && error > 0.5 * largest,
+                "{count}: {error:e}"
             );
+        }
+    }
+
+    /// The fourth digit.
+    #[test]
+    #[ignore = "minutes"]
+    fn indices_of_the_g_function_are_those_published() {
+        for (count, largest) in [(2048, 2e-4), (4096, 6e-5)] {
+            let error = error_of_the_g_function(count);
             assert!(
                 error < largest && error > 0.5 * largest,
                 "{count}: {error:e}"

@@ -23,10 +23,10 @@ impl FieldChaos {
     /// Of `values`, samples x places, found at these germs; `None` if the samples are too few for a degree of 1.
     pub fn fit(inputs: &Inputs, germs: &[Vec<f64>], values: &DMatrix<f64>) -> Option<Self> {
         let samples = values.nrows();
-        let fits =
-            |degree: &usize| LEAST_SAMPLES * terms(inputs.count(), *degree, 1.0).len() <= samples;
+        let even = vec![1.0; inputs.count()];
+        let fits = |degree: &usize| LEAST_SAMPLES * terms(&even, *degree, 1.0).len() <= samples;
         let degree = (1..=HIGHEST).rev().find(fits)?;
-        let terms = terms(inputs.count(), degree, 1.0);
+        let terms = terms(&even, degree, 1.0);
         let laws = inputs.germs().into_iter();
         let polynomials: Vec<_> = laws.map(|germ| Polynomials::new(germ, degree)).collect();
         let qr = matrix(&polynomials, &terms, germs).qr();

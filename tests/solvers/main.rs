@@ -50,6 +50,7 @@ mod rigid_vessel;
 mod run_support;
 mod simulation;
 mod study;
+mod study_uncertainty;
 mod tables;
 mod terminal;
 mod tethered_wave;

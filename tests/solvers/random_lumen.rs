@@ -130,3 +130,39 @@ fn a_study_samples_each_mode() {
     let html = read("report.html");
     assert!(html.contains("6 of 6 samples were used") && html.contains("lumen 4"));
 }
+
+/// A sample whose lumen would close is named and counts as failed; the others run.
+#[test]
+fn a_sample_that_cannot_be_run_counts_as_failed() {
+    let folder = tempfile::tempdir().unwrap();
+    let random = RANDOM.replace("0.2e-3", "1.1e-3");
+    let case = case(folder.path(), "own", &format!("{random}{INPUT}"));
+    let out = folder.path().join("out");
+    let study = |more: &[&str]| {
+        let word = ["study", "--jobs", "2", "--quiet", "--cases"];
+        command(&word, &case, &out, 1, more)
+    };
+    let done = study(&["--samples", "sobol:6"]);
+    let said = text(&done);
+    assert_eq!(done.status.code(), Some(1), "{said}");
+    let part = "samples cannot be run, and count as failed";
+    let count = said.split(" of 6 ").next().unwrap();
+    let count: usize = count.rsplit(' ').next().unwrap().parse().unwrap();
+    assert!((1..=4).contains(&count) && said.contains(part), "{said}");
+    assert!(
+        said.contains(&format!(
+            "indices and moments are of {} of 6 samples",
+            6 - count
+        )),
+        "{said}"
+    );
+    let runs = (1..=6).filter(|i| out.join(format!("own-00{i}")).exists());
+    assert_eq!(runs.count(), 6 - count, "{said}");
+    // Each is named with its inputs and the reason.
+    let named = said
+        .lines()
+        .filter(|line| line.contains("(lumen 1 = ") && line.contains("`random_lumen"));
+    assert_eq!(named.count(), 2 * count, "{said}");
+    let again = study(&["--resume"]);
+    assert!(text(&again).contains(part), "{}", text(&again));
+}

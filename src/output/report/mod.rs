@@ -9,6 +9,7 @@ mod flow_sections;
 mod initial_state;
 mod key_figures;
 pub(crate) mod maps;
+mod measure;
 pub(crate) mod page;
 mod picture;
 mod preview;
@@ -25,6 +26,7 @@ mod uncertain_maps;
 mod uncertainty;
 mod uncertainty_control;
 mod uncertainty_export;
+mod uncertainty_total;
 
 use super::comparison::Comparison;
 use super::refinement::Refined;
@@ -41,6 +43,7 @@ pub use table::PageTable;
 pub use uncertainty::{SAMPLES, Uncertainty};
 pub use uncertainty_control::CONTROL;
 pub use uncertainty_export::ExportForm;
+pub use uncertainty_total::{MeasuredValue, TOTAL};
 
 /// The page of a run.
 pub fn of_run(run: &Results) -> io::Result<String> {

@@ -47,7 +47,10 @@ pub fn page(study: &Study) -> io::Result<String> {
     let mut page = Page::new(&study.title, &lead);
     let uncertainty = Uncertainty::of(&runs, &study.folder).map_err(io::Error::other)?;
     if let Some(uncertainty) = uncertainty {
-        let html = uncertainty.section(runs[0])? + &super::uncertainty_control::kept(&study.folder);
+        let folder = &study.folder;
+        let html = uncertainty.section(runs[0])?
+            + &super::uncertainty_total::kept(folder)
+            + &super::uncertainty_control::kept(folder);
         page.section("uncertainty", "Uncertainty", &html);
     }
     page.section("cases", "Cases", &cases(&runs, &study.missing));
@@ -224,27 +227,39 @@ pub fn uncertainty(base: &Results, series: &[RefinementSeries]) -> PageTable {
             continue;
         };
         let mut row = vec![figure.name.to_owned(), figure.show(base)];
-        let (mut sum, mut squares) = (value, 0.0);
-        for series in series {
-            let values: Option<Vec<f64>> = series.runs.iter().map(|run| figure.of(run)).collect();
-            let limit = values
-                .filter(|values| values.len() > 1)
-                .map(|values| Limit::of_series(&values));
-            let moved = limit.map(|limit| Limit {
-                value: limit.value - value,
-                ..limit
-            });
-            sum += moved.map_or(0.0, |moved| moved.value);
-            squares += moved.map_or(0.0, |moved| moved.uncertainty.powi(2));
-            row.push(moved.map_or("–".into(), |moved| figure.show_limit(&moved)));
-        }
-        row.push(figure.show_limit(&Limit {
-            value: sum,
-            uncertainty: f64::sqrt(squares),
-        }));
+        let (moved, limit) = refined(value, |run| figure.of(run), series);
+        let shown = moved.iter().map(|moved| {
+            let moved = moved.as_ref();
+            moved.map_or("–".into(), |moved| figure.show_limit(moved))
+        });
+        row.extend(shown);
+        row.push(figure.show_limit(&limit));
         table.push(row);
     }
     table
+}
+
+/// By how much each series moves a value where it leads to, if its runs have one, and the value with all of that.
+pub(super) fn refined(
+    value: f64,
+    of: impl Fn(&Results) -> Option<f64>,
+    series: &[RefinementSeries],
+) -> (Vec<Option<Limit>>, Limit) {
+    let moved = series.iter().map(|series| {
+        let values: Option<Vec<f64>> = series.runs.iter().map(&of).collect();
+        let limit = Limit::of_series(&values.filter(|values| values.len() > 1)?);
+        Some(Limit {
+            value: limit.value - value,
+            ..limit
+        })
+    });
+    let moved: Vec<Option<Limit>> = moved.collect();
+    let all = moved.iter().flatten();
+    let limit = Limit {
+        value: value + all.clone().map(|moved| moved.value).sum::<f64>(),
+        uncertainty: all.map(|m| m.uncertainty.powi(2)).sum::<f64>().sqrt(),
+    };
+    (moved, limit)
 }
 
 /// The warnings of all runs, each once with the names of those that it is about.

@@ -1,13 +1,14 @@
 //! Measures of the runs of a study over what differs between their cases: as a table, and drawn.
 
+use super::measure;
 use super::page::{chart, line, panel};
 use super::table::PageTable;
-use crate::case::Case;
+use crate::case::{Case, MeasureOf, MeasureTable, OutputMeasure};
 use crate::hemodynamics::RegionName;
 use crate::hemodynamics::summary::{Course, RegionSummary, VesselSummary};
 use crate::output::figure::{Curve, Marker};
 use crate::output::results::Results;
-use crate::output::tables::HistoryRow;
+use crate::output::tables::{self, HistoryRow};
 use crate::tabular::units::MMHG;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -113,19 +114,57 @@ fn measures(runs: &[&Results]) -> Vec<SweepMeasure> {
         name: name.to_owned(),
         value: Box::new(move |run| {
             let (window, step) = (run.hemodynamics.window, run.case.time.step);
-            let rows = run.history.iter();
+            let rows = tables::whole_steps(&run.history, step).into_iter();
             let inside = rows.filter(|row| window.contains(row.time_s, step));
             Course::of(&inside.map(value).collect::<Vec<_>>())
                 .as_ref()
                 .map(of)
         }),
     });
+    let of_cases = asked_for(runs).into_iter().map(|asked| SweepMeasure {
+        name: asked.name.clone(),
+        value: Box::new(move |run| measure::value(&asked, run)),
+    });
     let is_there = |measure: &SweepMeasure| runs.iter().any(|run| measure.of(run).is_some());
     of_vessel
         .chain(of_region)
         .chain(of_history)
+        .chain(of_cases)
         .filter(is_there)
         .collect()
+}
+
+/// The measures that the cases of the runs add, each once, and of vessels with more than two openings what flows through
+/// each of them under which pressure.
+fn asked_for(runs: &[&Results]) -> Vec<OutputMeasure> {
+    let of_cases = runs.iter().flat_map(|run| run.case.measures().to_vec());
+    let mut asked: Vec<OutputMeasure> = Vec::new();
+    for measure in of_openings(runs).into_iter().chain(of_cases) {
+        if !asked.iter().any(|other| other.name == measure.name) {
+            asked.push(measure);
+        }
+    }
+    asked
+}
+
+fn of_openings(runs: &[&Results]) -> Vec<OutputMeasure> {
+    let names = runs.first().and_then(|run| run.case.opening_names());
+    let names = names.filter(|names| names.len() > 2).unwrap_or_default();
+    let measure = |name: &String, what: &str, column: &str| OutputMeasure {
+        name: format!("{name}: {what}"),
+        table: MeasureTable::Openings,
+        at: Some(name.clone()),
+        column: column.to_owned(),
+        of: MeasureOf::Mean,
+        phase: None,
+    };
+    let both = |name: &String| {
+        [
+            measure(name, "mean inflow / (m³/s)", "flow_m3_s"),
+            measure(name, "mean pressure / Pa", "p_Pa"),
+        ]
+    };
+    names.iter().flat_map(both).collect()
 }
 
 /// What each of the runs has of each measure.

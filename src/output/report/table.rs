@@ -1,6 +1,7 @@
 //! A table of plain text, as HTML, as CSV, or in Markdown.
 
 use super::page;
+use std::path::Path;
 
 /// Heads and rows of cells.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +17,16 @@ impl PageTable {
             heads: heads.into_iter().map(Into::into).collect(),
             rows: Vec::new(),
         }
+    }
+
+    /// One that was stored; none if there is none.
+    pub fn stored(path: &Path) -> Option<Self> {
+        let mut reader = csv::Reader::from_path(path).ok()?;
+        let cells = |row: &csv::StringRecord| row.iter().map(str::to_owned).collect();
+        let heads = cells(reader.headers().ok()?);
+        let rows: Result<Vec<_>, _> = reader.records().collect();
+        let rows = rows.ok()?.iter().map(cells).collect();
+        Some(Self { heads, rows })
     }
 
     /// Adds a row.

@@ -125,6 +125,19 @@ impl Uncertainty {
         measures.map(|measure| measure.name.as_str())
     }
 
+    /// The full name of a measure with a polynomial, whose unit may be left out.
+    ///
+    /// # Errors
+    /// A sentence with the names that there are.
+    pub fn measure_called(&self, name: &str) -> Result<&str, String> {
+        let is_meant = |known: &&str| *known == name || known.split(" / ").next() == Some(name);
+        let found = self.measures_with_chaos().find(is_meant);
+        found.ok_or_else(|| {
+            let known: Vec<&str> = self.measures_with_chaos().collect();
+            format!("no such measure; the study has: {}", known.join("; "))
+        })
+    }
+
     /// The polynomial of a measure.
     pub fn chaos(&self, measure: &str) -> Option<&Chaos> {
         let found = self.measures.iter().find(|m| m.name == measure)?;
@@ -433,6 +446,12 @@ impl UncertainMeasure {
     /// Mean and standard deviation of the samples.
     fn moments(&self) -> [f64; 2] {
         moments_of(&self.values)
+    }
+
+    /// Standard deviation, that of the polynomial if there is one.
+    pub(super) fn deviation(&self) -> f64 {
+        let chaos = self.chaos.as_ref();
+        chaos.map_or_else(|| self.moments()[1], Chaos::deviation)
     }
 
     fn ends(&self) -> [f64; 2] {

@@ -1,6 +1,6 @@
 //! Means of a study by the samples of a cheaper study of the same inputs.
 
-use super::page::{escape, significant, table};
+use super::page::significant;
 use super::table::PageTable;
 use super::uncertainty::Uncertainty;
 use crate::uncertainty::ControlledMean;
@@ -77,21 +77,13 @@ impl Uncertainty {
 
 /// The table of an earlier call as HTML; nothing if there is none.
 pub(super) fn kept(folder: &Path) -> String {
-    let rows = csv::Reader::from_path(folder.join(CONTROL)).and_then(|mut reader| {
-        let heads = reader.headers()?.clone();
-        let rows: Result<Vec<_>, _> = reader.records().collect();
-        Ok((heads, rows?))
-    });
-    let Ok((heads, rows)) = rows else {
+    let Some(table) = PageTable::stored(&folder.join(CONTROL)) else {
         return String::new();
     };
-    let heads: Vec<&str> = heads.iter().collect();
-    let cells = |row: &csv::StringRecord| row.iter().map(escape).collect();
-    let rows: Vec<Vec<String>> = rows.iter().map(cells).collect();
     format!(
         "<h3>Means with cheaper runs as control variates</h3>\n<p>The cheaper study has the same samples and more; what it \
          says more of the mean counts as far as both are correlated. Standard errors are those of independent samples. \
          Cost and worth are in runs of this study.</p>\n{}",
-        table(&heads, &rows)
+        table.to_html()
     )
 }

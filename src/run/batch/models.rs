@@ -1,6 +1,9 @@
 //! Which models a study has, and how far each has come.
 
 use crate::case::ResolvedCase;
+use crate::output::results::read_case;
+use crate::output::run_files::RunFiles;
+use crate::output::write_atomically;
 use crate::run::status::RunStatus;
 use crate::run::{CaseSelection, Failure};
 use rayon::prelude::*;
@@ -9,6 +12,8 @@ use std::path::{Path, PathBuf};
 /// A model of the study.
 #[derive(Debug)]
 pub struct BatchRun {
+    /// Which of all models of the study it is, from 0.
+    pub number: usize,
     /// Name of its folder.
     pub name: String,
     /// Folder of the case.
@@ -51,6 +56,7 @@ impl BatchRun {
     ) -> Result<Self, Failure> {
         let case = chosen.load(&folder)?;
         Ok(Self {
+            number: 0,
             status: RunStatus::of(&out, &case),
             selection: chosen.clone(),
             name,
@@ -74,14 +80,35 @@ impl BatchRun {
     }
 }
 
+/// A sample whose case cannot be run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ImpossibleSample {
+    /// Which of all models of the study it is, from 0.
+    pub number: usize,
+    /// Name that its folder would have.
+    pub name: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+/// What a study is made of.
+#[derive(Debug)]
+pub struct StudyModels {
+    /// Those that can be run.
+    pub models: Vec<BatchRun>,
+    /// The others.
+    pub impossible: Vec<ImpossibleSample>,
+}
+
 /// The models in the folder `cases` whose names fit one of the patterns, by name, or the one case that the folder is;
-/// each in all variants, which add something to its name. All cases must be right.
+/// each in all variants, which add something to its name. All cases must be right, unless they `are_samples`: of those some.
 pub fn find(
     cases: &Path,
     patterns: &str,
     variants: &[(String, CaseSelection)],
+    are_samples: bool,
     out: &Path,
-) -> Result<Vec<BatchRun>, Failure> {
+) -> Result<StudyModels, Failure> {
     if cases.is_file() || cases.join("case.toml").is_file() {
         let folder = cases.canonicalize().unwrap_or_else(|_| cases.to_owned());
         let name = match cases.is_file() {
@@ -89,7 +116,12 @@ pub fn find(
             false => folder.file_name(),
         };
         let name = name.map(|name| name.to_string_lossy().into_owned());
-        return every(vec![(name.unwrap_or_default(), folder)], variants, out);
+        return every(
+            vec![(name.unwrap_or_default(), folder)],
+            variants,
+            are_samples,
+            out,
+        );
     }
     let entries = std::fs::read_dir(cases)
         .map_err(|e| Failure::Input(format!("cannot read the folder {}: {e}", cases.display())))?;
@@ -113,46 +145,52 @@ pub fn find(
             }
         )));
     }
-    every(models, variants, out)
+    every(models, variants, are_samples, out)
 }
 
 /// Each model in all variants.
 fn every(
     models: Vec<(String, PathBuf)>,
     variants: &[(String, CaseSelection)],
+    are_samples: bool,
     out: &Path,
-) -> Result<Vec<BatchRun>, Failure> {
+) -> Result<StudyModels, Failure> {
     let pairs: Vec<_> = (models.iter())
         .flat_map(|model| variants.iter().map(move |variant| (model, variant)))
         .collect();
-    let checked: Vec<_> = (pairs.par_iter())
-        .map(|((name, folder), (more, chosen))| {
+    let checked: Vec<_> = (pairs.par_iter().enumerate())
+        .map(|(number, ((name, folder), (more, chosen)))| {
             let name = format!("{name}{more}");
-            let out = out.join(&name);
-            BatchRun::of(name, folder.clone(), out, chosen)
-                .map_err(|failure| format!("{}: {failure}", folder.display()))
+            match BatchRun::of(name.clone(), folder.clone(), out.join(&name), chosen) {
+                Ok(run) => Ok(BatchRun { number, ..run }),
+                Err(failure) => Err(ImpossibleSample {
+                    number,
+                    name,
+                    reason: format!("{}: {failure}", folder.display()),
+                }),
+            }
         })
         .collect();
-    let mut wrong: Vec<String> = Vec::new();
-    let mut found = Vec::new();
-    for model in checked {
-        match model {
-            Ok(model) => found.push(model),
-            // What is wrong with all variants alike is said once.
-            Err(message) => {
-                for line in message.lines() {
-                    if !wrong.iter().any(|said| said == line) {
-                        wrong.push(line.to_owned());
-                    }
-                }
-            }
+    let (models, impossible): (Vec<_>, Vec<_>) = checked.into_iter().partition(Result::is_ok);
+    let found = StudyModels {
+        models: models.into_iter().filter_map(Result::ok).collect(),
+        impossible: impossible.into_iter().filter_map(Result::err).collect(),
+    };
+    if found.impossible.is_empty() || are_samples && !found.models.is_empty() {
+        return Ok(found);
+    }
+    // What is wrong with all variants alike is said once.
+    let mut wrong: Vec<&str> = Vec::new();
+    for line in found
+        .impossible
+        .iter()
+        .flat_map(|model| model.reason.lines())
+    {
+        if !wrong.contains(&line) {
+            wrong.push(line);
         }
     }
-    if wrong.is_empty() {
-        Ok(found)
-    } else {
-        Err(Failure::Input(wrong.join("\n")))
-    }
+    Err(Failure::Input(wrong.join("\n")))
 }
 
 /// Refuses a folder with runs in it.
@@ -178,10 +216,18 @@ pub fn refuse_farther(models: &[BatchRun]) -> Result<(), Failure> {
     }
 }
 
-/// Moves the runs of changed cases aside, and says so.
+/// Moves the runs of changed cases aside, and says so; those that are done learn which measures their cases now ask for.
 pub fn prepare(models: &mut [BatchRun]) -> Result<Vec<String>, Failure> {
     let mut notes = Vec::new();
     for model in models {
+        if model.status == RunStatus::Complete {
+            let files = RunFiles::new(&model.out);
+            if read_case(&files).is_ok_and(|case| case.measures() != model.case.measures()) {
+                let text = model.case.to_toml_string();
+                write_atomically(&files.resolved_case(), text.as_bytes())
+                    .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
+            }
+        }
         let RunStatus::Changed(_) = model.status else {
             continue;
         };

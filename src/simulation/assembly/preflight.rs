@@ -44,7 +44,12 @@ pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
     }
     let domain = Domain::new(case)
         .map_err(|error| CaseErrors(vec![case.mistake(case.given(error.key), error.reason)]))?;
-    let mut errors = Vec::new();
+    let regions = analysis::regions(case).into_iter();
+    let regions: Vec<String> = regions.map(|region| region.name.to_string()).collect();
+    let measures = case.measure_mistakes(&regions).into_iter();
+    let mut errors: Vec<CaseError> = measures
+        .map(|(key, what)| case.mistake(&key, what))
+        .collect();
     let points = case.output.fluid_probes.iter().copied();
     let points: Vec<Vec3> = points.map(Vec3::from).collect();
     let (interface, inside) = match case.fluid.solver {

@@ -1,0 +1,200 @@
+//! What a case adds to the measures of a study: `[[output.measure]]`.
+
+use super::Case;
+use super::schema::{ValueKind, from};
+use super::table::{table, words};
+
+table! {
+    /// A figure of a run: what a column of one of its tables has within the window.
+    pub struct OutputMeasure {
+        name: String = "name", ValueKind::Text(60), "name of the measure, with its unit";
+        table: MeasureTable = "table", ValueKind::Word(MeasureTable::WORDS), "the table of a run", absent "history";
+        at: Option<String> = "at", ValueKind::Text(30), "the opening, cross-section or region whose rows count", absent "none: the table is history";
+        column: String = "column", ValueKind::Text(30), "column of the table";
+        of: MeasureOf = "of", ValueKind::Word(MeasureOf::WORDS), "what counts of it", absent "mean";
+        phase: Option<f64> = "phase", from(0.0, 1.0), "time since the beat began over time.period_s", absent "none: of is another word than at_phase";
+    }
+}
+
+words! {
+    /// A table of a run.
+    #[derive(Default)]
+    pub enum MeasureTable {
+        /// history.csv.
+        History = "history" (default),
+        /// openings.csv.
+        Openings = "openings",
+        /// sections.csv.
+        Sections = "sections",
+        /// regions.csv: a region of the wall over time.
+        Regions = "regions",
+        /// hemodynamics.json: a region of the wall over the window, its mean and extremes in space.
+        Wall = "wall",
+    }
+}
+
+words! {
+    /// What counts of a column within the window.
+    #[derive(Default)]
+    pub enum MeasureOf {
+        /// Mean.
+        Mean = "mean" (default),
+        /// Smallest value.
+        Lowest = "lowest",
+        /// Largest value.
+        Highest = "highest",
+        /// Their difference.
+        Range = "range",
+        /// Value at a time within the last beat, linear between two steps.
+        AtPhase = "at_phase",
+    }
+}
+
+impl MeasureTable {
+    /// Its columns with numbers, but for the time.
+    pub fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::History => &[
+                "coupling_iterations",
+                "residual",
+                "fluid_s",
+                "structure_s",
+                "Q_in_m3_s",
+                "Q_out_m3_s",
+                "p_in_Pa",
+                "p_out_Pa",
+                "lumen_volume_m3",
+                "dVdt_m3_s",
+                "max_displacement_m",
+                "max_von_mises_Pa",
+                "p_windkessel_Pa",
+                "force_mismatch",
+                "wall_velocity_mismatch_m_s",
+                "wall_s",
+            ],
+            Self::Openings => &["flow_m3_s", "p_Pa", "p_model_Pa"],
+            Self::Sections => &["flow_m3_s", "p_Pa", "area_m2"],
+            Self::Regions => &[
+                "mean_wall_shear_Pa",
+                "max_wall_shear_Pa",
+                "lumen_volume_m3",
+                "max_displacement_m",
+                "max_von_mises_Pa",
+                "max_principal_Pa",
+                "max_hoop_stress_Pa",
+                "max_axial_stress_Pa",
+                "max_fibre_stretch",
+            ],
+            Self::Wall => &["TAWSS_Pa", "OSI", "RRT_1_Pa"],
+        }
+    }
+}
+
+impl Case {
+    /// The measures that it adds.
+    pub fn measures(&self) -> &[OutputMeasure] {
+        self.output.measure.as_deref().unwrap_or_default()
+    }
+
+    /// What is wrong with them, each with its key; `regions` are those of its wall. What openings a user-supplied
+    /// OpenFOAM case has may stand in its mesh alone: its names are believed.
+    pub fn measure_mistakes(&self, regions: &[String]) -> Vec<(String, String)> {
+        let all = self.measures();
+        let mut mistakes = Vec::new();
+        for (i, measure) in all.iter().enumerate() {
+            let mut wrong = |key: &str, what: String| {
+                mistakes.push((format!("output.measure[{i}].{key}"), what));
+            };
+            if all[..i].iter().any(|other| other.name == measure.name) {
+                wrong(
+                    "name",
+                    "another measure has this name: choose a different one".into(),
+                );
+            }
+            let columns = measure.table.columns();
+            if !columns.contains(&measure.column.as_str()) {
+                wrong("column", format!("expected one of {}", columns.join(", ")));
+            }
+            if (measure.of == MeasureOf::AtPhase) != measure.phase.is_some() {
+                let what = "it belongs to of = \"at_phase\", and to that alone: add the missing one, or leave this out";
+                wrong(
+                    if measure.phase.is_some() {
+                        "phase"
+                    } else {
+                        "of"
+                    },
+                    what.into(),
+                );
+            }
+            if measure.table == MeasureTable::Wall && measure.of == MeasureOf::AtPhase {
+                wrong(
+                    "of",
+                    "this table is of the whole window: take mean, lowest, highest or range".into(),
+                );
+            }
+            match (self.rows_of(measure.table, regions), &measure.at) {
+                (None, None) => {}
+                (None, Some(_)) => wrong(
+                    "at",
+                    "the history is of the whole vessel: leave it out".into(),
+                ),
+                (Some(Rows { of, .. }), None) => {
+                    wrong("column", format!("of which {of}? Add at = its name"));
+                }
+                (
+                    Some(Rows {
+                        of,
+                        names: Some(names),
+                    }),
+                    Some(at),
+                ) if !names.contains(at) => {
+                    let found = match names.is_empty() {
+                        true => format!("the case has no {of}"),
+                        false => format!("expected one of \"{}\"", names.join("\", \"")),
+                    };
+                    wrong("at", found);
+                }
+                (Some(_), Some(_)) => {}
+            }
+        }
+        mistakes
+    }
+
+    fn rows_of(&self, table: MeasureTable, regions: &[String]) -> Option<Rows> {
+        let names: Option<Vec<String>> = match table {
+            MeasureTable::History => return None,
+            MeasureTable::Openings => self.opening_names(),
+            MeasureTable::Sections => {
+                let sections = self.output.section.iter().flatten();
+                Some(sections.map(|section| section.name.clone()).collect())
+            }
+            MeasureTable::Regions | MeasureTable::Wall => Some(regions.to_vec()),
+        };
+        let of = match table {
+            MeasureTable::History | MeasureTable::Openings => "opening",
+            MeasureTable::Sections => "cross-section",
+            MeasureTable::Regions | MeasureTable::Wall => "region",
+        };
+        Some(Rows { of, names })
+    }
+
+    /// Names of its openings; none if they are in an OpenFOAM mesh alone.
+    pub fn opening_names(&self) -> Option<Vec<String>> {
+        if let Some(vessel) = self.vessel() {
+            let openings = vessel.opening_keys();
+            return Some(openings.iter().map(|keys| keys.name().to_owned()).collect());
+        }
+        match (self.tree(), self.own()) {
+            (Some(tree), _) => Some(tree.open_names()),
+            (None, Some(own)) if own.fluid.openings.is_empty() => None,
+            (None, Some(own)) => Some(own.fluid.openings.clone()),
+            (None, None) => Some(Vec::new()),
+        }
+    }
+}
+
+/// What the rows of a table are of, and their names, if they are known.
+struct Rows {
+    of: &'static str,
+    names: Option<Vec<String>>,
+}
