@@ -1,20 +1,19 @@
 //! `fsi-driver study`: many models, each a run of its own, several at once.
 
+mod evaluation;
+
 use super::{CaseArguments, Failure};
 use crate::case::{Unread, ValuePlace};
-use crate::output::report::{
-    self, CONTROL, ExportForm, MeasuredValue, SAMPLES, TOTAL, Uncertainty,
-};
+use crate::output::report::{ExportForm, SAMPLES};
 use crate::output::results::Results;
-use crate::output::{terminal, write_atomically};
-use crate::run::batch::{self, BatchRun, Board, Outcome, Samples, StudyModels, Variation, Worker};
+use crate::output::terminal;
+use crate::run::batch::{
+    self, BatchRun, Board, ImpossibleSample, Outcome, Samples, StudyModels, Variation, Worker,
+};
 use crate::run::{CaseSelection, Interrupt};
 use crate::simulation::assembly::surroundings;
 use crate::uncertainty::Design;
 use std::path::{Path, PathBuf};
-
-/// Parameters and measures of the runs of a study, in its folder.
-const MEASURES: &str = "measures.csv";
 
 /// Cases that are checked without a word.
 const MOST_SILENT: usize = 16;
@@ -59,7 +58,7 @@ pub struct Arguments {
     control: Option<PathBuf>,
     /// What refining one thing says of the numerical uncertainty: runs of the case with its inputs at their means, the
     /// first as it is sampled, later ones finer, each by the same factor. Once for each thing. Writes
-    /// total-uncertainty.csv, in which numerical uncertainties and those by the inputs stand side by side (ASME V&V 20).
+    /// total-uncertainty.csv, with numerical uncertainties and those by the inputs side by side (ASME V&V 20).
     #[arg(long, value_name = "NAME=RUN,RUN…", conflicts_with = "part")]
     refined: Vec<String>,
     /// With --refined: what a measure is in an experiment, and its standard uncertainty, such as
@@ -134,45 +133,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let selection = arguments.case.selection()?;
     let samples = samples(arguments, &out, &selection)?;
     refuse_without_samples(arguments, samples.is_some())?;
-    let variants = match &samples {
-        Some(samples) => samples.variants(&selection),
-        None => {
-            let variation = Variation {
-                sweeps: &arguments.sweeps,
-                one_at_a_time: arguments.one_at_a_time,
-                samples: arguments.samples.as_deref(),
-            };
-            variation.variants(&selection)?
-        }
-    };
-    if variants.len() > MOST_SILENT && !arguments.quiet {
-        terminal::note(format_args!("checking {} cases", variants.len()));
-    }
-    let (cases, are_samples) = (&arguments.cases, samples.is_some());
-    let mut study = batch::find(cases, &arguments.models, &variants, are_samples, &out)?;
-    refuse_unread(&study.models)?;
-    if let Some(part) = arguments.part {
-        part.keep(&mut study)?;
-    }
     let StudyModels {
         mut models,
         impossible,
-    } = study;
-    let all = models.len() + impossible.len();
+    } = models(arguments, &out, &selection, samples.as_ref())?;
     let inputs = |number: usize| match &samples {
         Some(samples) => format!(" ({})", samples.told(number)),
         None => String::new(),
     };
-    let impossible: Vec<String> = (impossible.iter())
-        .map(|sample| {
-            format!(
-                "{}{}: {}",
-                sample.name,
-                inputs(sample.number),
-                sample.reason
-            )
-        })
-        .collect();
+    let told = |sample: &ImpossibleSample| {
+        let reason = sample.reason.trim_start_matches("error: ");
+        format!("{}{}: {reason}", sample.name, inputs(sample.number))
+    };
+    let impossible: Vec<String> = impossible.iter().map(told).collect();
+    let all = models.len() + impossible.len();
     if !impossible.is_empty() {
         terminal::note(format_args!(
             "warning: {} of {all} samples cannot be run, and count as failed\n{}",
@@ -180,51 +154,81 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             impossible.join("\n")
         ));
     }
-    let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
-    for model in &models {
-        surroundings::check_installed(&model.case)
-            .and_then(|()| surroundings::check_folder(&model.case, &model.out))
-            .map_err(|e| Failure::Input(e.to_string()))?;
-    }
-    if arguments.resume || arguments.extend.is_some() {
-        batch::refuse_farther(&models)?;
-    } else {
-        batch::refuse_earlier(&models)?;
-    }
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = arguments.jobs.map_or(cores.div_ceil(ranks), usize::from);
-    let jobs = jobs.min(models.len());
+    admit(arguments, &models)?;
     std::fs::create_dir_all(&out)
         .map_err(|e| Failure::Input(format!("cannot create {}: {e}", out.display())))?;
     if let Some(samples) = &samples {
         samples.keep(&out)?;
     }
-    let then = "the models that have begun finish their time step and write a checkpoint";
-    let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))?;
-    let notes = batch::prepare(&mut models)?;
-    let board = Board::new(&models, jobs, arguments.quiet);
-    notes.iter().for_each(|note| board.note(note));
-    let threads = (cores / jobs).max(1);
-    let outcomes = batch::work(&models, &interrupt, board, jobs, |model| {
-        Worker::start(model, &model.selection, threads)
-    });
+    let outcomes = work(arguments, &mut models)?;
     let runs: Vec<Results> = (models.iter().zip(&outcomes))
         .filter(|(_, outcome)| **outcome == Outcome::Done)
         .filter_map(|(model, _)| Results::load(&model.out).ok())
         .collect();
     if arguments.part.is_none() {
-        write_measures(&runs, &out)?;
-        if samples.is_some() {
-            write_uncertainty(&runs, all, &out, &arguments.export)?;
-        }
-        if let Some(cheap) = &arguments.control {
-            write_control(&runs, &out, cheap)?;
-        }
-    }
-    if !arguments.refined.is_empty() {
-        write_total(&runs, &out, arguments)?;
+        evaluation::write(arguments, &runs, &out, samples.is_some().then_some(all))?;
     }
     conclude(&models, &outcomes, impossible, &out, &runs, &inputs)
+}
+
+/// The models that the arguments ask for.
+fn models(
+    arguments: &Arguments,
+    out: &Path,
+    selection: &CaseSelection,
+    samples: Option<&Samples>,
+) -> Result<StudyModels, Failure> {
+    let variants = match samples {
+        Some(samples) => samples.variants(selection),
+        None => {
+            let variation = Variation {
+                sweeps: &arguments.sweeps,
+                one_at_a_time: arguments.one_at_a_time,
+                samples: arguments.samples.as_deref(),
+            };
+            variation.variants(selection)?
+        }
+    };
+    if variants.len() > MOST_SILENT && !arguments.quiet {
+        terminal::note(format_args!("checking {} cases", variants.len()));
+    }
+    let (cases, are_samples) = (&arguments.cases, samples.is_some());
+    let mut study = batch::find(cases, &arguments.models, &variants, are_samples, out)?;
+    refuse_unread(&study.models)?;
+    if let Some(part) = arguments.part {
+        part.keep(&mut study)?;
+    }
+    Ok(study)
+}
+
+/// Refuses models for which something is missing here, or that are there already.
+fn admit(arguments: &Arguments, models: &[BatchRun]) -> Result<(), Failure> {
+    for model in models {
+        surroundings::check_installed(&model.case)
+            .and_then(|()| surroundings::check_folder(&model.case, &model.out))
+            .map_err(|e| Failure::Input(e.to_string()))?;
+    }
+    match arguments.resume || arguments.extend.is_some() {
+        true => batch::refuse_farther(models),
+        false => batch::refuse_earlier(models),
+    }
+}
+
+/// Runs the models, several at once; returns what became of each.
+fn work(arguments: &Arguments, models: &mut [BatchRun]) -> Result<Vec<Outcome>, Failure> {
+    let ranks = models.iter().map(|m| m.case.fluid.ranks).max().unwrap_or(1);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let jobs = arguments.jobs.map_or(cores.div_ceil(ranks), usize::from);
+    let jobs = jobs.min(models.len());
+    let then = "the models that have begun finish their time step and write a checkpoint";
+    let interrupt = Interrupt::listen((!arguments.quiet).then_some(then))?;
+    let notes = batch::prepare(models)?;
+    let board = Board::new(models, jobs, arguments.quiet);
+    notes.iter().for_each(|note| board.note(note));
+    let threads = (cores / jobs).max(1);
+    Ok(batch::work(models, &interrupt, board, jobs, |model| {
+        Worker::start(model, &model.selection, threads)
+    }))
 }
 
 /// Refuses options that need samples of uncertain inputs, or all of them.
@@ -317,118 +321,6 @@ fn refuse_unread(models: &[BatchRun]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes parameters and measures of the runs that are done.
-fn write_measures(runs: &[Results], out: &Path) -> Result<(), Failure> {
-    if runs.is_empty() {
-        return Ok(());
-    }
-    let table = report::measures(&runs.iter().collect::<Vec<_>>());
-    write_atomically(&out.join(MEASURES), table.to_csv().as_bytes())
-        .map_err(|e| Failure::Run(format!("cannot write {e}")))
-}
-
-/// Writes what the samples that are done say of the inputs, and says how many they are.
-fn write_uncertainty(
-    runs: &[Results],
-    all: usize,
-    out: &Path,
-    export: &[ExportForm],
-) -> Result<(), Failure> {
-    let runs: Vec<&Results> = runs.iter().collect();
-    let found = Uncertainty::of(&runs, out).map_err(|e| Failure::Run(e.to_string()))?;
-    let (Some(found), Some(run)) = (found, runs.first()) else {
-        return Ok(());
-    };
-    let tables = found.tables(run).into_iter();
-    let tables = tables.map(|(name, table)| (name.to_owned(), table.to_csv()));
-    let exported = export.iter().flat_map(|form| found.export(*form));
-    for (name, text) in tables.chain(exported) {
-        let path = out.join(name);
-        let folder = path.parent().unwrap_or(out);
-        std::fs::create_dir_all(folder)
-            .and_then(|()| write_atomically(&path, text.as_bytes()))
-            .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
-    }
-    terminal::note(format_args!(
-        "indices and moments are of {} of {all} samples: {}",
-        found.used(),
-        out.display()
-    ));
-    Ok(())
-}
-
-/// Writes the means with the runs of a cheaper study as control variates.
-fn write_control(runs: &[Results], out: &Path, cheap: &Path) -> Result<(), Failure> {
-    let study = super::report::study(cheap, Results::load)?;
-    let of = |runs: &[Results], folder: &Path| {
-        let found = Uncertainty::of(&runs.iter().collect::<Vec<_>>(), folder);
-        let found = found.map_err(|e| Failure::Run(e.to_string()))?;
-        found.ok_or_else(|| Failure::Run(format!("{} has no samples", folder.display())))
-    };
-    let (found, cheaper) = (of(runs, out)?, of(&study.runs, cheap)?);
-    let costs = [runs, &study.runs].map(|runs| {
-        let seconds = runs
-            .iter()
-            .flat_map(|run| &run.history)
-            .map(|row| row.wall_s);
-        seconds.sum::<f64>() / runs.len() as f64
-    });
-    let table = found.controlled_by(&cheaper, costs);
-    let table = table.map_err(|e| Failure::Input(format!("--control {}: {e}", cheap.display())))?;
-    let path = out.join(CONTROL);
-    write_atomically(&path, table.to_csv().as_bytes())
-        .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
-    terminal::print(format_args!("{}", table.to_markdown()))?;
-    Ok(())
-}
-
-/// Writes numerical uncertainties beside those by the inputs.
-fn write_total(runs: &[Results], out: &Path, arguments: &Arguments) -> Result<(), Failure> {
-    let found = Uncertainty::of(&runs.iter().collect::<Vec<_>>(), out);
-    let found = found.map_err(|e| Failure::Run(e.to_string()))?;
-    let (Some(found), Some(sample)) = (found, runs.first()) else {
-        return Ok(());
-    };
-    let load = |path: &str| {
-        let run = Results::load(Path::new(path));
-        run.map_err(|e| Failure::Input(format!("--refined: {e}")))
-    };
-    let series = super::tables::refinement_series(&arguments.refined, "--refined ", load)?;
-    let measured: Vec<MeasuredValue> = (arguments.measured.iter())
-        .map(|text| measured_value(text, &found))
-        .collect::<Result<_, _>>()?;
-    let table = found.total(&sample.case, &series, &measured);
-    let table = table.map_err(|e| Failure::Input(format!("--refined: {e}")))?;
-    write_atomically(&out.join(TOTAL), table.to_csv().as_bytes())
-        .map_err(|e| Failure::Run(format!("cannot write {e}")))?;
-    terminal::print(format_args!("{}", table.to_markdown()))?;
-    Ok(())
-}
-
-fn measured_value(text: &str, study: &Uncertainty) -> Result<MeasuredValue, Failure> {
-    let wrong = |what: &str| Failure::Input(format!("--measured '{text}': {what}"));
-    let parts = text.rsplit_once('=').and_then(|(name, numbers)| {
-        let (value, uncertainty) = numbers.split_once(',')?;
-        let numbers = [value, uncertainty].map(|x| x.trim().parse::<f64>().ok());
-        Some((name.trim(), numbers[0]?, numbers[1]?))
-    });
-    match parts {
-        Some((name, value, uncertainty)) if value.is_finite() && uncertainty >= 0.0 => {
-            Ok(MeasuredValue {
-                measure: study
-                    .measure_called(name)
-                    .map_err(|e| wrong(&e))?
-                    .to_owned(),
-                value,
-                uncertainty,
-            })
-        }
-        _ => Err(wrong(
-            "expected MEASURE=VALUE,UNCERTAINTY with numbers, such as 'inlet pressure, highest=120,2'",
-        )),
-    }
-}
-
 /// Names of runs whose histories are the same though their cases are not, each with the first of its kind.
 fn alike(runs: &[Results]) -> Vec<(String, String)> {
     let figures = |run: &Results| -> Vec<[u64; 4]> {
@@ -452,7 +344,8 @@ fn alike(runs: &[Results]) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Says what became of the models; `inputs` are the words for those of a sample, `impossible` samples that cannot be run.
+/// Says what became of the models; `inputs` are the words for those of a sample, `impossible` samples that cannot be
+/// run.
 fn conclude(
     models: &[BatchRun],
     outcomes: &[Outcome],

@@ -389,7 +389,7 @@ mod tests {
     /// A step that fails too late sends the run back over one that fails each time: the farther one is tried with more
     /// and more care until it is given up.
     #[test]
-    fn a_step_that_fails_on_each_way_back_does_not_hide_the_farther_one() {
+    fn a_step_that_fails_on_each_way_back_hides_no_other() {
         let mut troubles = Troubles::default();
         let mut farther = Vec::new();
         loop {

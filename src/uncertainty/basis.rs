@@ -77,9 +77,9 @@ impl Polynomials {
     }
 }
 
-/// The degrees in each germ of all products whose degrees n have at most this `norm` q, `(sum of (n/w)^q)^(1/q)`, with the
-/// `weights` w of the germs (1 or less), the constant first: up to a total degree with q = 1, fewer with high degrees in
-/// several germs below.
+/// The degrees in each germ of all products whose degrees n have at most this `norm` q, `(sum of (n/w)^q)^(1/q)`, with
+/// the `weights` w of the germs (1 or less), the constant first: up to a total degree with q = 1, fewer with high
+/// degrees in several germs below.
 pub fn terms(weights: &[f64], degree: usize, norm: f64) -> Vec<Vec<usize>> {
     let size = |term: &[usize]| -> f64 {
         let powers = term.iter().zip(weights).filter(|(n, _)| **n > 0);

@@ -61,7 +61,8 @@ pub struct SensitivityIndex {
 impl Chaos {
     /// Of the `values` at samples with these germs. The terms are chosen one after the other by what they explain of
     /// the rest (orthogonal matching pursuit), of all degrees that the samples allow, and as many as have the smallest
-    /// leave-one-out error; once more with higher degrees in those inputs that matter more. `None` if the values do not differ, or are too few for a term besides the constant.
+    /// leave-one-out error; once more with higher degrees in those inputs that matter more (of the two the better one).
+    /// `None` if the values do not differ, or are too few for a term besides the constant.
     pub fn fit(inputs: &Inputs, germs: &[Vec<f64>], values: &[f64]) -> Option<Self> {
         let y = DVector::from_column_slice(values);
         let size = y.amax();

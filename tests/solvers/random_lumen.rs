@@ -135,7 +135,7 @@ fn a_study_samples_each_mode() {
 #[test]
 fn a_sample_that_cannot_be_run_counts_as_failed() {
     let folder = tempfile::tempdir().unwrap();
-    let random = RANDOM.replace("0.2e-3", "1.1e-3");
+    let random = RANDOM.replace("0.2e-3", "0.5e-3");
     let case = case(folder.path(), "own", &format!("{random}{INPUT}"));
     let out = folder.path().join("out");
     let study = |more: &[&str]| {

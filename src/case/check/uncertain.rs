@@ -4,97 +4,126 @@ use super::Report;
 use crate::case::schema::ValueKind;
 use crate::case::stack::Stack;
 use crate::case::uncertain::{MOST_LETTERS, NOT_DEFINITE, inputs, value_of};
-use crate::case::{Case, Uncertain, relative, spelling};
+use crate::case::{Case, Correlation, Uncertain, relative, spelling};
 
 pub(super) fn check(case: &Case, stack: &Stack, report: &mut Report<'_>) {
-    let uncertain = case.uncertain.as_deref().unwrap_or_default();
-    let mut usual = Vec::new();
-    // Each with a single number.
-    let mut spread: Vec<Uncertain> = Vec::new();
-    let mut all_right = true;
-    let mut wrong = |key: &str, what: String| {
-        all_right = false;
-        report(&[key], true, what);
-    };
-    let mut taken: Vec<String> = Vec::new();
-    for (i, input) in uncertain.iter().enumerate() {
-        let key = |name: &str| format!("uncertain[{i}].{name}");
-        if input.name.contains(']') {
-            wrong(
-                &key("name"),
-                "a name has no ]: choose a different one".into(),
-            );
-        }
+    let mut inputs = FoundInputs::default();
+    for (i, input) in case.uncertain.iter().flatten().enumerate() {
+        inputs.add(i, input, case, stack);
+    }
+    let correlations = case.correlation.as_deref().unwrap_or_default();
+    for i in 0..correlations.len() {
+        inputs.check_pair(i, correlations);
+    }
+    for (key, what) in &inputs.mistakes {
+        report(&[key], true, what.clone());
+    }
+    if inputs.mistakes.is_empty() && inputs.are_contradictory(correlations) {
+        report(&["correlation[0].coefficient"], true, NOT_DEFINITE.into());
+    }
+}
+
+/// The inputs so far, each with a single number.
+#[derive(Default)]
+struct FoundInputs {
+    spread: Vec<Uncertain>,
+    /// Values of the case; 1 of a factor.
+    usual: Vec<f64>,
+    /// Keys that they have.
+    taken: Vec<String>,
+    /// Keys, and what is wrong with them.
+    mistakes: Vec<(String, String)>,
+}
+
+impl FoundInputs {
+    fn add(&mut self, i: usize, input: &Uncertain, case: &Case, stack: &Stack) {
         let parts = input.spread(case);
-        let long = parts
-            .iter()
-            .find(|part| part.name.chars().count() > MOST_LETTERS);
-        if let Some(long) = long {
+        if input.name.contains(']') {
+            let what = "a name has no ]: choose a different one";
+            self.wrong(i, "name", what.into());
+        }
+        let is_long = |part: &&Uncertain| part.name.chars().count() > MOST_LETTERS;
+        if let Some(long) = parts.iter().find(is_long) {
             let what = format!(
                 "{:?} would have more than {MOST_LETTERS} characters: choose a shorter one",
                 long.name
             );
-            wrong(&key("name"), what);
+            self.wrong(i, "name", what);
         }
         for part in parts {
-            if spread
-                .iter()
-                .any(|other: &Uncertain| other.name == part.name)
-            {
+            if self.spread.iter().any(|other| other.name == part.name) {
                 let what = "another input has this name: choose a different one";
-                wrong(&key("name"), what.into());
+                self.wrong(i, "name", what.into());
             }
             for found in &part.keys {
-                match relative::with_index(found, stack) {
-                    Ok(path) if taken.contains(&path) => wrong(
-                        &key("keys"),
-                        format!("{found} is listed twice: an input has each of its keys alone"),
-                    ),
-                    Ok(path) => {
-                        if let Err(what) = varies(found, &path, case, stack) {
-                            wrong(&key("keys"), what);
-                        }
-                        taken.push(path);
-                    }
-                    Err(fault) => wrong(&key("keys"), fault.to_string()),
+                if let Err(what) = self.take(found, case, stack) {
+                    self.wrong(i, "keys", what);
                 }
             }
             let value = part.value_in(case);
             if let Err((name, what)) = fits(&part, value, stack) {
-                wrong(&key(name), what);
+                self.wrong(i, name, what);
             }
-            usual.push(value.unwrap_or(1.0));
-            spread.push(part);
+            self.usual.push(value.unwrap_or(1.0));
+            self.spread.push(part);
         }
     }
-    let uncertain = spread;
-    let correlations = case.correlation.as_deref().unwrap_or_default();
-    for (i, pair) in correlations.iter().enumerate() {
-        let key = |name: &str| format!("correlation[{i}].{name}");
+
+    /// Takes a key, or says why it cannot be an input's.
+    fn take(&mut self, found: &str, case: &Case, stack: &Stack) -> Result<(), String> {
+        let path = relative::with_index(found, stack).map_err(|fault| fault.to_string())?;
+        if self.taken.contains(&path) {
+            return Err(format!(
+                "{found} is listed twice: an input has each of its keys alone"
+            ));
+        }
+        let varies = varies(found, &path, case, stack);
+        self.taken.push(path);
+        varies
+    }
+
+    fn wrong(&mut self, i: usize, name: &str, what: String) {
+        self.mistakes.push((format!("uncertain[{i}].{name}"), what));
+    }
+
+    fn check_pair(&mut self, i: usize, correlations: &[Correlation]) {
+        let pair = &correlations[i];
+        let mut wrong = |name: &str, what| {
+            self.mistakes
+                .push((format!("correlation[{i}].{name}"), what))
+        };
         for (name, found) in [("first", &pair.first), ("second", &pair.second)] {
-            if !uncertain.iter().any(|input| input.name == *found) {
-                let names: Vec<&str> = uncertain.iter().map(|input| input.name.as_str()).collect();
-                let what = match names.as_slice() {
+            let names: Vec<&str> = self
+                .spread
+                .iter()
+                .map(|input| input.name.as_str())
+                .collect();
+            if names.contains(&found.as_str()) {
+                continue;
+            }
+            wrong(
+                name,
+                match names.as_slice() {
                     [] => "the case has no [[uncertain]] inputs".to_owned(),
                     names => format!(
                         "no [[uncertain]] is called so; there is {}",
                         names.join(", ")
                     ),
-                };
-                wrong(&key(name), what);
-            }
+                },
+            );
         }
-        let is_same = |other: &crate::case::Correlation| {
+        let is_same = |other: &Correlation| {
             [&other.first, &other.second] == [&pair.first, &pair.second]
                 || [&other.second, &other.first] == [&pair.first, &pair.second]
         };
         if pair.first == pair.second || correlations[..i].iter().any(is_same) {
             let what = "expected a pair of two different inputs that no other [[correlation]] has";
-            wrong(&key("second"), what.into());
+            wrong("second", what.into());
         }
     }
-    if all_right && inputs(&uncertain, correlations, &usual).is_err() {
-        report(&["correlation[0].coefficient"], true, NOT_DEFINITE.into());
+
+    fn are_contradictory(&self, correlations: &[Correlation]) -> bool {
+        inputs(&self.spread, correlations, &self.usual).is_err()
     }
 }
 

@@ -14,6 +14,7 @@ pub(crate) mod page;
 mod picture;
 mod preview;
 pub(crate) mod quantities;
+mod refined;
 mod resolution;
 pub(crate) mod run;
 mod samples;
@@ -33,11 +34,10 @@ use super::refinement::Refined;
 use super::results::Results;
 pub use page::significant;
 pub use preview::Preview;
+pub use refined::{RefinementSeries, uncertainty};
 pub use samples::distributions;
 use std::io;
-pub use study::{
-    RefinedPair, RefinementSeries, Study, agreement, changes, key_figures, uncertainty,
-};
+pub use study::{RefinedPair, Study, agreement, changes, key_figures};
 pub use sweep::table as measures;
 pub use table::PageTable;
 pub use uncertainty::{SAMPLES, Uncertainty};

@@ -134,8 +134,8 @@ fn measures(runs: &[&Results]) -> Vec<SweepMeasure> {
         .collect()
 }
 
-/// The measures that the cases of the runs add, each once, and of vessels with more than two openings what flows through
-/// each of them under which pressure.
+/// The measures that the cases of the runs add, each once, and of vessels with more than two openings what flows
+/// through each of them under which pressure.
 fn asked_for(runs: &[&Results]) -> Vec<OutputMeasure> {
     let of_cases = runs.iter().flat_map(|run| run.case.measures().to_vec());
     let mut asked: Vec<OutputMeasure> = Vec::new();

@@ -2,7 +2,7 @@
 //! V&V 20, 2009).
 
 use super::page::significant;
-use super::study::{RefinementSeries, refined};
+use super::refined::{RefinementSeries, refined};
 use super::sweep;
 use super::table::PageTable;
 use super::uncertainty::Uncertainty;

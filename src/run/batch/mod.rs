@@ -8,7 +8,9 @@ mod worker;
 
 use super::Interrupt;
 pub use board::Board;
-pub use models::{BatchRun, Outcome, StudyModels, find, prepare, refuse_earlier, refuse_farther};
+pub use models::{
+    BatchRun, ImpossibleSample, Outcome, StudyModels, find, prepare, refuse_earlier, refuse_farther,
+};
 pub use sampling::Samples;
 use std::collections::VecDeque;
 use std::io;

@@ -101,7 +101,7 @@ pub struct StudyModels {
 }
 
 /// The models in the folder `cases` whose names fit one of the patterns, by name, or the one case that the folder is;
-/// each in all variants, which add something to its name. All cases must be right, unless they `are_samples`: of those some.
+/// each in all variants, which add something to its name. All cases must be right, or of samples some.
 pub fn find(
     cases: &Path,
     patterns: &str,
@@ -166,7 +166,7 @@ fn every(
                 Err(failure) => Err(ImpossibleSample {
                     number,
                     name,
-                    reason: format!("{}: {failure}", folder.display()),
+                    reason: failure.to_string(),
                 }),
             }
         })
@@ -180,14 +180,14 @@ fn every(
         return Ok(found);
     }
     // What is wrong with all variants alike is said once.
-    let mut wrong: Vec<&str> = Vec::new();
-    for line in found
-        .impossible
-        .iter()
-        .flat_map(|model| model.reason.lines())
-    {
-        if !wrong.contains(&line) {
-            wrong.push(line);
+    let mut wrong: Vec<String> = Vec::new();
+    for model in &found.impossible {
+        let folder = &pairs[model.number].0.1;
+        let told = format!("{}: {}", folder.display(), model.reason);
+        for line in told.lines() {
+            if !wrong.iter().any(|said| said == line) {
+                wrong.push(line.to_owned());
+            }
         }
     }
     Err(Failure::Input(wrong.join("\n")))
@@ -216,7 +216,8 @@ pub fn refuse_farther(models: &[BatchRun]) -> Result<(), Failure> {
     }
 }
 
-/// Moves the runs of changed cases aside, and says so; those that are done learn which measures their cases now ask for.
+/// Moves the runs of changed cases aside, and says so; those that are done learn which measures their cases now ask
+/// for.
 pub fn prepare(models: &mut [BatchRun]) -> Result<Vec<String>, Failure> {
     let mut notes = Vec::new();
     for model in models {

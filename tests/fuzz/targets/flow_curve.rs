@@ -14,6 +14,9 @@ fuzz_target!(|text: &[u8]| {
         systole: 0.5,
         exponent: 1.0,
         file: Some(file),
+        unit: None,
+        file_period: None,
+        mean: None,
     };
     match FlowCurve::new(&inflow, 1.0) {
         Ok(curve) => {
