@@ -8,7 +8,7 @@ use super::tree_lumen::MOST_TRIANGLES;
 use super::vessel::MOST_POINTS;
 use super::{LengthUnit, NativeTimeScheme, OwnCase, TableError};
 use crate::Vec3;
-use crate::curve::{CentreLine, Fork};
+use crate::curve::{CentreLine, Partings};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -21,6 +21,7 @@ pub(super) const WALL: &str = "wallFsi";
 pub(super) const BETWEEN: &str = "between";
 table! {
     /// A vessel that branches, by the centre-lines from its beginning to each of its ends.
+    #[derive(Default)]
     pub struct TreeKeys {
         lines: Option<PathBuf> = "lines", ValueKind::Path, "file with the centre-lines of all branches and their radii: .vtp, .vtk or .swc",
             absent "tree.line";
@@ -172,7 +173,7 @@ impl TreeKeys {
             return true;
         };
         let all: Vec<usize> = (0..lines.len()).collect();
-        let fork = Fork::new(&lines, &all);
+        let fork = Partings::new(&lines).fork(&lines, &all);
         !fork.is_ok_and(|fork| fork.daughters.iter().all(|(class, _)| class.len() == 1))
     }
 
@@ -248,21 +249,31 @@ impl TreeKeys {
     }
 }
 
-impl OwnCase {
-    /// Reads the file of the centre-lines, if the case names one: they then stand in it, and so do patch and openings.
+impl TreeKeys {
+    /// Those of the lines in a file, all else as it is by default.
+    pub fn of_file(path: PathBuf, unit: LengthUnit) -> Self {
+        let mut keys = Self::default();
+        (keys.lines, keys.unit) = (Some(path), Some(unit));
+        keys
+    }
+
+    /// Reads the files that it names.
     ///
     /// # Errors
     /// The key to blame, and what is wrong.
-    pub(super) fn read_tree(&mut self) -> Result<(), (&'static str, String)> {
-        let Some(tree) = &mut self.tree else {
-            return Ok(());
-        };
-        if let Some(path) = &tree.lines {
-            if tree.line.is_some() {
+    pub fn read(&mut self) -> Result<(), (&'static str, String)> {
+        self.read_lines()?;
+        self.read_lumen().map(|_| ())
+    }
+
+    /// Reads the file of the centre-lines, if there is one: they then stand in it.
+    fn read_lines(&mut self) -> Result<(), (&'static str, String)> {
+        if let Some(path) = &self.lines {
+            if self.line.is_some() {
                 let reason = "the case has [[tree.line]] as well: leave out one of the two";
                 return Err(("tree.lines", reason.into()));
             }
-            let Some(unit) = tree.unit else {
+            let Some(unit) = self.unit else {
                 let words: Vec<_> = LengthUnit::WORDS.iter().map(|(word, _)| *word).collect();
                 let words = words.join("\", \"");
                 let reason = format!(
@@ -278,25 +289,39 @@ impl OwnCase {
                 points: points.into_iter().map(|x| x.map(|c| c * size)).collect(),
                 radii: radii.into_iter().map(|r| r * size).collect(),
             });
-            tree.line = Some(scaled.collect());
+            self.line = Some(scaled.collect());
         }
-        let lines = tree.line.iter().flatten();
+        let lines = self.line.iter().flatten();
         let fits = |line: &TreeLine| line.points.len() > 1 && line.points.len() == line.radii.len();
-        if tree.lines.is_none() && lines.clone().all(fits) {
+        if self.lines.is_none() && lines.clone().all(fits) {
             let lines: Vec<_> = (lines.clone())
                 .map(|line| (line.points.clone(), line.radii.clone()))
                 .collect();
-            let given = tree.line.take().unwrap_or_default();
+            let given = self.line.take().unwrap_or_default();
             let whole = from_the_beginning(&lines).into_iter();
             let named = whole.map(|(number, (points, radii))| TreeLine {
                 name: given[number].name.clone(),
                 points,
                 radii,
             });
-            tree.line = Some(named.collect());
+            self.line = Some(named.collect());
         }
-        tree.leave_out_lines()?;
-        tree.smooth_lines();
+        self.leave_out_lines()?;
+        self.smooth_lines();
+        Ok(())
+    }
+}
+
+impl OwnCase {
+    /// Reads the file of the centre-lines, if the case names one: they then stand in it, and so do patch and openings.
+    ///
+    /// # Errors
+    /// The key to blame, and what is wrong.
+    pub(super) fn read_tree(&mut self) -> Result<(), (&'static str, String)> {
+        let Some(tree) = &mut self.tree else {
+            return Ok(());
+        };
+        tree.read_lines()?;
         if self.fluid.case.is_none() {
             self.fluid.patches = tree.walls();
             self.fluid.openings = tree.open_names();

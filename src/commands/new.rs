@@ -36,6 +36,10 @@ pub struct Arguments {
         value_delimiter = ','
     )]
     leave_out: Vec<String>,
+    /// Leave out the ends of a tree without which the others have a mesh, of those that hinder each other that with the
+    /// least flow, and say which and why.
+    #[arg(long, requires = "from")]
+    leave_out_impossible: bool,
     /// Shares of the flow that leave by the ends of a tree, in their order, such as 0.65,0.35 [default: by --murray].
     #[arg(
         long,
@@ -180,6 +184,7 @@ impl Arguments {
             has_tissue: self.tissue,
             names: self.names.clone(),
             leave_out: self.leave_out.clone(),
+            leaves_impossible_out: self.leave_out_impossible,
             split: self.split.clone(),
             murray: self.murray,
         }

@@ -10,7 +10,7 @@ mod piece;
 mod spline;
 
 use crate::Vec3;
-pub use centre_line::{CentreLine, Foot, Fork};
+pub use centre_line::{CentreLine, Foot, Fork, Partings};
 pub use piece::Bend;
 use piece::Piece;
 use spline::Spline;

@@ -118,3 +118,38 @@ fn an_arc_of_a_million_metres_is_straight() {
         );
     }
 }
+
+/// Groups of pieces are skipped that cannot be nearest: as if all had been looked at.
+#[test]
+fn the_nearest_place_of_a_line_is_found_by_groups() {
+    let points: Vec<Vec3> = (0..60)
+        .map(|i| f64::from(i) * 0.4)
+        .map(|t| Vec3::new(t.sin() * (3.0 + t), (1.3 * t).cos() * 4.0, 0.5 * t))
+        .collect();
+    let radii: Vec<f64> = (0..60).map(|i| 0.3 + 0.2 * f64::from(i % 7)).collect();
+    let line = CentreLine::new(&points, &radii);
+    let pieces = line.points.len() - 1;
+    assert!(pieces > 1000);
+    let mut inside = 0;
+    for i in 0..200 {
+        let t = f64::from(i);
+        let x = Vec3::new(
+            9.0 * (2.1 * t).sin(),
+            6.0 * (1.7 * t).cos(),
+            12.0 * (0.9 * t).sin().abs(),
+        );
+        let of_piece = |k: usize| {
+            let foot = line.foot_near(&x, k..k + 1);
+            foot.distance - foot.radius
+        };
+        let least = (0..pieces).map(of_piece).fold(f64::INFINITY, f64::min);
+        let foot = line.foot(&x);
+        assert!((foot.distance - foot.radius - least).abs() < 1e-12);
+        inside += usize::from(least < 0.0);
+        let is_near = |k: &usize| (line.points[*k] - x).norm() < 2.0 + 2.0 * line.radii[*k];
+        let all = || 0..line.points.len();
+        let expected = all().find(is_near).zip(all().rfind(is_near));
+        assert_eq!(line.samples_near(&x, 2.0).map(|[a, b]| (a, b)), expected);
+    }
+    assert!((5..195).contains(&inside), "{inside}");
+}

@@ -4,6 +4,7 @@
 mod beat;
 mod changes;
 mod files;
+mod impossible;
 mod text;
 mod told;
 mod tree;
@@ -109,6 +110,8 @@ pub struct ProposalInput {
     pub names: Vec<String>,
     /// Names of the ends of a tree whose lines are left out.
     pub leave_out: Vec<String>,
+    /// Whether lines are left out without which the others have a mesh.
+    pub leaves_impossible_out: bool,
     /// Shares of the flow of a tree's outlets, if they do not follow from their radii.
     pub split: Vec<f64>,
     /// Exponent of the radius that they follow from.
@@ -164,6 +167,7 @@ impl Proposal {
         let of_trees = [
             ("--names", !input.names.is_empty()),
             ("--leave-out", !input.leave_out.is_empty()),
+            ("--leave-out-impossible", input.leaves_impossible_out),
             ("--split", !input.split.is_empty()),
             ("--murray", input.murray.is_some()),
         ];

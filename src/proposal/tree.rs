@@ -3,7 +3,7 @@
 use super::beat::{Beat, fitting};
 use super::files::rounded;
 use super::text::{FLOW, flow_file, name};
-use super::{Figures, Like, Proposal, ProposalError, ProposalInput, files, told};
+use super::{Figures, Like, Proposal, ProposalError, ProposalInput, files, impossible, told};
 use crate::case::{
     Case, FlowCurve, Inflow, LengthUnit, LineReading, MAX_ENDS, Preset, ResolvedCase, TreeKeys,
     lines_of_tree,
@@ -35,19 +35,19 @@ const FLAT: f64 = 0.05;
 const END: f64 = 0.2;
 
 /// What is known of the lines, m.
-struct Ends {
+pub(super) struct Ends {
     /// Openings, the inlet first.
-    names: Vec<String>,
+    pub names: Vec<String>,
     /// Ends in the order of the file, with those that are left out.
-    in_file: Vec<String>,
+    pub in_file: Vec<String>,
     /// Radius at each.
-    radii: Vec<f64>,
+    pub radii: Vec<f64>,
     /// Smallest and mean radius of all points.
-    range: [f64; 2],
+    pub range: [f64; 2],
     /// Length of the longest line.
     length: f64,
     /// Share of the flow of each outlet.
-    shares: Vec<f64>,
+    pub shares: Vec<f64>,
 }
 
 /// Whether the file of the centre-line is a tree of which no branch is chosen.
@@ -84,13 +84,30 @@ fn has_several_lines(path: &Path) -> bool {
 pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError> {
     let path = input.line.clone().unwrap_or_default();
     let unit = only_trees(input, &path)?;
-    let ends = Ends::of(input, &path, unit)?;
+    let mut ends = Ends::of(input, &path, unit)?;
+    let mut chosen = input.clone();
+    let mut left_out = Vec::new();
+    if ends.shares.len() > MAX_ENDS {
+        return Err(ProposalError::Input(format!(
+            "--from {}: {} ends are more than {MAX_ENDS}: leave out small branches (--leave-out)",
+            path.display(),
+            ends.shares.len(),
+        )));
+    }
+    if input.leaves_impossible_out {
+        let found = impossible::of(input, &path, unit, &ends)?;
+        left_out = found.remarks(&path, unit, ends.shares.len());
+        found.put_into(&mut chosen, &ends);
+        ends = Ends::of(&chosen, &path, unit)?;
+    }
+    let input = &chosen;
     let beat = Beat::of(input)?;
     let mut remarks = vec![format!(
         "read      {}: a tree with {} ends (--branch takes one line alone)",
         path.display(),
         ends.shares.len()
     )];
+    remarks.extend(left_out);
     remarks.extend(beat.remarks);
     let pulse = FLOW
         .1
@@ -153,8 +170,9 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
     }
     let mistake = first.map_or(String::new(), |mistake| mistake.to_string());
     Err(ProposalError::Input(format!(
-        "--from {}: {mistake}",
-        path.display()
+        "--from {}: {mistake}{}",
+        path.display(),
+        impossible::advice(input, &path, unit, &ends)
     )))
 }
 
@@ -225,13 +243,6 @@ impl Ends {
             all().fold(f64::INFINITY, f64::min),
             all().sum::<f64>() / all().count() as f64,
         ];
-        if lines.len() > MAX_ENDS {
-            return Err(ProposalError::Input(format!(
-                "--from {}: {} ends are more than {MAX_ENDS}: leave out small branches",
-                path.display(),
-                lines.len()
-            )));
-        }
         files::check_unit(unit, length, radii[0], true)?;
         Ok(Self {
             names,

@@ -30,10 +30,7 @@ fn y(angle: f64, radius: f64, turned: f64, fold: f64) -> Lumen {
         let (points, radii): (Vec<Vec3>, Vec<f64>) = parent.chain(daughter).unzip();
         CentreLine::new(&points, &radii)
     };
-    Lumen {
-        lines: vec![line(-1.0), line(1.0)],
-        surface: None,
-    }
+    Lumen::new(vec![line(-1.0), line(1.0)], None)
 }
 
 /// The mesh of elements of this degree, and the space on it.
@@ -114,10 +111,7 @@ fn side(radius: f64, is_closed: bool) -> Lumen {
         CentreLine::new(&points, &radii)
     });
     lines[1].is_closed = is_closed;
-    Lumen {
-        lines: lines.into(),
-        surface: None,
-    }
+    Lumen::new(lines.into(), None)
 }
 
 /// Thin branches and sacs: the Jacobian at all nodes, and the volume of elements beside that of cells.

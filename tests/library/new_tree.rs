@@ -2,6 +2,7 @@
 
 use crate::new_case::{driver, succeeds};
 use fsi_driver::case::{Case, ConditionKeys, Preset};
+use fsi_driver::geometry::tree::Tree;
 use std::path::Path;
 
 const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/trees");
@@ -44,11 +45,20 @@ fn a_tree_becomes_a_case() {
     let said = succeeds(
         folder.path(),
         &[
-            "new", "arteries", "--from", "tree.swc", "--unit", "mm", "--rcr",
+            "new",
+            "arteries",
+            "--from",
+            "tree.swc",
+            "--unit",
+            "mm",
+            "--rcr",
+            "--leave-out-impossible",
         ],
     );
     assert!(
-        said.contains("a tree with 8 ends") && said.contains("15 branches"),
+        said.contains("a tree with 8 ends")
+            && said.contains("15 branches")
+            && !said.contains("left out"),
         "{said}"
     );
     let (names, shares, _) = divided(&folder.path().join("arteries"));
@@ -221,4 +231,65 @@ fn what_does_not_fit_a_tree_is_refused() {
         output.status.code() == Some(2) && error.contains("--split is for a vessel that branches"),
         "{error}"
     );
+}
+
+/// A parent of 3 mm that divides; a daughter goes straight on, and another branch leaves it at 12°.
+fn crowded() -> String {
+    let mut rows = String::from("1 0 -20 0 0 3 -1\n");
+    let mut id = 1;
+    let mut line = |from: usize, begin: [f64; 2], angle: f64, r: f64, lengths: &[f64]| {
+        let (sin, cos) = f64::to_radians(angle).sin_cos();
+        let mut parent = from;
+        for s in lengths {
+            id += 1;
+            let [x, y] = [begin[0] + s * cos, begin[1] + s * sin];
+            rows += &format!("{id} 0 {x:.4} {y:.4} 0 {r} {parent}\n");
+            parent = id;
+        }
+        id
+    };
+    let trunk: Vec<f64> = (1..=20).map(f64::from).collect();
+    let long: Vec<f64> = (1..=18).map(f64::from).collect();
+    let fork = line(1, [-20.0, 0.0], 0.0, 3.0, &trunk);
+    line(fork, [0.0, 0.0], -40.0, 2.2, &long);
+    let (sin, cos) = f64::to_radians(40.0).sin_cos();
+    let near = line(fork, [0.0, 0.0], 40.0, 2.2, &long[..9]);
+    line(near, [9.0 * cos, 9.0 * sin], 40.0, 2.2, &long[..9]);
+    line(near, [9.0 * cos, 9.0 * sin], 52.0, 1.2, &long);
+    rows
+}
+
+/// Without the flag the refusal says what it would leave out; with it the thinner branch of a junction without a mesh
+/// is left out, with its share of the flow and the reason.
+#[test]
+fn ends_that_have_no_mesh_can_be_left_out() {
+    // 1.2³/(2 · 2.2³ + 1.2³) of the flow.
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("t.swc"), crowded()).unwrap();
+    let from = ["new", "c", "--from", "t.swc", "--unit", "mm"];
+    let output = driver(here, &from);
+    let error = String::from_utf8(output.stderr).unwrap();
+    println!("{error}");
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(
+        error.contains(
+            "--leave-out-impossible leaves out 1 of the 3 ends (outlet3), 7.5 % of the flow"
+        ),
+        "{error}"
+    );
+    assert!(!here.join("c").exists());
+    let said = succeeds(here, &[&from[..], &["--leave-out-impossible"]].concat());
+    println!("{said}");
+    assert!(
+        said.contains("left out  1 of 3 ends, with 7.5 % of the flow")
+            && said.contains("they leave in nearly the same direction")
+            && said.contains("outlet3 (7.5 %, radius 1.20 mm): at the junction at"),
+        "{said}"
+    );
+    let case = Case::load(&here.join("c"), Preset::Demo, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let tree = case.tree().unwrap();
+    assert_eq!(tree.names(), ["inlet", "outlet1", "outlet2"]);
+    let worst = Tree::meshes(tree).unwrap().worst.0;
+    assert!((0.3..0.7).contains(&worst), "{worst}");
 }

@@ -10,10 +10,7 @@ fn lumen(lines: Vec<Vec<(Vec3, f64)>>) -> Lumen {
         let (points, radii): (Vec<Vec3>, Vec<f64>) = line.into_iter().unzip();
         CentreLine::new(&points, &radii)
     });
-    Lumen {
-        lines: lines.collect(),
-        surface: None,
-    }
+    Lumen::new(lines.collect(), None)
 }
 
 /// A straight line of this many mm from the end of another one at an angle (degrees) to x, whose radius becomes `r`

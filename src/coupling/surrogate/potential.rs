@@ -256,10 +256,7 @@ mod tests {
     fn a_standing_wave_meets_the_added_mass_of_a_tube() {
         let names = ["inlet", "end"].map(String::from);
         let line = [Vec3::zeros(), Vec3::x() * 0.5 * LENGTH, Vec3::x() * LENGTH];
-        let lumen = Lumen {
-            lines: vec![CentreLine::new(&line, &[RADIUS; 3])],
-            surface: None,
-        };
+        let lumen = Lumen::new(vec![CentreLine::new(&line, &[RADIUS; 3])], None);
         let tree = Tree::new(lumen, SectionGrid::of_cells(6, 6, 1.0), 0.1).unwrap();
         let walls = vec!["wall".to_owned(); 1];
         let mesh = tree.mesh(&names, &walls, 1.0).unwrap();

@@ -8,8 +8,8 @@ use crate::curve::CentreLine;
 /// A stretch between two junctions, or a junction and an end of the tree.
 #[derive(Debug, Clone)]
 pub struct Branch {
-    /// One of the lines that go through it.
-    pub line: usize,
+    /// The lines that go through it.
+    pub lines: Vec<usize>,
     /// Their mean.
     pub axis: CentreLine,
     /// Junction where it begins, and which daughter it is there.

@@ -1,6 +1,6 @@
 //! A tree as the table `[tree]` of a case describes it.
 
-use super::{Lumen, SectionGrid, Tree, TreeError};
+use super::{Carried, Lumen, SectionGrid, Tree, TreeError};
 use crate::Vec3;
 use crate::case::TreeKeys;
 use crate::curve::{CentreLine, SpaceCurve};
@@ -87,12 +87,8 @@ impl Tree {
     /// # Errors
     /// If the lumen cannot be meshed.
     pub fn of_cells(keys: &TreeKeys) -> Result<Self, TreeMistake> {
-        let grid = SectionGrid::of_cells(
-            keys.core.unwrap_or(6),
-            keys.radial.unwrap_or(5),
-            keys.wall_grading.unwrap_or(3.0),
-        );
-        Self::described(keys, grid, keys.length.unwrap_or(0.4))
+        let (grid, length) = cell_grid(keys);
+        Self::described(keys, grid, length)
     }
 
     /// The lumen of a case in cells.
@@ -135,17 +131,32 @@ impl Tree {
     /// # Errors
     /// If the lumen cannot be meshed.
     pub fn of_elements(keys: &TreeKeys, nodes: &[f64]) -> Result<Self, TreeMistake> {
-        let elements = keys.elements();
-        let grid = SectionGrid::of_elements(
-            elements.core.unwrap_or(2),
-            elements.radial.unwrap_or(2),
-            elements.wall_grading.unwrap_or(1.5),
-            nodes,
-        );
-        let tree = Self::described(keys, grid, elements.length.unwrap_or(1.0))?;
+        let (grid, length) = element_grid(keys, nodes);
+        let tree = Self::described(keys, grid, length)?;
         let valid = tree.validate();
         valid.map_err(|error| TreeMistake::new(keys, error))?;
         Ok(tree)
+    }
+
+    /// The ends of a case that have to be left out so that the others have a mesh in cells and in elements, whose nodes
+    /// lie at `nodes` in [-1, 1], and why; and the smallest scaled
+    /// Jacobian of what is left. `flows` are those through the ends.
+    ///
+    /// # Errors
+    /// If less than two ends would be left.
+    pub fn impossible_ends(
+        keys: &TreeKeys,
+        flows: Vec<f64>,
+        nodes: &[f64],
+    ) -> Result<(Vec<(String, TreeError)>, f64), TreeMistake> {
+        let grids = [cell_grid(keys), element_grid(keys, nodes)];
+        let lumen = lumen(keys).map_err(|error| TreeMistake::new(keys, error))?;
+        let carried = Carried::new(lumen, flows, &grids);
+        let carried = carried.map_err(|error| TreeMistake::new(keys, error))?;
+        let names = keys.names();
+        let left_out = carried.left_out.into_iter();
+        let left_out = left_out.map(|(line, reason)| (names[1 + line].clone(), reason));
+        Ok((left_out.collect(), carried.worst))
     }
 
     fn described(keys: &TreeKeys, grid: SectionGrid, length: f64) -> Result<Self, TreeMistake> {
@@ -183,8 +194,30 @@ fn lines(keys: &TreeKeys) -> Vec<CentreLine> {
 
 fn lumen(keys: &TreeKeys) -> Result<Lumen, TreeError> {
     let surface = keys.lumen_surface().map_err(TreeError::Surface)?;
-    Ok(Lumen {
-        lines: lines(keys),
-        surface: surface.map(|surface| Arc::new(SurfaceSearch::new(surface))),
-    })
+    Ok(Lumen::new(
+        lines(keys),
+        surface.map(|surface| Arc::new(SurfaceSearch::new(surface))),
+    ))
+}
+
+/// Usual or given cells, and their length in radii.
+fn cell_grid(keys: &TreeKeys) -> (SectionGrid, f64) {
+    let grid = SectionGrid::of_cells(
+        keys.core.unwrap_or(6),
+        keys.radial.unwrap_or(5),
+        keys.wall_grading.unwrap_or(3.0),
+    );
+    (grid, keys.length.unwrap_or(0.4))
+}
+
+/// Usual or given elements, and their length in radii.
+fn element_grid(keys: &TreeKeys, nodes: &[f64]) -> (SectionGrid, f64) {
+    let elements = keys.elements();
+    let grid = SectionGrid::of_elements(
+        elements.core.unwrap_or(2),
+        elements.radial.unwrap_or(2),
+        elements.wall_grading.unwrap_or(1.5),
+        nodes,
+    );
+    (grid, elements.length.unwrap_or(1.0))
 }

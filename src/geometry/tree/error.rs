@@ -52,6 +52,9 @@ pub enum TreeError {
         "near {} the mesh would be inside out: the radius changes too sharply there, or a junction is too close", shown(.0)
     )]
     InsideOut(Vec3),
+    /// The worst cell, at this place (m), has this scaled Jacobian.
+    #[error("at {} a cell is nearly flat, its scaled Jacobian is {:.2}", shown(.0), .1)]
+    Flat(Vec3, f64),
     /// The triangles of the surface make none.
     #[error("the surface of the lumen: {0}")]
     Surface(crate::files::Fault),
@@ -90,6 +93,45 @@ const CARRIED: &str = "junctions carry daughters at 25° to 120°, thin ones at 
                        (tree.leave_out)";
 
 impl TreeError {
+    /// Why an end is left out, in a few words.
+    pub fn briefly(&self) -> String {
+        match self {
+            Self::Within(..) => "it stays within the lumen around another line".into(),
+            Self::Parting(parted, reason) => {
+                format!(
+                    "at the junction at {} {}",
+                    shown(&parted.place),
+                    reason.reason()
+                )
+            }
+            Self::Close(x, _, found, needed) => format!(
+                "its junction at {} is {:.2} mm from the next one, which takes {:.2} mm",
+                shown(x),
+                1e3 * found,
+                1e3 * needed
+            ),
+            Self::Short(x, found, needed) => format!(
+                "it ends {:.2} mm from the junction at {}, which takes {:.2} mm",
+                1e3 * found,
+                shown(x),
+                1e3 * needed
+            ),
+            Self::Bend(x, radius, bend) => format!(
+                "near {} the lumen, of radius {:.2} mm, bends with a radius of {:.2} mm",
+                shown(x),
+                1e3 * radius,
+                1e3 * bend
+            ),
+            Self::InsideOut(x) => format!("near {} cells would be inside out", shown(x)),
+            Self::Flat(x, quality) => format!(
+                "at {} the worst cell has a scaled Jacobian of {quality:.2}",
+                shown(x)
+            ),
+            Self::Open(x) => format!("at {} the lumen is not closed around it", shown(x)),
+            other => other.to_string(),
+        }
+    }
+
     /// What it is, where lines part.
     fn reason(&self) -> &'static str {
         match self {
@@ -113,6 +155,7 @@ impl TreeError {
             | Self::Short(x, ..)
             | Self::Bend(x, ..)
             | Self::InsideOut(x)
+            | Self::Flat(x, _)
             | Self::TwoTrees(x) => Some(*x),
             Self::Parting(parted, _) => Some(parted.place),
             Self::Surface(_) => None,

@@ -366,11 +366,15 @@ impl Slicer {
         places.pop();
         let between = places[1..].iter().map(|&u| {
             let centre = on(&folded.centre, &plane.centre, u);
-            let pairs = folded.rim.iter().zip(&plane.rim);
-            self.cut(
-                centre,
-                pairs.map(|(a, b)| (on(a, b, u) - centre).normalize()),
-            )
+            let near = self.lumen.near(&centre);
+            let rim = folded.rim.iter().zip(&plane.rim).map(|(a, b)| {
+                let beside = on(a, b, u);
+                let wall = near.wall(&centre, &(beside - centre).normalize());
+                // In a sharp bend rays may look along the branch.
+                let wall = wall.or_else(|| near.nearest(&beside));
+                wall.ok_or(TreeError::Open(centre))
+            });
+            Ok(CrossSection::new(centre, rim.collect::<Result<_, _>>()?))
         });
         let between: Vec<CrossSection> = between.collect::<Result<_, _>>()?;
         Ok(([folded].into_iter().chain(between).collect(), places))

@@ -10,6 +10,8 @@ use std::sync::Arc;
 const FILLET: f64 = 0.5;
 /// A ray ends here, in radii of the place that it starts from.
 const REACH: f64 = 4.0;
+/// Where a ray ends is as exact as this, in that.
+const EXACT: f64 = 1e-13;
 /// Steps of a ray before it is refined.
 const RAY_STEPS: usize = 40;
 /// Cosines between a ray and the normal of a surface from a file. Above the first one the ray says where the wall is,
@@ -23,6 +25,8 @@ pub struct Lumen {
     pub lines: Vec<CentreLine>,
     /// Its wall, if that is not the union of the tubes around these lines.
     pub surface: Option<Arc<SurfaceSearch>>,
+    /// Which lines are no part of it.
+    pub(super) left_out: Vec<bool>,
 }
 
 /// The parts of a lumen that are near a place.
@@ -33,9 +37,24 @@ pub struct Near<'a> {
 }
 
 impl Lumen {
+    /// The lumen around lines, or within a surface around them.
+    pub fn new(lines: Vec<CentreLine>, surface: Option<Arc<SurfaceSearch>>) -> Self {
+        Self {
+            left_out: vec![false; lines.len()],
+            lines,
+            surface,
+        }
+    }
+
+    /// The lines that are part of it, with their numbers.
+    fn parts(&self) -> impl Iterator<Item = (usize, &CentreLine)> {
+        let all = self.lines.iter().enumerate();
+        all.filter(|(i, _)| !self.left_out[*i])
+    }
+
     /// What lies within four of the largest radii there around a place.
     pub fn near(&self, x: &Vec3) -> Near<'_> {
-        let feet: Vec<Foot> = self.lines.iter().map(|line| line.foot(x)).collect();
+        let feet: Vec<Foot> = self.parts().map(|(_, line)| line.foot(x)).collect();
         let inside = feet.iter().filter(|foot| foot.distance < foot.radius);
         let mut widest = inside.map(|foot| foot.radius).fold(0.0, f64::max);
         if widest == 0.0 && self.surface.is_some() {
@@ -45,14 +64,22 @@ impl Lumen {
             widest = nearest.map_or(0.0, |foot| foot.radius);
         }
         let reach = REACH * widest;
-        let ranges = self.lines.iter().enumerate().filter_map(|(i, line)| {
-            let is_near = |k: &usize| (line.points[*k] - x).norm() < reach + 2.0 * line.radii[*k];
-            let first = (0..line.points.len()).find(is_near)?;
-            let last = (0..line.points.len()).rfind(is_near)?;
-            Some((i, first.saturating_sub(1)..last + 2))
-        });
+        let mut ranges: Vec<(usize, std::ops::Range<usize>)> = Vec::new();
+        for (i, line) in self.parts() {
+            let Some([first, last]) = line.samples_near(x, reach) else {
+                continue;
+            };
+            let range = first.saturating_sub(1)..last + 2;
+            // Lines that coincide here have one tube.
+            let is_same = |(other, known): &(usize, std::ops::Range<usize>)| {
+                *known == range && self.lines[*other].coincides(line, range.clone())
+            };
+            if !ranges.iter().any(is_same) {
+                ranges.push((i, range));
+            }
+        }
         Near {
-            ranges: ranges.collect(),
+            ranges,
             lumen: self,
             reach,
         }
@@ -105,6 +132,19 @@ impl Near<'_> {
         }
     }
 
+    /// The place of the wall that is nearest to one next to it; none where no line is near.
+    pub fn nearest(&self, x: &Vec3) -> Option<Vec3> {
+        if let Some(surface) = &self.lumen.surface {
+            return Some(surface.nearest(x));
+        }
+        let feet = self.ranges.iter();
+        let feet = feet.map(|(line, range)| self.lumen.lines[*line].foot_near(x, range.clone()));
+        let off = |foot: &Foot| foot.distance - foot.radius;
+        let foot = feet.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let arm = x - foot.centre;
+        (foot.distance > 0.0).then(|| foot.centre + arm * (foot.radius / foot.distance))
+    }
+
     fn hit(&self, surface: &SurfaceSearch, from: &Vec3, direction: &Vec3) -> Option<RayHit> {
         let hit = surface.ray(from, direction)?;
         (hit.distance < self.reach).then_some(hit)
@@ -137,17 +177,35 @@ impl Near<'_> {
                 break;
             }
         }
-        let mut high = high.filter(|high| *high > 0.0)?;
+        let high = high.filter(|high| *high > 0.0)?;
+        Some(self.zero(at, [low, high]))
+    }
+
+    /// Where a function, about a distance (m), is zero between a place below and one above: the secant's place, that of
+    /// an end that stays with half of its value (Illinois).
+    fn zero(&self, at: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
+        let exact = EXACT * self.reach;
+        let (mut below, mut above) = (at(low), at(high));
+        let mut stays = 0i8;
         for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            match at(middle) < 0.0 {
-                true => low = middle,
-                false => high = middle,
+            let t = low + (high - low) * (below / (below - above)).clamp(0.0, 1.0);
+            let value = at(t);
+            if value.abs() < exact || high - low < exact {
+                return t;
             }
-            if high - low < 1e-12 * self.reach {
-                break;
+            match value < 0.0 {
+                true => {
+                    (low, below) = (t, value);
+                    above *= if stays == 1 { 0.5 } else { 1.0 };
+                    stays = 1;
+                }
+                false => {
+                    (high, above) = (t, value);
+                    below *= if stays == -1 { 0.5 } else { 1.0 };
+                    stays = -1;
+                }
             }
         }
-        Some(0.5 * (low + high))
+        0.5 * (low + high)
     }
 }

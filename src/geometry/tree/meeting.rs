@@ -115,16 +115,16 @@ impl Meeting {
             (SectionGrid::of_elements(2, 2, 1.5, &nodes), 1.0),
         ] {
             let slicer = Slicer {
-                lumen: Lumen {
-                    lines: vec![parent.clone(), thin.clone()],
-                    surface: lumen.surface.as_ref().map(Arc::clone),
-                },
+                lumen: Lumen::new(
+                    vec![parent.clone(), thin.clone()],
+                    lumen.surface.as_ref().map(Arc::clone),
+                ),
                 grid,
                 along,
             };
             let side = Side::new(&slicer, &parent, 0, 1)?;
             let branch = |line: usize, axis: &CentreLine, from, to| Branch {
-                line,
+                lines: vec![line],
                 axis: axis.clone(),
                 from,
                 to,

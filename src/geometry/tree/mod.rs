@@ -6,7 +6,9 @@
 
 mod blocks;
 mod branch;
+mod carried;
 mod described;
+mod divide;
 mod error;
 mod junction;
 mod lumen;
@@ -19,6 +21,7 @@ mod tests;
 
 pub use blocks::{Block, Displaced, NONE, Numbers, Outside, Positions};
 pub use branch::{Middle, Stack};
+pub use carried::Carried;
 pub use described::{TreeMeshes, TreeMistake};
 pub use error::TreeError;
 pub use lumen::Lumen;
@@ -29,8 +32,9 @@ use super::PolyMesh;
 use super::o_grid::{Polygon, WallPolygons};
 use super::poly_mesh::PatchFaces;
 use crate::Vec3;
-use crate::curve::{CentreLine, Fork, SpaceCurve};
+use crate::curve::{Partings, SpaceCurve};
 use branch::Branch;
+use divide::Division;
 use junction::Slicer;
 use meeting::Meeting;
 use std::collections::BTreeSet;
@@ -74,15 +78,9 @@ impl Tree {
         if let Some(other) = apart {
             return Err(TreeError::TwoTrees(other));
         }
-        let all: Vec<usize> = (0..lumen.lines.len()).collect();
-        let mut tree = Self {
-            slicer: Slicer { lumen, grid, along },
-            junctions: Vec::new(),
-            branches: Vec::new(),
-            stacks: Vec::new(),
-        };
-        tree.divide(&all, None)?;
-        Self::of_parts(tree.slicer, tree.junctions, tree.branches)
+        let partings = Partings::new(&lumen.lines);
+        let slicer = Slicer { lumen, grid, along };
+        Division::tree(slicer, &partings, None)?.stacked()
     }
 
     /// A tree that has been taken apart.
@@ -91,69 +89,29 @@ impl Tree {
         junctions: Vec<Meeting>,
         branches: Vec<Branch>,
     ) -> Result<Self, TreeError> {
-        let mut tree = Self {
+        let tree = Self {
             slicer,
             junctions,
             branches,
             stacks: Vec::new(),
         };
-        for branch in &tree.branches {
-            let stack = tree.stack(branch)?;
-            tree.stacks.push(stack);
-        }
-        Ok(tree)
+        tree.stacked()
     }
 
-    /// Takes lines apart that begin as one branch.
-    fn divide(&mut self, lines: &[usize], from: Option<(usize, usize)>) -> Result<(), TreeError> {
-        let mut branch = Branch {
-            line: lines[0],
-            axis: self.slicer.lumen.lines[lines[0]].clone(),
-            from,
-            to: None,
-        };
-        if lines.len() == 1 {
-            self.branches.push(branch);
-            return Ok(());
+    /// With the cross-sections of its branches.
+    fn stacked(mut self) -> Result<Self, TreeError> {
+        for branch in &self.branches {
+            let stack = self.stack(branch)?;
+            self.stacks.push(stack);
         }
-        let lumen = &self.slicer.lumen;
-        let fork = Fork::new(&lumen.lines, lines).map_err(|pair| {
-            let line = &lumen.lines[pair.0];
-            TreeError::Within(pair.0, pair.1, line.at(line.length()))
-        })?;
-        let together: Vec<&CentreLine> = lines.iter().map(|i| &lumen.lines[*i]).collect();
-        branch.axis = CentreLine::mean(&together, fork.first);
-        let parting: Vec<(usize, f64)> = (fork.daughters.iter())
-            .map(|(class, s)| (class[0], *s))
-            .collect();
-        let class = |line: usize| -> &[usize] {
-            let class = fork.daughters.iter().find(|(class, _)| class[0] == line);
-            class.map_or(&[], |(class, _)| class)
-        };
-        let path = |line: usize| {
-            let class: Vec<&CentreLine> = class(line).iter().map(|i| &lumen.lines[*i]).collect();
-            match class[..] {
-                [only] => only.clone(),
-                _ => CentreLine::mean(&class, f64::INFINITY),
-            }
-        };
-        let junction = Meeting::new(&self.slicer, &branch.axis, &parting, path)?;
-        let at = self.junctions.len();
-        branch.to = Some(at);
-        self.branches.push(branch);
-        let order: Vec<usize> = junction.daughters().iter().map(|end| end.line).collect();
-        self.junctions.push(junction);
-        for (daughter, line) in order.into_iter().enumerate() {
-            self.divide(class(line), Some((at, daughter)))?;
-        }
-        Ok(())
+        Ok(self)
     }
 
     /// See [`Stack::wall`].
     fn wall(&self, branch: &Branch) -> usize {
         match (branch.from, branch.to) {
             (None, _) => 0,
-            (Some(_), None) => 1 + branch.line,
+            (Some(_), None) => 1 + branch.lines[0],
             (Some(_), Some(_)) => 1 + self.slicer.lumen.lines.len(),
         }
     }
@@ -170,16 +128,27 @@ impl Tree {
 
     /// Scaled Jacobian and middle (m) of each cell, or of what lies between neighbouring nodes of the elements.
     pub fn qualities(&self) -> Vec<(f64, Vec3)> {
+        let all = self.qualities_by_stack().into_iter();
+        all.map(|(_, quality, x)| (quality, x)).collect()
+    }
+
+    /// As [`Tree::qualities`], each with the stack that it is in.
+    fn qualities_by_stack(&self) -> Vec<(usize, f64, Vec3)> {
         let growth = match self.grid().degree() {
             1 => self.grid().growth_of_polygon(),
             _ => 1.0,
         };
         let (points, numbers) = self.points(growth);
         let blocks = self.blocks(&numbers);
-        let cells = blocks.iter().flat_map(|block| self.cells(block));
+        let cells = blocks
+            .iter()
+            .flat_map(|block| self.cells(block).map(|corners| (block.stack, corners)));
         cells
-            .map(|corners| corners.map(|i| points[i]))
-            .map(|corners| (scaled_jacobian(corners), corners.iter().sum::<Vec3>() / 8.0))
+            .map(|(stack, corners)| (stack, corners.map(|i| points[i])))
+            .map(|(stack, corners)| {
+                let middle = corners.iter().sum::<Vec3>() / 8.0;
+                (stack, scaled_jacobian(corners), middle)
+            })
             .collect()
     }
 

@@ -221,7 +221,7 @@ impl Tree {
             None => {}
         }
         Ok(Stack {
-            end: (branch.to.is_none() && !line.is_closed).then_some(branch.line),
+            end: (branch.to.is_none() && !line.is_closed).then_some(branch.lines[0]),
             wall: self.wall(branch),
             from: branch.from.map(|(junction, _)| junction),
             to: branch.to,

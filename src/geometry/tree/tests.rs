@@ -1,6 +1,7 @@
 //! Meshes of trees: quality, volume, symmetry, and what is refused.
 
 use super::*;
+use crate::curve::CentreLine;
 use std::f64::consts::PI;
 
 /// A straight parent of radius 3 and two daughters whose directions enclose `angle`, both turned by `turned` (degrees),
@@ -22,10 +23,7 @@ fn y(angle: f64, radius: f64, turned: f64, fold: f64) -> Lumen {
         let (points, radii): (Vec<Vec3>, Vec<f64>) = parent.chain(daughter).unzip();
         CentreLine::new(&points, &radii)
     };
-    Lumen {
-        lines: vec![line(-1.0), line(1.0)],
-        surface: None,
-    }
+    Lumen::new(vec![line(-1.0), line(1.0)], None)
 }
 
 fn walls(openings: &[String]) -> Vec<String> {
@@ -107,16 +105,7 @@ fn a_symmetric_y_has_a_symmetric_mesh() {
         )
     };
     is_symmetric(&mesh(y(60.0, 2.4, 0.0, 0.0), 4).unwrap());
-    is_symmetric(
-        &mesh(
-            Lumen {
-                lines: vec![sparse(-1.0), sparse(1.0)],
-                surface: None,
-            },
-            4,
-        )
-        .unwrap(),
-    );
+    is_symmetric(&mesh(Lumen::new(vec![sparse(-1.0), sparse(1.0)], None), 4).unwrap());
 }
 
 fn is_symmetric(mesh: &PolyMesh) {
@@ -191,10 +180,7 @@ fn a_tree_of_three_generations_has_a_mesh() {
         let (points, radii): (Vec<Vec3>, Vec<f64>) = line.into_iter().unzip();
         CentreLine::new(&points, &radii)
     });
-    let lumen = Lumen {
-        lines: lines.collect(),
-        surface: None,
-    };
+    let lumen = Lumen::new(lines.collect(), None);
     let tree = Tree::new(lumen.clone(), SectionGrid::of_cells(4, 3, 2.0), 0.6).unwrap();
     assert_eq!((tree.junctions.len(), tree.branches.len()), (7, 15));
     assert!(worst(lumen) > 0.4);
@@ -231,15 +217,15 @@ fn side(angle: f64, radius: f64) -> Lumen {
         )
     });
     let lines = [whole, begin.chain(branch).collect()];
-    Lumen {
-        lines: (lines.into_iter())
+    Lumen::new(
+        (lines.into_iter())
             .map(|line| {
                 let (points, radii): (Vec<Vec3>, Vec<f64>) = line.into_iter().unzip();
                 CentreLine::new(&points, &radii)
             })
             .collect(),
-        surface: None,
-    }
+        None,
+    )
 }
 
 /// Over branches of 0.2 to 0.6 of the parent's radius that leave at 45° to 110°, in cells and between the nodes of

@@ -1,0 +1,209 @@
+//! Ends of a tree that are left out, since the others have a mesh without them.
+
+use super::tree::Ends;
+use super::{ProposalError, ProposalInput, files};
+use crate::Vec3;
+use crate::case::{LengthUnit, TreeKeys};
+use crate::geometry::tree::Tree;
+use fsi_numerics::quadrature::Rule;
+use std::path::Path;
+
+/// Waves of the lines, in mean radii, that are halved in trials.
+const SMOOTHING: [f64; 3] = [4.0, 8.0, 16.0];
+/// Lines are smoothed more if that keeps so much more of the flow ...
+const WORTH: f64 = 0.02;
+/// ... or makes the worst cell better, up to this scaled Jacobian, which counts as so much of the flow.
+const GOOD: f64 = 0.25;
+const OF_QUALITY: f64 = 0.3;
+/// Points of an element of usual degree along each direction.
+const NODES: usize = 5;
+/// Most ends that are named in a refusal.
+const NAMED: usize = 6;
+
+/// Ends of a tree that are left out.
+pub(super) struct Impossible {
+    /// Names of the ends, their shares of the flow, their radii (m), and why.
+    ends: Vec<(String, f64, f64, String)>,
+    /// Waves (m) of the lines that are halved.
+    smoothing: Option<f64>,
+    /// The smallest scaled Jacobian of what is left.
+    worst: f64,
+}
+
+/// Finds what has to be left out: of the lines as they are or smoothed, whichever keeps more of the flow.
+///
+/// # Errors
+/// If less than two ends would be left.
+pub(super) fn of(
+    input: &ProposalInput,
+    path: &Path,
+    unit: LengthUnit,
+    ends: &Ends,
+) -> Result<Impossible, ProposalError> {
+    let wave = |radii: &f64| Some(files::rounded(radii * ends.range[1]));
+    let tried = match input.smoothing {
+        Some(given) => vec![Some(given)],
+        None => [None]
+            .into_iter()
+            .chain(SMOOTHING.iter().map(wave))
+            .collect(),
+    };
+    let mut best: Result<Impossible, ProposalError> = Err("no line is left".into());
+    for smoothing in tried {
+        let found = with(input, path, unit, ends, smoothing);
+        best = match (best, found) {
+            (Ok(best), Ok(found)) if found.value() < best.value() + WORTH => Ok(best),
+            (Ok(best), Err(_)) => Ok(best),
+            (_, found) => found,
+        };
+        if best
+            .as_ref()
+            .is_ok_and(|best| best.share() < WORTH && best.worst > GOOD)
+        {
+            break;
+        }
+    }
+    best
+}
+
+/// As [`of`], with lines that are smoothed so much (m).
+fn with(
+    input: &ProposalInput,
+    path: &Path,
+    unit: LengthUnit,
+    ends: &Ends,
+    smoothing: Option<f64>,
+) -> Result<Impossible, ProposalError> {
+    let mut keys = TreeKeys::of_file(path.to_path_buf(), unit);
+    keys.smoothing = smoothing;
+    keys.inlet = Some(ends.names[0].clone());
+    keys.outlets.clone_from(&ends.in_file);
+    keys.leave_out.clone_from(&input.leave_out);
+    keys.lumen.clone_from(&input.lumen);
+    keys.lumen_unit = input.lumen_unit;
+    // The mesh of the preset that comes first.
+    (keys.core, keys.radial, keys.length) = (Some(4), Some(3), Some(0.6));
+    let failed =
+        |reason: String| ProposalError::Input(format!("--from {}: {reason}", path.display()));
+    keys.read().map_err(|(_, reason)| failed(reason))?;
+    let nodes = Rule::gauss_lobatto(NODES).points;
+    let found = Tree::impossible_ends(&keys, ends.shares.clone(), &nodes);
+    let (found, worst) = found.map_err(|mistake| failed(mistake.to_string()))?;
+    let of = |name: &String| {
+        let i = ends
+            .names
+            .iter()
+            .position(|other| other == name)
+            .unwrap_or(1);
+        (ends.shares[i - 1], ends.radii[i])
+    };
+    let left_out = found.into_iter().map(|(name, reason)| {
+        let (share, radius) = of(&name);
+        (name, share, radius, reason.briefly())
+    });
+    Ok(Impossible {
+        ends: left_out.collect(),
+        smoothing,
+        worst,
+    })
+}
+
+/// How far points of the lines move at most, m and in radii there, if these waves (m) are halved.
+fn moved(path: &Path, unit: LengthUnit, smoothing: f64) -> Option<[f64; 2]> {
+    let mut keys = TreeKeys::of_file(path.to_path_buf(), unit);
+    let mut smooth = keys.clone();
+    smooth.smoothing = Some(smoothing);
+    keys.read().and_then(|()| smooth.read()).ok()?;
+    let mut most = [0.0f64; 2];
+    for (given, line) in keys.line.iter().flatten().zip(smooth.line.iter().flatten()) {
+        let given = given.curve()?;
+        for x in &line.points {
+            let foot = given.foot(&Vec3::from(*x));
+            most[0] = most[0].max(foot.distance);
+            most[1] = most[1].max(foot.distance / foot.radius);
+        }
+    }
+    Some(most)
+}
+
+/// What a refusal says of it, if it helps.
+pub(super) fn advice(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends) -> String {
+    match of(input, path, unit, ends) {
+        Ok(found) if !input.leaves_impossible_out && !found.ends.is_empty() => {
+            let names = found
+                .ends
+                .iter()
+                .take(NAMED)
+                .map(|(name, ..)| name.as_str());
+            let names: Vec<&str> = names.collect();
+            let more = match found.ends.len() - names.len() {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            format!(
+                "; --leave-out-impossible leaves out {} of the {} ends ({}{more}), {:.1} % of the flow, and says why of each",
+                found.ends.len(),
+                ends.shares.len(),
+                names.join(", "),
+                100.0 * found.share()
+            )
+        }
+        _ => String::new(),
+    }
+}
+
+impl Impossible {
+    /// What it is worth: the share of the flow that is kept, and the quality.
+    fn value(&self) -> f64 {
+        OF_QUALITY * self.worst.min(GOOD) - self.share()
+    }
+
+    /// Share of the flow that is left out.
+    fn share(&self) -> f64 {
+        self.ends.iter().map(|(_, share, ..)| share).sum()
+    }
+
+    /// What is to be said of it.
+    pub fn remarks(&self, path: &Path, unit: LengthUnit, count: usize) -> Vec<String> {
+        let mut all = Vec::new();
+        if let Some(wave) = self.smoothing
+            && let Some([moved, radii]) = moved(path, unit, wave)
+        {
+            all.push(format!(
+                "smoothing waves of {:.2} mm of the lines are halved, so that more of them have a mesh: points move by up to {:.2} mm \
+                 ({radii:.1} radii)",
+                1e3 * wave,
+                1e3 * moved
+            ));
+        }
+        if self.ends.is_empty() {
+            return all;
+        }
+        let whole = format!(
+            "left out  {} of {count} ends, with {:.1} % of the flow, since the others have a mesh without them:",
+            self.ends.len(),
+            100.0 * self.share()
+        );
+        let each = self.ends.iter().map(|(name, share, radius, reason)| {
+            format!(
+                "          {name} ({:.1} %, radius {:.2} mm): {reason}",
+                100.0 * share,
+                1e3 * radius
+            )
+        });
+        all.extend([whole].into_iter().chain(each));
+        all
+    }
+
+    /// Leaves them out.
+    pub fn put_into(&self, input: &mut ProposalInput, ends: &Ends) {
+        if !input.split.is_empty() {
+            let kept = ends.names[1..].iter().zip(&input.split);
+            let kept = kept.filter(|(name, _)| !self.ends.iter().any(|(other, ..)| other == *name));
+            input.split = kept.map(|(_, share)| *share).collect();
+        }
+        let names = self.ends.iter().map(|(name, ..)| name.clone());
+        input.leave_out.extend(names);
+        input.smoothing = input.smoothing.or(self.smoothing);
+    }
+}
