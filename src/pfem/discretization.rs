@@ -7,7 +7,7 @@ use super::element::predicted_pressure::{Origin, VolumeGradients, Volumes};
 use super::element::surface::Surface;
 use super::element::volume::Formulation;
 use super::element::{Body, Elements, Motion, gather, scatter};
-use super::linear_algebra::factor::{Factorization, Symbolic};
+use super::linear_algebra::factor::{Factorization, LARGE, Symbolic};
 use super::linear_algebra::ordering;
 use super::linear_algebra::sparse::Pattern;
 use super::material::{HyperelasticMaterial, KelvinVoigt, Law};
@@ -21,6 +21,7 @@ use crate::mesh::{HexFace, HexMesh, WallDirections};
 use fsi_numerics::quadrature::Rule;
 use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Memory for element matrices that wait to be added, bytes.
 const WAITING: usize = 64 << 20;
@@ -36,6 +37,9 @@ pub struct Options {
     pub quadrature_points: [usize; 3],
     /// Which volume ratio the volumetric energy sees.
     pub formulation: Formulation,
+    /// Operations of a factorization from which on the body counts as large: its tangents are factorized front by front,
+    /// and the factors stored in single precision.
+    pub large: f64,
 }
 
 impl Options {
@@ -46,6 +50,7 @@ impl Options {
             mapping: MappingKind::Blended(space.max_degree()),
             quadrature_points: space.degrees.map(|p| p + 1),
             formulation: Formulation::default(),
+            large: LARGE,
         }
     }
 }
@@ -141,7 +146,7 @@ impl Discretization {
             elements,
             supports,
             pattern: Arc::new(pattern),
-            symbolic,
+            symbolic: symbolic.with_fronts_from(options.large),
             formulation,
             quadrature_points: points,
             foundations,
@@ -432,7 +437,21 @@ impl Discretization {
 
     /// Holds single components in an assembled tangent and factorizes it.
     pub fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError> {
-        self.symbolic.factorize(&self.pattern, tangent)
+        self.factorize_unless(&AtomicBool::new(false), tangent)
+    }
+
+    /// The same, which ends with an error once it is `cancelled`, if the body is large.
+    pub fn factorize_unless(
+        &self,
+        cancelled: &AtomicBool,
+        tangent: &[f64],
+    ) -> Result<Factorization, SolidError> {
+        (self.symbolic).factorize(&self.pattern, tangent, cancelled)
+    }
+
+    /// Whether an assembled tangent with single components held is positive definite.
+    pub fn is_positive_definite(&self, tangent: &[f64]) -> Result<bool, SolidError> {
+        (self.symbolic).is_positive_definite(&self.pattern, tangent)
     }
 
     /// The entries of a vector of all coefficients that belong to equations; zero where a component is held.

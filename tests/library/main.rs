@@ -32,6 +32,7 @@ mod odd_trees;
 mod openings;
 mod pfem_benchmarks;
 mod pfem_dynamics;
+mod pfem_large;
 mod pfem_locking;
 mod pfem_spaces;
 mod pfem_stability;

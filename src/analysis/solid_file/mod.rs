@@ -159,6 +159,7 @@ impl From<Keys> for SolidFile {
                     None => space.degrees.map(|p| p + 2),
                 },
                 formulation: keys.space.formulation,
+                ..Options::new(space)
             },
             pressure: keys.load.pressure,
             kind: keys.load.kind,

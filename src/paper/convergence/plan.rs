@@ -89,14 +89,15 @@ impl Choice {
             Quadrature::Standard => 1,
             Quadrature::Increased => 3,
         };
+        let space = Space {
+            kind: self.space,
+            degrees,
+        };
         Options {
-            space: Space {
-                kind: self.space,
-                degrees,
-            },
             mapping: self.mapping,
             quadrature_points: degrees.map(|p| p + more),
             formulation: Formulation::Displacement,
+            ..Options::new(space)
         }
     }
 

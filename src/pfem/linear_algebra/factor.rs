@@ -1,8 +1,9 @@
 //! Sparse direct factorization: symbolic once, numeric as often as the tangent changes.
 
 use super::super::SolidError;
+use super::multifrontal::{Fronts, Stop, Task, operations};
 use super::sparse::Pattern;
-use super::substitution::{Substitution, columns};
+use super::substitution::Substitution;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::reborrow::Reborrow;
 use faer::sparse::linalg::SupernodalThreshold;
@@ -16,10 +17,20 @@ use faer::sparse::linalg::cholesky::{
 use faer::traits::RealField;
 use faer::{Conj, MatMut, Par, Side};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Operations of a factorization from which on it is made front by front, on all threads, and the factor stored in
+/// single precision: walls of some 30,000 unknowns (measured: `docs/speed.md`, large walls).
+pub const LARGE: f64 = 1.5e10;
 
 /// Elimination order and structure of the factor.
 #[derive(Debug, Clone)]
-pub struct Symbolic(Arc<SymbolicCholesky<usize>>, Arc<Substitution>);
+pub struct Symbolic {
+    structure: Arc<SymbolicCholesky<usize>>,
+    substitution: Arc<Substitution>,
+    /// Of a large factor.
+    fronts: Option<Arc<Fronts>>,
+}
 
 /// Which factorization was possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,27 +85,114 @@ impl Symbolic {
         let symbolic = factorize_symbolic_cholesky(upper.rb(), Side::Upper, ordering, parameters)
             .map_err(symbolic_failed)?;
         let substitution = Substitution::new(supernodal(&symbolic));
-        Ok(Self(Arc::new(symbolic), Arc::new(substitution)))
+        Ok(Self {
+            structure: Arc::new(symbolic),
+            substitution: Arc::new(substitution),
+            fronts: None,
+        })
+    }
+
+    /// The same, made front by front if it takes so many `operations` or more.
+    #[must_use]
+    pub fn with_fronts_from(self, operations: f64) -> Self {
+        let is_large = self.operations() >= operations;
+        let fronts = is_large.then(|| Arc::new(Fronts::new(supernodal(&self.structure))));
+        Self { fronts, ..self }
+    }
+
+    /// Whether factorizations are made front by front.
+    pub fn is_large(&self) -> bool {
+        self.fronts.is_some()
+    }
+
+    /// Bytes that a factorization takes, at most.
+    pub fn bytes(&self) -> f64 {
+        let entries = self.entries() as f64;
+        match &self.fronts {
+            // In double precision, and rounded.
+            None => 12.0 * entries,
+            Some(fronts) => 4.0 * entries + fronts.bytes(supernodal(&self.structure)),
+        }
     }
 
     /// Number of entries of the factor.
     pub fn entries(&self) -> usize {
-        self.0.len_val()
+        self.structure.len_val()
     }
 
     /// Multiplications and additions of a factorization.
     pub fn operations(&self) -> f64 {
-        let symbolic = supernodal(&self.0);
-        let lengths = (0..symbolic.n_supernodes()).flat_map(|s| {
-            let supernode = symbolic.supernode(s);
-            let (columns, below) = (columns(symbolic, s).len(), supernode.pattern().len());
-            (0..columns).map(move |j| (columns - j + below) as f64)
-        });
-        lengths.map(|length| length * length).sum()
+        let symbolic = supernodal(&self.structure);
+        let supernodes = 0..symbolic.n_supernodes();
+        supernodes.map(|s| operations(symbolic, s)).sum()
     }
 
-    /// Factorizes: `L Lᵀ` if the matrix is positive definite, `L D Lᵀ` if not.
+    /// Factorizes: `L Lᵀ` if the matrix is positive definite, `L D Lᵀ` if not. A large factor is stored in single
+    /// precision.
+    ///
+    /// # Errors
+    /// If the matrix is singular, or nobody waits for the factor any more.
     pub fn factorize(
+        &self,
+        pattern: &Pattern,
+        values: &[f64],
+        cancelled: &AtomicBool,
+    ) -> Result<Factorization, SolidError> {
+        let Some(fronts) = &self.fronts else {
+            return self.factorize_by_columns(pattern, values);
+        };
+        let mut task = Task {
+            symbolic: supernodal(&self.structure),
+            matrix: pattern.matrix(values),
+            is_indefinite: false,
+            store: |entry| entry as f32,
+            cancelled,
+        };
+        let mut kind = FactorKind::Llt;
+        let mut factor = fronts.factorize(task);
+        if matches!(factor, Err(Stop::Pivot)) {
+            kind = FactorKind::Ldlt;
+            task.is_indefinite = true;
+            factor = fronts.factorize(task);
+        }
+        let factor = factor.map_err(|stop| {
+            SolidError::NoEquilibrium(match stop {
+                Stop::Pivot => "the tangent is singular".into(),
+                Stop::Cancelled => "nobody waits for the tangent any more".into(),
+            })
+        })?;
+        Ok(Factorization {
+            symbolic: self.clone(),
+            kind,
+            values: Values::Single(factor),
+        })
+    }
+
+    /// Whether a matrix is positive definite. Of a large one no factor is stored.
+    ///
+    /// # Errors
+    /// If there is not enough memory.
+    pub fn is_positive_definite(
+        &self,
+        pattern: &Pattern,
+        values: &[f64],
+    ) -> Result<bool, SolidError> {
+        let Some(fronts) = &self.fronts else {
+            let factorization = self.factorize_by_columns(pattern, values)?;
+            return Ok(factorization.negative_eigenvalues() == 0);
+        };
+        let eliminated = fronts.factorize(Task {
+            symbolic: supernodal(&self.structure),
+            matrix: pattern.matrix(values),
+            is_indefinite: false,
+            store: |_| (),
+            cancelled: &AtomicBool::new(false),
+        });
+        Ok(eliminated.is_ok())
+    }
+
+    /// Factorizes as faer does.
+    fn factorize_by_columns(
         &self,
         pattern: &Pattern,
         values: &[f64],
@@ -103,10 +201,10 @@ impl Symbolic {
         let mut factor = vec![0.0; self.entries()];
         let matrix = pattern.matrix(values);
         let request = self
-            .0
+            .structure
             .factorize_numeric_llt_scratch::<f64>(par, Default::default());
         let mut buffer = memory(request)?;
-        let positive = self.0.factorize_numeric_llt(
+        let positive = self.structure.factorize_numeric_llt(
             &mut factor,
             matrix,
             Side::Lower,
@@ -119,10 +217,10 @@ impl Symbolic {
         if positive.is_err() {
             kind = FactorKind::Ldlt;
             let request = self
-                .0
+                .structure
                 .factorize_numeric_ldlt_scratch::<f64>(par, Default::default());
             let mut buffer = memory(request)?;
-            self.0
+            self.structure
                 .factorize_numeric_ldlt(
                     &mut factor,
                     matrix,
@@ -210,10 +308,10 @@ impl Factorization {
         values: &[T],
         rhs: &mut [T],
     ) -> Result<(), SolidError> {
-        let symbolic = &*self.symbolic.0;
+        let symbolic = &*self.symbolic.structure;
         if self.kind == FactorKind::Llt {
             let factor = SupernodalLltRef::new(supernodal(symbolic), values);
-            self.symbolic.1.solve(factor, rhs);
+            self.symbolic.substitution.solve(factor, rhs);
             return Ok(());
         }
         let n = rhs.len();
@@ -227,7 +325,7 @@ impl Factorization {
 
 /// Negative entries of `D`, which stands on the diagonal of the factor.
 fn negative_pivots<T: RealField + Copy>(symbolic: &Symbolic, values: &[T]) -> usize {
-    let symbolic = supernodal(&symbolic.0);
+    let symbolic = supernodal(&symbolic.structure);
     let factor = SupernodalLdltRef::new(symbolic, values);
     let of_supernode = |s: usize| {
         let block = factor.supernode(s).val();

@@ -2,6 +2,8 @@
 
 pub mod factor;
 pub mod gmres;
+mod multifrontal;
 pub(super) mod ordering;
 pub mod sparse;
 mod substitution;
+mod tree;

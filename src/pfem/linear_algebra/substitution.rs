@@ -1,9 +1,9 @@
 //! Forward and backward substitution with a supernodal Cholesky factor on several threads.
 //!
-//! A column of the factor changes only its ancestors in the elimination tree (Liu: *The role of elimination trees in
-//! sparse factorization*, 1990), so disjoint subtrees go side by side: forwards before the columns that they have in
-//! common, backwards after them. Which subtrees depends on the matrix alone, and so does the result.
+//! Disjoint subtrees of the elimination tree go side by side: forwards before the columns that they have in common,
+//! backwards after them.
 
+use super::tree::{Division, Tree, columns};
 use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
 use faer::traits::RealField;
 use faer::{Accum, ColMut, ColRef, MatMut, Par, linalg};
@@ -23,49 +23,13 @@ pub struct Substitution {
 impl Substitution {
     /// Divides the elimination tree.
     pub fn new(symbolic: &SymbolicSupernodalCholesky<usize>) -> Self {
-        let count = symbolic.n_supernodes();
-        let mut supernode_of = vec![0; symbolic.nrows()];
-        for s in 0..count {
-            supernode_of[columns(symbolic, s)].fill(s);
-        }
-        let parents: Vec<Option<usize>> = (0..count)
-            .map(|s| {
-                let below = symbolic.supernode(s).pattern();
-                below.first().map(|&row| supernode_of[row])
-            })
+        let tree = Tree::new(symbolic);
+        let weights = (symbolic.col_ptr_for_val().windows(2))
+            .map(|ends| (ends[1] - ends[0]) as f64)
             .collect();
-        let mut weights: Vec<usize> = (symbolic.col_ptr_for_val().windows(2))
-            .map(|ends| ends[1] - ends[0])
-            .collect();
-        let total = weights.iter().sum::<usize>() as f64;
-        let mut children = vec![Vec::new(); count];
-        let mut roots = Vec::new();
-        // Parents come after their children.
-        for s in 0..count {
-            match parents[s] {
-                Some(parent) => {
-                    weights[parent] += weights[s];
-                    children[parent].push(s);
-                }
-                None => roots.push(s),
-            }
-        }
-        let mut top = Vec::new();
-        while let Some(heaviest) = (0..roots.len()).max_by_key(|&root| weights[roots[root]])
-            && weights[roots[heaviest]] as f64 > SHARE * total
-        {
-            let root = roots.swap_remove(heaviest);
-            roots.extend(&children[root]);
-            top.push(root);
-        }
-        top.sort_unstable();
+        let Division { roots, top } = tree.divide(weights, SHARE);
         let subtrees = roots.into_iter().map(|root| {
-            let mut all = vec![root];
-            let mut next = 0;
-            while next < all.len() {
-                all.extend(&children[all[next]]);
-                next += 1;
-            }
+            let mut all = tree.postorder(root);
             all.sort_unstable();
             all
         });
@@ -110,14 +74,6 @@ impl Substitution {
             }
         }
     }
-}
-
-/// The columns of a supernode.
-pub(super) fn columns(
-    symbolic: &SymbolicSupernodalCholesky<usize>,
-    s: usize,
-) -> std::ops::Range<usize> {
-    symbolic.supernode_begin()[s]..symbolic.supernode_end()[s]
 }
 
 /// `x ← L⁻¹ x` for the columns of some supernodes.

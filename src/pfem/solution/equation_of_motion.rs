@@ -9,11 +9,13 @@ use super::super::linear_algebra::sparse::ScalarMatrix;
 use super::super::solid::SurfaceLoad;
 use super::newton::{Equilibrium, Residual};
 use super::quasi_newton::KeptTangent;
+use super::renewal::Renewal;
 use super::time_scheme::{State, TimeScheme};
 use crate::Vec3;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// What a tangent was assembled from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -88,13 +90,18 @@ impl EquationOfMotion {
     pub fn is_statically_stable(&self, at: &Linearization) -> Result<bool, SolidError> {
         let mut values = self.tangent_without_inertia(at, None)?;
         self.body.pattern.hold(&mut values);
-        Ok(self.body.factorize(&values)?.negative_eigenvalues() == 0)
+        self.body.is_positive_definite(&values)
     }
 
     /// Factorizes a tangent that was assembled at `d`. Inertia keeps it well enough conditioned for a factor in single
     /// precision.
-    fn factorize(&self, d: &[f64], tangent: &[f64]) -> Result<KeptTangent, SolidError> {
-        let factorization = self.body.factorize(tangent)?.rounded();
+    fn factorize(
+        &self,
+        d: &[f64],
+        tangent: &[f64],
+        cancelled: &AtomicBool,
+    ) -> Result<KeptTangent, SolidError> {
+        let factorization = self.body.factorize_unless(cancelled, tangent)?.rounded();
         Ok(KeptTangent::new(
             factorization,
             self.body.volume_gradients(d)?,
@@ -117,9 +124,13 @@ impl EquationOfMotion {
         Ok(body.moved(&still, &acceleration, 1.0))
     }
 
-    /// Assembles the tangent and factorizes it.
-    pub fn factorized_tangent(&self, at: &Linearization) -> Result<KeptTangent, SolidError> {
-        self.factorize(&at.d, &self.tangent(at)?)
+    /// Assembles the tangent and factorizes it, unless it is `cancelled`.
+    pub fn factorized_tangent(
+        &self,
+        at: &Linearization,
+        cancelled: &AtomicBool,
+    ) -> Result<KeptTangent, SolidError> {
+        self.factorize(&at.d, &self.tangent(at)?, cancelled)
     }
 }
 
@@ -147,6 +158,8 @@ pub struct TimeStep<'a> {
     pub offset: Option<(&'a [f64], f64)>,
     /// Whence the tangent comes that was assembled last.
     pub assembled: &'a RefCell<Option<Linearization>>,
+    /// A tangent that is on its way, from an older state than any that is assembled here.
+    pub renewal: &'a RefCell<Option<Renewal>>,
     /// The internal forces that were computed last.
     pub forces: &'a RefCell<Option<InternalForces>>,
 }
@@ -264,6 +277,8 @@ impl Equilibrium for TimeStep<'_> {
             load: self.load.clone(),
             dt: self.dt,
         };
+        // Its memory and its threads are of more use here.
+        *self.renewal.borrow_mut() = None;
         let values = self.equation.tangent(&at)?;
         *self.assembled.borrow_mut() = Some(at);
         Ok(values)
@@ -272,7 +287,7 @@ impl Equilibrium for TimeStep<'_> {
     fn factorize(&self, d: &[f64], tangent: &[f64]) -> Result<KeptTangent, SolidError> {
         // Those known belong to the volume gradients of another tangent.
         *self.forces.borrow_mut() = None;
-        self.equation.factorize(d, tangent)
+        self.equation.factorize(d, tangent, &AtomicBool::new(false))
     }
 
     fn moved(&self, d: &[f64], step: &[f64], scale: f64) -> Vec<f64> {

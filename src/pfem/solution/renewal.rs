@@ -10,6 +10,7 @@ use super::equation_of_motion::{EquationOfMotion, Linearization};
 use super::quasi_newton::KeptTangent;
 use super::stats::{Stats, timed};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
 /// Solutions after which a tangent is renewed, for each step that the renewal has time for. Sooner, the quasi-Newton
@@ -33,6 +34,17 @@ pub struct Renewal {
     /// Accepted steps until it takes the place of the one in use.
     pub steps: usize,
     work: JoinHandle<Result<KeptTangent, SolidError>>,
+    /// Dropped with the renewal: the thread then ends, which would have the memory of a factor.
+    _cancel: Cancel,
+}
+
+/// Tells a thread, when it is dropped, that nobody waits for it any more.
+struct Cancel(Arc<AtomicBool>);
+
+impl Drop for Cancel {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 impl Renewal {
@@ -46,13 +58,20 @@ impl Renewal {
         // One core is left to the fluid, unless the wall will wait.
         let spared = usize::from(steps > 0);
         let threads = rayon::current_num_threads().saturating_sub(spared).max(1);
+        let cancelled = Arc::new(AtomicBool::new(false));
+        let cancel = Cancel(cancelled.clone());
         let work = move || {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.map_err(|e| SolidError::Model(format!("no threads: {e}")))?;
-            pool.install(|| equation.factorized_tangent(&at))
+            pool.install(|| equation.factorized_tangent(&at, &cancelled))
         };
         let work = thread::Builder::new().spawn(work).ok()?;
-        Some(Self { from, steps, work })
+        Some(Self {
+            from,
+            steps,
+            work,
+            _cancel: cancel,
+        })
     }
 
     /// Waits for the factorization, if need be. None if it failed.

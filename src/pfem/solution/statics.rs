@@ -467,7 +467,7 @@ impl Statics<'_> {
         };
         let mut tangent = self.tangent(d, None)?;
         (self.body.pattern).add_diagonal(INDIFFERENT * unloaded, &mut tangent);
-        Ok(self.body.factorize(&tangent)?.negative_eigenvalues() == 0)
+        self.body.is_positive_definite(&tangent)
     }
 
     /// The mode whose eigenvalue is closest to zero, at the present load.

@@ -38,6 +38,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Most halvings of the load when a step finds no equilibrium at once.
 const MAX_CUTS: u32 = 6;
@@ -506,6 +507,7 @@ impl Structure {
         let kept = self.kept.take().filter(|kept| kept.from.dt == dt);
         let (mut kept, from) = kept.map(|kept| (kept.tangent, kept.from)).unzip();
         let (assembled, forces) = (RefCell::new(from), RefCell::new(self.forces.take()));
+        let renewal = RefCell::new(self.renewal.take());
         let step = TimeStep {
             equation: &self.equation,
             old: &self.state,
@@ -513,6 +515,7 @@ impl Structure {
             dt,
             offset: None,
             assembled: &assembled,
+            renewal: &renewal,
             forces: &forces,
         };
         let direct = newton::solve(&step, start, tolerance, &self.newton, &mut kept);
@@ -539,12 +542,9 @@ impl Structure {
             .zip(assembled.into_inner())
             .map(|(tangent, from)| Kept { from, tangent });
         self.forces = forces.into_inner();
+        self.renewal = renewal.into_inner();
         let mut solution = result?;
         solution.stats += cost;
-        if solution.stats.assemblies > 0 {
-            // What is on its way is older than that.
-            self.renewal = None;
-        }
         Ok(solution)
     }
 }
@@ -725,7 +725,10 @@ impl Solid for Structure {
         }
         // One that cannot be factorized is done without, as in the run that goes on.
         self.kept = memory.tangent.and_then(|(from, experience)| {
-            let mut tangent = self.equation.factorized_tangent(&from).ok()?;
+            let mut tangent = (self
+                .equation
+                .factorized_tangent(&from, &AtomicBool::new(false)))
+            .ok()?;
             tangent.experience = experience;
             Some(Kept { from, tangent })
         });
