@@ -1,6 +1,6 @@
 //! Memory and seconds of a wall without blood, by its size: `cargo bench --bench large_wall -- FOLDER STEPS
-//! [KEY=VALUE...]` for the case in FOLDER. `docs/speed/measure.sh FOLDER walls` runs it over sizes, each in a process of
-//! its own, so that the largest memory is that of one size.
+//! [KEY=VALUE...]` for the case in FOLDER. `docs/speed/measure.sh FOLDER walls` runs it over sizes, each in a process
+//! of its own, so that the largest memory is that of one size.
 //!
 //! A tangent of the wall at rest is assembled, factorized and solved with; then the wall takes STEPS steps of 2 ms, in
 //! which the pressure inside rises by 100 Pa each, solved in three coupling iterations. Seconds are those of the

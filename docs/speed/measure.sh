@@ -9,6 +9,7 @@
 #   pair       two models at once
 #   growth     finer and finer meshes of either fluid and of the wall
 #   large      200,000 and a million cells on two ranks, a wall of 200,000 degrees of freedom
+#   walls      walls without blood, 20,000 to 400,000 unknowns of a tube and of a tree
 #   kernels    cargo bench --bench structure
 #
 # Without a part: all of them. Figures that are in FOLDER already are not measured again; an interrupted part
@@ -17,7 +18,7 @@ set -eu
 [ $# -gt 0 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
 out=$(mkdir -p "$1" && cd "$1" && pwd)
 shift
-[ $# -gt 0 ] || set -- models tube settings ranks pair growth large kernels
+[ $# -gt 0 ] || set -- models tube settings ranks pair growth large walls kernels
 cd "$(dirname "$0")/../.."
 cargo build --release --quiet
 fsi=$PWD/target/release/fsi-driver
@@ -111,13 +112,29 @@ large() {
     run wall-200000 --case openfoam-case/S-0.25 --preset coarse --end-time 0.024 --set structure.p=4 structure.axial_per_section=30 structure.circumferential=32
 }
 
+# wall NAME CASE KEYS...: two steps of the wall alone, and its memory
+wall() {
+    name=$1 case=$2
+    shift 2
+    [ -f "$out/wall-$name.txt" ] || cargo bench --quiet --bench large_wall -- "$case" 2 "$@" > "$out/wall-$name.txt"
+}
+
+walls() {
+    for size in '12 8' '18 12' '27 18' '38 26' '55 36'; do
+        wall "tube-${size% *}" openfoam-case/S-0.25 structure.axial_per_section="${size% *}" structure.circumferential="${size#* }"
+    done
+    for size in '2 1.8' '2 0.6' '4 0.6' '4 0.3'; do
+        wall "tree-${size% *}-${size#* }" examples/trees/arteries tree.core="${size% *}" tree.length="${size#* }"
+    done
+}
+
 kernels() {
     [ -f "$out/kernels.txt" ] || RAYON_NUM_THREADS=1 cargo bench --quiet --bench structure > "$out/kernels.txt"
 }
 
 for part; do
     case $part in
-    models | tube | settings | ranks | pair | growth | large | kernels) $part ;;
-    *) echo "$0: $part is no part: models, tube, settings, ranks, pair, growth, large or kernels" >&2; exit 2 ;;
+    models | tube | settings | ranks | pair | growth | large | walls | kernels) $part ;;
+    *) echo "$0: $part is no part: models, tube, settings, ranks, pair, growth, large, walls or kernels" >&2; exit 2 ;;
     esac
 done

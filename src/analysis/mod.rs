@@ -25,4 +25,4 @@ pub use flow_numbers::{flow_numbers, flow_numbers_of};
 pub use regions::{
     ARTERY, BYPASS, MID_ARTERY, cross_sections, middle_of_artery, regions, wet_surface,
 };
-pub use size::centre_line;
+pub use size::{centre_line, wall_memory};

@@ -24,6 +24,14 @@ fn node_pairs(degree: usize) -> usize {
     degree.pow(3) * (degree + 1).pow(3)
 }
 
+/// Bytes that a wall with so many degrees of freedom takes, most of them for the factors of its tangents: a power
+/// (nested dissection of a body: 4/3), and about proportional where the wall is large, so that they are stored in
+/// single precision. Of a tube; of walls that branch they have fewer entries.
+pub fn wall_memory(degrees_of_freedom: usize) -> f64 {
+    let n = degrees_of_freedom as f64;
+    f64::min(600.0 * n.powf(4.0 / 3.0), 18.6e3 * n)
+}
+
 /// Pieces along a vessel.
 fn along(spans: &[Span]) -> usize {
     spans.iter().map(|span| span.pieces).sum()
@@ -171,22 +179,21 @@ impl Case {
 
     /// Memory that a run takes, bytes, within a quarter for the presets: 98 MB for each `pimpleFoam` and 2.1 kB a cell,
     /// or 150 kB an element of the driver's own solver and 130 bytes for each pair of a node of the pressure and one of
-    /// the velocity in it; 10 MB for the driver and, for the factors of the tangent, a power of the degrees of freedom
-    /// n (nested dissection of a body: n^(4/3)). All factors measured.
+    /// the velocity in it; 10 MB for the driver and [`wall_memory`]. All factors measured.
     pub fn memory(&self) -> f64 {
         self.memory_of().into_iter().map(|(bytes, _)| bytes).sum()
     }
 
     /// The parts of [`Case::memory`], bytes, each with what makes it less.
     pub fn memory_of(&self) -> Vec<(f64, &'static str)> {
-        self.memory_with(self.fluid_cells(), self.structure_degrees_of_freedom())
+        let wall = wall_memory(self.structure_degrees_of_freedom());
+        self.memory_with(self.fluid_cells(), wall)
     }
 
-    /// The same for so many cells and degrees of freedom, where the meshes are the user's own.
-    pub fn memory_with(&self, cells: usize, degrees_of_freedom: usize) -> Vec<(f64, &'static str)> {
-        let wall = (degrees_of_freedom as f64).powf(4.0 / 3.0);
+    /// The same for so many cells and bytes of the wall, where the meshes are the user's own.
+    pub fn memory_with(&self, cells: usize, wall: f64) -> Vec<(f64, &'static str)> {
         let mut parts = vec![(
-            10e6 + 600.0 * wall,
+            10e6 + wall,
             "fewer elements (structure.*, or flag.mesh.elements) or a lower structure.p",
         )];
         match (self.native_degree(), self.fluid.solver) {

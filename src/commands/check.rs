@@ -41,11 +41,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = arguments.case.load(&arguments.folder)?;
     let openfoam = openfoam(&case)?;
     let fit = case.own().map(|_| fit(&case)).transpose()?;
-    let (cells, degrees_of_freedom) = match &fit {
-        Some(fit) => (fit.cells, fit.degrees_of_freedom),
-        None => (case.fluid_cells(), case.structure_degrees_of_freedom()),
+    let (cells, degrees_of_freedom, wall) = match &fit {
+        Some(fit) => (fit.cells, fit.degrees_of_freedom, fit.wall_memory),
+        None => {
+            let degrees_of_freedom = case.structure_degrees_of_freedom();
+            let wall = analysis::wall_memory(degrees_of_freedom);
+            (case.fluid_cells(), degrees_of_freedom, wall)
+        }
     };
-    let memory: f64 = (case.memory_with(cells, degrees_of_freedom).iter())
+    let memory: f64 = (case.memory_with(cells, wall).iter())
         .map(|(bytes, _)| bytes)
         .sum();
     let blood = surroundings::described(&case, cells);

@@ -37,8 +37,8 @@ pub struct Options {
     pub quadrature_points: [usize; 3],
     /// Which volume ratio the volumetric energy sees.
     pub formulation: Formulation,
-    /// Operations of a factorization from which on the body counts as large: its tangents are factorized front by front,
-    /// and the factors stored in single precision.
+    /// Operations of a factorization from which on the body counts as large: its tangents are factorized front by
+    /// front, and the factors stored in single precision.
     pub large: f64,
 }
 
@@ -219,6 +219,17 @@ impl Discretization {
             regions: &self.regions,
             mapping: &self.mapping,
         }
+    }
+
+    /// Bytes that a moving structure of this body takes, at most: its tangent in use with its factor, and another one
+    /// that is being made.
+    pub fn memory(&self) -> f64 {
+        // Of the matrix: places, two sets of values, and the mass of both triangles with one scalar per block.
+        let matrix = (8.0 + 16.0 + 32.0 / 9.0) * self.pattern.entries() as f64;
+        // Shape, and the volumes and their gradients of two tangents.
+        let points: usize = self.elements.points.iter().map(Vec::len).sum();
+        let factor = 4.0 * self.symbolic.entries() as f64;
+        matrix + 560.0 * points as f64 + factor + self.symbolic.bytes()
     }
 
     /// Which volume ratio the volumetric energy sees.

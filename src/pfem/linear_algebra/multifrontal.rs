@@ -3,8 +3,8 @@
 //! The columns of a supernode, with the changes that its children in the elimination tree make to them and to the rows
 //! below, are a dense matrix, the *front*; its elimination leaves the columns of the factor and the change that goes on
 //! to the parent (Duff, Reid: *The multifrontal solution of indefinite sparse symmetric linear equations*, 1983; Liu:
-//! *The multifrontal method for sparse matrix solution: theory and practice*, 1992). Compared with a factorization column
-//! by column, which faer has:
+//! *The multifrontal method for sparse matrix solution: theory and practice*, 1992). Compared with a factorization
+//! column by column, which faer has:
 //! - disjoint subtrees are eliminated side by side, so that all threads have work, not only within a front;
 //! - the factor can be stored in single precision as soon as its columns are eliminated in double precision, so that it
 //!   never takes the memory of the latter.
@@ -90,7 +90,8 @@ impl Fronts {
         }
     }
 
-    /// Bytes of the fronts that are in memory at the same time, at most, on two threads; those of the factor come on top.
+    /// Bytes of the fronts that are in memory at the same time, at most, on two threads. Those of the factor come on
+    /// top.
     pub fn bytes(&self, symbolic: &Structure) -> f64 {
         let rows = |s: usize| symbolic.supernode(s).pattern().len() as f64;
         let (mut waiting, mut most) = (0.0, 0.0_f64);
@@ -378,7 +379,8 @@ mod tests {
 
     const SIDE: usize = 60;
 
-    /// Laplace's equation on a square less a number, in an order whose elimination tree has branches: the lower triangle.
+    /// Laplace's equation on a square less a number, in an order whose elimination tree has branches: the lower
+    /// triangle.
     fn square(shift: f64) -> SparseColMat<usize, f64> {
         // Halves of halves, what divides them last.
         fn order(

@@ -26,6 +26,8 @@ pub struct Fit {
     pub faces: usize,
     /// Degrees of freedom of the wall, the held ones not included.
     pub degrees_of_freedom: usize,
+    /// Bytes that the wall takes in a run, at most.
+    pub wall_memory: f64,
     /// Largest distance (m) of a point of the fluid's wet patches from the wall's surface.
     pub distance: f64,
     /// Share of the wall's wet surface that has no face of the fluid next to it, and carries no load.
@@ -73,6 +75,7 @@ impl Fit {
             openings: openings.into_iter().flatten().map(sized).collect(),
             faces: interface.faces.len(),
             degrees_of_freedom: solid.body().degrees_of_freedom(),
+            wall_memory: solid.body().memory(),
             distance: places
                 .iter()
                 .map(|place| place.distance)

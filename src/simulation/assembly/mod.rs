@@ -43,7 +43,10 @@ use crate::geometry::{MotionBlend, PolyMesh, WallPolygons};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::evaluation::locate::Location;
 use crate::pfem::solution::newton::NewtonOptions;
-use crate::pfem::{Formulation, Solid, SolidError, Structure, StructureOptions, discretization};
+use crate::pfem::{
+    Discretization, Formulation, Solid, SolidError, Structure, StructureOptions, discretization,
+};
+use crate::processes::machine_memory;
 use crate::simulation::observer::Observer;
 use std::io;
 use std::path::PathBuf;
@@ -455,6 +458,20 @@ fn blend(vessel: &BloodVessel, mesh: &PolyMesh) -> Option<MotionBlend> {
     }
 }
 
+/// Refuses a wall that does not fit into a machine with so many bytes, before its first factorization.
+fn fits(body: &Discretization, there: Option<f64>) -> Result<(), SolidError> {
+    match there {
+        Some(there) if body.memory() > there => Err(SolidError::Model(format!(
+            "its {} degrees of freedom need about {:.1} GB of memory, and this machine has {:.1} GB: take fewer elements \
+             (structure.*, tree.core, tree.length, wall.extrude.faces_per_element) or a lower structure.p",
+            body.degrees_of_freedom(),
+            body.memory() / 1e9,
+            there / 1e9
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// The structure of a case, without displacement.
 pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> {
     let settings = &case.structure;
@@ -485,6 +502,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
         gravity: Vec3::zeros(),
     };
     let mut solid = Structure::new(&domain.solid, &domain.materials, &options)?;
+    fits(solid.body(), machine_memory())?;
     if let Some(seconds) = case.fluid_seconds() {
         solid = solid.with_background_seconds(seconds);
     }
@@ -510,4 +528,26 @@ fn acceleration(
         max_columns: 200,
     };
     settings.acceleration.build(&numerics, surrogate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Preset;
+    use std::path::Path;
+
+    /// The wall of `demo` takes 35 MB.
+    #[test]
+    fn a_wall_beyond_the_machine_is_refused() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/S-0.25");
+        let case = Case::load(&folder, Preset::Demo, &[]).unwrap();
+        let wall = structure(&case, &Domain::new(&case).unwrap()).unwrap();
+        let (bytes, body) = (wall.body().memory(), wall.body());
+        assert!((2e7..6e7).contains(&bytes), "{bytes:e}");
+        assert!(fits(body, Some(1.01 * bytes)).is_ok() && fits(body, None).is_ok());
+        let refused = fits(body, Some(0.99 * bytes)).unwrap_err().to_string();
+        for part in ["degrees of freedom need about 0.0 GB", "structure.p"] {
+            assert!(refused.contains(part), "{refused}");
+        }
+    }
 }
