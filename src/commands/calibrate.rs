@@ -108,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// That these measures do not have their targets, and what helps.
 fn not_met(missed: &[String], found: &Uncertainty, arguments: &Arguments) -> Failure {
     let doubts = missed.iter().filter_map(|measure| {
-        let error = found.chaos(measure)?.leave_one_out_deviation();
+        let error = found.chaos(measure)?.error_deviation();
         Some(format!(
             "{measure} (its polynomial is off by {} as a rule)",
             significant(error, 2)

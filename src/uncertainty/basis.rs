@@ -62,6 +62,14 @@ impl Polynomials {
         found
     }
 
+    /// Those up to a degree.
+    pub fn up_to(&self, degree: usize) -> Self {
+        Self {
+            a: self.a[..=degree].to_vec(),
+            b: self.b[..=degree].to_vec(),
+        }
+    }
+
     /// The values of all of them.
     pub fn values(&self, t: f64) -> Vec<f64> {
         let mut p = vec![1.0];

@@ -61,7 +61,7 @@ pub fn distributions(
     let labels = labels(&names);
     let heads = ["measure", "samples", "mean", "standard deviation"].map(str::to_owned);
     let percent = PERCENTILES.map(|share| format!("{:.0} %", 100.0 * share));
-    let error = ["leave-one-out error".to_owned()];
+    let error = ["cross-validation error".to_owned()];
     let mut table = PageTable::new(
         (heads.into_iter().chain(percent).chain(error)).chain(labels.iter().cloned()),
     );
@@ -153,7 +153,7 @@ fn share_below(values: &[f64], value: f64) -> f64 {
 /// How good the chaos of a measure is, in per cent of the variance.
 fn error_of(moments: &Table, name: &str) -> String {
     let row = moments.rows.iter().find(|row| row[0] == name);
-    let error = moments.column("leave-one-out error").zip(row);
+    let error = moments.column("cross-validation error").zip(row);
     let error = error.and_then(|(column, row)| row[column].parse::<f64>().ok());
     error.map_or(String::new(), |error| {
         format!("{} %", significant(100.0 * error, 2))
@@ -197,7 +197,7 @@ mod tests {
         );
         write(
             &study.join("moments.csv"),
-            "\"measure\",\"leave-one-out error\"\n\"mid_artery: TAWSS, mean / Pa\",0.0123\n",
+            "\"measure\",\"cross-validation error\"\n\"mid_artery: TAWSS, mean / Pa\",0.0123\n",
         );
         write(
             &four.join("measures.csv"),
@@ -205,7 +205,7 @@ mod tests {
         );
         let measure = "mid_artery:_TAWSS,_mean_/_Pa";
         let (table, figure) = distributions(&study, &four, &[measure]).unwrap();
-        let expected = "| measure | samples | mean | standard deviation | 5 % | 50 % | 95 % | leave-one-out error | d=1 | d=2 |\n\
+        let expected = "| measure | samples | mean | standard deviation | 5 % | 50 % | 95 % | cross-validation error | d=1 | d=2 |\n\
                         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n\
                         | mid_artery: TAWSS, mean / Pa | 20 | 10.5 | 5.92 | 1.95 | 10.5 | 19.1 | 1.2 % | 5.50 (25 % below) | 30.0 \
                         (100 % below) |\n";

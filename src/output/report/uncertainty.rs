@@ -195,8 +195,8 @@ impl Uncertainty {
             "largest",
             "degree of the chaos",
             "terms",
-            "leave-one-out error",
-            "leave-one-out deviation",
+            "cross-validation error",
+            "cross-validation deviation",
             "mean of the chaos",
             "standard deviation of the chaos",
         ];
@@ -212,8 +212,8 @@ impl Uncertainty {
                 Some(chaos) => {
                     row.extend([chaos.degree(), chaos.size()].map(|n| n.to_string()));
                     let figures = [
-                        chaos.leave_one_out_error,
-                        chaos.leave_one_out_deviation(),
+                        chaos.error,
+                        chaos.error_deviation(),
                         chaos.mean(),
                         chaos.deviation(),
                     ];
@@ -238,14 +238,14 @@ impl Uncertainty {
             "total, 2.5 %",
             "total, 97.5 %",
             "samples",
-            "leave-one-out error",
+            "cross-validation error",
         ]);
         for measure in &self.measures {
             for (input, index) in self.tables.iter().zip(&measure.indices) {
                 let [a, b] = index.first_interval;
                 let [c, d] = index.total_interval;
                 let figures = [index.first, a, b, index.total, c, d].map(shown);
-                let error = measure.chaos.as_ref().map(|c| shown(c.leave_one_out_error));
+                let error = measure.chaos.as_ref().map(|c| shown(c.error));
                 let mut row = vec![measure.name.clone(), input.name.clone()];
                 row.extend(figures);
                 row.extend([measure.values.len().to_string(), error.unwrap_or_default()]);
@@ -263,8 +263,8 @@ impl Uncertainty {
         let mut html = format!(
             "<p>{} of {} samples were used. The bars are Sobol' indices: the share of a measure's variance that an input \
              has by itself (first-order) and with its interactions (total), of a polynomial chaos fitted by least squares, \
-             with intervals of 95 % by bootstrap. The leave-one-out error is the share of the variance that the polynomial \
-             of the other samples misses at each.</p>\n",
+             with intervals of 95 % by bootstrap. The cross-validation error is the share of the variance that polynomials of \
+             some of the samples miss at the others.</p>\n",
             self.used(),
             self.samples
         );
@@ -317,7 +317,7 @@ impl Uncertainty {
             "mean",
             "standard deviation",
             "5 to 95 %",
-            "leave-one-out error",
+            "cross-validation error",
             "leading inputs (total index)",
         ];
         let row = |measure: &UncertainMeasure| {
@@ -342,16 +342,13 @@ impl Uncertainty {
                 let total = measure.indices[i].total;
                 format!("{} {}", escape(&self.tables[i].name), significant(total, 2))
             });
-            let doubt = match chaos.leave_one_out_error > LARGE_ERROR {
+            let doubt = match chaos.error > LARGE_ERROR {
                 true => " <span>(large: more samples are needed)</span>",
                 false => "",
             };
             row.extend([
                 format!("{low} to {high}"),
-                format!(
-                    "{} %{doubt}",
-                    significant(100.0 * chaos.leave_one_out_error, 2)
-                ),
+                format!("{} %{doubt}", significant(100.0 * chaos.error, 2)),
                 leading.collect::<Vec<_>>().join(", "),
             ]);
             row
@@ -370,12 +367,9 @@ impl Uncertainty {
         };
         let rows: Vec<Bars> = self.tables.iter().zip(&measure.indices).map(row).collect();
         let svg = bars(&measure.name, ["first-order", "total"], &rows);
-        let error = measure
-            .chaos
-            .as_ref()
-            .map_or(f64::NAN, |c| c.leave_one_out_error);
+        let error = measure.chaos.as_ref().map_or(f64::NAN, |c| c.error);
         let caption = format!(
-            "Sobol' indices of {}; {} samples, leave-one-out error {} %.",
+            "Sobol' indices of {}; {} samples, cross-validation error {} %.",
             measure.name,
             measure.values.len(),
             significant(100.0 * error, 2)
