@@ -1,6 +1,6 @@
 //! Ends of a tree that are left out, since the others have a mesh without them.
 
-use super::tree::Ends;
+use super::ends::Ends;
 use super::{ProposalError, ProposalInput, files};
 use crate::Vec3;
 use crate::case::{LengthUnit, TreeKeys};

@@ -3,13 +3,14 @@
 
 mod beat;
 mod changes;
+mod ends;
 mod files;
 mod impossible;
 mod text;
 mod told;
 mod tree;
 
-pub use tree::{end_radii, tree_shares};
+pub use ends::{end_radii, tree_shares};
 
 use crate::analysis::three_elements::ThreeElements;
 use crate::analysis::windkessel::TwoElements;

@@ -1,12 +1,12 @@
 //! A case for a vessel that branches: an opening for each end, windkessels that share the flow.
 
 use super::beat::{Beat, fitting};
+use super::ends::{Ends, MURRAY};
 use super::files::rounded;
 use super::text::{FLOW, flow_file, name};
-use super::{Figures, Like, Proposal, ProposalError, ProposalInput, files, impossible, told};
+use super::{Figures, Like, Proposal, ProposalError, ProposalInput, impossible, told};
 use crate::case::{
-    Case, FlowCurve, Inflow, LengthUnit, LineReading, MAX_ENDS, Preset, ResolvedCase, TreeKeys,
-    lines_of_tree,
+    Case, FlowCurve, Inflow, LengthUnit, LineReading, MAX_ENDS, Preset, ResolvedCase, lines_of_tree,
 };
 use crate::geometry::tree::{Tree, TreeMistake};
 use crate::polydata::PolyData;
@@ -16,8 +16,6 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Flow goes with this power of the radius (Murray 1926).
-const MURRAY: f64 = 3.0;
 /// Thickness of the wall, as a share of the radius: with a thicker one elements at an apex are inside out.
 const THICKNESS: f64 = 0.2;
 /// Pressure under which the vessel has the shape of the files, mmHg.
@@ -31,24 +29,6 @@ const RAMP: f64 = 0.1;
 const SMOOTHING: [f64; 3] = [1.0, 2.0, 4.0];
 /// A cell whose scaled Jacobian is less than this is nearly flat.
 const FLAT: f64 = 0.05;
-/// The radius at an end is the median over this share of its line.
-const END: f64 = 0.2;
-
-/// What is known of the lines, m.
-pub(super) struct Ends {
-    /// Openings, the inlet first.
-    pub names: Vec<String>,
-    /// Ends in the order of the file, with those that are left out.
-    pub in_file: Vec<String>,
-    /// Radius at each.
-    pub radii: Vec<f64>,
-    /// Smallest and mean radius of all points.
-    pub range: [f64; 2],
-    /// Length of the longest line.
-    length: f64,
-    /// Share of the flow of each outlet.
-    pub shares: Vec<f64>,
-}
 
 /// Whether the file of the centre-line is a tree of which no branch is chosen.
 ///
@@ -191,159 +171,6 @@ fn only_trees(input: &ProposalInput, path: &Path) -> Result<LengthUnit, Proposal
     }
     let advice = "--from needs the unit of its lengths: --unit mm, m, cm or um";
     input.unit.ok_or_else(|| advice.into())
-}
-
-impl Ends {
-    fn of(input: &ProposalInput, path: &Path, unit: LengthUnit) -> Result<Self, ProposalError> {
-        let lines = lines_of_tree(path).map_err(|e| format!("--from {}: {e}", path.display()))?;
-        let mut names = names(input, lines.len())?;
-        let in_file = names[1..].to_vec();
-        if let Some(unknown) = (input.leave_out.iter()).find(|name| !in_file.contains(name)) {
-            return Err(ProposalError::Input(format!(
-                "--leave-out {unknown}: no line ends there; they end at {}",
-                in_file.join(", ")
-            )));
-        }
-        let is_kept = |name: &String| !input.leave_out.contains(name);
-        names.retain(is_kept);
-        let kept = lines.into_iter().zip(&in_file);
-        let kept = kept.filter(|(_, name)| is_kept(name));
-        let lines: Vec<_> = kept.map(|(line, _)| line).collect();
-        if lines.len() < 2 {
-            let reason = "a tree has two ends at least: --branch takes one line alone";
-            return Err(ProposalError::Input(format!("--leave-out: {reason}")));
-        }
-        let size = unit.metres();
-        let median = |radii: &[f64]| {
-            let mut radii = radii.to_vec();
-            radii.sort_by(f64::total_cmp);
-            size * radii[radii.len() / 2]
-        };
-        let part = |radii: &[f64]| ((END * radii.len() as f64) as usize).clamp(1, radii.len());
-        let first = &lines[0].1;
-        let last = lines
-            .iter()
-            .map(|(_, radii)| median(&radii[radii.len() - part(radii)..]));
-        let radii: Vec<f64> = [median(&first[..part(first)])]
-            .into_iter()
-            .chain(last)
-            .collect();
-        let all = || {
-            lines
-                .iter()
-                .flat_map(|(_, radii)| radii.iter().map(|r| r * size))
-        };
-        let length = lines.iter().map(|(points, _)| {
-            let pairs = points.windows(2);
-            let steps = pairs.map(|p| (0..3).map(|c| (p[1][c] - p[0][c]).powi(2)).sum::<f64>());
-            size * steps.map(f64::sqrt).sum::<f64>()
-        });
-        let length = length.fold(0.0, f64::max);
-        let range = [
-            all().fold(f64::INFINITY, f64::min),
-            all().sum::<f64>() / all().count() as f64,
-        ];
-        files::check_unit(unit, length, radii[0], true)?;
-        Ok(Self {
-            names,
-            in_file,
-            shares: shares(&radii[1..], &input.split, input.murray)?,
-            radii,
-            range,
-            length,
-        })
-    }
-}
-
-/// Names of the openings, the inlet first.
-fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, ProposalError> {
-    if input.names.is_empty() {
-        let outlets = (1..=ends).map(|i| format!("outlet{i}"));
-        return Ok(["inlet".into()].into_iter().chain(outlets).collect());
-    }
-    if input.names.len() != ends + 1 {
-        return Err(ProposalError::Input(format!(
-            "--names: expected {}, that of the inlet and then those of the {ends} ends in the order of the file, found {}",
-            ends + 1,
-            input.names.len()
-        )));
-    }
-    Ok(input.names.clone())
-}
-
-/// Radii (m) at the ends of a case's tree.
-pub fn end_radii(tree: &TreeKeys) -> Vec<f64> {
-    let names = tree.names();
-    let lines = tree.line.iter().flatten().zip(&names[1..]);
-    let open = lines.filter(|(_, name)| !tree.closed.contains(name));
-    open.map(|(line, _)| at_end(&line.radii)).collect()
-}
-
-/// The radius at the end of a line.
-fn at_end(radii: &[f64]) -> f64 {
-    median(&radii[radii.len() - part(radii)..])
-}
-
-/// How many points at an end of a line count.
-fn part(radii: &[f64]) -> usize {
-    ((END * radii.len() as f64) as usize).clamp(1, radii.len())
-}
-
-fn median(radii: &[f64]) -> f64 {
-    let mut radii = radii.to_vec();
-    radii.sort_by(f64::total_cmp);
-    radii[radii.len() / 2]
-}
-
-/// As [`shares`], of the outlets of a case's tree.
-///
-/// # Errors
-/// If they do not fit.
-pub fn tree_shares(
-    tree: &TreeKeys,
-    given: &[f64],
-    exponent: Option<f64>,
-) -> Result<Vec<f64>, ProposalError> {
-    shares(&end_radii(tree), given, exponent)
-}
-
-/// Shares of the flow of outlets with these radii (m): those that are given, or by the radius to the power of an
-/// exponent.
-///
-/// # Errors
-/// If they do not fit.
-fn shares(radii: &[f64], given: &[f64], exponent: Option<f64>) -> Result<Vec<f64>, ProposalError> {
-    if given.is_empty() {
-        let exponent = exponent.unwrap_or(MURRAY);
-        if !(0.0..=6.0).contains(&exponent) {
-            return Err(ProposalError::Input(format!(
-                "--murray {exponent}: expected an exponent from 0 to 6"
-            )));
-        }
-        let all: Vec<f64> = radii.iter().map(|r| r.powf(exponent)).collect();
-        let sum: f64 = all.iter().sum();
-        return Ok(all.into_iter().map(|share| share / sum).collect());
-    }
-    if exponent.is_some() {
-        return Err("--split says the shares already: leave out --murray".into());
-    }
-    if given.len() != radii.len() {
-        return Err(ProposalError::Input(format!(
-            "--split: expected {} shares, one for each outlet in the order of the file, found {}",
-            radii.len(),
-            given.len()
-        )));
-    }
-    if let Some(share) = given
-        .iter()
-        .find(|share| !(**share > 0.0 && share.is_finite()))
-    {
-        return Err(ProposalError::Input(format!(
-            "--split {share}: expected shares above 0, such as 0.65,0.35"
-        )));
-    }
-    let sum: f64 = given.iter().sum();
-    Ok(given.iter().map(|share| share / sum).collect())
 }
 
 /// What meshes and windkessels follow from, and what is to be said of it.

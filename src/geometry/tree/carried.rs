@@ -5,23 +5,20 @@
 //! the others are tried again, until they have a mesh.
 
 use super::branch::Branch;
-use super::divide::{Division, Obstacle};
+use super::choice::{Choice, FLAT, Obstacle};
+use super::divide::Division;
 use super::error::TreeError;
-use super::junction::{Parting, Slicer};
+use super::junction::Slicer;
 use super::meeting::Meeting;
 use super::section::SectionGrid;
 use super::{Lumen, Tree};
 use crate::Vec3;
 use crate::curve::Partings;
-use std::collections::HashMap;
 
-/// A mesh whose worst cell has a smaller scaled Jacobian is not carried.
-const FLAT: f64 = 0.05;
 /// Something that is so many radii from the nearest junction is the branch's own.
 const OWN: f64 = 5.0;
-/// Trees are tried at most so many times, and so many junctions of them.
+/// Trees are tried at most so many times.
 const PASSES: usize = 40;
-const MEETINGS: usize = 600;
 
 /// What is carried of a tree.
 #[derive(Debug)]
@@ -30,128 +27,6 @@ pub struct Carried {
     pub left_out: Vec<(usize, TreeError)>,
     /// The smallest scaled Jacobian of the others.
     pub worst: f64,
-}
-
-/// A line that is left out.
-struct Left {
-    line: usize,
-    reason: TreeError,
-    /// In favour of these, if another choice was possible.
-    favoured: Vec<usize>,
-}
-
-/// What is left out, and what is known of the rest.
-pub(super) struct Choice {
-    /// Through each line.
-    flows: Vec<f64>,
-    left_out: Vec<Left>,
-    /// Lines that have no mesh whatever the others are.
-    hopeless: Vec<bool>,
-    /// Whether lines are back, and those that have been tried must be tried again.
-    is_again: bool,
-    /// Whether too much has been tried.
-    is_lost: bool,
-    /// Junctions, by the lines that part there and where they do.
-    meetings: HashMap<Vec<(usize, u64)>, Result<Meeting, TreeError>>,
-}
-
-fn key(parting: &Parting) -> Vec<(usize, u64)> {
-    parting
-        .iter()
-        .map(|(line, s)| (*line, s.to_bits()))
-        .collect()
-}
-
-impl Choice {
-    /// The junction that was found here before.
-    pub fn known(&self, parting: &Parting) -> Option<Result<Meeting, TreeError>> {
-        self.meetings.get(&key(parting)).cloned()
-    }
-
-    /// What a junction turned out to be: good enough, or why not.
-    pub fn remember(
-        &mut self,
-        found: Result<Meeting, TreeError>,
-        slicer: &Slicer,
-        axis: &crate::curve::CentreLine,
-        parting: &Parting,
-    ) -> Result<Meeting, TreeError> {
-        if self.meetings.len() > MEETINGS {
-            self.is_lost = true;
-        }
-        let found = found.and_then(|meeting| {
-            let quality = match &meeting {
-                Meeting::Fan(fan) => fan.quality(slicer, axis)?,
-                Meeting::Side(_) => FLAT,
-            };
-            match quality < FLAT {
-                true => Err(TreeError::Flat(*meeting.centre(), quality)),
-                false => Ok(meeting),
-            }
-        });
-        self.meetings.insert(key(parting), found.clone());
-        found
-    }
-
-    /// Leaves the group of lines out that has the least flow. If there is but one, that one is to blame: what was left
-    /// out in favour of it comes back.
-    pub fn leave_out(&mut self, obstacle: Obstacle) -> Result<(), TreeError> {
-        let Obstacle { reason, groups } = obstacle;
-        if self.is_lost {
-            return Err(reason);
-        }
-        if let [only] = &groups[..] {
-            for line in only {
-                self.hopeless[*line] = true;
-                let is_due_to = |left: &Left| left.line == *line || left.favoured.contains(line);
-                let before = self.left_out.len();
-                let hopeless = &self.hopeless;
-                (self.left_out)
-                    .retain(|left| hopeless[left.line] && left.line != *line || !is_due_to(left));
-                self.is_again |= self.left_out.len() < before;
-                self.left_out.push(Left {
-                    line: *line,
-                    reason: reason.clone(),
-                    favoured: Vec::new(),
-                });
-            }
-            let hopeless = self.hopeless.iter().filter(|is_hopeless| **is_hopeless);
-            let is_left = self.flows.len() >= hopeless.count() + 2;
-            return if is_left { Ok(()) } else { Err(reason) };
-        }
-        let kept = self.flows.len() - self.left_out.len();
-        let flow = |group: &&Vec<usize>| group.iter().map(|line| self.flows[*line]).sum::<f64>();
-        let fit = groups.iter();
-        let fit = fit.filter(|group| !group.is_empty() && group.len() + 2 <= kept);
-        let Some(group) = fit.min_by(|a, b| flow(a).total_cmp(&flow(b))).cloned() else {
-            return Err(reason);
-        };
-        let favoured: Vec<usize> = groups
-            .into_iter()
-            .filter(|other| *other != group)
-            .flatten()
-            .collect();
-        self.left_out.extend(group.into_iter().map(|line| Left {
-            line,
-            reason: reason.clone(),
-            favoured: favoured.clone(),
-        }));
-        Ok(())
-    }
-
-    /// Whether lines are back that have not been tried.
-    pub fn is_again(&self) -> bool {
-        self.is_again
-    }
-
-    /// Which lines are no part of the lumen.
-    pub fn flags(&self) -> Vec<bool> {
-        let mut flags = vec![false; self.flows.len()];
-        self.left_out
-            .iter()
-            .for_each(|left| flags[left.line] = true);
-        flags
-    }
 }
 
 impl Carried {
@@ -166,17 +41,10 @@ impl Carried {
         grids: &[(SectionGrid, f64)],
     ) -> Result<Self, TreeError> {
         let partings = Partings::new(&lumen.lines);
-        let mut choice = Choice {
-            hopeless: vec![false; flows.len()],
-            flows,
-            left_out: Vec::new(),
-            is_again: false,
-            is_lost: false,
-            meetings: HashMap::new(),
-        };
+        let mut choice = Choice::new(flows);
         let mut worst = f64::INFINITY;
         for (grid, along) in grids {
-            choice.meetings.clear();
+            choice.begin_grid();
             let slicer = Slicer {
                 lumen: lumen.clone(),
                 grid: grid.clone(),
@@ -184,7 +52,9 @@ impl Carried {
             };
             let mut found = None;
             for pass in 0..PASSES {
-                choice.is_lost |= pass + 1 == PASSES;
+                if pass + 1 == PASSES {
+                    choice.give_up();
+                }
                 found = choice.pass(slicer.clone(), &partings)?;
                 if found.is_some() {
                     break;
@@ -193,9 +63,7 @@ impl Carried {
             worst = worst.min(found.unwrap_or(f64::NEG_INFINITY));
         }
         Ok(Self {
-            left_out: (choice.left_out.into_iter())
-                .map(|left| (left.line, left.reason))
-                .collect(),
+            left_out: choice.into_left_out(),
             worst,
         })
     }
@@ -204,11 +72,10 @@ impl Carried {
 impl Choice {
     /// Leaves out what hinders the others; the smallest scaled Jacobian if nothing does.
     fn pass(&mut self, mut slicer: Slicer, partings: &Partings) -> Result<Option<f64>, TreeError> {
-        self.is_again = false;
-        slicer.lumen.left_out = self.flags();
+        slicer.lumen.left_out = self.begin_pass();
         let mut tree = match Division::tree(slicer, partings, Some(&mut *self)) {
             Ok(tree) => tree,
-            Err(_) if self.is_again => return Ok(None),
+            Err(_) if self.is_again() => return Ok(None),
             Err(reason) => return Err(reason),
         };
         let (obstacles, worst) = tree.obstacles();
@@ -217,7 +84,7 @@ impl Choice {
         }
         for obstacle in obstacles {
             self.leave_out(obstacle)?;
-            if self.is_again {
+            if self.is_again() {
                 break;
             }
         }

@@ -2,7 +2,7 @@
 
 use super::Tree;
 use super::branch::Branch;
-use super::carried::Choice;
+use super::choice::{Choice, Obstacle};
 use super::error::TreeError;
 use super::junction::{Parting, Slicer};
 use super::meeting::Meeting;
@@ -15,12 +15,6 @@ pub(super) struct Division<'a> {
     branches: Vec<Branch>,
     partings: &'a Partings,
     choice: Option<&'a mut Choice>,
-}
-
-/// Why lines do not part, and groups of them: without one of these, others may.
-pub(super) struct Obstacle {
-    pub reason: TreeError,
-    pub groups: Vec<Vec<usize>>,
 }
 
 /// Lines that begin as one branch and part.

@@ -7,6 +7,7 @@
 mod blocks;
 mod branch;
 mod carried;
+mod choice;
 mod described;
 mod divide;
 mod error;

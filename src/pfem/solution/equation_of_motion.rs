@@ -9,7 +9,6 @@ use super::super::linear_algebra::sparse::ScalarMatrix;
 use super::super::solid::SurfaceLoad;
 use super::newton::{Equilibrium, Residual};
 use super::quasi_newton::KeptTangent;
-use super::renewal::Renewal;
 use super::time_scheme::{State, TimeScheme};
 use crate::Vec3;
 use serde::{Deserialize, Serialize};
@@ -158,8 +157,8 @@ pub struct TimeStep<'a> {
     pub offset: Option<(&'a [f64], f64)>,
     /// Whence the tangent comes that was assembled last.
     pub assembled: &'a RefCell<Option<Linearization>>,
-    /// A tangent that is on its way, from an older state than any that is assembled here.
-    pub renewal: &'a RefCell<Option<Renewal>>,
+    /// Called before a tangent is assembled: one that is on its way, from an older state, is not needed any more.
+    pub before_assembly: &'a dyn Fn(),
     /// The internal forces that were computed last.
     pub forces: &'a RefCell<Option<InternalForces>>,
 }
@@ -278,7 +277,7 @@ impl Equilibrium for TimeStep<'_> {
             dt: self.dt,
         };
         // Its memory and its threads are of more use here.
-        *self.renewal.borrow_mut() = None;
+        (self.before_assembly)();
         let values = self.equation.tangent(&at)?;
         *self.assembled.borrow_mut() = Some(at);
         Ok(values)

@@ -508,6 +508,7 @@ impl Structure {
         let (mut kept, from) = kept.map(|kept| (kept.tangent, kept.from)).unzip();
         let (assembled, forces) = (RefCell::new(from), RefCell::new(self.forces.take()));
         let renewal = RefCell::new(self.renewal.take());
+        let cancel = || *renewal.borrow_mut() = None;
         let step = TimeStep {
             equation: &self.equation,
             old: &self.state,
@@ -515,7 +516,7 @@ impl Structure {
             dt,
             offset: None,
             assembled: &assembled,
-            renewal: &renewal,
+            before_assembly: &cancel,
             forces: &forces,
         };
         let direct = newton::solve(&step, start, tolerance, &self.newton, &mut kept);

@@ -212,7 +212,8 @@ fn not_built(case: &Case, error: SolidError) -> NoInitialState {
         }
         (Problem::UserCase(own), SolidError::Inverted { .. }) if own.tree.is_some() => (
             None,
-            ": where branches part it is too thick; a thinner one (wall.extrude.thicknesses), or more cells of the lumen (tree.core) help",
+            ": where branches part, more averages of the normals (wall.extrude.smoothing = 40), a thinner wall \
+             (wall.extrude.thicknesses) or more cells of the lumen (tree.core) help",
         ),
         (Problem::Vessel(_), SolidError::Inverted { .. }) => (
             None,
