@@ -9,6 +9,8 @@ use rayon::prelude::*;
 
 /// Norms of the degrees of a product, each with the highest that is tried.
 const NORMS: [(f64, usize); 2] = [(1.0, 12), (0.5, 20)];
+/// Norms of degrees that go by what an input does, likewise.
+const UNEVEN_NORMS: [(f64, usize); 2] = [(1.0, 40), (0.5, 60)];
 /// Candidates per sample, at most, that are tried: among too many, some fit by chance; a function without noise may
 /// need them.
 const CANDIDATES: [f64; 2] = [0.5, 2.0];
@@ -20,8 +22,6 @@ const FOLDS: [usize; 2] = [10, 5];
 const FEW: usize = 40;
 /// Of more samples than this the leave-one-out error is believed: the cross-validation would take minutes.
 const MOST_VALIDATED: usize = 300;
-/// The same of degrees that go by what an input does.
-const UNEVEN_NORMS: [(f64, usize); 2] = [(1.0, 40), (0.5, 60)];
 /// Degrees in an input go by its total index to this power.
 const UNEVENNESS: f64 = 0.25;
 /// A total index that is smaller counts as this much.
@@ -272,7 +272,9 @@ impl Samples<'_> {
                 .map(|&i| (self.y[i] - value(i)).powi(2))
                 .sum::<f64>()
         });
-        squares.sum::<f64>() / (count as f64 * self.y.variance())
+        // In their order: the sum is the same to the last digit, whichever thread comes first.
+        let squares: Vec<f64> = squares.collect();
+        squares.iter().sum::<f64>() / (count as f64 * self.y.variance())
     }
 
     /// The polynomial with the smallest leave-one-out error of all norms and degrees that have at most so many
