@@ -161,19 +161,15 @@ impl Case {
     }
 
     fn rows_of(&self, table: MeasureTable, regions: &[String]) -> Option<Rows> {
-        let names: Option<Vec<String>> = match table {
+        let (of, names) = match table {
             MeasureTable::History => return None,
-            MeasureTable::Openings => self.opening_names(),
+            MeasureTable::Openings => ("opening", self.opening_names()),
             MeasureTable::Sections => {
                 let sections = self.output.section.iter().flatten();
-                Some(sections.map(|section| section.name.clone()).collect())
+                let names = sections.map(|section| section.name.clone()).collect();
+                ("cross-section", Some(names))
             }
-            MeasureTable::Regions | MeasureTable::Wall => Some(regions.to_vec()),
-        };
-        let of = match table {
-            MeasureTable::History | MeasureTable::Openings => "opening",
-            MeasureTable::Sections => "cross-section",
-            MeasureTable::Regions | MeasureTable::Wall => "region",
+            MeasureTable::Regions | MeasureTable::Wall => ("region", Some(regions.to_vec())),
         };
         Some(Rows { of, names })
     }

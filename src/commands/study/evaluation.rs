@@ -19,16 +19,27 @@ pub(super) fn write(
     samples: Option<usize>,
 ) -> Result<(), Failure> {
     write_measures(runs, out)?;
-    if let Some(all) = samples {
-        write_uncertainty(runs, all, out, &arguments.export)?;
-    }
+    let (Some(all), Some(run)) = (samples, runs.first()) else {
+        return Ok(());
+    };
+    // Its polynomials take longer than all the tables.
+    let Some(found) = uncertainty(runs, out)? else {
+        return Ok(());
+    };
+    write_uncertainty(&found, run, all, out, &arguments.export)?;
     if let Some(cheap) = &arguments.control {
-        write_control(runs, out, cheap)?;
+        write_control(&found, runs, out, cheap)?;
     }
     if !arguments.refined.is_empty() {
-        write_total(runs, out, arguments)?;
+        write_total(&found, run, out, arguments)?;
     }
     Ok(())
+}
+
+/// What the runs of the study in a folder say of its inputs, if these were sampled.
+fn uncertainty(runs: &[Results], folder: &Path) -> Result<Option<Uncertainty>, Failure> {
+    let found = Uncertainty::of(&runs.iter().collect::<Vec<_>>(), folder);
+    found.map_err(|e| Failure::Run(e.to_string()))
 }
 
 /// Writes parameters and measures of the runs that are done.
@@ -43,16 +54,12 @@ fn write_measures(runs: &[Results], out: &Path) -> Result<(), Failure> {
 
 /// Writes what the samples that are done say of the inputs, and says how many they are.
 fn write_uncertainty(
-    runs: &[Results],
+    found: &Uncertainty,
+    run: &Results,
     all: usize,
     out: &Path,
     export: &[ExportForm],
 ) -> Result<(), Failure> {
-    let runs: Vec<&Results> = runs.iter().collect();
-    let found = Uncertainty::of(&runs, out).map_err(|e| Failure::Run(e.to_string()))?;
-    let (Some(found), Some(run)) = (found, runs.first()) else {
-        return Ok(());
-    };
     let tables = found.tables(run).into_iter();
     let tables = tables.map(|(name, table)| (name.to_owned(), table.to_csv()));
     let exported = export.iter().flat_map(|form| found.export(*form));
@@ -72,14 +79,16 @@ fn write_uncertainty(
 }
 
 /// Writes the means with the runs of a cheaper study as control variates.
-fn write_control(runs: &[Results], out: &Path, cheap: &Path) -> Result<(), Failure> {
+fn write_control(
+    found: &Uncertainty,
+    runs: &[Results],
+    out: &Path,
+    cheap: &Path,
+) -> Result<(), Failure> {
     let study = report_command::study(cheap, Results::load)?;
-    let of = |runs: &[Results], folder: &Path| {
-        let found = Uncertainty::of(&runs.iter().collect::<Vec<_>>(), folder);
-        let found = found.map_err(|e| Failure::Run(e.to_string()))?;
-        found.ok_or_else(|| Failure::Run(format!("{} has no samples", folder.display())))
-    };
-    let (found, cheaper) = (of(runs, out)?, of(&study.runs, cheap)?);
+    let cheaper = uncertainty(&study.runs, cheap)?;
+    let cheaper =
+        cheaper.ok_or_else(|| Failure::Run(format!("{} has no samples", cheap.display())))?;
     let costs = [runs, &study.runs].map(|runs| {
         let seconds = runs
             .iter()
@@ -97,19 +106,19 @@ fn write_control(runs: &[Results], out: &Path, cheap: &Path) -> Result<(), Failu
 }
 
 /// Writes numerical uncertainties beside those by the inputs.
-fn write_total(runs: &[Results], out: &Path, arguments: &Arguments) -> Result<(), Failure> {
-    let found = Uncertainty::of(&runs.iter().collect::<Vec<_>>(), out);
-    let found = found.map_err(|e| Failure::Run(e.to_string()))?;
-    let (Some(found), Some(sample)) = (found, runs.first()) else {
-        return Ok(());
-    };
+fn write_total(
+    found: &Uncertainty,
+    sample: &Results,
+    out: &Path,
+    arguments: &Arguments,
+) -> Result<(), Failure> {
     let load = |path: &str| {
         let run = Results::load(Path::new(path));
         run.map_err(|e| Failure::Input(format!("--refined: {e}")))
     };
     let series = tables::refinement_series(&arguments.refined, "--refined ", load)?;
     let measured: Vec<MeasuredValue> = (arguments.measured.iter())
-        .map(|text| measured_value(text, &found))
+        .map(|text| measured_value(text, found))
         .collect::<Result<_, _>>()?;
     let table = found.total(&sample.case, &series, &measured);
     let table = table.map_err(|e| Failure::Input(format!("--refined: {e}")))?;
