@@ -115,16 +115,15 @@ impl Case {
             if !columns.contains(&measure.column.as_str()) {
                 wrong("column", format!("expected one of {}", columns.join(", ")));
             }
-            if (measure.of == MeasureOf::AtPhase) != measure.phase.is_some() {
-                let what = "it belongs to of = \"at_phase\", and to that alone: add the missing one, or leave this out";
-                wrong(
-                    if measure.phase.is_some() {
-                        "phase"
-                    } else {
-                        "of"
-                    },
-                    what.into(),
-                );
+            match (measure.of, measure.phase) {
+                (MeasureOf::AtPhase, None) => {
+                    wrong("of", "it needs a phase: add phase, from 0 to 1".into());
+                }
+                (MeasureOf::AtPhase, Some(_)) | (_, None) => {}
+                (_, Some(_)) => {
+                    let what = "only of = \"at_phase\" reads it: leave it out, or write that";
+                    wrong("phase", what.into());
+                }
             }
             if measure.table == MeasureTable::Wall && measure.of == MeasureOf::AtPhase {
                 wrong(
