@@ -90,6 +90,51 @@ impl MeasureTable {
     }
 }
 
+/// A key of a measure, and what is wrong with it.
+type Mistake = (&'static str, String);
+
+impl OutputMeasure {
+    fn column_mistake(&self) -> Option<Mistake> {
+        let columns = self.table.columns();
+        let known = columns.contains(&self.column.as_str());
+        (!known).then(|| ("column", format!("expected one of {}", columns.join(", "))))
+    }
+
+    fn of_mistake(&self) -> Option<Mistake> {
+        let at_phase = self.of == MeasureOf::AtPhase;
+        let (key, what) = match (at_phase, self.phase) {
+            (true, _) if self.table == MeasureTable::Wall => (
+                "of",
+                "this table is of the whole window: take mean, lowest, highest or range",
+            ),
+            (true, None) => ("of", "it needs a phase: add phase, from 0 to 1"),
+            (false, Some(_)) => (
+                "phase",
+                "only of = \"at_phase\" reads it: leave it out, or write that",
+            ),
+            (true, Some(_)) | (false, None) => return None,
+        };
+        Some((key, what.to_owned()))
+    }
+
+    /// `rows` are those that its table has more than one of at each time.
+    fn at_mistake(&self, rows: Option<&Rows>) -> Option<Mistake> {
+        let Some(Rows { of, names }) = rows else {
+            let what = "the history is of the whole vessel: leave it out";
+            return self.at.is_some().then(|| ("at", what.to_owned()));
+        };
+        let Some(at) = &self.at else {
+            return Some(("column", format!("of which {of}? Add at = its name")));
+        };
+        let names = names.as_ref().filter(|names| !names.contains(at))?;
+        let what = match names.is_empty() {
+            true => format!("the case has no {of}"),
+            false => format!("expected one of \"{}\"", names.join("\", \"")),
+        };
+        Some(("at", what))
+    }
+}
+
 impl Case {
     /// The measures that it adds.
     pub fn measures(&self) -> &[OutputMeasure] {
@@ -102,59 +147,16 @@ impl Case {
         let all = self.measures();
         let mut mistakes = Vec::new();
         for (i, measure) in all.iter().enumerate() {
-            let mut wrong = |key: &str, what: String| {
-                mistakes.push((format!("output.measure[{i}].{key}"), what));
-            };
-            if all[..i].iter().any(|other| other.name == measure.name) {
-                wrong(
-                    "name",
-                    "another measure has this name: choose a different one".into(),
-                );
-            }
-            let columns = measure.table.columns();
-            if !columns.contains(&measure.column.as_str()) {
-                wrong("column", format!("expected one of {}", columns.join(", ")));
-            }
-            match (measure.of, measure.phase) {
-                (MeasureOf::AtPhase, None) => {
-                    wrong("of", "it needs a phase: add phase, from 0 to 1".into());
-                }
-                (MeasureOf::AtPhase, Some(_)) | (_, None) => {}
-                (_, Some(_)) => {
-                    let what = "only of = \"at_phase\" reads it: leave it out, or write that";
-                    wrong("phase", what.into());
-                }
-            }
-            if measure.table == MeasureTable::Wall && measure.of == MeasureOf::AtPhase {
-                wrong(
-                    "of",
-                    "this table is of the whole window: take mean, lowest, highest or range".into(),
-                );
-            }
-            match (self.rows_of(measure.table, regions), &measure.at) {
-                (None, None) => {}
-                (None, Some(_)) => wrong(
-                    "at",
-                    "the history is of the whole vessel: leave it out".into(),
-                ),
-                (Some(Rows { of, .. }), None) => {
-                    wrong("column", format!("of which {of}? Add at = its name"));
-                }
-                (
-                    Some(Rows {
-                        of,
-                        names: Some(names),
-                    }),
-                    Some(at),
-                ) if !names.contains(at) => {
-                    let found = match names.is_empty() {
-                        true => format!("the case has no {of}"),
-                        false => format!("expected one of \"{}\"", names.join("\", \"")),
-                    };
-                    wrong("at", found);
-                }
-                (Some(_), Some(_)) => {}
-            }
+            let same = all[..i].iter().any(|other| other.name == measure.name);
+            let taken = same.then(|| {
+                let what = "another measure has this name: choose a different one";
+                ("name", what.to_owned())
+            });
+            let rows = self.rows_of(measure.table, regions);
+            let found = taken.into_iter().chain(measure.column_mistake());
+            let found = found.chain(measure.of_mistake());
+            let found = found.chain(measure.at_mistake(rows.as_ref()));
+            mistakes.extend(found.map(|(key, what)| (format!("output.measure[{i}].{key}"), what)));
         }
         mistakes
     }

@@ -891,3 +891,44 @@ fn impossible_uncertain_inputs_are_refused() {
         );
     }
 }
+
+/// A measure that a run cannot have is refused with its key and what to write instead.
+#[test]
+fn measures_that_no_run_has_are_refused() {
+    #[rustfmt::skip]
+    let wrong: [(&str, &str, &str); 10] = [
+        ("column = \"pressure\"", "column", "expected one of coupling_iterations, residual, "),
+        ("column = \"p_in_Pa\"\nat = \"inlet\"", "at", "the history is of the whole vessel"),
+        ("column = \"p_in_Pa\"\nof = \"at_phase\"", "of", "add phase, from 0 to 1"),
+        ("column = \"p_in_Pa\"\nphase = 0.3", "phase", "only of = \"at_phase\" reads it"),
+        ("table = \"openings\"\ncolumn = \"p_Pa\"", "column", "of which opening? Add at"),
+        ("table = \"openings\"\ncolumn = \"p_Pa\"\nat = \"exit\"", "at", "expected one of \"inlet\", \"outlet\""),
+        ("table = \"sections\"\ncolumn = \"area_m2\"\nat = \"middle\"", "at", "the case has no cross-section"),
+        ("table = \"regions\"\ncolumn = \"OSI\"\nat = \"artery\"", "column", "expected one of mean_wall_shear_Pa, "),
+        ("table = \"wall\"\ncolumn = \"OSI\"\nat = \"graft\"", "at", "expected one of \"artery\", \"bypass\""),
+        ("table = \"wall\"\ncolumn = \"OSI\"\nat = \"artery\"\nof = \"at_phase\"\nphase = 0.3", "of",
+            "of the whole window"),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("case.toml");
+    let mistakes = |measures: &str| {
+        let base = project().join("S-0.25/case.toml");
+        std::fs::write(&file, format!("extends = {base:?}\n{measures}\n")).unwrap();
+        let case = Case::load(folder.path(), Preset::Demo, &[]).unwrap();
+        case.measure_mistakes(&["artery".to_owned(), "bypass".to_owned()])
+    };
+    let table = |keys: &str| format!("[[output.measure]]\nname = \"m\"\n{keys}\n");
+    for (keys, key, message) in wrong {
+        let found = mistakes(&table(keys));
+        assert_eq!(found.len(), 1, "{keys}: {found:?}");
+        assert_eq!(found[0].0, format!("output.measure[0].{key}"), "{keys}");
+        assert!(found[0].1.contains(message), "{keys}: {}", found[0].1);
+    }
+    let good = table("table = \"wall\"\ncolumn = \"OSI\"\nat = \"artery\"\nof = \"highest\"");
+    assert_eq!(mistakes(&good), []);
+    let found = mistakes(&good.repeat(2));
+    assert_eq!(found.len(), 1);
+    assert!(
+        found[0].0 == "output.measure[1].name" && found[0].1.contains("choose a different one")
+    );
+}

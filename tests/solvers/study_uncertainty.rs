@@ -2,6 +2,7 @@
 
 use crate::run_support::*;
 use crate::study::{STRAIGHT, cases, changed_at, processes_about, study};
+use fsi_driver::case::MeasureTable;
 use rustix::process::Signal;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -297,14 +298,40 @@ fn cell(path: &Path, name: &str, head: &str) -> f64 {
     row[column].replace('\u{2212}', "-").parse().unwrap()
 }
 
+/// The columns that a measure may name are all those with numbers that the tables of a run have, but for the time.
+fn the_columns_are_those_of_a_run(run: &Path) {
+    for table in [
+        MeasureTable::History,
+        MeasureTable::Openings,
+        MeasureTable::Sections,
+        MeasureTable::Regions,
+    ] {
+        let file = run.join(format!("{}.csv", table.name()));
+        let mut reader = csv::Reader::from_path(&file).unwrap();
+        let heads = reader.headers().unwrap();
+        let named = ["time_s", "opening", "section", "region"];
+        // Where the largest value is: a place is no figure.
+        let places = ["_x_m", "_y_m", "_z_m", "_r_m", "_phi_deg"];
+        let numbers = heads.iter().filter(|head| !named.contains(head));
+        let numbers: Vec<_> = numbers
+            .filter(|head| !places.iter().any(|place| head.ends_with(place)))
+            .collect();
+        assert_eq!(table.columns(), numbers, "{}", file.display());
+    }
+}
+
 /// What a case asks for is a measure, also of runs that are done; and refined runs of it give the numerical uncertainty
 /// beside that by the inputs.
 #[test]
 fn measures_of_a_case_and_the_numerical_uncertainty() {
     const PHASE: &str = "inlet pressure at 3 ms / Pa";
     const MOVED: &str = "largest displacement / mm";
+    const SECTION: &str = "[[output.section]]\nname = \"middle\"\nat_m = 0.05\n";
     let folder = tempfile::tempdir().unwrap();
-    let cases = cases(folder.path(), &[("own", &uncertain())]);
+    let cases = cases(
+        folder.path(),
+        &[("own", &format!("{}{SECTION}", uncertain()))],
+    );
     let case = cases.join("own");
     let native = &crate::native_run::FEW[..2];
     let run = |out: &Path, more: &[&str]| {
@@ -342,6 +369,7 @@ fn measures_of_a_case_and_the_numerical_uncertainty() {
         (found / expected - 1.0).abs() < 1e-4 && (found / pressure(2) - 1.0).abs() > 1e-3,
         "{found} {expected}"
     );
+    the_columns_are_those_of_a_run(&out.join("own-003"));
     let outflow: Vec<f64> = rows.iter().map(|row| row["Q_out_m3_s"]).collect();
     let range = outflow.iter().copied().fold(f64::MIN, f64::max)
         - outflow.iter().copied().fold(f64::MAX, f64::min);
