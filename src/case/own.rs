@@ -99,7 +99,7 @@ table! {
         elements: Option<usize> = "elements_per_layer", whole(1, 20), "elements through each layer", absent "1";
         axis: Option<FibreAxis> = "axis", ValueKind::Word(FibreAxis::WORDS), "which direction of the wall is the axial one, from which fibres count",
             absent "flow where the wall ends at two openings or more, otherwise mesh";
-        smoothing: Option<usize> = "smoothing", whole(0, 1000), "averages of the normals with those of the neighbouring points", absent "0; of a tree 4";
+        smoothing: Option<usize> = "smoothing", whole(0, 1000), "averages of the normals with those of the neighbouring points", absent "0; of a tree the first of 4, 16, 64, 256 with which no element is inside out";
         [branch: Option<Vec<BranchWall>>, "branches, or patches, whose layers are of other materials or thicknesses"]
     }
 }

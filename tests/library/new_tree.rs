@@ -293,3 +293,46 @@ fn ends_that_have_no_mesh_can_be_left_out() {
     let worst = Tree::meshes(tree).unwrap().worst.0;
     assert!((0.3..0.7).contains(&worst), "{worst}");
 }
+
+/// The normals of a tree's wall are averaged as often as it takes, and no more often: a wall of a third of the radius.
+#[test]
+fn a_thick_wall_is_built_where_branches_part() {
+    let aorta = Path::new(EXAMPLES).join("aorta");
+    let check = |more: &[&str]| {
+        let mut all = vec!["check", aorta.to_str().unwrap(), "--fluid", "native"];
+        all.extend(["--preset", "demo"]);
+        let low = [
+            "wall.initial.pressure_Pa=100",
+            "tree.opening[1].initial_pressure_Pa=100",
+            "tree.opening[2].initial_pressure_Pa=100",
+        ];
+        all.extend(low.iter().chain(more).flat_map(|set| ["--set", set]));
+        driver(&std::env::temp_dir(), &all)
+    };
+    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let usual = check(&[]);
+    assert!(usual.status.success() && !said(&usual.stdout).contains("averaged"));
+    let thick = "wall.extrude.thicknesses=[0.35]";
+    let found = check(&[thick]);
+    assert!(
+        found.status.success() && said(&found.stdout).contains("averaged 16 times"),
+        "{}{}",
+        said(&found.stdout),
+        said(&found.stderr)
+    );
+    let refused = check(&[thick, "wall.extrude.smoothing=4"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        said(&refused.stderr).contains("inside out")
+            && said(&refused.stderr).contains("no wall.extrude.smoothing"),
+        "{}",
+        said(&refused.stderr)
+    );
+    let hopeless = check(&["wall.extrude.thicknesses=[5.0]"]);
+    assert_eq!(hopeless.status.code(), Some(2));
+    let reason = said(&hopeless.stderr);
+    assert!(
+        reason.contains("with 256 averages of the normals as well"),
+        "{reason}"
+    );
+}

@@ -210,11 +210,24 @@ fn not_built(case: &Case, error: SolidError) -> NoInitialState {
         (Problem::UserCase(own), SolidError::Inverted { .. }) if own.wall.file.is_some() => {
             (Some("wall.file.mesh"), "")
         }
-        (Problem::UserCase(own), SolidError::Inverted { .. }) if own.tree.is_some() => (
-            None,
-            ": where branches part, more averages of the normals (wall.extrude.smoothing = 40), a thinner wall \
-             (wall.extrude.thicknesses) or more cells of the lumen (tree.core) help",
-        ),
+        (Problem::UserCase(own), SolidError::Inverted { .. }) if own.tree.is_some() => {
+            let chosen = own
+                .wall
+                .extrude
+                .as_ref()
+                .is_some_and(|it| it.smoothing.is_some());
+            let advice = match chosen {
+                true => {
+                    ": where branches part, no wall.extrude.smoothing (as many averages of the normals as it takes are \
+                     tried then), a thinner wall (wall.extrude.thicknesses) or more cells of the lumen (tree.core) help"
+                }
+                false => {
+                    ", with 256 averages of the normals as well: a thinner wall (wall.extrude.thicknesses), more cells of \
+                     the lumen (tree.core) or smoother lines (tree.smoothing_m) help"
+                }
+            };
+            (None, advice)
+        }
         (Problem::Vessel(_), SolidError::Inverted { .. }) => (
             None,
             ": the vessel bends or changes too sharply there for its wall; gentler bends, a thinner wall, or more elements \

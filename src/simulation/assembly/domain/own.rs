@@ -10,15 +10,17 @@ use crate::files::{Fault, FileError, fault};
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
 use crate::geometry::tree::Tree;
 use crate::geometry::{self, Growth, HexMesh, Patch, PolyMesh, RIGID_MATERIAL, WET, WetQuads};
+use crate::pfem::element::mapping::{Mapping, MappingKind};
 use crate::pfem::supports::{Direction, Foundation, Profile, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
 use crate::tabular::{Sheet, units};
+use fsi_numerics::quadrature::Rule;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Averages of the normals of a tree's wall: without any, a wall of a quarter of the radius is inside out at an apex,
-/// with two it is not.
-const SMOOTHING_OF_TREES: usize = 4;
+/// Averages of the normals of a tree's wall: the first with which nothing is inside out. Without any, a wall of a
+/// quarter of the radius is inside out at an apex of the examples, with two it is not; vessels of others need more.
+const SMOOTHING_OF_TREES: [usize; 4] = [4, 16, 64, 256];
 /// Most cells in which the surrogate's pressure is solved for directly.
 const MOST_CELLS_OF_SURROGATE: usize = 200_000;
 
@@ -146,7 +148,7 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
         .tree
         .as_ref()
         .map(|tree| branching(tree, given.is_none()));
-    let (fluid, branches) = match (given, vessel.transpose()?) {
+    let (fluid, mut branches) = match (given, vessel.transpose()?) {
         (Some(fluid), Some((_, branches))) => {
             ends_are_patches(own, &fluid)?;
             (fluid, Some(branches))
@@ -167,7 +169,15 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
             let surface = branches
                 .as_ref()
                 .map_or(&fluid, |branches| &branches.surface);
-            (extruded(case, own, extrusion, surface)?, "inner")
+            let (wall, passes) = extruded(case, own, extrusion, surface)?;
+            let round = branches.as_mut().and_then(|it| it.meshed.as_mut());
+            if let (Some(round), Some(passes)) = (round, passes) {
+                round.notes.push(format!(
+                    "the normals of its wall are averaged {passes} times: with fewer, elements would be inside out where \
+                     branches part (wall.extrude.smoothing)"
+                ));
+            }
+            (wall, "inner")
         }
         (None, Some(file)) => (from_file(wall, file)?, WET),
         (None, None) => unreachable!("the check of the case asks for a wall"),
@@ -296,18 +306,56 @@ fn factor_over_time(path: &Path) -> Result<Profile, FileError> {
     ))
 }
 
+/// The wall on the surface, and how often its normals were averaged if that is more than usual.
 fn extruded(
     case: &Case,
     own: &OwnCase,
     extrusion: &Extrusion,
     fluid: &PolyMesh,
+) -> Result<(HexMesh, Option<usize>), DomainError> {
+    let with = |passes| extruded_with(case, own, extrusion, fluid, passes);
+    let [usual, more @ ..] = SMOOTHING_OF_TREES;
+    if let (None, Some(_)) = (extrusion.smoothing, &own.tree) {
+        let first = with(usual)?;
+        if is_inside_out(&first, case.structure.p) {
+            for passes in more {
+                let wall = with(passes)?;
+                if !is_inside_out(&wall, case.structure.p) {
+                    return Ok((wall, Some(passes)));
+                }
+            }
+        }
+        // If none helps, the check of the wall says where.
+        return Ok((first, None));
+    }
+    Ok((with(extrusion.smoothing.unwrap_or(0))?, None))
+}
+
+/// Whether an element is, where the solver of degree `p` integrates or its results are drawn.
+fn is_inside_out(wall: &HexMesh, p: usize) -> bool {
+    let mapping = Mapping::new(wall, MappingKind::Blended(p));
+    let drawn = (0..=p).map(|i| 2.0 * i as f64 / p as f64 - 1.0);
+    let axis: Vec<f64> = (Rule::gauss_legendre(p + 1).points.into_iter())
+        .chain(drawn)
+        .collect();
+    (0..wall.hexes.len()).any(|element| {
+        let points = mapping.at_lattice(element, [&axis; 3]);
+        points.iter().any(|x| x.jacobian.determinant() <= 0.0)
+    })
+}
+
+fn extruded_with(
+    case: &Case,
+    own: &OwnCase,
+    extrusion: &Extrusion,
+    fluid: &PolyMesh,
+    passes: usize,
 ) -> Result<HexMesh, DomainError> {
     let wall = &own.wall;
     let patches = own.wall_patches();
     let surface = WetQuads::new(fluid, &patches);
     let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
-    let usual = own.tree.as_ref().map_or(0, |_| SMOOTHING_OF_TREES);
-    let normals = surface.normals(extrusion.smoothing.unwrap_or(usual));
+    let normals = surface.normals(passes);
     let points = &surface.quads.points;
     let factors = match &extrusion.factors {
         None => vec![1.0; points.len()],
