@@ -12,7 +12,7 @@ use crate::pfem::solution::statics::StaticOptions;
 use crate::pfem::solution::unloaded;
 use crate::pfem::{Discretization, Solid, SolidError, Structure};
 use serde::{Deserialize, Serialize};
-use std::sync::{Mutex, PoisonError};
+use std::cell::RefCell;
 
 /// Largest distance (m) between a shape that is given as loaded, and what loading leads to from the unloaded one.
 const LARGEST_DISTANCE: f64 = 1e-6;
@@ -111,16 +111,17 @@ struct Known {
     beginning: Option<(Vec<f64>, Option<Unloading>)>,
 }
 
-/// The last case.
-static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
+thread_local! {
+    /// The last case of this thread: those that others check at the same time do not take its place.
+    static KNOWN: RefCell<Option<Known>> = const { RefCell::new(None) };
+}
 
 fn known(case: &Case) -> Option<Known> {
-    let known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    known.as_ref().filter(|known| known.case == *case).cloned()
+    KNOWN.with_borrow(|known| known.as_ref().filter(|known| known.case == *case).cloned())
 }
 
 fn remember(known: Known) {
-    *KNOWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(known);
+    KNOWN.replace(Some(known));
 }
 
 /// Displacement of the vertices by the axial stretch of a vessel, if it is stretched: at held coefficients those to
