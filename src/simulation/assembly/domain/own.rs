@@ -3,8 +3,8 @@
 use super::{Branches, Domain, DomainError, RoundLumen};
 use crate::Vec3;
 use crate::case::{
-    Case, Extrusion, FibreAxis, OwnCase, OwnWall, PatchLayers, SurrogateModel, TreeKeys, WallFile,
-    WallMode, WallMotion, WallSupport,
+    Case, Extrusion, FibreAxis, OwnCase, OwnWall, PatchLayers, StructureSettings, SurrogateModel,
+    TreeKeys, WallFile, WallMode, WallMotion, WallSupport,
 };
 use crate::files::{Fault, FileError, fault};
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
@@ -317,10 +317,10 @@ fn extruded(
     let [usual, more @ ..] = SMOOTHING_OF_TREES;
     if let (None, Some(_)) = (extrusion.smoothing, &own.tree) {
         let first = with(usual)?;
-        if is_inside_out(&first, case.structure.p) {
+        if is_inside_out(&first, &case.structure) {
             for passes in more {
                 let wall = with(passes)?;
-                if !is_inside_out(&wall, case.structure.p) {
+                if !is_inside_out(&wall, &case.structure) {
                     return Ok((wall, Some(passes)));
                 }
             }
@@ -331,16 +331,21 @@ fn extruded(
     Ok((with(extrusion.smoothing.unwrap_or(0))?, None))
 }
 
-/// Whether an element is, where the solver of degree `p` integrates or its results are drawn.
-fn is_inside_out(wall: &HexMesh, p: usize) -> bool {
-    let mapping = Mapping::new(wall, MappingKind::Blended(p));
-    let drawn = (0..=p).map(|i| 2.0 * i as f64 / p as f64 - 1.0);
-    let axis: Vec<f64> = (Rule::gauss_legendre(p + 1).points.into_iter())
-        .chain(drawn)
+/// Whether an element is, where the solver integrates or its results are drawn: at no other points, so that no wall
+/// that can be computed is refused.
+fn is_inside_out(wall: &HexMesh, settings: &StructureSettings) -> bool {
+    let p = settings.p;
+    let mapping = Mapping::new(wall, MappingKind::Blended(settings.p_geometry.unwrap_or(p)));
+    let integrated = Rule::gauss_legendre(settings.quadrature_points.unwrap_or(p + 1)).points;
+    let steps = p.max(1);
+    let drawn: Vec<f64> = (0..=steps)
+        .map(|i| 2.0 * i as f64 / steps as f64 - 1.0)
         .collect();
     (0..wall.hexes.len()).any(|element| {
-        let points = mapping.at_lattice(element, [&axis; 3]);
-        points.iter().any(|x| x.jacobian.determinant() <= 0.0)
+        [&integrated, &drawn].into_iter().any(|axis| {
+            let points = mapping.at_lattice(element, [axis; 3]);
+            points.iter().any(|x| x.jacobian.determinant() <= 0.0)
+        })
     })
 }
 
