@@ -223,8 +223,9 @@ fn not_built(case: &Case, error: SolidError) -> NoInitialState {
                      tried then), a thinner wall (wall.extrude.thicknesses) or more cells of the lumen (tree.core) help"
                 }
                 false => {
-                    ", with 256 averages of the normals as well: a thinner wall (wall.extrude.thicknesses), more cells of \
-                     the lumen (tree.core) or smoother lines (tree.smoothing_m) help"
+                    ": if it is so without load, then with 256 averages of the normals as well; a thinner wall \
+                     (wall.extrude.thicknesses), more cells of the lumen (tree.core), smoother lines (tree.smoothing_m) or, \
+                     if it is so under load alone, more averages (wall.extrude.smoothing = 64) help"
                 }
             };
             (None, advice)
