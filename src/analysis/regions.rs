@@ -2,10 +2,10 @@
 
 use super::centre_line;
 use crate::Vec3;
-use crate::case::{BloodVessel, Case, OutputSection, OwnCase, OwnRegion, Problem, Shape};
+use crate::case::{BloodVessel, Case, OutputSection, OwnCase, OwnRegion, Problem, Shape, TreeKeys};
 use crate::curve::SpaceCurve;
 use crate::geometry::{PolyMesh, Section, Vessel};
-use crate::hemodynamics::{CrossSectionPlace, Region, RegionExtent, WetSurface};
+use crate::hemodynamics::{BranchOpening, CrossSectionPlace, Region, RegionExtent, WetSurface};
 
 /// The graft of the paper's vessels.
 pub const BYPASS: &str = "bypass";
@@ -39,31 +39,29 @@ pub fn regions(case: &Case) -> Vec<Region> {
 
 /// The cross-sections that a case watches.
 pub fn cross_sections(case: &Case) -> Vec<CrossSectionPlace> {
-    let walls = case.tree().map(|tree| (tree.branches(), tree.walls()));
-    let place = |keys: &OutputSection| {
-        let (patch, openings) = match &walls {
-            Some((branches, walls)) => {
-                let number = branches
-                    .iter()
-                    .position(|name| Some(name) == keys.branch.as_ref());
-                let openings = walls
-                    .iter()
-                    .take(case.tree().map_or(0, |tree| tree.names().len()));
-                (
-                    number.map(|number| walls[number].clone()),
-                    openings.cloned().collect(),
-                )
-            }
-            None => (None, Vec::new()),
-        };
-        CrossSectionPlace {
-            name: keys.name.clone(),
-            patch,
-            at: keys.at,
-            openings,
-        }
+    let tree = case.own().and_then(|own| own.tree.as_ref());
+    let openings = tree.map_or_else(Vec::new, branch_openings);
+    let patch = |keys: &OutputSection| {
+        let tree = tree?;
+        let mut pairs = tree.branches().into_iter().zip(tree.walls());
+        let found = pairs.find(|(name, _)| Some(name) == keys.branch.as_ref());
+        found.map(|(_, patch)| patch)
+    };
+    let place = |keys: &OutputSection| CrossSectionPlace {
+        name: keys.name.clone(),
+        patch: patch(keys),
+        at: keys.at,
+        openings: openings.clone(),
     };
     case.output.section.iter().flatten().map(place).collect()
+}
+
+/// The openings of a tree, the inlet first; a line that is closed has none.
+fn branch_openings(tree: &TreeKeys) -> Vec<BranchOpening> {
+    let pairs = tree.names().into_iter().zip(tree.walls());
+    let open = pairs.filter(|(name, _)| !tree.closed.contains(name));
+    open.map(|(name, patch)| BranchOpening { name, patch })
+        .collect()
 }
 
 /// The wet surface of a case, with these points (m) and faces: around its centre-line, or on the patches of its `mesh`

@@ -82,14 +82,18 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
 /// Whether the cross-sections that are watched are of vessels, each with a name of its own.
 fn sections(case: &Case, report: &mut Report<'_>) {
     let sections = case.output.section.as_deref().unwrap_or_default();
-    let branches = case.tree().map(TreeKeys::branches);
+    // Also that of a wall around an OpenFOAM case.
+    let tree = case.own().and_then(|own| own.tree.as_ref());
+    let branches = tree.map(TreeKeys::branches);
     for (i, section) in sections.iter().enumerate() {
         let [name, branch, at] =
             ["name", "branch", "at_m"].map(|key| format!("output.section[{i}].{key}"));
         report(
             &[&at],
             case.vessel().is_none() && branches.is_none(),
-            "cross-sections are watched in vessels and trees of the driver's own mesh: leave this table out".into(),
+            "cross-sections lie along a centre-line, which this case has none of: leave this table out, or describe the wall \
+             by [tree]"
+                .into(),
         );
         report(
             &[&name],
@@ -115,10 +119,7 @@ fn sections(case: &Case, report: &mut Report<'_>) {
                 !known.contains(found) || found == BETWEEN,
                 format!(
                     "expected a branch with an opening, one of \"{}\"",
-                    case.tree()
-                        .map(TreeKeys::names)
-                        .unwrap_or_default()
-                        .join("\", \"")
+                    tree.map(TreeKeys::names).unwrap_or_default().join("\", \"")
                 ),
             ),
         }

@@ -26,8 +26,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = case.output.title.clone().or(name).unwrap_or_default();
     let preview = Preview::of(&case, &name).ok_or_else(|| {
         Failure::Input(
-            "the case is not about a vessel, but about a flag or an OpenFOAM case of your own: there is nothing to draw; the page of a \
-             run shows its wall"
+            "the case is not about a vessel, but about a flag or an OpenFOAM case of your own without [tree]: there is nothing to \
+             draw; the page of a run shows its wall"
                 .into(),
         )
     })?;

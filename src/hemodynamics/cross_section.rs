@@ -5,6 +5,7 @@
 
 use super::wall::{WallState, WetSurface, widened};
 use crate::Vec3;
+use crate::fluid::OpeningReport;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,11 +18,21 @@ pub struct CrossSectionPlace {
     pub patch: Option<String>,
     /// Arc length (m) along the branch, or along the vessel's centre-line.
     pub at: f64,
-    /// Patches of the branches at the openings, the inlet first; none of a vessel without branches.
-    pub openings: Vec<String>,
+    /// The openings, the inlet first, each with the patch of the branch that ends there; none of a vessel without
+    /// branches.
+    pub openings: Vec<BranchOpening>,
 }
 
-/// A cross-section: a closed line of edges of the wall's faces.
+/// An opening where a branch ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BranchOpening {
+    /// Name of the opening.
+    pub name: String,
+    /// Patch of the wall of its branch.
+    pub patch: String,
+}
+
+/// A cross-section: a closed line of edges of the wall's faces, which zigzags where these lie in no rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CrossSection {
     /// Faces beyond it, seen from the inlet.
@@ -30,8 +41,8 @@ pub struct CrossSection {
     beside: Vec<usize>,
     /// Its edges, as the faces beyond turn.
     edges: Vec<[u32; 2]>,
-    /// Numbers of the openings beyond.
-    openings: Vec<usize>,
+    /// Names of the openings beyond; none of a vessel without branches, where all but the inlet are.
+    openings: Option<Vec<String>>,
 }
 
 /// A cross-section at the end of a step.
@@ -92,10 +103,14 @@ impl CrossSection {
             [a, b] => matches!((sides[*a], sides[*b]), (Some(a), Some(b)) if a != b),
             _ => false,
         };
-        let cut: Vec<(&[u32; 2], &Vec<usize>)> = (at_edge.iter())
+        let crossed: Vec<[u32; 2]> = (at_edge.iter())
             .filter(|(_, faces)| is_cut(faces))
+            .map(|(edge, _)| *edge)
             .collect();
-        let beside: BTreeSet<usize> = cut.iter().flat_map(|(_, faces)| (*faces).clone()).collect();
+        // A single face among irregular ones may lie on the other side than all of its neighbours.
+        let cut = largest_part(crossed);
+        let is_cut = |edge: [u32; 2]| cut.contains(&sorted(edge));
+        let beside: BTreeSet<usize> = cut.iter().flat_map(|edge| at_edge[edge].clone()).collect();
         let mut is_beyond = vec![false; wall.faces.len()];
         let mut next: Vec<usize> = (beside.iter().copied())
             .filter(|face| sides[*face] == Some(true))
@@ -105,42 +120,37 @@ impl CrossSection {
                 continue;
             }
             for edge in edges(&wall.faces[face]) {
-                let faces = &at_edge[&sorted(edge)];
-                if !is_cut(faces) {
-                    next.extend(faces.iter().filter(|other| !is_beyond[**other]));
+                if !is_cut(edge) {
+                    let faces = at_edge[&sorted(edge)].iter();
+                    next.extend(faces.filter(|other| !is_beyond[**other]));
                 }
             }
         }
         let edges: Vec<[u32; 2]> = (beside.iter())
             .filter(|face| is_beyond[**face])
             .flat_map(|face| edges(&wall.faces[*face]))
-            .filter(|edge| is_cut(&at_edge[&sorted(*edge)]))
+            .filter(|edge| is_cut(*edge))
             .collect();
         let is_apart = beside
             .iter()
             .all(|face| Some(is_beyond[*face]) == sides[*face]);
-        if !is_apart || !is_one_loop(&edges) {
+        if !is_apart || !is_closed(&edges) {
             return None;
         }
-        let of_opening = |(number, patch): (usize, &String)| {
-            let lies_beyond = match place.patch.as_ref() == Some(patch) {
+        let lies_beyond = |(number, opening): (usize, &BranchOpening)| {
+            let is_here = place.patch.as_ref() == Some(&opening.patch);
+            let first =
+                || (0..wall.faces.len()).find(|face| wall.is_of_patch(*face, &opening.patch));
+            match is_here {
                 true => number > 0,
-                false => (0..wall.faces.len())
-                    .find(|face| wall.is_of_patch(*face, patch))
-                    .is_some_and(|face| is_beyond[face]),
-            };
-            lies_beyond.then_some(number)
+                false => first().is_some_and(|face| is_beyond[face]),
+            }
         };
-        let openings = match place.patch {
-            Some(_) => place
-                .openings
-                .iter()
-                .enumerate()
-                .filter_map(of_opening)
-                .collect(),
-            // Inlet and outlet of a single vessel.
-            None => vec![1],
-        };
+        let openings = place.patch.as_ref().map(|_| {
+            let beyond = place.openings.iter().enumerate();
+            let beyond = beyond.filter(|(number, opening)| lies_beyond((*number, opening)));
+            beyond.map(|(_, opening)| opening.name.clone()).collect()
+        });
         let beyond = is_beyond
             .iter()
             .enumerate()
@@ -161,14 +171,14 @@ impl CrossSection {
     }
 }
 
-/// Cross-sections at the end of a step, with the pressure on each face (Pa) and what flows in through each opening
-/// (m³/s).
+/// Cross-sections at the end of a step, with the pressure on each face (Pa) and the openings, of which the inlet is the
+/// first.
 pub fn observe(
     sections: &[CrossSection],
     wall: &WetSurface,
     state: &WallState,
     pressure: &[f64],
-    inflows: &[f64],
+    openings: &[OpeningReport],
     earlier: &mut SweptVolumes,
     is_second_order: bool,
 ) -> Vec<CrossSectionState> {
@@ -177,11 +187,12 @@ pub fn observe(
     let volumes = sections.iter().map(volume).collect();
     let rates = earlier.rates(state.time, volumes, is_second_order);
     let observe = |(i, section): (usize, &CrossSection)| {
-        let leaves: f64 = section
-            .openings
-            .iter()
-            .map(|opening| -inflows[*opening])
-            .sum();
+        let is_beyond = |(number, opening): &(usize, &OpeningReport)| match &section.openings {
+            Some(names) => names.contains(&opening.name),
+            None => *number > 0,
+        };
+        let beyond = openings.iter().enumerate().filter(is_beyond);
+        let leaves: f64 = beyond.map(|(_, opening)| -opening.flow).sum();
         let pressures = section.beside.iter().map(|face| pressure[*face]);
         CrossSectionState {
             flow: rates.as_ref().map(|rates| leaves + rates[i]),
@@ -201,19 +212,40 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-fn is_one_loop(edges: &[[u32; 2]]) -> bool {
-    let next: BTreeMap<u32, u32> = edges.iter().map(|[a, b]| (*a, *b)).collect();
-    let Some([first, second]) = edges.first() else {
-        return false;
-    };
-    let (mut at, mut length) = (*second, 1);
-    while at != *first && length <= edges.len() {
-        let Some(following) = next.get(&at) else {
-            return false;
-        };
-        (at, length) = (*following, length + 1);
+/// The largest set of edges that are connected with each other.
+fn largest_part(edges: Vec<[u32; 2]>) -> BTreeSet<[u32; 2]> {
+    let mut at_point: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
+    for edge in &edges {
+        edge.iter()
+            .for_each(|point| at_point.entry(*point).or_default().push(*edge));
     }
-    length == edges.len()
+    let mut left: BTreeSet<[u32; 2]> = edges.into_iter().collect();
+    let mut largest = BTreeSet::new();
+    while let Some(edge) = left.pop_first() {
+        let (mut part, mut next) = (BTreeSet::from([edge]), vec![edge]);
+        while let Some(edge) = next.pop() {
+            for other in edge.iter().flat_map(|point| &at_point[point]) {
+                if left.remove(other) {
+                    part.insert(*other);
+                    next.push(*other);
+                }
+            }
+        }
+        if part.len() > largest.len() {
+            largest = part;
+        }
+    }
+    largest
+}
+
+/// Whether as many edges end at each point as begin there; the line may touch itself.
+fn is_closed(edges: &[[u32; 2]]) -> bool {
+    let mut balance: BTreeMap<u32, i32> = BTreeMap::new();
+    for [a, b] in edges {
+        *balance.entry(*a).or_default() += 1;
+        *balance.entry(*b).or_default() -= 1;
+    }
+    !edges.is_empty() && balance.values().all(|balance| *balance == 0)
 }
 
 #[cfg(test)]
@@ -229,6 +261,15 @@ mod tests {
             patch: None,
             at,
             openings: Vec::new(),
+        }
+    }
+
+    fn opening(name: &str, flow: f64) -> OpeningReport {
+        OpeningReport {
+            name: name.into(),
+            flow,
+            mean_pressure: 0.0,
+            model_pressure: None,
         }
     }
 
@@ -257,7 +298,7 @@ mod tests {
                     &wall,
                     &state,
                     &vec![7.0; wall.faces.len()],
-                    &[0.0, -5.0],
+                    &[opening("inlet", 0.0), opening("outlet", -5.0)],
                     &mut earlier,
                     is_second_order,
                 );

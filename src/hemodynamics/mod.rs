@@ -17,7 +17,7 @@ pub mod steadiness;
 pub(crate) mod summary;
 pub(crate) mod wall;
 
-pub use cross_section::{CrossSection, CrossSectionPlace, SweptVolumes};
+pub use cross_section::{BranchOpening, CrossSection, CrossSectionPlace, SweptVolumes};
 pub use monitor::{Monitor, RegionStep, WallStress};
 pub use periodicity::Agreement;
 pub use place::Place;

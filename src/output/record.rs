@@ -11,7 +11,7 @@ use super::wall_record::{WallMemory, WallRecord, WallRecordSettings};
 use super::write_atomically;
 use crate::Vec3;
 use crate::analysis;
-use crate::case::{Case, FluidTimeScheme, Windows};
+use crate::case::{Case, Windows};
 use crate::coupling::{Iteration, Step};
 use crate::fluid::{Fluid, FluidStep, OpeningReport};
 use crate::hemodynamics::cross_section::{CrossSection, CrossSectionPlace, SweptVolumes, observe};
@@ -151,18 +151,12 @@ impl Sections {
 
     /// Writes their rows for a step.
     fn add(&mut self, settings: &RecordSettings, state: &WallState, step: &Step) -> io::Result<()> {
-        let inflows: Vec<f64> = step
-            .fluid
-            .openings
-            .iter()
-            .map(|opening| opening.flow)
-            .collect();
         let found = observe(
             &self.all,
             settings.wall.monitor.wall(),
             state,
             &step.wall_pressure,
-            &inflows,
+            &step.fluid.openings,
             &mut self.swept,
             settings.is_second_order,
         );
@@ -252,7 +246,7 @@ impl RecordSettings {
             beats: Beats::of(case, files),
             sections: files.sections(),
             section_places: analysis::cross_sections(case),
-            is_second_order: case.fluid_time_scheme() == FluidTimeScheme::Bdf2,
+            is_second_order: model.is_second_order,
             rigid_volume: model.rigid_volume,
             volume: model.volume,
         }

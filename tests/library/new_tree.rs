@@ -1,6 +1,7 @@
 //! `fsi-driver new`, `preview` and `windkessel` of vessels that branch.
 
 use crate::new_case::{driver, succeeds};
+use crate::trees::{TREE, load, swc};
 use fsi_driver::case::{Case, ConditionKeys, Preset};
 use fsi_driver::geometry::tree::Tree;
 use std::path::Path;
@@ -150,6 +151,41 @@ fn a_carotid_becomes_a_case_with_pictures() {
             .len()
             > 50_000
     );
+}
+
+/// A junction of three daughters is drawn by itself, and so is one where a thin branch leaves a vessel that goes on.
+#[test]
+fn a_preview_shows_the_junctions() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let middle = "[[tree.opening]]\nname = \"middle\"\ncondition = \"resistance\"\nresistance_Pa_s_m3 = 1e9\n[wall.extrude]";
+    let text = TREE
+        .replace("\"left\", \"right\"", "\"left\", \"middle\", \"right\"")
+        .replace("core = 2", "core = 4")
+        .replace("[0.2]", "[0.1]")
+        .replace("[wall.extrude]", middle);
+    std::fs::create_dir(here.join("three")).unwrap();
+    load(&here.join("three"), &text, &swc(&[-50.0, 0.0, 50.0])).unwrap_or_else(|e| panic!("{e}"));
+    let page = |case: &str, out: &str| {
+        succeeds(here, &["preview", case, "--out", out]);
+        std::fs::read_to_string(here.join(out).join("preview.html")).unwrap()
+    };
+    let three = page("three", "a");
+    for part in [
+        "4 branches",
+        "alt=\"inlet divides into left, middle, right.\"",
+        "inlet divides into left, middle, right. Smallest scaled Jacobian: 0.3",
+    ] {
+        assert!(three.contains(part), "{part}");
+    }
+    // The vessel, and its junction.
+    assert_eq!(three.matches("data:image/png").count(), 2);
+    let side = page(&format!("{EXAMPLES}/side-branch"), "b");
+    let told = "branch begins at the side of inlet, which goes on as artery.";
+    assert!(side.contains(told), "{told}");
+    // Fifteen branches have seven junctions.
+    let many = page(&format!("{EXAMPLES}/arteries"), "c");
+    assert_eq!(many.matches(" divides into ").count(), 2 * 7);
 }
 
 /// One sentence each, exit code 2, nothing written.

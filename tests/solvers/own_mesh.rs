@@ -250,6 +250,91 @@ fn files_include_others_from_anywhere_in_the_case() {
     );
 }
 
+/// Cross-sections of the carotid, near the inlet and in the middle of each branch.
+const SECTIONS: &str = "
+[[output.section]]
+name = \"near\"
+branch = \"common\"
+at_m = 1.5e-3
+[[output.section]]
+name = \"common\"
+branch = \"common\"
+at_m = 0.02
+[[output.section]]
+name = \"internal\"
+branch = \"internal\"
+at_m = 0.02
+[[output.section]]
+name = \"external\"
+branch = \"external\"
+at_m = 0.02
+";
+
+/// Column of a table in the rows of this name.
+fn rows_of(run: &Path, table: &str, name: &str, title: &str) -> Vec<f64> {
+    let mut reader = csv::Reader::from_path(run.join(table)).unwrap();
+    let at = reader.headers().unwrap().iter().position(|n| n == title);
+    let rows = reader.records().map(Result::unwrap);
+    rows.filter(|row| &row[1] == name && !row[at.unwrap()].is_empty())
+        .map(|row| row[at.unwrap()].parse().unwrap())
+        .collect()
+}
+
+/// Cells of any shape, whose edges are in no rows: what passes cross-sections is what the openings and the wall make of
+/// it.
+fn cross_sections_balance(own: &Path, meshed: &Path) {
+    let [near, common, internal, external] = ["near", "common", "internal", "external"]
+        .map(|name| rows_of(own, "sections.csv", name, "flow_m3_s"));
+    let inlet = rows_of(own, "openings.csv", "common", "flow_m3_s");
+    let volume = column(own, "history.csv", "lumen_volume_m3");
+    for n in 0..near.len() {
+        let grows = (volume[n + 1] - volume[n]) / 0.005;
+        // Next to the clamped inlet the vessel hardly grows, in the branches a part of the whole.
+        let before = inlet[n + 1] - near[n];
+        println!("{before:e} {grows:e}");
+        assert!(
+            before.abs() < 0.03 * grows.abs() + 2e-9,
+            "{before:e} {grows:e}"
+        );
+        let between = common[n] - internal[n] - external[n];
+        assert!(
+            (0.5..0.9).contains(&(between / grows)),
+            "{between:e} {grows:e}"
+        );
+    }
+    for name in ["near", "common", "internal", "external"] {
+        let [a, b] = [own, meshed].map(|run| rows_of(run, "sections.csv", name, "area_m2")[2]);
+        println!("{name}: area {a:e} {b:e}");
+        assert!((0.97..1.03).contains(&(a / b)), "{name}: {a:e} {b:e}");
+    }
+}
+
+/// Of backward differences in the OpenFOAM case, cross-sections take the same.
+fn cross_sections_know_backward_differences(case: &Path) {
+    let schemes = case.join("fluid/system/fvSchemes");
+    edit(
+        &schemes,
+        "default         Euler",
+        "default         backward",
+    );
+    let out = case.join("backward");
+    complete(run(case, &out, &["--end-time", "0.03"]));
+    let near = rows_of(&out, "sections.csv", "near", "flow_m3_s");
+    let inlet = rows_of(&out, "openings.csv", "common", "flow_m3_s");
+    let volume = column(&out, "history.csv", "lumen_volume_m3");
+    let mut apart: f64 = 0.0;
+    // The second step has no earlier change of volume to compare with.
+    for n in 2..6 {
+        let rate = |n: usize| (volume[n] - volume[n - 1]) / 0.005;
+        apart = apart.max((rate(n) - rate(n - 1)).abs() / 2.0);
+        let before = inlet[n] - near[n - 1];
+        println!("step {n}: {before:e}");
+        assert!(before.abs() < 1e-8, "step {n}: {before:e}");
+    }
+    // Of first order, the flow would be off by so much.
+    assert!((5e-8..2e-7).contains(&apart), "{apart:e}");
+}
+
 /// The carotid in cells of snappyHexMesh, with a wall around its centre-lines, beside the same surface in the driver's
 /// own mesh; and what is refused of such a case.
 #[test]
@@ -286,6 +371,47 @@ fn a_wall_around_centre_lines_fits_cells_of_any_shape() {
         assert_eq!(output.status.code(), Some(2), "{words}: {}", text(&output));
         assert!(text(&output).contains(said), "{words}: {}", text(&output));
     }
+    let said = text(&check(&case, &["--set", "wall.extrude.thicknesses=[0.45]"]));
+    assert!(
+        said.contains("the normals of its wall are averaged 16 times"),
+        "{said}"
+    );
+    let mut preview = driver(&["preview"]);
+    preview.arg(&case).arg("--out").arg(case.join("drawn"));
+    complete(preview);
+    let page = fs::read_to_string(case.join("drawn/preview.html")).unwrap();
+    for part in [
+        "cells of your OpenFOAM case; wall of 280 elements of degree 3",
+        "common divides into internal, external.",
+        "the wet patches of the OpenFOAM mesh in red",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    // What is known of the cells of a tree says nothing of these.
+    assert!(!page.contains("Jacobian") && !page.contains("worst places"));
+    for tree in [&case, &trees.join("carotid")] {
+        let file = tree.join("case.toml");
+        let with_sections = fs::read_to_string(&file).unwrap() + SECTIONS;
+        fs::write(file, with_sections).unwrap();
+    }
+    for (words, said) in [
+        (
+            "fluid.openings=[\"common\",\"internal\"]",
+            "all ends of the tree are needed here: add \"external\"",
+        ),
+        (
+            "tree.leave_out=[\"external\"]",
+            "expected a branch with an opening, one of \"common\", \"internal\"",
+        ),
+        (
+            "output.section[0].at_m=0.05",
+            "no cross-section of the elastic wall is there: its faces lie from 0.000",
+        ),
+    ] {
+        let output = check(&case, &["--set", words]);
+        assert_eq!(output.status.code(), Some(2), "{words}: {}", text(&output));
+        assert!(text(&output).contains(said), "{words}: {}", text(&output));
+    }
     let surface = case.join("fluid/constant/triSurface/lumen.stl");
     let lumen = format!("tree.lumen=\"{}\"", surface.display());
     let tree = trees.join("carotid");
@@ -313,4 +439,6 @@ fn a_wall_around_centre_lines_fits_cells_of_any_shape() {
     for branch in ["common", "internal", "external"] {
         assert!(regions.contains(branch), "{branch}");
     }
+    cross_sections_balance(&own, &meshed);
+    cross_sections_know_backward_differences(&case);
 }

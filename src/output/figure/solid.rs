@@ -22,16 +22,33 @@ pub struct View {
 impl View {
     /// The view of a body with these points. One whose longest extent is along x has x to the right and y upwards.
     pub fn of(points: &[Vec3]) -> Self {
-        let ends = [f64::INFINITY, f64::NEG_INFINITY].map(Vec3::repeat);
-        let [low, high] = points
-            .iter()
-            .fold(ends, |[low, high], p| [low.inf(p), high.sup(p)]);
-        let (middle, extent) = (0.5 * (low + high), high - low);
-        let axes = if extent.x >= extent.y.max(extent.z) {
-            [Vec3::x(), Vec3::y(), Vec3::z()]
-        } else {
-            principal(points)
+        let [low, high] = bounds(points);
+        let extent = high - low;
+        match extent.x >= extent.y.max(extent.z) {
+            true => Self::along([Vec3::x(), Vec3::y(), Vec3::z()], points),
+            false => Self::across(points),
+        }
+    }
+
+    /// The view of a body with these points from across its two largest extents, however it lies.
+    pub fn across(points: &[Vec3]) -> Self {
+        Self::along(principal(points), points)
+    }
+
+    /// The same, upside down if that is what it takes for `direction` to point to the right.
+    #[must_use]
+    pub fn with_to_the_right(self, direction: &Vec3) -> Self {
+        let [right, up, towards] = self.axes;
+        let axes = match right.dot(direction) < 0.0 {
+            true => [-right, -up, towards],
+            false => self.axes,
         };
+        Self { axes, ..self }
+    }
+
+    fn along(axes: [Vec3; 3], points: &[Vec3]) -> Self {
+        let [low, high] = bounds(points);
+        let middle = 0.5 * (low + high);
         let reach = |axis: &Vec3| {
             let along = points.iter().map(|p| (p - middle).dot(axis).abs());
             2.0 * along.fold(0.0, f64::max)
@@ -55,6 +72,12 @@ impl View {
         let [x, y, z] = self.axes;
         (x * EYE[0] + y * EYE[1] + z * EYE[2]).normalize()
     }
+}
+
+/// Opposite corners of the box around points.
+fn bounds(points: &[Vec3]) -> [Vec3; 2] {
+    let ends = [f64::INFINITY, f64::NEG_INFINITY].map(Vec3::repeat);
+    (points.iter()).fold(ends, |[low, high], p| [low.inf(p), high.sup(p)])
 }
 
 /// Directions of the largest, second and smallest extent, right-handed.

@@ -72,7 +72,7 @@ pub fn page(run: &Results) -> io::Result<String> {
     let surface = DrawnSurface::of(run)?;
     if let Some(surface) = &surface {
         let html = format!(
-            "<p>The wet surface over the evaluated window. Drag to rotate, roll to zoom.</p>\n{}",
+            "<p>The wet surface over the evaluated window. Drag to rotate, scroll to zoom.</p>\n{}",
             scene::viewer(surface, surface.widest_frame())
         );
         page.section("view", "The wall in three dimensions", &html);

@@ -32,7 +32,7 @@ pub fn page(study: &PaperStudy) -> io::Result<String> {
         page.section("periodicity", "Periodicity", &periods);
         if let Some(surface) = DrawnSurface::of(example)? {
             let html = format!(
-                "<p>Model {name} over the evaluated window. Drag to rotate, roll to zoom.</p>\n{}{}",
+                "<p>Model {name} over the evaluated window. Drag to rotate, scroll to zoom.</p>\n{}{}",
                 scene::viewer(&surface, surface.widest_frame()),
                 gallery(&run::pictures(&surface))
             );

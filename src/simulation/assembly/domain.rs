@@ -46,6 +46,8 @@ pub struct Branches {
     pub lines: Vec<(String, SpaceCurve)>,
     /// What is known of the blood's mesh, if it is the driver's.
     pub meshed: Option<RoundLumen>,
+    /// What a user should know of its junctions and its wall, in sentences.
+    pub notes: Vec<String>,
 }
 
 /// A lumen whose wall is round, while the faces of its mesh are plane.
@@ -54,8 +56,6 @@ pub struct RoundLumen {
     pub polygons: WallPolygons,
     /// The smallest scaled Jacobian of a cell, and where that is, m.
     pub worst: (f64, Vec3),
-    /// What a user should know of its junctions, in sentences.
-    pub notes: Vec<String>,
 }
 
 /// Why there is no domain: a file that a case names cannot be used.

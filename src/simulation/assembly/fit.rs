@@ -16,7 +16,7 @@ pub struct Fit {
     pub cells: usize,
     /// The smallest scaled Jacobian of the blood's mesh in a tree, and where that is, m.
     pub worst: Option<(f64, Vec3)>,
-    /// What a user should know of the junctions of a tree, in sentences.
+    /// What a user should know of the junctions of a tree and of its wall, in sentences.
     pub notes: Vec<String>,
     /// Two opposite corners (m) of a box around the fluid's mesh.
     pub bounds: [Vec3; 2],
@@ -43,10 +43,8 @@ impl Fit {
     /// If the structure is not well posed or the meshes lie apart.
     pub fn of(case: &Case, domain: &Domain) -> Result<Self, AssemblyError> {
         let InitialState { solid, .. } = initial_state(case, domain).map_err(|none| none.error)?;
-        let round = domain
-            .branches
-            .as_ref()
-            .and_then(|branches| branches.meshed.as_ref());
+        let branches = domain.branches.as_ref();
+        let round = branches.and_then(|branches| branches.meshed.as_ref());
         let (cells, worst, interface) = match case.fluid.solver {
             Solver::Native => {
                 let fluid = NativeFluid::new(case)?;
@@ -70,7 +68,7 @@ impl Fit {
         Ok(Self {
             cells,
             worst,
-            notes: round.map_or_else(Vec::new, |round| round.notes.clone()),
+            notes: branches.map_or_else(Vec::new, |branches| branches.notes.clone()),
             bounds: domain.fluid.bounds(),
             openings: openings.into_iter().flatten().map(sized).collect(),
             faces: interface.faces.len(),

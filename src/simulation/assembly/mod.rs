@@ -20,7 +20,9 @@ use super::checkpoint::Store;
 use super::clock::Clock;
 use super::{Checkpoints, Simulation, SimulationSettings};
 use crate::Vec3;
-use crate::case::{self, BloodVessel, Case, CaseIdentity, MeshMotion, Problem, TableError};
+use crate::case::{
+    self, BloodVessel, Case, CaseIdentity, FluidTimeScheme, MeshMotion, Problem, TableError,
+};
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::acceptance::Balance;
 use crate::coupling::common_refinement::CommonRefinement;
@@ -86,6 +88,8 @@ pub struct CoupledModel {
     pub own_mesh: Option<PolyMesh>,
     /// Centre-lines of the branches of a tree, each with the patch of its wall.
     pub branch_lines: Vec<(String, SpaceCurve)>,
+    /// Whether the blood's time derivatives are of second order.
+    pub is_second_order: bool,
 }
 
 /// Why a case could not be made ready.
@@ -189,6 +193,10 @@ impl CoupledModel {
             unloading,
             coupling: join(case, &domain, fluid, solid, unloading)?,
             own_mesh: case.own().map(|_| domain.of_regions().clone()),
+            is_second_order: match case.own().filter(|_| case.has_own_openfoam()) {
+                Some(own) => own::files(case, own).is_second_order(),
+                None => case.fluid_time_scheme() == FluidTimeScheme::Bdf2,
+            },
             branch_lines: domain
                 .branches
                 .map_or_else(Vec::new, |branches| branches.lines),

@@ -2,7 +2,7 @@
 
 use super::initial_state::{InitialState, initial_state};
 use super::surrogate::stations;
-use super::{Domain, own, prepared, sampling, transfer};
+use super::{Domain, DomainError, own, prepared, sampling, transfer};
 use crate::Vec3;
 use crate::analysis;
 use crate::case::{
@@ -201,6 +201,11 @@ fn check_sections(
     let places = analysis::cross_sections(case);
     if places.is_empty() {
         return;
+    }
+    if let Some(own) = case.own().filter(|_| case.has_own_openfoam())
+        && let Err(DomainError { key, reason }) = own::flows_are_known(case, own, &domain.fluid)
+    {
+        return errors.push(case.mistake(key, reason));
     }
     let lines = domain
         .branches

@@ -89,7 +89,15 @@ pub fn assert_same_run(a: &Path, b: &Path) {
         let [x, y] = [a, b].map(|run| std::fs::read(run.join(file)).unwrap());
         assert!(x == y, "{file} differs");
     }
-    for file in ["history.csv", "iterations.csv", "regions.csv"] {
+    let has_sections = a.join("sections.csv").is_file();
+    let tables = [
+        "history.csv",
+        "iterations.csv",
+        "regions.csv",
+        "openings.csv",
+    ];
+    let sections = has_sections.then_some("sections.csv");
+    for file in tables.into_iter().chain(sections) {
         let (x, y) = (rows(&a.join(file)), rows(&b.join(file)));
         for (i, (x, y)) in x.iter().zip(&y).enumerate() {
             assert_eq!(x, y, "{file}, row {i}");

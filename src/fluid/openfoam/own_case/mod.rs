@@ -156,6 +156,15 @@ impl OwnCaseFiles<'_> {
         open.filter_map(given).collect()
     }
 
+    /// Whether its time derivatives are backward differences of second order, those of the moving mesh included.
+    pub fn is_second_order(&self) -> bool {
+        let schemes = Dictionary::read(self.folder, Path::new("system/fvSchemes"));
+        let schemes = schemes
+            .ok()
+            .and_then(|all| all.dictionary("ddtSchemes").cloned());
+        schemes.is_some_and(|schemes| schemes.word("default") == Some("backward"))
+    }
+
     /// Where it flows in or out: the patches that the user names, or all of the type `patch`, one that is called
     /// `inlet…` first.
     pub fn openings(&self, mesh: &PolyMesh) -> Vec<String> {

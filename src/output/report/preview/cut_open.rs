@@ -165,9 +165,10 @@ pub fn picture(shown: &Shown<'_>, pixels: [usize; 2]) -> std::io::Result<Vec<u8>
     let places = [0.02, 0.16].map(|share| from + share * (to - from));
     let [_, _, widest] = shown.radii(shown.surfaces - 1, from + 0.07 * (to - from));
     let overlay = legend::Overlay {
-        flow: (places.map(|s| line.frame(s).origin), widest),
+        flow: Some((places.map(|s| line.frame(s).origin), widest)),
         marked: &[],
         names: &legend::names(shown.vessel.material_names(), shown.ends != shown.elastic),
+        letters: 1.0,
     };
     legend::with_legend(&overlay, &image, pixels, &projection)
 }

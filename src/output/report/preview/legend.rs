@@ -24,11 +24,13 @@ pub enum Sign {
 /// What is drawn over a picture.
 pub struct Overlay<'a> {
     /// Where the flow begins and a bit further on (m), and the radius of the wall there.
-    pub flow: ([Vec3; 2], f64),
-    /// Places (m) that get a number each.
-    pub marked: &'a [Vec3],
+    pub flow: Option<([Vec3; 2], f64)>,
+    /// Numbers, and the places (m) that get them.
+    pub marked: &'a [(usize, Vec3)],
     /// What the colours stand for.
     pub names: &'a [(String, Sign)],
+    /// How much larger letters are than those of a picture that fills a page.
+    pub letters: f64,
 }
 
 /// The image with its legend as PNG.
@@ -39,10 +41,12 @@ pub fn with_legend(
     projection: &Projection,
 ) -> std::io::Result<Vec<u8>> {
     let (width, height) = (columns as f64 / DRAWN, rows as f64 / DRAWN);
-    let unit = width / 1000.0;
+    let unit = overlay.letters * width / 1000.0;
     let mut drawn = String::new();
-    flow(overlay.flow, projection, [width, height], unit, &mut drawn);
-    for (i, x) in overlay.marked.iter().enumerate() {
+    if let Some(beginning) = overlay.flow {
+        flow(beginning, projection, [width, height], unit, &mut drawn);
+    }
+    for (number, x) in overlay.marked {
         let [x, y] = projection.at(x).map(|x| x / DRAWN);
         let _ = writeln!(
             drawn,
@@ -51,7 +55,7 @@ pub fn with_legend(
             8.0 * unit,
             1.6 * unit,
             y + 0.36 * LETTERS * unit,
-            i + 1
+            number
         );
     }
     let left = 20.0 * unit;
@@ -174,10 +178,16 @@ fn flow(
             back[1] + sign * 0.6 * head * ux
         )
     };
+    // Next to an arrow that goes up or down, the word begins or ends there.
+    let anchor = match nx {
+        nx if nx > 0.5 => "start",
+        nx if nx < -0.5 => "end",
+        _ => "middle",
+    };
     let _ = write!(
         svg,
         "<path d=\"M{x:.1} {y:.1}L{:.1} {:.1}\" stroke=\"black\" stroke-width=\"{:.1}\"/>\n<path d=\"M{ex:.1} {ey:.1}L{}L{}Z\"/>\n\
-         <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">flow</text>\n",
+         <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">flow</text>\n",
         ex - head * ux,
         ey - head * uy,
         2.0 * unit,

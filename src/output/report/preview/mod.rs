@@ -101,7 +101,7 @@ impl Preview {
     /// # Errors
     /// If a tree has no mesh, or the picture cannot be drawn.
     pub fn of(case: &ResolvedCase, name: &str) -> Option<std::io::Result<Self>> {
-        if let Some(keys) = case.tree() {
+        if let Some(keys) = case.own().and_then(|own| own.tree.as_ref()) {
             return Some(tree::preview(case, keys, name));
         }
         let keys = case.vessel()?;
@@ -159,7 +159,7 @@ fn page(shown: &Shown<'_>, name: &str, png: &[u8], sections: &[String]) -> Strin
     );
     page.section("picture", "The wall cut open", &picture);
     let html = format!(
-        "<p>The wall with its layers, cut open. Drag to rotate, roll to zoom.</p>\n{}{}",
+        "<p>The wall with its layers, cut open. Drag to rotate, scroll to zoom.</p>\n{}{}",
         legend(shown.vessel.material_names()),
         scene::viewer(&wall(shown), 0)
     );

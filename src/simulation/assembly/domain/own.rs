@@ -72,6 +72,39 @@ pub fn all_openings_are_known(own: &OwnCase, mesh: &PolyMesh) -> bool {
     keys.openings.is_empty() || mesh.patches.iter().all(is_known)
 }
 
+/// Whether all that enters or leaves the blood passes an end of the tree that is its wall, so that the openings beyond a
+/// cross-section are known.
+///
+/// # Errors
+/// The patch that is not known, and what to do.
+pub fn flows_are_known(case: &Case, own: &OwnCase, mesh: &PolyMesh) -> Result<(), DomainError> {
+    let ends = (own.tree.as_ref()).map_or_else(Vec::new, TreeKeys::open_names);
+    let openings = files(case, own).openings(mesh);
+    let missing = ends.iter().find(|name| !openings.contains(name));
+    if let Some(name) = missing {
+        let reason = format!(
+            "the flow through a cross-section is that of the openings beyond it, so all ends of the tree are needed here: add \
+             {name:?}"
+        );
+        return Err(DomainError::new("fluid.openings", reason));
+    }
+    let is_open = |patch: &&Patch| {
+        patch.kind == "patch" && patch.size > 0 && !own.fluid.patches.contains(&patch.name)
+    };
+    let mut open = mesh.patches.iter().filter(is_open);
+    match open.find(|patch| !ends.contains(&patch.name)) {
+        Some(patch) => Err(DomainError::new(
+            "output.section[0].branch",
+            format!(
+                "the flow through a cross-section is that of the openings beyond it, and no line of the tree ends at the patch \
+                 {:?}, where the blood may leave: let one end there, or make it a wall (type wall) in the OpenFOAM case",
+                patch.name
+            ),
+        )),
+        None => Ok(()),
+    }
+}
+
 /// The patches at which a wall ends whose rim moves there: that of an extruded wall unless it is held, that of a
 /// prescribed motion where it moves. Those of a wall from a file are not known.
 pub fn moving_patches(own: &OwnCase, domain: &Domain) -> BTreeMap<String, PatchMotion> {
@@ -170,9 +203,8 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
                 .as_ref()
                 .map_or(&fluid, |branches| &branches.surface);
             let (wall, passes) = extruded(case, own, extrusion, surface)?;
-            let round = branches.as_mut().and_then(|it| it.meshed.as_mut());
-            if let (Some(round), Some(passes)) = (round, passes) {
-                round.notes.push(format!(
+            if let (Some(branches), Some(passes)) = (&mut branches, passes) {
+                branches.notes.push(format!(
                     "the normals of its wall are averaged {passes} times: with fewer, elements would be inside out where \
                      branches part (wall.extrude.smoothing)"
                 ));
@@ -206,9 +238,9 @@ fn branching(keys: &TreeKeys, is_meshed: bool) -> Result<(PolyMesh, Branches), D
     let round = RoundLumen {
         polygons: meshes.polygons,
         worst: meshes.worst,
-        notes: meshes.notes,
     };
     let branches = Branches {
+        notes: meshes.notes,
         surface: meshes.surface,
         lines: meshes.lines,
         meshed: is_meshed.then_some(round),
