@@ -80,10 +80,13 @@ impl Drawn<'_> {
         let mesh = &self.domain.solid;
         let middle = self.middle();
         let is_kept = |e: &usize| {
+            let mut corners = mesh.hexes[*e].iter().map(|i| &mesh.vertices[*i]);
+            if !corners.all(is_within) {
+                return false;
+            }
             let x = mesh.shape.position(*e, [0.0; 3]);
             let (centre, radius) = middle(&x);
-            let mut corners = mesh.hexes[*e].iter().map(|i| &mesh.vertices[*i]);
-            corners.all(is_within) && (x - centre).dot(eye) < OPEN * radius
+            (x - centre).dot(eye) < OPEN * radius
         };
         let kept: Vec<usize> = (0..mesh.hexes.len()).filter(is_kept).collect();
         // Faces that two of them share are within the wall.
