@@ -72,8 +72,8 @@ pub fn all_openings_are_known(own: &OwnCase, mesh: &PolyMesh) -> bool {
     keys.openings.is_empty() || mesh.patches.iter().all(is_known)
 }
 
-/// Whether all that enters or leaves the blood passes an end of the tree that is its wall, so that the openings beyond a
-/// cross-section are known.
+/// Whether all that enters or leaves the blood passes an end of the tree that is its wall, so that the openings beyond
+/// a cross-section are known.
 ///
 /// # Errors
 /// The patch that is not known, and what to do.
