@@ -28,7 +28,7 @@ pub fn middle_of_artery(case: &Case) -> Option<[f64; 2]> {
 /// The elastic sections of a vessel and what its case names besides, or bypass, artery and its middle. The last of
 /// these begins where the blend of the cross-sections ends, and ends as far from the outlet; there is none if the
 /// artery is too short for it. Those of a user-supplied OpenFOAM case are boxes and patches, or its whole wall; those
-/// of a tree are its branches. A flag is not a vessel and has no regions.
+/// of a tree are its branches, and what its case names besides. A flag is not a vessel and has no regions.
 pub fn regions(case: &Case) -> Vec<Region> {
     match &case.problem {
         Problem::Vessel(vessel) => of_vessel(vessel),
@@ -109,26 +109,43 @@ fn of_vessel(vessel: &BloodVessel) -> Vec<Region> {
 }
 
 fn of_own(own: &OwnCase) -> Vec<Region> {
+    let named = own.fluid.region.iter().flatten();
+    let branches: Vec<(String, String)> = match &own.tree {
+        Some(tree) => tree.branches().into_iter().zip(tree.walls()).collect(),
+        None => Vec::new(),
+    };
+    let along = |keys: &OwnRegion, branch: &String| {
+        let found = branches.iter().find(|(name, _)| name == branch);
+        RegionExtent::Branch {
+            patch: found.map_or_else(String::new, |(_, patch)| patch.clone()),
+            from_m: keys.from.unwrap_or(0.0),
+            to_m: keys.to,
+        }
+    };
     let region = |keys: &OwnRegion| Region {
         name: keys.name.clone().into(),
-        extent: match (&keys.patch, &keys.corners[..]) {
-            (None, [a, b]) => RegionExtent::Box { box_m: [*a, *b] },
-            (patch, _) => RegionExtent::Patch {
+        extent: match (&keys.branch, &keys.patch, &keys.corners[..]) {
+            (Some(branch), ..) => along(keys, branch),
+            (None, None, [a, b]) => RegionExtent::Box { box_m: [*a, *b] },
+            (None, patch, _) => RegionExtent::Patch {
                 patch: patch.clone().unwrap_or_default(),
             },
         },
     };
-    match (&own.fluid.region, &own.tree) {
-        (Some(regions), _) if !regions.is_empty() => regions.iter().map(region).collect(),
-        (_, Some(tree)) => {
-            let pairs = tree.branches().into_iter().zip(tree.walls());
-            let of_branch = |(name, patch): (String, String)| Region {
-                name: name.into(),
-                extent: RegionExtent::Patch { patch },
-            };
-            pairs.map(of_branch).collect()
-        }
-        _ => vec![Region {
+    let of_branch = |(name, patch): &(String, String)| Region {
+        name: name.clone().into(),
+        extent: RegionExtent::Patch {
+            patch: patch.clone(),
+        },
+    };
+    let regions: Vec<Region> = branches
+        .iter()
+        .map(of_branch)
+        .chain(named.map(region))
+        .collect();
+    match regions.is_empty() {
+        false => regions,
+        true => vec![Region {
             name: "wall".to_owned().into(),
             extent: RegionExtent::Whole {},
         }],

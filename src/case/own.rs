@@ -29,12 +29,16 @@ table! {
 }
 
 table! {
-    /// The faces of the wet surface in a patch, or whose middle lies in a box, and what of the wall lies there.
+    /// The faces of the wet surface in a patch, along a branch, or whose middle lies in a box, and what of the wall
+    /// lies there.
     pub struct OwnRegion {
         name: String = "name", ValueKind::Text(30), "name of the region";
         corners: Vec<[f64; 3]> = "box_m", ValueKind::Points(2), "two opposite corners of the box",
             absent "fluid.region.patch";
         patch: Option<String> = "patch", ValueKind::Text(100), "one of fluid.patches, in place of a box", absent "fluid.region.box_m";
+        branch: Option<String> = "branch", ValueKind::Text(30), "branch of a tree, in place of a box", absent "fluid.region.box_m";
+        from: Option<f64> = "from_m", from(0.0, 1e3), "arc length along fluid.region.branch where the region begins", absent "0";
+        to: Option<f64> = "to_m", above(0.0, 1e3), "arc length along fluid.region.branch where it ends", absent "the end of the branch";
     }
 }
 

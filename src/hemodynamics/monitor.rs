@@ -243,8 +243,8 @@ impl Monitor {
 
     /// The face nearest to each part of the wall, if a region asks for it.
     fn adjacent_faces(&self, stresses: &[WallStress]) -> Vec<usize> {
-        let mut regions = self.regions.iter().map(|part| &part.region.extent);
-        if !regions.any(|extent| matches!(extent, RegionExtent::Patch { .. })) {
+        let mut regions = self.regions.iter().map(|part| &part.region);
+        if !regions.any(Region::is_on_patch) {
             return Vec::new();
         }
         let nearest = |peak: &WallStress| {
@@ -269,6 +269,10 @@ impl Monitor {
             RegionExtent::Patch { patch } => {
                 nearest.is_some_and(|face| self.wall.is_of_patch(*face, patch))
             }
+            RegionExtent::Branch { patch, .. } => nearest.is_some_and(|face| {
+                let [from, to] = region.along_branch().unwrap_or_default();
+                self.wall.is_of_patch(*face, patch) && (from..=to).contains(&self.wall.along(*face))
+            }),
         }
     }
 }

@@ -67,6 +67,16 @@ pub enum RegionExtent {
         /// Two opposite corners, m.
         box_m: [[f64; 3]; 2],
     },
+    /// Between two cross-sections along a branch; read before a patch, which is a part of it.
+    Branch {
+        /// Patch of the wall of the branch.
+        patch: String,
+        /// Its beginning, m along the branch.
+        from_m: f64,
+        /// Its end, m along the branch; none where the branch ends.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        to_m: Option<f64>,
+    },
     /// In a patch of the fluid's mesh.
     Patch {
         /// Its name.
@@ -92,11 +102,31 @@ impl Region {
         }
     }
 
+    /// Its beginning and its end (m) along a branch.
+    pub fn along_branch(&self) -> Option<[f64; 2]> {
+        match self.extent {
+            RegionExtent::Branch { from_m, to_m, .. } => {
+                Some([from_m, to_m.unwrap_or(f64::INFINITY)])
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether it consists of faces on a patch.
+    pub fn is_on_patch(&self) -> bool {
+        matches!(
+            self.extent,
+            RegionExtent::Patch { .. } | RegionExtent::Branch { .. }
+        )
+    }
+
     /// Volume (m³) of the fluid within at rest: of the cells whose centres lie in the box, or of all. There is none in
-    /// a patch, and in a box without cells; between two cross-sections it follows from the wall.
+    /// a patch or along a branch, and in a box without cells; between two cross-sections it follows from the wall.
     pub fn volume_at_rest(&self, fluid: &PolyMesh) -> Option<f64> {
         match &self.extent {
-            RegionExtent::Along { .. } | RegionExtent::Patch { .. } => None,
+            RegionExtent::Along { .. }
+            | RegionExtent::Branch { .. }
+            | RegionExtent::Patch { .. } => None,
             RegionExtent::Whole {} => Some(fluid.volume()),
             RegionExtent::Box { box_m } => {
                 let cells = fluid.cell_geometry().into_iter();

@@ -222,17 +222,27 @@ impl WetSurface {
                 let middle: Vec3 = face.iter().map(|&p| self.points[p as usize]).sum();
                 f64::from(is_in_box(box_m, &(middle / face.len() as f64)))
             }
-            RegionExtent::Along { from_m, to_m } => {
-                let at = |p: &u32| self.line(number).nearest(&self.points[*p as usize]).s;
-                let xs = face.iter().map(at);
-                let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                    (low.min(x), high.max(x))
-                });
-                share([*from_m, *to_m], low, high)
+            RegionExtent::Along { from_m, to_m } => self.share_along(number, [*from_m, *to_m]),
+            RegionExtent::Branch { patch, .. } if !self.is_of_patch(number, patch) => 0.0,
+            RegionExtent::Branch { .. } => {
+                self.share_along(number, region.along_branch().unwrap_or_default())
             }
         };
         let shares = self.faces.iter().enumerate().map(share).enumerate();
         shares.filter(|(_, share)| *share > 0.0).collect()
+    }
+
+    /// Share of a face between two places (m) along its centre-line.
+    fn share_along(&self, face: usize, part: [f64; 2]) -> f64 {
+        let at = |p: &u32| self.line(face).nearest(&self.points[*p as usize]).s;
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = (self.faces[face].iter().map(at))
+            .fold(ends, |(low, high), x| (low.min(x), high.max(x)));
+        // At the closed end of a line its last point is the nearest of all.
+        match low < high {
+            true => share(part, low, high),
+            false => f64::from((part[0]..=part[1]).contains(&low)),
+        }
     }
 
     /// Arc length (m) of the centre of a face along its centre-line.
@@ -258,7 +268,7 @@ impl WetSurface {
                 .filter(|(_, x)| (*from_m..=*to_m).contains(&self.place(x).0.x_m))
                 .map(|(i, _)| i)
                 .collect(),
-            RegionExtent::Patch { .. } => {
+            RegionExtent::Patch { .. } | RegionExtent::Branch { .. } => {
                 let faces = self.shares(region).into_iter();
                 let points: BTreeSet<u32> = faces
                     .flat_map(|(face, _)| self.faces[face].clone())

@@ -13,8 +13,7 @@ use crate::geometry::PolyMesh;
 use crate::geometry::tree::Tree;
 use crate::hemodynamics::summary::{HistorySeries, WallFields};
 use crate::hemodynamics::{
-    Agreement, HemodynamicsSummary, RegionExtent, RegionStep, Steadiness, WetSurface,
-    WindowStatistics,
+    Agreement, HemodynamicsSummary, RegionStep, Steadiness, WetSurface, WindowStatistics,
 };
 use std::io;
 use std::path::Path;
@@ -348,9 +347,8 @@ pub fn read_case(files: &RunFiles) -> Result<Case, ResultsError> {
 fn placed(wall: WetSurface, case: &Case, files: &RunFiles) -> io::Result<WetSurface> {
     let wall = wall.around(centre_line(case));
     let regions = analysis::regions(case).into_iter();
-    let mut extents = regions.map(|region| region.extent);
     match case.own() {
-        Some(own) if extents.any(|extent| matches!(extent, RegionExtent::Patch { .. })) => {
+        Some(own) if regions.into_iter().any(|region| region.is_on_patch()) => {
             if let Some(tree) = &own.tree {
                 let meshes = Tree::meshes(tree).map_err(io::Error::other)?;
                 let wall = wall.on_patches(&meshes.surface, &tree.walls());

@@ -591,7 +591,7 @@ fn regions_that_are_nowhere_or_twice_are_refused() {
         ("name = \"a\"", "where is it? Write box_m"),
         (
             "name = \"a\"\npatch = \"wall\"\nbox_m = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]",
-            "either a box or a patch",
+            "a box, a patch or a part of a branch",
         ),
         (
             "name = \"a\"\npatch = \"inlet\"",

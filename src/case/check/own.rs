@@ -23,6 +23,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     }
     patches(fluid, report);
     regions(fluid, report);
+    branch_regions(own, report);
     motion(wall, report);
     if !is_elastic {
         return;
@@ -86,7 +87,7 @@ fn around_own_mesh(own: &OwnCase, tree: &TreeKeys, report: &mut Report<'_>) {
     report(
         &[&format!("fluid.region[{}].patch", of_patch.unwrap_or(0))],
         of_patch.is_some(),
-        "with [tree] each branch is a region of its own; others are boxes: write box_m".into(),
+        "with [tree] each branch is a region of its own; others are parts of branches or boxes: write branch or box_m".into(),
     );
     report(
         &["wall.mode"],
@@ -183,15 +184,26 @@ fn regions(fluid: &OwnFluid, report: &mut Report<'_>) {
             regions[..i].iter().any(|other| other.name == region.name),
             "another region has this name: choose a different one".into(),
         );
+        let kinds = [
+            !region.corners.is_empty(),
+            region.patch.is_some(),
+            region.branch.is_some(),
+        ];
+        let count = kinds.into_iter().filter(|kind| *kind).count();
+        let first = match kinds[0] {
+            true => key("box_m"),
+            false => key("patch"),
+        };
         report(
-            &[&key("box_m"), &key("patch")],
-            !region.corners.is_empty() && region.patch.is_some(),
-            "a region is either a box or a patch: leave out one of the two".into(),
+            &[&first, &key("branch")],
+            count > 1,
+            "a region is a box, a patch or a part of a branch: leave out the others".into(),
         );
         report(
             &[&key("name")],
-            region.corners.is_empty() && region.patch.is_none(),
-            "where is it? Write box_m = [[0.0, -1.0, -1.0], [0.1, 1.0, 1.0]], two opposite corners, or patch, one of fluid.patches"
+            count == 0,
+            "where is it? Write box_m = [[0.0, -1.0, -1.0], [0.1, 1.0, 1.0]], two opposite corners, or patch, one of \
+             fluid.patches, or in a tree branch with from_m and to_m"
                 .into(),
         );
         report(
@@ -207,6 +219,43 @@ fn regions(fluid: &OwnFluid, report: &mut Report<'_>) {
                 "expected one of fluid.patches, \"{}\"",
                 fluid.patches.join("\", \"")
             ),
+        );
+    }
+}
+
+/// Whether regions along branches, and their names, are known ones and new ones.
+fn branch_regions(own: &OwnCase, report: &mut Report<'_>) {
+    let branches = own.tree.as_ref().map_or_else(Vec::new, TreeKeys::branches);
+    let ends = own.tree.as_ref().map_or_else(Vec::new, TreeKeys::names);
+    for (i, region) in own.fluid.region.iter().flatten().enumerate() {
+        let key = |name: &str| format!("fluid.region[{i}].{name}");
+        report(
+            &[&key("name")],
+            branches.contains(&region.name),
+            "the branch of this name is a region already: choose another name".into(),
+        );
+        report(
+            &[&key("branch")],
+            (region.branch.as_ref()).is_some_and(|branch| !ends.contains(branch)),
+            match ends.is_empty() {
+                true => "this case has no branches: write box_m or patch".into(),
+                false => format!(
+                    "expected a branch with an end of its own, one of \"{}\"",
+                    ends.join("\", \"")
+                ),
+            },
+        );
+        for (name, length) in [("from_m", region.from), ("to_m", region.to)] {
+            report(
+                &[&key(name)],
+                region.branch.is_none() && length.is_some(),
+                "arc lengths are along a branch: write branch as well".into(),
+            );
+        }
+        report(
+            &[&key("to_m")],
+            (region.to).is_some_and(|to| to <= region.from.unwrap_or(0.0)),
+            format!("expected more than from_m, {}", region.from.unwrap_or(0.0)),
         );
     }
 }

@@ -47,6 +47,11 @@ pub const RADIUS: MapField = MapField {
     value: |f| 1e3 * f.mean_radius_m,
 };
 
+/// The colours of a map leave out the largest values beyond this share of the faces where they are so many times
+/// as large.
+const SHOWN: f64 = 0.95;
+const FAR: f64 = 4.0;
+
 /// A map of a field over a part of a run; `range`: values of the first and the last colour.
 pub fn map(run: &Results, field: MapField, title: &str, x: [f64; 2], range: [f64; 2]) -> String {
     let values: Vec<f64> = run.faces.iter().map(field.value).collect();
@@ -157,29 +162,47 @@ pub fn of_run(run: &Results, name: &str) -> Vec<String> {
     figures
 }
 
-/// Time-averaged shear and its oscillation on each branch of a tree.
+/// Where the colours of a map end: at the largest of these values, or far below single ones that are much larger.
+fn upper_end(mut values: Vec<f64>) -> (f64, bool) {
+    values.sort_by(f64::total_cmp);
+    let Some(&largest) = values.last() else {
+        return (0.0, false);
+    };
+    let most = values[((values.len() - 1) as f64 * SHOWN) as usize];
+    match largest > FAR * most {
+        true => (most, true),
+        false => (largest, false),
+    }
+}
+
+/// Time-averaged shear, its oscillation and the relative residence time on each branch of a tree.
 pub fn of_branches(run: &Results, wall: &WetSurface) -> Vec<String> {
     let mut figures = Vec::new();
     for branch in branches(run, wall) {
-        for field in [TAWSS, OSI] {
+        for field in [TAWSS, OSI, RRT] {
             let values: Vec<f64> = run.faces.iter().map(field.value).collect();
             let own = branch.faces.iter().map(|&face| values[face]);
+            let (upper, is_cut) = upper_end(own.collect());
             let svg = Map {
                 title: branch.name.clone(),
                 label: field.label.into(),
                 field: &|x, phi| branch.value(&values, x, phi),
                 x: branch.x,
                 up: Up::Angle,
-                range: [0.0, own.fold(0.0, f64::max)],
+                range: [0.0, upper],
                 palette: Palette::sequential(),
                 classes: Vec::new(),
                 marks: Vec::new(),
             }
             .to_svg();
-            let caption = format!(
-                "{} on the unrolled branch {}, along it from where it begins. The angle 0 is across the plane of its junction.",
+            let mut caption = format!(
+                "{} on the unrolled branch {}. x counts along the branch from where it begins; φ = 0° is across the plane of the \
+                 junction.",
                 field.label, branch.name
             );
+            if is_cut {
+                caption += " Colours end where 95 % of the faces are below.";
+            }
             let mut csv = format!("x_m,phi_deg,\"{}\"\n", field.label);
             for &face in &branch.faces {
                 let Place { x_m, phi_deg, .. } = branch.places[face];

@@ -10,6 +10,7 @@ mod initial_state;
 mod key_figures;
 pub(crate) mod maps;
 mod measure;
+mod openings;
 pub(crate) mod page;
 mod picture;
 mod preview;

@@ -12,6 +12,9 @@ pub struct Quantity {
     pub show: fn(&RegionSummary) -> String,
 }
 
+/// What stands for a value that there is not.
+pub const UNKNOWN: &str = "–";
+
 /// A place as people read it.
 fn place(region: &RegionSummary, at: Place) -> String {
     region.told(at).replace('-', "\u{2212}")
@@ -49,7 +52,7 @@ pub fn all() -> Vec<Quantity> {
         quantity("wall shear stress, largest in time and space / Pa", |r| {
             let peak = r.max_wall_shear_Pa;
             format!(
-                "{}<br>t = {:.3} s, {}",
+                "{}<br>t = {:.3} s<br>{}",
                 four(peak.max),
                 peak.time_s,
                 place(r, peak.at)
@@ -58,7 +61,7 @@ pub fn all() -> Vec<Quantity> {
         quantity("von Mises stress, largest in time and space / kPa", |r| {
             let peak = r.max_von_mises_Pa;
             format!(
-                "{}<br>t = {:.3} s, {}",
+                "{}<br>t = {:.3} s<br>{}",
                 four(1e-3 * peak.max),
                 peak.time_s,
                 place(r, peak.at)
@@ -71,7 +74,7 @@ pub fn all() -> Vec<Quantity> {
             let shown = |volume: Course| {
                 format!("{} to {}", four(1e6 * volume.min), four(1e6 * volume.max))
             };
-            r.lumen_volume_m3.map_or("–".into(), shown)
+            r.lumen_volume_m3.map_or(UNKNOWN.into(), shown)
         }),
     ]
 }

@@ -2,15 +2,17 @@
 
 use super::flow_field::LumenFlow;
 use super::page::{Page, chart, escape, gallery, line, panel, table, warnings};
+use super::quantities::{Quantity, UNKNOWN};
 use super::surface::DrawnSurface;
-use super::{case_table, initial_state, maps, quantities, resolution, scene};
+use super::{case_table, initial_state, maps, openings, quantities, resolution, scene};
 use crate::analysis;
 use crate::analysis::centre_line;
+use crate::case::Case;
 use crate::geometry::Vessel;
 use crate::hemodynamics::{Region, RegionExtent, RegionName};
 use crate::output::figure::{Curve, Panel, Scale};
 use crate::output::results::Results;
-use crate::output::tables::{self, HistoryRow, OpeningRow, whole_steps};
+use crate::output::tables::{HistoryRow, whole_steps};
 use crate::output::wall_history::WallHistoryReader;
 use crate::tabular::units::MMHG;
 use fsi_numerics::twelve_digits;
@@ -27,13 +29,17 @@ pub fn page(run: &Results) -> io::Result<String> {
             run.case.structure.p,
             Vessel::new(vessel).wall_elements(&vessel.structure)
         ),
-        (None, Some(summary)) if !run.case.has_elastic_wall() => {
-            format!("{} fluid cells, a rigid wall", summary.fluid_cells)
+        (None, Some(summary)) => {
+            let blood = run.case.fluid.solver.pieces();
+            let wall = match run.case.has_elastic_wall() {
+                true => format!(
+                    "structure of degree {} with {} degrees of freedom",
+                    run.case.structure.p, summary.structure_dofs
+                ),
+                false => "a rigid wall".into(),
+            };
+            format!("{} fluid {blood}, {wall}", summary.fluid_cells)
         }
-        (None, Some(summary)) => format!(
-            "{} fluid cells, structure of degree {} with {} degrees of freedom",
-            summary.fluid_cells, run.case.structure.p, summary.structure_dofs
-        ),
         (None, None) => format!("structure of degree {}", run.case.structure.p),
     };
     let lead = format!(
@@ -63,9 +69,13 @@ pub fn page(run: &Results) -> io::Result<String> {
         page.section("state", "The wall at t = 0", &html);
     }
     page.section("flow", "Flow, volume and pressure", &gallery(&flow(run)));
-    let openings = openings(run)?;
+    let openings = openings::openings(run)?;
     if !openings.is_empty() {
         page.section("openings", "Openings", &gallery(&openings));
+    }
+    let sections = openings::sections(run)?;
+    if !sections.is_empty() {
+        page.section("through", "Cross-sections", &gallery(&sections));
     }
     page.section("periodicity", "Periodicity", &gallery(&periodicity(run)));
     page.section("wall", "Wall", &gallery(&wall(run)));
@@ -143,26 +153,51 @@ fn measures(run: &Results) -> String {
                 let [x, y, z] = [0, 1, 2].map(side);
                 format!("{name}<br>x {x}, y {y}, z {z} m").replace('-', "\u{2212}")
             }
-            RegionExtent::Patch { patch } => format!("{name}<br>patch {}", escape(patch)),
+            RegionExtent::Branch {
+                patch,
+                from_m,
+                to_m,
+            } => {
+                let branch = branch_of(&run.case, patch).unwrap_or_else(|| patch.clone());
+                let end = match to_m {
+                    Some(to_m) => format!("to {:.2} mm", 1e3 * to_m),
+                    None => "on".into(),
+                };
+                format!(
+                    "{name}<br>{} from {:.2} mm {end}",
+                    escape(&branch),
+                    1e3 * from_m
+                )
+            }
+            RegionExtent::Patch { patch } => match branch_of(&run.case, patch) {
+                Some(_) => name,
+                None => format!("{name}<br>patch {}", escape(patch)),
+            },
             RegionExtent::Whole {} => name,
         }
     }));
-    let rows: Vec<Vec<String>> = quantities::all()
-        .iter()
-        .map(|quantity| {
-            let cells = regions.iter().map(|region| (quantity.show)(region));
-            std::iter::once(quantity.name.to_owned())
-                .chain(cells)
-                .collect()
-        })
-        .collect();
+    let row = |quantity: &Quantity| -> Option<Vec<String>> {
+        let cells: Vec<String> = (regions.iter())
+            .map(|region| (quantity.show)(region))
+            .collect();
+        // Branches of a tree have no volume of their own.
+        let is_known = cells.iter().any(|cell| cell != UNKNOWN);
+        is_known.then(|| [vec![quantity.name.to_owned()], cells].concat())
+    };
+    let rows: Vec<Vec<String>> = quantities::all().iter().filter_map(row).collect();
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
     table(&heads, &rows)
 }
 
+/// The branch of a tree whose wall is this patch.
+fn branch_of(case: &Case, patch: &str) -> Option<String> {
+    let tree = case.own()?.tree.as_ref()?;
+    let mut pairs = tree.walls().into_iter().zip(tree.branches());
+    let found = pairs.find(|(wall, _)| wall == patch);
+    found.map(|(_, branch)| branch)
+}
+
 const MILLILITRE: f64 = 1e-6;
-/// Colours of the openings on a page, the inlet first and then the outlets.
-const OPENINGS: [usize; 6] = [2, 1, 4, 3, 5, 6];
 
 /// Flow in and out, and their difference compared with the rate of change of the lumen volume.
 pub(super) fn flow_panel(run: &Results) -> Panel {
@@ -176,8 +211,8 @@ pub(super) fn flow_panel(run: &Results) -> Panel {
         .map(|w| (w[1].0, (w[2].1 - w[0].1) / (w[2].0 - w[0].0)))
         .collect();
     let curves = vec![
-        line("inflow", OPENINGS[0], inflow),
-        line("outflow", OPENINGS[1], outflow),
+        line("inflow", openings::COLOURS[0], inflow),
+        line("outflow", openings::COLOURS[1], outflow),
         line("inflow − outflow", 3, gap),
         Curve {
             open: true,
@@ -191,8 +226,8 @@ pub(super) fn flow_panel(run: &Results) -> Panel {
 pub(super) fn pressure_panel(run: &Results) -> Panel {
     let pressure = |value| column(run, value, MMHG);
     let curves = vec![
-        line("inlet", OPENINGS[0], pressure(|row| row.p_in_Pa)),
-        line("outlet", OPENINGS[1], pressure(|row| row.p_out_Pa)),
+        line("inlet", openings::COLOURS[0], pressure(|row| row.p_in_Pa)),
+        line("outlet", openings::COLOURS[1], pressure(|row| row.p_out_Pa)),
     ];
     panel("pressure", "time / s", "pressure / mmHg", curves)
 }
@@ -238,57 +273,6 @@ pub(crate) fn flow(run: &Results) -> Vec<String> {
     charts
 }
 
-/// Flow and pressure of openings by name, where there are more than two.
-fn openings(run: &Results) -> io::Result<Vec<String>> {
-    let path = run.files.openings();
-    if !path.is_file() {
-        return Ok(Vec::new());
-    }
-    let rows: Vec<OpeningRow> = tables::read(&path)?;
-    let mut names: Vec<&String> = Vec::new();
-    for row in &rows {
-        if !names.contains(&&row.opening) {
-            names.push(&row.opening);
-        }
-    }
-    if names.len() < 3 {
-        return Ok(Vec::new());
-    }
-    let curves = |value: fn(&OpeningRow) -> f64| -> Vec<Curve> {
-        let curve = |(number, name): (usize, &&String)| {
-            let rows = rows.iter().filter(|row| row.opening == **name);
-            line(
-                name,
-                OPENINGS[number % OPENINGS.len()],
-                rows.map(|row| (row.time_s, value(row))).collect(),
-            )
-        };
-        names.iter().enumerate().map(curve).collect()
-    };
-    Ok(vec![
-        chart(
-            "opening-flow",
-            "Flow into the domain through each opening.",
-            panel(
-                "flow into the domain",
-                "time / s",
-                "flow / (ml/s)",
-                curves(|row| 1e6 * row.flow_m3_s),
-            ),
-        ),
-        chart(
-            "opening-pressure",
-            "Mean pressure at each opening.",
-            panel(
-                "pressure",
-                "time / s",
-                "pressure / mmHg",
-                curves(|row| row.p_Pa / MMHG),
-            ),
-        ),
-    ])
-}
-
 pub(crate) fn periodicity(run: &Results) -> Vec<String> {
     let beat = (run.case.time.period / run.case.time.step).round() as usize;
     let against_previous_beat = |value: fn(&HistoryRow) -> f64| -> Vec<(f64, f64)> {
@@ -306,7 +290,7 @@ pub(crate) fn periodicity(run: &Results) -> Vec<String> {
     let curves = vec![
         line(
             "outflow",
-            OPENINGS[1],
+            openings::COLOURS[1],
             against_previous_beat(|row| row.Q_out_m3_s),
         ),
         line(

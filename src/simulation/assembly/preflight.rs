@@ -6,15 +6,15 @@ use super::{Domain, DomainError, own, prepared, sampling, transfer};
 use crate::Vec3;
 use crate::analysis;
 use crate::case::{
-    Case, CaseError, CaseErrors, ConvectionScheme, FluidMesh, FluidTimeScheme, InletEnd, Problem,
-    ResolvedCase, Solver, Start, SurrogateModel, VesselEnd,
+    Case, CaseError, CaseErrors, ConvectionScheme, FluidMesh, FluidTimeScheme, InletEnd, OwnRegion,
+    Problem, ResolvedCase, Solver, Start, SurrogateModel, VesselEnd,
 };
 use crate::coupling::transfer::{TransferError, likely_unit};
 use crate::fluid::native::NativeFluid;
 use crate::fluid::openfoam::templates::{self, TemplateError};
 use crate::fluid::openfoam::trial;
 use crate::fluid::{Fluid, FluidError, FluidInterface};
-use crate::hemodynamics::CrossSection;
+use crate::hemodynamics::{CrossSection, CrossSectionPlace, RegionExtent, WetSurface};
 use crate::pfem::Solid;
 use crate::pfem::evaluation::samples::Sampler;
 use std::borrow::Cow;
@@ -173,7 +173,7 @@ fn check_wall(
                 errors.push(blamed(case, key_of(case, &error), apart(case, &error)));
             }
             if let Some(interface) = interface {
-                check_sections(case, domain, interface, errors);
+                check_places(case, domain, interface, errors);
             }
             let probes = case
                 .output
@@ -191,21 +191,19 @@ fn check_wall(
     }
 }
 
-/// Whether the cross-sections that the case watches part its wall.
-fn check_sections(
+/// Whether the cross-sections that the case watches part its wall, and its regions along branches have a face.
+fn check_places(
     case: &ResolvedCase,
     domain: &Domain,
     interface: &FluidInterface,
     errors: &mut Vec<CaseError>,
 ) {
-    let places = analysis::cross_sections(case);
-    if places.is_empty() {
+    let sections = analysis::cross_sections(case);
+    let has_branch = |region: &OwnRegion| region.branch.is_some();
+    let regions = case.own().and_then(|own| own.fluid.region.as_deref());
+    let regions = regions.unwrap_or_default();
+    if sections.is_empty() && !regions.iter().any(has_branch) {
         return;
-    }
-    if let Some(own) = case.own().filter(|_| case.has_own_openfoam())
-        && let Err(DomainError { key, reason }) = own::flows_are_known(case, own, &domain.fluid)
-    {
-        return errors.push(case.mistake(key, reason));
     }
     let lines = domain
         .branches
@@ -214,19 +212,55 @@ fn check_sections(
     let mesh = case.own().map(|_| domain.of_regions());
     let (points, faces) = (&interface.points, &interface.faces);
     let wall = analysis::wet_surface(case, points, faces, mesh, lines);
+    check_sections(case, domain, &wall, &sections, errors);
+    for region in analysis::regions(case) {
+        let RegionExtent::Branch { patch, .. } = &region.extent else {
+            continue;
+        };
+        if wall.shares(&region).is_empty()
+            && let Some(i) = regions
+                .iter()
+                .position(|keys| keys.name == region.name.as_str())
+        {
+            let [first, last] = limits(&wall, Some(patch));
+            let reason = format!(
+                "the region has no face of the wall: those of the branch lie from {first:.4} to {last:.4} m"
+            );
+            errors.push(case.mistake(&format!("fluid.region[{i}].branch"), reason));
+        }
+    }
+}
+
+/// From where to where (m) along its line the faces of a branch lie, or those of the whole wall.
+fn limits(wall: &WetSurface, patch: Option<&String>) -> [f64; 2] {
+    let is_on = |face: &usize| patch.is_none_or(|patch| wall.is_of_patch(*face, patch));
+    let along = (0..wall.faces.len())
+        .filter(is_on)
+        .map(|face| wall.along(face));
+    along.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| {
+        [a.min(s), b.max(s)]
+    })
+}
+
+fn check_sections(
+    case: &ResolvedCase,
+    domain: &Domain,
+    wall: &WetSurface,
+    places: &[CrossSectionPlace],
+    errors: &mut Vec<CaseError>,
+) {
+    if let Some(own) = case
+        .own()
+        .filter(|_| case.has_own_openfoam() && !places.is_empty())
+        && let Err(DomainError { key, reason }) = own::flows_are_known(case, own, &domain.fluid)
+    {
+        return errors.push(case.mistake(key, reason));
+    }
     for (i, place) in places.iter().enumerate() {
-        if CrossSection::new(&wall, place).is_some() {
+        if CrossSection::new(wall, place).is_some() {
             continue;
         }
-        let on_place = |face: &usize| {
-            (place.patch.as_ref()).is_none_or(|patch| wall.is_of_patch(*face, patch))
-        };
-        let along = (0..wall.faces.len())
-            .filter(on_place)
-            .map(|face| wall.along(face));
-        let (first, last) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| {
-            (a.min(s), b.max(s))
-        });
+        let [first, last] = limits(wall, place.patch.as_ref());
         let reason = format!(
             "no cross-section of the elastic wall is there: its faces lie from {first:.4} to {last:.4} m; expected a place \
              between, not within a junction"

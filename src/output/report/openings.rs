@@ -1,0 +1,94 @@
+//! Flow and pressure of openings, and of the cross-sections that a case watches.
+
+use super::page::{chart, line, panel};
+use crate::output::figure::Curve;
+use crate::output::results::Results;
+use crate::output::tables::{self, OpeningRow, SectionRow};
+use crate::tabular::units::MMHG;
+use std::io;
+
+/// Colours of the openings on a page, the inlet first and then the outlets.
+pub const COLOURS: [usize; 6] = [2, 1, 4, 3, 5, 6];
+
+/// A curve for each name among the rows, in the order in which they come; `point` is none where a row has no value.
+fn curves<Row>(
+    rows: &[Row],
+    name: fn(&Row) -> &str,
+    point: fn(&Row) -> Option<(f64, f64)>,
+) -> Vec<Curve> {
+    let mut names: Vec<&str> = Vec::new();
+    for row in rows {
+        if !names.contains(&name(row)) {
+            names.push(name(row));
+        }
+    }
+    let curve = |(number, known): (usize, &&str)| {
+        let own = rows.iter().filter(|row| name(row) == *known);
+        let points = own.filter_map(point).collect();
+        line(known, COLOURS[number % COLOURS.len()], points)
+    };
+    names.iter().enumerate().map(curve).collect()
+}
+
+/// Flow and pressure of openings by name, where there are more than two.
+///
+/// # Errors
+/// If the table cannot be read.
+pub fn openings(run: &Results) -> io::Result<Vec<String>> {
+    let path = run.files.openings();
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let rows: Vec<OpeningRow> = tables::read(&path)?;
+    let of = |point| curves(&rows, |row: &OpeningRow| row.opening.as_str(), point);
+    let flows = of(|row| Some((row.time_s, 1e6 * row.flow_m3_s)));
+    if flows.len() < 3 {
+        return Ok(Vec::new());
+    }
+    let pressures = of(|row| Some((row.time_s, row.p_Pa / MMHG)));
+    Ok(vec![
+        chart(
+            "opening-flow",
+            "Flow into the domain through each opening.",
+            panel("flow into the domain", "time / s", "flow / (ml/s)", flows),
+        ),
+        chart(
+            "opening-pressure",
+            "Mean pressure at each opening.",
+            panel("pressure", "time / s", "pressure / mmHg", pressures),
+        ),
+    ])
+}
+
+/// Flow, pressure and area of the cross-sections that the case watches, if there are any.
+///
+/// # Errors
+/// If the table cannot be read.
+pub fn sections(run: &Results) -> io::Result<Vec<String>> {
+    let path = run.files.sections();
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let rows: Vec<SectionRow> = tables::read(&path)?;
+    let of = |point| curves(&rows, |row: &SectionRow| row.section.as_str(), point);
+    let flows = of(|row| Some((row.time_s, 1e6 * row.flow_m3_s?)));
+    let pressures = of(|row| Some((row.time_s, row.p_Pa / MMHG)));
+    let areas = of(|row| Some((row.time_s, 1e6 * row.area_m2)));
+    Ok(vec![
+        chart(
+            "section-flow",
+            "Flow through each cross-section, away from the inlet.",
+            panel("flow", "time / s", "flow / (ml/s)", flows),
+        ),
+        chart(
+            "section-pressure",
+            "Mean pressure on the wall at each cross-section.",
+            panel("pressure", "time / s", "pressure / mmHg", pressures),
+        ),
+        chart(
+            "section-area",
+            "Area of each cross-section.",
+            panel("area", "time / s", "area / mm\u{b2}", areas),
+        ),
+    ])
+}
