@@ -5,6 +5,7 @@
 #include "fsiAdapter.H"
 #include "fsiCompatibility.H"
 #include "fsiMeasure.H"
+#include "fsiTimeScheme.H"
 #include "fsiMotionFvMesh.H"
 #include "addToRunTimeSelectionTable.H"
 #include "directionMixedFvPatchFields.H"
@@ -163,6 +164,7 @@ bool Foam::functionObjects::fsiAdapter::execute()
 {
     if (session_.writeRequested())
     {
+        fsi::writeFirstOldFields(mesh_);
         time_.writeNow();
     }
     session_.report
