@@ -1,10 +1,17 @@
 //! `fsi-driver new DIR`: a commented case for a vessel of one's own.
 
 use super::{Failure, quantity};
-use crate::case::{FlowUnit, LengthUnit, Preset};
+use crate::Vec3;
+use crate::case::{Case, FlowUnit, LengthUnit, Preset};
 use crate::output::terminal;
 use crate::proposal::{Like, Proposal, ProposalError, ProposalInput};
+use crate::simulation::assembly::Domain;
 use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+const CASE_FILE: &str = "case.toml";
+/// Those that have meshes of their own.
+const PRESETS: [Preset; 3] = [Preset::Demo, Preset::Coarse, Preset::Paper];
 
 /// What the case is made from.
 #[derive(Debug, clap::Args)]
@@ -127,11 +134,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     arguments.check_numbers()?;
-    let proposal = Proposal::new(&arguments.input()).map_err(|reason| match reason {
+    let mut proposal = Proposal::new(&arguments.input()).map_err(|reason| match reason {
         ProposalError::Io(error) => Failure::Run(error.to_string()),
         other => Failure::Input(other.to_string()),
     })?;
-    write(folder, &proposal).map_err(|e| Failure::Run(format!("cannot write {shown}: {e}")))?;
+    let failed = |e: std::io::Error| Failure::Run(format!("cannot write {shown}: {e}"));
+    let written = written(folder, &proposal).map_err(failed)?;
+    try_wall(written.path(), &mut proposal)?;
+    put(written, folder).map_err(failed)?;
     let (remarks, preset) = (proposal.remarks.join("\n"), arguments.preset);
     Ok(terminal::print(format_args!(
         "{}\n{remarks}\n\n\
@@ -191,8 +201,8 @@ impl Arguments {
     }
 }
 
-/// The folder under another name until it is whole.
-fn write(folder: &Path, proposal: &Proposal) -> std::io::Result<()> {
+/// The folder under another name, until it is whole.
+fn written(folder: &Path, proposal: &Proposal) -> std::io::Result<TempDir> {
     let parent = folder
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
@@ -204,9 +214,56 @@ fn write(folder: &Path, proposal: &Proposal) -> std::io::Result<()> {
     for (name, path) in &proposal.files {
         std::fs::copy(path, whole.path().join(name))?;
     }
-    std::fs::write(whole.path().join("case.toml"), &proposal.text)?;
+    std::fs::write(whole.path().join(CASE_FILE), &proposal.text)?;
+    Ok(whole)
+}
+
+/// The folder under its name.
+fn put(whole: TempDir, folder: &Path) -> std::io::Result<()> {
     let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o755);
     std::fs::set_permissions(whole.path(), permissions)?;
     let _ = std::fs::remove_dir(folder);
     std::fs::rename(whole.keep(), folder)
+}
+
+/// Makes the wall of a vessel that branches so thin that no element is inside out in any preset, unless its thickness
+/// is given.
+fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
+    let mut thinner = None;
+    for preset in PRESETS {
+        while let Some(x) = inside_out(folder, preset)? {
+            let Some(share) = proposal.make_thinner() else {
+                let advice = match thinner {
+                    Some(share) => format!(
+                        "even one of {share} of the radius; smoother lines (--smoothing), or fewer of the branches that part there \
+                         (--leave-out), help"
+                    ),
+                    None => "a smaller --thickness, or none, helps (0.05 to 0.2 of the radius are tried then)".into(),
+                };
+                return Err(Failure::Input(format!(
+                    "the wall would be inside out near ({:.4e}, {:.4e}, {:.4e}) m with --preset {preset}, where branches part: {advice}",
+                    x.x, x.y, x.z
+                )));
+            };
+            thinner = Some(share);
+            std::fs::write(folder.join(CASE_FILE), &proposal.text)
+                .map_err(|e| Failure::Run(format!("cannot write {CASE_FILE}: {e}")))?;
+        }
+    }
+    if let Some(share) = thinner {
+        proposal.remarks.push(format!(
+            "wall      {share} of the radius thick: with more, elements would be inside out where branches part"
+        ));
+    }
+    Ok(())
+}
+
+/// Where the wall of the case of a vessel that branches is inside out, m.
+fn inside_out(folder: &Path, preset: Preset) -> Result<Option<Vec3>, Failure> {
+    let case = Case::load(folder, preset, &[]).map_err(|e| Failure::Input(e.to_string()))?;
+    if case.tree().is_none() {
+        return Ok(None);
+    }
+    let domain = Domain::new(&case).map_err(|e| Failure::Input(e.to_string()))?;
+    Ok(domain.wall_inside_out(&case))
 }

@@ -128,8 +128,11 @@ fn moved(path: &Path, unit: LengthUnit, smoothing: f64) -> Option<[f64; 2]> {
 
 /// What a refusal says of it, if it helps.
 pub(super) fn advice(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends) -> String {
+    if input.leaves_impossible_out {
+        return String::new();
+    }
     match of(input, path, unit, ends) {
-        Ok(found) if !input.leaves_impossible_out && !found.ends.is_empty() => {
+        Ok(found) if !found.ends.is_empty() => {
             let names = found
                 .ends
                 .iter()

@@ -227,6 +227,16 @@ impl Proposal {
     }
 }
 
+impl Proposal {
+    /// Of a vessel that branches, the same case with the next thinner wall, whose share of the radius is returned; none
+    /// if its thickness was given, or there is no thinner one.
+    pub fn make_thinner(&mut self) -> Option<f64> {
+        let (text, share) = tree::thinner(&self.text)?;
+        self.text = text;
+        Some(share)
+    }
+}
+
 /// The case; where its line bends too sharply for the wall, with bends that are rounded off as little as it takes.
 fn loaded(
     folder: &Path,

@@ -44,3 +44,19 @@ fn what_a_vessel_is_like_makes_a_case() {
         .contains("--from x.csv: No such file")
     );
 }
+
+/// As long as there is a thinner one; a given thickness stays.
+#[test]
+fn walls_of_trees_become_thinner_step_by_step() {
+    let mut text = format!("a\n{}\nb", tree::thickness_line(0.2));
+    let mut shares = Vec::new();
+    while let Some((thinner, share)) = tree::thinner(&text) {
+        assert!(
+            thinner.contains(&format!("thicknesses = [{share}] # of")),
+            "{thinner}"
+        );
+        (text, shares) = (thinner, [&shares[..], &[share]].concat());
+    }
+    assert_eq!(shares, [0.15, 0.1, 0.07, 0.05]);
+    assert!(tree::thinner("thicknesses_m = [7e-4] # or thicknesses").is_none());
+}

@@ -16,8 +16,9 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Thickness of the wall, as a share of the radius: with a thicker one elements at an apex are inside out.
-const THICKNESS: f64 = 0.2;
+/// Thicknesses of the wall, as shares of the radius: the first one with which no element is inside out where branches
+/// part.
+const THICKNESSES: [f64; 5] = [0.2, 0.15, 0.1, 0.07, 0.05];
 /// Pressure under which the vessel has the shape of the files, mmHg.
 const LOADED: f64 = 80.0;
 /// The largest step, s: each costs several iterations.
@@ -325,7 +326,7 @@ fn text(
     );
     openings(input, ends, &quoted, pulse, figures, &mut text);
     let thickness = match input.thickness {
-        None => format!("thicknesses = [{THICKNESS}] # of the radius; or thicknesses_m, in metres"),
+        None => thickness_line(THICKNESSES[0]),
         Some(thickness) => {
             format!("thicknesses_m = [{thickness:e}] # or thicknesses, as shares of the radius")
         }
@@ -360,6 +361,22 @@ fn text(
         50.0 * step
     );
     text
+}
+
+pub(super) fn thickness_line(share: f64) -> String {
+    format!("thicknesses = [{share}] # of the radius; or thicknesses_m, in metres")
+}
+
+/// The text of a tree with the next thinner wall, and that one's share of the radius; none if its thickness was given,
+/// or there is no thinner one.
+pub(super) fn thinner(text: &str) -> Option<(String, f64)> {
+    let mut pairs = THICKNESSES.windows(2);
+    let is_this = |pair: &&[f64]| text.contains(&thickness_line(pair[0]));
+    let &[this, next] = pairs.find(is_this)? else {
+        return None;
+    };
+    let text = text.replace(&thickness_line(this), &thickness_line(next));
+    Some((text, next))
 }
 
 /// Pressure of the shape of the files, Pa.

@@ -372,3 +372,31 @@ fn a_thick_wall_is_built_where_branches_part() {
         "{reason}"
     );
 }
+
+/// `new` tries the wall: what `check` would refuse is not written.
+#[test]
+fn a_wall_that_would_be_inside_out_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    copied(here, "carotid/lines.vtp");
+    let thick = [
+        "new",
+        "c",
+        "--from",
+        "lines.vtp",
+        "--unit",
+        "mm",
+        "--thickness",
+        "15mm",
+    ];
+    let output = driver(here, &thick);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(
+        error.contains("the wall would be inside out near (")
+            && error.contains("a smaller --thickness, or none, helps"),
+        "{error}"
+    );
+    let left = std::fs::read_dir(here).unwrap().count();
+    assert_eq!(left, 1, "only the file of the lines");
+}

@@ -31,7 +31,7 @@ fn trunk() -> Vec<(Vec3, f64)> {
     onward(&[(Vec3::new(-20.0, 0.0, 0.0), 3.0)], 0.0, 20.0, 3.0)
 }
 
-/// The smallest scaled Jacobian in cells and between the nodes of elements.
+/// The smallest scaled Jacobian in cells and at the nodes of elements.
 fn both(lumen: &Lumen) -> Result<[f64; 2], TreeError> {
     let nodes = fsi_numerics::quadrature::Rule::gauss_lobatto(5).points;
     let of = |grid, along| {
@@ -45,14 +45,14 @@ fn both(lumen: &Lumen) -> Result<[f64; 2], TreeError> {
     ])
 }
 
-/// Three and four daughters in a plane: 0.31 to 0.48 and 0.12 to 0.34.
+/// Three and four daughters in a plane: 0.32 to 0.48 and 0.10 to 0.34.
 #[test]
 fn several_daughters_share_a_junction() {
     for (count, apart, least) in [
         (3, 40.0, 0.3),
-        (3, 60.0, 0.4),
+        (3, 60.0, 0.38),
         (4, 50.0, 0.1),
-        (4, 60.0, 0.2),
+        (4, 60.0, 0.18),
     ] {
         for ratio in [0.6, 0.8] {
             let angle = |i: i32| apart * (f64::from(i) - 0.5 * f64::from(count - 1));
@@ -64,7 +64,7 @@ fn several_daughters_share_a_junction() {
     }
 }
 
-/// Two bifurcations, so many radii of the branch between them apart: 0.21 to 0.50, or where they are.
+/// Two bifurcations, so many radii of the branch between them apart: 0.052 and 0.22 to 0.50, or where they are.
 #[test]
 fn junctions_may_follow_each_other() {
     for distance in [0.5, 2.0, 2.5, 3.0, 4.0] {
@@ -79,7 +79,7 @@ fn junctions_may_follow_each_other() {
             println!("{distance} radii, {side}: {found:?}");
             match found {
                 Ok(found) => {
-                    let least = if distance < 3.0 { 0.2 } else { 0.48 };
+                    let least = if distance < 3.0 { 0.05 } else { 0.45 };
                     assert!(distance > 2.1 && found.iter().all(|q| (least..0.52).contains(q)));
                 }
                 Err(error) => assert!(
@@ -131,7 +131,7 @@ fn side(angle: f64, ratio: f64) -> Lumen {
     ])
 }
 
-/// A branch that leaves forwards or backwards: at least 0.16, or the angle that was found and those that are allowed.
+/// A branch that leaves forwards or backwards: at least 0.088, or the angle that was found and those that are allowed.
 #[test]
 fn branches_may_leave_at_many_angles() {
     for (angle, ratio) in [
@@ -146,7 +146,7 @@ fn branches_may_leave_at_many_angles() {
         let found = both(&side(angle, ratio)).unwrap_or_else(|e| panic!("{angle}: {e}"));
         println!("{angle}° {ratio}: {found:?}");
         assert!(
-            found.iter().all(|q| (0.14..0.4).contains(q)),
+            found.iter().all(|q| (0.08..0.4).contains(q)),
             "{angle} {ratio}: {found:?}"
         );
     }
@@ -159,4 +159,35 @@ fn branches_may_leave_at_many_angles() {
         assert!(said.contains(shown), "{said}");
         assert!(said.contains("thin ones at 25° to 150°"), "{said}");
     }
+}
+
+/// Thin branches that leave forwards: their elements are at least 0.12. The parent's line goes straight on, while that
+/// of the branch bends towards it where they part. Cross-sections along the mean of the two would be tilted next to
+/// those along the parent's own line, and elements inside out (-0.96 to -0.78).
+#[test]
+fn elements_are_whole_beside_branches_that_leave_forwards() {
+    for (angle, ratio, least) in [(25.0, 0.5, 0.11), (30.0, 0.5, 0.12), (40.0, 0.5, 0.25)] {
+        let [_, elements] = both(&side(angle, ratio)).unwrap_or_else(|e| panic!("{angle}: {e}"));
+        println!("{angle}° {ratio}: {elements}");
+        assert!((least..0.4).contains(&elements), "{angle}: {elements}");
+    }
+}
+
+/// The centre of a junction is chosen by the elements' Jacobians at their nodes (0.37), not by the hexahedra between
+/// these (0.24; in a cerebral artery traced from images -0.02).
+#[test]
+fn junctions_are_chosen_by_the_jacobian_at_the_nodes() {
+    let branch = |angle: f64, r: f64| {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let trunk = (-20..=0).map(|x| (Vec3::new(f64::from(x), 0.0, 0.0), 3.0));
+        let more = (1..=16).map(|s| {
+            let s = f64::from(s);
+            let share = (s / 3.0).min(1.0);
+            (Vec3::new(cos, sin, 0.0) * s, 3.0 + (r - 3.0) * share)
+        });
+        trunk.chain(more).collect::<Vec<_>>()
+    };
+    let [_, elements] =
+        both(&lumen(vec![branch(0.0, 2.1), branch(-60.0, 1.5)])).unwrap_or_else(|e| panic!("{e}"));
+    assert!((0.35..0.39).contains(&elements), "{elements}");
 }

@@ -10,9 +10,9 @@ use std::collections::HashMap;
 const TOLERANCE: f64 = 1e-10;
 
 impl WetQuads {
-    /// The directions, of length 1, from the rims at the patches `from` to those at the patches `to`; none if the wall
-    /// has no rim at some of either.
-    pub fn axes(&self, from: &[String], to: &[String], normals: &[Vec3]) -> Option<Vec<Vec3>> {
+    /// The potential at each point, 0 on the rims at the patches `from` and 1 on those at the patches `to`; none if the
+    /// wall has no rim at some of either.
+    pub fn potential_between(&self, from: &[String], to: &[String]) -> Option<Vec<f64>> {
         let mut fixed = vec![None; self.quads.points.len()];
         for (value, patches) in [(0.0, from), (1.0, to)] {
             let mut is_there = false;
@@ -26,8 +26,7 @@ impl WetQuads {
                 return None;
             }
         }
-        let potential = self.potential(&fixed);
-        Some(self.gradients(&potential, normals))
+        Some(self.potential(&fixed))
     }
 
     /// Solves Laplace's equation with the `fixed` values. Fluxes run along edges, each through half of the width of the
@@ -88,8 +87,9 @@ impl WetQuads {
         potential
     }
 
-    /// Directions of the gradient of a field on the surface, by least squares over the faces around each point.
-    fn gradients(&self, field: &[f64], normals: &[Vec3]) -> Vec<Vec3> {
+    /// Directions of the gradient of a field on the surface, of length 1, by least squares over the faces around each
+    /// point.
+    pub fn gradients(&self, field: &[f64], normals: &[Vec3]) -> Vec<Vec3> {
         let points = &self.quads.points;
         let mut around: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
         for face in &self.quads.faces {

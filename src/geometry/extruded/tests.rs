@@ -133,12 +133,14 @@ fn the_axes_of_a_tube_run_along_it() {
     let surface = tube(24, 12);
     let normals = surface.normals(0);
     let [left, right] = ["left", "right"].map(|name| vec![name.to_owned()]);
-    for axis in surface.axes(&left, &right, &normals).unwrap() {
+    let potential = surface.potential_between(&left, &right).unwrap();
+    let axes = surface.gradients(&potential, &normals);
+    for axis in &axes {
         assert!((axis - Vec3::z()).norm() < 1e-8, "{axis:?}");
     }
-    assert_eq!(surface.axes(&left, &["top".to_owned()], &normals), None);
+    assert_eq!(surface.potential_between(&left, &["top".to_owned()]), None);
     let grown = Growth {
-        axes: surface.axes(&left, &right, &normals),
+        axes: Some(axes),
         ..growth(&surface, Some(3))
     };
     let mesh = surface.wall(&grown).unwrap();

@@ -117,7 +117,11 @@ impl<'a> Division<'a> {
         let junction = self.meeting(&axis, &parting, &fork);
         match junction {
             Ok(junction) => Ok(Parted {
-                axis,
+                // The cross-sections around a side branch are those of the line that goes straight on.
+                axis: match &junction {
+                    Meeting::Fan(_) => axis,
+                    Meeting::Side(side) => self.path(&fork, side.parent.line),
+                },
                 fork,
                 junction,
             }),
@@ -139,18 +143,20 @@ impl<'a> Division<'a> {
         {
             return known;
         }
-        let all = &self.slicer.lumen.lines;
-        let path = |line: usize| {
-            let class: Vec<&CentreLine> = fork.class(line).iter().map(|i| &all[*i]).collect();
-            match class[..] {
-                [only] => only.clone(),
-                _ => CentreLine::mean(&class, f64::INFINITY),
-            }
-        };
-        let found = Meeting::new(&self.slicer, axis, parting, path);
+        let found = Meeting::new(&self.slicer, axis, parting, |line| self.path(fork, line));
         match &mut self.choice {
             Some(choice) => choice.remember(found, &self.slicer, axis, parting),
             None => found,
+        }
+    }
+
+    /// The mean of the lines that part with this one.
+    fn path(&self, fork: &Fork, line: usize) -> CentreLine {
+        let all = &self.slicer.lumen.lines;
+        let class: Vec<&CentreLine> = fork.class(line).iter().map(|i| &all[*i]).collect();
+        match class[..] {
+            [only] => only.clone(),
+            _ => CentreLine::mean(&class, f64::INFINITY),
         }
     }
 }

@@ -64,10 +64,13 @@ impl Meeting {
         let of_fan = match is_thin && lumen.lines[pair[1]].is_closed {
             true => None,
             false => {
-                let usual = usual(lumen);
-                let fan = Junction::new(&usual, trunk, parting);
-                let quality = fan.and_then(|fan| fan.quality(&usual, trunk));
-                Some(quality.unwrap_or(-1.0))
+                let quality = |slicer: Slicer| {
+                    let fan = Junction::new(&slicer, trunk, parting);
+                    let quality = fan.and_then(|fan| fan.quality(&slicer, trunk));
+                    quality.unwrap_or(-1.0)
+                };
+                let all = usual(lumen).map(quality);
+                Some(all[0].min(all[1]))
             }
         };
         let enough = if is_thin { FAN } else { LEAST };
@@ -108,20 +111,12 @@ impl Meeting {
         let begin = s - AROUND * r;
         let parent = parent.part(begin, exit + AROUND * r);
         let thin = thin.part(begin, exit + AROUND * thin.radius(exit));
-        let nodes = fsi_numerics::quadrature::Rule::gauss_lobatto(5).points;
+        let beside = Lumen::new(
+            vec![parent.clone(), thin.clone()],
+            lumen.surface.as_ref().map(Arc::clone),
+        );
         let mut worst = f64::INFINITY;
-        for (grid, along) in [
-            (usual(lumen).grid, USUAL_LENGTH),
-            (SectionGrid::of_elements(2, 2, 1.5, &nodes), 1.0),
-        ] {
-            let slicer = Slicer {
-                lumen: Lumen::new(
-                    vec![parent.clone(), thin.clone()],
-                    lumen.surface.as_ref().map(Arc::clone),
-                ),
-                grid,
-                along,
-            };
+        for slicer in usual(&beside) {
             let side = Side::new(&slicer, &parent, 0, 1)?;
             let branch = |line: usize, axis: &CentreLine, from, to| Branch {
                 lines: vec![line],
@@ -173,16 +168,19 @@ impl Meeting {
     }
 }
 
-/// Length of a usual cell, in radii.
-const USUAL_LENGTH: f64 = 0.4;
-
-/// Usual cells.
-fn usual(lumen: &Lumen) -> Slicer {
-    Slicer {
+/// Usual cells, and usual elements.
+fn usual(lumen: &Lumen) -> [Slicer; 2] {
+    let nodes = fsi_numerics::quadrature::Rule::gauss_lobatto(5).points;
+    let slicer = |(grid, along)| Slicer {
         lumen: lumen.clone(),
-        grid: SectionGrid::of_cells(6, 5, 3.0),
-        along: USUAL_LENGTH,
-    }
+        grid,
+        along,
+    };
+    [
+        (SectionGrid::of_cells(6, 5, 3.0), 0.4),
+        (SectionGrid::of_elements(2, 2, 1.5, &nodes), 1.0),
+    ]
+    .map(slicer)
 }
 
 /// What is wrong where lines part, with the angles and radii there.

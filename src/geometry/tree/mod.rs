@@ -26,7 +26,7 @@ pub use carried::Carried;
 pub use described::{TreeMeshes, TreeMistake};
 pub use error::TreeError;
 pub use lumen::Lumen;
-pub use section::{CrossSection, SectionGrid, scaled_jacobian};
+pub use section::{CrossSection, SectionGrid};
 pub use side::Hole;
 
 use super::PolyMesh;
@@ -127,7 +127,7 @@ impl Tree {
         &self.stacks
     }
 
-    /// Scaled Jacobian and middle (m) of each cell, or of what lies between neighbouring nodes of the elements.
+    /// The smallest scaled Jacobian at a corner of each cell, or at a node of each element, and where that is, m.
     pub fn qualities(&self) -> Vec<(f64, Vec3)> {
         let all = self.qualities_by_stack().into_iter();
         all.map(|(_, quality, x)| (quality, x)).collect()
@@ -140,27 +140,12 @@ impl Tree {
             _ => 1.0,
         };
         let (points, numbers) = self.points(growth);
-        let blocks = self.blocks(&numbers);
-        let cells = blocks
-            .iter()
-            .flat_map(|block| self.cells(block).map(|corners| (block.stack, corners)));
-        cells
-            .map(|(stack, corners)| (stack, corners.map(|i| points[i])))
-            .map(|(stack, corners)| {
-                let middle = corners.iter().sum::<Vec3>() / 8.0;
-                (stack, scaled_jacobian(corners), middle)
-            })
-            .collect()
-    }
-
-    /// Points of the cell that a block is, or of what lies between the neighbouring nodes of an element.
-    fn cells<'a>(&self, block: &'a Block) -> impl Iterator<Item = [usize; 8]> + use<'a> {
-        let n = self.grid().degree() + 1;
-        let all = (0..n * n * n).map(move |k| [k % n, k / n % n, k / n / n]);
-        let lower = all.filter(move |ijk| ijk.iter().all(|i| i + 1 < n));
-        lower.map(move |[i, j, k]| {
-            CORNERS.map(|[x, y, z]| block.points[((k + z) * n + j + y) * n + i + x])
-        })
+        let quality = |block: &Block| {
+            let at: Vec<Vec3> = block.points.iter().map(|i| points[*i]).collect();
+            let (quality, x) = self.grid().quality(&at);
+            (block.stack, quality, x)
+        };
+        self.blocks(&numbers).iter().map(quality).collect()
     }
 
     /// That nothing is inside out.
@@ -168,15 +153,12 @@ impl Tree {
     /// # Errors
     /// Where, and why, if something is.
     pub fn validate(&self) -> Result<(), TreeError> {
-        let (points, numbers) = self.points(1.0);
-        for block in self.blocks(&numbers) {
-            for corners in self.cells(&block) {
-                if scaled_jacobian(corners.map(|i| points[i])) <= 0.0 {
-                    return Err(self.inside_out(block.stack, &points[corners[0]]));
-                }
-            }
+        let all = self.qualities_by_stack().into_iter();
+        let worst = all.min_by(|a, b| a.1.total_cmp(&b.1));
+        match worst {
+            Some((stack, quality, x)) if quality <= 0.0 => Err(self.inside_out(stack, &x)),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// The mesh of cells: patches of the openings, first that where the lines begin, then where each ends; and of the
@@ -204,8 +186,10 @@ impl Tree {
         let mut hexes: Vec<[usize; 8]> = Vec::new();
         for block in self.blocks(&numbers) {
             let hex = CORNERS.map(|[x, y, z]| block.points[4 * z + 2 * y + x]);
-            if scaled_jacobian(hex.map(|i| points[i])) <= 0.0 {
-                return Err(self.inside_out(block.stack, &points[hex[0]]));
+            let at: Vec<Vec3> = block.points.iter().map(|i| points[*i]).collect();
+            let (quality, x) = self.grid().quality(&at);
+            if quality <= 0.0 {
+                return Err(self.inside_out(block.stack, &x));
             }
             for (axis, upper, outside) in block.sides {
                 let (patch, face) = match (outside, axis, upper) {

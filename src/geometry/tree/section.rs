@@ -6,7 +6,7 @@
 
 use crate::Vec3;
 use crate::geometry::o_grid::{BULGE, CORNER, growth_of_polygon, ring_point, rings};
-use fsi_numerics::subdivided;
+use fsi_numerics::{lagrange, subdivided};
 use nalgebra::Rotation3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
@@ -57,6 +57,8 @@ pub struct SectionGrid {
     pub rings: Vec<f64>,
     /// Where the nodes of an element lie in [-1, 1]; those of a cell are its ends.
     nodes: Vec<f64>,
+    /// Derivatives of the nodal functions at each node.
+    slopes: Vec<Vec<f64>>,
     /// The number of elements along a branch is a multiple of this.
     group: usize,
 }
@@ -90,6 +92,10 @@ impl SectionGrid {
             half_side: subdivided(core / 2, nodes),
             rings: points,
             nodes: nodes.to_vec(),
+            slopes: nodes
+                .iter()
+                .map(|x| lagrange::derivatives(nodes, *x))
+                .collect(),
             group: 1,
         }
     }
@@ -202,6 +208,28 @@ impl SectionGrid {
         core.chain(rings).collect()
     }
 
+    /// The smallest scaled Jacobian at a node of an element (the triple product of unit vectors along its axes), and
+    /// where that is (m); of a cell, at its corners. The nodes' positions (m) are given fastest along ξ.
+    pub fn quality(&self, x: &[Vec3]) -> (f64, Vec3) {
+        let n = self.nodes.len();
+        let at = |k: usize| {
+            let place = [k % n, k / n % n, k / n / n];
+            let [a, b, c]: [Vec3; 3] = std::array::from_fn(|axis| {
+                let stride = n.pow(axis as u32);
+                let first = k - place[axis] * stride;
+                let slopes = self.slopes[place[axis]].iter().enumerate();
+                let sum: Vec3 = slopes
+                    .map(|(j, slope)| x[first + j * stride] * *slope)
+                    .sum();
+                sum.normalize()
+            });
+            (a.cross(&b).dot(&c), x[k])
+        };
+        let all = (0..x.len()).map(at);
+        let worst = all.min_by(|a, b| a.0.total_cmp(&b.0));
+        worst.unwrap_or((f64::INFINITY, Vec3::zeros()))
+    }
+
     /// See [`growth_of_polygon`].
     pub fn growth_of_polygon(&self) -> f64 {
         growth_of_polygon(self.around())
@@ -263,53 +291,24 @@ impl SectionGrid {
     }
 }
 
-/// The smallest scaled Jacobian of the hexahedra between consecutive cross-sections.
+/// The smallest scaled Jacobian of the cells or elements between consecutive cross-sections.
 pub fn worst_between(grid: &SectionGrid, sections: &[CrossSection]) -> f64 {
-    let all = qualities(grid, sections).into_iter();
-    all.map(|(jacobian, _)| jacobian)
-        .fold(f64::INFINITY, f64::min)
-}
-
-/// Scaled Jacobian and middle (m) of each hexahedron between consecutive cross-sections.
-pub fn qualities(grid: &SectionGrid, sections: &[CrossSection]) -> Vec<(f64, Vec3)> {
-    let quads = grid.quads();
-    let growth = if grid.degree() == 1 {
-        grid.growth_of_polygon()
-    } else {
-        1.0
+    let quads = grid.elements();
+    let growth = match grid.degree() {
+        1 => grid.growth_of_polygon(),
+        _ => 1.0,
     };
     let points: Vec<Vec<Vec3>> = sections
         .iter()
         .map(|section| grid.positions(section, growth))
         .collect();
-    let pairs = points.windows(2);
-    let hexes = pairs.flat_map(|pair| {
-        quads.iter().map(|[a, b, c, d]| {
-            let (low, high) = (&pair[0], &pair[1]);
-            let corners = [
-                low[*a], low[*b], low[*c], low[*d], high[*a], high[*b], high[*c], high[*d],
-            ];
-            (scaled_jacobian(corners), corners.iter().sum::<Vec3>() / 8.0)
+    let layers = (0..sections.len() - 1).step_by(grid.degree());
+    let all = layers.flat_map(|first| {
+        let rows = &points[first..=first + grid.degree()];
+        quads.iter().map(move |quad| {
+            let at = rows.iter().flat_map(|row| quad.iter().map(|&i| row[i]));
+            grid.quality(&at.collect::<Vec<Vec3>>()).0
         })
     });
-    hexes.collect()
-}
-
-/// The smallest of the triple products of the unit edges at the corners of a hexahedron.
-pub fn scaled_jacobian(corners: [Vec3; 8]) -> f64 {
-    const EDGES: [[usize; 4]; 8] = [
-        [0, 1, 3, 4],
-        [1, 2, 0, 5],
-        [2, 3, 1, 6],
-        [3, 0, 2, 7],
-        [4, 7, 5, 0],
-        [5, 4, 6, 1],
-        [6, 5, 7, 2],
-        [7, 6, 4, 3],
-    ];
-    let at = |[o, a, b, c]: [usize; 4]| {
-        let [a, b, c] = [a, b, c].map(|i| (corners[i] - corners[o]).normalize());
-        a.cross(&b).dot(&c)
-    };
-    EDGES.map(at).into_iter().fold(f64::INFINITY, f64::min)
+    all.fold(f64::INFINITY, f64::min)
 }

@@ -345,14 +345,17 @@ fn extruded(
     extrusion: &Extrusion,
     fluid: &PolyMesh,
 ) -> Result<(HexMesh, Option<usize>), DomainError> {
-    let with = |passes| extruded_with(case, own, extrusion, fluid, passes);
+    let surface = WetQuads::new(fluid, &own.wall_patches());
+    let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
+    let along = potential(case, own, extrusion, fluid, &surface)?;
+    let with = |passes| extruded_with(own, extrusion, &surface, along.as_deref(), passes);
     let [usual, more @ ..] = SMOOTHING_OF_TREES;
     if let (None, Some(_)) = (extrusion.smoothing, &own.tree) {
         let first = with(usual)?;
-        if is_inside_out(&first, &case.structure) {
+        if inside_out(&first, &case.structure).is_some() {
             for passes in more {
                 let wall = with(passes)?;
-                if !is_inside_out(&wall, &case.structure) {
+                if inside_out(&wall, &case.structure).is_none() {
                     return Ok((wall, Some(passes)));
                 }
             }
@@ -363,9 +366,9 @@ fn extruded(
     Ok((with(extrusion.smoothing.unwrap_or(0))?, None))
 }
 
-/// Whether an element is, where the solver integrates or its results are drawn: at no other points, so that no wall
-/// that can be computed is refused.
-fn is_inside_out(wall: &HexMesh, settings: &StructureSettings) -> bool {
+/// Where an element is (m), at a point where the solver integrates or its results are drawn: at no others, so that no
+/// wall that can be computed is refused.
+fn inside_out(wall: &HexMesh, settings: &StructureSettings) -> Option<Vec3> {
     let p = settings.p;
     let mapping = Mapping::new(wall, MappingKind::Blended(settings.p_geometry.unwrap_or(p)));
     let integrated = Rule::gauss_legendre(settings.quadrature_points.unwrap_or(p + 1)).points;
@@ -373,25 +376,34 @@ fn is_inside_out(wall: &HexMesh, settings: &StructureSettings) -> bool {
     let drawn: Vec<f64> = (0..=steps)
         .map(|i| 2.0 * i as f64 / steps as f64 - 1.0)
         .collect();
-    (0..wall.hexes.len()).any(|element| {
-        [&integrated, &drawn].into_iter().any(|axis| {
+    (0..wall.hexes.len()).find_map(|element| {
+        [&integrated, &drawn].into_iter().find_map(|axis| {
             let points = mapping.at_lattice(element, [axis; 3]);
-            points.iter().any(|x| x.jacobian.determinant() <= 0.0)
+            let inverted = points.iter().find(|x| x.jacobian.determinant() <= 0.0);
+            inverted.map(|x| x.position)
         })
     })
 }
 
+impl Domain {
+    /// Where an element of the extruded wall of a case is inside out (m), if one is.
+    pub fn wall_inside_out(&self, case: &Case) -> Option<Vec3> {
+        let is_extruded = (case.own()).is_some_and(|own| own.wall.is_extruded());
+        (is_extruded && case.has_elastic_wall())
+            .then(|| inside_out(&self.solid, &case.structure))
+            .flatten()
+    }
+}
+
 fn extruded_with(
-    case: &Case,
     own: &OwnCase,
     extrusion: &Extrusion,
-    fluid: &PolyMesh,
+    surface: &WetQuads,
+    along: Option<&[f64]>,
     passes: usize,
 ) -> Result<HexMesh, DomainError> {
     let wall = &own.wall;
     let patches = own.wall_patches();
-    let surface = WetQuads::new(fluid, &patches);
-    let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
     let normals = surface.normals(passes);
     let points = &surface.quads.points;
     let factors = match &extrusion.factors {
@@ -437,22 +449,21 @@ fn extruded_with(
         regions: (layers.iter())
             .map(|layers| layers.materials.iter().map(region).collect())
             .collect(),
-        axes: axes(case, own, extrusion, fluid, &surface, &normals)?,
+        axes: along.map(|potential| surface.gradients(potential, &normals)),
         normals,
     };
     let mesh = surface.wall(&growth);
     mesh.map_err(|e| DomainError::new("wall.extrude.faces_per_element", e))
 }
 
-/// Directions along the vessel, as the case asks for them.
-fn axes(
+/// A potential that grows along the vessel, where fibres count from its direction.
+fn potential(
     case: &Case,
     own: &OwnCase,
     extrusion: &Extrusion,
     fluid: &PolyMesh,
     surface: &WetQuads,
-    normals: &[Vec3],
-) -> Result<Option<Vec<Vec3>>, DomainError> {
+) -> Result<Option<Vec<f64>>, DomainError> {
     if extrusion.axis == Some(FibreAxis::Mesh) {
         return Ok(None);
     }
@@ -463,8 +474,8 @@ fn axes(
     let Some((first, others)) = openings.split_first() else {
         return Ok(None);
     };
-    let axes = surface.axes(std::slice::from_ref(first), others, normals);
-    match (axes, extrusion.axis) {
+    let found = surface.potential_between(std::slice::from_ref(first), others);
+    match (found, extrusion.axis) {
         (None, Some(FibreAxis::Flow)) => Err(DomainError {
             key: "wall.extrude.axis",
             reason: format!(
@@ -472,7 +483,7 @@ fn axes(
                  fluid.openings, the inlet first"
             ),
         }),
-        (axes, _) => Ok(axes),
+        (found, _) => Ok(found),
     }
 }
 
