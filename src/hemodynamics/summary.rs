@@ -354,7 +354,8 @@ impl RegionSummary {
                 format!("x = {:.1} mm, φ = {:.0}°", 1e3 * at.x_m, at.phi_deg)
             }
             (_, Some(at)) => {
-                let [x, y, z] = at.map(|x| 1e3 * x);
+                // Of what is rounded to zero the sign says nothing.
+                let [x, y, z] = at.map(|x| (1e4 * x).round() / 10.0 + 0.0);
                 format!("({x:.1}, {y:.1}, {z:.1}) mm")
             }
         }

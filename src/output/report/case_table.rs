@@ -165,10 +165,11 @@ fn meshes(run: &Results, rows: &mut Rows) {
         .summary
         .as_ref()
         .map_or(run.case.fluid_cells(), |summary| summary.fluid_cells);
-    rows.push((
-        "fluid".into(),
-        format!("{cells} cells or elements, solver {solver}"),
-    ));
+    let size = match cells {
+        0 => String::new(), // of a run that goes on, not known yet
+        cells => format!("{cells} {}, ", solver.pieces()),
+    };
+    rows.push(("fluid".into(), format!("{size}solver {solver}")));
     if let Some(summary) = run.summary.as_ref().filter(|_| run.case.has_elastic_wall()) {
         let p = run.case.structure.p;
         rows.push((
