@@ -169,6 +169,9 @@ fn corners(space: &SpectralElements) -> (Vec<u32>, usize) {
     (of_element.collect(), unknowns.len())
 }
 
+/// Sums over rows that are smaller than this, relative to the diagonal, are taken for zero.
+const ROUNDING: f64 = 1e-9;
+
 /// A sparse Cholesky factor, of one thread so that it does not depend on their number.
 struct SparseFactor {
     structure: SymbolicCholesky<usize>,
@@ -176,7 +179,25 @@ struct SparseFactor {
 }
 
 impl SparseFactor {
+    /// Of the matrix with these rows of its lower triangle, whose null space, if it has one, are the constants.
     fn new(rows: &[TriangleRow]) -> Result<Self, NotPositive> {
+        let mut sums = vec![0.0; rows.len()];
+        for (i, row) in rows.iter().enumerate() {
+            for &(j, value) in row {
+                sums[i] += value;
+                if j as usize != i {
+                    sums[j as usize] += value;
+                }
+            }
+        }
+        let of_rows = sums.iter().zip(rows);
+        let is_zero = |(sum, row): (&f64, &TriangleRow)| {
+            row.last()
+                .is_none_or(|(_, diagonal)| sum.abs() < ROUNDING * diagonal)
+        };
+        if of_rows.into_iter().all(is_zero) {
+            return Err(NotPositive);
+        }
         let entries: Vec<Triplet<usize, usize, f64>> = (rows.iter().enumerate())
             .flat_map(|(i, row)| {
                 row.iter()

@@ -345,3 +345,20 @@ fn iterations_do_not_grow_with_the_mesh() {
         }
     }
 }
+
+/// Where the velocity is prescribed all around, the pressure is known up to a constant alone.
+#[test]
+fn a_closed_box_is_refused() {
+    let settings = settings(1.0, 1e-2, TimeScheme::ImplicitEuler);
+    let cube = Box3::new([2; 3], 4, settings, breathing, &Uniform);
+    let space = SpectralElements::new(cube.flow.space().space.clone()).unwrap();
+    let (all, positions) = (space.space.faces_of(|_| true), cube.positions(0.0));
+    let mut flow = Flow::new(space, settings, &all, Vec::new(), Vec::new(), &positions).unwrap();
+    let boundary = BoundaryConditions {
+        velocity: cube.state.velocity[0].clone(),
+        ..BoundaryConditions::default()
+    };
+    let found = flow.solve(&cube.state, 0.1, positions, &boundary, None);
+    let told = found.unwrap_err().to_string();
+    assert!(told.contains("is there no outlet?"), "{told}");
+}
