@@ -109,7 +109,7 @@ impl Case {
         let cells = Some(self.fluid_cells()).filter(|&cells| cells > 0)? as f64;
         Some(match (&self.problem, self.fluid.solver) {
             (Problem::Vessel(vessel), Solver::Native) => {
-                3.7e-4 * cells * (vessel.fluid.native.degree as f64 / 4.0).powi(4)
+                2.9e-4 * cells * (vessel.fluid.native.degree as f64 / 4.0).powi(4)
             }
             _ => 7.7e-6 * cells / self.fluid.ranks as f64,
         })
