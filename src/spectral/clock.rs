@@ -7,14 +7,14 @@ use std::time::Instant;
 pub enum SolverPart {
     /// The nodes' places, the metric, and all of the equations that depends on them.
     Geometry,
-    /// The inverse of the pressure's Schur complement, when it is made again.
+    /// The Schur complement and its factor, when they are made again.
     Factorization,
     /// Products with the equations' matrix.
     Products,
     /// Divergence and gradient in the preconditioner.
     Preconditioner,
-    /// Use of the inverse of the pressure's Schur complement.
-    Pressure,
+    /// Substitutions with the Schur complement's factor.
+    Substitution,
     /// The rest of the iteration: scalar products and sums.
     Orthogonalization,
     /// Loads on the wall.
@@ -27,7 +27,7 @@ impl SolverPart {
         (Self::Factorization, "factorization"),
         (Self::Products, "products"),
         (Self::Preconditioner, "preconditioner"),
-        (Self::Pressure, "pressure"),
+        (Self::Substitution, "substitution"),
         (Self::Orthogonalization, "orthogonalization"),
         (Self::Loads, "loads"),
     ];

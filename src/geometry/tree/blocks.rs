@@ -23,6 +23,8 @@ pub enum Outside {
 pub struct Block {
     /// The stack that it is in.
     pub stack: usize,
+    /// Its place along that.
+    pub layer: usize,
     /// Numbers of its points, or nodes, fastest along its first direction, which points outward in the rings; the third
     /// one is that of the flow.
     pub points: Vec<usize>,
@@ -296,10 +298,11 @@ impl Tree {
             let plugged = self.plugged(stack).saturating_sub(1) / degree;
             let last = (rows.len() - 1) / degree - 1;
             let in_rings = grid.rings.len() / degree;
+            let first = if bottom.is_some() { in_rings } else { 0 };
             // From the parent's core up to that of the plug.
             if let Some(cap) = bottom {
                 for k in (0..in_rings).rev() {
-                    self.cap_blocks(cap, (k, false), number, &mut all);
+                    self.cap_blocks(cap, (k, false), (number, in_rings - 1 - k), &mut all);
                 }
             }
             for layer in 0..=last {
@@ -329,6 +332,7 @@ impl Tree {
                     }
                     all.push(Block {
                         stack: number,
+                        layer: first + layer,
                         points: points.collect(),
                         sides,
                     });
@@ -337,7 +341,7 @@ impl Tree {
             if let Some(cap) = top {
                 for k in 0..in_rings {
                     let from = all.len();
-                    self.cap_blocks(cap, (k, true), number, &mut all);
+                    self.cap_blocks(cap, (k, true), (number, first + last + 1 + k), &mut all);
                     if k + 1 == in_rings {
                         for block in &mut all[from..] {
                             block.sides.push((0, true, Outside::Wall(stack.wall)));
@@ -354,7 +358,7 @@ impl Tree {
         &self,
         cap: &[usize],
         (k, is_top): (usize, bool),
-        stack: usize,
+        (stack, layer): (usize, usize),
         all: &mut Vec<Block>,
     ) {
         let grid = self.grid();
@@ -373,6 +377,7 @@ impl Tree {
             });
             all.push(Block {
                 stack,
+                layer,
                 points: points.collect(),
                 sides: Vec::new(),
             });
