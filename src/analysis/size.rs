@@ -109,7 +109,7 @@ impl Case {
         let cells = Some(self.fluid_cells()).filter(|&cells| cells > 0)? as f64;
         Some(match (&self.problem, self.fluid.solver) {
             (Problem::Vessel(vessel), Solver::Native) => {
-                3.7e-4 * cells * (vessel.fluid.native.degree as f64 / 4.0).powi(4)
+                2.9e-4 * cells * (vessel.fluid.native.degree as f64 / 4.0).powi(4)
             }
             _ => 7.7e-6 * cells / self.fluid.ranks as f64,
         })
@@ -178,8 +178,8 @@ impl Case {
     }
 
     /// Memory that a run takes, bytes, within a quarter for the presets: 98 MB for each `pimpleFoam` and 2.1 kB a cell,
-    /// or 150 kB an element of the driver's own solver and 130 bytes for each pair of a node of the pressure and one of
-    /// the velocity in it; 10 MB for the driver and [`wall_memory`]. All factors measured.
+    /// or for the driver's own solver 200 MB, 100 kB an element and 36 bytes for each pair of a node of the pressure
+    /// and one of the velocity in it; 10 MB for the driver and [`wall_memory`]. All factors measured.
     pub fn memory(&self) -> f64 {
         self.memory_of().into_iter().map(|(bytes, _)| bytes).sum()
     }
@@ -198,7 +198,7 @@ impl Case {
         )];
         match (self.native_degree(), self.fluid.solver) {
             (Some(degree), Solver::Native) => parts.push((
-                cells as f64 * (150e3 + 130.0 * node_pairs(degree) as f64),
+                200e6 + cells as f64 * (100e3 + 36.0 * node_pairs(degree) as f64),
                 "fewer elements or a lower degree (fluid.native.*, or tree.native.*)",
             )),
             _ => parts.extend([

@@ -7,14 +7,14 @@ use std::time::Instant;
 pub enum SolverPart {
     /// The nodes' places, the metric, and all of the equations that depends on them.
     Geometry,
-    /// The Schur complement and its factor, when they are made again.
+    /// The inverse of the pressure's Schur complement, when it is made again.
     Factorization,
     /// Products with the equations' matrix.
     Products,
     /// Divergence and gradient in the preconditioner.
     Preconditioner,
-    /// Substitutions with the Schur complement's factor.
-    Substitution,
+    /// Use of the inverse of the pressure's Schur complement.
+    Pressure,
     /// The rest of the iteration: scalar products and sums.
     Orthogonalization,
     /// Loads on the wall.
@@ -27,7 +27,7 @@ impl SolverPart {
         (Self::Factorization, "factorization"),
         (Self::Products, "products"),
         (Self::Preconditioner, "preconditioner"),
-        (Self::Substitution, "substitution"),
+        (Self::Pressure, "pressure"),
         (Self::Orthogonalization, "orthogonalization"),
         (Self::Loads, "loads"),
     ];

@@ -9,9 +9,10 @@ mod step;
 use super::FlowError;
 use super::clock::{Clock, SolverPart};
 use super::gmres::Workspace;
+use super::local::Local;
 use super::metric::Metric;
 use super::open_inflow::OpenEnd;
-use super::oseen::{Local, Oseen};
+use super::oseen::Oseen;
 use super::patience::Patience;
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
@@ -384,9 +385,14 @@ impl Flow {
     /// Volumes (m³) that the surroundings of a face's Gauss points sweep on straight ways, by Simpson's rule, which is
     /// exact.
     fn swept(&self, face: Face, from: &[f64], to: &[f64]) -> Vec<f64> {
-        let middle: Vec<f64> = from.iter().zip(to).map(|(a, b)| 0.5 * (a + b)).collect();
+        let space = &self.space;
+        let nodes = space.face_nodes(face);
+        let [from, to] =
+            [from, to].map(|field| nodes.iter().map(|&i| space.vector(field, i)).collect());
+        let (from, to): (Vec<Vec3>, Vec<Vec3>) = (from, to);
+        let middle: Vec<Vec3> = from.iter().zip(&to).map(|(a, b)| 0.5 * (a + b)).collect();
         let [first, half, last] =
-            [from, &middle, to].map(|positions| self.space.face_points(face, positions));
+            [from, middle, to].map(|places| space.points_between(nodes.clone(), &places));
         (0..first.areas.len())
             .map(|q| {
                 let area = (first.areas[q] + 4.0 * half.areas[q] + last.areas[q]) / 6.0;

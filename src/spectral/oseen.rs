@@ -2,12 +2,12 @@
 
 use super::FlowError;
 use super::clock::{Clock, SolverPart};
-use super::contraction::LANES;
 use super::gmres::{self, Outcome, System, Workspace};
 use super::kernel::{AtGauss, Viscosity};
+use super::local::{Local, sizes};
 use super::metric::Metric;
 use super::patience::Patience;
-use super::pressure::SchurComplement;
+use super::pressure::{SchurComplement, SchurProduct};
 use super::rheology::ViscosityField;
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
@@ -54,28 +54,6 @@ pub struct Terms {
     pub resistances: Vec<f64>,
     /// Right-hand sides.
     pub rhs: Vec<f64>,
-}
-
-/// Results of the elements before they are summed.
-#[derive(Debug, Default)]
-pub struct Local {
-    momentum: Vec<f64>,
-    continuity: Vec<f64>,
-    vector: Vec<f64>,
-    pressure: Vec<f64>,
-}
-
-impl Local {
-    /// Memory for the elements of a space.
-    pub fn new(space: &SpectralElements) -> Self {
-        let groups = space.groups() * LANES;
-        Self {
-            momentum: vec![0.0; groups * 3 * space.node_count()],
-            continuity: vec![0.0; groups * space.pressure_count()],
-            vector: vec![0.0; 3 * space.space.nodes],
-            pressure: vec![0.0; space.space.pressures],
-        }
-    }
 }
 
 impl Oseen<'_> {
@@ -160,12 +138,7 @@ impl Oseen<'_> {
     /// The left-hand sides, those of fixed nodes too.
     fn full_product(&mut self, x: &[f64], out: &mut [f64]) {
         let space = self.space;
-        let [n3, m3, p3] = [
-            space.node_count(),
-            space.gauss_count(),
-            space.pressure_count(),
-        ]
-        .map(|count| count * LANES);
+        let [n3, m3, p3] = sizes(space);
         let velocities = 3 * space.space.nodes;
         let (u, p) = x.split_at(velocities);
         let metric = self.metric;
@@ -229,51 +202,28 @@ impl Oseen<'_> {
     fn precondition(&mut self, r: &mut [f64]) {
         let (begin, then) = (Instant::now(), *self.clock);
         let space = self.space;
-        let [n3, m3, p3] = [
-            space.node_count(),
-            space.gauss_count(),
-            space.pressure_count(),
-        ]
-        .map(|count| count * LANES);
         let (u, p) = r.split_at_mut(3 * space.space.nodes);
         for u in u.chunks_exact_mut(self.fixed.len()) {
             u.iter_mut()
                 .zip(&self.inverse_diagonal)
                 .for_each(|(u, d)| *u *= d);
         }
-        let Local {
-            momentum,
-            continuity,
-            vector,
-            pressure,
-        } = &mut *self.local;
         let g = &self.metric.cofactors;
-        continuity.par_chunks_mut(p3).enumerate().for_each_init(
-            || (space.kernel.scratch(), vec![0.0; 3 * n3]),
-            |(scratch, u_local), (e, continuity)| {
-                space.gather_group(e, u, u_local);
-                let g = &g[9 * m3 * e..9 * m3 * (e + 1)];
-                space
-                    .kernel
-                    .minus_divergence(g, u_local, continuity, scratch);
-            },
-        );
-        space.sum_pressures(continuity, pressure);
-        for (p, d) in p.iter_mut().zip(pressure) {
-            *p = (*d - *p) * self.scale;
+        self.local.minus_divergence(space, g, u);
+        for (p, d) in p.iter_mut().zip(&self.local.pressure) {
+            *p = *d - *p;
         }
-        let substitution = Instant::now();
-        self.schur.solve(p);
-        self.clock.add(SolverPart::Substitution, substitution);
-        momentum.par_chunks_mut(3 * n3).enumerate().for_each_init(
-            || (space.kernel.scratch(), vec![0.0; p3]),
-            |(scratch, p_local), (e, momentum)| {
-                space.gather_pressures(e, p, p_local);
-                let g = &g[9 * m3 * e..9 * m3 * (e + 1)];
-                space.kernel.minus_gradient(g, p_local, momentum, scratch);
-            },
-        );
-        space.sum_vectors(momentum, vector);
+        let inverse = Instant::now();
+        let now = SchurProduct {
+            space,
+            cofactors: g,
+            inverse_diagonal: &self.inverse_diagonal,
+            local: self.local,
+        };
+        self.schur.solve(p, self.scale, now);
+        self.clock.add(SolverPart::Pressure, inverse);
+        self.local.minus_gradient(space, g, p);
+        let vector = &self.local.vector;
         for (c, u) in u.chunks_exact_mut(self.fixed.len()).enumerate() {
             let vector = &vector[c * self.fixed.len()..];
             for ((u, v), d) in u.iter_mut().zip(vector).zip(&self.inverse_diagonal) {

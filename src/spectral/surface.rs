@@ -33,9 +33,14 @@ impl SpectralElements {
     pub fn face_points(&self, face: Face, positions: &[f64]) -> FacePoints {
         let nodes = self.face_nodes(face);
         let x: Vec<Vec3> = nodes.iter().map(|&i| self.vector(positions, i)).collect();
+        self.points_between(nodes, &x)
+    }
+
+    /// The Gauss points of a face whose `nodes` lie at `x` (m).
+    pub fn points_between(&self, nodes: Vec<usize>, x: &[Vec3]) -> FacePoints {
         let (m, basis) = (self.basis.gauss.len(), &self.basis);
         let values = &basis.to_gauss;
-        let at_gauss = face_values(values, values, &x);
+        let at_gauss = face_values(values, values, x);
         // Tangents: derivatives of the interpolated values
         let weights = &basis.gauss.weights;
         let tangent = |q: usize, axis: usize| -> Vec3 {

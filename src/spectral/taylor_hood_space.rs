@@ -3,7 +3,6 @@
 //! The local coordinates ξ, η and ζ of an element are in this order right-handed; local indices run fastest along ξ. In
 //! a sweep ξ and η lie in the plane, and elements, faces of the mantle and nodes are numbered layer by layer.
 
-use super::block_cholesky::Chains;
 use std::collections::HashMap;
 
 /// A side of an element, by the local coordinate that is constant there.
@@ -87,8 +86,6 @@ pub struct Hexahedra {
     pub corners: Vec<[usize; 8]>,
     /// Faces of the boundary.
     pub faces: Vec<Face>,
-    /// The chain that each belongs to, and its place along it from 0 on: see [`Chains`].
-    pub layers: Vec<(usize, usize)>,
 }
 
 /// Continuous piecewise polynomials on a mesh: velocity and geometry of degree `N`, pressure of degree `N - 1`.
@@ -116,8 +113,6 @@ pub struct TaylorHoodSpace {
     pub pressure_places: Vec<u32>,
     /// Faces of the boundary.
     pub faces: Vec<Face>,
-    /// How the pressure's unknowns follow each other.
-    pub pressure_chains: Chains,
 }
 
 impl TaylorHoodSpace {
@@ -127,7 +122,6 @@ impl TaylorHoodSpace {
         let quads = velocity.quads.len();
         let of_element = swept(velocity, degree, layers);
         let pressures_of_element = swept(pressure, degree - 1, layers);
-        let pressures = pressure.nodes * (layers * (degree - 1) + 1);
         let mut faces = Vec::new();
         for layer in 0..layers {
             for &(quad, side, patch) in &velocity.edges {
@@ -150,8 +144,7 @@ impl TaylorHoodSpace {
                 });
             }
         }
-        let chains = Chains::single(pressures / pressure.nodes, pressure.nodes);
-        Self::new(degree, [of_element, pressures_of_element], faces, chains)
+        Self::new(degree, [of_element, pressures_of_element], faces)
     }
 
     /// That of conforming hexahedra. Nodes on an edge are numbered from its corner of the smaller number, those on a
@@ -159,20 +152,13 @@ impl TaylorHoodSpace {
     pub fn of_hexahedra(mesh: Hexahedra, degree: usize) -> Self {
         let of_element = numbered(&mesh.corners, degree);
         let pressures_of_element = numbered(&mesh.corners, degree - 1);
-        let chains = chains(&pressures_of_element, degree - 1, &mesh.layers);
-        Self::new(
-            degree,
-            [of_element, pressures_of_element],
-            mesh.faces,
-            chains,
-        )
+        Self::new(degree, [of_element, pressures_of_element], mesh.faces)
     }
 
     fn new(
         degree: usize,
         [of_element, pressures_of_element]: [Vec<u32>; 2],
         faces: Vec<Face>,
-        pressure_chains: Chains,
     ) -> Self {
         let count = |list: &[u32]| list.iter().max().map_or(0, |last| *last as usize + 1);
         let (nodes, pressures) = (count(&of_element), count(&pressures_of_element));
@@ -190,7 +176,6 @@ impl TaylorHoodSpace {
             pressure_starts,
             pressure_places,
             faces,
-            pressure_chains,
         }
     }
 
@@ -334,37 +319,8 @@ fn on_face(square: [usize; 4], [p, q]: [usize; 2], degree: usize) -> ([usize; 4]
     }
 }
 
-/// Unknowns by the layer of the first element that has them: layer `l` of a chain has the blocks from `l * degree` on.
-fn chains(of_element: &[u32], degree: usize, layers: &[(usize, usize)]) -> Chains {
-    let n = degree + 1;
-    let unknowns = of_element.iter().max().map_or(0, |last| *last as usize + 1);
-    let mut block_of: Vec<Option<(usize, usize)>> = vec![None; unknowns];
-    for (element, &(chain, layer)) in of_element.chunks_exact(n.pow(3)).zip(layers) {
-        for (k, &unknown) in element.iter().enumerate() {
-            let along = layer * degree + k / n / n;
-            block_of[unknown as usize].get_or_insert((chain, along));
-        }
-    }
-    let mut blocks: Vec<(usize, usize)> = block_of.iter().copied().flatten().collect();
-    blocks.sort_unstable();
-    blocks.dedup();
-    let mut chains: Vec<Vec<usize>> = Vec::new();
-    for (number, (chain, _)) in blocks.iter().enumerate() {
-        chains.resize((chain + 1).max(chains.len()), Vec::new());
-        chains[*chain].push(number);
-    }
-    let number = |block: Option<(usize, usize)>| {
-        let block = block.expect("each unknown has an element");
-        blocks.binary_search(&block).expect("it is listed") as u32
-    };
-    Chains {
-        block_of: block_of.into_iter().map(number).collect(),
-        chains,
-    }
-}
-
 /// For each number the places at which it stands in a list.
-fn inverse(list: &[u32], count: usize) -> (Vec<u32>, Vec<u32>) {
+pub fn inverse(list: &[u32], count: usize) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0u32; count + 1];
     for &i in list {
         starts[i as usize + 1] += 1;

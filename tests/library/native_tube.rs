@@ -439,13 +439,14 @@ fn developed_flow_of_shear_thinning_blood_is_that_of_its_model() {
         n: 0.3568,
         a: 2.0,
     };
-    // Casson's core without shear is as hard for the polynomials as for the linear solver.
+    // Casson's core without shear is as hard for the polynomials as for the linear solver. Steps of 20 ms, in which
+    // viscosity outweighs inertia, are hard for the solver as well: 150 to 250 iterations each.
     for (name, blood, degree, expected, most) in [
-        ("power law", POWER_LAW, 4, [1.59e-4, 2.25e-5, 7.63e-5], 1050),
-        ("power law", POWER_LAW, 5, [3.91e-5, 1.68e-4, 1.06e-5], 1250),
+        ("power law", POWER_LAW, 4, [1.59e-4, 2.25e-5, 7.63e-5], 2100),
+        ("power law", POWER_LAW, 5, [3.91e-5, 1.68e-4, 1.06e-5], 1500),
         ("Casson", CASSON, 4, [1.07e-3, 3.47e-4, 9.53e-5], 1300),
         ("Casson", CASSON, 5, [1.73e-4, 1.04e-3, 9.35e-6], 1600),
-        ("Carreau", carreau, 4, [2.47e-4, 3.07e-6, 9.34e-5], 1150),
+        ("Carreau", carreau, 4, [2.47e-4, 3.07e-6, 9.34e-5], 1350),
         ("Carreau", carreau, 5, [1.05e-4, 1.97e-5, 1.17e-5], 1400),
     ] {
         let (found, iterations) = Developed::of(blood).errors(degree);

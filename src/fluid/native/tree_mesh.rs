@@ -268,7 +268,6 @@ fn elements(blocks: &[Block], degree: usize) -> Hexahedra {
             let [i, j, k] = corner(v);
             block.points[(k * n + j) * n + i]
         }));
-        mesh.layers.push((block.stack, block.layer));
         for &(axis, upper, outside) in &block.sides {
             mesh.faces.push(Face {
                 element,

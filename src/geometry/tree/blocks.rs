@@ -23,8 +23,6 @@ pub enum Outside {
 pub struct Block {
     /// The stack that it is in.
     pub stack: usize,
-    /// Its place along that.
-    pub layer: usize,
     /// Numbers of its points, or nodes, fastest along its first direction, which points outward in the rings; the third
     /// one is that of the flow.
     pub points: Vec<usize>,
@@ -298,11 +296,10 @@ impl Tree {
             let plugged = self.plugged(stack).saturating_sub(1) / degree;
             let last = (rows.len() - 1) / degree - 1;
             let in_rings = grid.rings.len() / degree;
-            let first = if bottom.is_some() { in_rings } else { 0 };
             // From the parent's core up to that of the plug.
             if let Some(cap) = bottom {
                 for k in (0..in_rings).rev() {
-                    self.cap_blocks(cap, (k, false), (number, in_rings - 1 - k), &mut all);
+                    self.cap_blocks(cap, (k, false), number, &mut all);
                 }
             }
             for layer in 0..=last {
@@ -332,7 +329,6 @@ impl Tree {
                     }
                     all.push(Block {
                         stack: number,
-                        layer: first + layer,
                         points: points.collect(),
                         sides,
                     });
@@ -341,7 +337,7 @@ impl Tree {
             if let Some(cap) = top {
                 for k in 0..in_rings {
                     let from = all.len();
-                    self.cap_blocks(cap, (k, true), (number, first + last + 1 + k), &mut all);
+                    self.cap_blocks(cap, (k, true), number, &mut all);
                     if k + 1 == in_rings {
                         for block in &mut all[from..] {
                             block.sides.push((0, true, Outside::Wall(stack.wall)));
@@ -358,7 +354,7 @@ impl Tree {
         &self,
         cap: &[usize],
         (k, is_top): (usize, bool),
-        (stack, layer): (usize, usize),
+        stack: usize,
         all: &mut Vec<Block>,
     ) {
         let grid = self.grid();
@@ -377,7 +373,6 @@ impl Tree {
             });
             all.push(Block {
                 stack,
-                layer,
                 points: points.collect(),
                 sides: Vec::new(),
             });
