@@ -82,6 +82,13 @@ impl SchurComplement {
         })
     }
 
+    /// The correction among the corners' functions alone, in place: what remains has no total around any corner.
+    pub fn solve_coarse(&self, rhs: &mut [f64], scale: f64, now: SchurProduct) {
+        let mut x = vec![0.0; rhs.len()];
+        (self.corners).add(now.space, rhs, scale, &mut now.local.continuity, &mut x);
+        rhs.copy_from_slice(&x);
+    }
+
     /// Solves in place, approximately, with a complement that is smaller by the factor `scale` than that of which this
     /// was made, and whose products are `now`.
     pub fn solve(&self, rhs: &mut [f64], scale: f64, mut now: SchurProduct) {
