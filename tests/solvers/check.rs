@@ -52,8 +52,8 @@ fn without_openfoam_everything_else_is_checked() {
     assert!(text(&good).contains(sentence), "{}", text(&good));
     let native = without(&["fluid.solver=\"native\""]);
     assert_eq!(native.status.code(), Some(0), "{}", text(&native));
-    // Measured for 20 steps: 252 MB.
-    for part in ["OpenFOAM is not needed", "memory  about 0.27 GB"] {
+    // Measured: 192 MB.
+    for part in ["OpenFOAM is not needed", "memory  about 0.21 GB"] {
         assert!(text(&native).contains(part), "{}", text(&native));
     }
     refused(
