@@ -24,9 +24,9 @@ fn node_pairs(degree: usize) -> usize {
     degree.pow(3) * (degree + 1).pow(3)
 }
 
-/// Bytes that a wall with so many degrees of freedom takes in a run, with its surrogate: most of them for the factors of
-/// its tangents, two of which are alive at times, in double precision up to some 25,000 degrees of freedom. Measured of
-/// tubes from 2,160 to 13,536 in runs, and to 401,760 alone; of walls that branch the factors have fewer entries.
+/// Bytes that a wall with so many degrees of freedom takes in a run, with its surrogate: most are two factors of
+/// tangents, in double precision up to some 25,000 degrees of freedom. Measured of tubes from 2,160 to 13,536 in runs,
+/// and to 401,760 alone; of walls that branch the factors have fewer entries.
 pub fn wall_memory(degrees_of_freedom: usize) -> f64 {
     let n = degrees_of_freedom as f64;
     40e6 + f64::min(24e3 * n, 250e6 + 14.5e3 * n)

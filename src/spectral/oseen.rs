@@ -56,7 +56,7 @@ pub struct Terms {
     pub rhs: Vec<f64>,
 }
 
-/// Corrections of the mass balance at the end; each leaves of it what the geometry has changed since its factor was made.
+/// Corrections of the mass balance at the end; each leaves the part that the geometry has changed since the factor.
 const BALANCINGS: usize = 2;
 
 impl Oseen<'_> {
