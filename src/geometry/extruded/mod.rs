@@ -3,9 +3,11 @@
 //! Over each group of n by n faces stands a stack of elements. Its inner side passes through all points of the group:
 //! it is their interpolation of degree n in both directions. The outer surfaces lie at the distances of the thicknesses
 //! along the normals, which are interpolated likewise. A group of a single face has curved sides as well: cubics that
-//! leave its corners at right angles to the normals there.
+//! leave its corners at right angles to the normals there. On a lumen that is known between the points as well, the
+//! elements are moved onto it there.
 
 mod axis;
+mod fitted;
 mod grouping;
 mod surface;
 
@@ -14,8 +16,10 @@ use grouping::Quads;
 pub use grouping::{Group, Ungrouped};
 pub use surface::{SurfaceError, WetQuads};
 
+use super::tree::Lumen;
 use super::{HexFace, HexMesh, HexShape, WallDirections};
 use crate::Vec3;
+use fitted::Fit;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -73,17 +77,19 @@ fn possible(fitting: &[usize]) -> String {
 
 impl WetQuads {
     /// A wall on this surface. Its surfaces are `inner`, `outer`, and its rims by the names of the patches there. Local
-    /// coordinates of an element: 0 and 1 along the surface, 0 the one along which it bends less; 2 outward.
+    /// coordinates of an element: 0 and 1 along the surface, 0 the one along which it bends less; 2 outward. If the
+    /// points lie on a known lumen, the elements' inner side does so between them as well.
     ///
     /// # Errors
     /// See [`GrowthError`].
-    pub fn wall(&self, growth: &Growth) -> Result<HexMesh, GrowthError> {
+    pub fn wall(&self, growth: &Growth, lumen: Option<&Lumen>) -> Result<HexMesh, GrowthError> {
         let (n, groups) = self.groups(growth.faces)?;
         let groups: Vec<Group> = groups
             .into_iter()
             .map(|group| along_the_lesser_bend(group, n, &self.quads.points, &growth.normals))
             .collect();
-        let shape = Layers::new(self, growth, n, &groups);
+        let mut shape = Layers::new(self, growth, n, &groups);
+        shape.fit = lumen.map(|lumen| Fit::new(self, &groups, n, &shape, lumen));
         let (layers, per_layer) = (growth.thicknesses.len(), growth.elements_per_layer);
         let through = layers * per_layer;
 
@@ -216,6 +222,8 @@ struct Layers {
     /// Distance (m) of the surfaces between layers at the nodes of each group, from the inner surface on.
     heights: Vec<Vec<Vec<f64>>>,
     elements_per_layer: usize,
+    /// What is added to that on a known lumen.
+    fit: Option<Fit>,
 }
 
 impl Layers {
@@ -245,6 +253,7 @@ impl Layers {
                 surfaces: groups.iter().map(of).collect(),
                 heights: groups.iter().map(heights).collect(),
                 elements_per_layer: growth.elements_per_layer,
+                fit: None,
             };
         }
         // Curved by the normals: sampled as a group of three by three.
@@ -271,7 +280,17 @@ impl Layers {
             heights: groups.iter().map(heights).collect(),
             nodes,
             elements_per_layer: growth.elements_per_layer,
+            fit: None,
         }
+    }
+
+    /// A place of the inner side of a group before it is fitted, m.
+    fn inner(&self, group: usize, xi: [f64; 2]) -> Vec3 {
+        let [along, across] = xi.map(|x| crate::lagrange::values(&self.nodes, x));
+        let points = self.surfaces[group].iter().enumerate();
+        points.fold(Vec3::zeros(), |sum, (p, (x, _))| {
+            sum + x * (along[p % (self.n + 1)] * across[p / (self.n + 1)])
+        })
     }
 }
 
@@ -320,7 +339,10 @@ impl HexShape for Layers {
             let height = (1.0 - share) * below[p] + share * above[p];
             position += (x + normal * height) * weight;
         }
-        position
+        match &self.fit {
+            Some(fit) => position + fit.at(group, [xi[0], xi[1]]),
+            None => position,
+        }
     }
 }
 

@@ -151,6 +151,22 @@ impl WetQuads {
         normals
     }
 
+    /// Unit normals of the planes in which the rims lie, by the patches there.
+    pub(super) fn rim_normals(&self) -> BTreeMap<&str, Vec3> {
+        let mut corners: BTreeMap<&str, Vec<(Vec3, Vec3)>> = BTreeMap::new();
+        for ((a, b), patch) in &self.rim {
+            let edge = (self.quads.points[*a], self.quads.points[*b]);
+            corners.entry(patch).or_default().push(edge);
+        }
+        let normal = |edges: Vec<(Vec3, Vec3)>| {
+            let origin = edges[0].0;
+            let area = |(a, b): &(Vec3, Vec3)| (a - origin).cross(&(b - origin));
+            edges.iter().map(area).sum::<Vec3>().normalize()
+        };
+        let all = corners.into_iter();
+        all.map(|(patch, edges)| (patch, normal(edges))).collect()
+    }
+
     /// Values at the points, of which each patch has one at each of its points, `value(patch, point)`: where patches
     /// meet, halfway between the smallest and the largest.
     pub fn by_patch(&self, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {

@@ -1,4 +1,5 @@
 use super::*;
+use crate::curve::CentreLine;
 use std::f64::consts::{PI, TAU};
 
 /// A tube of radius 3 m and length 8 m along z, normals outward.
@@ -74,7 +75,7 @@ fn a_tube_gets_the_wall_of_a_hollow_cylinder() {
     let exact = PI * (3.75f64.powi(2) - 9.0) * 8.0;
     // The errors of the interpolation around, computed by themselves.
     for (n, expected) in [(4, 6.588e-6), (3, 1.1251e-4), (2, 1.5531e-4), (1, 4.480e-5)] {
-        let mesh = surface.wall(&growth(&surface, Some(n))).unwrap();
+        let mesh = surface.wall(&growth(&surface, Some(n)), None).unwrap();
         assert_eq!(mesh.hexes.len(), 4 * 24 * 12 / (n * n));
         let error = (volume(&mesh) / exact - 1.0).abs();
         assert!((error / expected - 1.0).abs() < 2e-2, "{n}: {error:.4e}");
@@ -85,10 +86,10 @@ fn a_tube_gets_the_wall_of_a_hollow_cylinder() {
             mesh.shape.position(0, [1.0, 0.0, 0.0]) - mesh.shape.position(0, [-1.0, 0.0, 0.0]);
         assert!(along.normalize().z.abs() > 0.999);
     }
-    let found = surface.wall(&growth(&surface, None)).unwrap();
+    let found = surface.wall(&growth(&surface, None), None).unwrap();
     assert_eq!(found.hexes.len(), 4 * 18);
     let error = surface
-        .wall(&growth(&surface, Some(5)))
+        .wall(&growth(&surface, Some(5)), None)
         .err()
         .unwrap()
         .to_string();
@@ -112,7 +113,7 @@ fn normals_and_radii_of_a_tube_are_those_of_a_cylinder() {
 #[test]
 fn the_inner_side_passes_through_all_points() {
     let surface = tube(24, 12);
-    let mesh = surface.wall(&growth(&surface, Some(4))).unwrap();
+    let mesh = surface.wall(&growth(&surface, Some(4)), None).unwrap();
     let mut seen = 0;
     for &(element, _) in &mesh.surfaces["inner"] {
         for i in 0..=4 {
@@ -125,6 +126,46 @@ fn the_inner_side_passes_through_all_points() {
         }
     }
     assert_eq!(seen, 18 * 25);
+}
+
+/// Between the points of the faces as well, and rims stay in their planes.
+#[test]
+fn on_a_known_lumen_all_of_the_inner_side_lies() {
+    let surface = tube(16, 8);
+    let line = CentreLine::new(&[Vec3::zeros(), Vec3::z() * 8.0], &[3.0, 3.0]);
+    let lumen = Lumen::new(vec![line], None);
+    let off = |lumen: Option<&Lumen>| {
+        let mesh = surface.wall(&growth(&surface, Some(2)), lumen).unwrap();
+        let sides = ["inner", "outer"].map(|side| {
+            let off = mesh.surfaces[side].iter().flat_map(|&(element, face)| {
+                let radius = if face.upper { 3.75 } else { 3.0 };
+                let xi = (0..81).map(|k| [k % 9, k / 9].map(|i| 0.25 * f64::from(i) - 1.0));
+                let shape = &mesh.shape;
+                xi.map(move |[a, b]| {
+                    let x = shape.position(element, [a, b, if face.upper { 1.0 } else { -1.0 }]);
+                    (x.x.hypot(x.y) - radius).abs()
+                })
+            });
+            off.fold(0.0f64, f64::max)
+        });
+        let on_rim = mesh.surfaces["right"].iter().flat_map(|&(element, face)| {
+            let along = |k: usize| 0.5 * k as f64 - 1.0;
+            let end = if face.upper { 1.0 } else { -1.0 };
+            let xi = (0..5).map(move |k| match face.axis {
+                0 => [end, along(k), -1.0],
+                _ => [along(k), end, -1.0],
+            });
+            let shape = &mesh.shape;
+            xi.map(move |xi| (shape.position(element, xi).z - 8.0).abs())
+        });
+        (sides, on_rim.fold(0.0, f64::max))
+    };
+    let ([inner, _], _) = off(None);
+    assert!((1e-3..4e-3).contains(&inner), "{inner:.2e}");
+    let ([inner, outer], rim) = off(Some(&lumen));
+    assert!((1e-6..1e-4).contains(&inner), "{inner:.2e}");
+    assert!(outer < 4e-3, "{outer:.2e}");
+    assert!(rim < 1e-14, "{rim:.2e}");
 }
 
 /// On a tube the potential is linear along it.
@@ -143,7 +184,7 @@ fn the_axes_of_a_tube_run_along_it() {
         axes: Some(axes),
         ..growth(&surface, Some(3))
     };
-    let mesh = surface.wall(&grown).unwrap();
+    let mesh = surface.wall(&grown, None).unwrap();
     // Whatever the tangents of an element are.
     let tangents = mesh.directions.tangents(
         5,

@@ -16,6 +16,8 @@ pub struct TreeMeshes {
     pub surface: PolyMesh,
     /// Which of them are those of a cross-section.
     pub polygons: WallPolygons,
+    /// What is meshed.
+    pub lumen: Lumen,
     /// The smallest scaled Jacobian of a cell, and where that is, m.
     pub worst: (f64, Vec3),
     /// What a user should know of its junctions, in sentences.
@@ -114,6 +116,7 @@ impl Tree {
             outside,
             surface,
             polygons,
+            lumen: tree.slicer.lumen.clone(),
             worst: worst.unwrap_or((1.0, Vec3::zeros())),
             notes: tree
                 .shared_junctions()

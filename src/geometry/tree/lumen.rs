@@ -63,7 +63,19 @@ impl Lumen {
             let nearest = feet.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
             widest = nearest.map_or(0.0, |foot| foot.radius);
         }
-        let reach = REACH * widest;
+        self.within(x, REACH * widest)
+    }
+
+    /// What lies within four radii of the nearest tube around a place of the wall.
+    pub fn near_wall(&self, x: &Vec3) -> Near<'_> {
+        let feet = self.parts().map(|(_, line)| line.foot(x));
+        let off = |foot: &Foot| foot.distance - foot.radius;
+        let nearest = feet.min_by(|a, b| off(a).total_cmp(&off(b)));
+        self.within(x, REACH * nearest.map_or(0.0, |foot| foot.radius))
+    }
+
+    /// What lies within so many metres of a place.
+    fn within(&self, x: &Vec3, reach: f64) -> Near<'_> {
         let mut ranges: Vec<(usize, std::ops::Range<usize>)> = Vec::new();
         for (i, line) in self.parts() {
             let Some([first, last]) = line.samples_near(x, reach) else {
@@ -143,6 +155,37 @@ impl Near<'_> {
         let foot = feet.min_by(|a, b| off(a).total_cmp(&off(b)))?;
         let arm = x - foot.centre;
         (foot.distance > 0.0).then(|| foot.centre + arm * (foot.radius / foot.distance))
+    }
+
+    /// The place of the wall next to one (m), along a unit vector across it or, on a surface from a file, the nearest
+    /// one; none within the distance `farthest` (m).
+    pub fn along(&self, x: &Vec3, across: &Vec3, farthest: f64) -> Option<Vec3> {
+        if let Some(surface) = &self.lumen.surface {
+            let nearest = surface.nearest(x);
+            return ((nearest - x).norm() <= farthest).then_some(nearest);
+        }
+        let at = |t: f64| self.value(&(x + across * t));
+        let own = at(0.0);
+        if own == 0.0 {
+            return Some(*x);
+        }
+        // Outward from a place inside, inward from one outside, about as far as the value says.
+        let sense = -own.signum();
+        let mut inner = 0.0;
+        let mut step = own.abs();
+        loop {
+            let outer = (inner + step).min(farthest);
+            if at(sense * outer) * own <= 0.0 {
+                let ends = [sense * inner, sense * outer];
+                let low = ends[usize::from(own > 0.0)];
+                let high = ends[usize::from(own < 0.0)];
+                return Some(x + across * self.zero(at, [low, high]));
+            }
+            if outer >= farthest {
+                return None;
+            }
+            (inner, step) = (outer, 2.0 * step);
+        }
     }
 
     fn hit(&self, surface: &SurfaceSearch, from: &Vec3, direction: &Vec3) -> Option<RayHit> {

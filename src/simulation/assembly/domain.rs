@@ -6,6 +6,7 @@ use crate::Vec3;
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};
 use crate::curve::SpaceCurve;
 use crate::geometry::supports as vessel_supports;
+use crate::geometry::tree::Lumen;
 use crate::geometry::{HexMesh, PolyMesh, Vessel, WallPolygons, elastic_pieces};
 use crate::pfem::supports::{PressureAround, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
@@ -42,6 +43,8 @@ pub struct Branches {
     /// A mesh of its lumen with the corners of the wall's faces on the surface itself. That of the blood, if it is the
     /// driver's, has them outside, as its faces are plane.
     pub surface: PolyMesh,
+    /// The lumen that this is a mesh of.
+    pub lumen: Lumen,
     /// Centre-lines of the branches, each with the patch of its wall.
     pub lines: Vec<(String, SpaceCurve)>,
     /// What is known of the blood's mesh, if it is the driver's.

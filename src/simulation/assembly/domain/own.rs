@@ -8,13 +8,14 @@ use crate::case::{
 };
 use crate::files::{Fault, FileError, fault};
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
-use crate::geometry::tree::Tree;
+use crate::geometry::tree::{Lumen, Tree};
 use crate::geometry::{self, Growth, HexMesh, Patch, PolyMesh, RIGID_MATERIAL, WET, WetQuads};
 use crate::pfem::element::mapping::{Mapping, MappingKind};
 use crate::pfem::supports::{Direction, Foundation, Profile, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
 use crate::tabular::{Sheet, units};
 use fsi_numerics::quadrature::Rule;
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -199,10 +200,10 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
     }
     let (solid, wet_surface) = match (&wall.extrude, &wall.file) {
         (Some(extrusion), _) => {
-            let surface = branches
-                .as_ref()
-                .map_or(&fluid, |branches| &branches.surface);
-            let (wall, passes) = extruded(case, own, extrusion, surface)?;
+            let known = branches.as_ref();
+            let surface = known.map_or(&fluid, |branches| &branches.surface);
+            let lumen = known.map(|branches| &branches.lumen);
+            let (wall, passes) = extruded(case, own, extrusion, (surface, lumen))?;
             if let (Some(branches), Some(passes)) = (&mut branches, passes) {
                 branches.notes.push(format!(
                     "the normals of its wall are averaged {passes} times: with fewer, elements would be inside out where \
@@ -241,6 +242,7 @@ fn branching(keys: &TreeKeys, is_meshed: bool) -> Result<(PolyMesh, Branches), D
     };
     let branches = Branches {
         notes: meshes.notes,
+        lumen: meshes.lumen,
         surface: meshes.surface,
         lines: meshes.lines,
         meshed: is_meshed.then_some(round),
@@ -343,27 +345,44 @@ fn extruded(
     case: &Case,
     own: &OwnCase,
     extrusion: &Extrusion,
-    fluid: &PolyMesh,
+    (fluid, lumen): (&PolyMesh, Option<&Lumen>),
 ) -> Result<(HexMesh, Option<usize>), DomainError> {
     let surface = WetQuads::new(fluid, &own.wall_patches());
     let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
     let along = potential(case, own, extrusion, fluid, &surface)?;
-    let with = |passes| extruded_with(own, extrusion, &surface, along.as_deref(), passes);
-    let [usual, more @ ..] = SMOOTHING_OF_TREES;
-    if let (None, Some(_)) = (extrusion.smoothing, &own.tree) {
-        let first = with(usual)?;
-        if inside_out(&first, &case.structure).is_some() {
-            for passes in more {
-                let wall = with(passes)?;
-                if inside_out(&wall, &case.structure).is_none() {
-                    return Ok((wall, Some(passes)));
-                }
+    let with =
+        |lumen, passes| extruded_with(own, extrusion, (&surface, lumen), along.as_deref(), passes);
+    let usual = match (extrusion.smoothing, &own.tree) {
+        (Some(given), _) => return Ok((fitted(&[given], case, lumen, with)?.0, None)),
+        (None, None) => return Ok((with(None, 0)?, None)),
+        (None, Some(_)) => SMOOTHING_OF_TREES,
+    };
+    let (wall, passes) = fitted(&usual, case, lumen, with)?;
+    Ok((wall, passes.filter(|passes| *passes > usual[0])))
+}
+
+/// The first wall of which nothing is inside out, and its averages of the normals: on the lumen between the points of
+/// the faces too, or else on these alone. If there is none, the first one: the check of the wall says where.
+fn fitted<'l>(
+    averages: &[usize],
+    case: &Case,
+    lumen: Option<&'l Lumen>,
+    with: impl Fn(Option<&'l Lumen>, usize) -> Result<HexMesh, DomainError>,
+) -> Result<(HexMesh, Option<usize>), DomainError> {
+    let mut first = None;
+    let ways = [lumen, None]
+        .into_iter()
+        .take(1 + usize::from(lumen.is_some()));
+    for lumen in ways {
+        for &passes in averages {
+            let wall = with(lumen, passes)?;
+            if inside_out(&wall, &case.structure).is_none() {
+                return Ok((wall, Some(passes)));
             }
+            first.get_or_insert(wall);
         }
-        // If none helps, the check of the wall says where.
-        return Ok((first, None));
     }
-    Ok((with(extrusion.smoothing.unwrap_or(0))?, None))
+    Ok((first.expect("one was tried"), None))
 }
 
 /// Where an element is (m), at a point where the solver integrates or its results are drawn: at no others, so that no
@@ -376,13 +395,15 @@ fn inside_out(wall: &HexMesh, settings: &StructureSettings) -> Option<Vec3> {
     let drawn: Vec<f64> = (0..=steps)
         .map(|i| 2.0 * i as f64 / steps as f64 - 1.0)
         .collect();
-    (0..wall.hexes.len()).find_map(|element| {
-        [&integrated, &drawn].into_iter().find_map(|axis| {
-            let points = mapping.at_lattice(element, [axis; 3]);
-            let inverted = points.iter().find(|x| x.jacobian.determinant() <= 0.0);
-            inverted.map(|x| x.position)
+    (0..wall.hexes.len())
+        .into_par_iter()
+        .find_map_first(|element| {
+            [&integrated, &drawn].into_iter().find_map(|axis| {
+                let points = mapping.at_lattice(element, [axis; 3]);
+                let inverted = points.iter().find(|x| x.jacobian.determinant() <= 0.0);
+                inverted.map(|x| x.position)
+            })
         })
-    })
 }
 
 impl Domain {
@@ -398,7 +419,7 @@ impl Domain {
 fn extruded_with(
     own: &OwnCase,
     extrusion: &Extrusion,
-    surface: &WetQuads,
+    (surface, lumen): (&WetQuads, Option<&Lumen>),
     along: Option<&[f64]>,
     passes: usize,
 ) -> Result<HexMesh, DomainError> {
@@ -452,7 +473,7 @@ fn extruded_with(
         axes: along.map(|potential| surface.gradients(potential, &normals)),
         normals,
     };
-    let mesh = surface.wall(&growth);
+    let mesh = surface.wall(&growth, lumen);
     mesh.map_err(|e| DomainError::new("wall.extrude.faces_per_element", e))
 }
 
