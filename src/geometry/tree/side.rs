@@ -135,6 +135,248 @@ impl Around<'_> {
     }
 }
 
+/// Where a branch leaves another one.
+struct Exit<'a> {
+    thin: &'a CentreLine,
+    /// Arc length (m) on its line where that leaves the other's lumen, and the place.
+    exit: f64,
+    out: Vec3,
+    /// Its radius there, m: lines become thin on the way.
+    radius: f64,
+    /// Unit vector along it.
+    along: Vec3,
+    /// Arc length (m) on the parent's line, the place, and the unit vectors along it and across it to the branch.
+    s: f64,
+    centre: Vec3,
+    flow: Vec3,
+    axis: Vec3,
+    /// Of the angle between the two.
+    sine: f64,
+}
+
+impl<'a> Exit<'a> {
+    fn new(thin: &'a CentreLine, path: &CentreLine) -> Result<Self, TreeError> {
+        let exit = thin
+            .leaves(path)
+            .ok_or_else(|| TreeError::Apex(thin.at(thin.length())))?;
+        let out = thin.at(exit);
+        let radius = neck(thin, exit).max(thin.radius(exit));
+        let along = thin.tangent(exit + radius);
+        let s = path.foot(&out).s;
+        let (centre, flow) = (path.at(s), path.tangent(s));
+        let axis = across(&(out - centre), &flow);
+        let sine = axis.dot(&along);
+        if sine < LEAST_SINE {
+            return Err(TreeError::Angle(out));
+        }
+        Ok(Self {
+            thin,
+            exit,
+            out,
+            radius,
+            along,
+            s,
+            centre,
+            flow,
+            axis,
+            sine,
+        })
+    }
+
+    /// Unit vectors across the branch: along the parent, and around it.
+    fn frame(&self) -> [Vec3; 2] {
+        let first = across(&self.flow, &self.along);
+        [first, self.along.cross(&first)]
+    }
+
+    /// The border of the patch on rays along the branch, and how far it is from the branch's line, in radii of that.
+    fn border(&self, slicer: &Slicer, path: &CentreLine) -> Result<(f64, Vec<Vec3>), TreeError> {
+        let (grid, r) = (&slicer.grid, self.radius);
+        let [first, second] = self.frame();
+        let point = |b: usize, off: f64| {
+            let (sin, cos) = grid.angle(b).sin_cos();
+            let beside = self.out + (first * cos + second * sin) * off;
+            let from = beside - self.along * ((beside - self.centre).dot(&self.axis) / self.sine);
+            let wall = slicer.lumen.near(&from).wall(&from, &self.along)?;
+            let foot = path.foot(&wall);
+            (foot.distance - foot.radius < ABOVE * r).then_some(wall)
+        };
+        let all_around = |off: f64| -> Option<Vec<Vec3>> {
+            (0..4 * grid.core).map(|b| point(b, off * r)).collect()
+        };
+        let found = FOOT.iter().find_map(|off| Some((*off, all_around(*off)?)));
+        found.ok_or(TreeError::Neck(self.out))
+    }
+}
+
+/// A cross-section of the parent before it is cut: arc length (m) of its centre, and arc length (m) and angle (rad) of
+/// the points of its rim, which count from the branch.
+#[derive(Clone)]
+struct Row {
+    s: f64,
+    rim: Vec<[f64; 2]>,
+}
+
+impl Row {
+    fn blended(from: &Self, to: &Self, u: f64) -> Self {
+        let pairs = from.rim.iter().zip(&to.rim);
+        Self {
+            s: from.s * (1.0 - u) + to.s * u,
+            rim: pairs.map(|(a, b)| lerp(*a, *b, u)).collect(),
+        }
+    }
+}
+
+/// The patch of the parent's wall on which a branch stands, with the cross-sections that go through it.
+struct Patch<'a> {
+    around: Around<'a>,
+    /// Points on its border by [`Patch::index`]; those within are not set.
+    points: Vec<Vec3>,
+    /// Arc length (m) and angle (rad) of each.
+    places: Vec<[f64; 2]>,
+    /// Arc length of its middle, m.
+    middle: f64,
+    /// Half its length, m, and that which it has on the parent's other side.
+    half: f64,
+    width: f64,
+}
+
+impl<'a> Patch<'a> {
+    fn new(around: Around<'a>, radius: f64, on_border: Vec<Vec3>) -> Self {
+        let slicer = around.slicer;
+        let grid = &slicer.grid;
+        let n = grid.core;
+        let mut points = vec![Vec3::zeros(); (n + 1) * (n + 1)];
+        let mut numbers = Vec::with_capacity(4 * n);
+        for ((i, j), x) in border(n).zip(on_border) {
+            let [i, j] = [i, j].map(|k| (k + (n / 2) as isize) as usize);
+            numbers.push(i + (n + 1) * j);
+            points[i + (n + 1) * j] = x;
+        }
+        let places: Vec<[f64; 2]> = points.iter().map(|x| around.place(x)).collect();
+        let all = numbers.iter().map(|&number| places[number][0]);
+        let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), s| {
+            (low.min(s), high.max(s))
+        });
+        let elements = (n / grid.degree()) as f64;
+        Self {
+            around,
+            points,
+            places,
+            middle: 0.5 * (low + high),
+            half: 0.5 * (high - low),
+            width: (0.55 * (high - low)).max(0.5 * SPREAD * elements * slicer.along * radius),
+        }
+    }
+
+    fn grid(&self) -> &'a SectionGrid {
+        &self.around.slicer.grid
+    }
+
+    /// Number of the point at a place from 0 to n along the parent and around it.
+    fn index(&self, i: usize, j: usize) -> usize {
+        i + (self.grid().core + 1) * j
+    }
+
+    /// How far a point of a rim is from the branch, and on which side.
+    fn signed(&self, a: usize) -> (usize, f64) {
+        let n = self.grid().core;
+        match a > 2 * n {
+            true => (4 * n - a, -1.0),
+            false => (a, 1.0),
+        }
+    }
+
+    /// A plane cross-section.
+    fn plane(&self, s: f64) -> Row {
+        let of = |a: usize| {
+            let (a, side) = self.signed(a);
+            [s, side * self.grid().angle(a)]
+        };
+        let rim = (0..4 * self.grid().core).map(of).collect();
+        Row { s, rim }
+    }
+
+    /// A cross-section of the patch.
+    fn row(&self, i: usize) -> Row {
+        let grid = self.grid();
+        let (n, h) = (grid.core, grid.core / 2);
+        let place = |j: usize| self.places[self.index(i, j)];
+        let u = grid.place(i);
+        let far = self.middle + self.width * (2.0 * u - 1.0);
+        let of = |a: usize| {
+            let (a, side) = self.signed(a);
+            if a <= h {
+                return match side > 0.0 {
+                    true => place(h + a),
+                    false => place(h - a),
+                };
+            }
+            let edge = place(if side > 0.0 { n } else { 0 });
+            let u = (grid.angle(a) - FRAC_PI_4) / (PI - FRAC_PI_4);
+            lerp(edge, [far, side * PI], u)
+        };
+        let [first, last] = [0, n].map(|i| self.places[self.index(i, h)][0]);
+        let near = first * (1.0 - u) + last * u;
+        Row {
+            s: near * NEAR + far * (1.0 - NEAR),
+            rim: (0..4 * n).map(of).collect(),
+        }
+    }
+
+    /// All cross-sections but the first plane one, whose arc length is `begin`, up to the plane one at `end`; and which
+    /// is the first one of the patch.
+    fn rows(&self, [begin, end]: [f64; 2], between: &[f64]) -> (Vec<Row>, usize) {
+        let n = self.grid().core;
+        let patch: Vec<Row> = (0..=n).map(|i| self.row(i)).collect();
+        let [upstream, downstream] = [begin, end].map(|s| self.plane(s));
+        let inner = &between[1..between.len() - 1];
+        let to_patch = (inner.iter()).map(|&u| Row::blended(&upstream, &patch[0], u));
+        let from_patch = (inner.iter()).map(|&u| Row::blended(&patch[n], &downstream, u));
+        let rows = to_patch.chain(patch.iter().cloned()).chain(from_patch);
+        let mut rows: Vec<Row> = rows.collect();
+        rows.push(downstream);
+        (rows, inner.len())
+    }
+
+    /// The cross-section of a row; `number` is that of one of the patch.
+    fn section(&self, row: &Row, number: Option<usize>) -> Result<CrossSection, TreeError> {
+        let (n, h) = (self.grid().core, self.grid().core / 2);
+        let point = |i, j| self.points[self.index(i, j)];
+        let rim = (0..4 * n).map(|a| {
+            let (off, side) = self.signed(a);
+            match number {
+                Some(i) if off <= h => {
+                    let j = if side > 0.0 { h + off } else { h - off };
+                    let is_inside = i > 0 && i < n && off < h;
+                    Ok(match is_inside {
+                        true => coons(self.grid(), i, j, point),
+                        false => point(i, j),
+                    })
+                }
+                _ => self.around.point(row.rim[a]),
+            }
+        });
+        let (centre, _, _) = self.around.frame(row.s);
+        Ok(CrossSection::new(centre, rim.collect::<Result<_, _>>()?))
+    }
+
+    /// Where the core of a cross-section would have its rim: nearly round, so that the core stays in place beside the
+    /// patch.
+    fn inner(&self, s: f64, section: &CrossSection) -> Vec<Vec3> {
+        let n = self.grid().core;
+        let (centre, first, second) = self.around.frame(s);
+        let far = (n..=3 * n).map(|a| (section.rim[a] - centre).norm());
+        let radius = far.sum::<f64>() / (2 * n + 1) as f64;
+        let inner = (section.rim.iter().enumerate()).map(|(a, x)| {
+            let (sin, cos) = self.grid().angle(a).sin_cos();
+            let round = (first * cos + second * sin) * radius;
+            (x - centre) * (1.0 - UPRIGHT) + round * UPRIGHT
+        });
+        inner.collect()
+    }
+}
+
 impl Side {
     /// The line `branch` on the side of `path`, which `line` is one of.
     ///
@@ -146,164 +388,40 @@ impl Side {
         line: usize,
         branch: usize,
     ) -> Result<Self, TreeError> {
-        let lumen = &slicer.lumen;
         let grid = &slicer.grid;
-        let (n, h) = (grid.core, grid.core / 2);
-        let thin = &lumen.lines[branch];
-        let exit = thin
-            .leaves(path)
-            .ok_or_else(|| TreeError::Apex(thin.at(thin.length())))?;
-        let out = thin.at(exit);
-        // Lines become thin on the way.
-        let r = neck(thin, exit).max(thin.radius(exit));
-        let along = thin.tangent(exit + r);
-        let s = path.foot(&out).s;
-        let (centre, flow) = (path.at(s), path.tangent(s));
-        let axis = across(&(out - centre), &flow);
-        let sine = axis.dot(&along);
-        if sine < LEAST_SINE {
-            return Err(TreeError::Angle(out));
-        }
-        let around = Around { slicer, path, axis };
-        // The patch's border, on rays along the branch.
-        let first = across(&flow, &along);
-        let second = along.cross(&first);
-        let on_border = |b: usize, off: f64| {
-            let (sin, cos) = grid.angle(b).sin_cos();
-            let beside = out + (first * cos + second * sin) * off;
-            let from = beside - along * ((beside - centre).dot(&axis) / sine);
-            let wall = lumen.near(&from).wall(&from, &along)?;
-            let foot = path.foot(&wall);
-            (foot.distance - foot.radius < ABOVE * r).then_some(wall)
-        };
-        let all_around =
-            |off: f64| -> Option<Vec<Vec3>> { (0..4 * n).map(|b| on_border(b, off * r)).collect() };
-        let found = FOOT.iter().find_map(|off| Some((*off, all_around(*off)?)));
-        let (off, on_border) = found.ok_or(TreeError::Neck(out))?;
-        let mut foot = vec![Vec3::zeros(); (n + 1) * (n + 1)];
-        let at = |i: usize, j: usize| i + (n + 1) * j;
-        for ((i, j), x) in border(n).zip(on_border) {
-            let [i, j] = [i, j].map(|k| (k + h as isize) as usize);
-            foot[at(i, j)] = x;
-        }
-        let places: Vec<[f64; 2]> = foot.iter().map(|x| around.place(x)).collect();
-        let all = border(n).map(|(i, j)| {
-            let [i, j] = [i, j].map(|k| (k + h as isize) as usize);
-            places[at(i, j)][0]
-        });
-        let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), s| {
-            (low.min(s), high.max(s))
-        });
-        let radius = path.radius(s);
-        let middle = 0.5 * (low + high);
-        let elements = (n / grid.degree()) as f64;
-        let width = (0.55 * (high - low)).max(0.5 * SPREAD * elements * slicer.along * radius);
+        let exit = Exit::new(&slicer.lumen.lines[branch], path)?;
+        let axis = exit.axis;
+        let (off, on_border) = exit.border(slicer, path)?;
+        let radius = path.radius(exit.s);
+        let patch = Patch::new(Around { slicer, path, axis }, radius, on_border);
         let beside = BESIDE * radius;
-        let reach = width.max(0.5 * (high - low)) + beside;
-        let [begin, end] = [middle - reach, middle + reach];
-        // Arc length and angle of each point, row by row: `a` counts from the branch, up to half a turn both ways.
-        let signed = |a: usize| match a > 2 * n {
-            true => (4 * n - a, -1.0),
-            false => (a, 1.0),
-        };
-        let plane = |s: f64| -> Vec<[f64; 2]> {
-            let of = |a: usize| {
-                let (a, side) = signed(a);
-                [s, side * grid.angle(a)]
-            };
-            (0..4 * n).map(of).collect()
-        };
-        let row = |i: usize| -> Vec<[f64; 2]> {
-            let far = middle + width * (2.0 * grid.place(i) - 1.0);
-            let of = |a: usize| {
-                let (a, side) = signed(a);
-                if a <= h {
-                    return match side > 0.0 {
-                        true => places[at(i, h + a)],
-                        false => places[at(i, h - a)],
-                    };
-                }
-                let edge = places[at(i, if side > 0.0 { n } else { 0 })];
-                let u = (grid.angle(a) - FRAC_PI_4) / (PI - FRAC_PI_4);
-                lerp(edge, [far, side * PI], u)
-            };
-            (0..4 * n).map(of).collect()
-        };
-        let mean = |i: usize| {
-            let u = grid.place(i);
-            let near = places[at(0, h)][0] * (1.0 - u) + places[at(n, h)][0] * u;
-            near * NEAR + (middle + width * (2.0 * u - 1.0)) * (1.0 - NEAR)
-        };
+        let reach = patch.width.max(patch.half) + beside;
+        let [begin, end] = [patch.middle - reach, patch.middle + reach];
         let between = grid.divided(beside / (slicer.along * radius));
-        let mut rows: Vec<(f64, Vec<[f64; 2]>)> = Vec::new();
-        let blend = |from: &(f64, Vec<[f64; 2]>), to: &(f64, Vec<[f64; 2]>), u: f64| {
-            let pairs = from.1.iter().zip(&to.1);
-            (
-                from.0 * (1.0 - u) + to.0 * u,
-                pairs.map(|(a, b)| lerp(*a, *b, u)).collect::<Vec<_>>(),
-            )
-        };
-        let patch: Vec<(f64, Vec<[f64; 2]>)> = (0..=n).map(|i| (mean(i), row(i))).collect();
-        let [upstream, downstream] = [begin, end].map(|s| (s, plane(s)));
-        let inner = &between[1..between.len() - 1];
-        rows.extend(inner.iter().map(|&u| blend(&upstream, &patch[0], u)));
-        let first_row = rows.len();
-        rows.extend(patch.iter().cloned());
-        rows.extend(inner.iter().map(|&u| blend(&patch[n], &downstream, u)));
-        rows.push(downstream);
+        let (rows, first) = patch.rows([begin, end], &between);
         let mut sections = Vec::with_capacity(rows.len());
-        for (number, (s, row)) in rows.iter().enumerate() {
-            let i = number.checked_sub(first_row).filter(|i| *i <= n);
-            let rim = (0..4 * n).map(|a| {
-                let (off, side) = signed(a);
-                match i {
-                    Some(i) if off <= h => {
-                        let j = if side > 0.0 { h + off } else { h - off };
-                        let is_inside = i > 0 && i < n && off < h;
-                        Ok(match is_inside {
-                            true => coons(grid, i, j, |i, j| foot[at(i, j)]),
-                            false => foot[at(i, j)],
-                        })
-                    }
-                    _ => around.point(row[a]),
-                }
-            });
-            let rim: Vec<Vec3> = rim.collect::<Result<_, _>>()?;
-            let (centre, first, second) = around.frame(*s);
-            let mut section = CrossSection::new(centre, rim);
+        for (number, row) in rows.iter().enumerate() {
+            let of_patch = number.checked_sub(first).filter(|i| *i <= grid.core);
+            let mut section = patch.section(row, of_patch)?;
             if number + 1 < rows.len() {
-                let far = (n..=3 * n).map(|a| (section.rim[a] - centre).norm());
-                let radius = far.sum::<f64>() / (2 * n + 1) as f64;
-                let inner = (section.rim.iter().enumerate()).map(|(a, x)| {
-                    let (sin, cos) = grid.angle(a).sin_cos();
-                    let round = (first * cos + second * sin) * radius;
-                    (x - centre) * (1.0 - UPRIGHT) + round * UPRIGHT
-                });
-                section.inner = Some(inner.collect());
+                section.inner = Some(patch.inner(row.s, &section));
             }
             sections.push(section);
         }
-        let slope = along.dot(&flow).abs() / sine;
+        let slope = exit.along.dot(&exit.flow).abs() / exit.sine;
+        let cut = exit.exit + exit.radius * (CUT + off * slope);
+        let end_of = |line, cut| BranchEnd { line, cut };
         Ok(Self {
-            centre,
+            centre: exit.centre,
             axis,
-            flow: first,
-            parent: BranchEnd {
-                line,
-                cut: path.at(begin),
-            },
+            flow: exit.frame()[0],
+            parent: end_of(line, path.at(begin)),
             daughters: [
-                BranchEnd {
-                    line,
-                    cut: path.at(end),
-                },
-                BranchEnd {
-                    line: branch,
-                    cut: thin.at(exit + r * (CUT + off * slope)),
-                },
+                end_of(line, path.at(end)),
+                end_of(branch, exit.thin.at(cut)),
             ],
             sections,
-            first: first_row,
+            first,
         })
     }
 }

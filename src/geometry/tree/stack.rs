@@ -19,6 +19,17 @@ const LEAST_LENGTH: f64 = 0.3;
 /// ... and what leads to them from junctions at least this share of what it has where there is room.
 const TIGHTEST: f64 = 0.45;
 
+/// Goes with the whole of its rim.
+const WHOLE: Middle = Middle {
+    axis: 0,
+    share: 1.0,
+};
+
+/// From 0 to 1 with no slope at either end.
+fn without_kink(u: f64) -> f64 {
+    u * u * (3.0 - 2.0 * u)
+}
+
 impl Tree {
     /// The plane cross-sections that a surface surrounds. At the open ends of the tree it may be closed, or end, a bit
     /// before the lines do.
@@ -105,7 +116,42 @@ impl Tree {
     /// The cross-sections of a branch.
     pub(super) fn stack(&self, branch: &Branch) -> Result<Stack, TreeError> {
         let line = &branch.axis;
-        let [begin, end] = self.plane_part(branch)?;
+        let plane_part = self.plane_part(branch)?;
+        let (sections, tangents, frames) = self.plane_sections(branch, plane_part)?;
+        let mut stack = Stack {
+            end: (branch.to.is_none() && !line.is_closed).then_some(branch.lines[0]),
+            wall: self.wall(branch),
+            from: branch.from.map(|(junction, _)| junction),
+            to: branch.to,
+            middles: vec![WHOLE; sections.len()],
+            sections,
+            hole: None,
+            plugs: None,
+            top: None,
+        };
+        let [first, last] = [0, tangents.len() - 1];
+        let [at_begin, at_end] = plane_part.map(|s| line.radius(s));
+        self.begin(&mut stack, branch, &tangents[first], at_begin)?;
+        match branch.to {
+            Some(to) => self.end(&mut stack, to, &frames, &tangents[last], at_end)?,
+            None if line.is_closed => {
+                let (dome, top) = (self.slicer).dome(line, &tangents[last], &frames.first[last])?;
+                stack.middles.extend(vec![WHOLE; dome.len()]);
+                stack.sections.extend(dome);
+                stack.top = Some(top);
+            }
+            None => {}
+        }
+        Ok(stack)
+    }
+
+    /// The plane cross-sections of a branch, with the tangents of its line there.
+    fn plane_sections(
+        &self,
+        branch: &Branch,
+        [begin, end]: [f64; 2],
+    ) -> Result<(Vec<CrossSection>, Vec<Vec3>, Frames), TreeError> {
+        let line = &branch.axis;
         let stations = self.slicer.stations(line, begin, end);
         let tangents: Vec<Vec3> = stations.iter().map(|s| line.tangent(*s)).collect();
         let axis = |junction: usize, end| self.junctions[junction].axis(end);
@@ -114,123 +160,105 @@ impl Tree {
             (branch.from).map(|(junction, daughter)| axis(junction, Some(daughter))),
             branch.to.map(|junction| axis(junction, None)),
         );
-        let mut sections = Vec::with_capacity(stations.len() + 8);
         let whole = self.whole(branch, &stations, &tangents, &frames.first);
-        for (i, (s, tangent)) in stations.iter().zip(&tangents).enumerate() {
-            let share = (s - begin) / (end - begin);
-            // Without a kink at the ends.
-            let turned = frames.turn * share * share * (3.0 - 2.0 * share);
-            let cut = |i: usize| {
-                let centre = line.at(stations[i]);
-                (self.slicer).plane(centre, &tangents[i], &frames.first[i], turned)
-            };
+        let section = |i: usize| {
             let nearest = i.clamp(whole.start, whole.end - 1);
-            let section = cut(nearest)?;
-            sections.push(match nearest == i {
+            let share = (stations[i] - begin) / (end - begin);
+            let centre = line.at(stations[nearest]);
+            let (tangent, first) = (&tangents[nearest], &frames.first[nearest]);
+            let turned = frames.turn * share * share * (3.0 - 2.0 * share);
+            let section = (self.slicer).plane(centre, tangent, first, turned)?;
+            Ok(match nearest == i {
                 true => section,
-                false => section.moved(line.at(*s), [&tangents[nearest], tangent]),
-            });
-        }
-        let whole = Middle {
-            axis: 0,
-            share: 1.0,
+                false => section.moved(line.at(stations[i]), [tangent, &tangents[i]]),
+            })
         };
-        let mut middles = vec![whole; sections.len()];
-        // Without a kink where the cross-sections become plane.
-        let share = |u: f64| u * u * (3.0 - 2.0 * u);
-        let mut plugs = None;
-        let folded = match branch
-            .from
-            .map(|(junction, end)| (&self.junctions[junction], end))
-        {
-            Some((Meeting::Fan(fan), daughter)) => Some(fan.section(Some(daughter))),
+        let sections = (0..stations.len()).map(section);
+        let sections = sections.collect::<Result<_, TreeError>>()?;
+        Ok((sections, tangents, frames))
+    }
+
+    /// Puts what leads from the junction where a branch begins, if there is one, before its plane cross-sections.
+    fn begin(
+        &self,
+        stack: &mut Stack,
+        branch: &Branch,
+        tangent: &Vec3,
+        radius: f64,
+    ) -> Result<(), TreeError> {
+        let rings = self.slicer.grid.rings.len();
+        let from = (branch.from).map(|(junction, end)| (&self.junctions[junction], end));
+        let folded = match from {
+            None => return Ok(()),
             Some((Meeting::Side(side), 0)) => {
-                sections[0] = side.sections[side.sections.len() - 1].clone();
-                None
+                stack.sections[0] = side.sections[side.sections.len() - 1].clone();
+                return Ok(());
             }
             Some((Meeting::Side(_), _)) => {
-                plugs = self
-                    .stacks
-                    .iter()
-                    .position(|stack| stack.to == branch.from.map(|(at, _)| at));
-                Some(self.plug(plugs, self.slicer.grid.rings.len()))
+                stack.plugs = self.stacks.iter().position(|other| other.to == stack.from);
+                self.plug(stack.plugs, rings)
             }
-            None => None,
+            Some((Meeting::Fan(fan), daughter)) => fan.section(Some(daughter)),
         };
-        if let Some(folded) = folded {
-            let (plane, radius) = (&sections[0], line.radius(begin));
-            let (between, places) =
-                self.slicer
-                    .unfolding(folded, plane, &tangents[0], radius, false)?;
-            sections.splice(0..0, between);
-            let held = places.iter().map(|u| Middle {
-                axis: 0,
-                share: if plugs.is_some() { 1.0 } else { share(*u) },
-            });
-            middles.splice(0..0, held);
+        let plane = &stack.sections[0];
+        let (between, places) = (self.slicer).unfolding(folded, plane, tangent, radius, false)?;
+        let is_plug = stack.plugs.is_some();
+        let held = places.iter().map(|u| Middle {
+            axis: 0,
+            share: if is_plug { 1.0 } else { without_kink(*u) },
+        });
+        stack.middles.splice(0..0, held);
+        stack.sections.splice(0..0, between);
+        if is_plug {
+            let plug = (0..rings).map(|ring| self.plug(stack.plugs, ring));
+            stack.sections.splice(0..0, plug);
+            stack.middles.splice(0..0, vec![WHOLE; rings]);
         }
-        if plugs.is_some() {
-            let rings = self.slicer.grid.rings.len();
-            sections.splice(0..0, (0..rings).map(|ring| self.plug(plugs, ring)));
-            middles.splice(0..0, vec![whole; rings]);
-        }
-        let mut top = None;
-        if line.is_closed && branch.to.is_none() {
-            let last = tangents.len() - 1;
-            let (dome, of_top) = self
-                .slicer
-                .dome(line, &tangents[last], &frames.first[last])?;
-            middles.resize(sections.len() + dome.len(), whole);
-            sections.extend(dome);
-            top = Some(of_top);
-        }
-        let mut hole = None;
+        Ok(())
+    }
+
+    /// Puts what leads to the junction where a branch ends behind its plane cross-sections.
+    fn end(
+        &self,
+        stack: &mut Stack,
+        junction: usize,
+        frames: &Frames,
+        tangent: &Vec3,
+        radius: f64,
+    ) -> Result<(), TreeError> {
         let axis = frames.quarters * self.slicer.grid.core;
-        match branch.to.map(|junction| &self.junctions[junction]) {
-            Some(Meeting::Fan(fan)) => {
+        match &self.junctions[junction] {
+            Meeting::Fan(fan) => {
                 let mut folded = fan.section(None);
                 folded.rim.rotate_right(axis);
-                let (plane, tangent) =
-                    (&sections[sections.len() - 1], &tangents[tangents.len() - 1]);
-                let radius = line.radius(end);
-                let (mut between, places) = self
-                    .slicer
-                    .unfolding(folded, plane, tangent, radius, true)?;
-                between.reverse();
-                sections.extend(between);
+                let plane = &stack.sections[stack.sections.len() - 1];
+                let (between, places) =
+                    (self.slicer).unfolding(folded, plane, tangent, radius, true)?;
+                stack.sections.extend(between.into_iter().rev());
                 let held = places.iter().rev().map(|u| Middle {
                     axis,
-                    share: share(*u),
+                    share: without_kink(*u),
                 });
-                middles.extend(held);
+                stack.middles.extend(held);
             }
-            Some(Meeting::Side(side)) => {
-                hole = Some(Hole {
-                    first: sections.len() + side.first,
+            Meeting::Side(side) => {
+                stack.hole = Some(Hole {
+                    first: stack.sections.len() + side.first,
                     middle: axis,
                 });
-                middles.resize(sections.len() + side.sections.len(), whole);
-                sections.extend(side.sections.iter().cloned().map(|mut section| {
-                    section.rim.rotate_right(axis);
-                    if let Some(inner) = &mut section.inner {
-                        inner.rotate_right(axis);
-                    }
-                    section
-                }));
+                (stack.middles).extend(vec![WHOLE; side.sections.len()]);
+                stack
+                    .sections
+                    .extend(side.sections.iter().cloned().map(|mut section| {
+                        section.rim.rotate_right(axis);
+                        if let Some(inner) = &mut section.inner {
+                            inner.rotate_right(axis);
+                        }
+                        section
+                    }));
             }
-            None => {}
         }
-        Ok(Stack {
-            end: (branch.to.is_none() && !line.is_closed).then_some(branch.lines[0]),
-            wall: self.wall(branch),
-            from: branch.from.map(|(junction, _)| junction),
-            to: branch.to,
-            sections,
-            middles,
-            hole,
-            plugs,
-            top,
-        })
+        Ok(())
     }
 
     /// The cross-section of a plug at a ring of the stack that it is in, at rest.
