@@ -36,27 +36,24 @@ fn main() -> Result<(), FlowError> {
     let places: Vec<Vec3> = (along.iter())
         .flat_map(|z| (tube.places.iter()).map(move |[x, y]| Vec3::new(*x, *y, z * length)))
         .collect();
-    let positions = |t: f64, error: f64| {
-        let widening = 0.05 * (1.0 - (20.0 * t).cos()) * (1.0 + error);
-        components(places.iter().map(|x| {
-            let radius = RADIUS * (1.0 + widening * (PI * x.z / length).sin().powi(2));
-            Vec3::new(radius * x.x, radius * x.y, x.z)
-        }))
+    let size = Size {
+        elements: space.space.elements,
+        nodes: space.space.nodes,
+        pressures: space.space.pressures,
     };
 
     // 2. The boundary: a flow with a profile of fourth order in, an open end with a resistance out.
-    let (nodes, pressures, elements) = (
-        space.space.nodes,
-        space.space.pressures,
-        space.space.elements,
-    );
     let open = space.space.faces_of(|patch| patch == Boundary::End(1));
     let fixed = space.space.faces_of(|patch| patch != Boundary::End(1));
     let wall = space
         .space
         .faces_of(|patch| matches!(patch, Boundary::Mantle(_)));
     let inlet = (space.space.faces_of(|patch| patch == Boundary::End(0))).to_vec();
-    let inlet = space.space.nodes_of(&inlet);
+    let vessel = Vessel {
+        inlet: space.space.nodes_of(&inlet),
+        places,
+        length,
+    };
     let settings = FlowSettings {
         density: 1060.0,
         rheology: Rheology::Newtonian { viscosity: 3.7e-3 },
@@ -68,75 +65,113 @@ fn main() -> Result<(), FlowError> {
         faces: open,
         inflow: OpenInflow::NoEnergy,
     };
-    let rest = positions(0.0, 0.0);
-    let zeros = |n: usize| [vec![0.0; n], vec![0.0; n]];
-    let mut flow = Flow::new(space, settings, &fixed, wall, vec![end], &rest)?;
-    let mut state = FlowState {
-        time: 0.0,
-        before: None,
-        positions: [rest.clone(), rest],
-        velocity: zeros(3 * nodes),
-        pressure: zeros(pressures),
-        preconditioner: None,
-    };
-    println!(
-        "{elements} elements, {nodes} nodes, {pressures} pressures, {:.2} GB",
-        gigabytes()
-    );
+    let rest = vessel.positions(0.0, 0.0);
+    let flow = Flow::new(space, settings, &fixed, wall, vec![end], &rest)?;
+    vessel.run(flow, &size, steps)
+}
 
-    // 3. Steps of two trials.
-    let (mut seconds, mut iterations) = (0.0, 0);
-    let mut last = None;
-    for step in 1..=steps {
-        let t = step as f64 * STEP;
-        let mut trial = None;
-        let (begin, then, mut spent) = (processor_seconds(), flow.clock().by_part(), Vec::new());
-        for error in [1e-2, 1e-4] {
-            let positions = positions(t, error);
-            let mut velocity = flow.mesh_velocity(&state, STEP, &positions);
-            for &node in &inlet {
-                let r2 = places[node].xy().norm_squared();
-                let mean = 0.3 * (1.0 - (20.0 * t).cos()) * 0.5;
-                velocity[2 * nodes + node] = 1.5 * mean * (1.0 - r2 * r2);
-            }
-            let boundary = BoundaryConditions {
-                velocity,
-                pressures: vec![[1000.0, 1e8]],
-                load: Vec::new(),
-            };
-            let solution = flow.solve(&state, STEP, positions, &boundary, trial.as_ref())?;
-            spent.push(solution.iterations);
-            trial = Some(solution);
+/// Numbers of unknowns.
+struct Size {
+    elements: usize,
+    nodes: usize,
+    pressures: usize,
+}
+
+/// The tube in motion.
+struct Vessel {
+    /// Of the nodes at rest: across the section in units of the radius, along it in m.
+    places: Vec<Vec3>,
+    inlet: Vec<usize>,
+    length: f64,
+}
+
+impl Vessel {
+    /// Positions (m) of the nodes at a time (s) with a relative error of the widening, one component after the other.
+    fn positions(&self, t: f64, error: f64) -> Vec<f64> {
+        let widening = 0.05 * (1.0 - (20.0 * t).cos()) * (1.0 + error);
+        components(self.places.iter().map(|x| {
+            let radius = RADIUS * (1.0 + widening * (PI * x.z / self.length).sin().powi(2));
+            Vec3::new(radius * x.x, radius * x.y, x.z)
+        }))
+    }
+
+    /// The mesh's velocity on the wall, and the flow at the inlet.
+    fn boundary(&self, mut velocity: Vec<f64>, t: f64) -> BoundaryConditions {
+        for &node in &self.inlet {
+            let r2 = self.places[node].xy().norm_squared();
+            let mean = 0.3 * (1.0 - (20.0 * t).cos()) * 0.5;
+            velocity[2 * self.places.len() + node] = 1.5 * mean * (1.0 - r2 * r2);
         }
-        let trial = trial.expect("two trials");
-        let used = processor_seconds() - begin;
-        let parts: Vec<String> = (flow.clock().by_part().iter().zip(&then))
-            .map(|((name, now), (_, then))| format!("{name} {:.3}", now - then))
-            .collect();
-        println!(
-            "step {step}: {used:.2} s, iterations {spent:?}; {}; {:.2} GB",
-            parts.join(", "),
-            gigabytes()
-        );
-        last = Some((trial.outflows[0], trial.pressure[0]));
-        flow.accept(&mut state, trial);
-        // The first ones make the preconditioner, and know no states to extrapolate
-        if step > 2 {
-            seconds += used;
-            iterations += spent.iter().sum::<usize>();
+        BoundaryConditions {
+            velocity,
+            pressures: vec![[1000.0, 1e8]],
+            load: Vec::new(),
         }
     }
-    let trials = 2.0 * (steps as f64 - 2.0);
-    let (outflow, pressure) = last.expect("a step");
-    println!("outflow {outflow:.9e} m³/s, pressure at the inlet {pressure:.9e} Pa");
-    println!(
-        "{elements} elements, {nodes} nodes: {:.3} s and {:.1} iterations per trial, {:.2} µs per node, {:.2} GB",
-        seconds / trials,
-        iterations as f64 / trials,
-        1e6 * seconds / trials / nodes as f64,
-        gigabytes()
-    );
-    Ok(())
+
+    /// Steps of two trials each, and what they take.
+    fn run(&self, mut flow: Flow, size: &Size, steps: usize) -> Result<(), FlowError> {
+        let Size {
+            elements,
+            nodes,
+            pressures,
+        } = size;
+        let rest = self.positions(0.0, 0.0);
+        let zeros = |n: usize| [vec![0.0; n], vec![0.0; n]];
+        let mut state = FlowState {
+            time: 0.0,
+            before: None,
+            positions: [rest.clone(), rest],
+            velocity: zeros(3 * nodes),
+            pressure: zeros(*pressures),
+            preconditioner: None,
+        };
+        println!(
+            "{elements} elements, {nodes} nodes, {pressures} pressures, {:.2} GB",
+            gigabytes()
+        );
+        let (mut seconds, mut iterations) = (0.0, 0);
+        for step in 1..=steps {
+            let t = step as f64 * STEP;
+            let mut trial = None;
+            let (begin, then, mut spent) =
+                (processor_seconds(), flow.clock().by_part(), Vec::new());
+            for error in [1e-2, 1e-4] {
+                let positions = self.positions(t, error);
+                let velocity = flow.mesh_velocity(&state, STEP, &positions);
+                let boundary = self.boundary(velocity, t);
+                let solution = flow.solve(&state, STEP, positions, &boundary, trial.as_ref())?;
+                spent.push(solution.iterations);
+                trial = Some(solution);
+            }
+            let trial = trial.expect("two trials");
+            let used = processor_seconds() - begin;
+            let parts: Vec<String> = (flow.clock().by_part().iter().zip(&then))
+                .map(|((name, now), (_, then))| format!("{name} {:.3}", now - then))
+                .collect();
+            println!(
+                "step {step}: {used:.2} s, iterations {spent:?}; {}; outflow {:.9e} m³/s, pressure at the inlet {:.9e} Pa",
+                parts.join(", "),
+                trial.outflows[0],
+                trial.pressure[0]
+            );
+            flow.accept(&mut state, trial);
+            // The first ones make the preconditioner, and know no states to extrapolate
+            if step > 2 {
+                seconds += used;
+                iterations += spent.iter().sum::<usize>();
+            }
+        }
+        let trials = 2.0 * (steps as f64 - 2.0);
+        println!(
+            "{elements} elements, {nodes} nodes: {:.3} s and {:.1} iterations per trial, {:.2} µs per node, {:.2} GB",
+            seconds / trials,
+            iterations as f64 / trials,
+            1e6 * seconds / trials / *nodes as f64,
+            gigabytes()
+        );
+        Ok(())
+    }
 }
 
 /// A section of a round tube: an O-grid, its nodes in units of the radius.
