@@ -6,6 +6,7 @@ use crate::case::{Case, FlowUnit, LengthUnit, Preset};
 use crate::output::terminal;
 use crate::proposal::{Like, Proposal, ProposalError, ProposalInput};
 use crate::simulation::assembly::Domain;
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -230,25 +231,24 @@ fn put(whole: TempDir, folder: &Path) -> std::io::Result<()> {
 /// is given.
 fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
     let mut thinner = None;
-    for preset in PRESETS {
-        while let Some(x) = inside_out(folder, preset)? {
-            let Some(share) = proposal.make_thinner() else {
-                let advice = match thinner {
-                    Some(share) => format!(
-                        "even one of {share} of the radius; smoother lines (--smoothing), or fewer of the branches that part there \
-                         (--leave-out), help"
-                    ),
-                    None => "a smaller --thickness, or none, helps (0.05 to 0.2 of the radius are tried then)".into(),
-                };
-                return Err(Failure::Input(format!(
-                    "the wall would be inside out near ({:.4e}, {:.4e}, {:.4e}) m with --preset {preset}, where branches part: {advice}",
-                    x.x, x.y, x.z
-                )));
+    // All at once: each of them meshes the lumen.
+    while let Some((preset, x)) = inside_out(folder)? {
+        let Some(share) = proposal.make_thinner() else {
+            let advice = match thinner {
+                Some(share) => format!(
+                    "even one of {share} of the radius; smoother lines (--smoothing), or fewer of the branches that part there \
+                     (--leave-out), help"
+                ),
+                None => "a smaller --thickness, or none, helps (0.05 to 0.2 of the radius are tried then)".into(),
             };
-            thinner = Some(share);
-            std::fs::write(folder.join(CASE_FILE), &proposal.text)
-                .map_err(|e| Failure::Run(format!("cannot write {CASE_FILE}: {e}")))?;
-        }
+            return Err(Failure::Input(format!(
+                "the wall would be inside out near ({:.4e}, {:.4e}, {:.4e}) m with --preset {preset}, where branches part: {advice}",
+                x.x, x.y, x.z
+            )));
+        };
+        thinner = Some(share);
+        std::fs::write(folder.join(CASE_FILE), &proposal.text)
+            .map_err(|e| Failure::Run(format!("cannot write {CASE_FILE}: {e}")))?;
     }
     if let Some(share) = thinner {
         proposal.remarks.push(format!(
@@ -258,12 +258,17 @@ fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Where the wall of the case of a vessel that branches is inside out, m.
-fn inside_out(folder: &Path, preset: Preset) -> Result<Option<Vec3>, Failure> {
-    let case = Case::load(folder, preset, &[]).map_err(|e| Failure::Input(e.to_string()))?;
-    if case.tree().is_none() {
-        return Ok(None);
-    }
-    let domain = Domain::new(&case).map_err(|e| Failure::Input(e.to_string()))?;
-    Ok(domain.wall_inside_out(&case))
+/// The first preset with which the wall of the case of a vessel that branches is inside out, and where, m.
+fn inside_out(folder: &Path) -> Result<Option<(Preset, Vec3)>, Failure> {
+    let found = |preset: &Preset| {
+        let case = Case::load(folder, *preset, &[]).map_err(|e| Failure::Input(e.to_string()))?;
+        if case.tree().is_none() {
+            return Ok(None);
+        }
+        let domain = Domain::new(&case).map_err(|e| Failure::Input(e.to_string()))?;
+        Ok(domain.wall_inside_out(&case).map(|x| (*preset, x)))
+    };
+    let all: Vec<Result<Option<(Preset, Vec3)>, Failure>> = PRESETS.par_iter().map(found).collect();
+    let found = all.into_iter().collect::<Result<Vec<_>, _>>()?;
+    Ok(found.into_iter().flatten().next())
 }

@@ -11,6 +11,7 @@ use crate::case::{
 use crate::geometry::tree::{Tree, TreeMistake};
 use crate::polydata::PolyData;
 use crate::tabular::units::MMHG;
+use fsi_numerics::quadrature::Rule;
 use fsi_numerics::twelve_digits;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
@@ -28,6 +29,10 @@ const SYSTOLE: f64 = 0.4;
 const RAMP: f64 = 0.1;
 /// Waves of the lines, in mean radii, that are halved if these cannot be meshed as they are.
 const SMOOTHING: [f64; 3] = [1.0, 2.0, 4.0];
+/// Lengths (radii) of the driver's own elements that are tried where those of usual length are inside out.
+const SHORTER: [f64; 3] = [0.7, 0.5, 0.35];
+/// The line that those follow.
+const CELL_LENGTH: &str = "length = 0.4 # of a cell, in radii\n";
 /// A cell whose scaled Jacobian is less than this is nearly flat.
 const FLAT: f64 = 0.05;
 
@@ -129,6 +134,7 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
         let case = super::load(trial.path(), &text, input, Preset::Demo)?;
         match meshed(&case) {
             Ok(mesh) => {
+                let (text, elements) = with_elements(&case, text);
                 if let Some(length) = smoothing.filter(|_| input.smoothing.is_none()) {
                     remarks.push(format!(
                         "smoothing waves of {:.2} mm of the lines are halved: as they are they bend too sharply for a mesh",
@@ -136,6 +142,7 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
                     ));
                 }
                 remarks.extend(mesh);
+                remarks.extend(elements);
                 return Ok(Proposal {
                     text,
                     files,
@@ -273,6 +280,38 @@ fn meshed(case: &ResolvedCase) -> Result<Option<String>, TreeMistake> {
     )))
 }
 
+/// The case with elements of the driver's own fluid that are not inside out, and what is to be said of them.
+fn with_elements(case: &ResolvedCase, text: String) -> (String, Option<String>) {
+    let Some(keys) = case.tree() else {
+        return (text, None);
+    };
+    let nodes = Rule::gauss_lobatto(keys.elements().degree() + 1).points;
+    let mistake = match Tree::of_elements(keys, &nodes) {
+        Ok(_) => return (text, None),
+        Err(mistake) => mistake,
+    };
+    let is_whole = |length: &&f64| {
+        let mut keys = keys.clone();
+        keys.native.get_or_insert_default().length = Some(**length);
+        Tree::of_elements(&keys, &nodes).is_ok()
+    };
+    let Some(length) = SHORTER.iter().find(is_whole) else {
+        let warning = format!(
+            "warning: the driver's own elements (--fluid native) have no mesh here, OpenFOAM's cells do: {mistake}"
+        );
+        return (text, Some(warning));
+    };
+    let line = format!(
+        "{CELL_LENGTH}native.length = {length} # of an element of the driver's own fluid\n"
+    );
+    (
+        text.replace(CELL_LENGTH, &line),
+        Some(format!(
+            "elements  of the driver's own fluid are {length} radii long (tree.native.length): with 1, some would be inside out"
+        )),
+    )
+}
+
 fn text(
     input: &ProposalInput,
     path: &Path,
@@ -321,7 +360,7 @@ fn text(
         text,
         "inlet = {} # rename the openings here and in the tables below\noutlets = [{in_file}]\n{left_out}core = 4 # cells along a side of the square in the \
          middle of a cross-section\nradial = {rings} # rings of cells around it: the one at the wall is a quarter of the Stokes layer \
-         thick\nwall_grading = {grading:?}\nlength = 0.4 # of a cell, in radii\n",
+         thick\nwall_grading = {grading:?}\n{CELL_LENGTH}",
         quoted[0]
     );
     openings(input, ends, &quoted, pulse, figures, &mut text);

@@ -3,6 +3,8 @@
 use super::grouping::Quads;
 use crate::Vec3;
 use crate::geometry::PolyMesh;
+use rayon::prelude::*;
+use rstar::RTree;
 use std::collections::{BTreeMap, HashMap};
 
 /// Why a wall cannot grow from the patches.
@@ -200,9 +202,15 @@ impl WetQuads {
     }
 
     /// Radius (m) of the largest ball that touches the surface at each point from within and holds no other point of
-    /// it: the radius of a tube, and about that of the lumen where there is none.
+    /// it touches the point that is nearest to its centre, and so on (Ma, Bae, Choi, The Visual Computer 28, 2012).
+    /// it touches the point that is nearest to its centre, and so on (Ma, Bae and Choi, The Visual Computer 28, 2012).
     pub fn radii(&self, normals: &[Vec3]) -> Vec<f64> {
         let points = &self.quads.points;
+        let tree = RTree::bulk_load(points.iter().map(|x| [x.x, x.y, x.z]).collect());
+        // Larger than any ball that two points say.
+        let largest = (points.iter())
+            .map(|x| (x - points[0]).norm())
+            .fold(0.0, f64::max);
         let radius = |(x, n): (&Vec3, &Vec3)| {
             let touching = |y: &Vec3| {
                 let d = y - x;
@@ -210,9 +218,24 @@ impl WetQuads {
                 // Of two points on a ball with the normal n at x: |d|² = 2 r depth.
                 (depth > 1e-9 * d.norm()).then(|| d.norm_squared() / (2.0 * depth))
             };
-            let radii = points.iter().filter_map(touching);
-            radii.fold(f64::INFINITY, f64::min)
+            let mut radius = largest;
+            let mut is_touched = false;
+            loop {
+                let centre = x - n * radius;
+                let nearest = tree.nearest_neighbor([centre.x, centre.y, centre.z]);
+                let smaller = nearest.and_then(|y| touching(&Vec3::from(*y)));
+                match smaller.filter(|smaller| *smaller < radius) {
+                    Some(smaller) => (radius, is_touched) = (smaller, true),
+                    None if is_touched => return radius,
+                    // So flat that its ball is larger than the surface, or open.
+                    None => {
+                        let radii = points.iter().filter_map(touching);
+                        return radii.fold(f64::INFINITY, f64::min);
+                    }
+                }
+            }
         };
-        points.iter().zip(normals).map(radius).collect()
+        let pairs = points.par_iter().zip(normals);
+        pairs.map(radius).collect()
     }
 }

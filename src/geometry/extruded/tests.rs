@@ -109,6 +109,33 @@ fn normals_and_radii_of_a_tube_are_those_of_a_cylinder() {
     }
 }
 
+/// Those of a bent tube that narrows, found by the points nearest to balls, are the least of all points.
+#[test]
+fn radii_are_the_least_of_all_pairs_of_points() {
+    let mut surface = tube(16, 20);
+    for x in &mut surface.quads.points {
+        let r = 1.0 - 0.08 * x.z;
+        *x = Vec3::new(r * x.x + 0.1 * x.z * x.z, r * x.y, x.z);
+    }
+    let normals = surface.normals(4);
+    let points = &surface.quads.points;
+    let found = surface.radii(&normals);
+    for ((x, n), found) in points.iter().zip(&normals).zip(&found) {
+        let of = |y: &Vec3| {
+            let d = y - x;
+            let depth = -d.dot(n);
+            (depth > 1e-9 * d.norm()).then(|| d.norm_squared() / (2.0 * depth))
+        };
+        let least = points.iter().filter_map(of).fold(f64::INFINITY, f64::min);
+        assert!((found / least - 1.0).abs() < 1e-12, "{found} {least}");
+    }
+    let [least, most] = [f64::min, f64::max].map(|of| found.iter().copied().reduce(of).unwrap());
+    assert!(
+        (0.3..0.6).contains(&least) && (2.5..3.5).contains(&most),
+        "{least} {most}"
+    );
+}
+
 /// All inner points of the groups lie on the wall that is made of them.
 #[test]
 fn the_inner_side_passes_through_all_points() {

@@ -11,6 +11,7 @@ use super::lumen::Lumen;
 use super::section::{CrossSection, SectionGrid, worst_between};
 use crate::Vec3;
 use crate::curve::CentreLine;
+use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Distances of a junction's centre upstream of its apices that are tried, in radii of the parent.
@@ -78,17 +79,18 @@ impl Junction {
         let apices: Vec<Vec3> = (order.windows(2))
             .map(|pair| apex(lumen, pair[0], pair[1]))
             .collect::<Result<_, _>>()?;
-        let mut best: Result<(f64, Self), TreeError> = Err(TreeError::Open(apices[0]));
-        for back in BACK {
-            let tried = Self::at(slicer, trunk, &order, &spread, &apices, back)
-                .and_then(|junction| Ok((junction.quality(slicer, trunk)?, junction)));
-            best = match (best, tried) {
-                (Ok(best), Ok(tried)) if best.0 >= tried.0 => Ok(best),
-                (Ok(best), Err(_)) => Ok(best),
-                (_, tried) => tried,
-            };
-        }
-        best.map(|(_, junction)| junction)
+        let tried = |back: &f64| {
+            Self::at(slicer, trunk, &order, &spread, &apices, *back)
+                .and_then(|junction| Ok((junction.quality(slicer, trunk)?, junction)))
+        };
+        let all: Vec<Result<(f64, Self), TreeError>> = BACK.par_iter().map(tried).collect();
+        let best = all.into_iter().reduce(|best, tried| match (best, tried) {
+            (Ok(best), Ok(tried)) if best.0 >= tried.0 => Ok(best),
+            (Ok(best), Err(_)) => Ok(best),
+            (_, tried) => tried,
+        });
+        let (_, junction) = best.expect("some are tried")?;
+        Ok(junction)
     }
 
     /// That with its centre `back` radii upstream of the apices.
@@ -364,7 +366,7 @@ impl Slicer {
             a * (1.0 - u).powi(2) + control * (2.0 * u * (1.0 - u)) + b * (u * u)
         };
         places.pop();
-        let between = places[1..].iter().map(|&u| {
+        let between = places[1..].par_iter().map(|&u| {
             let centre = on(&folded.centre, &plane.centre, u);
             let near = self.lumen.near(&centre);
             let rim = folded.rim.iter().zip(&plane.rim).map(|(a, b)| {
@@ -376,7 +378,9 @@ impl Slicer {
             });
             Ok(CrossSection::new(centre, rim.collect::<Result<_, _>>()?))
         });
-        let between: Vec<CrossSection> = between.collect::<Result<_, _>>()?;
+        // Of several mistakes always the same one.
+        let between: Vec<Result<CrossSection, TreeError>> = between.collect();
+        let between: Vec<CrossSection> = between.into_iter().collect::<Result<_, _>>()?;
         Ok(([folded].into_iter().chain(between).collect(), places))
     }
 

@@ -9,6 +9,7 @@ use super::meeting::Meeting;
 use super::section::CrossSection;
 use super::side::{Hole, plug};
 use crate::Vec3;
+use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
@@ -173,8 +174,10 @@ impl Tree {
                 false => section.moved(line.at(stations[i]), [tangent, &tangents[i]]),
             })
         };
-        let sections = (0..stations.len()).map(section);
-        let sections = sections.collect::<Result<_, TreeError>>()?;
+        let found: Vec<Result<CrossSection, TreeError>> =
+            (0..stations.len()).into_par_iter().map(section).collect();
+        // Of several mistakes always the same one.
+        let sections = found.into_iter().collect::<Result<_, TreeError>>()?;
         Ok((sections, tangents, frames))
     }
 

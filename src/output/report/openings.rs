@@ -46,18 +46,49 @@ pub fn openings(run: &Results) -> io::Result<Vec<String>> {
         return Ok(Vec::new());
     }
     let pressures = of(|row| Some((row.time_s, row.p_Pa / MMHG)));
+    let shown = of_most_flow(&flows);
+    let which = match shown.len() < flows.len() {
+        true => format!(
+            "the {} openings of {} with most flow",
+            shown.len(),
+            flows.len()
+        ),
+        false => "each opening".into(),
+    };
+    let [flows, pressures] = [flows, pressures].map(|curves| {
+        let all = curves.into_iter().enumerate();
+        let kept = all.filter(|(i, _)| shown.contains(i)).zip(COLOURS);
+        let curve = |((_, curve), colour)| Curve { colour, ..curve };
+        kept.map(curve).collect::<Vec<Curve>>()
+    });
     Ok(vec![
         chart(
             "opening-flow",
-            "Flow into the domain through each opening.",
+            &format!("Flow into the domain through {which}."),
             panel("flow into the domain", "time / s", "flow / (ml/s)", flows),
         ),
         chart(
             "opening-pressure",
-            "Mean pressure at each opening.",
+            &format!("Mean pressure at {which}."),
             panel("pressure", "time / s", "pressure / mmHg", pressures),
         ),
     ])
+}
+
+/// Which curves are drawn, in their order: as many as there are colours, those whose flow is largest on average.
+fn of_most_flow(flows: &[Curve]) -> Vec<usize> {
+    let size = |i: &usize| {
+        flows[*i]
+            .points
+            .iter()
+            .map(|(_, flow)| flow.abs())
+            .sum::<f64>()
+    };
+    let mut order: Vec<usize> = (0..flows.len()).collect();
+    order.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    order.truncate(COLOURS.len());
+    order.sort_unstable();
+    order
 }
 
 /// Flow, pressure and area of the cross-sections that the case watches, if there are any.

@@ -7,7 +7,7 @@ use super::surface::DrawnSurface;
 use super::{case_table, initial_state, maps, openings, quantities, resolution, scene};
 use crate::analysis;
 use crate::analysis::centre_line;
-use crate::case::Case;
+use crate::case::{Case, TreeKeys};
 use crate::geometry::Vessel;
 use crate::hemodynamics::{Region, RegionExtent, RegionName};
 use crate::output::figure::{Curve, Panel, Scale};
@@ -222,12 +222,16 @@ pub(super) fn flow_panel(run: &Results) -> Panel {
     panel("flow", "time / s", "flow / (ml/s)", curves)
 }
 
-/// Mean pressures at inlet and outlet.
+/// Mean pressures at inlet and outlet, of a tree at its first outlet.
 pub(super) fn pressure_panel(run: &Results) -> Panel {
     let pressure = |value| column(run, value, MMHG);
+    let tree = run.case.own().and_then(|own| own.tree.as_ref());
+    let names = tree.map_or_else(Vec::new, TreeKeys::open_names);
+    let name = |i: usize, usual| names.get(i).map_or(usual, String::as_str);
+    let (inlet, outlet) = (name(0, "inlet"), name(1, "outlet"));
     let curves = vec![
-        line("inlet", openings::COLOURS[0], pressure(|row| row.p_in_Pa)),
-        line("outlet", openings::COLOURS[1], pressure(|row| row.p_out_Pa)),
+        line(inlet, openings::COLOURS[0], pressure(|row| row.p_in_Pa)),
+        line(outlet, openings::COLOURS[1], pressure(|row| row.p_out_Pa)),
     ];
     panel("pressure", "time / s", "pressure / mmHg", curves)
 }
