@@ -202,8 +202,8 @@ impl WetQuads {
     }
 
     /// Radius (m) of the largest ball that touches the surface at each point from within and holds no other point of
-    /// it touches the point that is nearest to its centre, and so on (Ma, Bae, Choi, The Visual Computer 28, 2012).
-    /// it touches the point that is nearest to its centre, and so on (Ma, Bae and Choi, The Visual Computer 28, 2012).
+    /// it: the radius of a tube, and about that of the lumen where there is none. A ball that is too large shrinks
+    /// until it touches the point nearest to its centre, and so on (Ma, Bae and Choi, The Visual Computer 28, 2012).
     pub fn radii(&self, normals: &[Vec3]) -> Vec<f64> {
         let points = &self.quads.points;
         let tree = RTree::bulk_load(points.iter().map(|x| [x.x, x.y, x.z]).collect());
