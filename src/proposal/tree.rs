@@ -15,7 +15,7 @@ use fsi_numerics::quadrature::Rule;
 use fsi_numerics::twelve_digits;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Thicknesses of the wall, as shares of the radius: the first one with which no element is inside out where branches
 /// part.
@@ -70,23 +70,8 @@ fn has_several_lines(path: &Path) -> bool {
 pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError> {
     let path = input.line.clone().unwrap_or_default();
     let unit = only_trees(input, &path)?;
-    let mut ends = Ends::of(input, &path, unit)?;
-    let mut chosen = input.clone();
-    let mut left_out = Vec::new();
-    if ends.shares.len() > MAX_ENDS {
-        return Err(ProposalError::Input(format!(
-            "--from {}: {} ends are more than {MAX_ENDS}: leave out small branches (--leave-out)",
-            path.display(),
-            ends.shares.len(),
-        )));
-    }
-    if input.leaves_impossible_out {
-        let found = impossible::of(input, &path, unit, &ends)?;
-        left_out = found.remarks(&path, unit, ends.shares.len());
-        found.put_into(&mut chosen, &ends);
-        ends = Ends::of(&chosen, &path, unit)?;
-    }
-    let input = &chosen;
+    let (input, ends, left_out) = with_possible_ends(input, &path, unit)?;
+    let input = &input;
     let beat = Beat::of(input)?;
     let mut remarks = vec![format!(
         "read      {}: a tree with {} ends (--branch takes one line alone)",
@@ -116,52 +101,91 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
         let name = path.file_name().unwrap_or_default();
         files.push((name.to_string_lossy().into_owned(), path.clone()));
     }
+    let text = |smoothing| text(input, &path, unit, &ends, (pulse, smoothing), &figures);
+    let (text, more) = with_mesh(input, &files, ends.range[1], text)?.map_err(|mistake| {
+        ProposalError::Input(format!(
+            "--from {}: {mistake}{}",
+            path.display(),
+            impossible::advice(input, &path, unit, &ends)
+        ))
+    })?;
+    remarks.extend(more);
+    Ok(Proposal {
+        text,
+        files,
+        remarks,
+    })
+}
+
+/// The ends of the tree, without those that have no mesh if these are to be left out: with the options that say so, and
+/// what is to be said of them.
+fn with_possible_ends(
+    input: &ProposalInput,
+    path: &Path,
+    unit: LengthUnit,
+) -> Result<(ProposalInput, Ends, Vec<String>), ProposalError> {
+    let ends = Ends::of(input, path, unit)?;
+    let count = ends.shares.len();
+    if count > MAX_ENDS {
+        return Err(ProposalError::Input(format!(
+            "--from {}: {count} ends are more than {MAX_ENDS}: leave out small branches (--leave-out)",
+            path.display(),
+        )));
+    }
+    let mut chosen = input.clone();
+    if !input.leaves_impossible_out {
+        return Ok((chosen, ends, Vec::new()));
+    }
+    let found = impossible::of(input, path, unit, &ends)?;
+    found.put_into(&mut chosen, &ends);
+    let possible = Ends::of(&chosen, path, unit)?;
+    Ok((chosen, possible, found.remarks(path, unit, count)))
+}
+
+/// The first case whose lines have a mesh, as they are or smoothed more and more, with remarks; or what is wrong with
+/// the first one. `text` writes it for a wavelength (m) that is halved, a multiple of `radius` (m).
+fn with_mesh(
+    input: &ProposalInput,
+    files: &[(String, PathBuf)],
+    radius: f64,
+    text: impl Fn(Option<f64>) -> String,
+) -> Result<Result<(String, Vec<String>), TreeMistake>, ProposalError> {
     let trial = tempfile::tempdir()?;
-    for (name, path) in &files {
+    for (name, path) in files {
         std::fs::copy(path, trial.path().join(name))
             .map_err(|error| ProposalError::Input(format!("{}: {error}", path.display())))?;
     }
-    // Lines as they are, if they can be meshed.
-    let waves = SMOOTHING.map(|radii| Some(rounded(radii * ends.range[1])));
+    let waves = SMOOTHING.map(|radii| Some(rounded(radii * radius)));
     let tried = match input.smoothing {
         Some(given) => vec![Some(given)],
         None => [None].into_iter().chain(waves).collect(),
     };
     let mut first = None;
     for smoothing in tried {
-        let text = text(input, &path, unit, &ends, (pulse, smoothing), &figures);
+        let text = text(smoothing);
         super::load(trial.path(), &text, input, Preset::Paper)?;
         let case = super::load(trial.path(), &text, input, Preset::Demo)?;
-        match meshed(&case) {
+        let mistake = match meshed(&case) {
             Ok(mesh) => {
                 let (text, elements) = with_elements(&case, text);
-                if let Some(length) = smoothing.filter(|_| input.smoothing.is_none()) {
-                    remarks.push(format!(
+                let smoothed = smoothing.filter(|_| input.smoothing.is_none());
+                let smoothed = smoothed.map(|length| {
+                    format!(
                         "smoothing waves of {:.2} mm of the lines are halved: as they are they bend too sharply for a mesh",
                         1e3 * length
-                    ));
-                }
-                remarks.extend(mesh);
-                remarks.extend(elements);
-                return Ok(Proposal {
-                    text,
-                    files,
-                    remarks,
+                    )
                 });
+                let remarks = [smoothed, mesh, elements].into_iter().flatten();
+                return Ok(Ok((text, remarks.collect())));
             }
-            Err(mistake) if mistake.is_of_shape() => first.get_or_insert(mistake),
-            Err(mistake) => {
-                first = Some(mistake);
-                break;
-            }
+            Err(mistake) => mistake,
         };
+        if !mistake.is_of_shape() {
+            return Ok(Err(mistake));
+        }
+        first.get_or_insert(mistake);
     }
-    let mistake = first.map_or(String::new(), |mistake| mistake.to_string());
-    Err(ProposalError::Input(format!(
-        "--from {}: {mistake}{}",
-        path.display(),
-        impossible::advice(input, &path, unit, &ends)
-    )))
+    Ok(Err(first.expect("one was tried")))
 }
 
 /// That no option is given which only a single vessel has; and the unit of the lines.
