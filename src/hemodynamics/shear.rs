@@ -63,7 +63,8 @@ impl ShearStatistics {
     pub fn oscillating_shear_index(&self) -> Vec<f64> {
         let index = |(vector, &magnitude): (&Vec3, &f64)| {
             if magnitude > 0.0 {
-                0.5 * (1.0 - vector.norm() / magnitude)
+                // Of one direction by rounding a little longer than the sum of the magnitudes.
+                (0.5 * (1.0 - vector.norm() / magnitude)).max(0.0)
             } else {
                 0.0
             }
