@@ -63,7 +63,7 @@ impl ShearStatistics {
     pub fn oscillating_shear_index(&self) -> Vec<f64> {
         let index = |(vector, &magnitude): (&Vec3, &f64)| {
             if magnitude > 0.0 {
-                // Of one direction by rounding a little longer than the sum of the magnitudes.
+                // Where the direction never changes, rounding can make this less than zero.
                 (0.5 * (1.0 - vector.norm() / magnitude)).max(0.0)
             } else {
                 0.0

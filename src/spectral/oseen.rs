@@ -56,7 +56,8 @@ pub struct Terms {
     pub rhs: Vec<f64>,
 }
 
-/// Corrections of the mass balance at the end; each leaves the part that the geometry has changed since the factor.
+/// Corrections of the mass balance after a solution. One would do if the mesh had not moved since the factor of the
+/// corners' equations was made.
 const BALANCINGS: usize = 2;
 
 impl Oseen<'_> {
@@ -217,7 +218,7 @@ impl Oseen<'_> {
             .add_rest(SolverPart::Preconditioner, begin, &then);
     }
 
-    /// What is too much on the left of the equation of continuity, `B u - r_p`, in place of `r_p`.
+    /// Puts the excess `B u - r_p` of the equation of continuity in place of its right-hand side `r_p`.
     fn excess(&mut self, u: &[f64], p: &mut [f64]) {
         (self.local).minus_divergence(self.space, &self.metric.cofactors, u);
         for (p, product) in p.iter_mut().zip(&self.local.pressure) {
@@ -225,7 +226,7 @@ impl Oseen<'_> {
         }
     }
 
-    /// The pressure `S⁻¹ p` in place of an excess `p`, and the velocity that it leaves, `u - D⁻¹ Bᵀ p`.
+    /// Puts the pressure `S⁻¹ p` in place of an excess `p`, and takes its gradient off the velocity: `u - D⁻¹ Bᵀ p`.
     fn project(
         &mut self,
         u: &mut [f64],
@@ -251,9 +252,11 @@ impl Oseen<'_> {
         }
     }
 
-    /// Removes what the iteration has left of the equation of continuity around the elements' corners, and with it of
-    /// the mass balance of the whole: the preconditioner is least exact where the iteration sees it least.
+    /// Corrects the solution so that the equation of continuity holds for the functions of the elements' corners, and
+    /// with them for the whole. GMRES stops on the preconditioned residual, in which an approximate `S⁻¹` hides a part
+    /// of the error of that equation.
     fn balance_mass(&mut self, x: &mut [f64]) {
+        let (begin, then) = (Instant::now(), *self.clock);
         let (u, p) = x.split_at_mut(3 * self.fixed.len());
         for _ in 0..BALANCINGS {
             let mut excess = self.terms.rhs[u.len()..].to_vec();
@@ -261,6 +264,8 @@ impl Oseen<'_> {
             self.project(u, &mut excess, SchurComplement::solve_coarse);
             p.iter_mut().zip(&excess).for_each(|(p, more)| *p += more);
         }
+        self.clock
+            .add_rest(SolverPart::Preconditioner, begin, &then);
     }
 }
 

@@ -82,7 +82,7 @@ impl SchurComplement {
         })
     }
 
-    /// The correction among the corners' functions alone, in place: what remains has no total around any corner.
+    /// Solves in place among the corners' functions alone: the residual that remains is orthogonal to them.
     pub fn solve_coarse(&self, rhs: &mut [f64], scale: f64, now: SchurProduct) {
         let mut x = vec![0.0; rhs.len()];
         (self.corners).add(now.space, rhs, scale, &mut now.local.continuity, &mut x);

@@ -150,7 +150,7 @@ struct Exit<'a> {
     centre: Vec3,
     flow: Vec3,
     axis: Vec3,
-    /// Of the angle between the two.
+    /// Sine of the angle between the branch and the parent.
     sine: f64,
 }
 
