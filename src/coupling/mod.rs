@@ -308,6 +308,11 @@ impl<F: Fluid, S: Solid> Coupling<F, S> {
         self.fixed_point.back_off(attempt);
     }
 
+    /// The next step ends at this time (s).
+    pub fn begin_step(&mut self, end: f64) {
+        self.fixed_point.begin_step(end, self.settings.time_step);
+    }
+
     /// Makes the next time steps `time_step` (s) long.
     pub fn set_time_step(&mut self, time_step: f64) {
         if time_step != self.settings.time_step {

@@ -62,6 +62,11 @@ impl FixedPoint {
         }
     }
 
+    /// The next [`FixedPoint::solve`] is of a step of `length` (s) that ends at the time `end` (s).
+    pub fn begin_step(&mut self, end: f64, length: f64) {
+        self.acceleration.begin_step(end, length);
+    }
+
     /// Iterates from the predicted displacement to the one whose image it is; `None` if that takes too many iterations
     /// or leads nowhere.
     pub fn solve<P: CoupledProblem>(

@@ -2,7 +2,6 @@
 
 use crate::Vec3;
 use crate::files::named;
-use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 /// A named part of the boundary: `size` faces from `start`.
@@ -43,6 +42,47 @@ pub struct PatchFaces<'a> {
     pub kind: &'static str,
     /// Points of each face.
     pub faces: Vec<[usize; 4]>,
+}
+
+/// Faces of which one cell has been seen so far, by the lowest number of their points: few faces share it, so that they
+/// are found without hashing.
+struct UnpairedFaces {
+    by_lowest: Vec<Vec<(usize, [usize; 4])>>,
+}
+
+impl UnpairedFaces {
+    /// None yet, of a mesh with so many points.
+    fn new(points: usize) -> Self {
+        Self {
+            by_lowest: vec![Vec::new(); points],
+        }
+    }
+
+    /// The list that would hold a face, and its place there.
+    fn find(&mut self, face: [usize; 4]) -> (&mut Vec<(usize, [usize; 4])>, Option<usize>) {
+        let sorted = |mut face: [usize; 4]| {
+            face.sort_unstable();
+            face
+        };
+        let face = sorted(face);
+        let list = &mut self.by_lowest[face[0]];
+        let place = list.iter().position(|&(_, other)| sorted(other) == face);
+        (list, place)
+    }
+
+    fn insert(&mut self, face: [usize; 4], cell: usize) {
+        self.find(face).0.push((cell, face));
+    }
+
+    /// Removes the face with these points, in any order; returns its cell and its points as they were inserted.
+    fn take(&mut self, face: [usize; 4]) -> Option<(usize, [usize; 4])> {
+        let (list, place) = self.find(face);
+        place.map(|place| list.swap_remove(place))
+    }
+
+    fn count(&self) -> usize {
+        self.by_lowest.iter().map(Vec::len).sum()
+    }
 }
 
 impl PolyMesh {
@@ -101,23 +141,17 @@ impl PolyMesh {
     /// # Panics
     /// If three cells share a face, or the patches are not exactly the boundary: mistakes of the program that calls.
     pub fn from_hexes(points: Vec<Vec3>, cells: &[[usize; 8]], patches: &[PatchFaces<'_>]) -> Self {
-        let key = |mut face: [usize; 4]| {
-            face.sort_unstable();
-            face
-        };
-        // First seen from the owner, then from the neighbour.
-        let mut sides: HashMap<[usize; 4], (usize, [usize; 4])> = HashMap::new();
-        let mut internal: BTreeMap<(usize, usize), Vec<[usize; 4]>> = BTreeMap::new();
+        let mut sides = UnpairedFaces::new(points.len());
+        let mut internal: Vec<(usize, usize, [usize; 4])> = Vec::with_capacity(3 * cells.len());
         for (cell, vertices) in cells.iter().enumerate() {
             for face in HEX_FACES.map(|face| face.map(|v| vertices[v])) {
-                match sides.remove(&key(face)) {
-                    Some((owner, outward)) => {
-                        internal.entry((owner, cell)).or_default().push(outward)
-                    }
-                    None => drop(sides.insert(key(face), (cell, face))),
+                match sides.take(face) {
+                    Some((owner, outward)) => internal.push((owner, cell, outward)),
+                    None => sides.insert(face, cell),
                 }
             }
         }
+        internal.sort_by_key(|&(owner, neighbour, _)| (owner, neighbour));
         let mut mesh = Self {
             points,
             faces: vec![],
@@ -125,17 +159,15 @@ impl PolyMesh {
             neighbour: vec![],
             patches: vec![],
         };
-        for ((owner, neighbour), faces) in internal {
-            for face in faces {
-                mesh.faces.push(face.to_vec());
-                mesh.owner.push(owner);
-                mesh.neighbour.push(neighbour);
-            }
+        for (owner, neighbour, face) in internal {
+            mesh.faces.push(face.to_vec());
+            mesh.owner.push(owner);
+            mesh.neighbour.push(neighbour);
         }
         for patch in patches {
             let start = mesh.faces.len();
             for &face in &patch.faces {
-                let (owner, outward) = sides.remove(&key(face)).unwrap_or_else(|| {
+                let (owner, outward) = sides.take(face).unwrap_or_else(|| {
                     panic!(
                         "face {face:?} of patch {} is not on the boundary",
                         patch.name
@@ -152,11 +184,8 @@ impl PolyMesh {
                 size: patch.faces.len(),
             });
         }
-        assert!(
-            sides.is_empty(),
-            "{} boundary faces belong to no patch",
-            sides.len()
-        );
+        let left = sides.count();
+        assert!(left == 0, "{left} boundary faces belong to no patch");
         mesh
     }
 

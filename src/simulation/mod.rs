@@ -227,6 +227,7 @@ impl<F: Fluid, S: Solid, O: Observer<S>> Simulation<F, S, O> {
         let (mut told, untold) = (Ok(()), self.untold.take());
         let is_slow = self.pace > SLOW && attempt == 1 && self.checkpoints.is_some();
         self.beginning = is_slow.then(|| self.memories());
+        self.coupling.begin_step(self.clock.next_time());
         let solved = self.coupling.solve_with_background_work(|solid| {
             if let Some(step) = untold {
                 told = tell(&mut self.observer, &step, solid);

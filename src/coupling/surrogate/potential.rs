@@ -4,12 +4,17 @@
 //! pressure whose Laplacian is zero (the added mass). Of pressures on the wall it knows some shapes `φ_i` (which add
 //! up to 1 almost everywhere), and the wall's answer `A_i` to each:
 //! ```text
-//! P_j: ∇²P_j = 0,  ∂P_j/∂n = φ_j at the wall,  P_j = -Z dt/rho ∫∂P_j/∂n dS at an opening of impedance Z
+//! P_j: ∇²P_j = 0,  ∂P_j/∂n = φ_j at the wall,  P_j = Z dt/rho q_j at an opening of impedance Z,  q_j = -∫∂P_j/∂n dS
 //! p = -rho/dt² Σ_ij (M⁻¹ G M⁻¹)_ij w_j φ_i,   M_ij = ∮ φ_i φ_j dS,  G_ij = ∮ φ_i P_j dS,  w_j = ∮ φ_j x·n dS
 //! x = residual + Σ_i A_i p_i
 //! ```
-//! Laplace's equation is solved by finite volumes in the cells of a mesh of the lumen at rest. What the shapes do
-//! not express passes unchanged.
+//! Laplace's equation is solved by finite volumes in the cells of a mesh of the lumen at rest, once: impedances change
+//! with the time (while their pressures are ramped) and with the length of the step. With the `Q_ej` that leave through
+//! each opening `e` where all have the pressure zero, and `F_ef`, what a pressure of 1 at `f` alone draws in at `e`,
+//! ```text
+//! G = G(Z = 0) + Qᵀ ζ (1 + F ζ)⁻¹ Q,  ζ = Z dt/rho
+//! ```
+//! What the shapes do not express passes unchanged.
 
 use crate::Vec3;
 use crate::coupling::acceleration::Surrogate;
@@ -34,13 +39,15 @@ pub enum PotentialError {
     Dependent,
 }
 
+/// Pressure over flow (Pa s/m³) within a step that ends at a time (s), where displacement over velocity is a time (s).
+pub type Impedance = Box<dyn Fn(f64, f64) -> f64 + Send>;
+
 /// A pressure at an opening that answers to a flow.
-#[derive(Debug, Clone, PartialEq)]
 pub struct PressureEnd {
     /// Patch of the mesh.
     pub patch: String,
-    /// Pressure over flow within a time step, Pa s/m³.
-    pub impedance: f64,
+    /// How it answers.
+    pub impedance: Impedance,
 }
 
 /// The blood, for the surrogate.
@@ -48,18 +55,39 @@ pub struct PressureEnd {
 pub struct PotentialBlood {
     /// Density, kg/m³.
     pub density: f64,
-    /// Displacement over velocity, and velocity over acceleration, of what happens within a time step, s.
-    pub time_step: f64,
+    /// Displacement over velocity, and velocity over acceleration, of what happens within a time step, as a share of its
+    /// length.
+    pub share: f64,
+}
+
+/// The blood's answers where the openings have the pressure zero, and what pressures there add to them.
+struct Responses {
+    /// `M`, m².
+    mass: DMatrix<f64>,
+    /// `G`, m³.
+    at_wall: DMatrix<f64>,
+    /// `Q`, m², a row for each opening.
+    outflow: DMatrix<f64>,
+    /// `F`, m.
+    between: DMatrix<f64>,
 }
 
 /// The surrogate.
 pub struct PotentialSurrogate {
+    blood: PotentialBlood,
+    impedances: Vec<Impedance>,
+    /// With `M⁻¹ G M⁻¹` in place of `G`, and `Q M⁻¹` in place of `Q`.
+    responses: Responses,
     /// From the displacement of all points (m) to `w`, m³.
     widening: DMatrix<f64>,
-    /// From there to the pressures (Pa) that remove a residual.
-    pressures: DMatrix<f64>,
     /// The wall's answer to each shape, m/Pa.
     answers: DMatrix<f64>,
+    /// `w` of these answers, m³/Pa.
+    widened: DMatrix<f64>,
+    /// From `w` to the pressures (Pa) that remove a residual, in a step like this.
+    pressures: Option<DMatrix<f64>>,
+    /// `ζ` of each opening, and `dt²/rho`, of that step.
+    step: (DVector<f64>, f64),
 }
 
 impl PotentialSurrogate {
@@ -72,31 +100,70 @@ impl PotentialSurrogate {
     pub fn new(
         shapes: &dyn PressureShapes,
         (mesh, patches): (&PolyMesh, &[String]),
-        ends: &[PressureEnd],
+        ends: Vec<PressureEnd>,
         wall: (&[Vec3], &[Vec<u32>]),
         blood: PotentialBlood,
         answers: &[DVector<f64>],
     ) -> Result<Self, PotentialError> {
-        let n = shapes.count();
         let widening = widening(shapes, wall);
-        let (mass, response) = responses(shapes, mesh, patches, ends, blood)?;
-        let inverse = inverse_of_what_is_told_apart(&mass);
-        let factor = -blood.density / blood.time_step.powi(2);
-        let caused = &inverse * response * &inverse * factor;
+        let found = responses(shapes, mesh, patches, &ends)?;
+        let inverse = inverse_of_what_is_told_apart(&found.mass);
         let answers = DMatrix::from_columns(answers);
-        let both = DMatrix::identity(n, n) - &caused * &widening * &answers;
-        let pressures = both.lu().solve(&caused).ok_or(PotentialError::Dependent)?;
         Ok(Self {
+            blood,
+            impedances: ends.into_iter().map(|end| end.impedance).collect(),
+            responses: Responses {
+                at_wall: &inverse * found.at_wall * &inverse,
+                outflow: found.outflow * inverse,
+                ..found
+            },
+            widened: &widening * &answers,
             widening,
-            pressures,
             answers,
+            pressures: None,
+            step: (DVector::zeros(0), 0.0),
         })
+    }
+
+    /// From `w` to the pressures (Pa) that remove a residual, with these `ζ` (m) of the openings and `dt²/rho`.
+    fn pressures(&self, behind: &DVector<f64>, square: f64) -> Option<DMatrix<f64>> {
+        let Responses {
+            at_wall,
+            outflow,
+            between,
+            ..
+        } = &self.responses;
+        let behind = DMatrix::from_diagonal(behind);
+        let ends = DMatrix::identity(behind.nrows(), behind.nrows()) + between * &behind;
+        let caused = at_wall + outflow.transpose() * behind * ends.lu().solve(outflow)?;
+        let caused = -caused / square;
+        let n = caused.nrows();
+        let both = DMatrix::identity(n, n) - &caused * &self.widened;
+        both.lu().solve(&caused)
     }
 }
 
 impl Surrogate for PotentialSurrogate {
+    fn begin_step(&mut self, end: f64, length: f64) {
+        let PotentialBlood { density, share } = self.blood;
+        let time = share * length;
+        let behind = |impedance: &Impedance| impedance(end, time) * time / density;
+        let step = (
+            DVector::from_iterator(self.impedances.len(), self.impedances.iter().map(behind)),
+            time.powi(2) / density,
+        );
+        if step != self.step {
+            self.pressures = self.pressures(&step.0, step.1);
+            self.step = step;
+        }
+    }
+
+    /// Of the step that has begun; before there is one, as if there were no blood.
     fn predict(&self, residual: &DVector<f64>) -> DVector<f64> {
-        residual + &self.answers * (&self.pressures * (&self.widening * residual))
+        match &self.pressures {
+            Some(pressures) => residual + &self.answers * (pressures * (&self.widening * residual)),
+            None => residual.clone(),
+        }
     }
 }
 
@@ -137,14 +204,8 @@ fn inverse_of_what_is_told_apart(mass: &DMatrix<f64>) -> DMatrix<f64> {
     &size * eigen.recompose() * &size
 }
 
-/// Laplace's operator by finite volumes: what flows out of each cell for a pressure of 1 in it and its neighbours, and
-/// through the openings.
-fn fluxes(
-    mesh: &PolyMesh,
-    cells: &[(f64, Vec3)],
-    ends: &[PressureEnd],
-    blood: PotentialBlood,
-) -> Result<Vec<Triplet<usize, usize, f64>>, PotentialError> {
+/// Laplace's operator by finite volumes: what flows out of each cell for a pressure of 1 in it and its neighbours.
+fn fluxes(mesh: &PolyMesh, cells: &[(f64, Vec3)]) -> Vec<Triplet<usize, usize, f64>> {
     let mut entries = Vec::new();
     for (face, &neighbour) in mesh.neighbour.iter().enumerate() {
         let owner = mesh.owner[face];
@@ -161,44 +222,34 @@ fn fluxes(
             entries.push(Triplet::new(i, j, value));
         }
     }
-    let mut is_determined = false;
-    for end in ends {
-        let Some(patch) = mesh.patch(&end.patch) else {
-            continue;
-        };
-        let faces: Vec<(usize, Vec3, Vec3)> = (patch.start..patch.start + patch.size)
-            .map(|face| {
-                let (centre, area) = mesh.face_geometry(face);
-                (mesh.owner[face], centre, area)
-            })
-            .collect();
-        let whole: f64 = faces.iter().map(|(_, _, area)| area.norm()).sum();
-        for (owner, centre, area) in faces {
-            let size = area.norm();
-            let distance = (centre - cells[owner].1).dot(&area).abs() / size;
-            let behind = end.impedance * blood.time_step / blood.density * whole;
-            entries.push(Triplet::new(owner, owner, size / (distance + behind)));
-            is_determined = true;
-        }
-    }
-    if !is_determined {
-        return Err(PotentialError::Undetermined);
-    }
-    Ok(entries)
+    entries
 }
 
-/// `M` and `G`.
+/// The cells at the faces of an opening, with what flows out there for a pressure of 1 in them, m.
+fn links(mesh: &PolyMesh, cells: &[(f64, Vec3)], end: &PressureEnd) -> Vec<(usize, f64)> {
+    let Some(patch) = mesh.patch(&end.patch) else {
+        return Vec::new();
+    };
+    let link = |face: usize| {
+        let (centre, area) = mesh.face_geometry(face);
+        let owner = mesh.owner[face];
+        let distance = (centre - cells[owner].1).dot(&area).abs() / area.norm();
+        (owner, area.norm() / distance)
+    };
+    (patch.start..patch.start + patch.size).map(link).collect()
+}
+
 fn responses(
     shapes: &dyn PressureShapes,
     mesh: &PolyMesh,
     patches: &[String],
     ends: &[PressureEnd],
-    blood: PotentialBlood,
-) -> Result<(DMatrix<f64>, DMatrix<f64>), PotentialError> {
+) -> Result<Responses, PotentialError> {
     let n = shapes.count();
     let cells = mesh.cell_geometry();
-    let entries = fluxes(mesh, &cells, ends, blood)?;
-    let mut sources = faer::Mat::<f64>::zeros(cells.len(), n);
+    let mut entries = fluxes(mesh, &cells);
+    // A column for each shape, then one for a pressure of 1 at each opening.
+    let mut sources = faer::Mat::<f64>::zeros(cells.len(), n + ends.len());
     let mut mass = DMatrix::zeros(n, n);
     let mut wall = Vec::new();
     for patch in patches.iter().filter_map(|name| mesh.patch(name)) {
@@ -216,6 +267,16 @@ fn responses(
             wall.push((owner, size, distance, values));
         }
     }
+    let links: Vec<_> = ends.iter().map(|end| links(mesh, &cells, end)).collect();
+    for (e, links) in links.iter().enumerate() {
+        for &(cell, link) in links {
+            entries.push(Triplet::new(cell, cell, link));
+            sources[(cell, n + e)] += link;
+        }
+    }
+    if links.iter().all(Vec::is_empty) {
+        return Err(PotentialError::Undetermined);
+    }
     let matrix =
         SparseColMat::<usize, f64>::try_new_from_triplets(cells.len(), cells.len(), &entries);
     let factor = matrix
@@ -223,19 +284,37 @@ fn responses(
         .and_then(|matrix| matrix.sp_cholesky(faer::Side::Lower).ok());
     let factor = factor.ok_or(PotentialError::Undetermined)?;
     let potentials = factor.solve(&sources);
-    let mut response = DMatrix::zeros(n, n);
+    let mut at_wall = DMatrix::zeros(n, n);
     for (owner, size, distance, values) in &wall {
         for &(i, value) in values {
             for j in 0..n {
-                response[(i, j)] += value * size * potentials[(*owner, j)];
+                at_wall[(i, j)] += value * size * potentials[(*owner, j)];
             }
             // From the middle of the cell to the wall.
             for &(j, other) in values {
-                response[(i, j)] += value * size * distance * other;
+                at_wall[(i, j)] += value * size * distance * other;
             }
         }
     }
-    Ok((mass, response))
+    let out = |e: usize, column: usize| -> f64 {
+        let links = links[e].iter();
+        links
+            .map(|&(cell, link)| link * potentials[(cell, column)])
+            .sum()
+    };
+    let own = |e: usize| links[e].iter().map(|(_, link)| link).sum::<f64>();
+    Ok(Responses {
+        mass,
+        at_wall,
+        outflow: DMatrix::from_fn(ends.len(), n, out),
+        between: DMatrix::from_fn(ends.len(), ends.len(), |e, f| {
+            if e == f {
+                own(e) - out(e, n + f)
+            } else {
+                -out(e, n + f)
+            }
+        }),
+    })
 }
 
 #[cfg(test)]
@@ -260,13 +339,17 @@ mod tests {
         let tree = Tree::new(lumen, SectionGrid::of_cells(6, 6, 1.0), 0.1).unwrap();
         let walls = vec!["wall".to_owned(); 1];
         let mesh = tree.mesh(&names, &walls, 1.0).unwrap();
-        let ends = names.map(|patch| PressureEnd {
-            patch,
-            impedance: 0.0,
-        });
+        let ends = |impedance: [f64; 2]| -> Vec<PressureEnd> {
+            let ends = names.iter().zip(impedance);
+            let ends = ends.map(|(patch, impedance)| PressureEnd {
+                patch: patch.clone(),
+                impedance: Box::new(move |_, _| impedance),
+            });
+            ends.collect()
+        };
         let lines: Vec<SpaceCurve> = tree.lines().into_iter().map(|(_, line)| line).collect();
         let along = BranchShapes::along(&lines, LENGTH / 50.0, 1e-6, 0);
-        assert_eq!(along.count(), 49);
+        assert_eq!(along.count(), 51);
         let patch = mesh.patch("wall").unwrap();
         let wall = patch.start..patch.start + patch.size;
         let wall: Vec<_> = wall.map(|face| mesh.face_geometry(face)).collect();
@@ -292,11 +375,11 @@ mod tests {
         };
         let blood = PotentialBlood {
             density: 1000.0,
-            time_step: 1e-3,
+            share: 1.0,
         };
         let of_wall = (&points[..], &faces[..]);
         let mesh = (&mesh, &walls[..]);
-        let surrogate = |shapes: &dyn PressureShapes, ends: &[PressureEnd]| {
+        let surrogate = |shapes: &dyn PressureShapes, ends: Vec<PressureEnd>| {
             let answer = |i: usize| {
                 field(&|x| {
                     let mut values = shapes.at(x, &radial(x)).into_iter();
@@ -309,7 +392,8 @@ mod tests {
         };
         let all: [(&dyn PressureShapes, usize, f64); 2] = [(&along, 3, 2e-3), (&on, 2, 0.01)];
         for (shapes, waves, tolerance) in all {
-            let surrogate = surrogate(shapes, &ends).unwrap();
+            let mut surrogate = surrogate(shapes, ends([0.0; 2])).unwrap();
+            surrogate.begin_step(1e-3, 1e-3);
             // rho I0(kr)/(k I1(kr)): kr = 0.314159, 1.256637, 2.513274
             let waves = &[(1.0, 6.444_4), (4.0, 1.886_9), (8.0, 1.304_7)][..waves];
             for (half_waves, bessel) in waves {
@@ -324,7 +408,7 @@ mod tests {
                 );
             }
         }
-        let closed = surrogate(&along, &[]);
+        let closed = surrogate(&along, Vec::new());
         assert_eq!(closed.err(), Some(PotentialError::Undetermined));
     }
 }

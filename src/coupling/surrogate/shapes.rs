@@ -12,10 +12,10 @@ const REACH: f64 = 1.5;
 struct Node {
     /// Arc length, m.
     s: f64,
-    /// Number of the shape that is 1 there and the same all around; nodes of several branches at a junction share it,
-    /// and open ends have none.
-    whole: Option<usize>,
-    /// Number of the node for waves around the circumference; likewise, but junctions have one for each branch.
+    /// Number of the shape that is 1 there and the same all around; nodes of several branches at a junction share it.
+    whole: usize,
+    /// Number of the node for waves around the circumference; junctions have one for each branch, open ends none: their
+    /// rims are held.
     own: Option<usize>,
 }
 
@@ -66,19 +66,16 @@ impl BranchShapes {
             }) {
                 let at = line.frame(s).origin;
                 let junction = junction(&at).filter(|_| is_end);
-                let (whole, own) = match (is_end, junction) {
-                    (true, None) => (None, None),
-                    (_, junction) => {
-                        let known = junction.and_then(|end| numbers[end]);
-                        let number = known.unwrap_or(shapes.whole);
-                        shapes.whole = shapes.whole.max(number + 1);
-                        if let Some(end) = junction {
-                            numbers[end] = Some(number);
-                        }
-                        shapes.own.push(at);
-                        (Some(number), Some(shapes.own.len() - 1))
-                    }
-                };
+                let known = junction.and_then(|end| numbers[end]);
+                let whole = known.unwrap_or(shapes.whole);
+                shapes.whole = shapes.whole.max(whole + 1);
+                if let Some(end) = junction {
+                    numbers[end] = Some(whole);
+                }
+                let own = (!is_end || junction.is_some()).then(|| {
+                    shapes.own.push(at);
+                    shapes.own.len() - 1
+                });
                 nodes.push(Node { s, whole, own });
             }
             shapes.lines.push((line.clone(), nodes));
@@ -139,7 +136,7 @@ impl PressureShapes for BranchShapes {
         let angle = nearest.across[1].atan2(nearest.across[0]);
         let mut found = Vec::new();
         for (node, value) in [(before, 1.0 - share), (after, share)] {
-            found.extend(node.whole.map(|number| (number, value)));
+            found.push((node.whole, value));
             for period in 1..=self.periods {
                 let (sine, cosine) = (period as f64 * angle).sin_cos();
                 let number = |wave: usize| Some(self.wave(2 * (period - 1) + wave, node.own?));

@@ -46,6 +46,10 @@ impl Acceleration for Aitken {
         next
     }
 
+    fn begin_step(&mut self, end: f64, length: f64) {
+        self.surrogate.begin_step(end, length);
+    }
+
     fn finish_step(&mut self) {
         // Küttler and Wall: keep the sign of the last factor, but do not start with more than the given one.
         self.omega = self.omega.signum() * self.omega.abs().min(self.first);

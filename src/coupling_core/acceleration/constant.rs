@@ -33,6 +33,10 @@ impl Acceleration for Constant {
         d + self.omega * self.surrogate.predict(&(d_tilde - d))
     }
 
+    fn begin_step(&mut self, end: f64, length: f64) {
+        self.surrogate.begin_step(end, length);
+    }
+
     fn finish_step(&mut self) {
         if let Some(d) = self.last.take() {
             self.surrogate.finish_step(&d);

@@ -50,6 +50,9 @@ pub trait Acceleration: Send {
     /// The next trial after `d`, whose image under structure and fluid is `d_tilde`.
     fn next(&mut self, d: &DVector<f64>, d_tilde: &DVector<f64>) -> DVector<f64>;
 
+    /// The next calls are of a step of `length` (s) that ends at the time `end` (s).
+    fn begin_step(&mut self, end: f64, length: f64);
+
     /// The step has converged at the `d` of the last call; what was learnt in it becomes memory.
     fn finish_step(&mut self);
 

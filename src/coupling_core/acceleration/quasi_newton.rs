@@ -144,6 +144,10 @@ impl<M: JacobianModel> Acceleration for QuasiNewton<M> {
         next
     }
 
+    fn begin_step(&mut self, end: f64, length: f64) {
+        self.surrogate.begin_step(end, length);
+    }
+
     fn finish_step(&mut self) {
         self.model.finish_step();
         self.changes = 0;

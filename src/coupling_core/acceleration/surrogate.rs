@@ -12,6 +12,9 @@ pub trait Surrogate: Send {
     /// residual`.
     fn predict(&self, residual: &DVector<f64>) -> DVector<f64>;
 
+    /// The next iterations are of a step of `length` (s) that ends at the time `end` (s).
+    fn begin_step(&mut self, _end: f64, _length: f64) {}
+
     /// A step was accepted with the displacement `d`: time to linearize again.
     fn finish_step(&mut self, _d: &DVector<f64>) {}
 

@@ -4,8 +4,8 @@ use super::Domain;
 use super::domain::own;
 use crate::Vec3;
 use crate::case::{
-    BloodVessel, Case, FluidTimeScheme, Opening, PressureModel, Problem, Solver, SurrogateModel,
-    TableError, VesselSide,
+    BloodVessel, Case, FluidTimeScheme, Opening, PressureModel, Problem, Ramp, Solver,
+    SurrogateModel, TableError, VesselSide,
 };
 use crate::coupling::acceleration::{Identity, Surrogate};
 use crate::coupling::flatten;
@@ -249,26 +249,28 @@ fn answers_along_branches<S: Solid>(
 }
 
 /// Where the pressure of the blood is given or answers to its flow.
-fn pressure_ends(
-    case: &Case,
-    domain: &Domain,
-    step: f64,
-) -> Result<Vec<PressureEnd>, SurrogateError> {
-    let end = |patch: String, proximal: f64, distal: Option<(f64, f64)>| PressureEnd {
+fn pressure_ends(case: &Case, domain: &Domain) -> Result<Vec<PressureEnd>, SurrogateError> {
+    let end = |patch: String, proximal: f64, distal: Option<(f64, f64)>, ramp: Ramp| PressureEnd {
         patch,
-        impedance: proximal
-            + distal.map_or(0.0, |(resistance, compliance)| {
+        impedance: Box::new(move |end, step| {
+            let distal = distal.map_or(0.0, |(resistance, compliance)| {
                 1.0 / (compliance / step + 1.0 / resistance)
-            }),
+            });
+            ramp.factor(end) * (proximal + distal)
+        }),
     };
+    let none = Ramp { duration: 0.0 };
     Ok(match &case.problem {
         Problem::UserCase(own) if case.has_own_openfoam() => {
             let ends = own::files(case, own).pressures(&domain.fluid).into_iter();
             let ends = ends.map(|(patch, windkessel)| match windkessel {
-                Some([proximal, resistance, compliance]) => {
-                    end(patch, proximal, Some((resistance, compliance)))
-                }
-                None => end(patch, 0.0, None),
+                Some([proximal, resistance, compliance]) => end(
+                    patch,
+                    proximal,
+                    Some((resistance, compliance)),
+                    none.clone(),
+                ),
+                None => end(patch, 0.0, None, none.clone()),
             });
             ends.collect()
         }
@@ -277,11 +279,19 @@ fn pressure_ends(
                 let openings = tree.openings(case.time.period)?.into_iter();
                 let ends = openings.filter_map(|opening: Opening| {
                     let model = opening.condition.pressure()?;
-                    Some(end(opening.name.clone(), model.proximal, model.distal))
+                    // At the ends of a wall in equilibrium the whole pressure acts from the beginning.
+                    let is_whole = case.initial_wall().is_some() && opening.end == VesselSide::End;
+                    let ramp = if is_whole { &none } else { &case.ramp };
+                    Some(end(
+                        opening.name.clone(),
+                        model.proximal,
+                        model.distal,
+                        ramp.clone(),
+                    ))
                 });
                 ends.collect()
             }
-            None => vec![end(FLAG_OUTLET.into(), 0.0, None)],
+            None => vec![end(FLAG_OUTLET.into(), 0.0, None, none)],
         },
     })
 }
@@ -331,15 +341,14 @@ fn potential<S: Solid>(
         Some((shapes, felt)) => answers_along_branches(&mut wall, shapes, &at, *felt, wet_points)?,
         None => wall.answers(&at, 0..shapes.count())?,
     };
-    let step = time_step(case);
     let surrogate = PotentialSurrogate::new(
         shapes,
         (mesh, wet),
-        &pressure_ends(case, domain, step)?,
+        pressure_ends(case, domain)?,
         (wet_points, &interface.faces),
         PotentialBlood {
             density: case.blood.density,
-            time_step: step,
+            share: time_step(case) / case.time.step,
         },
         &answers,
     )?;
