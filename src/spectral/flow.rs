@@ -271,6 +271,7 @@ impl Flow {
             schur: &preconditioner.schur,
             scale: step.w.new / preconditioner.made_for.weight,
             weights,
+            ends: Default::default(),
             local: &mut self.local,
             metric: &step.metric,
             space: &self.space,

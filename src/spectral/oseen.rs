@@ -10,6 +10,7 @@ use super::patience::Patience;
 use super::pressure::{SchurComplement, SchurProduct};
 use super::rheology::ViscosityField;
 use super::spectral_elements::SpectralElements;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -34,12 +35,25 @@ pub struct Oseen<'a> {
     pub scale: f64,
     /// Weights of the norm.
     pub weights: Vec<f64>,
+    /// What pressures at the open ends add to the preconditioner.
+    pub ends: EndResponses,
     /// Results of the elements.
     pub local: &'a mut Local,
     /// Seconds by part.
     pub clock: &'a mut Clock,
     /// How long a solution is waited for.
     pub patience: &'a Patience,
+}
+
+/// What the preconditioner makes of the pressures that answer to the flow through open ends, `A += Σ R_e q_e q_eᵀ`:
+/// what is left of its answer `z` without them is `z - Y (R⁻¹ + Qᵀ Y)⁻¹ Qᵀ z`, `Y` its answers to the `q_e` (Woodbury
+/// 1950).
+#[derive(Default)]
+pub struct EndResponses {
+    /// Number of the end, and its column of `Y`.
+    answers: Vec<(usize, Vec<f64>)>,
+    /// `(R⁻¹ + Qᵀ Y)⁻¹`, Pa s/m³.
+    inverse: DMatrix<f64>,
 }
 
 /// Terms of the equations, linearized about a velocity **a** relative to the mesh.
@@ -73,6 +87,7 @@ impl Oseen<'_> {
         let (begin, then) = (Instant::now(), *self.clock);
         let nodes = self.fixed.len();
         let place = |i: usize| [0, 1, 2].map(|c| positions[c * nodes + i % nodes]);
+        self.prepare_ends();
         let mut first = vec![0.0; x.len()];
         self.preconditioned_residual(x, &mut first);
         // The preconditioned residual estimates the error: the solution is about as large as the sum
@@ -202,9 +217,66 @@ impl Oseen<'_> {
         }
     }
 
+    /// Lets the preconditioner know of the pressures that answer to flows. Where the resistance is large, a pressure that
+    /// is off by the same everywhere hardly shows in the residual of the flow that it drives: without this, GMRES ended
+    /// with pressures that were off by a thousand times its tolerance.
+    fn prepare_ends(&mut self) {
+        let resistances = self.terms.resistances.iter().enumerate();
+        let ends: Vec<(usize, f64)> = resistances
+            .filter(|(_, resistance)| **resistance > 0.0)
+            .map(|(end, resistance)| (end, *resistance))
+            .collect();
+        let unknowns = self.weights.len();
+        let answers: Vec<(usize, Vec<f64>)> = (ends.iter())
+            .map(|&(end, _)| {
+                let mut answer = self.fluxes[end].clone();
+                answer.resize(unknowns, 0.0);
+                self.precondition_without_ends(&mut answer);
+                self.balance(&mut answer, None);
+                (end, answer)
+            })
+            .collect();
+        let matrix = DMatrix::from_fn(ends.len(), ends.len(), |i, j| {
+            let own = if i == j { 1.0 / ends[i].1 } else { 0.0 };
+            own + self.through(ends[i].0, &answers[j].1)
+        });
+        if let Some(inverse) = matrix.try_inverse() {
+            self.ends = EndResponses { answers, inverse };
+        }
+    }
+
+    /// Flow of a velocity through an open end, m³/s.
+    fn through(&self, end: usize, u: &[f64]) -> f64 {
+        self.fluxes[end].iter().zip(u).map(|(q, u)| q * u).sum()
+    }
+
+    /// Flows of a velocity through the ends whose pressures answer to them, m³/s.
+    fn flows(&self, u: &[f64]) -> DVector<f64> {
+        let ends = self.ends.answers.iter();
+        let flows: Vec<f64> = ends.map(|(end, _)| self.through(*end, u)).collect();
+        DVector::from_vec(flows)
+    }
+
+    /// Adds to `x` what the pressures at the ends make of these flows (m³/s).
+    fn answer_to(&self, flows: &DVector<f64>, x: &mut [f64]) {
+        let pressures = &self.ends.inverse * flows;
+        for ((_, answer), pressure) in self.ends.answers.iter().zip(&pressures) {
+            x.iter_mut()
+                .zip(answer)
+                .for_each(|(x, y)| *x -= pressure * y);
+        }
+    }
+
+    /// Solves with the preconditioner, in place.
+    fn precondition(&mut self, r: &mut [f64]) {
+        self.precondition_without_ends(r);
+        let flows = self.flows(r);
+        self.answer_to(&flows, r);
+    }
+
     /// Solves with the factors of the preconditioner, in place: `u* = D⁻¹ r_u`, `p = S⁻¹ (B u* - r_p)`,
     /// `u = u* - D⁻¹ Bᵀ p`.
-    fn precondition(&mut self, r: &mut [f64]) {
+    fn precondition_without_ends(&mut self, r: &mut [f64]) {
         let (begin, then) = (Instant::now(), *self.clock);
         let (u, p) = r.split_at_mut(3 * self.fixed.len());
         for u in u.chunks_exact_mut(self.fixed.len()) {
@@ -256,10 +328,20 @@ impl Oseen<'_> {
     /// with them for the whole. GMRES stops on the preconditioned residual, in which an approximate `S⁻¹` hides a part
     /// of the error of that equation.
     fn balance_mass(&mut self, x: &mut [f64]) {
+        let before = self.flows(x);
+        let swept = self.terms.rhs[3 * self.fixed.len()..].to_vec();
+        self.balance(x, Some(&swept));
+        let more = self.flows(x) - before;
+        self.answer_to(&more, x);
+    }
+
+    /// The same for a right-hand side of that equation (zero if there is none), as if the pressures at the ends did not
+    /// answer.
+    fn balance(&mut self, x: &mut [f64], rhs: Option<&[f64]>) {
         let (begin, then) = (Instant::now(), *self.clock);
         let (u, p) = x.split_at_mut(3 * self.fixed.len());
         for _ in 0..BALANCINGS {
-            let mut excess = self.terms.rhs[u.len()..].to_vec();
+            let mut excess = rhs.map_or_else(|| vec![0.0; p.len()], <[f64]>::to_vec);
             self.excess(u, &mut excess);
             self.project(u, &mut excess, SchurComplement::solve_coarse);
             p.iter_mut().zip(&excess).for_each(|(p, more)| *p += more);

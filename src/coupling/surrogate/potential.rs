@@ -107,7 +107,7 @@ impl PotentialSurrogate {
     ) -> Result<Self, PotentialError> {
         let widening = widening(shapes, wall);
         let found = responses(shapes, mesh, patches, &ends)?;
-        let inverse = inverse_of_what_is_told_apart(&found.mass);
+        let inverse = inverse_of_what_is_told_apart(&found.mass, &shapes.one());
         let answers = DMatrix::from_columns(answers);
         Ok(Self {
             blood,
@@ -187,13 +187,16 @@ fn widening(shapes: &dyn PressureShapes, (points, faces): (&[Vec3], &[Vec<u32>])
 }
 
 /// The inverse of `M` among combinations of shapes that its faces tell apart: where there are hardly more faces than
-/// shapes, others would be guessed.
-fn inverse_of_what_is_told_apart(mass: &DMatrix<f64>) -> DMatrix<f64> {
-    let size = mass
-        .diagonal()
-        .map(|own| 1.0 / own.max(f64::MIN_POSITIVE).sqrt());
-    let size = DMatrix::from_diagonal(&size.map(|size| if size < 1e100 { size } else { 0.0 }));
-    let mut eigen = (&size * mass * &size).symmetric_eigen();
+/// shapes, others would be guessed. Exact for the combination `one` that is 1 everywhere: by a pressure that is not
+/// uniform where the blood's is, a wall would answer to what it hardly resists.
+fn inverse_of_what_is_told_apart(mass: &DMatrix<f64>, one: &DVector<f64>) -> DMatrix<f64> {
+    let own = mass.diagonal();
+    let size = own.map(|own| if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 });
+    let size = DMatrix::from_diagonal(&size);
+    let loads = mass * one;
+    let whole = one.dot(&loads);
+    let rest = mass - &loads * loads.transpose() / whole;
+    let mut eigen = (&size * rest * &size).symmetric_eigen();
     for value in eigen.eigenvalues.iter_mut() {
         *value = if *value < LEAST_SHARE {
             0.0
@@ -201,7 +204,10 @@ fn inverse_of_what_is_told_apart(mass: &DMatrix<f64>) -> DMatrix<f64> {
             1.0 / *value
         };
     }
-    &size * eigen.recompose() * &size
+    let n = own.len();
+    let without_one = DMatrix::identity(n, n) - one * loads.transpose() / whole;
+    let inverse = &size * eigen.recompose() * &size;
+    one * one.transpose() / whole + &without_one * inverse * without_one.transpose()
 }
 
 /// Laplace's operator by finite volumes: what flows out of each cell for a pressure of 1 in it and its neighbours.

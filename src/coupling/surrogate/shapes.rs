@@ -2,6 +2,7 @@
 
 use crate::Vec3;
 use crate::curve::SpaceCurve;
+use nalgebra::DVector;
 
 /// How far the shape of a node of a surface reaches, in the largest distance of a place from the nearest node: further
 /// than 1, so that each place is reached; the further, the less shapes can be told apart.
@@ -23,6 +24,9 @@ struct Node {
 pub trait PressureShapes {
     /// How many there are.
     fn count(&self) -> usize;
+
+    /// The combination of them that is 1 (almost) everywhere.
+    fn one(&self) -> DVector<f64>;
 
     /// Those that are not zero at `x` (m), where the wall has this normal of any length out of the blood, with their
     /// values.
@@ -115,6 +119,11 @@ impl BranchShapes {
 impl PressureShapes for BranchShapes {
     fn count(&self) -> usize {
         self.whole + 2 * self.periods * self.own.len()
+    }
+
+    fn one(&self) -> DVector<f64> {
+        let is_whole = |shape: usize| f64::from(u8::from(shape < self.whole));
+        DVector::from_iterator(self.count(), (0..self.count()).map(is_whole))
     }
 
     fn at(&self, x: &Vec3, _normal: &Vec3) -> Vec<(usize, f64)> {
@@ -212,6 +221,10 @@ fn distance((node, out): &(Vec3, Vec3), x: &Vec3, normal: &Vec3) -> f64 {
 impl PressureShapes for SurfaceShapes {
     fn count(&self) -> usize {
         self.nodes.len()
+    }
+
+    fn one(&self) -> DVector<f64> {
+        DVector::repeat(self.count(), 1.0)
     }
 
     fn at(&self, x: &Vec3, normal: &Vec3) -> Vec<(usize, f64)> {

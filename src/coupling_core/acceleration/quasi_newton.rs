@@ -46,9 +46,10 @@ pub trait JacobianModel: Send {
 /// With remembered columns or with a surrogate the first iteration of a step is a quasi-Newton step as well. Without
 /// any column it is `d + relaxation P r`.
 ///
-/// The surrogate is judged by the first change of each step, where it matters most: `|P δr + δd| / |δd|` is 0 if it is
-/// exact, and 1 is what no answer at all would leave. One that usually leaves more, or did so in a step that failed, is
-/// dropped.
+/// The surrogate is judged by the first change of each step, where it matters most: `|P δr + δd|` is 0 if it is exact;
+/// the identity in its place leaves `|δr + δd|`, and no answer at all `|δd|`. One that usually leaves more than either,
+/// or did so in a step that failed, is dropped. (More than `|δd|` alone is no fault: where the blood is so heavy that a
+/// change comes back a hundred times as large, errors of a few percent leave that much.)
 pub struct QuasiNewton<M> {
     model: M,
     relaxation: f64,
@@ -90,7 +91,8 @@ impl<M: JacobianModel> QuasiNewton<M> {
         if self.changes > 0 || self.surrogate.is_none() || change.norm() == 0.0 {
             return;
         }
-        let left = (self.surrogate.predict(answer) + change).norm() / change.norm();
+        let without = (answer + change).norm().max(change.norm());
+        let left = (self.surrogate.predict(answer) + change).norm() / without;
         self.record.left.insert(0, left);
         self.record.left.truncate(JUDGED);
     }
@@ -101,7 +103,7 @@ impl<M: JacobianModel> QuasiNewton<M> {
         self.model.believe();
         self.record.dropped = true;
         self.notice = Some(format!(
-            "the surrogate left {:.1} times the first change of a step, where 1 is no better than none: the coupling continues without it (as \
+            "the surrogate left {:.1} times as much of the first change of a step as none would have: the coupling continues without it (as \
              with coupling.surrogate = \"none\")",
             self.record.left.first().copied().unwrap_or(f64::NAN)
         ));
@@ -287,7 +289,7 @@ mod tests {
         assert!(
             model
                 .notice()
-                .is_some_and(|text| text.contains("times the first change"))
+                .is_some_and(|text| text.contains("of the first change of a step"))
         );
         let mut resumed = self::model(Box::new(Wrong));
         resumed.recall(model.memory(), &problem.at_rest());

@@ -17,7 +17,7 @@ use crate::coupling::surrogate::{
 use crate::coupling::transfer::Transfer;
 use crate::curve::SpaceCurve;
 use crate::fluid::FluidInterface;
-use crate::geometry::Vessel;
+use crate::geometry::{PolyMesh, Vessel};
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
 use nalgebra::DVector;
 use std::f64::consts::PI;
@@ -296,6 +296,30 @@ fn pressure_ends(case: &Case, domain: &Domain) -> Result<Vec<PressureEnd>, Surro
     })
 }
 
+/// How far a face of the wall reaches along the branches, mean of all, m.
+fn face_length(lines: &[SpaceCurve], mesh: &PolyMesh, wall: &[String]) -> f64 {
+    let faces = wall.iter().flat_map(|patch| mesh.patch_faces(patch));
+    let (mut sum, mut count) = (0.0, 0.0);
+    for face in faces {
+        let corners = face.iter().map(|&point| mesh.points[point]);
+        let middle = corners.clone().sum::<Vec3>() / face.len() as f64;
+        let nearest = lines.iter().map(|line| {
+            let frame = line.frame(line.nearest(&middle).s);
+            ((frame.origin - middle).norm(), frame.tangent)
+        });
+        let Some((_, tangent)) = nearest.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            continue;
+        };
+        let along = corners.map(|x| tangent.dot(&x));
+        let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        });
+        sum += high - low;
+        count += 1.0;
+    }
+    sum / count
+}
+
 /// Potential flow in the cells of a tree, of a channel, or of a user-supplied case.
 fn potential<S: Solid>(
     case: &Case,
@@ -315,7 +339,9 @@ fn potential<S: Solid>(
         let lines: Vec<SpaceCurve> = lines.collect();
         let whole: f64 = lines.iter().map(length).sum();
         let radius = (mesh.volume() / (PI * whole)).sqrt();
-        let spacing = (whole / MOST_STATIONS as f64).max(LEAST_SPACING * radius);
+        let spacing = (whole / MOST_STATIONS as f64)
+            .max(LEAST_SPACING * radius)
+            .max(face_length(&lines, mesh, wet));
         let shapes = BranchShapes::along(&lines, spacing, radius, MOST_TREE_PERIODS);
         (shapes, FELT * radius)
     });
