@@ -12,7 +12,7 @@ use super::gmres::Workspace;
 use super::local::Local;
 use super::metric::Metric;
 use super::open_inflow::OpenEnd;
-use super::oseen::Oseen;
+use super::oseen::{EndResponses, Oseen};
 use super::patience::Patience;
 use super::spectral_elements::SpectralElements;
 use super::surface::face_values;
@@ -106,6 +106,8 @@ pub struct Flow {
     /// Twice the volume over the area of the boundary with prescribed velocity: the radius of a tube, m.
     width: f64,
     preconditioner: Option<Preconditioner>,
+    /// Made in the first trial of a step, for all of them.
+    ends: Option<EndResponses>,
     workspace: Workspace,
     local: Local,
     clock: Clock,
@@ -143,6 +145,7 @@ impl Flow {
             open,
             width,
             preconditioner: None,
+            ends: None,
             workspace: Workspace::default(),
             clock: Clock::default(),
             patience: Patience::default(),
@@ -271,7 +274,7 @@ impl Flow {
             schur: &preconditioner.schur,
             scale: step.w.new / preconditioner.made_for.weight,
             weights,
-            ends: Default::default(),
+            ends: self.ends.take().filter(|_| start.is_some()),
             local: &mut self.local,
             metric: &step.metric,
             space: &self.space,
@@ -282,6 +285,7 @@ impl Flow {
         let until = (self.settings.tolerance, self.settings.max_iterations);
         let outcome = system.solve(&mut x, &positions, until, &mut self.workspace)?;
         let reactions = system.reactions(&x);
+        self.ends = system.ends;
         let pressure = x.split_off(3 * nodes);
         Ok(FlowSolution {
             time_step,

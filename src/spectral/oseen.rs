@@ -35,8 +35,8 @@ pub struct Oseen<'a> {
     pub scale: f64,
     /// Weights of the norm.
     pub weights: Vec<f64>,
-    /// What pressures at the open ends add to the preconditioner.
-    pub ends: EndResponses,
+    /// What pressures at the open ends add to the preconditioner; `solve` makes it where there is none.
+    pub ends: Option<EndResponses>,
     /// Results of the elements.
     pub local: &'a mut Local,
     /// Seconds by part.
@@ -48,7 +48,6 @@ pub struct Oseen<'a> {
 /// What the preconditioner makes of the pressures that answer to the flow through open ends, `A += Σ R_e q_e q_eᵀ`:
 /// what is left of its answer `z` without them is `z - Y (R⁻¹ + Qᵀ Y)⁻¹ Qᵀ z`, `Y` its answers to the `q_e` (Woodbury
 /// 1950).
-#[derive(Default)]
 pub struct EndResponses {
     /// Number of the end, and its column of `Y`.
     answers: Vec<(usize, Vec<f64>)>,
@@ -87,7 +86,9 @@ impl Oseen<'_> {
         let (begin, then) = (Instant::now(), *self.clock);
         let nodes = self.fixed.len();
         let place = |i: usize| [0, 1, 2].map(|c| positions[c * nodes + i % nodes]);
-        self.prepare_ends();
+        if self.ends.is_none() {
+            self.ends = self.end_responses();
+        }
         let mut first = vec![0.0; x.len()];
         self.preconditioned_residual(x, &mut first);
         // The preconditioned residual estimates the error: the solution is about as large as the sum
@@ -217,10 +218,10 @@ impl Oseen<'_> {
         }
     }
 
-    /// Lets the preconditioner know of the pressures that answer to flows. Where the resistance is large, a pressure that
-    /// is off by the same everywhere hardly shows in the residual of the flow that it drives: without this, GMRES ended
-    /// with pressures that were off by a thousand times its tolerance.
-    fn prepare_ends(&mut self) {
+    /// What lets the preconditioner know of the pressures that answer to flows. Where the resistance is large, a pressure
+    /// that is off by the same everywhere hardly shows in the residual of the flow that it drives: without this, GMRES
+    /// ended with pressures that were off by a thousand times its tolerance.
+    fn end_responses(&mut self) -> Option<EndResponses> {
         let resistances = self.terms.resistances.iter().enumerate();
         let ends: Vec<(usize, f64)> = resistances
             .filter(|(_, resistance)| **resistance > 0.0)
@@ -240,9 +241,8 @@ impl Oseen<'_> {
             let own = if i == j { 1.0 / ends[i].1 } else { 0.0 };
             own + self.through(ends[i].0, &answers[j].1)
         });
-        if let Some(inverse) = matrix.try_inverse() {
-            self.ends = EndResponses { answers, inverse };
-        }
+        let inverse = matrix.try_inverse()?;
+        Some(EndResponses { answers, inverse })
     }
 
     /// Flow of a velocity through an open end, m³/s.
@@ -252,15 +252,18 @@ impl Oseen<'_> {
 
     /// Flows of a velocity through the ends whose pressures answer to them, m³/s.
     fn flows(&self, u: &[f64]) -> DVector<f64> {
-        let ends = self.ends.answers.iter();
+        let ends = self.ends.iter().flat_map(|ends| &ends.answers);
         let flows: Vec<f64> = ends.map(|(end, _)| self.through(*end, u)).collect();
         DVector::from_vec(flows)
     }
 
     /// Adds to `x` what the pressures at the ends make of these flows (m³/s).
     fn answer_to(&self, flows: &DVector<f64>, x: &mut [f64]) {
-        let pressures = &self.ends.inverse * flows;
-        for ((_, answer), pressure) in self.ends.answers.iter().zip(&pressures) {
+        let Some(ends) = &self.ends else {
+            return;
+        };
+        let pressures = &ends.inverse * flows;
+        for ((_, answer), pressure) in ends.answers.iter().zip(&pressures) {
             x.iter_mut()
                 .zip(answer)
                 .for_each(|(x, y)| *x -= pressure * y);

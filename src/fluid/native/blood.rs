@@ -33,6 +33,9 @@ use std::time::Instant;
 /// Size of the estimated error at which a solution ends, relative to that of the flow and to the change of the
 /// displacement at which the coupling ends: smaller than what the coupling takes for converged.
 const TOLERANCE: f64 = 1e-2;
+/// No solution is less accurate than this: a pressure that is high everywhere makes the flow look larger than it is, and
+/// what is left then disturbs the coupling.
+const LEAST_ACCURATE: f64 = 1e-7;
 /// No solution is more accurate than this.
 const MOST_ACCURATE: f64 = 1e-11;
 /// Most iterations of a solution.
@@ -176,7 +179,7 @@ impl NativeFluid {
             density: case.blood.density,
             rheology: case.blood.rheology(),
             scheme,
-            tolerance: (TOLERANCE * case.coupling.e_rel).max(MOST_ACCURATE),
+            tolerance: (TOLERANCE * case.coupling.e_rel).clamp(MOST_ACCURATE, LEAST_ACCURATE),
             max_iterations: MOST_ITERATIONS,
         };
         let (velocities, pressures) = (3 * space.space.nodes, space.space.pressures);
