@@ -367,7 +367,7 @@ fn potential<S: Solid>(
         Some((shapes, felt)) => answers_along_branches(&mut wall, shapes, &at, *felt, wet_points)?,
         None => wall.answers(&at, 0..shapes.count())?,
     };
-    let surrogate = PotentialSurrogate::new(
+    let mut surrogate = PotentialSurrogate::new(
         shapes,
         (mesh, wet),
         pressure_ends(case, domain)?,
@@ -378,6 +378,7 @@ fn potential<S: Solid>(
         },
         &answers,
     )?;
+    surrogate.begin_step(case.time.step, case.time.step);
     Ok(Box::new(surrogate))
 }
 
