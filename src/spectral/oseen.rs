@@ -218,9 +218,9 @@ impl Oseen<'_> {
         }
     }
 
-    /// What lets the preconditioner know of the pressures that answer to flows. Where the resistance is large, a pressure
-    /// that is off by the same everywhere hardly shows in the residual of the flow that it drives: without this, GMRES
-    /// ended with pressures that were off by a thousand times its tolerance.
+    /// What lets the preconditioner know of the pressures that answer to flows. Where the resistance is large, a
+    /// pressure that is off by the same everywhere hardly shows in the residual of the flow that it drives: without
+    /// this, GMRES ended with pressures that were off by a thousand times its tolerance.
     fn end_responses(&mut self) -> Option<EndResponses> {
         let resistances = self.terms.resistances.iter().enumerate();
         let ends: Vec<(usize, f64)> = resistances

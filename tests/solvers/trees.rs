@@ -393,6 +393,45 @@ fn a_surrogate_spares_iterations_of_a_tree() {
     assert!((10.0..24.0).contains(&few), "{few}");
 }
 
+/// A soft Y from rest whose ends resist so much that nearly all of the inflow widens it, the more the further they are
+/// ramped: a change of the wall comes back up to a thousand times as large. The surrogate follows the ramp and is kept.
+#[test]
+fn a_tree_before_large_resistances_takes_few_iterations() {
+    let folder = tempfile::tempdir().unwrap();
+    let windkessel = "condition = \"windkessel\"\nresistance_Pa_s_m3 = 5e8\ncompliance_m3_Pa = 6e-11\n\
+                      initial_pressure_Pa = 1e3\n";
+    case(folder.path(), |text| {
+        [
+            (
+                windkessel,
+                "condition = \"resistance\"\nresistance_Pa_s_m3 = 2e10\n",
+            ),
+            ("radial = 3\nlength = 0.8", "radial = 2\nlength = 1.0"),
+            ("surrogate = \"none\"", "surrogate = \"potential\""),
+            ("e_rel = 1e-6", "e_rel = 1e-4"),
+            ("duration_s = 0.02", "duration_s = 0.1"),
+            ("step_s = 0.002", "step_s = 0.005"),
+        ]
+        .iter()
+        .fold(text, |text, (from, to)| {
+            assert!(text.contains(from), "{from}");
+            text.replace(from, to)
+        })
+    });
+    let out = folder.path().join("run");
+    let told = text(&complete(command(
+        folder.path(),
+        &out,
+        30, // of 2 ms
+        &["--fluid", "native"],
+    )));
+    assert!(!told.contains("the surrogate left"), "{told}");
+    let iterations = column(&out.join("history.csv"), "coupling_iterations", |_| true);
+    println!("{iterations:?}");
+    assert_eq!(iterations.len(), 12);
+    assert!((45.0..80.0).contains(&iterations.iter().sum::<f64>()));
+}
+
 /// A thin branch at the side of an artery, and a sac that is closed: nothing is lost, and a run that goes on repeats
 /// one that was not interrupted.
 #[test]

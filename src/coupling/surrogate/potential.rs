@@ -39,7 +39,8 @@ pub enum PotentialError {
     Dependent,
 }
 
-/// Pressure over flow (Pa s/m³) within a step that ends at a time (s), where displacement over velocity is a time (s).
+/// Pressure over flow (Pa s/m³) within a step: from the time at which it ends, s, and displacement over velocity in it,
+/// s.
 pub type Impedance = Box<dyn Fn(f64, f64) -> f64 + Send>;
 
 /// A pressure at an opening that answers to a flow.
@@ -55,8 +56,8 @@ pub struct PressureEnd {
 pub struct PotentialBlood {
     /// Density, kg/m³.
     pub density: f64,
-    /// Displacement over velocity, and velocity over acceleration, of what happens within a time step, as a share of its
-    /// length.
+    /// Displacement over velocity, and velocity over acceleration, of what happens within a time step, as a share of
+    /// its length.
     pub share: f64,
 }
 

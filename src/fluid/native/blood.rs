@@ -33,8 +33,8 @@ use std::time::Instant;
 /// Size of the estimated error at which a solution ends, relative to that of the flow and to the change of the
 /// displacement at which the coupling ends: smaller than what the coupling takes for converged.
 const TOLERANCE: f64 = 1e-2;
-/// No solution is less accurate than this: a pressure that is high everywhere makes the flow look larger than it is, and
-/// what is left then disturbs the coupling.
+/// No solution is less accurate than this: a pressure that is high everywhere makes the flow look larger than it is,
+/// and what is left then disturbs the coupling.
 const LEAST_ACCURATE: f64 = 1e-7;
 /// No solution is more accurate than this.
 const MOST_ACCURATE: f64 = 1e-11;
