@@ -85,7 +85,7 @@ pub struct PotentialSurrogate {
     answers: DMatrix<f64>,
     /// `w` of these answers, m³/Pa.
     widened: DMatrix<f64>,
-    /// From `w` to the pressures (Pa) that remove a residual, in a step like this.
+    /// From `w` to the pressures (Pa) that remove a residual, in a step like this; none if they are not determined.
     pressures: Option<DMatrix<f64>>,
     /// `ζ` of each opening, and `dt²/rho`, of that step.
     step: (DVector<f64>, f64),
@@ -94,10 +94,10 @@ pub struct PotentialSurrogate {
 impl PotentialSurrogate {
     /// Of a lumen at rest that is divided into the cells of `mesh`, with the wall on its `patches`; `wall` has the
     /// points (m) and faces whose displacement is coupled, `answers` (m/Pa) the displacement of these points by each
-    /// shape.
+    /// shape. The first step has the length `step` (s).
     ///
     /// # Errors
-    /// If no opening determines the pressure.
+    /// If no opening determines the pressure, or the shapes cannot be told apart.
     pub fn new(
         shapes: &dyn PressureShapes,
         (mesh, patches): (&PolyMesh, &[String]),
@@ -105,12 +105,13 @@ impl PotentialSurrogate {
         wall: (&[Vec3], &[Vec<u32>]),
         blood: PotentialBlood,
         answers: &[DVector<f64>],
+        step: f64,
     ) -> Result<Self, PotentialError> {
         let widening = widening(shapes, wall);
         let found = responses(shapes, mesh, patches, &ends)?;
         let inverse = inverse_of_what_is_told_apart(&found.mass, &shapes.one());
         let answers = DMatrix::from_columns(answers);
-        Ok(Self {
+        let mut surrogate = Self {
             blood,
             impedances: ends.into_iter().map(|end| end.impedance).collect(),
             responses: Responses {
@@ -123,7 +124,10 @@ impl PotentialSurrogate {
             answers,
             pressures: None,
             step: (DVector::zeros(0), 0.0),
-        })
+        };
+        surrogate.begin_step(step, step);
+        let found = surrogate.pressures.is_some();
+        found.then_some(surrogate).ok_or(PotentialError::Dependent)
     }
 
     /// From `w` to the pressures (Pa) that remove a residual, with these `ζ` (m) of the openings and `dt²/rho`.
@@ -159,7 +163,6 @@ impl Surrogate for PotentialSurrogate {
         }
     }
 
-    /// Of the step that has begun; before there is one, as if there were no blood.
     fn predict(&self, residual: &DVector<f64>) -> DVector<f64> {
         match &self.pressures {
             Some(pressures) => residual + &self.answers * (pressures * (&self.widening * residual)),
@@ -196,6 +199,10 @@ fn inverse_of_what_is_told_apart(mass: &DMatrix<f64>, one: &DVector<f64>) -> DMa
     let size = DMatrix::from_diagonal(&size);
     let loads = mass * one;
     let whole = one.dot(&loads);
+    if whole == 0.0 {
+        // No face knows any shape: there is one for each of the few faces.
+        return mass.clone();
+    }
     let rest = mass - &loads * loads.transpose() / whole;
     let mut eigen = (&size * rest * &size).symmetric_eigen();
     for value in eigen.eigenvalues.iter_mut() {
@@ -346,11 +353,11 @@ mod tests {
         let tree = Tree::new(lumen, SectionGrid::of_cells(6, 6, 1.0), 0.1).unwrap();
         let walls = vec!["wall".to_owned(); 1];
         let mesh = tree.mesh(&names, &walls, 1.0).unwrap();
-        let ends = |impedance: [f64; 2]| -> Vec<PressureEnd> {
-            let ends = names.iter().zip(impedance);
-            let ends = ends.map(|(patch, impedance)| PressureEnd {
+        // Ramped over the first millisecond.
+        let ends = |impedance: f64| -> Vec<PressureEnd> {
+            let ends = names.iter().map(|patch| PressureEnd {
                 patch: patch.clone(),
-                impedance: Box::new(move |_, _| impedance),
+                impedance: Box::new(move |end, _| impedance * (end / 1e-3)),
             });
             ends.collect()
         };
@@ -395,12 +402,11 @@ mod tests {
                 })
             };
             let answers: Vec<_> = (0..shapes.count()).map(answer).collect();
-            PotentialSurrogate::new(shapes, mesh, ends, of_wall, blood, &answers)
+            PotentialSurrogate::new(shapes, mesh, ends, of_wall, blood, &answers, 1e-3)
         };
         let all: [(&dyn PressureShapes, usize, f64); 2] = [(&along, 3, 2e-3), (&on, 2, 0.01)];
         for (shapes, waves, tolerance) in all {
-            let mut surrogate = surrogate(shapes, ends([0.0; 2])).unwrap();
-            surrogate.begin_step(1e-3, 1e-3);
+            let surrogate = surrogate(shapes, ends(0.0)).unwrap();
             // rho I0(kr)/(k I1(kr)): kr = 0.314159, 1.256637, 2.513274
             let waves = &[(1.0, 6.444_4), (4.0, 1.886_9), (8.0, 1.304_7)][..waves];
             for (half_waves, bessel) in waves {
@@ -413,6 +419,18 @@ mod tests {
                     (share / expected - 1.0).abs() < tolerance,
                     "{half_waves}: {share} {expected}"
                 );
+            }
+        }
+        // Between resistances that keep the blood in, the vessel widens in all by what it takes to raise the pressure
+        // by Z/2 dV/dt, wherever that is.
+        for shapes in [&along as &dyn PressureShapes, &on] {
+            let mut surrogate = surrogate(shapes, ends(1e11)).unwrap();
+            let widened = field(&|_| 1.0);
+            for (end, length) in [(1e-3, 1e-3), (5e-4, 1e-3), (1e-3, 5e-4)] {
+                surrogate.begin_step(end, length);
+                let left = (&surrogate.widening * surrogate.predict(&widened)).sum();
+                let raised = 1e11 * (end / 1e-3) * 0.5 * left / length / STIFFNESS;
+                assert!((raised - 1.0).abs() < 3e-3, "{raised}");
             }
         }
         let closed = surrogate(&along, Vec::new());

@@ -15,8 +15,8 @@ struct Node {
     s: f64,
     /// Number of the shape that is 1 there and the same all around; nodes of several branches at a junction share it.
     whole: usize,
-    /// Number of the node for waves around the circumference; junctions have one for each branch, open ends none: their
-    /// rims are held.
+    /// Number of the node for waves around the circumference; junctions have one for each branch, other ends none, as
+    /// their rims are held.
     own: Option<usize>,
 }
 

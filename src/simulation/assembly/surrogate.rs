@@ -367,7 +367,7 @@ fn potential<S: Solid>(
         Some((shapes, felt)) => answers_along_branches(&mut wall, shapes, &at, *felt, wet_points)?,
         None => wall.answers(&at, 0..shapes.count())?,
     };
-    let mut surrogate = PotentialSurrogate::new(
+    let surrogate = PotentialSurrogate::new(
         shapes,
         (mesh, wet),
         pressure_ends(case, domain)?,
@@ -377,8 +377,8 @@ fn potential<S: Solid>(
             share: time_step(case) / case.time.step,
         },
         &answers,
+        case.time.step,
     )?;
-    surrogate.begin_step(case.time.step, case.time.step);
     Ok(Box::new(surrogate))
 }
 
