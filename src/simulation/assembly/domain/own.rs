@@ -203,12 +203,9 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
             let known = branches.as_ref();
             let surface = known.map_or(&fluid, |branches| &branches.surface);
             let lumen = known.map(|branches| &branches.lumen);
-            let (wall, passes) = extruded(case, own, extrusion, (surface, lumen))?;
-            if let (Some(branches), Some(passes)) = (&mut branches, passes) {
-                branches.notes.push(format!(
-                    "the normals of its wall are averaged {passes} times: with fewer, elements would be inside out where \
-                     branches part (wall.extrude.smoothing)"
-                ));
+            let (wall, notes) = extruded(case, own, extrusion, (surface, lumen))?;
+            if let Some(branches) = &mut branches {
+                branches.notes.extend(notes);
             }
             (wall, "inner")
         }
@@ -340,35 +337,53 @@ fn factor_over_time(path: &Path) -> Result<Profile, FileError> {
     ))
 }
 
-/// The wall on the surface, and how often its normals were averaged if that is more than usual.
+/// The wall on the surface, and what is unusual about it.
 fn extruded(
     case: &Case,
     own: &OwnCase,
     extrusion: &Extrusion,
     (fluid, lumen): (&PolyMesh, Option<&Lumen>),
-) -> Result<(HexMesh, Option<usize>), DomainError> {
+) -> Result<(HexMesh, Vec<String>), DomainError> {
     let surface = WetQuads::new(fluid, &own.wall_patches());
     let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
     let along = potential(case, own, extrusion, fluid, &surface)?;
     let with =
         |lumen, passes| extruded_with(own, extrusion, (&surface, lumen), along.as_deref(), passes);
-    let usual = match (extrusion.smoothing, &own.tree) {
-        (Some(given), _) => return Ok((fitted(&[given], case, lumen, with)?.0, None)),
-        (None, None) => return Ok((with(None, 0)?, None)),
-        (None, Some(_)) => SMOOTHING_OF_TREES,
+    let given = extrusion.smoothing.map(|given| vec![given]);
+    let averages = match (given, &own.tree) {
+        (Some(given), _) => given,
+        (None, None) => return Ok((with(None, 0)?, Vec::new())),
+        (None, Some(_)) => SMOOTHING_OF_TREES.to_vec(),
     };
-    let (wall, passes) = fitted(&usual, case, lumen, with)?;
-    Ok((wall, passes.filter(|passes| *passes > usual[0])))
+    let (wall, found) = fitted(&averages, case, lumen, with)?;
+    let mut notes = Vec::new();
+    if let Some((passes, is_on_lumen)) = found {
+        if passes > averages[0] {
+            notes.push(format!(
+                "the normals of its wall are averaged {passes} times: with fewer, elements would be inside out where \
+                 branches part (wall.extrude.smoothing)"
+            ));
+        }
+        if lumen.is_some() && !is_on_lumen {
+            notes.push(
+                "its wall lies on the lumen at the corners of the cells alone: elements that followed the lumen between \
+                 them would be inside out; a thinner wall may follow it (wall.extrude.thicknesses)"
+                    .into(),
+            );
+        }
+    }
+    Ok((wall, notes))
 }
 
-/// The first wall of which nothing is inside out, and its averages of the normals: on the lumen between the points of
-/// the faces too, or else on these alone. If there is none, the first one: the check of the wall says where.
+/// The first wall of which nothing is inside out, with its averages of the normals and whether it is on the lumen
+/// between the points of the faces too, or else on these alone. If there is none, the first one: the check of the wall
+/// says where.
 fn fitted<'l>(
     averages: &[usize],
     case: &Case,
     lumen: Option<&'l Lumen>,
     with: impl Fn(Option<&'l Lumen>, usize) -> Result<HexMesh, DomainError>,
-) -> Result<(HexMesh, Option<usize>), DomainError> {
+) -> Result<(HexMesh, Option<(usize, bool)>), DomainError> {
     let mut first = None;
     let ways = [lumen, None]
         .into_iter()
@@ -377,7 +392,7 @@ fn fitted<'l>(
         for &passes in averages {
             let wall = with(lumen, passes)?;
             if inside_out(&wall, &case.structure).is_none() {
-                return Ok((wall, Some(passes)));
+                return Ok((wall, Some((passes, lumen.is_some()))));
             }
             first.get_or_insert(wall);
         }
