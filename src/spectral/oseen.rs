@@ -200,13 +200,10 @@ impl Oseen<'_> {
         let (out_u, out_p) = out.split_at_mut(velocities);
         space.sum_vectors(momentum, out_u);
         space.sum_pressures(continuity, out_p);
-        let open = self.fluxes.iter().zip(&self.terms.resistances);
-        let open = open.filter(|(_, resistance)| **resistance != 0.0);
+        let open = self.fluxes.iter().zip(&self.terms.resistances).enumerate();
+        let open = open.filter(|(_, (_, resistance))| **resistance != 0.0);
         let open: Vec<(&[f64], f64)> = open
-            .map(|(flux, resistance)| {
-                let through: f64 = flux.iter().zip(u).map(|(q, u)| q * u).sum();
-                (&flux[..], resistance * through)
-            })
+            .map(|(end, (flux, resistance))| (&flux[..], resistance * self.through(end, u)))
             .collect();
         let nodes = self.fixed.len();
         for (k, (out, u)) in out_u.iter_mut().zip(u).enumerate() {

@@ -63,8 +63,6 @@ pub struct PotentialBlood {
 
 /// The blood's answers where the openings have the pressure zero, and what pressures there add to them.
 struct Responses {
-    /// `M`, m².
-    mass: DMatrix<f64>,
     /// `G`, m³.
     at_wall: DMatrix<f64>,
     /// `Q`, m², a row for each opening.
@@ -108,8 +106,8 @@ impl PotentialSurrogate {
         step: f64,
     ) -> Result<Self, PotentialError> {
         let widening = widening(shapes, wall);
-        let found = responses(shapes, mesh, patches, &ends)?;
-        let inverse = inverse_of_what_is_told_apart(&found.mass, &shapes.one());
+        let (mass, found) = responses(shapes, mesh, patches, &ends)?;
+        let inverse = inverse_of_what_is_told_apart(&mass, &shapes.one());
         let answers = DMatrix::from_columns(answers);
         let mut surrogate = Self {
             blood,
@@ -117,7 +115,7 @@ impl PotentialSurrogate {
             responses: Responses {
                 at_wall: &inverse * found.at_wall * &inverse,
                 outflow: found.outflow * inverse,
-                ..found
+                between: found.between,
             },
             widened: &widening * &answers,
             widening,
@@ -136,7 +134,6 @@ impl PotentialSurrogate {
             at_wall,
             outflow,
             between,
-            ..
         } = &self.responses;
         let behind = DMatrix::from_diagonal(behind);
         let ends = DMatrix::identity(behind.nrows(), behind.nrows()) + between * &behind;
@@ -200,7 +197,7 @@ fn inverse_of_what_is_told_apart(mass: &DMatrix<f64>, one: &DVector<f64>) -> DMa
     let loads = mass * one;
     let whole = one.dot(&loads);
     if whole == 0.0 {
-        // No face knows any shape: there is one for each of the few faces.
+        // As many hats as faces, so that none reaches beyond its node: this surrogate knows no pressure.
         return mass.clone();
     }
     let rest = mass - &loads * loads.transpose() / whole;
@@ -253,12 +250,13 @@ fn links(mesh: &PolyMesh, cells: &[(f64, Vec3)], end: &PressureEnd) -> Vec<(usiz
     (patch.start..patch.start + patch.size).map(link).collect()
 }
 
+/// `M`, and the blood's responses.
 fn responses(
     shapes: &dyn PressureShapes,
     mesh: &PolyMesh,
     patches: &[String],
     ends: &[PressureEnd],
-) -> Result<Responses, PotentialError> {
+) -> Result<(DMatrix<f64>, Responses), PotentialError> {
     let n = shapes.count();
     let cells = mesh.cell_geometry();
     let mut entries = fluxes(mesh, &cells);
@@ -317,8 +315,7 @@ fn responses(
             .sum()
     };
     let own = |e: usize| links[e].iter().map(|(_, link)| link).sum::<f64>();
-    Ok(Responses {
-        mass,
+    let responses = Responses {
         at_wall,
         outflow: DMatrix::from_fn(ends.len(), n, out),
         between: DMatrix::from_fn(ends.len(), ends.len(), |e, f| {
@@ -328,7 +325,8 @@ fn responses(
                 -out(e, n + f)
             }
         }),
-    })
+    };
+    Ok((mass, responses))
 }
 
 #[cfg(test)]
