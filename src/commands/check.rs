@@ -12,7 +12,7 @@ use crate::analysis::windkessel::Pressures;
 use crate::case::{BloodVessel, Case, ConditionKeys, ResolvedCase, VesselSide};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Section, Vessel};
-use crate::output::progress::{human, tell_statics};
+use crate::output::progress::{human, tell_preparation};
 use crate::output::terminal;
 use crate::pfem::SolidError;
 use crate::processes::machine_memory;
@@ -37,7 +37,7 @@ pub struct Arguments {
 
 /// Loads and checks a case and prints its size.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    tell_statics();
+    tell_preparation();
     let case = arguments.case.load(&arguments.folder)?;
     let openfoam = openfoam(&case)?;
     let fit = case.own().map(|_| fit(&case)).transpose()?;

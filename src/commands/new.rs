@@ -231,8 +231,8 @@ fn put(whole: TempDir, folder: &Path) -> std::io::Result<()> {
 /// is given.
 fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
     let mut thinner = None;
-    // All at once: each of them meshes the lumen.
-    while let Some((preset, x)) = inside_out(folder)? {
+    let mut meshed: Vec<(Preset, Option<Domain>)> = PRESETS.map(|preset| (preset, None)).into();
+    while let Some((preset, x)) = inside_out(folder, &mut meshed)? {
         let Some(share) = proposal.make_thinner() else {
             let advice = match thinner {
                 Some(share) => format!(
@@ -258,17 +258,26 @@ fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The first preset with which the wall of the case of a vessel that branches is inside out, and where, m.
-fn inside_out(folder: &Path) -> Result<Option<(Preset, Vec3)>, Failure> {
-    let found = |preset: &Preset| {
-        let case = Case::load(folder, *preset, &[]).map_err(|e| Failure::Input(e.to_string()))?;
+/// The first preset with which the wall of the case of a vessel that branches is inside out, and where, m. The lumen is
+/// `meshed` once for all thicknesses.
+fn inside_out(
+    folder: &Path,
+    meshed: &mut [(Preset, Option<Domain>)],
+) -> Result<Option<(Preset, Vec3)>, Failure> {
+    let found = |(preset, domain): &mut (Preset, Option<Domain>)| -> Result<_, String> {
+        let case = Case::load(folder, *preset, &[]).map_err(|e| e.to_string())?;
         if case.tree().is_none() {
             return Ok(None);
         }
-        let domain = Domain::new(&case).map_err(|e| Failure::Input(e.to_string()))?;
-        Ok(domain.wall_inside_out(&case).map(|x| (*preset, x)))
+        match domain {
+            None => *domain = Some(Domain::new(&case).map_err(|e| e.to_string())?),
+            Some(domain) => domain.extrude_again(&case).map_err(|e| e.to_string())?,
+        }
+        let inside_out = domain.as_ref().and_then(|it| it.wall_inside_out(&case));
+        Ok(inside_out.map(|x| (*preset, x)))
     };
-    let all: Vec<Result<Option<(Preset, Vec3)>, Failure>> = PRESETS.par_iter().map(found).collect();
-    let found = all.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let all: Vec<_> = meshed.par_iter_mut().map(found).collect();
+    let found = all.into_iter().collect::<Result<Vec<_>, _>>();
+    let found = found.map_err(Failure::Input)?;
     Ok(found.into_iter().flatten().next())
 }

@@ -2,7 +2,7 @@
 
 use super::{CaseArguments, Failure};
 use crate::case::Preset;
-use crate::output::progress::tell_statics;
+use crate::output::progress::tell_preparation;
 use crate::run::{Earlier, Interrupt, RunFolder, RunRequest, START_IS_ABANDONED};
 use std::path::{Path, PathBuf};
 
@@ -57,7 +57,7 @@ pub fn run(path: &Path, how: &How, chosen: &CaseArguments) -> Result<(), Failure
     };
     RunFolder::look(&out, earlier)?;
     if !how.quiet {
-        tell_statics();
+        tell_preparation();
     }
     let case = chosen.load(path)?;
     let request = RunRequest {

@@ -10,7 +10,7 @@ use crate::case::{
 };
 use crate::geometry::Vessel;
 use crate::geometry::tree::Tree;
-use crate::output::progress::tell_statics;
+use crate::output::progress::tell_preparation;
 use crate::output::terminal;
 use crate::proposal::{end_radii, tree_shares};
 use crate::tabular::units::MMHG;
@@ -90,7 +90,7 @@ struct Proposal {
 
 /// Prints the keys to put into `case.toml`, and the pressures to expect.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    tell_statics();
+    tell_preparation();
     let range = arguments.pressures()?;
     let case = (arguments.case.as_deref())
         .map(|folder| arguments.chosen.load(folder))

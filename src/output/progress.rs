@@ -1,7 +1,7 @@
 //! The line of progress: one that updates in a terminal, plain lines elsewhere.
 
 use super::terminal;
-use crate::pfem::solution::listener;
+use crate::pfem::solution::listener::{self, Work};
 use crate::simulation::observer::{AcceptedStep, AcceptedWall, Note, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::VecDeque;
@@ -24,6 +24,8 @@ pub struct Progress {
     done: u64,
     recent: VecDeque<f64>,
     last_line: Option<Instant>,
+    /// Until the first step is done, where no line is drawn before.
+    first: Option<Work>,
 }
 
 impl Progress {
@@ -36,12 +38,19 @@ impl Progress {
             done: 0,
             recent: VecDeque::new(),
             last_line: None,
+            first: None,
         }
+    }
+
+    /// The first step begins.
+    pub fn begin(&mut self) {
+        self.first = (self.bar.is_none() && !self.quiet).then(|| Work::begin("the first step"));
     }
 
     /// The step number `done` was accepted.
     pub fn step(&mut self, done: u64, time: f64, iterations: usize, residual: f64, seconds: f64) {
         self.done = done;
+        self.first = None;
         self.recent.push_back(seconds);
         if self.recent.len() > WINDOW {
             self.recent.pop_front();
@@ -89,60 +98,82 @@ impl Progress {
     }
 }
 
-/// Shows how far the statics of walls have come that take long.
-pub fn tell_statics() {
+/// Shows what is being prepared, and how far it is, where that takes long.
+pub fn tell_preparation() {
     listener::listen(tell);
+    if terminal::columns(&stderr()).is_none() {
+        // Most of it says nothing while it works.
+        std::thread::spawn(|| {
+            loop {
+                std::thread::sleep(PLAIN_INTERVAL);
+                if let Ok(Some(preparation)) = NOW.lock().as_deref() {
+                    terminal::note(preparation.text());
+                }
+            }
+        });
+    }
 }
 
-/// What is being solved, and since when.
-struct Statics {
+/// What is being prepared.
+static NOW: Mutex<Option<Preparation>> = Mutex::new(None);
+
+struct Preparation {
     what: &'static str,
     begin: Instant,
-    /// The share that was done then.
-    known: f64,
-    last_line: Instant,
+    /// The share of it that is done, if that is known, now and when it was first told: of how long that took nothing is
+    /// known.
+    share: Option<f64>,
+    first_share: f64,
     bar: Option<ProgressBar>,
 }
 
-fn tell(what: &'static str, share: f64) {
-    static NOW: Mutex<Option<Statics>> = Mutex::new(None);
+impl Preparation {
+    fn text(&self) -> String {
+        let seconds = self.begin.elapsed().as_secs_f64();
+        let Some(share) = self.share else {
+            return format!("{}, since {}", self.what, human(seconds));
+        };
+        let since = share - self.first_share;
+        let left = match since > 0.0 {
+            true => format!(", about {} left", human(seconds * (1.0 - share) / since)),
+            false => String::new(),
+        };
+        format!("{}: {:.0} %{left}", self.what, 100.0 * share)
+    }
+}
+
+fn tell(what: &'static str, share: Option<f64>) {
     let Ok(mut now) = NOW.lock() else { return };
-    if now.as_ref().is_none_or(|now| now.what != what) {
-        // The first share is done already: of how long it took nothing is known.
-        let begin = Instant::now();
-        *now = Some(Statics {
-            what,
-            begin,
-            known: share,
-            last_line: begin,
-            bar: bar(None),
-        });
+    let is_another = now.as_ref().is_none_or(|now| now.what != what);
+    let is_done = share.is_some_and(|share| share >= 1.0);
+    if is_another && is_done {
+        return;
     }
-    let Some(statics) = &mut *now else { return };
-    let done = share >= 1.0;
-    let seconds = statics.begin.elapsed().as_secs_f64();
-    let done_since = share - statics.known;
-    let left = match done_since > 0.0 {
-        true => format!(
-            ", about {} left",
-            human(seconds * (1.0 - share) / done_since)
-        ),
-        false => String::new(),
-    };
-    let text = format!("{what}: {:.0} % of the load{left}", 100.0 * share);
-    match &statics.bar {
-        Some(bar) => bar.set_message(text),
-        None if !done && statics.last_line.elapsed() >= PLAIN_INTERVAL => {
-            terminal::note(text);
-            statics.last_line = Instant::now();
-        }
-        None => {}
-    }
-    if done {
-        if let Some(bar) = &statics.bar {
+    if is_another || is_done {
+        if let Some(Preparation { bar: Some(bar), .. }) = now.take() {
             bar.finish_and_clear();
         }
-        *now = None;
+        if is_done {
+            return;
+        }
+    }
+    let preparation = now.get_or_insert_with(|| Preparation {
+        what,
+        begin: Instant::now(),
+        share: None,
+        first_share: share.unwrap_or(0.0),
+        bar: bar(None),
+    });
+    preparation.share = share;
+    if let Some(bar) = &preparation.bar {
+        let style = match share {
+            None => "{msg} ({elapsed})",
+            Some(_) => "{msg}",
+        };
+        bar.set_style(ProgressStyle::with_template(style).expect("the template is valid"));
+        let text = share.map_or_else(|| what.to_owned(), |_| preparation.text());
+        bar.set_message(text);
+        bar.enable_steady_tick(Duration::from_secs(1));
     }
 }
 

@@ -99,6 +99,7 @@ impl CoupledRun {
     /// Goes on to the last step; ends early at an interrupt, or at a failure that no rescue helps against.
     pub fn advance(&mut self) -> Result<(), Failure> {
         let interrupt = self.interrupt.clone();
+        self.simulation.observer.1.begin();
         let outcome = self.simulation.run(&|| interrupt.asked());
         if outcome.is_ok() {
             self.simulation.observer.1.finish();

@@ -187,17 +187,6 @@ impl Flow {
             .collect()
     }
 
-    /// `∫ v_i · n` over some faces (m²), one component after the other.
-    pub fn flux(&self, faces: &[Face], positions: &[f64]) -> Vec<f64> {
-        let mut flux = vec![0.0; 3 * self.space.space.nodes];
-        for &face in faces {
-            let points = self.space.face_points(face, positions);
-            self.space
-                .add_face_load(&points.nodes, &points.areas, &mut flux);
-        }
-        flux
-    }
-
     /// `mu ∂u/∂n` (Pa) at the nodes of the mantle, one component after the other and zero elsewhere, from the forces
     /// that hold the velocity there: consistent with the equations of momentum, and more accurate than the gradient of
     /// the velocity (Gresho, Lee, Sani, Maslanik and Eaton 1987). The nodes' own rule spreads the forces over the wall.
@@ -290,7 +279,7 @@ impl Flow {
         Ok(FlowSolution {
             time_step,
             outflows: (step.fluxes.iter().zip(&step.swept))
-                .map(|(flux, swept)| flux.iter().zip(&x).map(|(q, u)| q * u).sum::<f64>() - swept)
+                .map(|(flux, swept)| flux.of(nodes, &x) - swept)
                 .collect(),
             volume: step.metric.volume,
             positions,

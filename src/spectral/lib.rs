@@ -30,6 +30,7 @@ pub mod clock;
 pub mod contraction;
 pub mod divergence;
 pub mod flow;
+pub mod flux;
 pub mod gmres;
 pub mod kernel;
 pub mod local;

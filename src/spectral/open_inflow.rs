@@ -1,5 +1,6 @@
 //! Backflow and inflow at an open end: the velocity of the blood that enters.
 
+use super::flux::Flux;
 use super::spectral_elements::SpectralElements;
 use super::taylor_hood_space::Face;
 use crate::Vec3;
@@ -56,18 +57,17 @@ pub struct Moving<'a> {
 }
 
 impl OpenEnd {
-    /// Where fluid enters through the end, whose nodes' shares of the area point out of the fluid (`flux`, m²), and
-    /// what it brings.
+    /// Where fluid enters through the end, through which the flow is `flux`, and what it brings.
     pub fn entries(
         &self,
         space: &SpectralElements,
-        flux: &[f64],
+        flux: &Flux,
         moving: &Moving<'_>,
     ) -> Vec<NodalInflow> {
         let mut entries: Vec<NodalInflow> = (space.space.nodes_of(&self.faces).into_iter())
             .map(|node| {
                 let through = space.vector(moving.relative, node);
-                let through = through.dot(&space.vector(flux, node));
+                let through = through.dot(&flux.share(node));
                 NodalInflow {
                     node,
                     rate: 0.5 * moving.density * (-through).max(0.0),
@@ -95,16 +95,14 @@ impl OpenEnd {
 fn along_normal(
     space: &SpectralElements,
     faces: &[Face],
-    flux: &[f64],
+    flux: &Flux,
     moving: &Moving<'_>,
     entries: &mut [NodalInflow],
 ) {
     let inner = space.space.inner_nodes(faces);
-    let area: Vec3 = (inner.iter())
-        .map(|&[node, _]| space.vector(flux, node))
-        .sum();
+    let area: Vec3 = inner.iter().map(|&[node, _]| flux.share(node)).sum();
     let out = area.normalize();
-    let share = |node: usize| space.vector(flux, node).dot(&out) / area.norm();
+    let share = |node: usize| flux.share(node).dot(&out) / area.norm();
     let middle: Vec3 = (inner.iter())
         .map(|&[node, _]| share(node) * space.vector(moving.positions, node))
         .sum();
@@ -121,7 +119,7 @@ fn along_normal(
         let monomials = exponents.iter().map(|[i, j]| x.powi(*i) * y.powi(*j));
         DVector::from_iterator(terms, monomials)
     };
-    let normal = |node: usize| space.vector(flux, node).normalize();
+    let normal = |node: usize| flux.share(node).normalize();
 
     let mut gram = DMatrix::from_diagonal_element(terms, terms, RIDGE);
     let mut moments = DVector::zeros(terms);

@@ -2,9 +2,10 @@
 
 use super::FlowError;
 use super::clock::{Clock, SolverPart};
+use super::flux::Flux;
 use super::gmres::{self, Outcome, System, Workspace};
 use super::kernel::{AtGauss, Viscosity};
-use super::local::{Local, sizes};
+use super::local::{CHUNK, Local, sizes};
 use super::metric::Metric;
 use super::patience::Patience;
 use super::pressure::{SchurComplement, SchurProduct};
@@ -25,8 +26,8 @@ pub struct Oseen<'a> {
     pub terms: Terms,
     /// Nodes with prescribed velocity: their rows are left out.
     pub fixed: &'a [bool],
-    /// Flow out of each open end as a function of the velocity: `∫ v_i · n`, one component after the other, m².
-    pub fluxes: &'a [Vec<f64>],
+    /// Flow out of each open end.
+    pub fluxes: &'a [Flux],
     /// Inverse of the diagonal `D` of the preconditioner, zero at fixed nodes.
     pub inverse_diagonal: Vec<f64>,
     /// Schur complement of the preconditioner, made for a diagonal that was `scale` times as large.
@@ -132,9 +133,8 @@ impl Oseen<'_> {
         self.full_product(x, out);
         let nodes = self.fixed.len();
         for out in out[..3 * nodes].chunks_exact_mut(nodes) {
-            let fixed = out.iter_mut().zip(self.fixed);
-            fixed
-                .filter(|(_, fixed)| **fixed)
+            let all = out.par_iter_mut().zip(self.fixed).with_min_len(CHUNK);
+            all.filter(|(_, fixed)| **fixed)
                 .for_each(|(out, _)| *out = 0.0);
         }
         self.clock.add(SolverPart::Products, begin);
@@ -200,18 +200,15 @@ impl Oseen<'_> {
         let (out_u, out_p) = out.split_at_mut(velocities);
         space.sum_vectors(momentum, out_u);
         space.sum_pressures(continuity, out_p);
-        let open = self.fluxes.iter().zip(&self.terms.resistances).enumerate();
-        let open = open.filter(|(_, (_, resistance))| **resistance != 0.0);
-        let open: Vec<(&[f64], f64)> = open
-            .map(|(end, (flux, resistance))| (&flux[..], resistance * self.through(end, u)))
-            .collect();
         let nodes = self.fixed.len();
-        for (k, (out, u)) in out_u.iter_mut().zip(u).enumerate() {
-            let mut force = self.terms.mass[k % nodes] * u;
-            for (flux, pressure) in &open {
-                force += pressure * flux[k];
+        for (out, u) in out_u.chunks_exact_mut(nodes).zip(u.chunks_exact(nodes)) {
+            let all = out.par_iter_mut().zip(u).zip(&self.terms.mass);
+            (all.with_min_len(CHUNK)).for_each(|((out, u), mass)| *out += mass * u);
+        }
+        for (flux, resistance) in self.fluxes.iter().zip(&self.terms.resistances) {
+            if *resistance != 0.0 {
+                flux.add_force(nodes, resistance * flux.of(nodes, u), out_u);
             }
-            *out += force;
         }
     }
 
@@ -227,8 +224,8 @@ impl Oseen<'_> {
         let unknowns = self.weights.len();
         let answers: Vec<(usize, Vec<f64>)> = (ends.iter())
             .map(|&(end, _)| {
-                let mut answer = self.fluxes[end].clone();
-                answer.resize(unknowns, 0.0);
+                let mut answer = vec![0.0; unknowns];
+                self.fluxes[end].add_force(self.fixed.len(), 1.0, &mut answer);
                 self.precondition_without_ends(&mut answer);
                 self.balance(&mut answer, None);
                 (end, answer)
@@ -244,7 +241,7 @@ impl Oseen<'_> {
 
     /// Flow of a velocity through an open end, m³/s.
     fn through(&self, end: usize, u: &[f64]) -> f64 {
-        self.fluxes[end].iter().zip(u).map(|(q, u)| q * u).sum()
+        self.fluxes[end].of(self.fixed.len(), u)
     }
 
     /// Flows of a velocity through the ends whose pressures answer to them, m³/s.
@@ -260,11 +257,15 @@ impl Oseen<'_> {
             return;
         };
         let pressures = &ends.inverse * flows;
-        for ((_, answer), pressure) in ends.answers.iter().zip(&pressures) {
-            x.iter_mut()
-                .zip(answer)
-                .for_each(|(x, y)| *x -= pressure * y);
-        }
+        let chunks = x.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(chunk, x)| {
+            for ((_, answer), pressure) in ends.answers.iter().zip(&pressures) {
+                let answer = &answer[chunk * CHUNK..][..x.len()];
+                x.iter_mut()
+                    .zip(answer)
+                    .for_each(|(x, y)| *x -= pressure * y);
+            }
+        });
     }
 
     /// Solves with the preconditioner, in place.
@@ -280,9 +281,8 @@ impl Oseen<'_> {
         let (begin, then) = (Instant::now(), *self.clock);
         let (u, p) = r.split_at_mut(3 * self.fixed.len());
         for u in u.chunks_exact_mut(self.fixed.len()) {
-            u.iter_mut()
-                .zip(&self.inverse_diagonal)
-                .for_each(|(u, d)| *u *= d);
+            let all = u.par_iter_mut().zip(&self.inverse_diagonal);
+            all.with_min_len(CHUNK).for_each(|(u, d)| *u *= d);
         }
         self.excess(u, p);
         self.project(u, p, SchurComplement::solve);
@@ -293,9 +293,8 @@ impl Oseen<'_> {
     /// Puts the excess `B u - r_p` of the equation of continuity in place of its right-hand side `r_p`.
     fn excess(&mut self, u: &[f64], p: &mut [f64]) {
         (self.local).minus_divergence(self.space, &self.metric.cofactors, u);
-        for (p, product) in p.iter_mut().zip(&self.local.pressure) {
-            *p = product - *p;
-        }
+        let all = p.par_iter_mut().zip(&self.local.pressure);
+        (all.with_min_len(CHUNK)).for_each(|(p, product)| *p = product - *p);
     }
 
     /// Puts the pressure `S⁻¹ p` in place of an excess `p`, and takes its gradient off the velocity: `u - D⁻¹ Bᵀ p`.
@@ -318,9 +317,8 @@ impl Oseen<'_> {
         self.local.minus_gradient(space, g, p);
         let gradients = self.local.vector.chunks_exact(self.fixed.len());
         for (u, gradient) in u.chunks_exact_mut(self.fixed.len()).zip(gradients) {
-            for ((u, v), d) in u.iter_mut().zip(gradient).zip(&self.inverse_diagonal) {
-                *u -= d * v;
-            }
+            let all = u.par_iter_mut().zip(gradient).zip(&self.inverse_diagonal);
+            (all.with_min_len(CHUNK)).for_each(|((u, v), d)| *u -= d * v);
         }
     }
 

@@ -127,7 +127,7 @@ where
 }
 
 /// The transpose of [`face_values`] with one matrix for both directions.
-fn face_integrals<T>(to_points: &[Vec<f64>], values: &[T]) -> Vec<T>
+pub(super) fn face_integrals<T>(to_points: &[Vec<f64>], values: &[T]) -> Vec<T>
 where
     T: Copy + std::ops::Mul<f64, Output = T> + std::iter::Sum,
 {

@@ -1,9 +1,10 @@
-//! Who wants to hear how far statics have come: they take up to minutes, in whatever a command asks for.
+//! Who wants to hear what is being prepared before the first step, and how far it is: that takes up to minutes, in
+//! whatever a command asks for.
 
 use std::sync::OnceLock;
 
-/// Is told what is being solved, and the share of it that is done.
-pub type Listener = fn(&'static str, f64);
+/// Is told what is being done, and the share of it that is done, if that is known; with the share 1 it has ended.
+pub type Listener = fn(&'static str, Option<f64>);
 
 static LISTENER: OnceLock<Listener> = OnceLock::new();
 
@@ -12,8 +13,31 @@ pub fn listen(listener: Listener) {
     let _ = LISTENER.set(listener);
 }
 
-pub(super) fn tell(what: &'static str, share: f64) {
+/// The share of something that is done.
+pub fn tell(what: &'static str, share: f64) {
+    hear(what, Some(share));
+}
+
+fn hear(what: &'static str, share: Option<f64>) {
     if let Some(listener) = LISTENER.get() {
         listener(what, share);
+    }
+}
+
+/// Work of unknown length, which ends when this is dropped.
+#[must_use]
+pub struct Work(&'static str);
+
+impl Work {
+    /// It begins.
+    pub fn begin(what: &'static str) -> Self {
+        hear(what, None);
+        Self(what)
+    }
+}
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        tell(self.0, 1.0);
     }
 }

@@ -8,6 +8,7 @@ use crate::curve::SpaceCurve;
 use crate::geometry::supports as vessel_supports;
 use crate::geometry::tree::Lumen;
 use crate::geometry::{HexMesh, PolyMesh, Vessel, WallPolygons, elastic_pieces};
+use crate::pfem::solution::listener::Work;
 use crate::pfem::supports::{PressureAround, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
 use std::ops::Range;
@@ -102,6 +103,7 @@ impl Domain {
     /// # Errors
     /// If a mesh that the case names cannot be used; those that are made here always can.
     pub fn new(case: &Case) -> Result<Self, DomainError> {
+        let _work = Work::begin("meshing lumen and wall");
         let p = case.structure.p;
         match &case.problem {
             Problem::Vessel(vessel) => Ok(Self::vessel(vessel, p)),

@@ -44,6 +44,7 @@ use crate::fluid::{Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory};
 use crate::geometry::{MotionBlend, PolyMesh, WallPolygons};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::evaluation::locate::Location;
+use crate::pfem::solution::listener::Work;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::{
     Discretization, Formulation, Solid, SolidError, Structure, StructureOptions, discretization,
@@ -146,8 +147,11 @@ impl CoupledModel {
         memory: Option<&FluidMemory>,
     ) -> Result<Self, AssemblyError> {
         let mut domain = Domain::new(case)?;
+        let work = Work::begin("preparing the wall");
         let InitialState { solid, unloading } =
             initial_state(case, &domain).map_err(|none| none.error)?;
+        drop(work);
+        let work = Work::begin("preparing the blood");
         let (fluid_cells, [volume, rigid_volume], fluid): (_, _, Box<dyn Fluid>) =
             match case.fluid.solver {
                 case::Solver::OpenFoam => {
@@ -186,6 +190,7 @@ impl CoupledModel {
                     (fluid.elements(), fluid.volumes()?, Box::new(fluid))
                 }
             };
+        drop(work);
         Ok(Self {
             fluid_cells,
             volume,
@@ -260,7 +265,9 @@ fn join<F: Fluid>(
     mut solid: Structure,
     unloading: Option<Unloading>,
 ) -> Result<Coupling<F, Structure>, AssemblyError> {
+    let work = Work::begin("joining the two meshes");
     let (transfer, _) = transfer(case, fluid.interface(), &solid)?;
+    drop(work);
     let vessel = case.vessel();
     let pressure = vessel.map_or(0.0, |vessel| vessel.equilibrium_pressure());
     let surrogate = surrogate::surrogate(

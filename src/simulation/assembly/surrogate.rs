@@ -18,6 +18,7 @@ use crate::coupling::transfer::Transfer;
 use crate::curve::SpaceCurve;
 use crate::fluid::FluidInterface;
 use crate::geometry::{PolyMesh, Vessel};
+use crate::pfem::solution::listener::{self, Work};
 use crate::pfem::{Solid, SolidError, SurfaceLoad};
 use nalgebra::DVector;
 use std::f64::consts::PI;
@@ -44,6 +45,9 @@ const MOST_PERIODS: usize = 8;
 const LEAST_ADDED_MASS: f64 = 0.2;
 /// The wall's answer to such waves is felt up to half so many radii from where they press.
 const FELT: f64 = 2.0;
+
+/// What the user is told of it.
+const TOLD: &str = "trying the wall for the surrogate";
 
 /// Why a case has no surrogate.
 #[derive(Debug, thiserror::Error)]
@@ -140,6 +144,10 @@ struct WallAnswers<'a, S: Solid> {
     probe: f64,
     time_step: f64,
     tolerance: f64,
+    /// How many questions were asked, and how many will be.
+    asked: usize,
+    expected: usize,
+    _work: Work,
 }
 
 impl<'a, S: Solid> WallAnswers<'a, S> {
@@ -163,6 +171,9 @@ impl<'a, S: Solid> WallAnswers<'a, S> {
             solid,
             transfer,
             pressure,
+            asked: 0,
+            expected: questions,
+            _work: Work::begin(TOLD),
         }
     }
 
@@ -190,6 +201,10 @@ impl<'a, S: Solid> WallAnswers<'a, S> {
             shear: vec![Vec3::zeros(); shape.len()],
         };
         let trial = (self.solid).solve(&load, self.time_step, self.tolerance, None)?;
+        self.asked += 1;
+        if self.asked < self.expected {
+            listener::tell(TOLD, self.asked as f64 / self.expected as f64);
+        }
         Ok(flatten(&self.transfer.displacement(self.solid, &trial)))
     }
 }
@@ -231,8 +246,9 @@ fn answers_along_branches<S: Solid>(
     felt: f64,
     points: &[Vec3],
 ) -> Result<Vec<DVector<f64>>, SurrogateError> {
-    let mut answers = wall.answers(at, 0..shapes.whole())?;
     let groups = shapes.groups(felt);
+    wall.expected = 1 + shapes.whole() + 2 * MOST_TREE_PERIODS * groups.len();
+    let mut answers = wall.answers(at, 0..shapes.whole())?;
     for wave in 0..2 * MOST_TREE_PERIODS {
         let first = shapes.wave(wave, 0);
         let mut of_nodes = vec![DVector::zeros(0); shapes.nodes().len()];

@@ -2,6 +2,7 @@
 
 use super::{BoundaryConditions, Flow, FlowState};
 use crate::FlowError;
+use crate::flux::Flux;
 use crate::metric::Metric;
 use crate::open_inflow::Moving;
 use crate::oseen::Terms;
@@ -20,8 +21,8 @@ pub(super) struct Step<'a> {
     pub metric: Metric,
     /// Velocity of the mesh, m/s.
     mesh_velocity: Vec<f64>,
-    /// `∫ v_i · n` over each open end, m².
-    pub fluxes: Vec<Vec<f64>>,
+    /// The flow through each open end.
+    pub fluxes: Vec<Flux>,
     /// What each open end sweeps, m³/s.
     pub swept: Vec<f64>,
     /// Pressure at each open end, Pa, and for each unit of flow through it, Pa s/m³.
@@ -70,7 +71,7 @@ impl Flow {
             metric: Metric::new(&self.space, positions)?,
             mesh_velocity: self.mesh_velocity(state, time_step, positions),
             fluxes: (self.open.iter())
-                .map(|end| self.flux(&end.faces, positions))
+                .map(|end| Flux::through(&self.space, &end.faces, positions))
                 .collect(),
             swept,
             pressures,
@@ -136,9 +137,9 @@ impl Flow {
         for (k, rhs) in rhs.iter_mut().enumerate() {
             let earlier = w.old * last[k] + w.older * before[k];
             *rhs = -self.settings.density * metric.mass[k % nodes] * earlier;
-            for (flux, [constant, _]) in step.fluxes.iter().zip(&step.pressures) {
-                *rhs -= constant * flux[k];
-            }
+        }
+        for (flux, [constant, _]) in step.fluxes.iter().zip(&step.pressures) {
+            flux.add_force(nodes, -constant, &mut rhs);
         }
         rhs.iter_mut()
             .zip(&step.boundary.load)

@@ -422,6 +422,20 @@ fn inside_out(wall: &HexMesh, settings: &StructureSettings) -> Option<Vec3> {
 }
 
 impl Domain {
+    /// Puts the extruded wall of another case of the same vessel that branches on its lumen.
+    ///
+    /// # Errors
+    /// If that wall cannot be made.
+    pub fn extrude_again(&mut self, case: &Case) -> Result<(), DomainError> {
+        if let Some(own) = case.own()
+            && let Some(extrusion) = &own.wall.extrude
+            && let Some(Branches { surface, lumen, .. }) = &self.branches
+        {
+            (self.solid, _) = extruded(case, own, extrusion, (surface, Some(lumen)))?;
+        }
+        Ok(())
+    }
+
     /// Where an element of the extruded wall of a case is inside out (m), if one is.
     pub fn wall_inside_out(&self, case: &Case) -> Option<Vec3> {
         let is_extruded = (case.own()).is_some_and(|own| own.wall.is_extruded());
