@@ -279,7 +279,29 @@ pub fn human(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Figures, human};
+    use super::{Figures, Preparation, human};
+    use std::time::{Duration, Instant};
+
+    #[test]
+    fn a_preparation_says_how_long_it_will_take_once_that_is_known() {
+        let after_30_s = |share: Option<f64>| {
+            let preparation = Preparation {
+                what: "loading the wall",
+                begin: Instant::now() - Duration::from_secs(30),
+                share,
+                first_share: 0.25,
+                bar: None,
+            };
+            preparation.text()
+        };
+        assert_eq!(after_30_s(None), "loading the wall, since 30 s");
+        assert_eq!(after_30_s(Some(0.25)), "loading the wall: 25 %");
+        // Half of it took 30 s, and a quarter is left.
+        assert_eq!(
+            after_30_s(Some(0.75)),
+            "loading the wall: 75 %, about 15 s left"
+        );
+    }
 
     #[test]
     fn a_line_fits_into_the_terminal_and_holds_whole_figures() {
