@@ -6,7 +6,7 @@ use super::surface::face_integrals;
 use super::taylor_hood_space::Face;
 use std::collections::BTreeMap;
 
-/// `∫ v_i · n` over some faces, of their nodes alone: of all nodes it would grow with the mesh for each open end.
+/// `∫ v_i · n` over some faces. Only their nodes are kept, so that an open end does not cost as much as the whole mesh.
 #[derive(Debug, Clone)]
 pub struct Flux {
     /// Nodes in ascending order, each with its share of the area, which points out of the fluid, m².
@@ -59,8 +59,8 @@ mod tests {
     use super::*;
     use crate::taylor_hood_space::{Boundary, Plane, TaylorHoodSpace};
 
-    /// Through the end of a unit cube, of a velocity along it that is `x²` there: 1/3. Forces of a pressure do the work
-    /// of the pressure on the flow.
+    /// The flow of the velocity `y²` along x through the end x = 1 of a unit cube is 1/3. The work of a pressure's
+    /// forces is the pressure times the flow.
     #[test]
     fn a_flow_is_that_through_the_faces_and_forces_do_its_work() {
         let plane = |degree| Plane::grid([2, 1], degree);

@@ -84,7 +84,7 @@ fn numbers_read_from_python_are_those_of_the_run() {
     );
     assert_eq!(found["history"], found["times"]);
     assert_eq!(found["same"], true);
-    // Stored in single precision, 6e-8 at most; the table has what was computed from it in double.
+    // Stored in single precision, which rounds by at most 6e-8; the table has what was computed from it in double.
     let limits = [
         ("displacement", 1e-7),
         ("TAWSS", 1e-12),
