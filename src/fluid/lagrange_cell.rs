@@ -1,7 +1,6 @@
 //! Hexahedra with Lagrange polynomials: where a point lies in one, and the value of a field there.
 
 use crate::{Vec3, lagrange};
-use nalgebra::Matrix3;
 
 /// A curved cell reaches beyond its nodes by this share of their extent at most.
 const BULGE: f64 = 0.1;
@@ -52,9 +51,10 @@ impl LagrangeCell<'_> {
 
     /// Local coordinates of the point `x` (m), if it lies in the cell.
     pub fn locate(&self, positions: &impl Fn(usize) -> Vec3, x: &Vec3) -> Option<Vec3> {
+        let nodal = self.nodal(positions);
         let mut xi = Vec3::zeros();
         for _ in 0..MOST_STEPS {
-            let (here, jacobian) = self.value_and_slopes(positions, &xi);
+            let (here, jacobian) = lagrange::vector_and_slopes(self.rule, &nodal, &xi);
             let step = jacobian.lu().solve(&(x - here))?;
             xi += step;
             // What has left for good does not lie here; before, it may come back.
@@ -70,33 +70,18 @@ impl LagrangeCell<'_> {
 
     /// Values of the nodes' polynomials at a place in local coordinates.
     pub fn shapes(&self, xi: &Vec3) -> Vec<f64> {
-        products(&[0, 1, 2].map(|d| lagrange::values(self.rule, xi[d])))
+        lagrange::products(&[0, 1, 2].map(|d| lagrange::values(self.rule, xi[d])))
     }
 
-    /// A vector field with its derivatives by the local coordinates.
-    pub fn value_and_slopes(
-        &self,
-        field: &impl Fn(usize) -> Vec3,
-        xi: &Vec3,
-    ) -> (Vec3, Matrix3<f64>) {
-        let values = [0, 1, 2].map(|d| lagrange::values(self.rule, xi[d]));
-        let slopes = [0, 1, 2].map(|d| lagrange::derivatives(self.rule, xi[d]));
-        let derived = [0, 1, 2].map(|d| {
-            let mut factors = values.clone();
-            factors[d].clone_from(&slopes[d]);
-            products(&factors)
-        });
-        let shapes = products(&values);
-        let (mut value, mut slope) = (Vec3::zeros(), Matrix3::zeros());
-        for (i, &node) in self.nodes.iter().enumerate() {
-            let f = field(node as usize);
-            value += shapes[i] * f;
-            for d in 0..3 {
-                let mut column = slope.column_mut(d);
-                column += derived[d][i] * f;
-            }
-        }
-        (value, slope)
+    /// Value of a vector field at a place in local coordinates.
+    pub fn value(&self, field: &impl Fn(usize) -> Vec3, xi: &Vec3) -> Vec3 {
+        lagrange::vector_and_slopes(self.rule, &self.nodal(field), xi).0
+    }
+
+    fn nodal(&self, field: &impl Fn(usize) -> Vec3) -> Vec<Vec3> {
+        (self.nodes.iter())
+            .map(|&node| field(node as usize))
+            .collect()
     }
 }
 
@@ -111,11 +96,4 @@ pub fn find<'a>(
         .filter(|(_, (_, extent))| extent.contains(x));
     let found = near.filter_map(|(e, (cell, _))| Some((e, cell.locate(positions, x)?)));
     { found }.min_by(|(_, a), (_, b)| a.amax().total_cmp(&b.amax()))
-}
-
-/// Products of one-dimensional values, fastest along ξ.
-fn products(values: &[Vec<f64>; 3]) -> Vec<f64> {
-    let [x, y, z] = values;
-    let plane = z.iter().flat_map(|c| y.iter().map(move |b| b * c));
-    plane.flat_map(|bc| x.iter().map(move |a| a * bc)).collect()
 }

@@ -1,5 +1,7 @@
 //! Lagrange polynomials: those that are 1 at one of some points and 0 at the others.
 
+use crate::{Mat3, Vec3};
+
 /// Their values at `x`.
 pub fn values(points: &[f64], x: f64) -> Vec<f64> {
     let value = |i: usize| -> f64 {
@@ -41,6 +43,39 @@ pub fn values_and_derivatives(points: &[f64], x: f64) -> (Vec<f64>, Vec<f64>) {
         }
     }
     (values, derivatives)
+}
+
+/// A vector field in a hexahedron, from its `nodal` values at `points` in each of the local coordinates, fastest along
+/// the first: its value at `xi`, and its derivatives by the local coordinates as columns.
+pub fn vector_and_slopes(points: &[f64], nodal: &[Vec3], xi: &Vec3) -> (Vec3, Mat3) {
+    let along = [0, 1, 2].map(|d| values(points, xi[d]));
+    let shapes = products(&along);
+    let derived = [0, 1, 2].map(|d| {
+        let mut factors = along.clone();
+        factors[d] = derivatives(points, xi[d]);
+        products(&factors)
+    });
+    let (mut value, mut slopes) = (Vec3::zeros(), Mat3::zeros());
+    for (i, f) in nodal.iter().enumerate() {
+        value += shapes[i] * f;
+        for d in 0..3 {
+            let mut column = slopes.column_mut(d);
+            column += derived[d][i] * f;
+        }
+    }
+    (value, slopes)
+}
+
+/// Products of values along three directions, fastest along the first.
+pub fn products([x, y, z]: &[Vec<f64>; 3]) -> Vec<f64> {
+    let mut products = Vec::with_capacity(x.len() * y.len() * z.len());
+    for c in z {
+        for b in y {
+            let bc = b * c;
+            products.extend(x.iter().map(|a| a * bc));
+        }
+    }
+    products
 }
 
 #[cfg(test)]

@@ -218,25 +218,22 @@ pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -
                 let R = starts[layer] + 0.5 * thickness * (1.0 + x);
                 let dV = 2.0 * std::f64::consts::PI * R * weight * 0.5 * thickness;
                 let scale = 2.0 / thickness;
-                let sum = |f: &dyn Fn(&(f64, f64)) -> f64| -> f64 {
-                    shapes
-                        .iter()
-                        .enumerate()
-                        .map(|(i, s)| f(s) * u[layer * DEGREE + i])
-                        .sum()
-                };
-                let (a, b) = (1.0 + scale * sum(&|s| s.1), 1.0 + sum(&|s| s.0) / R);
+                let [mut radial, mut hoop] = [0.0; 2];
+                for (i, (value, slope)) in shapes.iter().enumerate() {
+                    radial += slope * u[layer * DEGREE + i];
+                    hoop += value * u[layer * DEGREE + i];
+                }
+                let (a, b) = (1.0 + scale * radial, 1.0 + hoop / R);
                 let (w, first, second) = density(material, a, b, c);
                 energy += w * dV;
+                // Loops that spell the sums out: the tests are not compiled for speed, and most of their seconds are here.
                 for (i, si) in shapes.iter().enumerate() {
-                    let bi = [scale * si.1, si.0 / R];
-                    force[layer * DEGREE + i] += dV * (first[0] * bi[0] + first[1] * bi[1]);
+                    let bi = [scale * si.1 * dV, si.0 / R * dV];
+                    force[layer * DEGREE + i] += first[0] * bi[0] + first[1] * bi[1];
+                    let row = [0, 1].map(|q| bi[0] * second[0][q] + bi[1] * second[1][q]);
                     for (j, sj) in shapes.iter().enumerate() {
-                        let bj = [scale * sj.1, sj.0 / R];
-                        let value: f64 = (0..2)
-                            .map(|p| (0..2).map(|q| bi[p] * second[p][q] * bj[q]).sum::<f64>())
-                            .sum();
-                        stiffness[(layer * DEGREE + i, layer * DEGREE + j)] += dV * value;
+                        stiffness[(layer * DEGREE + i, layer * DEGREE + j)] +=
+                            row[0] * scale * sj.1 + row[1] * sj.0 / R;
                     }
                 }
             }

@@ -39,7 +39,7 @@ pub fn probe(
             pressure: (pressures.nodes.iter().zip(shapes))
                 .map(|(&node, shape)| shape * pressure[node as usize])
                 .sum(),
-            velocity: element(space, e).value_and_slopes(&field, &xi).0,
+            velocity: element(space, e).value(&field, &xi),
         }
     };
     points.iter().map(of_point).collect()
@@ -134,9 +134,7 @@ mod tests {
                 let cell = Vec3::from_fn(|d, _| scaled[d].floor().min([1.0, 2.0, 1.0][d]));
                 let e = cell.x as usize + 2 * cell.y as usize + 6 * cell.z as usize;
                 let xi = (scaled - cell) * 2.0 - Vec3::repeat(1.0);
-                element(&space, e)
-                    .value_and_slopes(&|i| space.vector(&positions, i), &xi)
-                    .0
+                element(&space, e).value(&|i| space.vector(&positions, i), &xi)
             };
             let pressure: Vec<f64> = pressures
                 .iter()

@@ -223,19 +223,26 @@ pub struct UnrolledPart<'a> {
     pub x: [f64; 2],
     /// Its faces.
     pub faces: Vec<usize>,
-    run: &'a Results,
     places: Vec<Place>,
-    /// Of a wall whose faces lie in rings.
-    rings: Option<Rings>,
+    lookup: Lookup<'a>,
+}
+
+/// How the face at a place is found.
+enum Lookup<'a> {
+    /// On a wall whose faces lie in rings.
+    Rings(Rings),
+    /// Among any faces.
+    Nearest(NearestFace<'a>),
 }
 
 impl UnrolledPart<'_> {
     /// What is there of values on the faces of the whole wall; not a number outside the part.
     pub fn value(&self, values: &[f64], x: f64, phi: f64) -> f64 {
-        match &self.rings {
-            Some(rings) => rings.value(values, x, phi),
-            None => nearest(self.run, &self.places, &self.faces, x, phi)
-                .map_or(f64::NAN, |face| values[face]),
+        match &self.lookup {
+            Lookup::Rings(rings) => rings.value(values, x, phi),
+            Lookup::Nearest(faces) => {
+                (faces.at(&self.places, x, phi)).map_or(f64::NAN, |face| values[face])
+            }
         }
     }
 }
@@ -248,8 +255,7 @@ pub fn parts(run: &Results) -> io::Result<Vec<UnrolledPart<'_>>> {
             name: String::new(),
             x: whole(run),
             faces: (0..places.len()).collect(),
-            run,
-            rings: Some(rings),
+            lookup: Lookup::Rings(rings),
             places,
         });
         return Ok(part.into_iter().collect());
@@ -278,30 +284,55 @@ fn branches<'a>(run: &'a Results, wall: &WetSurface) -> Vec<UnrolledPart<'a>> {
         (x[1] > x[0]).then(|| UnrolledPart {
             name: region.name.to_string(),
             x,
+            lookup: Lookup::Nearest(NearestFace::new(run, &places, &faces)),
             faces,
-            run,
             places: places.to_vec(),
-            rings: None,
         })
     };
     regions.filter_map(branch).collect()
 }
 
-/// The nearest of some faces to a place on an unrolled wall, if it is not farther than a face is wide.
-fn nearest(run: &Results, places: &[Place], own: &[usize], x: f64, phi: f64) -> Option<usize> {
-    let far = |face: usize| {
-        let FaceRow {
-            mean_radius_m,
-            area_m2,
-            ..
-        } = run.faces[face];
-        let around = (phi - places[face].phi_deg + 540.0).rem_euclid(360.0) - 180.0;
-        let across = around.to_radians() * mean_radius_m;
-        (x - places[face].x_m).hypot(across) / area_m2.sqrt()
-    };
-    let distances = own.iter().map(|&face| (face, far(face)));
-    let found = distances.min_by(|a, b| a.1.total_cmp(&b.1));
-    found.filter(|(_, far)| *far < 1.2).map(|(face, _)| face)
+/// How far the nearest face may be, in face widths.
+const NEAR: f64 = 1.2;
+
+/// Finds the nearest of some faces to a place on an unrolled wall.
+struct NearestFace<'a> {
+    run: &'a Results,
+    /// The faces by x: a picture asks for every pixel, and most faces of a long branch are too far away in x alone.
+    by_x: Vec<usize>,
+    /// How far in x a face may be at most, m.
+    reach_m: f64,
+}
+
+impl<'a> NearestFace<'a> {
+    fn new(run: &'a Results, places: &[Place], faces: &[usize]) -> Self {
+        let mut by_x = faces.to_vec();
+        by_x.sort_by(|a, b| places[*a].x_m.total_cmp(&places[*b].x_m));
+        let widths = faces.iter().map(|&face| run.faces[face].area_m2.sqrt());
+        Self {
+            run,
+            by_x,
+            reach_m: NEAR * widths.fold(0.0, f64::max),
+        }
+    }
+
+    /// The face, if it is not farther than [`NEAR`]; of several, the first of the wall.
+    fn at(&self, places: &[Place], x: f64, phi: f64) -> Option<usize> {
+        let first = (self.by_x).partition_point(|&face| places[face].x_m < x - self.reach_m);
+        let candidates = self.by_x[first..].iter().copied();
+        let candidates = candidates.take_while(|&face| places[face].x_m <= x + self.reach_m);
+        let distances = candidates.map(|face| (face, self.distance(&places[face], face, x, phi)));
+        let found = distances.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        found.filter(|(_, far)| *far < NEAR).map(|(face, _)| face)
+    }
+
+    /// Distance of a face from a place, in face widths.
+    fn distance(&self, place: &Place, face: usize, x: f64, phi: f64) -> f64 {
+        let row = &self.run.faces[face];
+        let around = (phi - place.phi_deg + 540.0).rem_euclid(360.0) - 180.0;
+        let across = around.to_radians() * row.mean_radius_m;
+        (x - place.x_m).hypot(across) / row.area_m2.sqrt()
+    }
 }
 
 /// Maps of the radius (mm) at some times (s), with the same colours.
