@@ -104,4 +104,29 @@ mod tests {
             }
         }
     }
+
+    /// A field that is of the degree in each direction has its own value and gradient within a hexahedron.
+    #[test]
+    fn fields_in_hexahedra_are_exact() {
+        let points = [-1.0, 0.1, 0.8];
+        let field = |x: &Vec3| Vec3::new(x.x * x.x * x.y, x.y * x.z * x.z, x.x - x.y * x.y * x.z);
+        let nodal: Vec<Vec3> = (0..27)
+            .map(|i| field(&Vec3::new(points[i % 3], points[i / 3 % 3], points[i / 9])))
+            .collect();
+        let x = Vec3::new(0.3, -0.6, 0.9);
+        let (value, slopes) = vector_and_slopes(&points, &nodal, &x);
+        let expected = Mat3::new(
+            2.0 * x.x * x.y,
+            x.x * x.x,
+            0.0,
+            0.0,
+            x.z * x.z,
+            2.0 * x.y * x.z,
+            1.0,
+            -2.0 * x.y * x.z,
+            -x.y * x.y,
+        );
+        assert!((value - field(&x)).norm() < 1e-14, "{value}");
+        assert!((slopes - expected).norm() < 1e-13, "{slopes}");
+    }
 }
