@@ -226,7 +226,7 @@ pub fn solve(inner_radius: f64, layers: &[(f64, Material)], loading: &Loading) -
                 let (a, b) = (1.0 + scale * radial, 1.0 + hoop / R);
                 let (w, first, second) = density(material, a, b, c);
                 energy += w * dV;
-                // Loops that spell the sums out: the tests are not compiled for speed, and most of their seconds are here.
+                // Sums are spelt out: tests are not compiled for speed, and some spend most of their seconds here.
                 for (i, si) in shapes.iter().enumerate() {
                     let bi = [scale * si.1 * dV, si.0 / R * dV];
                     force[layer * DEGREE + i] += first[0] * bi[0] + first[1] * bi[1];
