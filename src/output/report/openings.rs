@@ -123,3 +123,17 @@ pub fn sections(run: &Results) -> io::Result<Vec<String>> {
         ),
     ])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The six openings of most flow, in their order, whichever way it goes; all where there are no more.
+    #[test]
+    fn as_many_openings_are_drawn_as_there_are_colours() {
+        let flows = [9.0, -0.1, -5.0, 3.0, -0.2, 2.0, -7.0, -6.0];
+        let curves = flows.map(|flow| line("", 0, vec![(0.0, 0.0), (1.0, flow)]));
+        assert_eq!(of_most_flow(&curves), [0, 2, 3, 5, 6, 7]);
+        assert_eq!(of_most_flow(&curves[..3]), [0, 1, 2]);
+    }
+}
