@@ -136,10 +136,11 @@ impl Elements {
         let weights: Vec<f64> = lattice([&rules[0].weights, &rules[1].weights, &rules[2].weights])
             .map(|[a, b, c]| a * b * c)
             .collect();
+        let mapped = mapping.on(axes);
         let points = (0..elements)
             .into_par_iter()
             .map(|e| {
-                let mapped = mapping.at_lattice(e, axes);
+                let mapped = mapped.of(e);
                 let place = lattice(axes);
                 let point = |((m, w), xi): ((&mapping::MappedPoint, &f64), [f64; 3])| {
                     let determinant = m.jacobian.determinant();

@@ -15,7 +15,7 @@ use super::super::space::numbering::Numbering;
 use super::super::space::{Mode, Space};
 use super::super::supports::modes_on_face;
 use super::PAIRS;
-use super::mapping::Mapping;
+use super::mapping::{MappedLattice, Mapping};
 use crate::Vec3;
 use crate::mesh::HexFace;
 use fsi_numerics::quadrature::Rule;
@@ -41,6 +41,8 @@ struct FaceShapes {
     values: Vec<Vec<[f64; 3]>>,
     /// Points and weights.
     points: Vec<([f64; 3], f64)>,
+    /// Where these points are in the lattice of [`face_axes`].
+    in_lattice: Vec<usize>,
     /// Orientation `s`.
     outward: f64,
 }
@@ -70,6 +72,13 @@ pub fn on_face(face: HexFace, a: f64, b: f64) -> [f64; 3] {
     let mut xi = [if face.upper { 1.0 } else { -1.0 }; 3];
     (xi[first], xi[second]) = (a, b);
     xi
+}
+
+/// The lattice of points in an element that lie `along` both directions of a face.
+fn face_axes(face: HexFace, along: &[f64]) -> [&[f64]; 3] {
+    let mut axes = [along; 3];
+    axes[face.axis as usize] = if face.upper { &[1.0] } else { &[-1.0] };
+    axes
 }
 
 /// Value of a mode at a point of a face, and its derivatives along the face's two directions.
@@ -104,6 +113,7 @@ impl Surface {
     ) -> Result<Self, SolidError> {
         let rule = Rule::gauss_legendre(points);
         let mut shapes: HashMap<HexFace, FaceShapes> = HashMap::new();
+        let mut lattices: HashMap<HexFace, MappedLattice> = HashMap::new();
         let mut surface_points = Vec::new();
         let mut tangents = Vec::new();
         let mut of_element: HashMap<usize, Vec<usize>> = HashMap::new();
@@ -112,8 +122,12 @@ impl Surface {
             let table = shapes
                 .entry(face)
                 .or_insert_with(|| FaceShapes::new(numbering, space, face, &rule));
-            for &(xi, weight) in &table.points {
-                let mapped = mapping.at(element, xi);
+            let lattice = lattices.entry(face);
+            let mapped = lattice
+                .or_insert_with(|| mapping.on(face_axes(face, &rule.points)))
+                .of(element);
+            for ((_, weight), &place) in table.points.iter().zip(&table.in_lattice) {
+                let mapped = &mapped[place];
                 let [t1, t2] = directions(face).map(|d| Vec3::from(mapped.jacobian.column(d)));
                 let normal = t1.cross(&t2) * table.outward;
                 let jacobian = normal.norm();
@@ -324,10 +338,15 @@ impl Surface {
 impl FaceShapes {
     fn new(numbering: &Numbering, space: &Space, face: HexFace, rule: &Rule) -> Self {
         let modes: Vec<usize> = modes_on_face(numbering, face).collect();
+        let [first, second] = directions(face);
+        let sizes = face_axes(face, &rule.points).map(<[f64]>::len);
+        let strides = [1, sizes[0], sizes[0] * sizes[1]];
         let mut points = Vec::new();
-        for (b, wb) in rule.points.iter().zip(&rule.weights) {
-            for (a, wa) in rule.points.iter().zip(&rule.weights) {
+        let mut in_lattice = Vec::new();
+        for (j, (b, wb)) in rule.points.iter().zip(&rule.weights).enumerate() {
+            for (i, (a, wa)) in rule.points.iter().zip(&rule.weights).enumerate() {
                 points.push((on_face(face, *a, *b), wa * wb));
+                in_lattice.push(i * strides[first] + j * strides[second]);
             }
         }
         let values = points
@@ -341,6 +360,7 @@ impl FaceShapes {
             modes,
             values,
             points,
+            in_lattice,
             outward: if face.upper { 1.0 } else { -1.0 },
         }
     }
