@@ -46,7 +46,8 @@ pub fn values_and_derivatives(points: &[f64], x: f64) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// A vector field in a hexahedron, from its `nodal` values at `points` in each of the local coordinates, fastest along
-/// the first: its value at `xi`, and its derivatives by the local coordinates as columns.
+/// the first: its value at `xi`, and its derivatives by the local coordinates as columns. Not generic over where the
+/// values come from: `fsi-driver`, whose own code is not compiled for speed, would compile it.
 pub fn vector_and_slopes(points: &[f64], nodal: &[Vec3], xi: &Vec3) -> (Vec3, Mat3) {
     let along = [0, 1, 2].map(|d| values(points, xi[d]));
     let shapes = products(&along);
