@@ -160,94 +160,37 @@ impl Mapping {
 
     /// Maps the points of a lattice, first direction fastest.
     pub fn at_lattice(&self, element: usize, axes: [&[f64]; 3]) -> Vec<MappedPoint> {
-        self.on(axes).of(element)
+        self.on(axes)(element)
     }
 
-    /// The same lattice in many elements: what is alike in all of them is made once.
+    /// The same for many elements: what is alike in all of them is made once.
     pub fn on<'a>(&'a self, axes: [&'a [f64]; 3]) -> MappedLattice<'a> {
         match self {
-            Self::Blended { points, edges } => MappedLattice::Blended {
-                points,
-                edges,
-                axes,
-            },
-            Self::Exact { points, nodes } => MappedLattice::Exact {
-                points,
-                nodes,
-                axes,
-            },
+            Self::Blended { points, edges } => Box::new(move |e| blend(points, &edges[e], axes)),
+            Self::Exact { points, nodes } => {
+                Box::new(move |e| interpolate(points, &nodes[e], axes))
+            }
             Self::Unloaded {
                 after,
                 displacement,
-            } => MappedLattice::Unloaded {
-                after: Box::new(after.on(axes)),
-                shapes: Shapes::new(&displacement.modes, &displacement.space, axes),
-                displacement,
-            },
-        }
-    }
-}
-
-/// A lattice of points that is mapped in many elements; the variants are those of [`Mapping`].
-pub enum MappedLattice<'a> {
-    /// See [`Mapping::Blended`].
-    Blended {
-        /// Interpolation points along the edges.
-        points: &'a [f64],
-        /// Nodes of the edges.
-        edges: &'a [Vec<Vec<Vec3>>],
-        /// The lattice.
-        axes: [&'a [f64]; 3],
-    },
-    /// See [`Mapping::Exact`].
-    Exact {
-        /// Interpolation points in each direction.
-        points: &'a [f64],
-        /// Nodes of each element.
-        nodes: &'a [Vec<Vec3>],
-        /// The lattice.
-        axes: [&'a [f64]; 3],
-    },
-    /// See [`Mapping::Unloaded`].
-    Unloaded {
-        /// The shape after the displacement.
-        after: Box<MappedLattice<'a>>,
-        /// The displacement.
-        displacement: &'a Field,
-        /// Its modes at the points.
-        shapes: Shapes,
-    },
-}
-
-impl MappedLattice<'_> {
-    /// Maps the points in an element, first direction fastest.
-    pub fn of(&self, element: usize) -> Vec<MappedPoint> {
-        match self {
-            Self::Blended {
-                points,
-                edges,
-                axes,
-            } => blend(points, &edges[element], *axes),
-            Self::Exact {
-                points,
-                nodes,
-                axes,
-            } => interpolate(points, &nodes[element], *axes),
-            Self::Unloaded {
-                after,
-                displacement,
-                shapes,
             } => {
-                let moved = displacement.at_points(element, shapes);
+                let after = after.on(axes);
+                let shapes = Shapes::new(&displacement.modes, &displacement.space, axes);
                 let less = |(x, u): (MappedPoint, MappedPoint)| MappedPoint {
                     position: x.position - u.position,
                     jacobian: x.jacobian - u.jacobian,
                 };
-                after.of(element).into_iter().zip(moved).map(less).collect()
+                Box::new(move |e| {
+                    let moved = displacement.at_points(e, &shapes);
+                    after(e).into_iter().zip(moved).map(less).collect()
+                })
             }
         }
     }
 }
+
+/// Maps the points of a lattice in the element of a number, first direction fastest.
+pub type MappedLattice<'a> = Box<dyn Fn(usize) -> Vec<MappedPoint> + Sync + 'a>;
 
 /// Points of a lattice, first direction fastest.
 pub fn lattice<'a>(axes: [&'a [f64]; 3]) -> impl Iterator<Item = [f64; 3]> + 'a {

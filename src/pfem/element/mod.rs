@@ -140,7 +140,7 @@ impl Elements {
         let points = (0..elements)
             .into_par_iter()
             .map(|e| {
-                let mapped = mapped.of(e);
+                let mapped = mapped(e);
                 let place = lattice(axes);
                 let point = |((m, w), xi): ((&mapping::MappedPoint, &f64), [f64; 3])| {
                     let determinant = m.jacobian.determinant();

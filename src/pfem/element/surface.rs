@@ -39,10 +39,8 @@ struct FaceShapes {
     modes: Vec<usize>,
     /// `[points][modes]`: value and derivatives along the two directions of the face.
     values: Vec<Vec<[f64; 3]>>,
-    /// Points and weights.
-    points: Vec<([f64; 3], f64)>,
-    /// Where these points are in the lattice of [`face_axes`].
-    in_lattice: Vec<usize>,
+    /// Places of the points in the lattice of [`face_axes`], and their weights.
+    points: Vec<(usize, f64)>,
     /// Orientation `s`.
     outward: f64,
 }
@@ -123,10 +121,9 @@ impl Surface {
                 .entry(face)
                 .or_insert_with(|| FaceShapes::new(numbering, space, face, &rule));
             let lattice = lattices.entry(face);
-            let mapped = lattice
-                .or_insert_with(|| mapping.on(face_axes(face, &rule.points)))
-                .of(element);
-            for ((_, weight), &place) in table.points.iter().zip(&table.in_lattice) {
+            let mapped = lattice.or_insert_with(|| mapping.on(face_axes(face, &rule.points)));
+            let mapped = mapped(element);
+            for &(place, weight) in &table.points {
                 let mapped = &mapped[place];
                 let [t1, t2] = directions(face).map(|d| Vec3::from(mapped.jacobian.column(d)));
                 let normal = t1.cross(&t2) * table.outward;
@@ -341,26 +338,19 @@ impl FaceShapes {
         let [first, second] = directions(face);
         let sizes = face_axes(face, &rule.points).map(<[f64]>::len);
         let strides = [1, sizes[0], sizes[0] * sizes[1]];
-        let mut points = Vec::new();
-        let mut in_lattice = Vec::new();
+        let (mut points, mut values) = (Vec::new(), Vec::new());
         for (j, (b, wb)) in rule.points.iter().zip(&rule.weights).enumerate() {
             for (i, (a, wa)) in rule.points.iter().zip(&rule.weights).enumerate() {
-                points.push((on_face(face, *a, *b), wa * wb));
-                in_lattice.push(i * strides[first] + j * strides[second]);
+                points.push((i * strides[first] + j * strides[second], wa * wb));
+                let xi = on_face(face, *a, *b);
+                let value = |&m: &usize| mode_on_face(numbering.modes[m], space, face, xi);
+                values.push(modes.iter().map(value).collect());
             }
         }
-        let values = points
-            .iter()
-            .map(|&(xi, _)| {
-                let value = |&m: &usize| mode_on_face(numbering.modes[m], space, face, xi);
-                modes.iter().map(value).collect()
-            })
-            .collect();
         Self {
             modes,
             values,
             points,
-            in_lattice,
             outward: if face.upper { 1.0 } else { -1.0 },
         }
     }

@@ -84,10 +84,10 @@ impl Sampler {
             regions: Vec::new(),
             element_of_hex: Vec::new(),
         };
-        let lattice_of = body.mapping.on(axes);
+        let mapped_in = body.mapping.on(axes);
         for e in 0..count {
             let first = sampler.points.len();
-            let mapped = lattice_of.of(e);
+            let mapped = mapped_in(e);
             sampler.points.extend(mapped.iter().map(|m| m.position));
             let steps: Vec<f64> = (0..n - 1).map(|i| i as f64).collect();
             for cell in lattice([&steps, &steps, &steps]) {
