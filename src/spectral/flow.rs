@@ -225,7 +225,22 @@ impl Flow {
 
     /// Solves a step of the length `time_step` (s) from `state`, with the nodes at `positions` (m) in the end. `start`
     /// is an earlier trial of this step to start the iteration from.
+    ///
+    /// # Errors
+    /// If the mesh is inside out, the pressure is not fixed, or the equations are not solved to the tolerance.
     pub fn solve(
+        &mut self,
+        state: &FlowState,
+        time_step: f64,
+        positions: Vec<f64>,
+        boundary: &BoundaryConditions,
+        start: Option<&FlowSolution>,
+    ) -> Result<FlowSolution, FlowError> {
+        // As one task of the pool of threads: a loop that is begun from outside wakes every thread, and then the caller
+        rayon::scope(|_| self.solve_here(state, time_step, positions, boundary, start))
+    }
+
+    fn solve_here(
         &mut self,
         state: &FlowState,
         time_step: f64,

@@ -1,6 +1,7 @@
 //! Generalized minimal residuals (Saad and Schultz 1986), preconditioned from the left: what is made small is the
 //! preconditioned residual, an estimate of the error.
 
+use pulp::Arch;
 use rayon::prelude::*;
 
 /// A system `A x = b` with a preconditioner `P`.
@@ -41,39 +42,47 @@ const RESTART: usize = 60;
 /// Numbers that one thread works on at a time.
 const CHUNK: usize = 4096;
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Eight sums side by side, always in the same order
-    let mut sums = [0.0; 8];
-    for (a, b) in a.chunks_exact(8).zip(b.chunks_exact(8)) {
-        for i in 0..8 {
-            sums[i] += a[i] * b[i];
-        }
+/// Numbers that stay in the innermost cache while many vectors pass.
+const BLOCK: usize = 512;
+
+/// Sums side by side, always in the same order.
+const SIDE: usize = 8;
+
+/// Adds the products of two blocks to the sums side by side, and to that of what is left over.
+#[inline(always)]
+fn add_products(a: &[f64], b: &[f64], (sums, rest): &mut ([f64; SIDE], f64)) {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<SIDE>(), b.as_chunks::<SIDE>());
+    for (a, b) in a.iter().zip(b) {
+        (0..SIDE).for_each(|i| sums[i] += a[i] * b[i]);
     }
-    let rest = a.len() / 8 * 8;
-    let tail: f64 = a[rest..].iter().zip(&b[rest..]).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + tail
+    a_rest.iter().zip(b_rest).for_each(|(a, b)| *rest += a * b);
 }
 
 /// Scalar products of `a` with each of `others`, and with itself; the same whatever the number of threads.
 fn products(weights: &[f64], others: &[Vec<f64>], a: &[f64]) -> Vec<f64> {
-    let parts: Vec<Vec<f64>> = (weights.par_chunks(CHUNK).zip(a.par_chunks(CHUNK)))
-        .enumerate()
-        .map_init(
-            || [0.0; CHUNK],
-            |weighted, (chunk, (weights, a))| {
+    let processor = Arch::new();
+    let of_chunk = |(chunk, (weights, a)): (usize, (&[f64], &[f64]))| -> Vec<f64> {
+        let mut sums = vec![([0.0; SIDE], 0.0); others.len() + 1];
+        let mut weighted = [0.0; BLOCK];
+        processor.dispatch(|| {
+            for (block, (weights, a)) in weights.chunks(BLOCK).zip(a.chunks(BLOCK)).enumerate() {
                 let weighted = &mut weighted[..a.len()];
                 for (weighted, (w, a)) in weighted.iter_mut().zip(weights.iter().zip(a)) {
                     *weighted = w * a;
                 }
-                let range = chunk * CHUNK..chunk * CHUNK + a.len();
-                let others = others.iter().map(|other| &other[range.clone()]);
-                others
-                    .chain([a])
-                    .map(|other| dot(weighted, other))
-                    .collect()
-            },
-        )
-        .collect();
+                let first = chunk * CHUNK + block * BLOCK;
+                let others = others.iter().map(|other| &other[first..first + a.len()]);
+                for (sums, other) in sums.iter_mut().zip(others.chain([a])) {
+                    add_products(weighted, other, sums);
+                }
+            }
+        });
+        let sums = sums.iter();
+        sums.map(|(side, rest)| side.iter().sum::<f64>() + rest)
+            .collect()
+    };
+    let chunks = weights.par_chunks(CHUNK).zip(a.par_chunks(CHUNK));
+    let parts: Vec<Vec<f64>> = chunks.enumerate().map(of_chunk).collect();
     (0..=others.len())
         .map(|i| parts.iter().map(|part| part[i]).sum())
         .collect()
@@ -81,12 +90,17 @@ fn products(weights: &[f64], others: &[Vec<f64>], a: &[f64]) -> Vec<f64> {
 
 /// Adds `shares` of `others` to `a`.
 fn add(shares: &[f64], others: &[Vec<f64>], a: &mut [f64]) {
+    let processor = Arch::new();
     a.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, a)| {
-        let range = chunk * CHUNK..chunk * CHUNK + a.len();
-        for (share, other) in shares.iter().zip(others) {
-            let other = &other[range.clone()];
-            a.iter_mut().zip(other).for_each(|(a, o)| *a += share * o);
-        }
+        processor.dispatch(|| {
+            for (block, a) in a.chunks_mut(BLOCK).enumerate() {
+                let first = chunk * CHUNK + block * BLOCK;
+                for (share, other) in shares.iter().zip(others) {
+                    let other = &other[first..first + a.len()];
+                    a.iter_mut().zip(other).for_each(|(a, o)| *a += share * o);
+                }
+            }
+        });
     });
 }
 

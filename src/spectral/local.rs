@@ -15,10 +15,8 @@ pub struct Local {
     pub momentum: Vec<f64>,
     /// Of the equation of continuity.
     pub continuity: Vec<f64>,
-    /// The last gradient, one component after the other.
+    /// A field, one component after the other.
     pub vector: Vec<f64>,
-    /// The last divergence.
-    pub pressure: Vec<f64>,
 }
 
 impl Local {
@@ -29,13 +27,18 @@ impl Local {
             momentum: vec![0.0; groups * 3 * space.node_count()],
             continuity: vec![0.0; groups * space.pressure_count()],
             vector: vec![0.0; 3 * space.space.nodes],
-            pressure: vec![0.0; space.space.pressures],
         }
     }
 
-    /// `-∫ q div u` of a velocity `u`, one component after the other, into `pressure`; with the cofactors of
-    /// [`Metric`](super::metric::Metric).
-    pub fn minus_divergence(&mut self, space: &SpectralElements, cofactors: &[f64], u: &[f64]) {
+    /// `-∫ q div u` of a velocity `u`, one component after the other, with the cofactors of
+    /// [`Metric`](super::metric::Metric); `take` as in [`SpectralElements::sum_pressures`].
+    pub fn minus_divergence(
+        &mut self,
+        (space, cofactors): (&SpectralElements, &[f64]),
+        u: &[f64],
+        field: &mut [f64],
+        take: impl Fn(usize, f64, &mut f64) + Sync,
+    ) {
         let [n3, m3, p3] = sizes(space);
         self.continuity
             .par_chunks_mut(p3)
@@ -48,11 +51,17 @@ impl Local {
                     (space.kernel).minus_divergence(g, u_local, continuity, scratch);
                 },
             );
-        space.sum_pressures(&self.continuity, &mut self.pressure);
+        space.sum_pressures(&self.continuity, field, take);
     }
 
-    /// `-∫ p div v` of a pressure `p`, into `vector`.
-    pub fn minus_gradient(&mut self, space: &SpectralElements, cofactors: &[f64], p: &[f64]) {
+    /// `-∫ p div v` of a pressure `p`; `take` as in [`SpectralElements::sum_vectors`].
+    pub fn minus_gradient(
+        &mut self,
+        (space, cofactors): (&SpectralElements, &[f64]),
+        p: &[f64],
+        field: &mut [f64],
+        take: impl Fn(usize, [f64; 3], [&mut f64; 3]) + Sync,
+    ) {
         let [n3, m3, p3] = sizes(space);
         self.momentum
             .par_chunks_mut(3 * n3)
@@ -65,7 +74,7 @@ impl Local {
                     space.kernel.minus_gradient(g, p_local, momentum, scratch);
                 },
             );
-        space.sum_vectors(&self.momentum, &mut self.vector);
+        space.sum_vectors(&self.momentum, field, take);
     }
 }
 

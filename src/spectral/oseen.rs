@@ -10,7 +10,7 @@ use super::metric::Metric;
 use super::patience::Patience;
 use super::pressure::{SchurComplement, SchurProduct};
 use super::rheology::ViscosityField;
-use super::spectral_elements::SpectralElements;
+use super::spectral_elements::{SpectralElements, at_each_node};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -131,12 +131,11 @@ impl Oseen<'_> {
     pub fn product(&mut self, x: &[f64], out: &mut [f64]) {
         let begin = Instant::now();
         self.full_product(x, out);
-        let nodes = self.fixed.len();
-        for out in out[..3 * nodes].chunks_exact_mut(nodes) {
-            let all = out.par_iter_mut().zip(self.fixed).with_min_len(CHUNK);
-            all.filter(|(_, fixed)| **fixed)
-                .for_each(|(out, _)| *out = 0.0);
-        }
+        at_each_node(&mut out[..3 * self.fixed.len()], |i, out| {
+            if self.fixed[i] {
+                out.into_iter().for_each(|out| *out = 0.0);
+            }
+        });
         self.clock.add(SolverPart::Products, begin);
     }
 
@@ -198,13 +197,14 @@ impl Oseen<'_> {
                 },
             );
         let (out_u, out_p) = out.split_at_mut(velocities);
-        space.sum_vectors(momentum, out_u);
-        space.sum_pressures(continuity, out_p);
         let nodes = self.fixed.len();
-        for (out, u) in out_u.chunks_exact_mut(nodes).zip(u.chunks_exact(nodes)) {
-            let all = out.par_iter_mut().zip(u).zip(&self.terms.mass);
-            (all.with_min_len(CHUNK)).for_each(|((out, u), mass)| *out += mass * u);
-        }
+        space.sum_vectors(momentum, out_u, |i, sums, out| {
+            let mass = self.terms.mass[i];
+            for (c, (out, sum)) in out.into_iter().zip(sums).enumerate() {
+                *out = sum + mass * u[c * nodes + i];
+            }
+        });
+        space.sum_pressures(continuity, out_p, |_, sum, out| *out = sum);
         for (flux, resistance) in self.fluxes.iter().zip(&self.terms.resistances) {
             if *resistance != 0.0 {
                 flux.add_force(nodes, resistance * flux.of(nodes, u), out_u);
@@ -280,10 +280,10 @@ impl Oseen<'_> {
     fn precondition_without_ends(&mut self, r: &mut [f64]) {
         let (begin, then) = (Instant::now(), *self.clock);
         let (u, p) = r.split_at_mut(3 * self.fixed.len());
-        for u in u.chunks_exact_mut(self.fixed.len()) {
-            let all = u.par_iter_mut().zip(&self.inverse_diagonal);
-            all.with_min_len(CHUNK).for_each(|(u, d)| *u *= d);
-        }
+        at_each_node(u, |i, u| {
+            let d = self.inverse_diagonal[i];
+            u.into_iter().for_each(|u| *u *= d);
+        });
         self.excess(u, p);
         self.project(u, p, SchurComplement::solve);
         self.clock
@@ -292,9 +292,8 @@ impl Oseen<'_> {
 
     /// Puts the excess `B u - r_p` of the equation of continuity in place of its right-hand side `r_p`.
     fn excess(&mut self, u: &[f64], p: &mut [f64]) {
-        (self.local).minus_divergence(self.space, &self.metric.cofactors, u);
-        let all = p.par_iter_mut().zip(&self.local.pressure);
-        (all.with_min_len(CHUNK)).for_each(|(p, product)| *p = product - *p);
+        let at = (self.space, &self.metric.cofactors[..]);
+        (self.local).minus_divergence(at, u, p, |_, product, p| *p = product - *p);
     }
 
     /// Puts the pressure `S⁻¹ p` in place of an excess `p`, and takes its gradient off the velocity: `u - D⁻¹ Bᵀ p`.
@@ -314,12 +313,10 @@ impl Oseen<'_> {
         };
         solve(self.schur, p, self.scale, now);
         self.clock.add(SolverPart::Pressure, inverse);
-        self.local.minus_gradient(space, g, p);
-        let gradients = self.local.vector.chunks_exact(self.fixed.len());
-        for (u, gradient) in u.chunks_exact_mut(self.fixed.len()).zip(gradients) {
-            let all = u.par_iter_mut().zip(gradient).zip(&self.inverse_diagonal);
-            (all.with_min_len(CHUNK)).for_each(|((u, v), d)| *u -= d * v);
-        }
+        (self.local).minus_gradient((space, g), p, u, |i, gradient, u| {
+            let d = self.inverse_diagonal[i];
+            u.into_iter().zip(gradient).for_each(|(u, g)| *u -= d * g);
+        });
     }
 
     /// Corrects the solution so that the equation of continuity holds for the functions of the elements' corners, and

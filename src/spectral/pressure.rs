@@ -15,12 +15,11 @@ mod corners;
 
 use super::FlowError;
 use super::divergence::element_rows;
-use super::local::{CHUNK, Local};
+use super::local::Local;
 use super::metric::Metric;
 use super::spectral_elements::SpectralElements;
 use blocks::Blocks;
 use corners::Corners;
-use rayon::prelude::*;
 
 /// A matrix is not positive definite.
 struct NotPositive;
@@ -44,17 +43,16 @@ pub struct SchurProduct<'a> {
 }
 
 impl SchurProduct<'_> {
-    /// `B D⁻¹ Bᵀ p`.
-    fn apply(&mut self, p: &[f64]) -> &[f64] {
-        self.local.minus_gradient(self.space, self.cofactors, p);
+    /// Takes `B D⁻¹ Bᵀ p` off `from`.
+    fn subtract(&mut self, p: &[f64], from: &mut [f64]) {
+        let at = (self.space, self.cofactors);
         let mut vector = std::mem::take(&mut self.local.vector);
-        for vector in vector.chunks_exact_mut(self.inverse_diagonal.len()) {
-            let values = vector.par_iter_mut().zip(self.inverse_diagonal);
-            values.with_min_len(CHUNK).for_each(|(v, d)| *v *= d);
-        }
-        (self.local).minus_divergence(self.space, self.cofactors, &vector);
+        (self.local).minus_gradient(at, p, &mut vector, |i, gradient, v| {
+            let d = self.inverse_diagonal[i];
+            v.into_iter().zip(gradient).for_each(|(v, g)| *v = g * d);
+        });
+        (self.local).minus_divergence(at, &vector, from, |_, product, r| *r -= product);
         self.local.vector = vector;
-        &self.local.pressure
     }
 }
 
@@ -94,9 +92,7 @@ impl SchurComplement {
     pub fn solve(&self, rhs: &mut [f64], scale: f64, mut now: SchurProduct) {
         let mut x = vec![0.0; rhs.len()];
         (self.corners).add(now.space, rhs, scale, &mut now.local.continuity, &mut x);
-        let product = now.apply(&x);
-        let residual = rhs.par_iter_mut().zip(product).with_min_len(CHUNK);
-        residual.for_each(|(r, product)| *r -= product);
+        now.subtract(&x, rhs);
         (self.blocks).add(now.space, rhs, scale, &mut now.local.continuity, &mut x);
         rhs.copy_from_slice(&x);
     }
@@ -104,8 +100,5 @@ impl SchurComplement {
 
 /// Sums what the elements give, with a weight for each unknown, onto `x`.
 fn add_sums(space: &SpectralElements, local: &[f64], weights: &[f64], x: &mut [f64]) {
-    let mut sums = vec![0.0; x.len()];
-    space.sum_pressures(local, &mut sums);
-    let all = x.par_iter_mut().zip(&sums).zip(weights);
-    (all.with_min_len(CHUNK)).for_each(|((x, sum), w)| *x += w * sum);
+    space.sum_pressures(local, x, |i, sum, x| *x += weights[i] * sum);
 }

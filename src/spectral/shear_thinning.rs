@@ -69,7 +69,9 @@ impl VariableViscosity {
                 },
             );
         let mut force = vec![0.0; 3 * space.space.nodes];
-        space.sum_vectors(&local_force, &mut force);
+        space.sum_vectors(&local_force, &mut force, |_, sums, force| {
+            (force.into_iter().zip(sums)).for_each(|(force, sum)| *force = sum);
+        });
         Self { at_gauss, force }
     }
 }

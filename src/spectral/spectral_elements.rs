@@ -4,6 +4,7 @@ use super::FlowError;
 use super::basis::Basis;
 use super::contraction::LANES;
 use super::kernel::{Kernel, kernel};
+use super::local::CHUNK;
 use super::taylor_hood_space::TaylorHoodSpace;
 use rayon::prelude::*;
 
@@ -114,28 +115,52 @@ impl SpectralElements {
 
     /// Sums one value a node and lane over the elements.
     pub fn sum_nodes(&self, local: &[f64], sums: &mut [f64]) {
-        sum(&self.space.starts, &self.node_slots, sums, |slot| {
-            let size = self.node_count() * LANES;
+        let (starts, size) = (&self.space.starts, self.node_count() * LANES);
+        let all = sums.par_iter_mut().enumerate();
+        all.with_min_len(CHUNK).for_each(|(i, sum)| {
+            let slots = &self.node_slots[starts[i] as usize..starts[i + 1] as usize];
             // Slots are those of the first of three components
-            local[slot - slot / (3 * size) * 2 * size]
+            let place = |slot: usize| slot - slot / (3 * size) * 2 * size;
+            *sum = (slots.iter())
+                .map(|&slot| local[place(slot as usize)])
+                .sum();
         });
     }
 
-    /// Sums three values a node and lane over the elements; in the sums one component comes after the other.
-    pub fn sum_vectors(&self, local: &[f64], sums: &mut [f64]) {
+    /// Sums three values a node and lane over the elements, and lets `take` put the sums of each node to its components
+    /// of the `field`, which come one after the other.
+    pub fn sum_vectors(
+        &self,
+        local: &[f64],
+        field: &mut [f64],
+        take: impl Fn(usize, [f64; 3], [&mut f64; 3]) + Sync,
+    ) {
         let size = self.node_count() * LANES;
-        for (c, sums) in sums.chunks_exact_mut(self.space.nodes).enumerate() {
-            let local = &local[c * size..];
-            sum(&self.space.starts, &self.node_slots, sums, |slot| {
-                local[slot]
-            });
-        }
+        let starts = &self.space.starts;
+        at_each_node(field, |i, own| {
+            let mut sums = [0.0; 3];
+            for &slot in &self.node_slots[starts[i] as usize..starts[i + 1] as usize] {
+                for (c, sum) in sums.iter_mut().enumerate() {
+                    *sum += local[slot as usize + c * size];
+                }
+            }
+            take(i, sums, own);
+        });
     }
 
-    /// Sums one value a pressure node and lane over the elements.
-    pub fn sum_pressures(&self, local: &[f64], sums: &mut [f64]) {
+    /// Sums one value a pressure node and lane over the elements, and lets `take` put each sum to its own of `field`.
+    pub fn sum_pressures(
+        &self,
+        local: &[f64],
+        field: &mut [f64],
+        take: impl Fn(usize, f64, &mut f64) + Sync,
+    ) {
         let starts = &self.space.pressure_starts;
-        sum(starts, &self.pressure_slots, sums, |slot| local[slot]);
+        let all = field.par_iter_mut().enumerate();
+        all.with_min_len(CHUNK).for_each(|(i, own)| {
+            let slots = &self.pressure_slots[starts[i] as usize..starts[i + 1] as usize];
+            take(i, slots.iter().map(|&slot| local[slot as usize]).sum(), own);
+        });
     }
 }
 
@@ -163,13 +188,11 @@ fn slots(places: &[u32], size: usize, components: usize) -> Vec<u32> {
     places.iter().map(slot).collect()
 }
 
-/// Sums what stands at the slots of each number, always in the same order.
-fn sum(starts: &[u32], slots: &[u32], sums: &mut [f64], at: impl Fn(usize) -> f64 + Sync) {
-    sums.par_iter_mut()
-        .with_min_len(4096)
-        .enumerate()
-        .for_each(|(i, sum)| {
-            let slots = &slots[starts[i] as usize..starts[i + 1] as usize];
-            *sum = slots.iter().map(|&slot| at(slot as usize)).sum();
-        });
+/// Calls `f` with the number of each node and its components of a `field`, which come one after the other.
+pub fn at_each_node(field: &mut [f64], f: impl Fn(usize, [&mut f64; 3]) + Sync) {
+    let (x, others) = field.split_at_mut(field.len() / 3);
+    let (y, z) = others.split_at_mut(x.len());
+    let all = x.par_iter_mut().zip(y).zip(z).enumerate();
+    all.with_min_len(CHUNK)
+        .for_each(|(i, ((x, y), z))| f(i, [x, y, z]));
 }
