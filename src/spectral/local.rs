@@ -5,9 +5,6 @@ use super::contraction::LANES;
 use super::spectral_elements::SpectralElements;
 use rayon::prelude::*;
 
-/// Numbers that one thread works on at a time.
-pub const CHUNK: usize = 4096;
-
 /// Results of the elements before they are summed, and sums.
 #[derive(Debug, Default)]
 pub struct Local {

@@ -4,9 +4,11 @@ use super::FlowError;
 use super::basis::Basis;
 use super::contraction::LANES;
 use super::kernel::{Kernel, kernel};
-use super::local::CHUNK;
 use super::taylor_hood_space::TaylorHoodSpace;
 use rayon::prelude::*;
+
+/// Numbers that one thread works on at a time.
+pub const CHUNK: usize = 4096;
 
 /// A space with the operators of its elements.
 pub struct SpectralElements {

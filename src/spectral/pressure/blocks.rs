@@ -2,8 +2,7 @@
 
 use super::super::contraction::LANES;
 use super::super::divergence::{BlockScratch, block};
-use super::super::local::CHUNK;
-use super::super::spectral_elements::SpectralElements;
+use super::super::spectral_elements::{CHUNK, SpectralElements};
 use super::{NotPositive, add_sums};
 use faer::Side;
 use faer::linalg::solvers::DenseSolveCore;

@@ -2,8 +2,7 @@
 
 use super::super::contraction::LANES;
 use super::super::divergence::{Functions, TriangleRow, rows, schur_rows};
-use super::super::local::CHUNK;
-use super::super::spectral_elements::SpectralElements;
+use super::super::spectral_elements::{CHUNK, SpectralElements};
 use super::super::taylor_hood_space::inverse;
 use super::{NotPositive, add_sums};
 use faer::dyn_stack::{MemBuffer, MemStack};
