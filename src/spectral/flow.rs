@@ -227,7 +227,8 @@ impl Flow {
     /// is an earlier trial of this step to start the iteration from.
     ///
     /// # Errors
-    /// If the mesh is inside out, the pressure is not fixed, or the equations are not solved to the tolerance.
+    /// If the mesh is inside out, the pressure is not fixed by any outlet, the equations are not solved to the
+    /// tolerance, or the solution is given up.
     pub fn solve(
         &mut self,
         state: &FlowState,
