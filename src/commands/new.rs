@@ -242,7 +242,8 @@ fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
                 None => "a smaller --thickness, or none, helps (0.05 to 0.2 of the radius are tried then)".into(),
             };
             return Err(Failure::Input(format!(
-                "the wall would be inside out near ({:.4e}, {:.4e}, {:.4e}) m with --preset {preset}, where branches part: {advice}",
+                "the wall would be inside out near ({:.4e}, {:.4e}, {:.4e}) m with --preset {preset}, where branches part or one bends \
+                 sharply: {advice}",
                 x.x, x.y, x.z
             )));
         };
@@ -252,7 +253,7 @@ fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
     }
     if let Some(share) = thinner {
         proposal.remarks.push(format!(
-            "wall      {share} of the radius thick: with more, elements would be inside out where branches part"
+            "wall      {share} of the radius thick: with more, elements would be inside out where branches part or bend"
         ));
     }
     Ok(())
