@@ -7,7 +7,7 @@ use super::element::predicted_pressure::{Origin, VolumeGradients, Volumes};
 use super::element::surface::Surface;
 use super::element::volume::Formulation;
 use super::element::{Body, Elements, Motion, gather, scatter};
-use super::linear_algebra::factor::{Factorization, LARGE, Symbolic};
+use super::linear_algebra::factor::{Factorization, LARGE, Precision, Symbolic};
 use super::linear_algebra::ordering;
 use super::linear_algebra::sparse::Pattern;
 use super::material::{HyperelasticMaterial, KelvinVoigt, Law};
@@ -37,8 +37,8 @@ pub struct Options {
     pub quadrature_points: [usize; 3],
     /// Which volume ratio the volumetric energy sees.
     pub formulation: Formulation,
-    /// Operations of a factorization from which on the body counts as large: its tangents are factorized front by
-    /// front, and the factors stored in single precision.
+    /// Operations of a factorization from which on the body counts as large: its factors are stored in single precision
+    /// at rest too.
     pub large: f64,
 }
 
@@ -73,6 +73,8 @@ pub struct Discretization {
     pub pattern: Arc<Pattern>,
     /// Elimination order.
     pub symbolic: Symbolic,
+    /// Precision of factors without inertia.
+    at_rest: Precision,
     formulation: Formulation,
     quadrature_points: [usize; 3],
     foundations: Vec<Foundation>,
@@ -146,7 +148,11 @@ impl Discretization {
             elements,
             supports,
             pattern: Arc::new(pattern),
-            symbolic: symbolic.with_fronts_from(options.large),
+            at_rest: match symbolic.operations() < options.large {
+                true => Precision::Double,
+                false => Precision::Single,
+            },
+            symbolic,
             formulation,
             quadrature_points: points,
             foundations,
@@ -202,6 +208,7 @@ impl Discretization {
             supports: self.supports.clone(),
             pattern: self.pattern.clone(),
             symbolic: self.symbolic.clone(),
+            at_rest: self.at_rest,
             formulation: self.formulation,
             quadrature_points: self.quadrature_points,
             materials: self.materials.clone(),
@@ -229,7 +236,7 @@ impl Discretization {
         // Shape, and the volumes and their gradients of two tangents.
         let points: usize = self.elements.points.iter().map(Vec::len).sum();
         let factor = 4.0 * self.symbolic.entries() as f64;
-        matrix + 560.0 * points as f64 + factor + self.symbolic.bytes()
+        matrix + 560.0 * points as f64 + factor + self.symbolic.bytes(Precision::Single)
     }
 
     /// Which volume ratio the volumetric energy sees.
@@ -446,22 +453,24 @@ impl Discretization {
         Ok(values)
     }
 
-    /// Holds single components in an assembled tangent and factorizes it.
+    /// Factorizes an assembled tangent with single components held.
     pub fn factorize(&self, tangent: &[f64]) -> Result<Factorization, SolidError> {
-        self.factorize_unless(&AtomicBool::new(false), tangent)
+        let wanted = AtomicBool::new(false);
+        (self.symbolic).factorize(&self.pattern, tangent, self.at_rest, &wanted)
     }
 
-    /// The same, which ends with an error once it is `cancelled`, if the body is large.
-    pub fn factorize_unless(
+    /// The same of a body that moves, unless it is `cancelled`. Inertia keeps its tangent well enough conditioned for
+    /// single precision.
+    pub fn factorize_moving(
         &self,
         cancelled: &AtomicBool,
         tangent: &[f64],
     ) -> Result<Factorization, SolidError> {
-        (self.symbolic).factorize(&self.pattern, tangent, cancelled)
+        (self.symbolic).factorize(&self.pattern, tangent, Precision::Single, cancelled)
     }
 
     /// Whether an assembled tangent with single components held is positive definite.
-    pub fn is_positive_definite(&self, tangent: &[f64]) -> Result<bool, SolidError> {
+    pub fn is_positive_definite(&self, tangent: &[f64]) -> bool {
         (self.symbolic).is_positive_definite(&self.pattern, tangent)
     }
 
@@ -535,7 +544,7 @@ impl Discretization {
 }
 
 /// The equations in the better one of two orders of elimination, minimum degree (for long tubes) and nested dissection
-/// (for high degrees), and the structure of their factor.
+/// (for high degrees), balanced for two threads, and the structure of their factor.
 fn ordered(
     numbering: &Numbering,
     held: &[bool],
@@ -546,21 +555,19 @@ fn ordered(
     if pattern.is_empty() {
         return Err(SolidError::Model("the supports hold the whole body".into()));
     }
-    // A factor that two threads share may be a little larger than one that they cannot share as well.
-    let orders = [
-        (ordering::minimum_degree(&pattern)?, 1.1),
-        (ordering::two_halves(&pattern, numbering, centres)?, 1.0),
-        (ordering::nested_dissection(numbering, centres), 1.0),
-    ];
-    let mut best: Option<(f64, Pattern, Symbolic)> = None;
-    for (order, penalty) in orders {
-        let pattern = Pattern::new(numbering, held, &order);
+    let analyzed = |order: &[usize]| -> Result<(Pattern, Symbolic), SolidError> {
+        let pattern = Pattern::new(numbering, held, order);
         let symbolic = Symbolic::new(&pattern)?;
-        let size = penalty * symbolic.entries() as f64;
-        if best.as_ref().is_none_or(|(least, ..)| size < *least) {
-            best = Some((size, pattern, symbolic));
-        }
-    }
-    let (_, pattern, symbolic) = best.expect("there are three");
-    Ok((pattern, symbolic))
+        Ok((pattern, symbolic))
+    };
+    let by_degree = analyzed(&ordering::minimum_degree(&pattern)?)?;
+    let dissected = analyzed(&ordering::nested_dissection(numbering, centres))?;
+    let entries = |(_, symbolic): &(Pattern, Symbolic)| symbolic.entries();
+    let (pattern, symbolic) = std::cmp::min_by_key(by_degree, dissected, entries);
+    // A function has three rows, next to each other.
+    let rows = symbolic.balanced().into_iter();
+    let mut order: Vec<usize> = rows.map(|row| pattern.functions[row / 3]).collect();
+    let mut is_listed = vec![false; numbering.functions];
+    order.retain(|&function| !std::mem::replace(&mut is_listed[function], true));
+    analyzed(&order)
 }

@@ -4,6 +4,7 @@ use super::super::SolidError;
 use super::multifrontal::{Fronts, Stop, Task, operations};
 use super::sparse::Pattern;
 use super::substitution::Substitution;
+use super::tree::Tree;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::reborrow::Reborrow;
 use faer::sparse::linalg::SupernodalThreshold;
@@ -19,17 +20,26 @@ use faer::{Conj, MatMut, Par, Side};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Operations of a factorization from which on it is made front by front, on all threads, and the factor stored in
-/// single precision: walls of some 30,000 unknowns (measured: `docs/speed.md`, large walls).
+/// Operations of a factorization from which on every factor is stored in single precision: walls of some 30,000
+/// unknowns.
 pub const LARGE: f64 = 1.5e10;
+
+/// How the entries of a factor are stored. All are computed in double precision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// As they are computed.
+    Double,
+    /// Rounded: half the memory, and half the time of a solution, which waits for memory. Good enough for an iteration
+    /// that measures its residual in double precision, of a matrix that is well conditioned.
+    Single,
+}
 
 /// Elimination order and structure of the factor.
 #[derive(Debug, Clone)]
 pub struct Symbolic {
     structure: Arc<SymbolicCholesky<usize>>,
     substitution: Arc<Substitution>,
-    /// Of a large factor.
-    fronts: Option<Arc<Fronts>>,
+    fronts: Arc<Fronts>,
 }
 
 /// Which factorization was possible.
@@ -84,35 +94,28 @@ impl Symbolic {
         let ordering = SymmetricOrdering::Identity;
         let symbolic = factorize_symbolic_cholesky(upper.rb(), Side::Upper, ordering, parameters)
             .map_err(symbolic_failed)?;
-        let substitution = Substitution::new(supernodal(&symbolic));
+        let tree = Tree::new(supernodal(&symbolic));
         Ok(Self {
+            substitution: Arc::new(Substitution::new(supernodal(&symbolic), &tree)),
+            fronts: Arc::new(Fronts::new(supernodal(&symbolic), tree)),
             structure: Arc::new(symbolic),
-            substitution: Arc::new(substitution),
-            fronts: None,
         })
     }
 
-    /// The same, made front by front if it takes so many `operations` or more.
-    #[must_use]
-    pub fn with_fronts_from(self, operations: f64) -> Self {
-        let is_large = self.operations() >= operations;
-        let fronts = is_large.then(|| Arc::new(Fronts::new(supernodal(&self.structure))));
-        Self { fronts, ..self }
-    }
-
-    /// Whether factorizations are made front by front.
-    pub fn is_large(&self) -> bool {
-        self.fronts.is_some()
+    /// The rows in another order, with the same entries of the factor, whose elimination two threads can share: the tree
+    /// is taken at its middle, and branches begin at its ends. Minimum degree often sweeps a tube from one end to the
+    /// other.
+    pub fn balanced(&self) -> Vec<usize> {
+        self.fronts.balanced(supernodal(&self.structure))
     }
 
     /// Bytes that a factorization takes, at most.
-    pub fn bytes(&self) -> f64 {
-        let entries = self.entries() as f64;
-        match &self.fronts {
-            // In double precision, and rounded.
-            None => 12.0 * entries,
-            Some(fronts) => 4.0 * entries + fronts.bytes(supernodal(&self.structure)),
-        }
+    pub fn bytes(&self, precision: Precision) -> f64 {
+        let entry = match precision {
+            Precision::Double => 8.0,
+            Precision::Single => 4.0,
+        };
+        entry * self.entries() as f64 + self.fronts.bytes(supernodal(&self.structure))
     }
 
     /// Number of entries of the factor.
@@ -127,8 +130,8 @@ impl Symbolic {
         supernodes.map(|s| operations(symbolic, s)).sum()
     }
 
-    /// Factorizes: `L Lᵀ` if the matrix is positive definite, `L D Lᵀ` if not. A large factor is stored in single
-    /// precision.
+    /// Factorizes: `L Lᵀ` if the matrix is positive definite, `L D Lᵀ` if not. The result does not depend on the number
+    /// of threads.
     ///
     /// # Errors
     /// If the matrix is singular, or nobody waits for the factor any more.
@@ -136,24 +139,23 @@ impl Symbolic {
         &self,
         pattern: &Pattern,
         values: &[f64],
+        precision: Precision,
         cancelled: &AtomicBool,
     ) -> Result<Factorization, SolidError> {
-        let Some(fronts) = &self.fronts else {
-            return self.factorize_by_columns(pattern, values);
-        };
-        let mut task = Task {
-            symbolic: supernodal(&self.structure),
-            matrix: pattern.matrix(values),
-            is_indefinite: false,
-            store: |entry| entry as f32,
-            cancelled,
+        let eliminated = |kind: FactorKind| {
+            let task = self.task(pattern, values, kind, cancelled);
+            Ok(match precision {
+                Precision::Double => Values::Double(self.fronts.factorize(task, |entry| entry)?),
+                Precision::Single => {
+                    Values::Single(self.fronts.factorize(task, |entry| entry as f32)?)
+                }
+            })
         };
         let mut kind = FactorKind::Llt;
-        let mut factor = fronts.factorize(task);
+        let mut factor = eliminated(kind);
         if matches!(factor, Err(Stop::Pivot)) {
             kind = FactorKind::Ldlt;
-            task.is_indefinite = true;
-            factor = fronts.factorize(task);
+            factor = eliminated(kind);
         }
         let factor = factor.map_err(|stop| {
             SolidError::NoEquilibrium(match stop {
@@ -164,81 +166,30 @@ impl Symbolic {
         Ok(Factorization {
             symbolic: self.clone(),
             kind,
-            values: Values::Single(factor),
+            values: factor,
         })
     }
 
-    /// Whether a matrix is positive definite. Of a large one no factor is stored.
-    ///
-    /// # Errors
-    /// If there is not enough memory.
-    pub fn is_positive_definite(
-        &self,
-        pattern: &Pattern,
-        values: &[f64],
-    ) -> Result<bool, SolidError> {
-        let Some(fronts) = &self.fronts else {
-            let factorization = self.factorize_by_columns(pattern, values)?;
-            return Ok(factorization.negative_eigenvalues() == 0);
-        };
-        let eliminated = fronts.factorize(Task {
+    /// Whether a matrix is positive definite. No factor is stored.
+    pub fn is_positive_definite(&self, pattern: &Pattern, values: &[f64]) -> bool {
+        let wanted = AtomicBool::new(false);
+        let task = self.task(pattern, values, FactorKind::Llt, &wanted);
+        self.fronts.factorize(task, |_| ()).is_ok()
+    }
+
+    fn task<'a>(
+        &'a self,
+        pattern: &'a Pattern,
+        values: &'a [f64],
+        kind: FactorKind,
+        cancelled: &'a AtomicBool,
+    ) -> Task<'a> {
+        Task {
             symbolic: supernodal(&self.structure),
             matrix: pattern.matrix(values),
-            is_indefinite: false,
-            store: |_| (),
-            cancelled: &AtomicBool::new(false),
-        });
-        Ok(eliminated.is_ok())
-    }
-
-    /// Factorizes as faer does.
-    fn factorize_by_columns(
-        &self,
-        pattern: &Pattern,
-        values: &[f64],
-    ) -> Result<Factorization, SolidError> {
-        let par = parallelism();
-        let mut factor = vec![0.0; self.entries()];
-        let matrix = pattern.matrix(values);
-        let request = self
-            .structure
-            .factorize_numeric_llt_scratch::<f64>(par, Default::default());
-        let mut buffer = memory(request)?;
-        let positive = self.structure.factorize_numeric_llt(
-            &mut factor,
-            matrix,
-            Side::Lower,
-            Default::default(),
-            par,
-            MemStack::new(&mut buffer),
-            Default::default(),
-        );
-        let mut kind = FactorKind::Llt;
-        if positive.is_err() {
-            kind = FactorKind::Ldlt;
-            let request = self
-                .structure
-                .factorize_numeric_ldlt_scratch::<f64>(par, Default::default());
-            let mut buffer = memory(request)?;
-            self.structure
-                .factorize_numeric_ldlt(
-                    &mut factor,
-                    matrix,
-                    Side::Lower,
-                    Default::default(),
-                    par,
-                    MemStack::new(&mut buffer),
-                    Default::default(),
-                )
-                .map_err(|error| {
-                    SolidError::NoEquilibrium(format!("the tangent is singular ({error:?})"))
-                })?;
+            is_indefinite: kind == FactorKind::Ldlt,
+            cancelled,
         }
-        Ok(Factorization {
-            symbolic: self.clone(),
-            kind,
-            values: Values::Double(factor),
-        })
     }
 }
 
@@ -250,15 +201,6 @@ fn supernodal(symbolic: &SymbolicCholesky<usize>) -> &SymbolicSupernodalCholesky
     }
 }
 
-/// Threads for the factorization; the result does not depend on their number.
-fn parallelism() -> Par {
-    if rayon::current_num_threads() > 1 {
-        Par::rayon(0)
-    } else {
-        Par::Seq
-    }
-}
-
 impl Factorization {
     /// Number of negative eigenvalues of the matrix: of negative entries of `D` in `L D Lᵀ` (Sylvester's law of
     /// inertia).
@@ -267,19 +209,6 @@ impl Factorization {
             (_, FactorKind::Llt) => 0,
             (Values::Double(values), FactorKind::Ldlt) => negative_pivots(&self.symbolic, values),
             (Values::Single(values), FactorKind::Ldlt) => negative_pivots(&self.symbolic, values),
-        }
-    }
-
-    /// The same with the factor rounded to single precision: half the memory, and half the time of a solution, which
-    /// waits for memory. Good enough for an iteration that measures its residual in double precision.
-    pub fn rounded(self) -> Self {
-        let values = match self.values {
-            Values::Double(values) => values.iter().map(|&v| v as f32).collect(),
-            Values::Single(values) => values,
-        };
-        Self {
-            values: Values::Single(values),
-            ..self
         }
     }
 

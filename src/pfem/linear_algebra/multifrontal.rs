@@ -1,4 +1,4 @@
-//! Factorization front by front, for large matrices.
+//! Factorization front by front.
 //!
 //! The columns of a supernode, with the changes that its children in the elimination tree make to them and to the rows
 //! below, are a dense matrix, the *front*; its elimination leaves the columns of the factor and the change that goes on
@@ -7,9 +7,10 @@
 //! column by column, which faer has:
 //! - disjoint subtrees are eliminated side by side, so that all threads have work, not only within a front;
 //! - the factor can be stored in single precision as soon as its columns are eliminated in double precision, so that it
-//!   never takes the memory of the latter.
+//!   never takes the memory of the latter;
+//! - large fronts are products of large matrices.
 
-use super::tree::{Division, Tree, columns};
+use super::tree::{Tree, columns};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::{ldlt::factor as ldlt, llt::factor as llt};
 use faer::linalg::matmul::matmul;
@@ -22,13 +23,14 @@ use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 type Structure = SymbolicSupernodalCholesky<usize>;
 
-/// Subtrees are divided until none has more than this share of the operations.
+/// The branches of a subtree are eliminated side by side if it has more than this share of the operations.
 const SHARE: f64 = 0.06;
-/// Columns of a change that are computed at a time.
-const WIDTH: usize = 128;
+/// Columns of a change that are computed at a time, and lie together in memory.
+const WIDTH: usize = 64;
 
 /// Why a factorization ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,28 +45,29 @@ pub enum Stop {
 #[derive(Debug)]
 pub struct Fronts {
     tree: Tree,
-    /// Subtrees, in postorder, so that few changes wait for their parents.
-    subtrees: Vec<Vec<usize>>,
-    top: Vec<usize>,
+    /// Supernodes whose branches are eliminated side by side.
+    is_divided: Vec<bool>,
 }
 
-/// What is factorized, and how.
+/// What is factorized.
 #[derive(Clone, Copy)]
-pub struct Task<'a, S> {
+pub struct Task<'a> {
     /// Structure of the factor.
     pub symbolic: &'a Structure,
     /// The lower triangle of the matrix.
     pub matrix: SparseColMatRef<'a, usize, f64>,
     /// `L D Lᵀ` in place of `L Lᵀ`.
     pub is_indefinite: bool,
-    /// How an entry of the factor is stored.
-    pub store: fn(f64) -> S,
     /// Set when nobody waits for the factor any more.
     pub cancelled: &'a AtomicBool,
 }
 
-/// Changes of the rows below eliminated supernodes, lower triangles column by column, until their parents take them.
+/// Changes of the rows below eliminated supernodes, until their parents take them: lower triangles in strips of
+/// `WIDTH` columns, each a matrix of the rows from its first column on.
 type Changes = HashMap<usize, Vec<f64>>;
+
+/// Stores the columns of a supernode.
+type Store<'a> = dyn Fn(usize, &[f64]) + Sync + 'a;
 
 /// Memory of one thread, used again for each front.
 #[derive(Default)]
@@ -73,57 +76,61 @@ struct Workspace {
     own: Vec<f64>,
     /// `L D` of the rows below.
     scaled: Vec<f64>,
-    /// A few columns of the change of those rows.
-    product: Vec<f64>,
 }
 
 impl Fronts {
     /// Of a factor with this structure.
-    pub fn new(symbolic: &Structure) -> Self {
-        let tree = Tree::new(symbolic);
-        let operations = (0..symbolic.n_supernodes()).map(|s| operations(symbolic, s));
-        let Division { roots, top } = tree.divide(operations.collect(), SHARE);
-        Self {
-            subtrees: roots.iter().map(|&root| tree.postorder(root)).collect(),
-            tree,
-            top,
+    pub fn new(symbolic: &Structure, tree: Tree) -> Self {
+        let mut is_divided = vec![false; symbolic.n_supernodes()];
+        for s in tree.divide(all_operations(symbolic), SHARE).top {
+            is_divided[s] = true;
         }
+        Self { tree, is_divided }
+    }
+
+    /// The rows in an order of the same fill that ends in the middle of the tree.
+    pub fn balanced(&self, symbolic: &Structure) -> Vec<usize> {
+        let centre = self.tree.centre(all_operations(symbolic));
+        self.tree.rooted_at(symbolic, centre)
     }
 
     /// Bytes of the fronts that are in memory at the same time, at most, on two threads. Those of the factor come on
     /// top.
     pub fn bytes(&self, symbolic: &Structure) -> f64 {
-        let rows = |s: usize| symbolic.supernode(s).pattern().len() as f64;
-        let (mut waiting, mut most) = (0.0, 0.0_f64);
-        let mut subtrees: Vec<f64> = Vec::new();
-        let largest = |supernodes: &[usize], waiting: &mut f64| {
-            let mut most = 0.0_f64;
-            for &s in supernodes {
-                let (columns, below) = (columns(symbolic, s).len() as f64, rows(s));
-                let front = (columns + below) * columns + below * WIDTH as f64;
-                most = most.max(*waiting + front + 0.5 * below * below);
-                let children = self.tree.children[s].iter();
-                let taken: f64 = children.map(|&c| 0.5 * rows(c).powi(2)).sum();
-                *waiting += 0.5 * below * below - taken;
-            }
-            most
-        };
-        for subtree in &self.subtrees {
-            let mut left = 0.0;
-            subtrees.push(largest(subtree, &mut left));
-            waiting += left;
+        let count = symbolic.n_supernodes();
+        let mut change = vec![0.0; count];
+        // Entries that a subtree takes with one thread, and with two.
+        let (mut one, mut two) = (vec![0.0_f64; count], vec![0.0_f64; count]);
+        for s in 0..count {
+            let rows = symbolic.supernode(s).pattern().len();
+            let columns = columns(symbolic, s).len();
+            change[s] = begin(rows, rows) as f64;
+            let children = &self.tree.children[s];
+            // While one branch is eliminated, the changes of all others may wait.
+            let waiting: f64 = children.iter().map(|&c| change[c]).sum();
+            let mut beyond: Vec<f64> = children.iter().map(|&c| one[c] - change[c]).collect();
+            beyond.sort_by(|a, b| b.total_cmp(a));
+            let side_by_side: f64 = beyond.iter().take(2).sum();
+            let both = children.iter().map(|&c| two[c] - change[c]);
+            let own = waiting + ((columns + rows) * columns) as f64 + change[s];
+            one[s] = own.max(waiting + beyond.first().unwrap_or(&0.0));
+            two[s] = match self.is_divided[s] {
+                true => own.max(waiting + both.fold(side_by_side, f64::max)),
+                false => one[s],
+            };
         }
-        subtrees.sort_by(f64::total_cmp);
-        let side_by_side: f64 = subtrees.iter().rev().take(2).sum();
-        most = most.max(waiting + side_by_side);
-        8.0 * most.max(largest(&self.top, &mut waiting))
+        8.0 * self.tree.roots.iter().map(|&root| two[root]).sum::<f64>()
     }
 
-    /// The entries of the factor, supernode by supernode, in the layout of faer.
+    /// The entries of the factor, each as `store` keeps it, supernode by supernode, in the layout of faer.
     ///
     /// # Errors
     /// If a pivot has the wrong sign, or the task is cancelled.
-    pub fn factorize<S: Copy + Default + Send>(&self, task: Task<S>) -> Result<Vec<S>, Stop> {
+    pub fn factorize<S: Copy + Default + Send>(
+        &self,
+        task: Task,
+        store: impl Fn(f64) -> S + Sync,
+    ) -> Result<Vec<S>, Stop> {
         let mut factor = vec![S::default(); task.symbolic.len_val()];
         let mut rest = &mut factor[..];
         let mut columns_of = Vec::with_capacity(task.symbolic.n_supernodes());
@@ -132,39 +139,49 @@ impl Fronts {
             columns_of.push(own);
             rest = tail;
         }
-        let mut columns_of: Vec<Option<&mut [S]>> = columns_of.into_iter().map(Some).collect();
-        let mut take = |supernodes: &[usize]| -> Vec<(usize, &mut [S])> {
-            let own = |&s: &usize| Some((s, columns_of[s].take()?));
-            supernodes.iter().filter_map(own).collect()
+        let to: Vec<Mutex<&mut [S]>> = columns_of.into_iter().map(Mutex::new).collect();
+        let store = |s: usize, columns: &[f64]| {
+            let mut to = to[s].lock().unwrap_or_else(PoisonError::into_inner);
+            let entries = to.iter_mut().zip(columns);
+            entries.for_each(|(to, &entry)| *to = store(entry));
         };
-        let subtrees: Vec<_> = self.subtrees.iter().map(|subtree| take(subtree)).collect();
-        let top = take(&self.top);
-        let eliminate = |supernodes: Vec<(usize, &mut [S])>, mut changes: Changes, par: Par| {
-            let mut workspace = Workspace::default();
-            for (s, to) in supernodes {
-                let change = self.eliminate(task, s, to, &mut changes, &mut workspace, par)?;
+        let roots = self.tree.roots.par_iter();
+        roots.try_for_each(|&root| self.subtree(task, root, &store).map(drop))?;
+        drop(to);
+        Ok(factor)
+    }
+
+    /// Eliminates a subtree, and has the columns of each supernode stored. Returns the change of the rows below.
+    fn subtree(&self, task: Task, root: usize, store: &Store) -> Result<Vec<f64>, Stop> {
+        let mut workspace = Workspace::default();
+        if !self.is_divided[root] {
+            // In postorder few changes wait for their parents.
+            let mut changes = Changes::new();
+            for s in self.tree.postorder(root) {
+                let change =
+                    self.eliminate(task, s, store, &mut changes, &mut workspace, Par::Seq)?;
                 changes.insert(s, change);
             }
-            Ok(changes)
-        };
-        let changes = (subtrees.into_par_iter())
-            .map(|subtree| eliminate(subtree, Changes::new(), Par::Seq))
-            .collect::<Result<Vec<_>, Stop>>()?;
+            return Ok(changes.remove(&root).unwrap_or_default());
+        }
+        let branches = self.tree.children[root].par_iter();
+        let mut changes = branches
+            .map(|&child| Ok((child, self.subtree(task, child, store)?)))
+            .collect::<Result<Changes, Stop>>()?;
         let par = match rayon::current_num_threads() {
             1 => Par::Seq,
             _ => Par::rayon(0),
         };
-        eliminate(top, changes.into_iter().flatten().collect(), par)?;
-        Ok(factor)
+        self.eliminate(task, root, store, &mut changes, &mut workspace, par)
     }
 
-    /// Assembles the front of a supernode and eliminates its columns, which go `to` the factor. Returns the change of
-    /// the rows below.
-    fn eliminate<S: Copy>(
+    /// Assembles the front of a supernode and eliminates its columns, which are stored. Returns the change of the rows
+    /// below.
+    fn eliminate(
         &self,
-        task: Task<S>,
+        task: Task,
         s: usize,
-        to: &mut [S],
+        store: &Store,
         changes: &mut Changes,
         workspace: &mut Workspace,
         par: Par,
@@ -180,7 +197,7 @@ impl Fronts {
         let (columns, rows) = (front.own.len(), front.below.len());
         zeroed(&mut workspace.own, (columns + rows) * columns);
         front.add_matrix(task.matrix, &mut workspace.own);
-        let mut change = vec![0.0; rows * (rows + 1) / 2];
+        let mut change = vec![0.0; begin(rows, rows)];
         for &child in &self.tree.children[s] {
             if let Some(of_child) = changes.remove(&child) {
                 let supernode = task.symbolic.supernode(child);
@@ -189,8 +206,7 @@ impl Fronts {
             }
         }
         front.eliminate(task.is_indefinite, workspace, &mut change, par)?;
-        let entries = to.iter_mut().zip(&workspace.own);
-        entries.for_each(|(to, &entry)| *to = (task.store)(entry));
+        store(s, &workspace.own);
         Ok(change)
     }
 }
@@ -205,15 +221,26 @@ pub fn operations(symbolic: &Structure, s: usize) -> f64 {
     lengths.map(|length| length * length).sum()
 }
 
+fn all_operations(symbolic: &Structure) -> Vec<f64> {
+    (0..symbolic.n_supernodes())
+        .map(|s| operations(symbolic, s))
+        .collect()
+}
+
 /// Makes `memory` so many zeros.
 fn zeroed(memory: &mut Vec<f64>, length: usize) {
     memory.clear();
     memory.resize(length, 0.0);
 }
 
-/// Where a column of a lower triangle with so many rows begins.
-fn packed(rows: usize, column: usize) -> usize {
-    column * rows - column * column.saturating_sub(1) / 2
+/// Where a column of a change of so many rows begins, with the first row of its strip; where the change ends for the
+/// column after the last one.
+fn begin(rows: usize, column: usize) -> usize {
+    let (strips, inside) = (column / WIDTH, column % WIDTH);
+    let first = strips * WIDTH;
+    // The strips before this one have `rows`, `rows - WIDTH`, ... rows.
+    strips * WIDTH * rows - WIDTH * WIDTH * strips * strips.saturating_sub(1) / 2
+        + inside * (rows - first)
 }
 
 /// Rows of a front.
@@ -257,18 +284,17 @@ impl Front<'_> {
     fn add_change(&self, rows: &[usize], of_child: &[f64], own: &mut [f64], change: &mut [f64]) {
         let (columns, below) = (self.own.len(), self.below.len());
         let places: Vec<usize> = self.places(rows.iter().copied()).collect();
-        let mut rest = of_child;
         for (j, &column) in places.iter().enumerate() {
-            let (values, tail) = rest.split_at(places.len() - j);
-            rest = tail;
+            let values = &of_child[begin(places.len(), j) + j % WIDTH..];
             let pairs = places[j..].iter().zip(values);
             if column < columns {
                 let to = &mut own[column * (columns + below)..][..columns + below];
                 pairs.for_each(|(&place, value)| to[place] += value);
             } else {
                 let column = column - columns;
-                let to = &mut change[packed(below, column)..][..below - column];
-                pairs.for_each(|(&place, value)| to[place - columns - column] += value);
+                let first = column - column % WIDTH;
+                let to = &mut change[begin(below, column)..][..below - first];
+                pairs.for_each(|(&place, value)| to[place - columns - first] += value);
             }
         }
     }
@@ -282,23 +308,19 @@ impl Front<'_> {
         par: Par,
     ) -> Result<(), Stop> {
         let (columns, rows) = (self.own.len(), self.below.len());
-        let Workspace {
-            own,
-            scaled,
-            product,
-        } = workspace;
+        let Workspace { own, scaled } = workspace;
         let front = MatMut::from_column_major_slice_mut(own, columns + rows, columns);
         let (diagonal, mut below) = front.split_at_row_mut(columns);
         if !is_indefinite {
             definite(diagonal, below.as_mut(), par)?;
             let below = below.as_ref();
-            subtract(below, below, change, product, par);
+            subtract(below, below, change, par);
             return Ok(());
         }
         zeroed(scaled, rows * columns);
         let mut scaled = MatMut::from_column_major_slice_mut(scaled, rows, columns);
         indefinite(diagonal, below.as_mut(), scaled.as_mut(), par)?;
-        subtract(below.as_ref(), scaled.as_ref(), change, product, par);
+        subtract(below.as_ref(), scaled.as_ref(), change, par);
         Ok(())
     }
 }
@@ -338,31 +360,21 @@ fn indefinite(
     Ok(())
 }
 
-/// Subtracts the lower triangle of `left rightᵀ` from a packed one, some columns at a time.
-fn subtract(
-    left: MatRef<'_, f64>,
-    right: MatRef<'_, f64>,
-    change: &mut [f64],
-    product: &mut Vec<f64>,
-    par: Par,
-) {
-    let rows = left.nrows();
+/// Subtracts the lower triangle of `left rightᵀ` from a change, strip by strip.
+fn subtract(left: MatRef<'_, f64>, right: MatRef<'_, f64>, change: &mut [f64], par: Par) {
+    let (rows, mut rest) = (left.nrows(), change);
     for first in (0..rows).step_by(WIDTH) {
         let (width, length) = (WIDTH.min(rows - first), rows - first);
-        product.resize(length * width, 0.0);
+        let (strip, tail) = rest.split_at_mut(length * width);
+        rest = tail;
         matmul(
-            MatMut::from_column_major_slice_mut(product, length, width),
-            Accum::Replace,
+            MatMut::from_column_major_slice_mut(strip, length, width),
+            Accum::Add,
             left.subrows(first, length),
             right.subrows(first, width).transpose(),
-            1.0,
+            -1.0,
             par,
         );
-        for (j, column) in product.chunks_exact(length).enumerate() {
-            let to = &mut change[packed(rows, first + j)..][..length - j];
-            let pairs = to.iter_mut().zip(&column[j..]);
-            pairs.for_each(|(to, product)| *to -= product);
-        }
     }
 }
 
@@ -405,13 +417,18 @@ mod tests {
         }
         let mut points = Vec::new();
         order(0..SIDE, 0..SIDE, &mut points);
+        laplace(&points, SIDE, shift)
+    }
+
+    /// The same on a rectangle so many points wide, the points in a given order.
+    fn laplace(points: &[usize], width: usize, shift: f64) -> SparseColMat<usize, f64> {
         let mut place = vec![0; points.len()];
         (points.iter().enumerate()).for_each(|(at, &point)| place[point] = at);
         let mut entries = Vec::new();
         for point in 0..points.len() {
             entries.push(Triplet::new(place[point], place[point], 4.0 - shift));
-            for near in [point + 1, point + SIDE] {
-                if near < points.len() && (near != point + 1 || near % SIDE != 0) {
+            for near in [point + 1, point + width] {
+                if near < points.len() && (near != point + 1 || near % width != 0) {
                     let (a, b) = (place[point], place[near]);
                     entries.push(Triplet::new(a.max(b), a.min(b), -1.0));
                 }
@@ -437,19 +454,24 @@ mod tests {
         }
     }
 
+    fn fronts(symbolic: &SymbolicCholesky<usize>) -> Fronts {
+        Fronts::new(supernodes(symbolic), Tree::new(supernodes(symbolic)))
+    }
+
     /// The factor by fronts, and the one that faer makes column by column.
     fn both(shift: f64, is_indefinite: bool) -> (Result<Vec<f64>, Stop>, Vec<f64>) {
         let (matrix, never) = (square(shift), AtomicBool::new(false));
         let symbolic = structure(&matrix);
-        let fronts = Fronts::new(supernodes(&symbolic));
-        assert!(fronts.subtrees.len() > 8 && fronts.top.len() > 4);
-        let found = fronts.factorize(Task {
+        let fronts = fronts(&symbolic);
+        let divided = fronts.is_divided.iter().filter(|&&divided| divided);
+        assert!(divided.count() > 4);
+        let task = Task {
             symbolic: supernodes(&symbolic),
             matrix: matrix.as_ref(),
             is_indefinite,
-            store: |entry| entry,
             cancelled: &never,
-        });
+        };
+        let found = fronts.factorize(task, |entry| entry);
         let mut expected = vec![0.0; symbolic.len_val()];
         let (plain, par) = (Default::default(), Par::Seq);
         let request = symbolic
@@ -528,31 +550,58 @@ mod tests {
     fn a_cancelled_factorization_ends() {
         let matrix = square(0.0);
         let symbolic = structure(&matrix);
-        let fronts = Fronts::new(supernodes(&symbolic));
         let task = |cancelled| {
-            fronts.factorize(Task {
+            let task = Task {
                 symbolic: supernodes(&symbolic),
                 matrix: matrix.as_ref(),
                 is_indefinite: false,
-                store: |_| (),
                 cancelled,
-            })
+            };
+            fronts(&symbolic).factorize(task, |_| ())
         };
         let [cancelled, wanted] = [true, false].map(AtomicBool::new);
         assert_eq!(task(&cancelled), Err(Stop::Cancelled));
         assert!(task(&wanted).is_ok());
     }
 
-    /// A front of one row and one of many: where their columns begin.
+    /// A long strip, swept from one end to the other: the same order from its middle.
     #[test]
-    fn packed_columns_follow_each_other() {
-        for rows in [1, 2, 7] {
-            let mut begin = 0;
+    fn a_balanced_tree_has_two_branches_and_no_more_entries() {
+        let swept: Vec<usize> = (0..10 * 200).collect();
+        // Of the heaviest branch below the root, as a share of all operations; and entries.
+        let branch = |points: &[usize]| {
+            let symbolic = structure(&laplace(points, 10, 0.0));
+            let (structure, fronts) = (supernodes(&symbolic), fronts(&symbolic));
+            let [root] = fronts.tree.roots[..] else {
+                panic!("{:?}", fronts.tree.roots)
+            };
+            let all = all_operations(structure);
+            let of_branch = |&child: &usize| -> f64 {
+                let subtree = fronts.tree.postorder(child);
+                subtree.iter().map(|&s| all[s]).sum()
+            };
+            let branches = fronts.tree.children[root].iter().map(of_branch);
+            let heaviest = branches.fold(0.0, f64::max) / all.iter().sum::<f64>();
+            (heaviest, symbolic.len_val(), fronts.balanced(structure))
+        };
+        let (one_sided, entries, balanced) = branch(&swept);
+        let mut sorted = balanced.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, swept);
+        let (share, fewer, _) = branch(&balanced);
+        assert!(one_sided > 0.95 && (0.45..0.6).contains(&share), "{share}");
+        assert!(fewer as f64 <= 1.05 * entries as f64, "{fewer} {entries}");
+    }
+
+    #[test]
+    fn strips_follow_each_other() {
+        for rows in [1, WIDTH - 1, WIDTH, 3 * WIDTH + 7] {
+            let mut expected = 0;
             for column in 0..rows {
-                assert_eq!(packed(rows, column), begin);
-                begin += rows - column;
+                assert_eq!(begin(rows, column), expected);
+                expected += rows - column / WIDTH * WIDTH;
             }
-            assert_eq!(begin, rows * (rows + 1) / 2);
+            assert_eq!(begin(rows, rows), expected);
         }
     }
 }

@@ -22,8 +22,7 @@ pub struct Substitution {
 
 impl Substitution {
     /// Divides the elimination tree.
-    pub fn new(symbolic: &SymbolicSupernodalCholesky<usize>) -> Self {
-        let tree = Tree::new(symbolic);
+    pub fn new(symbolic: &SymbolicSupernodalCholesky<usize>, tree: &Tree) -> Self {
         let weights = (symbolic.col_ptr_for_val().windows(2))
             .map(|ends| (ends[1] - ends[0]) as f64)
             .collect();
@@ -197,7 +196,7 @@ mod tests {
         let SymbolicCholeskyRaw::Supernodal(supernodal) = symbolic.raw() else {
             panic!("forced");
         };
-        let substitution = Substitution::new(supernodal);
+        let substitution = Substitution::new(supernodal, &Tree::new(supernodal));
         assert!(substitution.subtrees.len() > 1 && !substitution.top.is_empty());
 
         let (perm, inverse) = symbolic.perm().unwrap().arrays();

@@ -89,18 +89,17 @@ impl EquationOfMotion {
     pub fn is_statically_stable(&self, at: &Linearization) -> Result<bool, SolidError> {
         let mut values = self.tangent_without_inertia(at, None)?;
         self.body.pattern.hold(&mut values);
-        self.body.is_positive_definite(&values)
+        Ok(self.body.is_positive_definite(&values))
     }
 
-    /// Factorizes a tangent that was assembled at `d`. Inertia keeps it well enough conditioned for a factor in single
-    /// precision.
+    /// Factorizes a tangent that was assembled at `d`.
     fn factorize(
         &self,
         d: &[f64],
         tangent: &[f64],
         cancelled: &AtomicBool,
     ) -> Result<KeptTangent, SolidError> {
-        let factorization = self.body.factorize_unless(cancelled, tangent)?.rounded();
+        let factorization = self.body.factorize_moving(cancelled, tangent)?;
         Ok(KeptTangent::new(
             factorization,
             self.body.volume_gradients(d)?,

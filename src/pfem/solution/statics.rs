@@ -467,7 +467,7 @@ impl Statics<'_> {
         };
         let mut tangent = self.tangent(d, None)?;
         (self.body.pattern).add_diagonal(INDIFFERENT * unloaded, &mut tangent);
-        self.body.is_positive_definite(&tangent)
+        Ok(self.body.is_positive_definite(&tangent))
     }
 
     /// The mode whose eigenvalue is closest to zero, at the present load.
