@@ -102,9 +102,9 @@ impl Symbolic {
         })
     }
 
-    /// The rows in another order, with the same entries of the factor, whose elimination two threads can share: the tree
-    /// is taken at its middle, and branches begin at its ends. Minimum degree often sweeps a tube from one end to the
-    /// other.
+    /// The rows in another order with the same entries of the factor, whose elimination two threads can share: the
+    /// tree is taken at its middle, and branches begin at its ends. Minimum degree often sweeps a tube from one end to
+    /// the other.
     pub fn balanced(&self) -> Vec<usize> {
         self.fronts.balanced(supernodal(&self.structure))
     }
