@@ -13,6 +13,7 @@ use fsi_driver::pfem::{Solid, Structure, SurfaceLoad};
 use fsi_driver::processes::{cpu_seconds, peak_memory};
 use fsi_driver::simulation::assembly::{Domain, structure};
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// The result of `f`, and the seconds of all processors that it takes.
 fn timed<T>(f: impl FnOnce() -> T) -> (T, f64) {
@@ -32,7 +33,9 @@ fn parts(body: &Discretization) {
     let (tangent, assembly) = timed(|| body.tangent(&still, None, &[]));
     let mut tangent = tangent.expect("regular");
     body.pattern.hold(&mut tangent);
-    let (factor, factorization) = timed(|| body.factorize(&tangent).expect("regular").rounded());
+    let wanted = AtomicBool::new(false);
+    let (factor, factorization) =
+        timed(|| (body.factorize_moving(&wanted, &tangent)).expect("regular"));
     let mut x = vec![1.0; body.pattern.len()];
     let ((), substitution) = timed(|| factor.solve(&mut x).expect("regular"));
     println!(
