@@ -543,8 +543,8 @@ impl Discretization {
     }
 }
 
-/// The equations in the better one of two orders of elimination, minimum degree (for long tubes) and nested dissection
-/// (for high degrees), balanced for two threads, and the structure of their factor.
+/// The equations in the best one of three orders of elimination, by minimum degree as a whole or in two halves (long
+/// tubes) and by nested dissection (high degrees), balanced for two threads, and the structure of their factor.
 fn ordered(
     numbering: &Numbering,
     held: &[bool],
@@ -560,10 +560,19 @@ fn ordered(
         let symbolic = Symbolic::new(&pattern)?;
         Ok((pattern, symbolic))
     };
-    let by_degree = analyzed(&ordering::minimum_degree(&pattern)?)?;
-    let dissected = analyzed(&ordering::nested_dissection(numbering, centres))?;
-    let entries = |(_, symbolic): &(Pattern, Symbolic)| symbolic.entries();
-    let (pattern, symbolic) = std::cmp::min_by_key(by_degree, dissected, entries);
+    let orders = [
+        ordering::minimum_degree(&pattern)?,
+        ordering::two_halves(&pattern, numbering, centres)?,
+        ordering::nested_dissection(numbering, centres),
+    ];
+    let mut best = analyzed(&orders[0])?;
+    for order in &orders[1..] {
+        let other = analyzed(order)?;
+        if other.1.entries() < best.1.entries() {
+            best = other;
+        }
+    }
+    let (pattern, symbolic) = best;
     // A function has three rows, next to each other.
     let rows = symbolic.balanced().into_iter();
     let mut order: Vec<usize> = rows.map(|row| pattern.functions[row / 3]).collect();

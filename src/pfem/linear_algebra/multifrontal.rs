@@ -30,7 +30,7 @@ type Structure = SymbolicSupernodalCholesky<usize>;
 /// The branches of a subtree are eliminated side by side if it has more than this share of the operations.
 const SHARE: f64 = 0.06;
 /// Columns of a change that are computed at a time, and lie together in memory.
-const WIDTH: usize = 64;
+const WIDTH: usize = 128;
 
 /// Why a factorization ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -34,6 +34,44 @@ fn amd_order(blocks: SymbolicSparseColMatRef<'_, usize>) -> Result<Vec<usize>, S
     Ok(order)
 }
 
+/// The functions that have rows: those of two halves of the mesh by approximate minimum degree, then those that the
+/// halves have in common. The halves are independent of each other.
+pub fn two_halves(
+    pattern: &Pattern,
+    numbering: &Numbering,
+    centres: &[Vec3],
+) -> Result<Vec<usize>, SolidError> {
+    let parts = Parts::none(numbering, centres);
+    let (lower, upper) = parts.halves((0..centres.len()).collect());
+    let cut = parts.common_functions(&lower, &upper);
+    let is_cut: Vec<bool> = (pattern.functions.iter())
+        .map(|f| cut.contains(f))
+        .collect();
+    // As if they shared an element: then minimum degree leaves them for the end by itself, or nearly so.
+    let blocks = pattern.block_symbolic();
+    let n = blocks.nrows();
+    let separator: Vec<usize> = (0..n).filter(|&row| is_cut[row]).collect();
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    for column in 0..n {
+        let own = blocks.row_idx_of_col(column);
+        if is_cut[column] {
+            rows.extend(own.filter(|&row| !is_cut[row]));
+            let from = separator.partition_point(|&row| row < column);
+            rows.extend(&separator[from..]);
+            rows[*starts.last().unwrap_or(&0)..].sort_unstable();
+        } else {
+            rows.extend(own);
+        }
+        starts.push(rows.len());
+    }
+    let joined = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &rows);
+    let order = amd_order(joined)?;
+    let (last, first): (Vec<usize>, Vec<usize>) = order.into_iter().partition(|&row| is_cut[row]);
+    Ok((first.into_iter().chain(last))
+        .map(|row| pattern.functions[row])
+        .collect())
+}
+
 /// All functions, in the order in which they are eliminated.
 pub fn nested_dissection(numbering: &Numbering, centres: &[Vec3]) -> Vec<usize> {
     let mut parts = Parts::none(numbering, centres);
