@@ -1,5 +1,5 @@
 //! Large walls, whose factors are stored in single precision at rest too, against the same walls treated as small ones:
-//! here both ways are taken by walls that are small.
+//! here both ways are taken by walls that are small. That results differ at all shows that there were two ways.
 
 use crate::pfem_support::artery;
 use fsi_driver::Vec3;
@@ -93,20 +93,15 @@ fn inflate(new: &dyn Fn() -> Structure, resumed: Option<usize>) -> Structure {
     structure
 }
 
+/// Only the initial acceleration is solved in the two ways: tangents of moving walls are in single precision in both.
 #[test]
 fn a_large_wall_moves_as_a_small_one() {
-    for (name, new) in [("tube", tube as fn(f64) -> Structure), ("tree", tree)] {
-        let [small, large] = WAYS.map(|way| inflate(&|| new(way), None));
-        let error = difference(&small.state().d, &large.state().d);
-        println!(
-            "{name}: {error:e}, {:?}",
-            [&small, &large].map(|wall| wall.stats())
-        );
-        // 7e-10 and zero, as the differences are below single precision.
-        assert!(error < 3e-9, "{name}: {error:e}");
-        let [a, b] = [&small, &large].map(|wall| wall.stats().iterations as f64);
-        assert!((b / a - 1.0).abs() < 0.03, "{name}: {a} and {b} iterations");
-    }
+    let [small, large] = WAYS.map(|way| inflate(&|| tube(way), None));
+    let error = difference(&small.state().d, &large.state().d);
+    // 7e-10.
+    assert!(error > 0.0 && error < 3e-9, "{error:e}");
+    let [a, b] = [&small, &large].map(|wall| wall.stats().iterations as f64);
+    assert!((b / a - 1.0).abs() < 0.03, "{a} and {b} iterations");
 }
 
 #[test]
@@ -141,7 +136,7 @@ fn statics_of_a_large_wall_are_those_of_a_small_one() {
         let [small, large] = WAYS.map(|way| new(way).equilibrium(1e4, None).unwrap());
         let error = difference(&small, &large);
         // 2e-14 and 4e-14: Newton's method goes on to a residual of 1e-10.
-        assert!(error < 1e-11, "{name}: {error:e}");
+        assert!(error > 0.0 && error < 1e-11, "{name}: {error:e}");
     }
 }
 
@@ -160,7 +155,10 @@ fn a_large_wall_is_prestressed_as_a_small_one() {
         difference(&loaded, &loaded_large),
     ];
     // 2e-14 and 3e-14.
-    assert!(errors.iter().all(|error| *error < 1e-11), "{errors:?}");
+    assert!(
+        errors.iter().all(|error| *error > 0.0 && *error < 1e-11),
+        "{errors:?}"
+    );
 }
 
 #[test]
@@ -183,6 +181,7 @@ fn a_large_wall_buckles_as_a_small_one() {
     });
     let [small, large] = factors;
     // They differ by 1.5e-7.
-    assert!((large / small - 1.0).abs() < 2e-6, "{small} {large}");
+    let error = (large / small - 1.0).abs();
+    assert!(error > 0.0 && error < 2e-6, "{small} {large}");
     assert!((0.7..0.85).contains(&small), "{small}");
 }

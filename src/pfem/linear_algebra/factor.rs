@@ -106,7 +106,9 @@ impl Symbolic {
     /// tree is taken at its middle, and branches begin at its ends. Minimum degree often sweeps a tube from one end to
     /// the other.
     pub fn balanced(&self) -> Vec<usize> {
-        self.fronts.balanced(supernodal(&self.structure))
+        let structure = supernodal(&self.structure);
+        let tree = Tree::new(structure);
+        tree.rooted_at(structure, tree.centre(operations(structure)))
     }
 
     /// Bytes that a factorization takes, at most.
@@ -125,9 +127,7 @@ impl Symbolic {
 
     /// Multiplications and additions of a factorization.
     pub fn operations(&self) -> f64 {
-        let symbolic = supernodal(&self.structure);
-        let supernodes = 0..symbolic.n_supernodes();
-        supernodes.map(|s| operations(symbolic, s)).sum()
+        operations(supernodal(&self.structure)).iter().sum()
     }
 
     /// Factorizes: `L Lᵀ` if the matrix is positive definite, `L D Lᵀ` if not. The result does not depend on the number

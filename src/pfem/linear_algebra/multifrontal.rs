@@ -82,16 +82,10 @@ impl Fronts {
     /// Of a factor with this structure.
     pub fn new(symbolic: &Structure, tree: Tree) -> Self {
         let mut is_divided = vec![false; symbolic.n_supernodes()];
-        for s in tree.divide(all_operations(symbolic), SHARE).top {
+        for s in tree.divide(operations(symbolic), SHARE).top {
             is_divided[s] = true;
         }
         Self { tree, is_divided }
-    }
-
-    /// The rows in an order of the same fill that ends in the middle of the tree.
-    pub fn balanced(&self, symbolic: &Structure) -> Vec<usize> {
-        let centre = self.tree.centre(all_operations(symbolic));
-        self.tree.rooted_at(symbolic, centre)
     }
 
     /// Bytes of the fronts that are in memory at the same time, at most, on two threads. Those of the factor come on
@@ -211,20 +205,14 @@ impl Fronts {
     }
 }
 
-/// Multiplications and additions that eliminate a supernode.
-pub fn operations(symbolic: &Structure, s: usize) -> f64 {
-    let (columns, below) = (
-        columns(symbolic, s).len(),
-        symbolic.supernode(s).pattern().len(),
-    );
-    let lengths = (0..columns).map(|j| (columns - j + below) as f64);
-    lengths.map(|length| length * length).sum()
-}
-
-fn all_operations(symbolic: &Structure) -> Vec<f64> {
-    (0..symbolic.n_supernodes())
-        .map(|s| operations(symbolic, s))
-        .collect()
+/// Multiplications and additions of the elimination of each supernode.
+pub fn operations(symbolic: &Structure) -> Vec<f64> {
+    let of_supernode = |s: usize| -> f64 {
+        let below = symbolic.supernode(s).pattern().len();
+        let lengths = (0..columns(symbolic, s).len()).map(|j| (1 + j + below) as f64);
+        lengths.map(|length| length * length).sum()
+    };
+    (0..symbolic.n_supernodes()).map(of_supernode).collect()
 }
 
 /// Makes `memory` so many zeros.
@@ -571,18 +559,20 @@ mod tests {
         // Of the heaviest branch below the root, as a share of all operations; and entries.
         let branch = |points: &[usize]| {
             let symbolic = structure(&laplace(points, 10, 0.0));
-            let (structure, fronts) = (supernodes(&symbolic), fronts(&symbolic));
-            let [root] = fronts.tree.roots[..] else {
-                panic!("{:?}", fronts.tree.roots)
+            let structure = supernodes(&symbolic);
+            let tree = Tree::new(structure);
+            let [root] = tree.roots[..] else {
+                panic!("{:?}", tree.roots)
             };
-            let all = all_operations(structure);
+            let all = operations(structure);
             let of_branch = |&child: &usize| -> f64 {
-                let subtree = fronts.tree.postorder(child);
+                let subtree = tree.postorder(child);
                 subtree.iter().map(|&s| all[s]).sum()
             };
-            let branches = fronts.tree.children[root].iter().map(of_branch);
+            let branches = tree.children[root].iter().map(of_branch);
             let heaviest = branches.fold(0.0, f64::max) / all.iter().sum::<f64>();
-            (heaviest, symbolic.len_val(), fronts.balanced(structure))
+            let balanced = tree.rooted_at(structure, tree.centre(all));
+            (heaviest, symbolic.len_val(), balanced)
         };
         let (one_sided, entries, balanced) = branch(&swept);
         let mut sorted = balanced.clone();
