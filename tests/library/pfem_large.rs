@@ -93,17 +93,6 @@ fn inflate(new: &dyn Fn() -> Structure, resumed: Option<usize>) -> Structure {
     structure
 }
 
-/// Only the initial acceleration is solved in the two ways: tangents of moving walls are in single precision in both.
-#[test]
-fn a_large_wall_moves_as_a_small_one() {
-    let [small, large] = WAYS.map(|way| inflate(&|| tube(way), None));
-    let error = difference(&small.state().d, &large.state().d);
-    // 7e-10.
-    assert!(error > 0.0 && error < 3e-9, "{error:e}");
-    let [a, b] = [&small, &large].map(|wall| wall.stats().iterations as f64);
-    assert!((b / a - 1.0).abs() < 0.03, "{a} and {b} iterations");
-}
-
 #[test]
 fn a_large_wall_is_resumed_to_the_last_bit() {
     let new = || tube(0.0);
