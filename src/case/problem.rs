@@ -226,7 +226,8 @@ impl Case {
             tree: Some(tree), ..
         }) = &mut self.problem
         {
-            (tree.lines, tree.unit, tree.smoothing) = (None, None, None);
+            (tree.lines, tree.unit) = (None, None);
+            (tree.least_radius, tree.smoothing) = (None, None);
             tree.leave_out.clear();
             (tree.lumen, tree.lumen_unit, tree.lumen_smoothing) = (None, None, None);
         }

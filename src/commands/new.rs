@@ -44,6 +44,9 @@ pub struct Arguments {
         value_delimiter = ','
     )]
     leave_out: Vec<String>,
+    /// Vessels of a tree that are thinner are left out: each line ends where it is last as wide [default: all vessels].
+    #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length, allow_hyphen_values = true)]
+    least_radius: Option<f64>,
     /// Leave out the ends of a tree without which the others have a mesh, of those that hinder each other that with the
     /// least flow, and say which and why.
     #[arg(long, requires = "from")]
@@ -161,6 +164,7 @@ impl Arguments {
             ("--radius", self.radius, [1e-5, 0.05], "metres, from 1e-5 to 0.05"),
             ("--thickness", self.thickness, [1e-6, 0.02], "a length from 1e-6 to 0.02 m"),
             ("--smoothing", self.smoothing, [0.0, 1.0], "a length from 0 to 1 m"),
+            ("--least-radius", self.least_radius, [1e-6, 0.05], "a length from 1e-6 to 0.05 m"),
             ("--loaded", self.loaded, [1.0, 1e5], "a pressure from 1 Pa to 100 kPa (750 mmHg)"),
             ("--period", self.period, [1e-3, 1e3], DURATION),
             ("--flow-period", self.flow_period, [1e-3, 1e3], DURATION),
@@ -195,6 +199,7 @@ impl Arguments {
             has_tissue: self.tissue,
             names: self.names.clone(),
             leave_out: self.leave_out.clone(),
+            least_radius: self.least_radius,
             leaves_impossible_out: self.leave_out_impossible,
             split: self.split.clone(),
             murray: self.murray,

@@ -1,7 +1,7 @@
 //! The ends of a tree's lines: their names, radii, and shares of the flow.
 
 use super::{ProposalError, ProposalInput, files};
-use crate::case::{LengthUnit, TreeKeys, lines_of_tree};
+use crate::case::{LengthUnit, TreeKeys};
 use std::path::Path;
 
 /// Flow goes with this power of the radius (Murray 1926).
@@ -31,7 +31,13 @@ impl Ends {
     /// # Errors
     /// If the file cannot be read, or the input does not fit it.
     pub fn of(input: &ProposalInput, path: &Path, unit: LengthUnit) -> Result<Self, ProposalError> {
-        let lines = lines_of_tree(path).map_err(|e| format!("--from {}: {e}", path.display()))?;
+        let mut keys = TreeKeys::of_file(path.to_path_buf(), unit);
+        keys.least_radius = input.least_radius;
+        keys.read().map_err(|(key, reason)| match key {
+            "tree.least_radius_m" => format!("--least-radius: {reason}"),
+            _ => format!("--from {reason}"),
+        })?;
+        let lines = keys.line.unwrap_or_default();
         let mut names = names(input, lines.len())?;
         let in_file = names[1..].to_vec();
         if let Some(unknown) = (input.leave_out.iter()).find(|name| !in_file.contains(name)) {
@@ -46,23 +52,23 @@ impl Ends {
         let kept = kept.filter(|(_, name)| is_kept(name));
         let lines: Vec<_> = kept.map(|(line, _)| line).collect();
         if lines.len() < 2 {
+            let option = match input.leave_out.is_empty() {
+                true => "--least-radius",
+                false => "--leave-out",
+            };
             let reason = "a tree has two ends at least: --branch takes one line alone";
-            return Err(ProposalError::Input(format!("--leave-out: {reason}")));
+            return Err(ProposalError::Input(format!("{option}: {reason}")));
         }
-        let size = unit.metres();
-        let first = &lines[0].1;
-        let last = lines.iter().map(|(_, radii)| at_end(radii));
-        let all_ends = std::iter::once(median(&first[..part(first)])).chain(last);
-        let radii: Vec<f64> = all_ends.map(|radius| size * radius).collect();
-        let all = || {
-            lines
-                .iter()
-                .flat_map(|(_, radii)| radii.iter().map(|r| r * size))
-        };
-        let length = lines.iter().map(|(points, _)| {
-            let pairs = points.windows(2);
+        let first = &lines[0].radii;
+        let last = lines.iter().map(|line| at_end(&line.radii));
+        let radii: Vec<f64> = std::iter::once(median(&first[..part(first)]))
+            .chain(last)
+            .collect();
+        let all = || lines.iter().flat_map(|line| line.radii.iter().copied());
+        let length = lines.iter().map(|line| {
+            let pairs = line.points.windows(2);
             let steps = pairs.map(|p| (0..3).map(|c| (p[1][c] - p[0][c]).powi(2)).sum::<f64>());
-            size * steps.map(f64::sqrt).sum::<f64>()
+            steps.map(f64::sqrt).sum::<f64>()
         });
         let length = length.fold(0.0, f64::max);
         let range = [

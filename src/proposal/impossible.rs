@@ -79,6 +79,7 @@ fn with(
     keys.inlet = Some(ends.names[0].clone());
     keys.outlets.clone_from(&ends.in_file);
     keys.leave_out.clone_from(&input.leave_out);
+    keys.least_radius = input.least_radius;
     keys.lumen.clone_from(&input.lumen);
     keys.lumen_unit = input.lumen_unit;
     // The mesh of the preset that comes first.
@@ -109,8 +110,9 @@ fn with(
 }
 
 /// How far points of the lines move at most, m and in radii there, if these waves (m) are halved.
-fn moved(path: &Path, unit: LengthUnit, smoothing: f64) -> Option<[f64; 2]> {
+fn moved(input: &ProposalInput, path: &Path, unit: LengthUnit, smoothing: f64) -> Option<[f64; 2]> {
     let mut keys = TreeKeys::of_file(path.to_path_buf(), unit);
+    keys.least_radius = input.least_radius;
     let mut smooth = keys.clone();
     smooth.smoothing = Some(smoothing);
     keys.read().and_then(|()| smooth.read()).ok()?;
@@ -167,10 +169,16 @@ impl Impossible {
     }
 
     /// What is to be said of it.
-    pub fn remarks(&self, path: &Path, unit: LengthUnit, count: usize) -> Vec<String> {
+    pub fn remarks(
+        &self,
+        input: &ProposalInput,
+        path: &Path,
+        unit: LengthUnit,
+        count: usize,
+    ) -> Vec<String> {
         let mut all = Vec::new();
         if let Some(wave) = self.smoothing
-            && let Some([moved, radii]) = moved(path, unit, wave)
+            && let Some([moved, radii]) = moved(input, path, unit, wave)
         {
             all.push(format!(
                 "smoothing waves of {:.2} mm of the lines are halved, so that more of them have a mesh: points move by up to {:.2} mm \

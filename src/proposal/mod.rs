@@ -111,6 +111,8 @@ pub struct ProposalInput {
     pub names: Vec<String>,
     /// Names of the ends of a tree whose lines are left out.
     pub leave_out: Vec<String>,
+    /// Radius (m) of the thinnest vessel of a tree that counts, if there is a limit.
+    pub least_radius: Option<f64>,
     /// Whether lines are left out without which the others have a mesh.
     pub leaves_impossible_out: bool,
     /// Shares of the flow of a tree's outlets, if they do not follow from their radii.
@@ -169,6 +171,7 @@ impl Proposal {
             ("--names", !input.names.is_empty()),
             ("--leave-out", !input.leave_out.is_empty()),
             ("--leave-out-impossible", input.leaves_impossible_out),
+            ("--least-radius", input.least_radius.is_some()),
             ("--split", !input.split.is_empty()),
             ("--murray", input.murray.is_some()),
         ];

@@ -74,9 +74,13 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
     let input = &input;
     let beat = Beat::of(input)?;
     let mut remarks = vec![format!(
-        "read      {}: a tree with {} ends (--branch takes one line alone)",
+        "read      {}: a tree with {} ends{} (--branch takes one line alone)",
         path.display(),
-        ends.shares.len()
+        ends.shares.len(),
+        input.least_radius.map_or(String::new(), |least| format!(
+            " of vessels of at least {} mm",
+            twelve_digits(1e3 * least)
+        ))
     )];
     remarks.extend(left_out);
     remarks.extend(beat.remarks);
@@ -128,8 +132,9 @@ fn with_possible_ends(
     let count = ends.shares.len();
     if count > MAX_ENDS {
         return Err(ProposalError::Input(format!(
-            "--from {}: {count} ends are more than {MAX_ENDS}: leave out small branches (--leave-out)",
+            "--from {}: {count} ends are more than {MAX_ENDS}: leave out thin vessels{}",
             path.display(),
+            few_enough(input, path, unit, &ends)
         )));
     }
     let mut chosen = input.clone();
@@ -139,7 +144,30 @@ fn with_possible_ends(
     let found = impossible::of(input, path, unit, &ends)?;
     found.put_into(&mut chosen, &ends);
     let possible = Ends::of(&chosen, path, unit)?;
-    Ok((chosen, possible, found.remarks(path, unit, count)))
+    let remarks = found.remarks(input, path, unit, count);
+    Ok((chosen, possible, remarks))
+}
+
+fn two_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
+}
+
+/// The option with which few enough ends are left, in words.
+fn few_enough(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends) -> String {
+    let left = |share: i32| {
+        let mut input = input.clone();
+        let least = two_digits(0.05 * f64::from(share) * ends.range[1]);
+        input.least_radius = Some(least);
+        let count = Ends::of(&input, path, unit).ok()?.shares.len();
+        (count <= MAX_ENDS).then_some((least, count))
+    };
+    let found = (1..60).find_map(left);
+    found.map_or(String::new(), |(least, count)| {
+        format!(
+            ", as --least-radius {}mm does, with which {count} ends are left",
+            twelve_digits(1e3 * least)
+        )
+    })
 }
 
 /// The first case whose lines have a mesh, as they are or smoothed more and more, with remarks; or what is wrong with
@@ -360,6 +388,12 @@ fn text(
         let _ = writeln!(
             text,
             "smoothing_m = {length:e} # waves of the lines of this length are halved"
+        );
+    }
+    if let Some(least) = input.least_radius {
+        let _ = writeln!(
+            text,
+            "least_radius_m = {least:e} # thinner vessels are left out"
         );
     }
     if let Some(path) = &input.lumen {

@@ -295,6 +295,78 @@ fn crowded() -> String {
     rows
 }
 
+/// A vessel with more thin branches than a case has openings: the refusal says from which radius on there are few
+/// enough, and that radius makes the case.
+#[test]
+fn a_tree_of_too_many_ends_is_cut_at_a_radius() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    // A parent of 3 mm, two daughters of 2 mm, and 70 twigs of 0.4 mm along one of them.
+    let mut text = String::new();
+    let mut point = |id: i32, x: f64, y: f64, r: f64, parent: i32| {
+        text += &format!("{id} 0 {x} {y} 0 {r} {parent}\n");
+    };
+    point(1, -20.0, 0.0, 3.0, -1);
+    (2..=21).for_each(|i| point(i, f64::from(i) - 21.0, 0.0, 3.0, i - 1));
+    for (first, towards) in [(100, 0.8), (300, -0.8)] {
+        for i in 0..100 {
+            let s = f64::from(i + 1);
+            let parent = if i == 0 { 21 } else { first + i - 1 };
+            point(first + i, s, towards * s, 3.0 - (s / 3.0).min(1.0), parent);
+        }
+    }
+    for i in 0..70 {
+        let [x, y] = [f64::from(21 + i), 0.8 * f64::from(21 + i)];
+        point(1000 + 2 * i, x, y + 2.0, 0.4, 120 + i);
+        point(1001 + 2 * i, x, y + 6.0, 0.4, 1000 + 2 * i);
+    }
+    std::fs::write(here.join("t.swc"), text).unwrap();
+    let from = ["new", "c", "--from", "t.swc", "--unit", "mm"];
+    let output = driver(here, &from);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(
+        error.contains("72 ends are more than 63: leave out thin vessels, as --least-radius "),
+        "{error}"
+    );
+    let (_, least) = error.split_once("--least-radius ").unwrap();
+    let (least, left) = least.split_once(' ').unwrap();
+    assert!(left.contains("with which 2 ends are left"), "{error}");
+    let said = succeeds(here, &[&from[..], &["--least-radius", least]].concat());
+    assert!(
+        said.contains("a tree with 2 ends of vessels of at least") && said.contains("3 branches"),
+        "{said}"
+    );
+    let case = Case::load(&here.join("c"), Preset::Demo, &[]).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(
+        case.tree().unwrap().names(),
+        ["inlet", "outlet1", "outlet2"]
+    );
+    for (wrong, reason) in [
+        ("2.5mm", "--least-radius: a tree has two ends at least"),
+        ("4mm", "--least-radius: no line is as wide as 4 mm"),
+        ("-1mm", "--least-radius"),
+    ] {
+        let output = driver(
+            here,
+            &[
+                "new",
+                "d",
+                "--from",
+                "t.swc",
+                "--unit",
+                "mm",
+                "--least-radius",
+                wrong,
+            ],
+        );
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(reason), "{error}");
+        assert!(!here.join("d").exists());
+    }
+}
+
 /// Without the flag the refusal says what it would leave out; with it the thinner branch of a junction without a mesh
 /// is left out, with its share of the flow and the reason.
 #[test]

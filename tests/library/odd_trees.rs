@@ -213,6 +213,55 @@ fn spurs_can_be_left_out() {
     );
 }
 
+/// Daughters with a thin twig each, one of which becomes thin itself: lines end where they are last as wide.
+#[test]
+fn thin_vessels_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut whole = lines(&[-40.0, 40.0]);
+    let twig = |line: &[[f64; 4]], towards: f64| {
+        let [x, y, ..] = line[30];
+        let thin = (1..=8).map(|i| [x + 0.5 * f64::from(i), y + towards * f64::from(i), 0.0, 0.7]);
+        line[..=30].iter().copied().chain(thin).collect()
+    };
+    let twigs: Vec<Vec<[f64; 4]>> = vec![twig(&whole[0], -1.0), twig(&whole[1], 1.0)];
+    let [x, y, z, _] = whole[1][36];
+    let tail = (1..=5).map(|i| {
+        [
+            x + f64::from(i),
+            y + 0.8 * f64::from(i),
+            z,
+            2.0 - 0.35 * f64::from(i),
+        ]
+    });
+    let tail: Vec<_> = tail.collect();
+    whole[1].extend(&tail[..2]); // 1.65 and 1.3 mm
+    let mut longer = whole[1].clone();
+    longer.extend(&tail[2..]);
+    let file = [whole[0].clone(), twigs[0].clone(), longer, twigs[1].clone()];
+    let whole_case = |lines: &[Vec<[f64; 4]>], more: &str| {
+        let text = vtk(lines, "Radius", 1.0);
+        read(folder.path(), "l.vtk", &text, &ENDS[..2], more).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let cut = whole_case(&file, "least_radius_m = 1.2e-3\n");
+    assert_eq!(points(&cut), points(&whole_case(&whole, "")));
+    assert_eq!(cut.tree().unwrap().names(), ["inlet", "outlet1", "outlet2"]);
+    assert!((0.3..0.7).contains(&mesh(&cut).unwrap().0));
+    let text = vtk(&file, "Radius", 1.0);
+    let none = read(
+        folder.path(),
+        "l.vtk",
+        &text,
+        &ENDS[..2],
+        "least_radius_m = 3.5e-3\n",
+    );
+    let said = none.map(|_| ()).unwrap_err().to_string();
+    assert!(
+        said.contains("tree.least_radius_m")
+            && said.contains("no line is as wide as 3.5 mm: the widest place has 3 mm"),
+        "{said}"
+    );
+}
+
 /// A line that turns back at its end, as traced ones do, is named with its bend, and carried once it is smoothed.
 #[test]
 fn a_hook_is_named_and_can_be_smoothed() {

@@ -57,7 +57,7 @@ impl TreeMistake {
                 .filter(|(line, _)| is_there(line));
             let there: Vec<&str> = there.map(|(_, name)| name.as_str()).collect();
             if !there.is_empty() {
-                branches = format!("on the way to \"{}\": ", there.join("\", \""));
+                branches = format!("on the way to {}: ", few(&there));
             }
         }
         Self { branches, error }
@@ -80,6 +80,18 @@ impl TreeMistake {
     }
 }
 
+/// The first of these names, in a message.
+fn few(names: &[&str]) -> String {
+    let shown = names.len().min(MOST_NAMED);
+    let more = match names.len() - shown {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("\"{}\"{more}", names[..shown].join("\", \""))
+}
+
+/// Most ends that a message names.
+const MOST_NAMED: usize = 6;
 /// A place belongs to the lines that are nearer than so many radii.
 const NEAR: f64 = 1.2;
 
@@ -174,9 +186,9 @@ fn shared((x, daughters): &(Vec3, Vec<usize>), names: &[String]) -> String {
         .map(|line| names[1 + line].as_str())
         .collect();
     format!(
-        "{} branches, on the way to \"{}\", part within 1.5 radii: they leave at one junction, at ({:.4}, {:.4}, {:.4}) m",
+        "{} branches, on the way to {}, part within 1.5 radii: they leave at one junction, at ({:.4}, {:.4}, {:.4}) m",
         towards.len(),
-        towards.join("\", \""),
+        few(&towards),
         x.x,
         x.y,
         x.z
