@@ -20,7 +20,7 @@ pub struct Arguments {
 
 /// Writes page and pictures.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let case = arguments.case.load(&arguments.folder)?;
+    let case = arguments.case.selection()?.read(&arguments.folder)?;
     let name = arguments.folder.canonicalize().ok();
     let name = name.and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
     let name = case.output.title.clone().or(name).unwrap_or_default();

@@ -20,6 +20,12 @@ use std::path::{Path, PathBuf};
 /// Thicknesses of the wall, as shares of the radius: the first one with which no element is inside out where branches
 /// part.
 const THICKNESSES: [f64; 5] = [0.2, 0.15, 0.1, 0.07, 0.05];
+/// Shear modulus of the wall (Pa), which is nearly incompressible.
+const SHEAR: f64 = 2.5e5;
+/// Stiffness of the tissue around the wall, as a share of that with which the wall itself resists a change of radius.
+/// In proportion to that, vessels of all sizes are as far from buckling, and their bends move by the same share of the
+/// radius: with the same springs as around a carotid, cerebral arteries have no equilibrium.
+const TISSUE: f64 = 0.1;
 /// Pressure under which the vessel has the shape of the files, mmHg.
 const LOADED: f64 = 80.0;
 /// The largest step, s: each costs several iterations.
@@ -429,11 +435,16 @@ fn text(
         }
     };
     let pressure = pressure(input);
+    let radius = ends.range[1];
+    let thick = input.thickness.unwrap_or(THICKNESSES[0] * radius);
+    // Young's modulus is three times the shear modulus.
+    let springs = rounded(TISSUE * 3.0 * SHEAR * thick / radius.powi(2));
     let _ = write!(
         text,
         "\n[wall.extrude]\nlayers = [\"wall\"] # from the inside out\n{thickness}\nfaces_per_element = 2\n\n[[wall.material]] # put your own \
-         here\nname = \"wall\"\nmaterial = \"neo_hooke\"\nmu_Pa = 2.5e5\nkappa_Pa = 1.0e7\n\n[[wall.support]] # the tissue around it: long \
-         branches without would buckle\nsupport = \"springs\"\nsurfaces = [\"outer\"]\nspring_Pa_m = 5.0e6\n\n[[wall.support]]\nsupport = \
+         here\nname = \"wall\"\nmaterial = \"neo_hooke\"\nmu_Pa = {SHEAR:e}\nkappa_Pa = 1.0e7\n\n[[wall.support]] # the tissue around it: long \
+         branches without would buckle\nsupport = \"springs\"\nsurfaces = [\"outer\"]\nspring_Pa_m = {springs:e} # per area: a tenth of the wall's \
+         own stiffness against widening\n\n[[wall.support]]\nsupport = \
          \"clamped\"\nsurfaces = [{}]\n\n[wall.initial]\npressure_Pa = {pressure:?} # {:.0} mmHg, under which the vessel has the shape of the \
          files: there the run begins\n",
         quoted.join(", "),

@@ -50,11 +50,22 @@ impl CaseSelection {
         self
     }
 
-    /// Loads and checks the case in the folder `case`; it must fit into this machine.
+    /// As [`read`](Self::read), and checks that the case can start: its meshes fit together, and the wall has an
+    /// initial state.
     ///
     /// # Errors
     /// All mistakes in the case, or what makes it too large.
     pub fn load(&self, case: &Path) -> Result<ResolvedCase, Failure> {
+        let case = self.read(case)?;
+        preflight::check(&case).map_err(|e| Failure::Input(e.to_string()))?;
+        Ok(case)
+    }
+
+    /// Loads the case in the folder `case`, which must fit into this machine. Nothing is computed.
+    ///
+    /// # Errors
+    /// All mistakes in its keys and files, or what makes it too large.
+    pub fn read(&self, case: &Path) -> Result<ResolvedCase, Failure> {
         let own = self.own.iter().map(|(key, value)| Override {
             place: ValuePlace::Command,
             key: key.clone(),
@@ -73,7 +84,6 @@ impl CaseSelection {
                 largest.map_or("less of everything", |(_, advice)| advice)
             )));
         }
-        preflight::check(&case).map_err(|e| Failure::Input(e.to_string()))?;
         Ok(case)
     }
 }

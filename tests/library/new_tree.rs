@@ -99,6 +99,17 @@ fn a_carotid_becomes_a_case_with_pictures() {
         said.contains("internal 65.0 %, external 35.0 %: as given"),
         "{said}"
     );
+    // Springs of a tenth of E h/r², with E = 3 mu, h = 0.2 r and the mean radius.
+    let (_, mean) = said.split_once(" mm at the narrowest place, ").unwrap();
+    let mean: f64 = mean.split(' ').next().unwrap().parse().unwrap();
+    let text = std::fs::read_to_string(here.join("c/case.toml")).unwrap();
+    let (_, springs) = text.split_once("spring_Pa_m = ").unwrap();
+    let springs: f64 = springs.split(' ').next().unwrap().parse().unwrap();
+    let expected = 0.1 * 3.0 * 2.5e5 * 0.2 / (1e-3 * mean);
+    assert!(
+        (springs / expected - 1.0).abs() < 0.01,
+        "{springs} {expected}"
+    );
     let (names, shares, whole) = divided(&here.join("c"));
     assert_eq!(names, ["common", "internal", "external"]);
     assert!((shares[0] - 0.65).abs() < 3e-3, "{shares:?}");
@@ -132,6 +143,12 @@ fn a_carotid_becomes_a_case_with_pictures() {
     println!("{told}");
     assert!(own > 0.0);
 
+    // A wall that bursts has no initial state, but can be drawn: nothing is computed for that.
+    std::fs::write(
+        here.join("c/case.toml"),
+        text.replace("mu_Pa = 2.5e5", "mu_Pa = 2.5e3"),
+    )
+    .unwrap();
     succeeds(
         here,
         &["preview", "c", "--preset", "demo", "--out", "pictures"],

@@ -125,7 +125,7 @@ pub fn find(
                 return Err(SolidError::NoEquilibrium(format!(
                     "no unloaded shape was found from which more than {:.1} % of the load lead to the given one ({error}). Is the \
                      pressure right, and the wall as thick and as stiff as that of a vessel which carries it? Elements that are short where \
-                     the ends are clamped, and tissue or prestretch, make it easier to find",
+                     the ends are clamped, and tissue (stiffer springs on the outside) or prestretch, make it easier to find",
                     100.0 * reached
                 )));
             }
