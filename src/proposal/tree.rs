@@ -162,6 +162,8 @@ fn two_digits(x: f64) -> f64 {
 fn few_enough(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends) -> String {
     let left = |share: i32| {
         let mut input = input.clone();
+        // These are for the number of ends that the file has.
+        (input.names, input.split, input.leave_out) = Default::default();
         let least = two_digits(0.05 * f64::from(share) * ends.range[1]);
         input.least_radius = Some(least);
         let count = Ends::of(&input, path, unit).ok()?.shares.len();

@@ -339,6 +339,12 @@ fn a_tree_of_too_many_ends_is_cut_at_a_radius() {
     }
     std::fs::write(here.join("t.swc"), text).unwrap();
     let from = ["new", "c", "--from", "t.swc", "--unit", "mm"];
+    let output = driver(here, &[&from[..], &["--leave-out", "outlet1"]].concat());
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        error.contains("71 ends") && error.contains("2 ends are left"),
+        "{error}"
+    );
     let output = driver(here, &from);
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{error}");
