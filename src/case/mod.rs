@@ -71,7 +71,7 @@ mod write;
 pub use anastomosis::*;
 pub use blood::{Blood, BloodModel, Rheology};
 pub use blood_vessel::*;
-pub use centre_line::{LineReading, LineSurvey, lines_of_tree};
+pub use centre_line::{LineReading, LineSurvey, lines_of_tree, listed};
 pub use check::{MAX_BEND_DEG, MAX_ELEMENT_BEND_DEG, TOO_SHARP};
 pub use curve_file::TableError;
 pub use error::{CaseError, CaseErrors, ValuePlace};

@@ -3,7 +3,7 @@
 use super::ends::Ends;
 use super::{ProposalError, ProposalInput, files};
 use crate::Vec3;
-use crate::case::{LengthUnit, TreeKeys};
+use crate::case::{LengthUnit, TreeKeys, listed};
 use crate::geometry::tree::Tree;
 use fsi_numerics::quadrature::Rule;
 use std::path::Path;
@@ -135,21 +135,12 @@ pub(super) fn advice(input: &ProposalInput, path: &Path, unit: LengthUnit, ends:
     }
     match of(input, path, unit, ends) {
         Ok(found) if !found.ends.is_empty() => {
-            let names = found
-                .ends
-                .iter()
-                .take(NAMED)
-                .map(|(name, ..)| name.as_str());
-            let names: Vec<&str> = names.collect();
-            let more = match found.ends.len() - names.len() {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
+            let names: Vec<String> = found.ends.iter().map(|(name, ..)| name.clone()).collect();
             format!(
-                "; --leave-out-impossible leaves out {} of the {} ends ({}{more}), {:.1} % of the flow, and says why of each",
+                "; --leave-out-impossible leaves out {} of the {} ends ({}), {:.1} % of the flow, and says why of each",
                 found.ends.len(),
                 ends.shares.len(),
-                names.join(", "),
+                listed(&names, NAMED),
                 100.0 * found.share()
             )
         }

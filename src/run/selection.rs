@@ -61,7 +61,8 @@ impl CaseSelection {
         Ok(case)
     }
 
-    /// Loads the case in the folder `case`, which must fit into this machine. Nothing is computed.
+    /// Loads the case in the folder `case`, which must fit into this machine. No mesh is made, and
+    /// no initial state of the wall.
     ///
     /// # Errors
     /// All mistakes in its keys and files, or what makes it too large.

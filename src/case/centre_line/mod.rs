@@ -67,13 +67,13 @@ impl CentreLine {
     }
 }
 
-/// A few of many, for a message.
-fn listed(names: &[String]) -> String {
-    let more = match names.len().saturating_sub(MOST_NAMED) {
+/// The first of many, for a message.
+pub fn listed(names: &[String], most: usize) -> String {
+    let more = match names.len().saturating_sub(most) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    names[..names.len().min(MOST_NAMED)].join(", ") + &more
+    names[..names.len().min(most)].join(", ") + &more
 }
 
 impl VesselDescription {

@@ -2,7 +2,7 @@
 //! or 0. A branch is the way from the root to an end, by whose number it is called.
 
 use super::LineFile;
-use super::{CentreLine, listed};
+use super::{CentreLine, MOST_NAMED, listed};
 use crate::files::{Fault, fault, read_regular, text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -25,7 +25,7 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, Fault> {
             Ok(way) => format!("\"{id}\" ({} points)", way.len()),
             Err(_) => format!("\"{id}\""),
         };
-        listed(&ends.iter().map(describe).collect::<Vec<_>>())
+        listed(&ends.iter().map(describe).collect::<Vec<_>>(), MOST_NAMED)
     };
     let end = match (branch, &ends[..]) {
         (None, [end]) => *end,

@@ -6,7 +6,7 @@
 mod pairs;
 
 use super::LineFile;
-use super::{CentreLine, listed};
+use super::{CentreLine, MOST_NAMED, listed};
 use crate::files::{Fault, fault};
 use crate::polydata::PolyData;
 use std::collections::BTreeSet;
@@ -44,7 +44,10 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, Fault> {
     let radii = match (radius, names.is_empty()) {
         (Some((name, _)), _) => format!("radii {name}"),
         (None, true) => "no radii".to_owned(),
-        (None, false) => format!("no radii among its arrays of points, {}", listed(&names)),
+        (None, false) => format!(
+            "no radii among its arrays of points, {}",
+            listed(&names, MOST_NAMED)
+        ),
     };
     Ok(LineFile {
         line,
@@ -81,7 +84,7 @@ pub fn all(path: &Path) -> Result<Vec<CentreLine>, Fault> {
     let (_, radius) = radii(&data).ok_or_else(|| {
         let found = match names.is_empty() {
             true => String::new(),
-            false => format!(", found {}", listed(&names)),
+            false => format!(", found {}", listed(&names, MOST_NAMED)),
         };
         format!(
             "the lines have no radii: expected an array of the points called {RADIUS}, or whose name has \"radius\" or \
@@ -232,5 +235,5 @@ fn offered(data: &PolyData) -> String {
             .map(|line| describe(format!("Line={line}")))
             .collect();
     }
-    listed(&all)
+    listed(&all, MOST_NAMED)
 }

@@ -2,7 +2,7 @@
 
 use super::{Carried, Lumen, SectionGrid, Tree, TreeError};
 use crate::Vec3;
-use crate::case::TreeKeys;
+use crate::case::{TreeKeys, listed};
 use crate::curve::{CentreLine, SpaceCurve};
 use crate::geometry::{PolyMesh, WallPolygons};
 use crate::polydata::SurfaceSearch;
@@ -80,14 +80,10 @@ impl TreeMistake {
     }
 }
 
-/// The first of these names, in a message.
+/// The first of these ends, in a message.
 fn few(names: &[&str]) -> String {
-    let shown = names.len().min(MOST_NAMED);
-    let more = match names.len() - shown {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    format!("\"{}\"{more}", names[..shown].join("\", \""))
+    let quoted: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+    listed(&quoted, MOST_NAMED)
 }
 
 /// Most ends that a message names.

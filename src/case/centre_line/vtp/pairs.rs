@@ -2,7 +2,7 @@
 //! the points: `CenterlineId` has a component for each outlet, 1 for points on the way there; `BranchId` numbers the
 //! tracts between bifurcations, where it is -1.
 
-use super::listed;
+use super::{MOST_NAMED, listed};
 use crate::files::{Fault, fault};
 use crate::polydata::PolyData;
 use std::collections::BTreeMap;
@@ -177,7 +177,7 @@ impl<'a> Tree<'a> {
             ),
             None => format!("\"{name}\""),
         });
-        listed(&described.collect::<Vec<_>>())
+        listed(&described.collect::<Vec<_>>(), MOST_NAMED)
     }
 
     fn length(&self, points: &[usize]) -> f64 {
